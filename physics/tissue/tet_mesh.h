@@ -1,0 +1,24 @@
+// A tetrahedral mesh: the rest geometry of a deformable body.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <array>
+#include <vector>
+
+namespace stylet::physics {
+
+/// Rest geometry, patient frame, metres. Tetrahedra are positively oriented:
+/// det[x1-x0, x2-x0, x3-x0] > 0.
+struct TetMesh {
+  std::vector<Eigen::Vector3d> nodes;
+  std::vector<std::array<int, 4>> tets;
+};
+
+/// Mechanical material of a tetrahedron (physics/README.md eq. 2).
+struct ElasticMaterial {
+  double young_modulus = 5000.0;  ///< E, Pa
+  double poisson_ratio = 0.45;    ///< nu, -
+};
+
+}  // namespace stylet::physics

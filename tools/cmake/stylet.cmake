@@ -1,0 +1,64 @@
+# How Stylet's own code is built: one interface target with the flags, one function a kind of target.
+
+set(STYLET_ARCH x86-64-v3 CACHE STRING "Value of -march: x86-64-v3, native, ...")
+set(STYLET_SANITIZE "" CACHE STRING "Value of -fsanitize=")
+option(STYLET_ASSERTIONS "Keep assert() and Eigen's checks in optimised builds" OFF)
+set(STYLET_TEST_DATA "" CACHE PATH "Folder with test data from outside the project (optional)")
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+
+find_program(CCACHE ccache)
+if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+add_library(stylet_flags INTERFACE)
+target_include_directories(stylet_flags INTERFACE ${CMAKE_SOURCE_DIR})
+# -ffp-contract=off: the same bits whatever the optimiser does (design: Determinism).
+target_compile_options(stylet_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+  -Wno-maybe-uninitialized  # gcc 12 sees ghosts inside Eigen and OpenMesh
+  -Werror -march=${STYLET_ARCH} -ffp-contract=off)
+if(STYLET_SANITIZE)
+  target_compile_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE} -fno-omit-frame-pointer -O1 -g1
+    -fno-sanitize-recover=all)
+  target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})
+endif()
+if(STYLET_ASSERTIONS)
+  target_compile_options(stylet_flags INTERFACE -UNDEBUG)
+endif()
+target_link_libraries(stylet_flags INTERFACE Eigen3::Eigen Threads::Threads)
+
+# stylet_library(NAME SOURCES files... LINK targets...): one box of the design.
+function(stylet_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  add_library(${name} STATIC ${arg_SOURCES})
+  target_link_libraries(${name} PUBLIC stylet_flags ${arg_LINK} PRIVATE ${arg_PRIVATE_LINK})
+endfunction()
+
+# stylet_test(NAME SOURCES files... LINK targets... LABELS labels...): one GoogleTest executable, one CTest entry a test.
+function(stylet_test name)
+  cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_LINK} stylet_flags GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+    STYLET_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
+  set(environment "")
+  if(STYLET_TEST_DATA)
+    set(environment "ENVIRONMENT;STYLET_TEST_DATA=${STYLET_TEST_DATA}")
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
+    PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT} ${environment})
+endfunction()
+
+# stylet_bench(NAME SOURCES files... LINK targets...): one Google Benchmark executable; tests/bench.
+function(stylet_bench name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_LINK} stylet_flags benchmark::benchmark)
+  target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+    STYLET_FLAGS="${CMAKE_BUILD_TYPE} -march=${STYLET_ARCH}")
+endfunction()
