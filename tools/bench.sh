@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Every benchmark of tests/bench, one after the other: ./tools/bench.sh [options of Google Benchmark]
+source "$(dirname "$0")/setup.sh"
+[ -d build/release/tests/bench ] || build release -DBUILD_TESTING=ON
+for bench in build/release/bin/stylet_bench_*; do
+  bold "$(basename "$bench")"
+  "$bench" "$@"
+done

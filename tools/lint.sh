@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Style of every file: ./tools/lint.sh format|tidy [FILE...]
+source "$(dirname "$0")/setup.sh"
+what=${1:-}
+shift || true
+mapfile -t files < <(if [ $# -gt 0 ]; then printf '%s\n' "$@"; else git ls-files '*.h' '*.cpp'; fi)
+case "$what" in
+format) clang-format --dry-run --Werror "${files[@]}" ;;
+tidy)
+  [ -f build/dev/compile_commands.json ] || cmake --preset dev >/dev/null
+  printf '%s\n' "${files[@]}" | grep '\.cpp$' | xargs -P "$(nproc)" -n 4 clang-tidy --quiet -p build/dev
+  ;;
+*) fail "say format or tidy" ;;
+esac

@@ -1,0 +1,66 @@
+# Sourced by demo.sh and test.sh: where the project is, what it needs, how steps are shown.
+# shellcheck shell=bash
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+project=$PWD
+
+bold() { if [ -t 1 ]; then printf '\033[1m%s\033[0m\n' "$*"; else printf '%s\n' "$*"; fi; }
+fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
+
+# packages SECTION...: the Debian packages of these sections of tools/packages.txt.
+packages() {
+  local section
+  for section in "$@"; do
+    awk -v want="[$section]" '/^\[/ { on = ($0 == want); next } /^[^#]/ && NF && on { print $1 }' tools/packages.txt
+  done | sort -u
+}
+
+# install_packages SECTION...: installs what is missing on Debian 12; elsewhere says what would be needed and goes on.
+install_packages() {
+  local missing=() package
+  if ! command -v dpkg-query >/dev/null || ! grep -qs '^ID=debian' /etc/os-release ||
+     ! grep -qs '^VERSION_ID="12"' /etc/os-release; then
+    bold "This is not Debian 12: nothing is installed. Stylet needs what these Debian packages hold:"
+    packages "$@" | paste -sd' ' | fold -s -w 110
+    return 0
+  fi
+  for package in $(packages "$@"); do
+    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+  done
+  [ ${#missing[@]} -eq 0 ] && return 0
+  bold "Installing ${#missing[@]} Debian packages"
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || fail "needs root or sudo to install: ${missing[*]}"
+    as_root=(sudo)
+  fi
+  local log
+  log=$(mktemp)
+  { "${as_root[@]}" apt-get -o DPkg::Lock::Timeout=300 update &&
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 install -y \
+      --no-install-recommends "${missing[@]}"; } >"$log" 2>&1 ||
+    { tail -n 20 "$log" >&2; fail "apt-get failed; the log is $log"; }
+  rm -f "$log"
+}
+
+# stage NAME COMMAND...: runs a command, prints its time, remembers it for stage_times.
+stages=()
+stage() {
+  local name=$1 start=$SECONDS status=0
+  shift
+  bold "== $name"
+  "$@" || status=$?
+  stages+=("$(printf '%5d s  %s%s' $((SECONDS - start)) "$name" "$([ $status -eq 0 ] || echo "  FAILED")")")
+  return $status
+}
+stage_times() { printf '%s\n' "Time per stage:" "${stages[@]}" "$(printf '%5d s  all' "$SECONDS")"; }
+
+# build PRESET: configures (quietly unless it fails) and builds.
+build() {
+  local preset=$1 log
+  shift
+  mkdir -p "build/$preset"
+  log=build/$preset/configure.log
+  cmake --preset "$preset" "$@" >"$log" 2>&1 || { tail -n 30 "$log" >&2; fail "cmake failed; the log is $log"; }
+  cmake --build --preset "$preset"
+}
