@@ -1,5 +1,7 @@
 #include "physics/loops/messages.h"
 
+#include <algorithm>
+
 namespace stylet::physics {
 
 BodyPatch::BodyPatch()
@@ -16,5 +18,23 @@ NeedleState::NeedleState()
       orientations(kMaxNeedleNodes, Eigen::Quaterniond::Identity()),
       contacts(kMaxContacts),
       forces(static_cast<std::size_t>(kMaxBodies) * kMaxPatchNodes) {}
+
+void copy_state(const NeedleState& from, NeedleState& to) {
+  to.step = from.step;
+  to.patch_epoch = from.patch_epoch;
+  to.time_s = from.time_s;
+  to.flags = from.flags;
+  to.node_count = from.node_count;
+  to.positions.leftCols(from.node_count) = from.positions.leftCols(from.node_count);
+  std::copy_n(from.orientations.begin(), from.node_count, to.orientations.begin());
+  to.tip = from.tip;
+  to.tip_body = from.tip_body;
+  to.tip_depth = from.tip_depth;
+  to.contact_count = from.contact_count;
+  std::copy_n(from.contacts.begin(), from.contact_count, to.contacts.begin());
+  to.force_count = from.force_count;
+  std::copy_n(from.forces.begin(), from.force_count, to.forces.begin());
+  to.wrench = from.wrench;
+}
 
 }  // namespace stylet::physics

@@ -157,6 +157,10 @@ struct NeedleState {
   Wrench wrench;                                  ///< given to the device: what the hand feels, about the hub
 };
 
+/// Copies the active part of a state into one of the same capacity.
+/// @realtime no allocation
+void copy_state(const NeedleState& from, NeedleState& to);
+
 /// Simulation -> pictures: the whole tissue.
 struct TissueState {
   std::uint64_t step = 0;
