@@ -31,6 +31,8 @@ struct Tissue {
   physics::ElasticMaterial mechanics;
   double density = 1000;                     ///< kg/m^3
   Acoustics acoustics;
+  double puncture_force_n = 0;               ///< axial force at which the needle breaks through its surface, 0: none
+  double friction_n_per_m = 0;               ///< axial friction per length of shaft inside
   std::array<float, 4> colour{0.8F, 0.8F, 0.8F, 1.0F};  ///< linear RGB, opacity in the 3-D view
 };
 
@@ -130,6 +132,7 @@ struct LoopRates {
 
 struct Scene {
   std::string name;
+  std::string title;                         ///< one line for people
   std::filesystem::path scenario;            ///< file it came from
   Eigen::Isometry3d room_from_patient = Eigen::Isometry3d::Identity();
   std::vector<Tissue> tissues;               ///< [0] is "outside" (air / gel)
@@ -142,6 +145,7 @@ struct Scene {
   Camera camera;
   Motion motion;
   LoopRates rates;
+  std::string coupling = "paper-updated";    ///< the scenario's default: paper-frozen or paper-updated
   double contact_spacing = 0.010;            ///< m along the path
   double damping_time_s = 0;                 ///< Kelvin-Voigt: B = damping_time * K
 };

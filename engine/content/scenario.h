@@ -1,0 +1,44 @@
+// A scenario file on disk becomes a Scene in memory: the one entry to everything a session needs.
+#pragma once
+
+#include "engine/content/error.h"
+#include "engine/content/scene.h"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace stylet::content {
+
+/// Called while a scene loads: what is being done, and the share already done in [0, 1]. Same thread as load_scene().
+using LoadProgress = std::function<void(const std::string& doing, double share)>;
+
+/// Reads a scenario and every file it names, tetrahedralises the deformable bodies, embeds the surfaces and voxelises
+/// the labels. Deterministic: the same files give the same bits.
+/// @throws ContentError  the first problem as one line; nothing half-loaded comes out
+Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress = {});
+
+/// All problems of a content file at once, one line each; empty: it is sound. The kind of file is taken from its
+/// "format" key, or from its bytes for glTF. A scenario is checked with every file it names, and its organs are
+/// tetrahedralised. Never throws for what the file does wrong.
+std::vector<std::string> validate(const std::filesystem::path& path);
+
+/// The scenarios (*.json whose "format" is stylet-scenario) of a folder, by file name. Unreadable files are left out.
+struct ScenarioEntry {
+  std::filesystem::path path;
+  std::string name;
+  std::string title;  ///< one line for people
+};
+std::vector<ScenarioEntry> list_scenarios(const std::filesystem::path& folder);
+
+/// The folder with organs, scenarios, tissues, ...: the environment variable STYLET_CONTENT, else
+/// ../share/stylet/content next to the running binary, else the source tree it was built from.
+/// @throws ContentError  none of them is a folder
+std::filesystem::path content_directory();
+
+/// A scenario as a user names it: a path to a file, or the name of one in content_directory()/scenarios.
+/// @throws ContentError  there is neither; the message lists the names there are
+std::filesystem::path find_scenario(const std::string& path_or_name);
+
+}  // namespace stylet::content
