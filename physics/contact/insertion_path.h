@@ -1,0 +1,59 @@
+// The needle's path through the bodies: contact points laid by the simulation loop (paper III-A, collision
+// detection).
+#pragma once
+
+#include "physics/loops/messages.h"
+#include "physics/tissue/tet_topology.h"
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace stylet::physics {
+
+struct InsertionPathSettings {
+  double spacing = 0.010;            ///< between contact points along the shaft, m
+  double removal_hysteresis = 2e-4;  ///< how far the tip withdraws past a point before it is removed, m
+};
+
+/// A contact point: a material point of the tissue that the needle passes through, and where it is on the shaft.
+struct PathContact {
+  std::uint32_t id = 0;
+  TetPoint point;
+  int beam = 0;
+  double beam_fraction = 0;
+  /// Unit, orthogonal to the beam's edge and to each other; parallel-transported along the shaft from the hub's X
+  /// axis, so that they are continuous along the path and in time.
+  Eigen::Matrix<double, 3, 2> directions = Eigen::Matrix<double, 3, 2>::Zero();
+};
+
+/// Contacts of all bodies. The first of a body is where the shaft enters its surface, then one every `spacing` along
+/// the shaft as the tip advances, laid exactly on the current straight-edge shaft (so without violation at birth);
+/// one is removed when the tip has been withdrawn past it.
+class InsertionPath {
+public:
+  /// `models` must outlive the path.
+  InsertionPath(std::span<const TissueModel> models, const InsertionPathSettings& settings);
+
+  /// Lays, removes and re-projects contacts.
+  /// @param needle     at least two nodes, finite
+  /// @param positions  deformed bodies [3 x nodes], m
+  /// @return PatchFlag bits
+  std::uint32_t update(const NeedleState& needle, std::span<const Eigen::Matrix3Xd> positions);
+
+  /// From entry to tip.
+  std::span<const PathContact> contacts(int body) const { return contacts_[static_cast<std::size_t>(body)]; }
+
+private:
+  std::span<const TissueModel> models_;
+  InsertionPathSettings settings_;
+  std::vector<std::vector<PathContact>> contacts_;  // [bodies]
+  std::uint32_t next_id_ = 1;
+  std::vector<SurfaceCrossing> crossings_;  // scratch
+};
+
+}  // namespace stylet::physics

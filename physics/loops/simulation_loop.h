@@ -1,0 +1,123 @@
+// The low-rate loop (25-100 Hz): owns the tissue, takes the needle's forces, publishes a TissuePatch.
+//
+// Frame: patient frame, metres, newtons. physics/README.md eq. T7-T10; paper III, Fig. 1.
+//
+//   SimulationLoop loop(bodies, settings);
+//   TissuePatch patch = loop.make_patch();              // also the initial value of a LatestValue<TissuePatch>
+//   loop.step({.needle = &needle_state, .time_s = t}, patch);
+//   loop.worker().step();                               // in its own thread, or at fixed times in lockstep
+#pragma once
+
+#include "physics/contact/insertion_path.h"
+#include "physics/loops/messages.h"
+#include "physics/tissue/factorisation_worker.h"
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <vector>
+
+namespace stylet::physics {
+
+/// A body to simulate.
+struct SimulationBody {
+  TetMesh mesh;
+  std::vector<ElasticMaterial> tet_materials;  ///< one a tetrahedron
+  std::vector<int> fixed_nodes;                ///< ascending; at least three that are not on one line
+  double damping_time_s = 0;                   ///< Kelvin-Voigt B = damping_time K; 0: quasi-static, the rates agree
+};
+
+struct SimulationLoopSettings {
+  double dt = 0.020;                 ///< period of the loop, s
+  double contact_spacing = 0.010;    ///< between contact points along the path, m
+  double removal_hysteresis = 2e-4;  ///< how far the tip withdraws past a contact before it is removed, m
+  double interface_range = 0.030;    ///< how far ahead of the tip surfaces are reported, m
+};
+
+/// What a step consumes. The flags are true in live mode ("if there is one", "if the worker is free"); a replay sets
+/// them to what the recorded SimulationReport says.
+struct SimulationInput {
+  const NeedleState* needle = nullptr;  ///< latest needle; null or node_count < 2: no needle
+  double time_s = 0;
+  bool take_factorisation = true;
+  bool request_factorisation = true;
+};
+
+enum SimulationFlag : std::uint32_t {
+  kSimulationInverted = 1u << 0,     ///< tetrahedra are inverted (their forces push back)
+  kSimulationStepLimited = 1u << 1,  ///< the motion correction was shortened so as not to invert tetrahedra
+  kSimulationNonFinite = 1u << 2,    ///< a non-finite needle or state was refused; the previous state was kept
+  kSimulationFactorisationFailed = 1u << 3,  ///< a factorisation was not positive definite; the previous one was kept
+};
+
+struct SimulationReport {
+  std::uint64_t step = 0;                ///< counts from 1
+  std::uint64_t needle_step = 0;         ///< of the NeedleState consumed
+  std::uint64_t factor_epoch = 0;        ///< simulation step whose matrix the factor in use comes from; 0: rest
+  bool factorisation_taken = false;      ///< a new factor was swapped in by this step
+  bool factorisation_requested = false;  ///< this step asked the worker for one
+  std::uint32_t flags = 0;               ///< SimulationFlag bits; PatchFlag bits are in the patch
+  int contact_count = 0;
+  int isolated_nodes = 0;
+  int new_isolated_nodes = 0;  ///< whose columns of W_bar this step had to compute
+  int inverted_tets = 0;
+  double residual_n = 0;  ///< |F_int(p) - H^T lambda| over the free DOFs at the published state, N
+  double force_n = 0;     ///< |H^T lambda|, N
+};
+
+/// Deterministic: the same inputs (and worker().step() between the same steps) give the same bits.
+/// One thread calls step(); worker().step() may run in another. Not movable: the worker refers to the models.
+class SimulationLoop {
+public:
+  /// Factorises the bodies at rest (epoch 0), so it takes a moment.
+  /// @throws std::invalid_argument if a body is malformed or not held; there are 1..kMaxBodies bodies
+  SimulationLoop(std::vector<SimulationBody> bodies, const SimulationLoopSettings& settings);
+  SimulationLoop(const SimulationLoop&) = delete;
+  SimulationLoop& operator=(const SimulationLoop&) = delete;
+
+  /// One simulation step (never throws): correction by the needle's forces, factor swap, free motion, contacts,
+  /// isolated DOFs, patch. `out` is filled whole; publish it.
+  SimulationReport step(const SimulationInput& input, TissuePatch& out);
+
+  /// A patch with arrays sized for these bodies, epoch 0 ("no tissue yet").
+  TissuePatch make_patch() const;
+  /// State after the last step (rest before the first): what the pictures show.
+  const TissueState& tissue() const { return tissue_; }
+  FactorisationWorker& worker() { return worker_; }
+  int body_count() const { return static_cast<int>(models_.size()); }
+  const TissueModel& model(int body) const { return models_[static_cast<std::size_t>(body)]; }
+
+private:
+  // The stages of step(), in order.
+  void take_needle_forces(const NeedleState* needle, SimulationReport& report);
+  void correct_motion(SimulationReport& report);
+  void swap_factorisation(const SimulationInput& input, SimulationReport& report);
+  void free_motion(SimulationReport& report);
+  void isolate(SimulationReport& report, TissuePatch& out);
+  void request_factorisation(const SimulationInput& input, SimulationReport& report);
+  void fill_patch(const SimulationInput& input, TissuePatch& out) const;
+
+  /// Mutable data of a body.
+  struct BodyState {
+    Eigen::Matrix3Xd free_positions;            ///< p_free, all needle force removed
+    Eigen::Matrix3Xd trial;                     ///< scratch
+    std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> now
+    Eigen::VectorXd internal_force;             ///< [free DOFs] F_int at the current positions
+    Eigen::VectorXd needle_force;               ///< [free DOFs] H^T lambda
+    Eigen::VectorXd displacement;               ///< [free DOFs] scratch
+    IsolatedDofs isolated;
+    std::vector<int> nodes;  ///< isolated now, ascending
+  };
+
+  SimulationLoopSettings settings_;
+  std::vector<TissueModel> models_;
+  FactorisationWorker worker_;
+  SolveWorkspace workspace_;
+  std::vector<BodyState> bodies_;
+  InsertionPath path_;
+  TissueState tissue_;
+  bool factorisation_outstanding_ = false;
+};
+
+}  // namespace stylet::physics

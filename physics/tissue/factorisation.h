@@ -1,0 +1,65 @@
+// Sparse Cholesky factorisation of a body's system matrix A_v (CHOLMOD, supernodal, METIS).
+#pragma once
+
+#include "physics/tissue/stiffness.h"
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <span>
+
+struct cholmod_common_struct;
+struct cholmod_dense_struct;
+struct cholmod_factor_struct;
+
+namespace stylet::physics {
+
+/// Scratch of solves and factorisations: CHOLMOD's common block and dense workspaces. One a thread.
+class SolveWorkspace {
+public:
+  SolveWorkspace();
+  ~SolveWorkspace();
+  SolveWorkspace(const SolveWorkspace&) = delete;
+  SolveWorkspace& operator=(const SolveWorkspace&) = delete;
+
+private:
+  friend class Factorisation;
+  cholmod_common_struct* common() const { return common_.get(); }
+  std::unique_ptr<cholmod_common_struct> common_;
+  cholmod_dense_struct* x_ = nullptr;  // CHOLMOD reuses these where they are large enough
+  cholmod_dense_struct* y_ = nullptr;
+  cholmod_dense_struct* e_ = nullptr;
+};
+
+/// P A P^T = L L^T. Copying copies L (that is how the slots of a LatestValue are filled at load).
+/// Reading (solve) is const and safe from several threads, each with its own workspace.
+class Factorisation {
+public:
+  Factorisation() = default;
+  /// Symbolic analysis of the pattern: fill-reducing order and supernodes, once for the life of the mesh.
+  /// @throws std::runtime_error if CHOLMOD refuses (out of memory)
+  Factorisation(const StiffnessPattern& pattern, SolveWorkspace& workspace);
+  Factorisation(const Factorisation& other);
+  Factorisation(Factorisation&& other) noexcept;
+  Factorisation& operator=(const Factorisation&) = delete;
+  ~Factorisation();
+
+  /// Numeric factorisation, into the storage of the last one.
+  /// @param values  lower triangle in the pattern's order [pattern.nonzeros()]
+  /// @return false if A is not positive definite or not finite: the factor must then not be used
+  bool factorise(const StiffnessPattern& pattern, std::span<const double> values, SolveWorkspace& workspace);
+
+  /// x = A^-1 b for all columns. x may be b's own storage.
+  /// @param b  [DOFs x columns]
+  void solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x,
+             SolveWorkspace& workspace) const;
+
+  int dof_count() const;
+  /// Non-zeros of L, with the explicit zeros of its supernodes.
+  std::size_t factor_nonzeros() const;
+
+private:
+  cholmod_factor_struct* factor_ = nullptr;
+};
+
+}  // namespace stylet::physics

@@ -1,0 +1,76 @@
+// The asynchronous factorisation (paper II-B): a step function for a thread of the session's own.
+#pragma once
+
+#include "physics/loops/latest_value.h"
+#include "physics/tissue/factorisation.h"
+#include "physics/tissue/isolated_dofs.h"
+#include "physics/tissue/stiffness.h"
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/Geometry>
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace stylet::physics {
+
+/// What the simulation asks for: the system matrices at a state.
+struct FactorisationRequest {
+  struct Body {
+    std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
+    std::vector<int> isolated_nodes;            ///< whose W_bar is wanted with the factor
+  };
+  std::uint64_t epoch = 0;  ///< simulation step of the state
+  std::vector<Body> bodies;
+};
+
+/// What it gets. Lives in the slots of a LatestValue: nothing of it is copied when it changes hands.
+struct FactorisedTissue {
+  struct Body {
+    Factorisation factor;
+    IsolatedDofs isolated;                      ///< of the request's nodes
+    std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
+  };
+  std::uint64_t epoch = 0;
+  bool valid = false;  ///< all bodies were positive definite
+  std::vector<Body> bodies;
+};
+
+/// Between the simulation thread (request, update, latest) and the worker thread (step). No locks.
+class FactorisationWorker {
+public:
+  /// Analyses and factorises the bodies at rest: latest() is valid, epoch 0. `models` must outlive the worker.
+  /// @param dt  period of the simulation loop, s (damping, eq. T6)
+  /// @throws std::invalid_argument if a body is not held well enough to be positive definite
+  FactorisationWorker(std::span<const TissueModel> models, double dt);
+
+  /// Worker: takes the latest request, factorises all bodies, publishes; false if there was none.
+  bool step();
+  /// Any thread: no request is waiting or in work.
+  bool idle() const {
+    return requested_.load(std::memory_order_acquire) == finished_.load(std::memory_order_acquire);
+  }
+
+  /// Simulation: the request to fill, sized; then submit() it.
+  FactorisationRequest& request() { return requests_.back(); }
+  void submit();
+  /// Simulation: swaps in the latest result if there is a newer one.
+  bool update() { return results_.update(); }
+  /// Simulation: the factorisation taken last.
+  const FactorisedTissue& latest() const { return results_.front(); }
+
+private:
+  std::span<const TissueModel> models_;
+  double dt_;
+  SolveWorkspace workspace_;  // worker's, after construction
+  std::vector<StiffnessPattern> patterns_;
+  std::vector<std::vector<double>> values_;
+  LatestValue<FactorisationRequest> requests_;
+  LatestValue<FactorisedTissue> results_;
+  std::atomic<std::uint64_t> requested_{0};
+  std::atomic<std::uint64_t> finished_{0};
+};
+
+}  // namespace stylet::physics

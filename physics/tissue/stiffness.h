@@ -1,0 +1,43 @@
+// Sparse stiffness of a body: a fixed pattern, and a map that scatters element blocks into it.
+#pragma once
+
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace stylet::physics {
+
+/// Pattern of the lower triangle over the free DOFs, compressed columns, rows ascending.
+class StiffnessPattern {
+public:
+  explicit StiffnessPattern(const TissueModel& model);
+
+  int dof_count() const { return static_cast<int>(column_start_.size()) - 1; }
+  std::size_t nonzeros() const { return rows_.size(); }
+  std::span<const int> column_start() const { return column_start_; }  ///< [DOFs + 1]
+  std::span<const int> rows() const { return rows_; }                  ///< [nonzeros]
+
+  /// A = (1 + damping_time / h) K, K = sum R K0 R^T over the tetrahedra   (physics/README.md eq. T4, T6)
+  /// @param rotations    [tets] rest -> deformed
+  /// @param scale        1 + damping_time / h
+  /// @param[out] values  overwritten [nonzeros], N/m
+  void assemble(const TissueModel& model, std::span<const Eigen::Quaterniond> rotations, double scale,
+                std::span<double> values) const;
+
+private:
+  /// Where the 3x3 block (larger node, smaller node) of a pair of a tetrahedron's nodes starts in each of its
+  /// columns.
+  struct BlockAddress {
+    std::array<int, 3> column{-1, -1, -1};  // -1: a node of the pair is fixed
+  };
+  std::vector<int> column_start_;
+  std::vector<int> rows_;
+  std::vector<std::array<BlockAddress, 10>> scatter_;  // [tets], pairs (a, b) with b <= a in the order of kPairs
+};
+
+}  // namespace stylet::physics

@@ -1,0 +1,64 @@
+// Neighbours and surface of a tetrahedral mesh; finding where a point or a line is in it, in any deformed state.
+#pragma once
+
+#include "physics/tissue/tet_mesh.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <vector>
+
+namespace stylet::physics {
+
+/// A material point: it moves with its tetrahedron. x = sum barycentric[a] * x[tet node a].
+struct TetPoint {
+  int tet = -1;  ///< -1: nowhere
+  Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();
+};
+
+/// Where a line meets the surface.
+struct SurfaceCrossing {
+  double distance = 0;                               ///< along the line from its origin, m
+  TetPoint point;                                    ///< on the boundary face of its tetrahedron
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, outward
+  bool entering = true;                              ///< the line goes into the body here
+};
+
+/// Face f of a tetrahedron is the one opposite its node f.
+class TetTopology {
+public:
+  explicit TetTopology(const TetMesh& mesh);
+
+  /// The tetrahedron that holds `x`: a walk from `hint`, all tetrahedra if it fails. tet = -1: outside.
+  /// @param positions  [3 x nodes] deformed, m
+  TetPoint locate(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& x, int hint) const;
+
+  /// Barycentric coordinates of `x` in a tetrahedron; sums to 1. Zero if the tetrahedron is flat.
+  Eigen::Vector4d barycentric(const Eigen::Matrix3Xd& positions, int tet, const Eigen::Vector3d& x) const;
+
+  Eigen::Vector3d position(const Eigen::Matrix3Xd& positions, const TetPoint& point) const;
+
+  /// Appends the crossings of the segment origin + s * direction, 0 <= s <= length, nearest first.
+  /// A hit on an edge shared by two faces counts once.
+  /// @param direction  unit
+  void crossings(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                 double length, std::vector<SurfaceCrossing>& out) const;
+
+  const std::array<int, 4>& nodes(int tet) const { return tets_[static_cast<std::size_t>(tet)]; }
+  /// Tetrahedron beyond face f of a tetrahedron, -1 at the surface.
+  int neighbour(int tet, int face) const {
+    return neighbours_[static_cast<std::size_t>(tet)][static_cast<std::size_t>(face)];
+  }
+
+private:
+  struct BoundaryFace {
+    int tet = -1;
+    std::array<int, 3> nodes{};    // outward: counter-clockwise from outside
+    std::array<int, 3> corners{};  // their places in the tetrahedron
+  };
+  std::vector<std::array<int, 4>> tets_;
+  std::vector<std::array<int, 4>> neighbours_;
+  std::vector<BoundaryFace> surface_;
+};
+
+}  // namespace stylet::physics
