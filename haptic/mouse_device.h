@@ -1,0 +1,62 @@
+// The mouse as a stylus: it moves the hub sideways, the wheel moves the needle in and out.
+#pragma once
+
+#include "haptic/device.h"
+
+#include <atomic>
+#include <string>
+
+namespace stylet::haptic {
+
+/// Where the mouse holds the needle.
+struct MouseWorkspace {
+  Eigen::Vector3d entry = Eigen::Vector3d::Zero();   ///< where the tip meets the skin at lateral offset 0, m
+  Eigen::Vector3d axis = -Eigen::Vector3d::UnitZ();  ///< from hub to tip; normalised by the device
+  Eigen::Vector3d right = Eigen::Vector3d::UnitX();  ///< mouse to the right; its part across the axis is used
+  double needle_length = 0.150;                      ///< m
+  double min_depth = -0.05;                          ///< of the tip below the entry along the axis, m
+  double max_depth = 0.14;
+  double max_lateral = 0.04;   ///< of the hub from the axis, m
+  double smoothing_s = 0.040;  ///< time constant of each of the two low-passes
+};
+
+/// The window thread calls move(), advance() and press() as events come (some 60 Hz, in steps); the haptic thread
+/// reads a smooth pose: each coordinate goes through two first-order low-passes in series, so that a jump of the
+/// mouse becomes a motion with continuous velocity. The threads share four atomics; neither waits for the other.
+class MouseDevice final : public Device {
+public:
+  /// @throws std::invalid_argument  one line: axis or right is zero, they are parallel, or a range is empty
+  explicit MouseDevice(const MouseWorkspace& workspace, DeviceLimits limits = {});
+
+  /// Window thread: moves the hub by so many metres to the right and towards `axis x right`.
+  void move(double right_m, double up_m);
+  /// Window thread: moves the needle forward (positive) along its axis, m.
+  void advance(double depth_m);
+  /// Window thread: the buttons that are down, one bit each.
+  void press(std::uint32_t buttons) { buttons_.store(buttons, std::memory_order_relaxed); }
+
+  std::string name() const override { return "mouse"; }
+  DeviceLimits limits() const override { return limits_; }
+  StylusSample read(double now_s) override;
+  /// A mouse renders no force.
+  void write(const Eigen::Vector3d&, const Eigen::Vector3d&) override {}
+
+private:
+  MouseWorkspace workspace_;
+  DeviceLimits limits_;
+  Eigen::Vector3d up_;
+  Eigen::Quaterniond orientation_;
+  // Goals, written by the window thread only. Each coordinate is smoothed on its own, so reading them one by one is
+  // as good as reading them at once.
+  std::atomic<double> right_goal_{0};
+  std::atomic<double> up_goal_{0};
+  std::atomic<double> depth_goal_;
+  std::atomic<std::uint32_t> buttons_{0};
+  // Haptic thread's.
+  Eigen::Vector3d first_stage_;  // right, up, depth
+  Eigen::Vector3d second_stage_;
+  double last_read_s_ = 0;
+  bool read_before_ = false;
+};
+
+}  // namespace stylet::haptic
