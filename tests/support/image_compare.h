@@ -1,0 +1,45 @@
+// Golden images: does a rendered picture still look as it did when someone looked at it?
+//
+//   TEST(Renderer, DrawsTheTestScene) {
+//     if (const auto why = no_golden_for(device)) GTEST_SKIP() << *why;
+//     EXPECT_TRUE(matches_golden(device, picture, "render_scene"));
+//   }
+//
+// STYLET_UPDATE_GOLDEN=1 writes tests/golden/NAME.png instead of comparing. Look at it before committing.
+#pragma once
+
+#include "engine/gpu/device.h"
+#include "engine/view/picture.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+
+namespace stylet::tests {
+
+/// How two pictures of one size differ, over R, G, B. A pixel's difference is its largest channel difference.
+struct Difference {
+  double any = 0;      ///< share of pixels that differ at all
+  double above_3 = 0;  ///< share that differ by more than 3 levels
+  int largest = 0;     ///< levels
+  double ssim = 1;     ///< mean structural similarity of the luma, 8 x 8 windows
+
+  /// Room for the last bits of another CPU, none for a wrong picture: the largest difference alone would miss a gain
+  /// error of 2 % (2 levels, but a quarter of the pixels), SSIM alone would too (0.9999).
+  bool passes() const { return any <= 0.01 && above_3 <= 0.0005 && largest <= 16 && ssim >= 0.998; }
+  std::string text() const;
+};
+
+/// @throws std::invalid_argument if the sizes differ
+Difference compare(const view::Picture& expected, const view::Picture& actual);
+
+/// Reason to skip: goldens hold for Mesa's software rasteriser alone.
+std::optional<std::string> no_golden_for(const gpu::DeviceIdentity& device);
+
+/// Compares with tests/golden/NAME.png. On failure writes NAME.actual.png and NAME.diff.png (|difference| x 16) into
+/// golden/ of the build and says where, with the device and driver.
+testing::AssertionResult matches_golden(const gpu::DeviceIdentity& device, const view::Picture& actual,
+                                        const std::string& name);
+
+}  // namespace stylet::tests
