@@ -26,10 +26,10 @@ public:
   bool contains(const Eigen::Vector3d& point) const { return signed_distance(point) < 0; }
 
   struct Nearest {
-    Eigen::Vector3d point;        ///< on the surface
-    Eigen::Vector3d normal;       ///< pseudo-normal there, unit, outward
+    Eigen::Vector3d point;   ///< on the surface
+    Eigen::Vector3d normal;  ///< pseudo-normal there, unit, outward
     std::uint32_t triangle = 0;
-    double distance = 0;          ///< unsigned, m
+    double distance = 0;  ///< unsigned, m
   };
   Nearest nearest(const Eigen::Vector3d& point) const;
 
@@ -42,16 +42,16 @@ public:
 private:
   struct Node {
     Eigen::AlignedBox3d box;
-    std::uint32_t first = 0;      ///< leaf: first entry of order_; inner: right child (the left one follows its parent)
-    std::uint32_t count = 0;      ///< leaf: triangles; inner: 0
+    std::uint32_t first = 0;  ///< leaf: first entry of order_; inner: right child (the left one follows its parent)
+    std::uint32_t count = 0;  ///< leaf: triangles; inner: 0
   };
   std::uint32_t build(std::uint32_t first, std::uint32_t count, const std::vector<Eigen::AlignedBox3d>& boxes);
 
   TriangleMesh surface_;
-  std::vector<std::uint32_t> order_;                           ///< triangles as the leaves list them
+  std::vector<std::uint32_t> order_;  ///< triangles as the leaves list them
   std::vector<Node> nodes_;
-  std::vector<Eigen::Vector3d> vertex_normals_;                ///< angle weighted           [vertices]
-  std::vector<std::array<Eigen::Vector3d, 3>> edge_normals_;   ///< of edge i -> i+1         [triangles]
+  std::vector<Eigen::Vector3d> vertex_normals_;               ///< angle weighted           [vertices]
+  std::vector<std::array<Eigen::Vector3d, 3>> edge_normals_;  ///< of edge i -> i+1         [triangles]
 };
 
 }  // namespace stylet::content

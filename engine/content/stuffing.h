@@ -1,9 +1,9 @@
 // Tetrahedra from a signed distance: isosurface stuffing.
 //
-// F. Labelle, J. R. Shewchuk, "Isosurface stuffing: fast tetrahedral meshes with good dihedral angles", SIGGRAPH 2007.
-// A body-centred cubic lattice is cut by the surface; lattice points too close to it are moved onto it (warping), the
-// tetrahedra that remain crossed are cut by stencils. Then, beyond the paper: pinches of the boundary are removed and
-// nodes are smoothed so that the worst dihedral angle rises.
+// F. Labelle, J. R. Shewchuk, "Isosurface stuffing: fast tetrahedral meshes with good dihedral angles", SIGGRAPH
+// 2007. A body-centred cubic lattice is cut by the surface; lattice points too close to it are moved onto it
+// (warping), the tetrahedra that remain crossed are cut by stencils. Then, beyond the paper: pinches of the boundary
+// are removed and nodes are smoothed so that the worst dihedral angle rises.
 #pragma once
 
 #include "physics/tissue/tet_mesh.h"
@@ -25,6 +25,7 @@ using SignedDistance = std::function<double(const Eigen::Vector3d&)>;
 /// @param smoothing      passes of quality smoothing
 /// @return positively oriented tetrahedra with a two-manifold boundary, no unused nodes; empty where the solid is
 ///         smaller than the lattice resolves. The same input gives the same bits.
-physics::TetMesh stuff(const SignedDistance& distance, const Eigen::AlignedBox3d& box, double cell, int smoothing = 6);
+physics::TetMesh stuff(const SignedDistance& distance, const Eigen::AlignedBox3d& box, double cell,
+                       int smoothing = 6);
 
 }  // namespace stylet::content

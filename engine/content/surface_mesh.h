@@ -1,7 +1,7 @@
 // Triangle surfaces made fit for use: welded, oriented, checked to be solid, with normals.
 //
-// OpenMesh repairs silently (it duplicates vertices until every face fits), so the index soup is cleaned here first and
-// the half-edge mesh built from it must have the same counts.
+// OpenMesh repairs silently (it duplicates vertices until every face fits), so the index soup is cleaned here first
+// and the half-edge mesh built from it must have the same counts.
 #pragma once
 
 #include "engine/content/triangle_mesh.h"
@@ -18,12 +18,12 @@ namespace stylet::content {
 struct SurfaceReport {
   int vertices = 0;
   int triangles = 0;
-  int components = 0;           ///< connected through shared vertices
-  int boundary_edges = 0;       ///< edges of one triangle
-  int non_manifold_edges = 0;   ///< edges of three or more triangles
-  int misoriented_edges = 0;    ///< edges run through twice in the same direction
-  double area = 0;              ///< m^2
-  double volume = 0;            ///< m^3, positive where triangles are counter-clockwise from outside
+  int components = 0;          ///< connected through shared vertices
+  int boundary_edges = 0;      ///< edges of one triangle
+  int non_manifold_edges = 0;  ///< edges of three or more triangles
+  int misoriented_edges = 0;   ///< edges run through twice in the same direction
+  double area = 0;             ///< m^2
+  double volume = 0;           ///< m^3, positive where triangles are counter-clockwise from outside
   Eigen::AlignedBox3d bounds;
 
   bool closed() const { return triangles > 0 && boundary_edges == 0 && non_manifold_edges == 0; }
@@ -34,9 +34,9 @@ struct SurfaceReport {
 
 SurfaceReport inspect(const TriangleMesh& mesh);
 
-/// Vertices with equal coordinates become one (exactly: positions of patches of one organ are bit-equal where they meet);
-/// degenerate and duplicate triangles and unused vertices are dropped; triangles of each edge-connected component are
-/// turned to agree with each other, outward where that is defined. The order of what stays is kept.
+/// Vertices with equal coordinates become one (exactly: positions of patches of one organ are bit-equal where they
+/// meet); degenerate and duplicate triangles and unused vertices are dropped; triangles of each edge-connected
+/// component are turned to agree with each other, outward where that is defined. The order of what stays is kept.
 /// @param where  named in the error: file and node
 /// @throws ContentError  non-finite coordinate, index out of range, nothing left
 TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where);

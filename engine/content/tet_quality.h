@@ -9,10 +9,10 @@
 namespace stylet::content {
 
 struct TetQuality {
-  double min_dihedral_deg = 180;   ///< over all tetrahedra and their six edges
+  double min_dihedral_deg = 180;  ///< over all tetrahedra and their six edges
   double max_dihedral_deg = 0;
-  int inverted = 0;                ///< tetrahedra with volume <= 0
-  double volume = 0;               ///< m^3, sum of signed volumes
+  int inverted = 0;   ///< tetrahedra with volume <= 0
+  double volume = 0;  ///< m^3, sum of signed volumes
 };
 
 TetQuality tet_quality(const physics::TetMesh& mesh);
@@ -28,7 +28,7 @@ DihedralRange dihedral_range(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
 /// The faces of one tetrahedron only, counter-clockwise from outside.
 struct BoundarySurface {
   TriangleMesh mesh;
-  std::vector<int> nodes;          ///< [vertices] node of the tetrahedral mesh, ascending
+  std::vector<int> nodes;  ///< [vertices] node of the tetrahedral mesh, ascending
 };
 BoundarySurface boundary_surface(const physics::TetMesh& mesh);
 

@@ -9,11 +9,11 @@
 namespace stylet::content {
 
 struct TetrahedraliseSettings {
-  double cell = 0;                 ///< edge of the lattice cell, m; 0: found for target_nodes
-  int target_nodes = 2300;         ///< wanted where cell is 0
-  double node_tolerance = 0.06;    ///< relative; the search stops within it
-  double min_dihedral_deg = 12;    ///< below it the mesh is refused
-  std::string where = "surface";   ///< named in errors: file and node
+  double cell = 0;                ///< edge of the lattice cell, m; 0: found for target_nodes
+  int target_nodes = 2300;        ///< wanted where cell is 0
+  double node_tolerance = 0.06;   ///< relative; the search stops within it
+  double min_dihedral_deg = 12;   ///< below it the mesh is refused
+  std::string where = "surface";  ///< named in errors: file and node
 };
 
 /// Isosurface stuffing (stuffing.h) of the solid inside `surface`, which is first cleaned and demanded to be solid
