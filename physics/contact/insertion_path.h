@@ -1,5 +1,4 @@
-// The needle's path through the bodies: contact points laid by the simulation loop (paper III-A, collision
-// detection).
+// The needle's path through the bodies: contact points laid by the simulation loop (paper III-A, collision detection).
 #pragma once
 
 #include "physics/loops/messages.h"
@@ -8,7 +7,6 @@
 
 #include <Eigen/Core>
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -26,34 +24,43 @@ struct PathContact {
   TetPoint point;
   int beam = 0;
   double beam_fraction = 0;
-  /// Unit, orthogonal to the beam's edge and to each other; parallel-transported along the shaft from the hub's X
-  /// axis, so that they are continuous along the path and in time.
-  Eigen::Matrix<double, 3, 2> directions = Eigen::Matrix<double, 3, 2>::Zero();
+  Eigen::Matrix<double, 3, 2> directions = Eigen::Matrix<double, 3, 2>::Zero();  ///< lateral_directions() there
 };
 
-/// Contacts of all bodies. The first of a body is where the shaft enters its surface, then one every `spacing` along
-/// the shaft as the tip advances, laid exactly on the current straight-edge shaft (so without violation at birth);
-/// one is removed when the tip has been withdrawn past it.
+/// Contacts of all bodies. The first of a body is where the shaft enters its surface, then one every `spacing` along the
+/// shaft as the tip advances, laid exactly on the current straight-edge shaft (so without violation at birth); one is
+/// removed when the tip has been withdrawn past it. Ids are never used twice.
 class InsertionPath {
 public:
   /// `models` must outlive the path.
   InsertionPath(std::span<const TissueModel> models, const InsertionPathSettings& settings);
 
-  /// Lays, removes and re-projects contacts.
+  /// Removes, lays and re-projects contacts.
   /// @param needle     at least two nodes, finite
   /// @param positions  deformed bodies [3 x nodes], m
-  /// @return PatchFlag bits
+  /// @return PatchFlag bits: with kMaxContacts contacts a new one takes the place of the body's last one; a body with more
+  ///         than kMaxPatchNodes isolated nodes drops its oldest contacts
   std::uint32_t update(const NeedleState& needle, std::span<const Eigen::Matrix3Xd> positions);
+  /// Removes all contacts: there is no needle.
+  void clear();
 
   /// From entry to tip.
   std::span<const PathContact> contacts(int body) const { return contacts_[static_cast<std::size_t>(body)]; }
+  int contact_count() const;
+  /// Nodes of the contacts' tetrahedra, ascending.
+  std::vector<int> isolated_nodes(int body) const;
 
 private:
+  struct Shaft;
+  void remove_withdrawn(const Shaft& shaft, const Eigen::Matrix3Xd& positions, std::size_t body);
+  std::uint32_t lay_entry(const Shaft& shaft, const Eigen::Matrix3Xd& positions, std::size_t body);
+  std::uint32_t lay_behind_tip(const Shaft& shaft, const Eigen::Matrix3Xd& positions, std::size_t body);
+  std::uint32_t lay(const TetPoint& point, std::size_t body);
+
   std::span<const TissueModel> models_;
   InsertionPathSettings settings_;
   std::vector<std::vector<PathContact>> contacts_;  // [bodies]
   std::uint32_t next_id_ = 1;
-  std::vector<SurfaceCrossing> crossings_;  // scratch
 };
 
 }  // namespace stylet::physics

@@ -134,6 +134,7 @@ enum NeedleFlag : std::uint32_t {
   kNeedleRowOverflow = 1u << 1,     ///< more rows than capacity: the shallowest contacts were left out
   kNeedleSolveFailed = 1u << 2,     ///< a factorisation failed (not SPD); the previous contact forces were kept
   kNeedleNonFinite = 1u << 3,       ///< a non-finite input was refused; the previous state was kept
+  kNeedleStepShortened = 1u << 4,   ///< the Newton step turned a node too far and was shortened; the next ones go on
 };
 
 /// Haptic -> simulation, renderer, recorder.

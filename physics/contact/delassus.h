@@ -1,0 +1,58 @@
+// The Delassus operator: how the contact rows influence each other through the needle and the tissue.
+#pragma once
+
+#include "physics/contact/tissue_points.h"
+#include "physics/needle/needle.h"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace stylet::physics {
+
+/// W = H_n A_n^-1 H_n^T + sum over bodies of H_v W_bar H_v^T   (physics/README.md eq. 14, paper eq. 5).
+/// Rows 2c and 2c+1 are the directions n_1, n_2 of contact c:
+///   H_n: (1 - a) n^T on the translation of the edge's first node, a n^T on its second's (straight edges);
+///   H_v: -n^T times the barycentric weights on the four nodes of the tetrahedron.
+class Delassus {
+public:
+  /// @param node_count  of the needle
+  /// @param max_rows    capacity; all memory is taken here
+  Delassus(int node_count, int max_rows);
+
+  /// Assembles W at the last linearisation of the needle.
+  /// @realtime no allocation; O(nodes rows^2)
+  void assemble(const Needle& needle, const TissuePoints& tissue, const std::vector<ActiveContact>& contacts,
+                int contact_count);
+
+  int rows() const { return rows_; }
+  /// W, m/N; the lower triangle is filled [rows x rows].
+  auto matrix() const { return w_.topLeftCorner(rows_, rows_); }
+  /// mean(diag W_v), m/N: the scale of the tissue's own compliance.
+  double mean_tissue_compliance() const { return mean_tissue_compliance_; }
+
+private:
+  void add_needle(const Needle& needle, const std::vector<ActiveContact>& contacts, int contact_count);
+  void add_tissue(const TissuePoints& tissue, const std::vector<ActiveContact>& contacts, int contact_count);
+
+  int rows_ = 0;
+  double mean_tissue_compliance_ = 0;
+  Eigen::MatrixXd w_;
+  std::vector<double> forward_;  // L^-1 H_n^T, row-major [6 node_count x max_rows]
+  int row_stride_;
+};
+
+/// delta = H_n p - H_v x for needle nodes at `nodes` + `motion` and tissue points free of the needle:
+/// the violation after the free motions   (physics/README.md eq. 14, paper eq. 3).
+/// @param motion      translations and spins [6 nodes]
+/// @param[out] delta  [2 contact_count], m
+/// @realtime
+void free_violation(const NeedleShape& shape, Eigen::Ref<const Eigen::VectorXd> motion, const TissuePoints& tissue,
+                    const std::vector<ActiveContact>& contacts, int contact_count, Eigen::Ref<Eigen::VectorXd> delta);
+
+/// load = H_n^T lambda: forces on the needle's nodes [6 nodes].
+/// @realtime
+void needle_load(const std::vector<ActiveContact>& contacts, int contact_count,
+                 Eigen::Ref<const Eigen::VectorXd> lambda, Eigen::Ref<Eigen::VectorXd> load);
+
+}  // namespace stylet::physics

@@ -1,0 +1,141 @@
+#include "physics/contact/insertion_path.h"
+
+#include "physics/contact/shaft.h"
+
+#include <algorithm>
+
+namespace stylet::physics {
+
+/// The straight-edge shaft of a NeedleState, by arc length.
+struct InsertionPath::Shaft {
+  explicit Shaft(const NeedleState& state) : needle(state), nodes(state.positions.leftCols(state.node_count)) {
+    start.push_back(0);
+    for (int i = 0; i + 1 < state.node_count; ++i) start.push_back(start.back() + (nodes.col(i + 1) - nodes.col(i)).norm());
+  }
+  int beams() const { return static_cast<int>(start.size()) - 1; }
+  double length() const { return start.back(); }
+  double edge_length(int beam) const {
+    return start[static_cast<std::size_t>(beam) + 1] - start[static_cast<std::size_t>(beam)];
+  }
+  /// Arc length of a projected point; beyond the tip it goes on along the last edge.
+  double arc_length(const ShaftPoint& point, const Eigen::Vector3d& projected) const {
+    if (point.ahead_of_tip) return length() + (projected - nodes.col(beams())).dot(point.tangent);
+    return start[static_cast<std::size_t>(point.beam)] + point.beam_fraction * edge_length(point.beam);
+  }
+  Eigen::Vector3d at(double s) const {
+    const auto above = std::upper_bound(start.begin() + 1, start.end() - 1, s);
+    const auto beam = static_cast<Eigen::Index>(above - start.begin() - 1);
+    const double edge = edge_length(static_cast<int>(beam));
+    const double fraction = edge > 0 ? (s - start[static_cast<std::size_t>(beam)]) / edge : 0;
+    return nodes.col(beam) + fraction * (nodes.col(beam + 1) - nodes.col(beam));
+  }
+
+  const NeedleState& needle;
+  Eigen::Matrix3Xd nodes;
+  std::vector<double> start;  // arc length at each node
+};
+
+InsertionPath::InsertionPath(std::span<const TissueModel> models, const InsertionPathSettings& settings)
+    : models_(models), settings_(settings), contacts_(models.size()) {}
+
+void InsertionPath::clear() {
+  for (auto& contacts : contacts_) contacts.clear();
+}
+
+int InsertionPath::contact_count() const {
+  std::size_t count = 0;
+  for (const auto& contacts : contacts_) count += contacts.size();
+  return static_cast<int>(count);
+}
+
+std::vector<int> InsertionPath::isolated_nodes(int body) const {
+  const auto b = static_cast<std::size_t>(body);
+  std::vector<int> nodes;
+  for (const PathContact& contact : contacts_[b]) {
+    const auto& tet = models_[b].topology.nodes(contact.point.tet);
+    nodes.insert(nodes.end(), tet.begin(), tet.end());
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+std::uint32_t InsertionPath::update(const NeedleState& needle, std::span<const Eigen::Matrix3Xd> positions) {
+  std::uint32_t flags = 0;
+  const Shaft shaft(needle);
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    remove_withdrawn(shaft, positions[b], b);
+    if (contacts_[b].empty()) flags |= lay_entry(shaft, positions[b], b);
+    if (!contacts_[b].empty()) flags |= lay_behind_tip(shaft, positions[b], b);
+    while (isolated_nodes(static_cast<int>(b)).size() > kMaxPatchNodes) {
+      contacts_[b].erase(contacts_[b].begin());
+      flags |= kPatchNodeOverflow;
+    }
+    for (PathContact& contact : contacts_[b]) {
+      const ShaftPoint at =
+          project_on_shaft(shaft.nodes, models_[b].topology.position(positions[b], contact.point));
+      contact.beam = at.beam;
+      contact.beam_fraction = std::clamp(at.beam_fraction, 0.0, 1.0);
+      contact.directions = lateral_directions(at.tangent, needle.orientations[static_cast<std::size_t>(at.beam)]);
+    }
+  }
+  return flags;
+}
+
+void InsertionPath::remove_withdrawn(const Shaft& shaft, const Eigen::Matrix3Xd& positions, std::size_t body) {
+  auto& contacts = contacts_[body];
+  while (!contacts.empty()) {
+    const Eigen::Vector3d x = models_[body].topology.position(positions, contacts.back().point);
+    const double s = shaft.arc_length(project_on_shaft(shaft.nodes, x), x);
+    if (s <= shaft.length() + settings_.removal_hysteresis) break;
+    contacts.pop_back();
+  }
+}
+
+std::uint32_t InsertionPath::lay_entry(const Shaft& shaft, const Eigen::Matrix3Xd& positions, std::size_t body) {
+  std::vector<SurfaceCrossing> crossings;
+  for (int beam = 0; beam < shaft.beams(); ++beam) {
+    const double edge = shaft.edge_length(beam);
+    if (!(edge > 0)) continue;
+    const Eigen::Vector3d tangent = (shaft.nodes.col(beam + 1) - shaft.nodes.col(beam)) / edge;
+    crossings.clear();
+    models_[body].topology.crossings(positions, shaft.nodes.col(beam), tangent, edge, crossings);
+    for (const SurfaceCrossing& crossing : crossings) {
+      if (crossing.entering) return lay(crossing.point, body);
+    }
+  }
+  return 0;
+}
+
+std::uint32_t InsertionPath::lay_behind_tip(const Shaft& shaft, const Eigen::Matrix3Xd& positions, std::size_t body) {
+  std::uint32_t flags = 0;
+  const TetTopology& topology = models_[body].topology;
+  const PathContact last = contacts_[body].back();
+  const Eigen::Vector3d x = topology.position(positions, last.point);
+  int hint = last.point.tet;
+  for (double s = shaft.arc_length(project_on_shaft(shaft.nodes, x), x) + settings_.spacing; s <= shaft.length();
+       s += settings_.spacing) {
+    const TetPoint point = topology.locate(positions, shaft.at(s), hint);
+    if (point.tet < 0) continue;  // the shaft has left the body; it may come back
+    flags |= lay(point, body);
+    hint = point.tet;
+  }
+  return flags;
+}
+
+std::uint32_t InsertionPath::lay(const TetPoint& point, std::size_t body) {
+  std::uint32_t flags = 0;
+  auto& contacts = contacts_[body];
+  if (contact_count() >= kMaxContacts) {
+    flags = kPatchContactOverflow;
+    if (contacts.empty()) return flags;
+    contacts.pop_back();
+  }
+  PathContact contact;
+  contact.id = next_id_++;
+  contact.point = point;
+  contacts.push_back(contact);
+  return flags;
+}
+
+}  // namespace stylet::physics

@@ -1,0 +1,108 @@
+#include "physics/contact/tissue_points.h"
+
+#include <algorithm>
+#include <array>
+
+namespace stylet::physics {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+TissuePoints::TissuePoints()
+    : contacts_(kMaxContacts),
+      bodies_(kMaxContacts),
+      free_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
+      current_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
+      forces_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
+      compliance_(Eigen::MatrixXd::Zero(3 * kMaxContacts, 3 * kMaxContacts)),
+      old_contacts_(kMaxContacts),
+      old_bodies_(kMaxContacts),
+      old_forces_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)) {}
+
+bool TissuePoints::load(const TissuePatch& patch) {
+  const int body_count = std::clamp(patch.body_count, 0, kMaxBodies);
+
+  // How many shallow contacts of each body to skip: taken from whichever body has most, until the rest fits.
+  std::array<int, kMaxBodies> skipped{};
+  int total = 0;
+  for (int b = 0; b < body_count; ++b) total += patch.bodies[b].contact_count;
+  const bool fits = total <= kMaxContacts;
+  for (; total > kMaxContacts; --total) {
+    int largest = 0;
+    for (int b = 1; b < body_count; ++b) {
+      const bool larger =
+          patch.bodies[b].contact_count - skipped[b] > patch.bodies[largest].contact_count - skipped[largest];
+      if (larger) largest = b;
+    }
+    ++skipped[largest];
+  }
+
+  std::swap(contacts_, old_contacts_);
+  std::swap(bodies_, old_bodies_);
+  forces_.swap(old_forces_);
+  const int old_count = count_;
+  count_ = 0;
+  for (int b = 0; b < body_count; ++b) {
+    const BodyPatch& body = patch.bodies[b];
+    for (int c = skipped[b]; c < body.contact_count; ++c) {
+      const PatchContact& contact = body.contacts[static_cast<std::size_t>(c)];
+      contacts_[static_cast<std::size_t>(count_)] = contact;
+      bodies_[static_cast<std::size_t>(count_)] = b;
+      Vector3d position = Vector3d::Zero();
+      for (int k = 0; k < 4; ++k)
+        position += contact.barycentric[k] * body.free_positions.col(contact.patch_nodes[k]);
+      free_.col(count_) = position;
+      forces_.col(count_).setZero();
+      for (int o = 0; o < old_count; ++o) {
+        const auto old = static_cast<std::size_t>(o);
+        if (old_bodies_[old] == b && old_contacts_[old].id == contact.id) forces_.col(count_) = old_forces_.col(o);
+      }
+      ++count_;
+    }
+  }
+  compute_compliance(patch);
+  move_points();
+  return fits;
+}
+
+void TissuePoints::compute_compliance(const TissuePatch& patch) {
+  for (int j = 0; j < count_; ++j) {
+    const PatchContact& cj = contact(j);
+    const Eigen::MatrixXd& w_bar = patch.bodies[body(j)].w_bar;
+    for (int i = 0; i <= j; ++i) {
+      Matrix3d block = Matrix3d::Zero();
+      if (body(i) == body(j)) {
+        const PatchContact& ci = contact(i);
+        for (int l = 0; l < 4; ++l) {
+          for (int k = 0; k < 4; ++k) {
+            block += (ci.barycentric[k] * cj.barycentric[l]) *
+                     w_bar.block<3, 3>(3 * ci.patch_nodes[k], 3 * cj.patch_nodes[l]);
+          }
+        }
+      }
+      compliance_.block<3, 3>(3 * i, 3 * j) = block;
+      compliance_.block<3, 3>(3 * j, 3 * i) = block.transpose();
+    }
+  }
+}
+
+void TissuePoints::apply(const std::vector<ActiveContact>& contacts, int contact_count,
+                         Eigen::Ref<const Eigen::VectorXd> lambda) {
+  forces_.leftCols(count_).setZero();
+  for (int c = 0; c < contact_count; ++c) {
+    const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
+    forces_.col(contact.point) = -(contact.directions * lambda.segment<2>(2 * c));
+  }
+  move_points();
+}
+
+void TissuePoints::move_points() {
+  current_.leftCols(count_) = free_.leftCols(count_);
+  Eigen::Map<Eigen::VectorXd> x(current_.data(), 3 * count_);
+  for (int j = 0; j < count_; ++j) {
+    if (forces_.col(j).isZero(0)) continue;
+    for (int d = 0; d < 3; ++d) x += forces_(d, j) * compliance_.col(3 * j + d).head(3 * count_);
+  }
+}
+
+}  // namespace stylet::physics

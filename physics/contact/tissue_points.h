@@ -1,0 +1,70 @@
+// The tissue's side of the contacts: material points of the patch, their compliance and their motion under the
+// needle.
+#pragma once
+
+#include "physics/loops/messages.h"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace stylet::physics {
+
+/// A tissue point in touch with the shaft in this step: one contact, two rows.
+struct ActiveContact {
+  int point = 0;                           ///< index into TissuePoints
+  int beam = 0;                            ///< edge of the needle that carries it
+  double beam_fraction = 0;                ///< 0 at the edge's first node, 1 at its second
+  Eigen::Matrix<double, 3, 2> directions;  ///< [n_1 n_2], unit, normal to the shaft
+};
+
+/// The contact points of a patch, all bodies together.
+///
+/// H_v of the paper factors into directions and barycentric weights, H_v = -D B, and only D changes between two
+/// simulation steps. So B W_bar B^T, a 3x3 block for every pair of points, is formed once a patch; a haptic step then
+/// costs one 2x2 block a pair, and the isolated DOFs' motion (paper eq. 7) is needed at the points only:
+///   W_v = D^T (B W_bar B^T) D,   x = B x_free + (B W_bar B^T) f,   f = -D lambda    (physics/README.md eq. 15-17)
+class TissuePoints {
+public:
+  TissuePoints();
+
+  /// Takes the contacts of a patch. Forces of contacts that the last patch had too (by body and id) are carried over,
+  /// so that points keep their displaced positions. Beyond kMaxContacts the shallowest contacts are left out.
+  /// @return false if contacts were left out
+  /// @realtime no allocation; O(points^2)
+  bool load(const TissuePatch& patch);
+  void clear() { count_ = 0; }
+
+  int count() const { return count_; }
+  int body(int point) const { return bodies_[static_cast<std::size_t>(point)]; }
+  const PatchContact& contact(int point) const { return contacts_[static_cast<std::size_t>(point)]; }
+  /// Position with all needle force removed, m.
+  auto free_position(int point) const { return free_.col(point); }
+  /// Position under the present forces, m.
+  auto position(int point) const { return current_.col(point); }
+  /// Force of the needle on the point, N.
+  auto force(int point) const { return forces_.col(point); }
+  /// Displacement of point i per force on point j, m/N [3 x 3]; zero between bodies.
+  auto compliance(int i, int j) const { return compliance_.block<3, 3>(3 * i, 3 * j); }
+
+  /// Sets the needle's forces f = -D lambda and moves every point accordingly.
+  /// @param lambda  multipliers [2 contacts], N
+  /// @realtime
+  void apply(const std::vector<ActiveContact>& contacts, int contact_count, Eigen::Ref<const Eigen::VectorXd> lambda);
+
+private:
+  void compute_compliance(const TissuePatch& patch);
+  void move_points();
+
+  int count_ = 0;
+  std::vector<PatchContact> contacts_;        // [count_]
+  std::vector<int> bodies_;                   // [count_] ascending
+  Eigen::Matrix3Xd free_, current_, forces_;  // [3 x count_]
+  Eigen::MatrixXd compliance_;                // leading [3 count_ x 3 count_], symmetric
+  // of the patch before, while the next one is loaded
+  std::vector<PatchContact> old_contacts_;
+  std::vector<int> old_bodies_;
+  Eigen::Matrix3Xd old_forces_;
+};
+
+}  // namespace stylet::physics

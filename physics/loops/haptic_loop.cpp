@@ -1,0 +1,245 @@
+#include "physics/loops/haptic_loop.h"
+
+#include "physics/contact/shaft.h"
+#include "physics/needle/rotation_vector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace stylet::physics {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+HapticLoop::HapticLoop(const HapticLoopSettings& settings, const StylusPose& initial_hub_pose)
+    : settings_(settings),
+      needle_(settings.needle, settings.base),
+      shape_(straight_needle(settings.needle, initial_hub_pose)),
+      predicted_(shape_),
+      hub_{initial_hub_pose.position, initial_hub_pose.orientation.normalized()},
+      next_hub_(hub_),
+      contacts_(kMaxContacts),
+      delassus_(needle_.node_count(), kMaxRows),
+      solver_(kMaxRows),
+      delta_free_(Eigen::VectorXd::Zero(kMaxRows)),
+      lambda_(Eigen::VectorXd::Zero(kMaxRows)),
+      load_(Eigen::VectorXd::Zero(6 * needle_.node_count())),
+      free_motion_(load_),
+      motion_(load_),
+      node_forces_(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
+      node_touched_(kMaxPatchNodes) {
+  if (!(settings.relative_compliance >= 0) || !(settings.max_base_translation > 0) ||
+      !(settings.max_base_rotation > 0) || !(settings.max_node_rotation > 0)) {
+    throw std::invalid_argument("haptic loop: compliance must not be negative and step limits must be positive");
+  }
+  publish_shape();
+}
+
+const NeedleState& HapticLoop::step(const StylusPose& hub, double dt, const TissuePatch& patch) {
+  if (!accept(hub, dt)) return keep(kNeedleNonFinite);
+  synchronise(patch);
+  if (!free_motion(dt)) return keep(kNeedleSolveFailed);   // 1 needle free motion
+  place_contacts();                                        // 2 contact points, directions, delta_free
+  compute_delassus();                                      // 3 W
+  if (!solve_contacts()) return keep(kNeedleSolveFailed);  // 4 lambda
+  if (!correct()) return keep(kNeedleNonFinite);           // 5 needle and isolated DOFs
+  feel();                                                  // 6 force at the base
+  publish(dt, patch);
+  return state_;
+}
+
+bool HapticLoop::accept(const StylusPose& hub, double dt) {
+  flags_ = 0;
+  const double norm = hub.orientation.norm();
+  if (!hub.position.allFinite() || !(norm > 1e-6) || !std::isfinite(norm) || !(dt > 0) || !std::isfinite(dt)) {
+    return false;
+  }
+  next_hub_ = {hub.position, Quaterniond(hub.orientation.coeffs() / norm)};
+  const Vector3d translation = hub.position - hub_.position;
+  const double distance = translation.stableNorm();
+  if (distance > settings_.max_base_translation) {
+    next_hub_.position = hub_.position + (settings_.max_base_translation / distance) * translation;
+    flags_ |= kNeedleBaseLimited;
+  }
+  const Vector3d rotation = logarithm(next_hub_.orientation * hub_.orientation.conjugate());
+  const double angle = rotation.norm();
+  if (angle > settings_.max_base_rotation) {
+    const Quaterniond turn = exponential(settings_.max_base_rotation / angle * rotation);
+    next_hub_.orientation = (turn * hub_.orientation).normalized();
+    flags_ |= kNeedleBaseLimited;
+  }
+  return true;
+}
+
+void HapticLoop::synchronise(const TissuePatch& patch) {
+  if (patch.epoch == 0 || patch.body_count == 0) {
+    tissue_.clear();
+    loaded_epoch_ = 0;
+    patch_fits_ = true;
+  } else if (patch.epoch != loaded_epoch_) {
+    patch_fits_ = tissue_.load(patch);
+    loaded_epoch_ = patch.epoch;
+  }
+  if (!patch_fits_) flags_ |= kNeedleRowOverflow;
+}
+
+// The needle first follows the hub rigidly, which is exact in the air whatever the rotation, and is linearised there:
+// one Newton step x = A_n^-1 b from the moved shape. x_free stays a vector: a needle bent by tissue springs far away
+// when let free, and contacts are better linearised where it really is.
+bool HapticLoop::free_motion(double dt) {
+  predicted_ = shape_;
+  follow_hub(predicted_, hub_, next_hub_);
+  if (!needle_.base_is_free()) {
+    predicted_.positions.col(0) = next_hub_.position;
+    predicted_.orientations[0] = next_hub_.orientation;
+  }
+  if (!needle_.linearise(predicted_, next_hub_, dt)) return false;
+  load_.setZero();
+  needle_.solve(load_, free_motion_);
+  return true;
+}
+
+void HapticLoop::place_contacts() {
+  active_count_ = 0;
+  const int last_beam = needle_.node_count() - 2;
+  for (int point = 0; point < tissue_.count(); ++point) {
+    ActiveContact& contact = contacts_[static_cast<std::size_t>(active_count_)];
+    contact.point = point;
+    if (settings_.coupling == Coupling::paper_frozen) {
+      const PatchContact& laid = tissue_.contact(point);
+      contact.beam = std::clamp(laid.beam, 0, last_beam);
+      contact.beam_fraction = laid.beam_fraction;
+      contact.directions = laid.directions;
+    } else {
+      const ShaftPoint on_shaft = project_on_shaft(predicted_.nodes(), tissue_.position(point));
+      if (on_shaft.ahead_of_tip || on_shaft.behind_hub) continue;
+      contact.beam = on_shaft.beam;
+      contact.beam_fraction = on_shaft.beam_fraction;
+      contact.directions = lateral_directions(on_shaft.tangent, predicted_.orientation(on_shaft.beam));
+    }
+    ++active_count_;
+  }
+  free_violation(predicted_, free_motion_, tissue_, contacts_, active_count_, delta_free_);
+}
+
+void HapticLoop::compute_delassus() {
+  delassus_.assemble(needle_, tissue_, contacts_, active_count_);
+}
+
+bool HapticLoop::solve_contacts() {
+  const double compliance = settings_.relative_compliance * delassus_.mean_tissue_compliance();
+  return solver_.solve(delassus_.matrix(), compliance, delta_free_.head(delassus_.rows()), lambda_);
+}
+
+// x = A_n^-1 (b + H_n^T lambda) for the needle, translations and rotations; x = x_free + W_bar H_v^T lambda for the
+// tissue (paper eq. 4, 7).
+bool HapticLoop::correct() {
+  needle_load(contacts_, active_count_, lambda_, load_);
+  needle_.solve(load_, motion_);
+  if (!motion_.allFinite() || !lambda_.head(2 * active_count_).allFinite()) return false;
+
+  double largest = 0;
+  for (int i = 0; i < needle_.node_count(); ++i) largest = std::max(largest, motion_.segment<3>(6 * i + 3).norm());
+  shape_ = predicted_;
+  if (largest > settings_.max_node_rotation) {
+    flags_ |= kNeedleStepShortened;
+    free_motion_ = settings_.max_node_rotation / largest * motion_;
+    move(shape_, free_motion_);
+  } else {
+    move(shape_, motion_);
+  }
+  hub_ = next_hub_;
+  tissue_.apply(contacts_, active_count_, lambda_);
+  return true;
+}
+
+// What the hand feels is minus what it must apply to the base. From the linearised rows of the first node, because
+// the internal force of the moved shape carries second-order axial strains times EA/L = 1e7 N/m that are not there
+// yet.
+void HapticLoop::feel() {
+  const Vector6d reaction = needle_.base_reaction(load_, motion_);
+  const Vector3d lever = predicted_.positions.col(0) - hub_.position;
+  state_.wrench.force = -reaction.head<3>();
+  state_.wrench.moment = -reaction.tail<3>() + lever.cross(state_.wrench.force);
+}
+
+const NeedleState& HapticLoop::keep(std::uint32_t reason) {
+  ++state_.step;
+  state_.flags = flags_ | reason;
+  return state_;
+}
+
+void HapticLoop::publish(double dt, const TissuePatch& patch) {
+  ++state_.step;
+  state_.time_s += dt;
+  state_.patch_epoch = loaded_epoch_;
+  state_.flags = flags_;
+  publish_shape();
+  publish_contacts();
+  publish_forces(patch);
+}
+
+void HapticLoop::publish_shape() {
+  state_.node_count = shape_.node_count;
+  state_.positions.leftCols(shape_.node_count) = shape_.nodes();
+  for (int i = 0; i < shape_.node_count; ++i) {
+    state_.orientations[static_cast<std::size_t>(i)] = shape_.orientation(i);
+  }
+}
+
+void HapticLoop::publish_contacts() {
+  state_.contact_count = active_count_;
+  const auto arc = [&](const ActiveContact& c) { return (c.beam + c.beam_fraction) * needle_.beam_length(); };
+  const ActiveContact* deepest = nullptr;
+  for (int c = 0; c < active_count_; ++c) {
+    const ActiveContact& contact = contacts_[static_cast<std::size_t>(c)];
+    const PatchContact& laid = tissue_.contact(contact.point);
+    state_.contacts[static_cast<std::size_t>(c)] = {.id = laid.id,
+                                                    .body = tissue_.body(contact.point),
+                                                    .tet = laid.tet,
+                                                    .barycentric = laid.barycentric,
+                                                    .beam = contact.beam,
+                                                    .beam_fraction = contact.beam_fraction,
+                                                    .position = tissue_.position(contact.point),
+                                                    .force = tissue_.force(contact.point)};
+    if (deepest == nullptr || arc(contact) > arc(*deepest)) deepest = &contact;
+  }
+
+  // The tip is in the body of the contact nearest to it; its depth there counts from that body's first contact.
+  state_.tip = deepest == nullptr ? TipState::outside : TipState::inside;
+  state_.tip_body = deepest == nullptr ? -1 : tissue_.body(deepest->point);
+  state_.tip_depth = 0;
+  for (int c = 0; c < active_count_; ++c) {
+    const ActiveContact& contact = contacts_[static_cast<std::size_t>(c)];
+    if (tissue_.body(contact.point) != state_.tip_body) continue;
+    state_.tip_depth = std::max(state_.tip_depth, needle_.rest_length() - arc(contact));
+  }
+}
+
+void HapticLoop::publish_forces(const TissuePatch& patch) {
+  state_.force_count = 0;
+  int point = 0;
+  while (point < tissue_.count()) {  // points are sorted by body
+    const int body = tissue_.body(point);
+    const BodyPatch& nodes = patch.bodies[static_cast<std::size_t>(body)];
+    node_forces_.leftCols(nodes.node_count).setZero();
+    std::fill_n(node_touched_.begin(), nodes.node_count, false);
+    for (; point < tissue_.count() && tissue_.body(point) == body; ++point) {
+      if (tissue_.force(point).isZero(0)) continue;
+      const PatchContact& contact = tissue_.contact(point);
+      for (int k = 0; k < 4; ++k) {
+        const int node = contact.patch_nodes[static_cast<std::size_t>(k)];
+        node_forces_.col(node) += contact.barycentric[k] * tissue_.force(point);
+        node_touched_[static_cast<std::size_t>(node)] = true;
+      }
+    }
+    for (int n = 0; n < nodes.node_count; ++n) {
+      if (!node_touched_[static_cast<std::size_t>(n)]) continue;
+      state_.forces[static_cast<std::size_t>(state_.force_count++)] = {
+          body, nodes.node_ids[static_cast<std::size_t>(n)], node_forces_.col(n)};
+    }
+  }
+}
+
+}  // namespace stylet::physics

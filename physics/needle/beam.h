@@ -1,0 +1,53 @@
+// Corotational Timoshenko beam element for large displacements and rotations (Battini and Pacoste 2002).
+#pragma once
+
+#include "physics/needle/section.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace stylet::physics {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector12d = Eigen::Matrix<double, 12, 1>;
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
+
+/// Unloaded beam between two nodes.
+struct Beam {
+  double length = 0;  ///< rest length, m
+  Eigen::Matrix3d rest_frame =
+      Eigen::Matrix3d::Identity();  ///< node frame <- element frame at rest, x along the beam
+  SectionStiffness section;
+};
+
+/// Pose of one end: position and node frame -> patient frame.
+struct BeamEnd {
+  Eigen::Vector3d position;
+  Eigen::Matrix3d orientation;
+};
+
+/// Force and tangent on the 12 DOFs (translation, spin of the first node, then of the second), patient frame.
+/// Spins act from the left: R <- exp(w) R.
+struct BeamResponse {
+  Vector12d force;    ///< internal force: the exact gradient of beam_energy()
+  Matrix12d tangent;  ///< symmetrised derivative of the force; exact for small local rotations, see below
+};
+
+/// Which part of the tangent to compute.
+enum class Tangent {
+  full,      ///< with the geometric part (buckling, stress stiffening); may be indefinite
+  material,  ///< positive semi-definite whatever the load
+};
+
+/// Elastic energy, J (physics/README.md eq. 9).
+double beam_energy(const Beam& beam, const BeamEnd& a, const BeamEnd& b);
+
+/// Internal force and tangent (physics/README.md eq. 10, 11).
+/// The consistent tangent of the cited element leaves out the change of the frame's coefficients with the load and is
+/// not symmetric away from equilibrium; the difference is of the order of the local rotations (8e-6 relative at 2
+/// mrad) and a conservative force has a symmetric Hessian, so it is symmetrised.
+/// @realtime  no allocation
+BeamResponse beam_response(const Beam& beam, const BeamEnd& a, const BeamEnd& b, Tangent tangent = Tangent::full);
+
+}  // namespace stylet::physics
