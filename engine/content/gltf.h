@@ -28,7 +28,7 @@ namespace stylet::content {
 struct GltfLimits {
   std::size_t file_bytes = 256u << 20;
   int json_depth = 128;
-  std::size_t elements = 20'000'000;  ///< vertices or indices of one accessor, and of the whole file
+  std::size_t elements = 5'000'000;  ///< vertices or indices of one accessor, and of the whole file
   int node_depth = 256;
   std::size_t instances = 100'000;  ///< nodes visited
   double coordinate_m = 100.0;      ///< |x| after transforms

@@ -1,0 +1,131 @@
+#include "engine/content/anatomy.h"
+
+#include "engine/content/surface_mesh.h"
+#include "engine/content/tissue_table.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+#include <tuple>
+
+namespace stylet::content {
+namespace {
+
+SurfaceRole role_of(const std::string& name) {
+  static const std::map<std::string, SurfaceRole> kRoles{{"boundary", SurfaceRole::boundary},
+                                                         {"region", SurfaceRole::region},
+                                                         {"vessel", SurfaceRole::vessel},
+                                                         {"target", SurfaceRole::target},
+                                                         {"visual", SurfaceRole::visual}};
+  const auto found = kRoles.find(name);
+  return found == kRoles.end() ? SurfaceRole::boundary : found->second;
+}
+
+int resolve_tissue(const GltfOrgan& node, const std::string& chosen, const std::string& place,
+                   std::vector<Tissue>& tissues, std::vector<std::string>& problems) {
+  TissueAnnotation annotation;
+  if (!chosen.empty()) {
+    annotation.preset = chosen;
+  } else if (node.tissue) {
+    annotation = *node.tissue;
+  } else {
+    problems.push_back(
+        fmt::format("{}: {} has no tissue; add extras.tissue to its material, or a tissue in the "
+                    "scenario's organs/nodes",
+                    place, node.name));
+    return 0;
+  }
+  const int tissue = find_or_add_tissue(tissues, annotation, node.name);
+  if (tissue >= 0) return tissue;
+  std::set<std::string> names;
+  for (const Tissue& t : tissues) names.insert(t.name);
+  const std::string close = nearest(annotation.preset, names);
+  problems.push_back(fmt::format("{}: {} names the tissue \"{}\", which the tissue table does not have{}", place,
+                                 node.name, annotation.preset,
+                                 close.empty() ? "; add it there" : fmt::format("; did you mean \"{}\"?", close)));
+  return 0;
+}
+
+void append(TriangleMesh& to, const TriangleMesh& from, const Eigen::Affine3d& patient_from_file) {
+  const auto base = static_cast<std::uint32_t>(to.vertices.size());
+  for (const auto& vertex : from.vertices) to.vertices.push_back(patient_from_file * vertex);
+  for (const auto& [a, b, c] : from.triangles) to.triangles.push_back({base + a, base + b, base + c});
+}
+
+}  // namespace
+
+std::vector<Organ> build_anatomy(const ScenarioFile& scenario, std::span<const GltfScene> files,
+                                 std::vector<Tissue>& tissues, std::vector<std::string>& problems) {
+  std::vector<Organ> organs;
+  std::map<std::tuple<std::string, int, std::string, int>, std::size_t> known;
+  for (std::size_t f = 0; f < files.size(); ++f) {
+    const OrganFile& file = scenario.organs[f];
+    std::set<std::string> names;
+    for (const GltfOrgan& node : files[f].organs) {
+      const std::string place = fmt::format("{}:/{}", file.path.string(), node.place);
+      names.insert(node.name);
+      OrganAnnotation annotation = node.organ;
+      std::string tissue_name;
+      if (const auto entry = file.nodes.find(node.name); entry != file.nodes.end()) {
+        annotation = entry->second.organ;
+        tissue_name = entry->second.tissue;
+        if (annotation.role.empty()) annotation.role = node.organ.role;
+        if (annotation.body.empty()) annotation.body = node.organ.body;
+      }
+      if (annotation.role == "ignore") continue;
+      if (annotation.id.empty()) {
+        problems.push_back(
+            fmt::format("{}: {} has no extras.organ.id; annotate it, or list it in the scenario's "
+                        "organs/{}/nodes (role \"ignore\" leaves it out)",
+                        place, node.name, f));
+        continue;
+      }
+      const int tissue = resolve_tissue(node, tissue_name, place, tissues, problems);
+      const SurfaceRole role = role_of(annotation.role);
+      const auto [entry, added] =
+          known.try_emplace({annotation.id, static_cast<int>(role), annotation.body, tissue}, organs.size());
+      if (added) {
+        organs.push_back({.id = annotation.id,
+                          .name = node.name,
+                          .place = place,
+                          .body = annotation.body,
+                          .role = role,
+                          .tissue = tissue,
+                          .mesh = {},
+                          .volume = 0});
+      }
+      append(organs[entry->second].mesh, node.mesh, file.patient_from_file);
+    }
+    for (const auto& [name, override] : file.nodes) {
+      if (names.contains(name)) continue;
+      const std::string close = nearest(name, names);
+      problems.push_back(fmt::format("{}:/organs/{}/nodes: {} has no node \"{}\"{}", scenario.path.string(), f,
+                                     file.path.filename().string(), name,
+                                     close.empty() ? "; remove it" : fmt::format("; did you mean \"{}\"?", close)));
+    }
+  }
+  for (Organ& organ : organs) {
+    try {
+      organ.mesh = organ.role == SurfaceRole::visual ? clean_surface(organ.mesh, organ.place)
+                                                     : solid_surface(organ.mesh, organ.place);
+      organ.volume = inspect(organ.mesh).volume;
+    } catch (const ContentError& error) {
+      problems.emplace_back(error.what());
+    }
+  }
+  return organs;
+}
+
+const Organ* find_organ(std::span<const Organ> organs, const std::string& id) {
+  const Organ* found = nullptr;
+  for (const Organ& organ : organs) {
+    if (organ.id == id &&
+        (found == nullptr || (found->role != SurfaceRole::boundary && organ.role == SurfaceRole::boundary))) {
+      found = &organ;
+    }
+  }
+  return found;
+}
+
+}  // namespace stylet::content

@@ -1,0 +1,21 @@
+// A closed organ becomes a deformable body: tetrahedra, their tissue, and the nodes that hold it.
+#pragma once
+
+#include "engine/content/anatomy.h"
+#include "engine/content/scenario_file.h"
+#include "engine/content/scene.h"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace stylet::content {
+
+/// Tetrahedralises the boundary of `request`, gives each tetrahedron the tissue of the smallest region or target of
+/// the body that contains its centroid (else of the boundary), and marks the fixed nodes. Vessels give no mechanics:
+/// their walls are thinner than any tetrahedron.
+/// What is wrong is appended to `problems`; the body is then not to be used.
+DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs, const std::string& scenario,
+                          std::vector<std::string>& problems);
+
+}  // namespace stylet::content

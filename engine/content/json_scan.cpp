@@ -1,0 +1,76 @@
+#include "engine/content/json_scan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+#include <vector>
+
+namespace stylet::content {
+namespace {
+
+struct Level {
+  bool object = false;
+  bool expects_key = false;
+  std::set<std::string_view> keys;
+};
+
+}  // namespace
+
+std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool allow_duplicate_keys) {
+  std::vector<Level> levels;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') {
+      const std::size_t begin = i + 1;
+      for (++i; i < text.size() && text[i] != '"'; ++i) {
+        if (text[i] == '\\') ++i;
+      }
+      if (i >= text.size()) return std::nullopt;  // unterminated: the parser says where
+      if (levels.empty() || !levels.back().expects_key) continue;
+      levels.back().expects_key = false;
+      const std::string_view key = text.substr(begin, i - begin);
+      if (!allow_duplicate_keys && !levels.back().keys.insert(key).second) {
+        return JsonScanFinding{begin - 1, fmt::format("key \"{}\" appears twice in one object; keep one", key)};
+      }
+    } else if (c == '{' || c == '[') {
+      if (static_cast<int>(levels.size()) >= depth) {
+        return JsonScanFinding{i, fmt::format("nested deeper than {} levels; flatten it", depth)};
+      }
+      levels.push_back({.object = c == '{', .expects_key = c == '{', .keys = {}});
+    } else if (c == '}' || c == ']') {
+      if (!levels.empty()) levels.pop_back();
+    } else if (c == ',') {
+      if (!levels.empty()) levels.back().expects_key = levels.back().object;
+    } else if (c == '-' || (c >= '0' && c <= '9')) {
+      std::size_t end = i + 1;
+      while (end < text.size() && std::string_view("0123456789+-.eE").find(text[end]) != std::string_view::npos)
+        ++end;
+      double value = 0;
+      const auto [stop, error] = std::from_chars(text.data() + i, text.data() + end, value);
+      // from_chars reports underflow the same way; only a positive exponent can overflow.
+      const std::string_view number = text.substr(i, end - i);
+      const std::size_t exponent = number.find_first_of("eE");
+      const bool tiny =
+          exponent != std::string_view::npos && exponent + 1 < number.size() && number[exponent + 1] == '-';
+      if (error == std::errc::result_out_of_range && !tiny) {
+        return JsonScanFinding{
+            i, fmt::format("number {} does not fit a double; write a finite number", number.substr(0, 40))};
+      }
+      i = end - 1;
+    }
+  }
+  return std::nullopt;
+}
+
+std::string line_and_column(std::string_view text, std::size_t offset) {
+  offset = std::min(offset, text.size());
+  const std::string_view before = text.substr(0, offset);
+  const auto line = std::count(before.begin(), before.end(), '\n') + 1;
+  const std::size_t start = before.rfind('\n');
+  const std::size_t column = start == std::string_view::npos ? offset + 1 : offset - start;
+  return fmt::format("{}:{}", line, column);
+}
+
+}  // namespace stylet::content

@@ -1,0 +1,24 @@
+// A look at JSON text before a parser builds anything from it: depth, duplicate keys, numbers that do not fit.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace stylet::content {
+
+/// Something to refuse, by byte offset.
+struct JsonScanFinding {
+  std::size_t offset = 0;
+  std::string what;
+};
+
+/// First finding of: nesting deeper than `depth`, a key twice in one object (unless allowed), a number beyond double.
+/// Does not check syntax: the parser does. Linear time, no recursion.
+std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool allow_duplicate_keys);
+
+/// "line:column" of a byte offset, both from 1.
+std::string line_and_column(std::string_view text, std::size_t offset);
+
+}  // namespace stylet::content

@@ -1,0 +1,149 @@
+#include "engine/content/motion.h"
+
+#include "engine/content/json_reader.h"
+#include "engine/content/motion_file.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+namespace stylet::content {
+namespace {
+
+using nlohmann::json;
+
+/// Row of a track: [t, px, py, pz, qw, qx, qy, qz] or the same with buttons.
+constexpr std::size_t kPoseNumbers = 8;
+constexpr double kLongest = 24 * 3600;  ///< s
+constexpr double kFarthest = 100;       ///< m
+
+/// Problems of one row; empty: none.
+std::string check_row(const json& row, double previous, MotionSample& sample) {
+  if (!row.is_array() || (row.size() != kPoseNumbers && row.size() != kPoseNumbers + 1)) {
+    return "is not [t, px, py, pz, qw, qx, qy, qz] with optional buttons";
+  }
+  for (const json& value : row) {
+    if (!value.is_number() || !std::isfinite(value.get<double>())) return "holds something that is no finite number";
+  }
+  const auto number = [&](std::size_t i) { return row[i].get<double>(); };
+  sample.time_s = number(0);
+  if (sample.time_s < 0 || sample.time_s > kLongest) {
+    return fmt::format("time is {:g} s, accepted is 0 to {:g}", sample.time_s, kLongest);
+  }
+  if (!(sample.time_s > previous)) {
+    return fmt::format("time {:g} s does not come after {:g} s; sort the samples by time", sample.time_s, previous);
+  }
+  sample.pose.position = {number(1), number(2), number(3)};
+  if (sample.pose.position.cwiseAbs().maxCoeff() > kFarthest) {
+    return fmt::format("position is farther than {:g} m; positions are metres in the patient frame", kFarthest);
+  }
+  const Eigen::Quaterniond q(number(4), number(5), number(6), number(7));
+  if (std::abs(q.norm() - 1) > 1e-3)
+    return fmt::format("quaternion has norm {:.4g}, expected 1 [w, x, y, z]", q.norm());
+  sample.pose.orientation = q.normalized();
+  sample.buttons = 0;
+  if (row.size() > kPoseNumbers) {
+    const double buttons = number(kPoseNumbers);
+    if (buttons < 0 || buttons > 4294967295.0 || buttons != std::floor(buttons)) {
+      return "buttons are not a whole number from 0 to 2^32 - 1";
+    }
+    sample.buttons = static_cast<std::uint32_t>(buttons);
+  }
+  return {};
+}
+
+std::vector<MotionSample> read_track(JsonFile& file, JsonObject tracks, const std::string& name, bool required) {
+  std::vector<MotionSample> track;
+  const json* rows = tracks.array(name, required);
+  if (rows == nullptr) return track;
+  if (required && rows->size() < 2) tracks.problem(name, "has fewer than 2 samples; record a motion");
+  double previous = -1;
+  int bad = 0;
+  for (std::size_t i = 0; i < rows->size() && bad < 10; ++i) {
+    MotionSample sample;
+    const std::string what = check_row((*rows)[i], previous, sample);
+    if (!what.empty()) {
+      file.add_problem(fmt::format("{}/{}/{}", tracks.pointer(), name, i), what);
+      ++bad;
+      continue;
+    }
+    previous = sample.time_s;
+    track.push_back(sample);
+  }
+  return track;
+}
+
+}  // namespace
+
+Motion read_motion(JsonFile& file) {
+  JsonObject root = file.root("stylet-motion", 1);
+  Motion motion;
+  for (const char* key : {"name", "licence", "source"}) root.ignore(key);
+  if (auto tracks = root.object("tracks")) {
+    motion.stylus = read_track(file, *tracks, "stylus", true);
+    tracks->ignore("stylus");
+    motion.probe = read_track(file, *tracks, "probe", false);
+    tracks->ignore("probe");
+    tracks->finish();
+  }
+  root.finish();
+  return motion;
+}
+
+Motion read_motion(const std::filesystem::path& path) {
+  JsonFile file(path, kMotionLimits);
+  Motion motion = read_motion(file);
+  file.throw_problems();
+  return motion;
+}
+
+void write_motion(const Motion& motion, const std::string& name, const std::filesystem::path& path) {
+  std::string out;
+  const auto write_track = [&](const char* key, const std::vector<MotionSample>& track) {
+    out += fmt::format("    \"{}\": [", key);
+    for (std::size_t i = 0; i < track.size(); ++i) {
+      const auto& p = track[i].pose.position;
+      const auto& q = track[i].pose.orientation;
+      out += fmt::format("{}\n      [{:.6f}, {:.6f}, {:.6f}, {:.6f}, {:.6f}, {:.6f}, {:.6f}, {:.6f}",
+                         i == 0 ? "" : ",", track[i].time_s, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z());
+      if (track[i].buttons != 0) out += fmt::format(", {}", track[i].buttons);
+      out += "]";
+    }
+    out += "\n    ]";
+  };
+  out += fmt::format(
+      "{{\n  \"format\": \"stylet-motion\",\n  \"version\": 1,\n  \"name\": {},\n  \"licence\": \"CC0-1.0\",\n",
+      json(name).dump());
+  out += "  \"tracks\": {\n";
+  write_track("stylus", motion.stylus);
+  if (!motion.probe.empty()) {
+    out += ",\n";
+    write_track("probe", motion.probe);
+  }
+  out += "\n  }\n}\n";
+  std::ofstream file(path, std::ios::binary);
+  file.write(out.data(), static_cast<std::streamsize>(out.size()));
+  if (!file.flush()) {
+    throw ContentError(fmt::format("{}: cannot be written; check folder and space", path.string()));
+  }
+}
+
+MotionSample sample_motion(const std::vector<MotionSample>& track, double time_s) {
+  const auto after = std::upper_bound(track.begin(), track.end(), time_s,
+                                      [](double t, const MotionSample& sample) { return t < sample.time_s; });
+  if (after == track.begin()) return track.front();
+  if (after == track.end()) return track.back();
+  const MotionSample& a = *(after - 1);
+  const MotionSample& b = *after;
+  const double share = (time_s - a.time_s) / (b.time_s - a.time_s);
+  MotionSample out = a;
+  out.time_s = time_s;
+  out.pose.position = (1 - share) * a.pose.position + share * b.pose.position;
+  out.pose.orientation = a.pose.orientation.slerp(share, b.pose.orientation);
+  return out;
+}
+
+}  // namespace stylet::content

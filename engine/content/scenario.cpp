@@ -1,0 +1,302 @@
+#include "engine/content/scenario.h"
+
+#include "engine/content/anatomy.h"
+#include "engine/content/deformable.h"
+#include "engine/content/embedding.h"
+#include "engine/content/gltf.h"
+#include "engine/content/instruments.h"
+#include "engine/content/json_reader.h"
+#include "engine/content/label_volume.h"
+#include "engine/content/motion_file.h"
+#include "engine/content/scenario_file.h"
+#include "engine/content/surface_mesh.h"
+#include "engine/content/tissue_table.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace stylet::content {
+namespace {
+
+using Problems = std::vector<std::string>;
+
+/// A vertex may stick out of its body by about this many tetrahedra before its picture would flap.
+constexpr float kLargestWeight = 6;
+
+/// Reads one JSON file with `reader`; what is wrong goes to `problems`.
+template <typename Reader>
+auto read_json(const std::filesystem::path& path, Reader&& reader, Problems& problems,
+               const JsonLimits& limits = {}) {
+  using Result = decltype(reader(std::declval<JsonFile&>()));
+  Result result{};
+  try {
+    JsonFile file(path, limits);
+    result = reader(file);
+    problems.insert(problems.end(), file.problems().begin(), file.problems().end());
+  } catch (const ContentError& error) {
+    problems.emplace_back(error.what());
+  }
+  return result;
+}
+
+std::vector<GltfScene> read_organs(const ScenarioFile& scenario, Problems& problems) {
+  std::vector<GltfScene> files(scenario.organs.size());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    try {
+      files[i] = read_gltf(scenario.organs[i].path);
+    } catch (const ContentError& error) {
+      problems.emplace_back(error.what());
+    }
+  }
+  return files;
+}
+
+/// The body of each organ by name: those that are a boundary, those a scenario lets a body carry.
+void assign_bodies(const ScenarioFile& scenario, std::vector<Organ>& organs, Problems& problems) {
+  std::set<std::string> names;
+  for (const BodyRequest& body : scenario.bodies) {
+    names.insert(body.name);
+    for (Organ& organ : organs) {
+      const bool carried = std::find(body.carries.begin(), body.carries.end(), organ.id) != body.carries.end();
+      if (carried || (organ.id == body.boundary && organ.role == SurfaceRole::boundary)) organ.body = body.name;
+    }
+    for (std::size_t i = 0; i < body.carries.size(); ++i) {
+      if (find_organ(organs, body.carries[i]) == nullptr) {
+        problems.push_back(
+            fmt::format("{}:{}/carries/{}: there is no organ \"{}\" in the organ files; correct its id",
+                        scenario.path.string(), body.pointer, i, body.carries[i]));
+      }
+    }
+  }
+  // A body that this scenario does not simulate stands still, and what it carries with it.
+  for (Organ& organ : organs) {
+    if (!names.contains(organ.body)) organ.body.clear();
+  }
+}
+
+int body_index(const ScenarioFile& scenario, const std::string& name) {
+  for (std::size_t i = 0; i < scenario.bodies.size(); ++i) {
+    if (scenario.bodies[i].name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+Surface build_surface(const Organ& organ, int body, const std::vector<DeformableBody>& bodies, Problems& problems) {
+  Surface surface;
+  surface.name = organ.name;
+  surface.tissue = organ.tissue;
+  surface.role = organ.role;
+  surface.body = body;
+  for (const auto& vertex : organ.mesh.vertices) surface.positions.push_back(vertex.cast<float>());
+  surface.normals = smooth_normals(organ.mesh);
+  for (const auto& triangle : organ.mesh.triangles) {
+    surface.indices.insert(surface.indices.end(), triangle.begin(), triangle.end());
+  }
+  if (body >= 0) {
+    surface.embedding = embed(surface.positions, bodies[static_cast<std::size_t>(body)].mesh);
+    if (const float weight = largest_weight(surface.embedding); weight > kLargestWeight) {
+      problems.push_back(
+          fmt::format("{}: {} sticks out of the body {} too far to move with it (weight {:.1f}, the "
+                      "limit is {}); cut it there, use a smaller cell, or make it rigid",
+                      organ.place, organ.name, organ.body, weight, kLargestWeight));
+    }
+  }
+  return surface;
+}
+
+LabelVolume build_labels(const ScenarioFile& scenario, const std::vector<Organ>& organs,
+                         const std::vector<Tissue>& tissues, Problems& problems) {
+  // Larger organs first: what lies inside another is smaller and wins; where neighbours overlap, too.
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < organs.size(); ++i) {
+    if (organs[i].role != SurfaceRole::visual) order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return organs[a].volume > organs[b].volume; });
+  std::vector<LabelledSolid> solids;
+  LabelFiller filler;
+  const LabelRequest& request = scenario.labels;
+  for (const std::size_t i : order) {
+    if (organs[i].id == request.behind) filler.wall.push_back(solids.size());
+    solids.push_back({&organs[i].mesh, static_cast<std::uint8_t>(organs[i].tissue),
+                      static_cast<std::int8_t>(body_index(scenario, organs[i].body))});
+  }
+  std::optional<LabelFiller> between;
+  if (!request.filler.empty()) {
+    const int tissue = find_tissue(tissues, request.filler);
+    if (tissue < 0) {
+      problems.push_back(fmt::format("{}:/labels/filler: the tissue table has no \"{}\"; correct its name",
+                                     scenario.path.string(), request.filler));
+    }
+    if (filler.wall.empty()) {
+      problems.push_back(fmt::format("{}:/labels/behind: there is no organ \"{}\"; correct its id",
+                                     scenario.path.string(), request.behind));
+    }
+    filler.label = static_cast<std::uint8_t>(std::max(tissue, 0));
+    request.front.cwiseAbs().maxCoeff(&filler.axis);
+    filler.positive = request.front[filler.axis] > 0;
+    between = filler;
+  }
+  return voxelise(solids, request.spacing, between);
+}
+
+std::vector<Target> build_targets(const ScenarioFile& scenario, const std::vector<Organ>& organs,
+                                  Problems& problems) {
+  std::vector<Target> targets;
+  for (const TargetRequest& request : scenario.targets) {
+    Target target{.name = request.name, .centre = request.centre, .radius = request.radius};
+    if (!request.organ.empty()) {
+      const Organ* organ = find_organ(organs, request.organ);
+      if (organ == nullptr) {
+        problems.push_back(fmt::format("{}:{}/organ: there is no organ \"{}\" in the organ files; correct its id",
+                                       scenario.path.string(), request.pointer, request.organ));
+        continue;
+      }
+      // Centre and volume of the solid: tetrahedra from the origin to each triangle.
+      Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+      double volume = 0;
+      for (const auto& [a, b, c] : organ->mesh.triangles) {
+        const auto& v = organ->mesh.vertices;
+        const double tet = v[a].dot(v[b].cross(v[c])) / 6;
+        volume += tet;
+        moment += tet * 0.25 * (v[a] + v[b] + v[c]);
+      }
+      target.centre = moment / volume;
+      target.radius = std::cbrt(0.75 * volume / std::numbers::pi);
+    }
+    targets.push_back(target);
+  }
+  return targets;
+}
+
+/// Everything load_scene() and validate() do. Steps that need sound input are left out after a problem.
+std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgress& progress, Problems& problems) {
+  const auto report = [&](const std::string& doing, double share) {
+    if (progress) progress(doing, share);
+  };
+  report("reading the scenario", 0);
+  const ScenarioFile scenario = read_json(path, read_scenario_file, problems);
+  if (!problems.empty() && scenario.path.empty()) return std::nullopt;
+
+  Scene scene;
+  // Files whose path is wrong were already reported by the scenario.
+  if (!scenario.tissues.empty()) scene.tissues = read_json(scenario.tissues, read_tissues, problems);
+  if (!scenario.needle.empty()) scene.needle = read_json(scenario.needle, read_needle, problems);
+  if (!scenario.probe.empty()) scene.probe = read_json(scenario.probe, read_probe, problems);
+  if (!scenario.motion.empty()) {
+    scene.motion = read_json(
+        scenario.motion, [](JsonFile& file) { return read_motion(file); }, problems, kMotionLimits);
+  }
+  report("reading the organs", 0.02);
+  const std::vector<GltfScene> files = read_organs(scenario, problems);
+  if (!problems.empty()) return std::nullopt;
+
+  report("checking the surfaces", 0.1);
+  std::vector<Organ> organs = build_anatomy(scenario, files, scene.tissues, problems);
+  assign_bodies(scenario, organs, problems);
+  scene.targets = build_targets(scenario, organs, problems);
+  if (!problems.empty()) return std::nullopt;
+
+  for (std::size_t i = 0; i < scenario.bodies.size(); ++i) {
+    report("tetrahedralising " + scenario.bodies[i].name,
+           0.2 + 0.5 * static_cast<double>(i) / static_cast<double>(scenario.bodies.size()));
+    scene.bodies.push_back(build_body(scenario.bodies[i], organs, scenario.path.string(), problems));
+  }
+  if (!problems.empty()) return std::nullopt;
+
+  report("embedding the surfaces", 0.7);
+  for (const Organ& organ : organs) {
+    scene.surfaces.push_back(build_surface(organ, body_index(scenario, organ.body), scene.bodies, problems));
+  }
+  report("labelling the volume", 0.85);
+  scene.labels = build_labels(scenario, organs, scene.tissues, problems);
+  if (!problems.empty()) return std::nullopt;
+
+  scene.name = scenario.name;
+  scene.title = scenario.title;
+  scene.scenario = scenario.path;
+  scene.room_from_patient = scenario.room_from_patient;
+  scene.probe.pose = scenario.probe_pose;
+  scene.camera = scenario.camera;
+  scene.rates = scenario.rates;
+  scene.coupling = scenario.coupling;
+  scene.contact_spacing = scenario.contact_spacing;
+  scene.damping_time_s = scenario.damping_time_s;
+  report("ready", 1);
+  return scene;
+}
+
+/// A glTF file on its own: readable, and each annotated organ is what its role asks for.
+void validate_gltf(const std::filesystem::path& path, Problems& problems) {
+  try {
+    for (const GltfOrgan& organ : read_gltf(path).organs) {
+      if (organ.organ.role == "ignore" || organ.organ.id.empty()) continue;
+      try {
+        const std::string place = fmt::format("{}:/{}", path.string(), organ.place);
+        (void)(organ.organ.deformable ? solid_surface(organ.mesh, place) : clean_surface(organ.mesh, place));
+      } catch (const ContentError& error) {
+        problems.emplace_back(error.what());
+      }
+    }
+  } catch (const ContentError& error) {
+    problems.emplace_back(error.what());
+  }
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress) {
+  Problems problems;
+  std::optional<Scene> scene = assemble(scenario, progress, problems);
+  if (!problems.empty()) {
+    throw ContentError(problems.size() == 1 ? problems.front()
+                                            : fmt::format("{} (and {} more; `stylet validate {}` lists them)",
+                                                          problems.front(), problems.size() - 1, scenario.string()));
+  }
+  return std::move(*scene);
+}
+
+std::vector<std::string> validate(const std::filesystem::path& path) {
+  Problems problems;
+  try {
+    const std::string extension = path.extension().string();
+    if (extension == ".glb" || extension == ".gltf") {
+      validate_gltf(path, problems);
+      return problems;
+    }
+    std::string format;
+    {
+      const JsonFile file(path, kMotionLimits);
+      if (file.tree().is_object() && file.tree().contains("format") && file.tree()["format"].is_string()) {
+        format = file.tree()["format"].get<std::string>();
+      }
+    }
+    if (format == "stylet-scenario") {
+      assemble(path, {}, problems);
+    } else if (format == "stylet-tissues") {
+      read_json(path, read_tissues, problems);
+    } else if (format == "stylet-needle") {
+      read_json(path, read_needle, problems);
+    } else if (format == "stylet-probe") {
+      read_json(path, read_probe, problems);
+    } else if (format == "stylet-motion") {
+      read_json(
+          path, [](JsonFile& file) { return read_motion(file); }, problems, kMotionLimits);
+    } else {
+      problems.push_back(
+          fmt::format("{}:/format: names no kind of file; it is one of: stylet-scenario, "
+                      "stylet-tissues, stylet-needle, stylet-probe, stylet-motion",
+                      path.string()));
+    }
+  } catch (const ContentError& error) {
+    problems.emplace_back(error.what());
+  }
+  return problems;
+}
+
+}  // namespace stylet::content

@@ -1,0 +1,225 @@
+#include "engine/content/scenario_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+namespace stylet::content {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr Range kCoordinate{-kPatientExtent, kPatientExtent};
+constexpr Range kComponent{-1e3, 1e3};
+
+/// A direction; normalised.
+Eigen::Vector3d direction(JsonObject& object, const std::string& key, const Eigen::Vector3d& fallback) {
+  const Eigen::Vector3d v = object.vector3(key, kComponent, fallback);
+  if (v.norm() > 1e-9) return v.normalized();
+  object.problem(key, "has no length; write a direction");
+  return fallback;
+}
+
+Eigen::Isometry3d pose(JsonObject& object, const Eigen::Quaterniond& orientation = Eigen::Quaterniond::Identity()) {
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.translation() = object.vector3("position", kCoordinate, Eigen::Vector3d::Zero());
+  out.linear() = object.quaternion("orientation", orientation).toRotationMatrix();
+  return out;
+}
+
+/// +Z along `axis`, +X as near to `lateral` as that allows.
+Eigen::Quaterniond frame(JsonObject& object, const Eigen::Vector3d& axis, const Eigen::Vector3d& lateral) {
+  const Eigen::Vector3d y = axis.cross(lateral);
+  if (y.norm() < 0.05) {
+    object.problem("lateral", "is parallel to axis; choose one across it");
+    return Eigen::Quaterniond::Identity();
+  }
+  Eigen::Matrix3d rotation;
+  rotation.col(1) = y.normalized();
+  rotation.col(2) = axis;
+  rotation.col(0) = rotation.col(1).cross(axis);
+  return Eigen::Quaterniond(rotation).normalized();
+}
+
+void read_probe_pose(JsonObject root, ScenarioFile& scenario) {
+  auto probe = root.object("probe");
+  if (!probe) return;
+  scenario.probe = probe->file("file");
+  scenario.probe_pose.position = probe->vector3("position", kCoordinate);
+  const Eigen::Vector3d axis = direction(*probe, "axis", -Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d lateral = direction(*probe, "lateral", Eigen::Vector3d::UnitX());
+  scenario.probe_pose.orientation = frame(*probe, axis, lateral);
+  probe->finish();
+}
+
+OrganFile read_organ_file(JsonObject object) {
+  OrganFile organ;
+  organ.path = object.file("file");
+  organ.patient_from_file = Eigen::Affine3d(pose(object).matrix());
+  organ.patient_from_file.scale(object.number("scale", {1e-4, 1e4}, 1));
+  if (auto nodes = object.object("nodes", false)) {
+    for (auto& [name, node] : nodes->entries()) {
+      NodeOverride& entry = organ.nodes[name];
+      entry.organ.id = node.text("id", name);
+      entry.organ.role = node.choice("role", {"boundary", "region", "vessel", "target", "visual", "ignore"}, "");
+      entry.organ.body = node.text("body", "");
+      entry.tissue = node.text("tissue", "");
+      node.finish();
+    }
+  }
+  object.finish();
+  return organ;
+}
+
+Eigen::AlignedBox3d read_box(JsonObject box) {
+  const Eigen::Vector3d min = box.vector3("min", kCoordinate);
+  const Eigen::Vector3d max = box.vector3("max", kCoordinate);
+  if ((min.array() > max.array()).any()) box.problem("max", "is below min in a component; swap them");
+  box.finish();
+  return {min, max};
+}
+
+FixedRegion read_fixed(JsonObject object) {
+  FixedRegion region;
+  region.pointer = object.pointer();
+  if (auto box = object.object("box", false)) region.box = read_box(*box);
+  if (auto box = object.object("outside_box", false)) region.outside_box = read_box(*box);
+  if (auto plane = object.object("plane", false)) {
+    const Eigen::Vector3d point = plane->vector3("point", kCoordinate);
+    region.plane.emplace(direction(*plane, "normal", Eigen::Vector3d::UnitZ()), point);
+    plane->finish();
+  }
+  region.near = object.texts("near");
+  region.distance = object.number("distance_mm", {0, 200}, 5) * 1e-3;
+  if (!region.box && !region.outside_box && !region.plane && region.near.empty()) {
+    object.problem("", "names no region; add box, outside_box, plane or near");
+  }
+  object.finish();
+  return region;
+}
+
+BodyRequest read_body(JsonObject object) {
+  BodyRequest body;
+  body.pointer = object.pointer();
+  body.name = object.text("name");
+  body.boundary = object.text("boundary", body.name);
+  body.carries = object.texts("carries");
+  if (auto mesh = object.object("mesh")) {
+    const bool cell = mesh->has("cell_mm");
+    const bool count = mesh->has("target_nodes");
+    body.cell = mesh->number("cell_mm", {1, 100}, 0) * 1e-3;
+    body.target_nodes = mesh->integer("target_nodes", 50, 50000, body.target_nodes);
+    if (cell == count) mesh->problem("", "needs either cell_mm or target_nodes; keep one");
+    mesh->finish();
+  }
+  for (JsonObject& region : object.objects("fixed")) body.fixed.push_back(read_fixed(region));
+  object.finish();
+  return body;
+}
+
+TargetRequest read_target(JsonObject object) {
+  TargetRequest target;
+  target.pointer = object.pointer();
+  target.name = object.text("name");
+  target.organ = object.text("organ", "");
+  const bool centre = object.has("centre");
+  if (centre != target.organ.empty()) object.problem("", "needs either organ, or centre and radius_mm; keep one");
+  target.centre = object.vector3("centre", kCoordinate, Eigen::Vector3d::Zero());
+  target.radius = object.number("radius_mm", {0.5, 200}, 10) * 1e-3;
+  object.finish();
+  return target;
+}
+
+Camera read_camera(JsonObject object, const Eigen::Isometry3d& room_from_patient) {
+  Camera camera;
+  const bool room = object.choice("frame", {"patient", "room"}, "patient") == "room";
+  camera.eye = object.vector3("eye", kCoordinate);
+  camera.look_at = object.vector3("look_at", kCoordinate);
+  camera.up = direction(object, "up", Eigen::Vector3d::UnitY());
+  camera.vertical_fov = object.number("vertical_fov_deg", {5, 120}, 35) * kDegree;
+  if (room) {
+    const Eigen::Isometry3d patient_from_room = room_from_patient.inverse();
+    camera.eye = patient_from_room * camera.eye;
+    camera.look_at = patient_from_room * camera.look_at;
+    camera.up = patient_from_room.linear() * camera.up;
+  }
+  const Eigen::Vector3d forward = camera.look_at - camera.eye;
+  if (forward.norm() < 1e-3) object.problem("look_at", "is where eye is; move one of them");
+  if (forward.normalized().cross(camera.up).norm() < 1e-3) object.problem("up", "is along the view; choose another");
+  object.finish();
+  return camera;
+}
+
+LabelRequest read_labels(JsonObject object) {
+  LabelRequest labels;
+  labels.spacing = object.number("spacing_mm", {0.3, 20}, 1) * 1e-3;
+  labels.filler = object.text("filler", "");
+  labels.behind = object.text("behind", "");
+  labels.front = direction(object, "front", Eigen::Vector3d::UnitZ());
+  if (std::abs(labels.front.cwiseAbs().maxCoeff() - 1) > 1e-9) {
+    object.problem("front", "is not along an axis; write e.g. [0, 0, 1]");
+  }
+  if (labels.filler.empty() != labels.behind.empty()) {
+    object.problem("", "has only one of filler and behind; add the other");
+  }
+  object.finish();
+  return labels;
+}
+
+}  // namespace
+
+ScenarioFile read_scenario_file(JsonFile& file) {
+  JsonObject root = file.root("stylet-scenario", 1);
+  ScenarioFile scenario;
+  scenario.path = file.path();
+  scenario.name = root.text("name");
+  scenario.title = root.text("title", scenario.name);
+  for (const char* key : {"description", "licence", "source"}) root.ignore(key);
+  scenario.tissues = root.file("tissues");
+  scenario.needle = root.file("needle");
+  scenario.motion = root.file("motion");
+  read_probe_pose(root, scenario);
+  root.ignore("probe");
+  for (JsonObject& organ : root.objects("organs")) scenario.organs.push_back(read_organ_file(organ));
+
+  std::set<std::string> names;
+  for (JsonObject& object : root.objects("bodies")) {
+    scenario.bodies.push_back(read_body(object));
+    if (!names.insert(scenario.bodies.back().name).second) {
+      object.problem("name", "is used by an earlier body; rename one");
+    }
+  }
+  if (root.has("bodies") && scenario.bodies.empty()) root.problem("bodies", "is empty; a scenario needs one body");
+  if (scenario.bodies.size() > physics::kMaxBodies) {
+    root.problem("bodies",
+                 fmt::format("has {} bodies, the limit is {}", scenario.bodies.size(), physics::kMaxBodies));
+  }
+  for (JsonObject& target : root.objects("targets", false)) scenario.targets.push_back(read_target(target));
+
+  // Supine: the patient's front (+Z) is up (+Y) in the room, the head (+Y) points away (-Z).
+  const double half = std::sqrt(0.5);
+  scenario.room_from_patient.linear() = Eigen::Quaterniond(half, -half, 0, 0).toRotationMatrix();
+  if (auto room = root.object("room_from_patient", false)) {
+    scenario.room_from_patient = pose(*room, Eigen::Quaterniond(scenario.room_from_patient.linear()));
+    room->finish();
+  }
+  if (auto camera = root.object("camera")) scenario.camera = read_camera(*camera, scenario.room_from_patient);
+  if (auto labels = root.object("labels", false)) scenario.labels = read_labels(*labels);
+  if (auto rates = root.object("rates", false)) {
+    scenario.rates.haptic_hz = rates->number("haptic_hz", {100, 10000}, scenario.rates.haptic_hz);
+    scenario.rates.simulation_hz = rates->number("simulation_hz", {1, 1000}, scenario.rates.simulation_hz);
+    const double ratio = scenario.rates.haptic_hz / scenario.rates.simulation_hz;
+    if (std::abs(ratio - std::round(ratio)) > 1e-9 || ratio < 1) {
+      rates->problem("", "haptic_hz is not a whole multiple of simulation_hz; lockstep needs that");
+    }
+    rates->finish();
+  }
+  scenario.coupling = root.choice("coupling", {"paper-frozen", "paper-updated"}, "paper-updated");
+  scenario.contact_spacing = root.number("contact_spacing_mm", {1, 100}, 10) * 1e-3;
+  scenario.damping_time_s = root.number("damping_time_s", {0, 10}, 0);
+  root.finish();
+  return scenario;
+}
+
+}  // namespace stylet::content

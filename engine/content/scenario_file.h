@@ -1,0 +1,95 @@
+// A scenario file as written: names, paths and numbers, checked but nothing loaded (content/README.md,
+// "stylet-scenario").
+#pragma once
+
+#include "engine/content/gltf.h"
+#include "engine/content/json_reader.h"
+#include "engine/content/scene.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stylet::content {
+
+inline constexpr double kPatientExtent = 5;  ///< m; coordinates of a scenario lie within
+
+/// What a scenario says about a glTF node, over the node's own extras.
+struct NodeOverride {
+  OrganAnnotation organ;
+  std::string tissue;
+};
+
+/// A glTF file and where it is put.
+struct OrganFile {
+  std::filesystem::path path;
+  Eigen::Affine3d patient_from_file = Eigen::Affine3d::Identity();
+  std::map<std::string, NodeOverride> nodes;  ///< by node name
+};
+
+/// Nodes of a deformable body that do not move: those that meet every condition given.
+struct FixedRegion {
+  std::string pointer;                                ///< place, for messages
+  std::optional<Eigen::AlignedBox3d> box;             ///< inside
+  std::optional<Eigen::AlignedBox3d> outside_box;     ///< outside
+  std::optional<Eigen::Hyperplane<double, 3>> plane;  ///< on the side of its normal
+  std::vector<std::string> near;                      ///< organs, one of them within `distance`
+  double distance = 0;                                ///< m
+};
+
+/// A deformable body to be made.
+struct BodyRequest {
+  std::string pointer;
+  std::string name;
+  std::string boundary;              ///< organ id of its surface
+  std::vector<std::string> carries;  ///< organ ids, besides those whose annotation names this body
+  double cell = 0;                   ///< m; 0: target_nodes counts
+  int target_nodes = 2300;
+  std::vector<FixedRegion> fixed;
+};
+
+struct TargetRequest {
+  std::string pointer;
+  std::string name;
+  std::string organ;  ///< id; empty: centre and radius are given
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double radius = 0.01;
+};
+
+struct LabelRequest {
+  double spacing = 0.001;                            ///< m
+  std::string filler;                                ///< tissue between the organs; empty: outside
+  std::string behind;                                ///< organ id of the wall the filler lies behind
+  Eigen::Vector3d front = Eigen::Vector3d::UnitZ();  ///< an axis, from the filler to the wall
+};
+
+struct ScenarioFile {
+  std::filesystem::path path;
+  std::string name;
+  std::string title;
+  std::filesystem::path tissues;
+  std::filesystem::path needle;
+  std::filesystem::path probe;
+  std::filesystem::path motion;
+  physics::RigidPose probe_pose;
+  std::vector<OrganFile> organs;
+  std::vector<BodyRequest> bodies;
+  std::vector<TargetRequest> targets;
+  LabelRequest labels;
+  Camera camera;
+  Eigen::Isometry3d room_from_patient = Eigen::Isometry3d::Identity();
+  LoopRates rates;
+  std::string coupling;
+  double contact_spacing = 0.010;
+  double damping_time_s = 0;
+};
+
+/// Problems go to `file`.
+ScenarioFile read_scenario_file(JsonFile& file);
+
+}  // namespace stylet::content

@@ -1,0 +1,155 @@
+#include "engine/content/tissue_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace stylet::content {
+namespace {
+
+constexpr std::array<TissueKey, 10> kKeys{{
+    {"mechanics",
+     "young_modulus_pa",
+     "youngsModulus",
+     {10, 1e10},
+     [](Tissue& t) -> double& { return t.mechanics.young_modulus; }},
+    {"mechanics",
+     "poisson_ratio",
+     "poissonsRatio",
+     {0, 0.499},
+     [](Tissue& t) -> double& { return t.mechanics.poisson_ratio; }},
+    {"mechanics", "density_kg_per_m3", "density", {1, 3000}, [](Tissue& t) -> double& { return t.density; }},
+    {"needle",
+     "puncture_force_n",
+     "punctureForce",
+     {0, 100},
+     [](Tissue& t) -> double& { return t.puncture_force_n; }},
+    {"needle",
+     "friction_n_per_m",
+     "frictionPerLength",
+     {0, 10000},
+     [](Tissue& t) -> double& { return t.friction_n_per_m; }},
+    {"acoustics",
+     "impedance_rayl",
+     "impedance",
+     {1, 1e8},
+     [](Tissue& t) -> double& { return t.acoustics.impedance_rayl; }},
+    {"acoustics",
+     "speed_of_sound_m_per_s",
+     "speedOfSound",
+     {300, 6000},
+     [](Tissue& t) -> double& { return t.acoustics.speed_of_sound; }},
+    {"acoustics",
+     "attenuation_db_per_cm_mhz",
+     "attenuation",
+     {0, 100},
+     [](Tissue& t) -> double& { return t.acoustics.attenuation_db_per_cm_mhz; }},
+    {"acoustics", "backscatter_db", "", {-200, 60}, [](Tissue& t) -> double& { return t.acoustics.backscatter_db; }},
+    {"acoustics", "texture_db", "", {0, 20}, [](Tissue& t) -> double& { return t.acoustics.texture_db; }},
+}};
+
+constexpr std::array<std::string_view, 3> kGroups{"mechanics", "needle", "acoustics"};
+
+Tissue read_row(const std::string& name, JsonObject row) {
+  Tissue tissue;
+  tissue.name = name;
+  for (const std::string_view group : kGroups) {
+    auto values = row.object(std::string(group));
+    if (!values) continue;
+    for (const TissueKey& key : kKeys) {
+      if (key.group != group) continue;
+      if (!key.alias.empty()) values->alias(std::string(key.key), std::string(key.alias));
+      key.of(tissue) = values->number(std::string(key.key), key.range);
+    }
+    values->finish();
+  }
+  const auto colour = row.numbers("colour", 4, {0, 1}, {0.8, 0.8, 0.8, 1});
+  for (std::size_t i = 0; i < 4; ++i) tissue.colour[i] = static_cast<float>(colour[i]);
+  row.ignore("sources");
+  row.finish();
+  return tissue;
+}
+
+}  // namespace
+
+std::span<const TissueKey> tissue_keys() {
+  return kKeys;
+}
+
+std::vector<Tissue> read_tissues(JsonFile& file) {
+  JsonObject root = file.root("stylet-tissues", 1);
+  root.ignore("licence");
+  root.ignore("note");
+  std::vector<Tissue> tissues(1);
+  tissues[0].name = "outside";
+  bool outside = false;
+  if (auto table = root.object("tissues")) {
+    for (auto& [name, row] : table->entries()) {
+      Tissue tissue = read_row(name, row);
+      if (name == "outside") {
+        tissues[0] = std::move(tissue);
+        outside = true;
+      } else {
+        tissues.push_back(std::move(tissue));
+      }
+    }
+    if (!outside) table->problem("outside", "is missing; add the tissue around the patient (gel or air)");
+    // A label is a byte, and glTF materials may add rows.
+    if (tissues.size() > 200) table->problem("", fmt::format("has {} tissues, the limit is 200", tissues.size()));
+  }
+  root.finish();
+  return tissues;
+}
+
+TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& warnings) {
+  TissueAnnotation annotation;
+  tissue.integer("version", 1, 1, 1);
+  annotation.preset = tissue.text("preset", "");
+  for (const std::string_view group : kGroups) {
+    auto values = tissue.object(std::string(group), false);
+    if (!values) continue;
+    for (const TissueKey& key : kKeys) {
+      if (key.group != group) continue;
+      const std::string name(key.key);
+      if (!key.alias.empty()) values->alias(name, std::string(key.alias));
+      if (values->has(name)) annotation.values[name] = values->number(name, key.range);
+    }
+    for (const std::string& unknown : values->unknown_keys()) {
+      warnings.push_back(fmt::format("{}/{}: is not a known key; it is ignored", values->pointer(), unknown));
+    }
+  }
+  for (const std::string& unknown : tissue.unknown_keys()) {
+    warnings.push_back(fmt::format("{}/{}: is not a known key; it is ignored", tissue.pointer(), unknown));
+  }
+  return annotation;
+}
+
+int find_tissue(const std::vector<Tissue>& tissues, std::string_view name) {
+  const auto found = std::find_if(tissues.begin(), tissues.end(), [&](const Tissue& t) { return t.name == name; });
+  return found == tissues.end() ? -1 : static_cast<int>(found - tissues.begin());
+}
+
+int find_or_add_tissue(std::vector<Tissue>& tissues, const TissueAnnotation& annotation, const std::string& name) {
+  int base = -1;
+  Tissue tissue;
+  if (!annotation.preset.empty()) {
+    base = find_tissue(tissues, annotation.preset);
+    if (base < 0) return -1;
+    tissue = tissues[static_cast<std::size_t>(base)];
+  }
+  bool differs = base < 0;
+  for (const TissueKey& key : kKeys) {
+    const auto found = annotation.values.find(std::string(key.key));
+    if (found == annotation.values.end()) continue;
+    differs = differs || key.of(tissue) != found->second;
+    key.of(tissue) = found->second;
+  }
+  if (!differs) return base;
+  if (tissues.size() > std::numeric_limits<std::uint8_t>::max()) return -1;
+  tissue.name = name;
+  tissues.push_back(tissue);
+  return static_cast<int>(tissues.size()) - 1;
+}
+
+}  // namespace stylet::content

@@ -1,0 +1,42 @@
+// The tissue table (content/README.md, "stylet-tissues") and what a material in a glTF file may override in it.
+#pragma once
+
+#include "engine/content/gltf.h"
+#include "engine/content/json_reader.h"
+#include "engine/content/scene.h"
+
+#include <array>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stylet::content {
+
+/// One number of a tissue: its key, the alias other tools write, what is accepted, and where it goes.
+struct TissueKey {
+  std::string_view group;  ///< mechanics, needle, acoustics
+  std::string_view key;
+  std::string_view alias;  ///< OpenUSD deformable proposal and its sibling blocks; empty: none
+  Range range;
+  double& (*of)(Tissue&);
+};
+
+/// Every number a tissue has, by group.
+std::span<const TissueKey> tissue_keys();
+
+/// Reads a tissue table: row 0 is "outside", the others follow by name. Problems go to `file`.
+std::vector<Tissue> read_tissues(JsonFile& file);
+
+/// Reads the object extras.tissue of a material. Unknown keys become warnings: other tools write their own.
+TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& warnings);
+
+/// Index of the tissue an annotation means: its preset where nothing differs, else a new row named `name`, appended.
+/// -1: there is no such preset.
+int find_or_add_tissue(std::vector<Tissue>& tissues, const TissueAnnotation& annotation, const std::string& name);
+
+/// Index of a tissue by name, -1: none.
+int find_tissue(const std::vector<Tissue>& tissues, std::string_view name);
+
+}  // namespace stylet::content
