@@ -1,0 +1,29 @@
+// Pulse and beam: the separable Gaussian point-spread function at every depth, as tables of weights.
+//
+// Convolving a complex Gaussian field with it gives speckle of the right size; normalising each table by the variance
+// it gives that field (not by its own energy) keeps the speckle of a homogeneous medium at one level over all depths,
+// so that what remains is attenuation.
+#pragma once
+
+#include "engine/ultrasound/scan_geometry.h"
+
+#include <vector>
+
+namespace stylet::ultrasound {
+
+/// Full widths at half maximum of the amplitude, m.
+double axial_fwhm(double range);
+double lateral_fwhm(double range, double wavelength);
+double elevation_fwhm(double range);
+
+/// Weights of one side, centre first, by sample.
+struct BeamProfile {
+  std::vector<float> lateral;    ///< [samples][kLateralTaps]    over lines
+  std::vector<float> axial;      ///< [samples][kAxialTaps]      over samples
+  std::vector<float> elevation;  ///< [samples][kElevationPlanes / 2 + 1]  over sub-planes
+
+  /// @param wavelength  m
+  static BeamProfile of(const ScanGeometry& scan, double wavelength);
+};
+
+}  // namespace stylet::ultrasound

@@ -1,0 +1,259 @@
+#include "engine/ultrasound/imager.h"
+
+#include "engine/gpu/pipeline.h"
+#include "shaders/ultrasound_attenuate.comp.h"
+#include "shaders/ultrasound_axial.comp.h"
+#include "shaders/ultrasound_detect.comp.h"
+#include "shaders/ultrasound_echo.comp.h"
+#include "shaders/ultrasound_lateral.comp.h"
+#include "shaders/ultrasound_needle.comp.h"
+#include "shaders/ultrasound_scan_convert.comp.h"
+#include "shaders/ultrasound_slice.comp.h"
+#include "shaders/ultrasound_tissue.comp.h"
+
+#include <algorithm>
+#include <optional>
+#include <span>
+
+namespace stylet::ultrasound {
+namespace {
+
+using gpu::Buffer;
+using gpu::ComputePipeline;
+using gpu::read;
+using gpu::Slot;
+using gpu::write;
+
+static_assert(sizeof(FrameConstants) % 16 == 0, "std140 rounds a structure up to 16 bytes");
+static_assert(sizeof(CutTet) == 128 && sizeof(NeedleSegment) == 32 && sizeof(TissueRow) == 16);
+
+constexpr std::uint32_t kGroup = 64;     ///< local_size_x of the passes over samples
+constexpr std::uint32_t kLineGroup = 8;  ///< of the pass over lines
+
+/// A pass with the frame's constants at binding 0 and `buffers` storage buffers after it.
+gpu::Interface interface(int buffers) {
+  gpu::Interface result;
+  result.slots.assign(static_cast<std::size_t>(buffers) + 1, Slot::storage_buffer);
+  result.slots[0] = Slot::uniform_buffer;
+  return result;
+}
+
+gpu::Interface scan_convert_interface() {
+  gpu::Interface result = interface(2);
+  result.slots[2] = Slot::storage_image;
+  return result;
+}
+
+Buffer storage(gpu::Device& device, std::size_t bytes) {
+  return Buffer(device, std::max<VkDeviceSize>(bytes, 16), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+}
+
+/// A storage buffer that grows to what a frame needs. Growing waits for the device: frames in flight use the old one.
+class GrowingBuffer {
+public:
+  explicit GrowingBuffer(gpu::Device& device) : device_(device), buffer_(storage(device, 1 << 16)) {}
+
+  template <typename T>
+  void upload(gpu::Commands& commands, std::span<const T> items) {
+    if (items.size_bytes() > buffer_->size()) {
+      device_.wait_idle();
+      buffer_.emplace(storage(device_, items.size_bytes() + items.size_bytes() / 2));
+    }
+    if (!items.empty()) commands.upload(*buffer_, std::as_bytes(items));
+  }
+  const Buffer& buffer() const { return *buffer_; }
+
+private:
+  gpu::Device& device_;
+  std::optional<Buffer> buffer_;
+};
+
+}  // namespace
+
+struct Imager::Passes {
+  Passes(gpu::Device& device_, const content::Scene& scene, const ImagerSettings& settings);
+  void record(gpu::Commands& commands, const state::FrameState& state);
+  std::size_t polar_size() const { return static_cast<std::size_t>(model.scan().lines) * model.scan().samples; }
+
+  gpu::Device& device;
+  ScanModel model;
+
+  ComputePipeline slice;
+  ComputePipeline tissue;
+  ComputePipeline echoes;
+  ComputePipeline needle;
+  ComputePipeline attenuate;
+  ComputePipeline lateral;
+  ComputePipeline axial;
+  ComputePipeline detect;
+  ComputePipeline scan_convert;
+
+  // Of the scene.
+  Buffer tissues;
+  Buffer voxels;
+  Buffer speckle;
+  Buffer lateral_weights;
+  Buffer axial_weights;
+  Buffer elevation_weights;
+  // Of the frame.
+  Buffer frame;
+  GrowingBuffer tets;
+  GrowingBuffer bin_starts;
+  GrowingBuffer bin_entries;
+  GrowingBuffer segments;
+  // Polar, [sample][line] or [look][sample][line].
+  Buffer rest;
+  Buffer slope;
+  Buffer mixes;
+  Buffer echo;
+  Buffer convolved;
+  Buffer loss;
+  Buffer envelope;
+  Buffer display;
+  gpu::Image picture;
+  gpu::Timestamps times;
+};
+
+Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const ImagerSettings& settings)
+    : device(device_),
+      model(scene, settings),
+      slice(device, ultrasound_slice_comp, interface(5)),
+      tissue(device, ultrasound_tissue_comp, interface(4)),
+      echoes(device, ultrasound_echo_comp, interface(9)),
+      needle(device, ultrasound_needle_comp, interface(3)),
+      attenuate(device, ultrasound_attenuate_comp, interface(3)),
+      lateral(device, ultrasound_lateral_comp, interface(3)),
+      axial(device, ultrasound_axial_comp, interface(3)),
+      detect(device, ultrasound_detect_comp, interface(3)),
+      scan_convert(device, ultrasound_scan_convert_comp, scan_convert_interface()),
+      tissues(storage(device, model.tissues().size() * sizeof(TissueRow))),
+      voxels(storage(device, model.voxels().size() * sizeof(std::uint16_t))),
+      speckle(storage(device, model.speckle().texels.size() * 8)),
+      lateral_weights(storage(device, model.beam().lateral.size() * sizeof(float))),
+      axial_weights(storage(device, model.beam().axial.size() * sizeof(float))),
+      elevation_weights(storage(device, model.beam().elevation.size() * sizeof(float))),
+      frame(device, sizeof(FrameConstants), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
+      tets(device),
+      bin_starts(device),
+      bin_entries(device),
+      segments(device),
+      rest(storage(device, polar_size() * sizeof(vec4))),
+      slope(storage(device, polar_size() * sizeof(vec4))),
+      mixes(storage(device, polar_size() * sizeof(vec4))),
+      echo(storage(device, polar_size() * settings.looks * 2 * sizeof(float))),
+      convolved(storage(device, polar_size() * settings.looks * 2 * sizeof(float))),
+      loss(storage(device, polar_size() * sizeof(float))),
+      envelope(storage(device, polar_size() * sizeof(float))),
+      display(storage(device, polar_size() * sizeof(float))),
+      picture(device, {.width = static_cast<std::uint32_t>(settings.width),
+                       .height = static_cast<std::uint32_t>(settings.height),
+                       .format = VK_FORMAT_R8G8B8A8_UNORM,
+                       .usage = gpu::kStorageUsage}),
+      times(device, 16) {
+  gpu::run_now(device, [this](gpu::Commands& commands) {
+    const auto upload = [&commands](const Buffer& to, const auto& items) {
+      commands.upload(to, std::as_bytes(std::span(items)));
+    };
+    upload(tissues, model.tissues());
+    upload(voxels, model.voxels());
+    upload(speckle, model.speckle().texels);
+    upload(lateral_weights, model.beam().lateral);
+    upload(axial_weights, model.beam().axial);
+    upload(elevation_weights, model.beam().elevation);
+  });
+}
+
+void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& state) {
+  model.update(state);
+  const FrameConstants& c = model.constants();
+  const auto groups = [](int count, std::uint32_t size) {
+    return (static_cast<std::uint32_t>(count) + size - 1) / size;
+  };
+  const std::uint32_t rows = static_cast<std::uint32_t>(c.samples);
+  const std::uint32_t looks = static_cast<std::uint32_t>(c.looks);
+  const std::array<std::uint32_t, 3> samples{groups(c.lines, kGroup), rows, 1};
+  const std::array<std::uint32_t, 3> look_samples{groups(c.lines, kGroup), rows, looks};
+
+  times.reset(commands);
+  times.mark(commands, "start");
+  commands.upload(frame, std::as_bytes(std::span(&c, 1)));
+  tets.upload(commands, model.slice().tets());
+  bin_starts.upload(commands, model.slice().starts());
+  bin_entries.upload(commands, model.slice().entries());
+  segments.upload(commands, std::span<const NeedleSegment>(model.needle()));
+  times.mark(commands, "upload");
+
+  commands.dispatch(slice,
+                    {read(0, frame), read(1, tets.buffer()), read(2, bin_starts.buffer()),
+                     read(3, bin_entries.buffer()), write(4, rest), write(5, slope)},
+                    samples);
+  times.mark(commands, "slice");
+  commands.dispatch(tissue, {read(0, frame), read(1, tissues), read(2, voxels), read(3, rest), write(4, mixes)},
+                    samples);
+  times.mark(commands, "tissue");
+  commands.dispatch(echoes,
+                    {read(0, frame), read(1, tissues), read(2, voxels), read(3, speckle), read(4, elevation_weights),
+                     read(5, rest), read(6, slope), read(7, mixes), write(8, echo), write(9, loss)},
+                    samples);
+  times.mark(commands, "echo");
+  if (c.needle_segments > 0) {
+    commands.dispatch(needle, {read(0, frame), read(1, segments.buffer()), write(2, echo), write(3, loss)}, samples);
+  }
+  times.mark(commands, "needle");
+  commands.dispatch(attenuate, {read(0, frame), read(1, speckle), read(2, loss), write(3, echo)},
+                    {groups(c.lines, kLineGroup), 1, 1});
+  times.mark(commands, "attenuate");
+  commands.dispatch(lateral, {read(0, frame), read(1, lateral_weights), read(2, echo), write(3, convolved)},
+                    look_samples);
+  times.mark(commands, "lateral");
+  commands.dispatch(axial, {read(0, frame), read(1, axial_weights), read(2, convolved), write(3, echo)},
+                    look_samples);
+  times.mark(commands, "axial");
+  commands.dispatch(detect, {read(0, frame), read(1, echo), write(2, envelope), write(3, display)}, samples);
+  times.mark(commands, "detect");
+  commands.dispatch(scan_convert, {read(0, frame), read(1, display), write(2, picture)},
+                    {groups(c.width, kGroup), static_cast<std::uint32_t>(c.height), 1});
+  times.mark(commands, "scan conversion");
+}
+
+Imager::Imager(gpu::Device& device, const content::Scene& scene, const ImagerSettings& settings)
+    : passes_(std::make_unique<Passes>(device, scene, settings)) {}
+
+Imager::~Imager() = default;
+
+void Imager::record(gpu::Commands& commands, const state::FrameState& state) {
+  passes_->record(commands, state);
+}
+
+const gpu::Image& Imager::image(const state::FrameState& state) {
+  gpu::run_now(passes_->device, [&](gpu::Commands& commands) { record(commands, state); });
+  return passes_->picture;
+}
+
+const gpu::Image& Imager::image() const {
+  return passes_->picture;
+}
+
+std::vector<std::uint8_t> Imager::read_back() {
+  const std::vector<std::byte> rgba = gpu::read_back(passes_->device, passes_->picture);
+  std::vector<std::uint8_t> grey(rgba.size() / 4);
+  for (std::size_t i = 0; i < grey.size(); ++i) grey[i] = std::to_integer<std::uint8_t>(rgba[4 * i]);
+  return grey;
+}
+
+std::vector<float> Imager::read_back_envelope() {
+  return gpu::read_back<float>(passes_->device, passes_->envelope);
+}
+
+std::vector<gpu::Timestamps::Span> Imager::pass_times() const {
+  return passes_->times.read();
+}
+
+const SectorGeometry& Imager::geometry() const {
+  return passes_->model.sector();
+}
+const ScanGeometry& Imager::scan() const {
+  return passes_->model.scan();
+}
+
+}  // namespace stylet::ultrasound

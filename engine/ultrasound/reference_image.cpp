@@ -1,0 +1,381 @@
+#include "engine/ultrasound/reference_image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stylet::ultrasound {
+namespace {
+
+/// PCG output permutation (O'Neill 2014): random bits of a counter.
+std::uint32_t hash(std::uint32_t x) {
+  x = x * 747796405U + 2891336453U;
+  x = ((x >> ((x >> 28U) + 4U)) ^ x) * 277803737U;
+  return (x >> 22U) ^ x;
+}
+
+float unit(std::uint32_t bits) {
+  return (static_cast<float>(bits >> 8U) + 0.5F) * (1.0F / 16777216.0F);
+}
+
+Eigen::Vector3f xyz(const vec4& v) {
+  return {v.x, v.y, v.z};
+}
+
+float smoothstep(float a, float b, float x) {
+  const float t = std::clamp((x - a) / (b - a), 0.0F, 1.0F);
+  return t * t * (3 - 2 * t);
+}
+
+/// Standard deviations of channel `c` of a texel.
+float channel(const std::array<std::int8_t, 8>& texel, int c) {
+  return std::max(static_cast<float>(texel[c]) / 127.0F, -1.0F) * kSpeckleScale;
+}
+
+}  // namespace
+
+ReferenceImager::ReferenceImager(const content::Scene& scene, const ImagerSettings& settings)
+    : model_(scene, settings), lines_(model_.scan().lines), samples_(model_.scan().samples), looks_(settings.looks) {
+  const std::size_t size = static_cast<std::size_t>(lines_) * samples_;
+  rest_.resize(size);
+  mix_.resize(size);
+  for (int k = 0; k < looks_; ++k) {
+    echo_[k].resize(size);
+    scratch_[k].resize(size);
+  }
+  loss_.resize(size);
+  envelope_.resize(size);
+  display_.resize(size);
+  picture_.resize(static_cast<std::size_t>(settings.width) * settings.height);
+}
+
+const std::vector<std::uint8_t>& ReferenceImager::image(const state::FrameState& state) {
+  model_.update(state);
+  slice();
+  mix_tissues();
+  make_echoes();
+  add_needle();
+  attenuate();
+  convolve();
+  detect();
+  scan_convert();
+  return picture_;
+}
+
+void ReferenceImager::slice() {
+  const FrameConstants& c = model_.constants();
+  const PlaneSlice& plane = model_.slice();
+  // A point on a face between two tetrahedra must be found in one of them whatever the rounding.
+  constexpr float kInside = -1e-4F;
+  for (int s = 0; s < samples_; ++s) {
+    for (int l = 0; l < lines_; ++l) {
+      const Eigen::Vector2f p = model_.scan().position(l, s).cast<float>();
+      RestPoint& rest = rest_[index(l, s)];
+      rest = {xyz(c.origin) + p.x() * xyz(c.lateral) + p.y() * xyz(c.axial), xyz(c.elevation), -1};
+      const int column = static_cast<int>(std::floor((p.x() - c.bin_x) / c.bin_size));
+      const int row = static_cast<int>(std::floor((p.y() - c.bin_z) / c.bin_size));
+      if (column < 0 || row < 0 || column >= c.bin_columns || row >= c.bin_rows) continue;
+      const std::size_t bin = static_cast<std::size_t>(row) * c.bin_columns + column;
+      for (std::uint32_t e = plane.starts()[bin]; e < plane.starts()[bin + 1]; ++e) {
+        const CutTet& tet = plane.tets()[plane.entries()[e]];
+        float b[4];
+        bool inside = true;
+        for (int i = 0; i < 4; ++i) {
+          b[i] = tet.barycentric[i].x + tet.barycentric[i].y * p.x() + tet.barycentric[i].w * p.y();
+          inside = inside && b[i] >= kInside;
+        }
+        if (!inside) continue;
+        rest.position.setZero();
+        rest.slope.setZero();
+        for (int i = 0; i < 4; ++i) {
+          rest.position += b[i] * xyz(tet.rest[i]);
+          rest.slope += tet.barycentric[i].z * xyz(tet.rest[i]);
+        }
+        rest.body = static_cast<int>(tet.rest[0].w);
+        break;
+      }
+    }
+  }
+}
+
+int ReferenceImager::tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const {
+  const FrameConstants& c = model_.constants();
+  const bool outside = voxel.x() < 0 || voxel.y() < 0 || voxel.z() < 0 || voxel.x() >= c.label_nx ||
+                       voxel.y() >= c.label_ny || voxel.z() >= c.label_nz;
+  if (outside) return gel ? c.gel_tissue : 0;
+  const std::size_t i = (static_cast<std::size_t>(voxel.z()) * c.label_ny + voxel.y()) * c.label_nx + voxel.x();
+  const int label = model_.voxels()[i] & 0xFF;
+  const int owner = (model_.voxels()[i] >> 8) - 1;
+  // The organ that was here at rest has moved away.
+  if (owner >= 0 && owner != body) return c.filler_tissue;
+  return label == 0 && gel ? c.gel_tissue : label;
+}
+
+std::size_t ReferenceImager::texel_at(const Eigen::Vector3f& x) const {
+  const float scale = 1.0F / kSpeckleSpacing;
+  const auto wrap = [](float v) {
+    return static_cast<std::size_t>(static_cast<int>(std::floor(v)) & (kSpeckleSize - 1));
+  };
+  const std::size_t i = wrap((kSpeckleX0 * x.x() + kSpeckleX1 * x.y() + kSpeckleX2 * x.z()) * scale);
+  const std::size_t j = wrap((kSpeckleY0 * x.x() + kSpeckleY1 * x.y() + kSpeckleY2 * x.z()) * scale);
+  const std::size_t k = wrap((kSpeckleZ0 * x.x() + kSpeckleZ1 * x.y() + kSpeckleZ2 * x.z()) * scale);
+  return (k * kSpeckleSize + j) * kSpeckleSize + i;
+}
+
+void ReferenceImager::mix_tissues() {
+  const FrameConstants& c = model_.constants();
+  const Eigen::Vector3f origin(c.label_x, c.label_y, c.label_z);
+  for (int s = 0; s < samples_; ++s) {
+    const bool gel = static_cast<float>(model_.scan().range(s)) < kCouplingDepth;
+    for (int l = 0; l < lines_; ++l) {
+      const RestPoint& rest = rest_[index(l, s)];
+      const Eigen::Vector3f q = (rest.position - origin) / c.label_spacing;
+      const Eigen::Vector3f base = q.array().floor();
+      const Eigen::Vector3f f = q - base;
+      Mix mix{0, 0, 0};
+      for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector3i d(corner & 1, (corner >> 1) & 1, corner >> 2);
+        float w = 1;
+        for (int axis = 0; axis < 3; ++axis) w *= d[axis] != 0 ? f[axis] : 1 - f[axis];
+        const TissueRow& row = model_.tissues()[tissue_at(base.cast<int>() + d, rest.body, gel)];
+        mix.log_impedance += w * row.log_impedance;
+        mix.loss += w * row.loss;
+        mix.texture += w * row.texture;
+      }
+      mix_[index(l, s)] = mix;
+    }
+  }
+}
+
+void ReferenceImager::make_echoes() {
+  const FrameConstants& c = model_.constants();
+  const Eigen::Vector3f origin(c.label_x, c.label_y, c.label_z);
+  const float ramp = std::max(c.label_spacing, 2 * c.sample_pitch);
+  const int a = std::max(1, static_cast<int>(c.gradient_reach / c.sample_pitch + 0.5F));
+  const auto log_impedance = [this](int l, int s) {
+    return mix_[index(std::clamp(l, 0, lines_ - 1), std::clamp(s, 0, samples_ - 1))].log_impedance;
+  };
+  for (int s = 0; s < samples_; ++s) {
+    const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
+    const float pitch = c.face_radius == 0 ? c.line_pitch : (c.face_radius + range) * c.line_pitch;
+    const int b = std::clamp(static_cast<int>(c.gradient_reach / pitch + 0.5F), 1, 16);
+    const bool gel = range < kCouplingDepth;
+    const float* elevation =
+        model_.beam().elevation.data() + static_cast<std::size_t>(s) * (kElevationPlanes / 2 + 1);
+    for (int l = 0; l < lines_; ++l) {
+      const RestPoint& rest = rest_[index(l, s)];
+      const Mix& mix = mix_[index(l, s)];
+
+      // Backscatter over the slice thickness. The label of each scatterer is drawn from the eight around it
+      // (stochastic trilinear interpolation), by bits that belong to its place in the tissue.
+      Complex sum[kMaxLooks] = {};
+      for (int e = 0; e < kElevationPlanes; ++e) {
+        const int off = e - kElevationPlanes / 2;
+        const Eigen::Vector3f x = rest.position + static_cast<float>(off) * kElevationSpacing * rest.slope;
+        const std::size_t texel = texel_at(x);
+        const std::uint32_t bits = hash(static_cast<std::uint32_t>(texel));
+        const Eigen::Vector3f jitter(static_cast<float>(bits & 1023U), static_cast<float>((bits >> 10U) & 1023U),
+                                     static_cast<float>((bits >> 20U) & 1023U));
+        const Eigen::Vector3f q = (x - origin) / c.label_spacing + jitter / 1024.0F;
+        const TissueRow& row = model_.tissues()[tissue_at(q.array().floor().matrix().cast<int>(), rest.body, gel)];
+        const float w = elevation[std::abs(off)] * row.backscatter * 0.70710678F;
+        const std::array<std::int8_t, 8>& noise = model_.speckle().texels[texel];
+        for (int k = 0; k < looks_; ++k) sum[k] += w * Complex(channel(noise, 2 * k), channel(noise, 2 * k + 1));
+      }
+      const std::array<std::int8_t, 8>& here = model_.speckle().texels[texel_at(rest.position)];
+      const float slow = channel(here, 6);
+      const float triads = mix.texture > 0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5F, slow) : 0.0F;
+      const float texture = std::exp(mix.texture * slow + triads * kTriadDb * 0.115129255F);
+
+      // Interfaces: the jump of ln Z along the beam, and the angle from a wider stencil.
+      const float jump = (log_impedance(l, s + 1) - log_impedance(l, s - 1)) / (2 * c.sample_pitch) * ramp;
+      const float along = (2 * (log_impedance(l, s + a) - log_impedance(l, s - a)) + log_impedance(l - b, s + a) -
+                           log_impedance(l - b, s - a) + log_impedance(l + b, s + a) - log_impedance(l + b, s - a)) /
+                          (8 * static_cast<float>(a) * c.sample_pitch);
+      const float across = (2 * (log_impedance(l + b, s) - log_impedance(l - b, s)) + log_impedance(l + b, s - a) -
+                            log_impedance(l - b, s - a) + log_impedance(l + b, s + a) - log_impedance(l - b, s + a)) /
+                           (8 * static_cast<float>(b) * pitch);
+      const float slope = std::sqrt(along * along + across * across);
+      const float cosine = slope > 1e-3F ? std::abs(along) / slope : 1.0F;
+      const float reflection = std::tanh(0.5F * std::abs(jump));
+      const float total = std::tanh(0.5F * slope * ramp);
+      const float beads = std::exp((kBeadDb * channel(here, 7) - kBeadDb) * 0.115129255F);
+      const float mirror = kInterfaceGain * reflection * std::pow(cosine, kInterfaceExponent) * beads;
+      const float diffuse = kInterfaceGain * total * kInterfaceDiffuse;
+      for (int k = 0; k < looks_; ++k) {
+        const Complex noise(channel(here, 2 * k), channel(here, 2 * k + 1));
+        echo_[k][index(l, s)] = texture * sum[k] + mirror * kInterfaceCoherent +
+                                (mirror * kInterfaceRough + diffuse) * 0.70710678F * noise;
+      }
+      const float crossing = -std::log(std::max(1 - reflection * reflection, 1e-4F)) / ramp;
+      const float grazing = kGrazingLoss * (1 - cosine) * (1 - cosine) * std::min(1.0F, 20 * total);
+      loss_[index(l, s)] = (mix.loss + crossing + grazing) * c.sample_pitch;
+    }
+  }
+}
+
+void ReferenceImager::add_needle() {
+  const FrameConstants& c = model_.constants();
+  if (c.needle_segments == 0) return;
+  for (int s = 0; s < samples_; ++s) {
+    const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
+    const float sigma = static_cast<float>(elevation_fwhm(range)) * 0.42466090F;
+    for (int l = 0; l < lines_; ++l) {
+      const Eigen::Vector2f at = model_.scan().position(l, s).cast<float>();
+      if (at.x() < c.needle_min_x || at.x() > c.needle_max_x || at.y() < c.needle_min_z || at.y() > c.needle_max_z) {
+        continue;
+      }
+      const Eigen::Vector2f beam = model_.scan().direction(l).cast<float>();
+      float echo = 0;
+      float shadow = 0;
+      for (int n = 0; n <= kReverberations; ++n) {
+        // The echo comes from the near side of the shaft; copy n arrives later.
+        const float later = static_cast<float>(n) * kReverberationSpacing;
+        const Eigen::Vector2f p = at + (c.needle_radius - later) * beam;
+        float copy = 0;
+        for (const NeedleSegment& segment : model_.needle()) {
+          const Eigen::Vector3f from = xyz(segment.from);
+          const Eigen::Vector3f axis = xyz(segment.to) - from;
+          const Eigen::Vector2f flat(axis.x(), axis.z());
+          const float length2 = std::max(flat.squaredNorm(), 1e-12F);
+          const float t = std::clamp((p - Eigen::Vector2f(from.x(), from.z())).dot(flat) / length2, 0.0F, 1.0F);
+          const float d2 = (p - Eigen::Vector2f(from.x(), from.z()) - t * flat).squaredNorm();
+          const float y = from.y() + t * axis.y();
+          const float near_plane = std::exp(-0.5F * y * y / (sigma * sigma));
+          const float along = beam.dot(flat) / std::sqrt(std::max(axis.squaredNorm(), 1e-12F));
+          const float sin2 = std::max(1 - along * along, 0.0F);
+          const float sin6 = sin2 * sin2 * sin2;
+          const float from_tip = (segment.from.w + t * (segment.to.w - segment.from.w)) / kTipLength;
+          const float tip = std::exp(-from_tip * from_tip);
+          const float profile = std::exp(-0.5F * d2 / (kNeedleWidth * kNeedleWidth)) * near_plane;
+          if (n == 0) {
+            const float law = kNeedleMirror * sin6 + kNeedleRough * sin2 + kNeedleFloor;
+            copy = std::max(copy, profile * (law * (1 + kTipGain * tip) + kTipFloor * tip));
+            shadow = std::max(shadow, profile);
+          } else {
+            copy = std::max(copy, profile * sin6);
+          }
+        }
+        echo += n == 0 ? copy : copy * kReverberationGain * std::pow(kReverberationDecay, static_cast<float>(n - 1));
+      }
+      for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += kNeedleGain * echo;
+      // The profile integrates to sqrt(2 pi) sigma across the shaft.
+      loss_[index(l, s)] += kNeedleShadow * shadow * c.sample_pitch / (2.5066283F * kNeedleWidth);
+    }
+  }
+}
+
+void ReferenceImager::attenuate() {
+  const FrameConstants& c = model_.constants();
+  for (int l = 0; l < lines_; ++l) {
+    float lost = 0;
+    for (int s = 0; s < samples_; ++s) {
+      const std::size_t i = index(l, s);
+      const float transmission = std::exp(-(lost + 0.5F * loss_[i]));
+      lost += loss_[i];
+      const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
+      const float haze =
+          c.haze * (kHazeNear * std::exp(-range / kHazeNearDecay) + kHazeFar * std::exp(-range / kHazeFarDecay));
+      // Fixed to the probe and smeared along the face.
+      const Eigen::Vector2f p = model_.scan().position(l, s).cast<float>();
+      const std::array<std::int8_t, 8>& noise = model_.speckle().texels[texel_at({0.2F * p.x(), 0.0F, range})];
+      for (int k = 0; k < looks_; ++k) {
+        echo_[k][i] = echo_[k][i] * transmission +
+                      haze * 0.70710678F * Complex(channel(noise, 2 * k), channel(noise, 2 * k + 1));
+      }
+    }
+  }
+}
+
+void ReferenceImager::convolve() {
+  for (int k = 0; k < looks_; ++k) {
+    for (int s = 0; s < samples_; ++s) {
+      const float* w = model_.beam().lateral.data() + static_cast<std::size_t>(s) * kLateralTaps;
+      for (int l = 0; l < lines_; ++l) {
+        Complex sum = w[0] * echo_[k][index(l, s)];
+        for (int i = 1; i < kLateralTaps; ++i) {
+          sum += w[i] * (echo_[k][index(std::max(l - i, 0), s)] + echo_[k][index(std::min(l + i, lines_ - 1), s)]);
+        }
+        scratch_[k][index(l, s)] = sum;
+      }
+    }
+    for (int s = 0; s < samples_; ++s) {
+      const float* w = model_.beam().axial.data() + static_cast<std::size_t>(s) * kAxialTaps;
+      for (int l = 0; l < lines_; ++l) {
+        Complex sum = w[0] * scratch_[k][index(l, s)];
+        for (int i = 1; i < kAxialTaps; ++i) {
+          sum += w[i] *
+                 (scratch_[k][index(l, std::max(s - i, 0))] + scratch_[k][index(l, std::min(s + i, samples_ - 1))]);
+        }
+        echo_[k][index(l, s)] = sum;
+      }
+    }
+  }
+}
+
+void ReferenceImager::detect() {
+  const FrameConstants& c = model_.constants();
+  for (int s = 0; s < samples_; ++s) {
+    const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
+    for (int l = 0; l < lines_; ++l) {
+      float intensity = 0;
+      for (int k = 0; k < looks_; ++k) {
+        const std::uint32_t counter = static_cast<std::uint32_t>((k * samples_ + s) * lines_ + l);
+        const std::uint32_t first = hash(counter + hash(static_cast<std::uint32_t>(c.noise_seed)));
+        const std::uint32_t second = hash(first);
+        // Box-Muller; a complex number of mean square 1.
+        const float modulus = c.noise * std::sqrt(-std::log(unit(first)));
+        const float phase = 2 * kPi * unit(second);
+        const Complex iq = echo_[k][index(l, s)] + modulus * Complex(std::cos(phase), std::sin(phase));
+        intensity += std::norm(iq);
+      }
+      const float amplitude = std::sqrt(intensity / static_cast<float>(looks_));
+      envelope_[index(l, s)] = amplitude;
+      const float db = 8.6858896F * std::log(std::max(amplitude, 1e-9F)) + c.tgc * range;
+      display_[index(l, s)] = std::clamp((db - c.white_db + c.dynamic_range) / c.dynamic_range, 0.0F, 1.0F);
+    }
+  }
+}
+
+void ReferenceImager::scan_convert() {
+  const FrameConstants& c = model_.constants();
+  for (int v = 0; v < c.height; ++v) {
+    for (int u = 0; u < c.width; ++u) {
+      const float x = c.picture_x + (static_cast<float>(u) + 0.5F) * c.pixel;
+      const float z = c.picture_z + (static_cast<float>(v) + 0.5F) * c.pixel;
+      float across = x;
+      float range = z;
+      if (c.face_radius != 0) {
+        across = std::atan2(x, z + c.face_radius);
+        range = std::sqrt(x * x + (z + c.face_radius) * (z + c.face_radius)) - c.face_radius;
+      }
+      const float line = (across - c.first_line) / c.line_pitch;
+      const float sample = range / c.sample_pitch - 0.5F;
+      float grey = 0;
+      if (line >= -0.5F && line <= static_cast<float>(lines_) - 0.5F && sample >= -0.5F &&
+          sample <= static_cast<float>(samples_) - 0.5F) {
+        const float fl = std::clamp(line, 0.0F, static_cast<float>(lines_ - 1));
+        const float fs = std::clamp(sample, 0.0F, static_cast<float>(samples_ - 1));
+        const int l = std::min(static_cast<int>(fl), lines_ - 2);
+        const int s = std::min(static_cast<int>(fs), samples_ - 2);
+        const float wl = fl - static_cast<float>(l);
+        const float ws = fs - static_cast<float>(s);
+        const float value = (1 - ws) * ((1 - wl) * display_[index(l, s)] + wl * display_[index(l + 1, s)]) +
+                            ws * ((1 - wl) * display_[index(l, s + 1)] + wl * display_[index(l + 1, s + 1)]);
+        const float curve = value * value * (3 - 2 * value);
+        grey = (1 - kSCurve) * std::pow(value, kGreyGamma) + kSCurve * curve;
+      }
+      if (c.tick_pitch > 0 && z >= -0.5F * c.pixel && z <= static_cast<float>(samples_) * c.sample_pitch) {
+        const float mark = std::floor(z / c.tick_pitch + 0.5F);
+        const bool fifth = std::abs(mark - 5 * std::floor(mark / 5 + 0.5F)) < 0.5F;
+        if (std::abs(z - mark * c.tick_pitch) <= 0.5F * c.pixel && u < c.width - 4 &&
+            u >= c.width - (fifth ? 14 : 9)) {
+          grey = 0.6F;
+        }
+      }
+      picture_[static_cast<std::size_t>(v) * c.width + u] = static_cast<std::uint8_t>(grey * 255.0F + 0.5F);
+    }
+  }
+}
+
+}  // namespace stylet::ultrasound

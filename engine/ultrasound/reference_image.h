@@ -1,0 +1,75 @@
+// The image chain in plain C++: what the GPU passes are tested against, and what image-quality tests measure on.
+//
+//   slice      (line, sample) -> rest position X, body, dX/dy across the plane
+//   tissue     trilinear mix of the labels around X: ln Z, loss, texture
+//   echo       backscatter * speckle over the slice thickness, and interface echoes from the gradient of ln Z
+//   needle     analytic echoes of the shaft and tip, reverberation, shadow
+//   attenuate  two-way amplitude exp(-sum of loss) along each line
+//   lateral, axial   separable Gaussian point-spread function, complex
+//   detect     receiver noise, compounding of looks, envelope, depth gain, log compression
+//   scan conversion  polar to picture, grey map, depth scale
+#pragma once
+
+#include "engine/ultrasound/scan_model.h"
+
+#include <array>
+#include <complex>
+#include <cstdint>
+#include <vector>
+
+namespace stylet::ultrasound {
+
+/// Same results as Imager within the rounding of exp, log and sin. Thread: one at a time.
+class ReferenceImager {
+public:
+  /// Keeps a reference to `scene`. @throws content::ContentError as ScanModel
+  explicit ReferenceImager(const content::Scene& scene, const ImagerSettings& settings = {});
+
+  /// Grey values of the picture of `state`, row by row from the top. [width * height]; valid until the next call
+  const std::vector<std::uint8_t>& image(const state::FrameState& state);
+
+  /// Envelope of the last image before depth gain and log compression, 1 = rms of liver. [sample][line]
+  const std::vector<float>& envelope() const { return envelope_; }
+  const SectorGeometry& geometry() const { return model_.sector(); }
+  const ScanGeometry& scan() const { return model_.scan(); }
+
+private:
+  using Complex = std::complex<float>;
+  /// Where a sample lies in the patient at rest.
+  struct RestPoint {
+    Eigen::Vector3f position;
+    Eigen::Vector3f slope;  ///< d position / d y of the probe
+    int body;               ///< -1: none
+  };
+  struct Mix {
+    float log_impedance, loss, texture;
+  };
+
+  void slice();
+  void mix_tissues();
+  void make_echoes();
+  void add_needle();
+  void attenuate();
+  void convolve();
+  void detect();
+  void scan_convert();
+
+  int tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const;
+  std::size_t texel_at(const Eigen::Vector3f& rest) const;
+  std::size_t index(int line, int sample) const { return static_cast<std::size_t>(sample) * lines_ + line; }
+
+  ScanModel model_;
+  int lines_;
+  int samples_;
+  int looks_;
+  std::vector<RestPoint> rest_;
+  std::vector<Mix> mix_;
+  std::array<std::vector<Complex>, kMaxLooks> echo_;
+  std::array<std::vector<Complex>, kMaxLooks> scratch_;
+  std::vector<float> loss_;  ///< nepers of a sample
+  std::vector<float> envelope_;
+  std::vector<float> display_;  ///< 0 black to 1 white, polar
+  std::vector<std::uint8_t> picture_;
+};
+
+}  // namespace stylet::ultrasound

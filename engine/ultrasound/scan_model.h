@@ -1,0 +1,69 @@
+// What both image chains (Imager on the GPU, ReferenceImager on the CPU) are given: a scene as an ultrasound scanner
+// meets it. The tables are made once; update() makes the part that changes with every frame.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/state/frame_state.h"
+#include "engine/ultrasound/beam_profile.h"
+#include "engine/ultrasound/plane_slice.h"
+#include "engine/ultrasound/scan_geometry.h"
+#include "engine/ultrasound/speckle_field.h"
+#include "shaders/ultrasound_shared.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace stylet::ultrasound {
+
+struct ImagerSettings {
+  int width = 640;  ///< of the picture, px
+  int height = 480;
+  std::uint32_t seed = 1;     ///< of the speckle field and the receiver noise
+  int looks = 3;              ///< intensity-compounded looks, 1..3; 1 is raw Rayleigh speckle
+  int line_oversampling = 2;  ///< lines computed for each scan line of the probe, so that speckle moves smoothly
+  double noise_db = -62;      ///< receiver noise before the depth gain, relative to liver under the face
+  bool haze = true;           ///< ring-down and reverberation in the near field
+  bool depth_scale = true;    ///< marks every 10 mm at the right side
+};
+
+/// Thread: one at a time.
+class ScanModel {
+public:
+  /// Keeps a reference to `scene` (its meshes and needle).
+  /// @throws content::ContentError when the probe or the label volume cannot be imaged
+  ScanModel(const content::Scene& scene, const ImagerSettings& settings);
+
+  void update(const state::FrameState& state);
+
+  const ScanGeometry& scan() const { return scan_; }
+  const SectorGeometry& sector() const { return sector_; }
+  const BeamProfile& beam() const { return beam_; }
+  const SpeckleField& speckle() const { return speckle_; }
+  /// Row of a tissue = its label; then gel and filler.
+  const std::vector<TissueRow>& tissues() const { return tissues_; }
+  /// label | (body + 1) << 8, in the order of content::LabelVolume. Even number of entries.
+  const std::vector<std::uint16_t>& voxels() const { return voxels_; }
+
+  // Of the last update().
+  const PlaneSlice& slice() const { return slice_; }
+  const std::vector<NeedleSegment>& needle() const {
+    return needle_;
+  }  ///< from the tip to the hub; at most kMaxBeams
+  const FrameConstants& constants() const { return constants_; }
+
+private:
+  void place_needle(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient);
+
+  const content::Scene& scene_;
+  ScanGeometry scan_;
+  SectorGeometry sector_;
+  BeamProfile beam_;
+  SpeckleField speckle_;
+  std::vector<TissueRow> tissues_;
+  std::vector<std::uint16_t> voxels_;
+  PlaneSlice slice_;
+  std::vector<NeedleSegment> needle_;
+  FrameConstants constants_{};
+};
+
+}  // namespace stylet::ultrasound

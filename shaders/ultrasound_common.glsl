@@ -1,0 +1,45 @@
+// What the ultrasound passes share: the frame's constants at binding 0, the polar grid, random bits. One invocation is one
+// sample of one scan line (x: line, y: sample) unless a pass says otherwise. Polar arrays are [sample][line].
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/ultrasound_shared.h"
+
+layout(std140, binding = 0) uniform Frame {
+  FrameConstants frame;
+};
+
+float sample_range(int s) {
+  return (float(s) + 0.5) * frame.sample_pitch;
+}
+
+/// Unit direction (x, z) of a scan line.
+vec2 line_direction(int l) {
+  float c = frame.first_line + float(l) * frame.line_pitch;
+  return frame.face_radius == 0.0 ? vec2(0.0, 1.0) : vec2(sin(c), cos(c));
+}
+
+/// (x, z) in the probe frame.
+vec2 sample_position(int l, int s) {
+  float r = sample_range(s);
+  if (frame.face_radius == 0.0) return vec2(frame.first_line + float(l) * frame.line_pitch, r);
+  return (frame.face_radius + r) * line_direction(l) - vec2(0.0, frame.face_radius);
+}
+
+int polar_index(int l, int s) {
+  return s * frame.lines + l;
+}
+
+int polar_size() {
+  return frame.samples * frame.lines;
+}
+
+/// PCG output permutation (O'Neill 2014): random bits of a counter.
+uint hash(uint x) {
+  x = x * 747796405u + 2891336453u;
+  x = ((x >> ((x >> 28u) + 4u)) ^ x) * 277803737u;
+  return (x >> 22u) ^ x;
+}
+
+float elevation_sigma(float range) {
+  float defocus = (range - kElevationFocus) / kElevationFieldDepth;
+  return 0.42466090 * kElevationFwhm * sqrt(1.0 + defocus * defocus);
+}

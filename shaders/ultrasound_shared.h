@@ -1,0 +1,176 @@
+// What the ultrasound passes and the C++ side share: the constants of the image model, each with its source, and the
+// structures that cross over to the GPU (std430). Included by GLSL and by C++.
+//
+// Amplitudes are relative to the mean-square speckle amplitude of normal liver, which is 1. Lengths are metres.
+#ifdef __cplusplus
+#pragma once
+#include <cstdint>
+namespace stylet::ultrasound {
+using uint = std::uint32_t;
+/// Four floats as std430 lays them out.
+struct vec4 {
+  float x, y, z, w;
+};
+#define STYLET_SHARED constexpr
+#else
+#define STYLET_SHARED const
+#endif
+
+// ---- media that are no tissue of the scene -------------------------------------------------------------------------
+STYLET_SHARED float kAirImpedance = 429.0f;      // Pa s/m at 20 C: 1.2 kg/m^3 * 343 m/s * ~1.04; Kinsler, Fundamentals of Acoustics
+STYLET_SHARED float kAirAttenuation = 12.0f;     // dB/cm/MHz, bowel gas as an image sees it: nothing comes back
+STYLET_SHARED float kGelImpedance = 1.50e6f;     // coupling gel is water-like: 1.48-1.52 MRayl
+STYLET_SHARED float kGelAttenuation = 0.05f;     // dB/cm/MHz
+STYLET_SHARED float kNoBackscatterDb = -90.0f;   // gel and air hold no scatterers
+STYLET_SHARED float kCouplingDepth = 0.012f;     // m of gel (label 0 in front of the skin) the probe is coupled through
+STYLET_SHARED float kFillerBackscatterDb = -7.0f;   // fat around an organ, where the organ has moved away: as subcutaneous fat
+STYLET_SHARED float kFillerImpedance = 1.38e6f;     // fat, Pa s/m; Goss, Johnston, Dunn, JASA 64 (1978)
+STYLET_SHARED float kFillerAttenuation = 0.63f;     // dB/cm/MHz, fat; Duck, Physical Properties of Tissue (1990)
+
+// ---- pulse and beam: full widths at half maximum of the amplitude ---------------------------------------------------
+STYLET_SHARED float kAxialFwhm0 = 0.50e-3f;      // 2.3 cycles at 3.5 MHz: n lambda / 2
+STYLET_SHARED float kAxialFwhmSlope = 1.8e-3f;   // m per m: the pulse loses its high frequencies with depth
+STYLET_SHARED float kLateralLambdas = 1.15f;     // lateral width = 1.15 lambda F#, between 1 and 1.2 for usual apodisation
+STYLET_SHARED float kMinFNumber = 2.2f;          // aperture grows with depth at this F# ...
+STYLET_SHARED float kMaxAperture = 0.038f;       // ... until the array is used up
+STYLET_SHARED float kLateralFocus = 0.075f;      // transmit focus and the depth of field around it
+STYLET_SHARED float kLateralFieldDepth = 0.090f;
+STYLET_SHARED float kLateralDefocus = 0.35f;
+STYLET_SHARED float kElevationFwhm = 3.0e-3f;    // fixed lens of a convex abdominal array: 2.5-4 mm at its focus
+STYLET_SHARED float kElevationFocus = 0.070f;
+STYLET_SHARED float kElevationFieldDepth = 0.055f;
+STYLET_SHARED int kElevationPlanes = 7;          // sub-planes summed across the slice thickness
+STYLET_SHARED float kElevationSpacing = 0.55e-3f;   // at most the correlation length of the speckle field
+STYLET_SHARED int kLateralTaps = 11;             // taps on one side, centre included
+STYLET_SHARED int kAxialTaps = 5;
+
+// ---- speckle: complex circular Gaussian in rest space (Wagner et al., IEEE Trans. Sonics Ultrason. 30, 1983) ------------
+STYLET_SHARED int kSpeckleSize = 128;            // texels a side, periodic
+STYLET_SHARED float kSpeckleSpacing = 0.30e-3f;
+// Rotation from rest space to the speckle lattice, by odd angles, so that its period never lies in the image plane.
+STYLET_SHARED float kSpeckleX0 = -0.24499837f;  STYLET_SHARED float kSpeckleX1 = -0.92956370f;  STYLET_SHARED float kSpeckleX2 = 0.27547620f;
+STYLET_SHARED float kSpeckleY0 = 0.89586691f;  STYLET_SHARED float kSpeckleY1 = -0.32568676f;  STYLET_SHARED float kSpeckleY2 = -0.30224264f;
+STYLET_SHARED float kSpeckleZ0 = 0.37067274f;  STYLET_SHARED float kSpeckleZ1 = 0.17274105f;  STYLET_SHARED float kSpeckleZ2 = 0.91255808f;
+STYLET_SHARED float kSpeckleFwhm = 0.55e-3f;     // full width at half maximum of its autocorrelation
+STYLET_SHARED int kMaxLooks = 3;                 // independent complex fields in one texel
+STYLET_SHARED float kSpeckleScale = 4.0f;        // standard deviations at full scale of a snorm8
+STYLET_SHARED float kTriadThreshold = 2.0f;      // bright portal triads: texture beyond so many standard deviations
+STYLET_SHARED float kTriadDb = 9.0f;
+
+// ---- interfaces ------------------------------------------------------------------------------------------------------
+STYLET_SHARED float kGradientReach = 0.8e-3f;    // m, at least; normals of voxel surfaces need several samples
+STYLET_SHARED float kInterfaceGain = 60.0f;      // echo of a smooth perfect reflector over liver speckle: 35.6 dB
+STYLET_SHARED float kInterfaceExponent = 12.0f;  // cos^m: m of 8-20 for soft-tissue interfaces
+STYLET_SHARED float kInterfaceCoherent = 0.40f;  // share of the echo that is mirror-like ...
+STYLET_SHARED float kInterfaceRough = 0.45f;     // ... and that the roughness of the interface makes random
+STYLET_SHARED float kInterfaceDiffuse = 0.05f;   // scattered into all directions
+STYLET_SHARED float kBeadDb = 4.5f;              // slow brightness variation along an interface, standard deviation
+STYLET_SHARED float kGrazingLoss = 60.0f;        // nepers a metre lost to refraction at grazing incidence: edge shadows
+
+// ---- needle: authored law, monotone in the beam-needle angle as measured by Nichols et al., AJR 180 (2003) and ------
+// ---- Hopkins & Bradley, Anaesthesia and Intensive Care 29 (2001) ------------------------------------------------------
+STYLET_SHARED float kNeedleGain = 42.0f;
+STYLET_SHARED float kNeedleMirror = 1.0f;        // * sin^6 of the angle between beam and shaft
+STYLET_SHARED float kNeedleRough = 0.045f;       // * sin^2
+STYLET_SHARED float kNeedleFloor = 0.012f;
+STYLET_SHARED float kNeedleWidth = 0.40e-3f;     // standard deviation of the echo across the shaft
+STYLET_SHARED float kTipGain = 1.6f;             // the bevel scatters: brightening near the tip ...
+STYLET_SHARED float kTipLength = 1.5e-3f;
+STYLET_SHARED float kTipFloor = 0.25f;           // ... and a point seen under every angle
+STYLET_SHARED int kReverberations = 4;           // copies behind the shaft
+STYLET_SHARED float kReverberationGain = 0.10f;
+STYLET_SHARED float kReverberationDecay = 0.55f;
+STYLET_SHARED float kReverberationSpacing = 1.1e-3f;
+STYLET_SHARED float kNeedleShadow = 0.20f;       // nepers lost behind the shaft: 18 % of the amplitude
+
+// ---- receiver and display ---------------------------------------------------------------------------------------------
+STYLET_SHARED float kTgcAttenuation = 0.50f;     // dB/cm/MHz the depth gain makes up for
+STYLET_SHARED float kHazeNear = 6.0f;            // ring-down under the face: amplitude and decay length ...
+STYLET_SHARED float kHazeNearDecay = 1.6e-3f;
+STYLET_SHARED float kHazeFar = 0.12f;            // ... and reverberation in the abdominal wall
+STYLET_SHARED float kHazeFarDecay = 14.0e-3f;
+STYLET_SHARED float kWhiteOverLiverDb = 27.0f;   // liver lies at mid grey with a dynamic range of 60 dB
+STYLET_SHARED float kSCurve = 0.10f;             // share of smoothstep in the grey map
+STYLET_SHARED float kGreyGamma = 1.05f;
+STYLET_SHARED float kPi = 3.14159265358979f;
+
+/// A tissue as the passes read it.
+struct TissueRow {
+  float log_impedance;  // ln(Z)
+  float loss;           // nepers of amplitude lost, there and back, a metre of depth
+  float backscatter;    // amplitude
+  float texture;        // slow brightness variation, ln of amplitude, standard deviation
+};
+
+/// A tetrahedron cut by the image plane. Barycentric i at (x, y, z) of the probe frame:
+/// barycentric[i].x + dot(barycentric[i].yzw, (x, y, z)).
+struct CutTet {
+  vec4 barycentric[4];
+  vec4 rest[4];  // rest[i].xyz: rest position of node i; rest[0].w: the body
+};
+
+/// A piece of the needle, probe frame.
+struct NeedleSegment {
+  vec4 from;  // w: distance along the needle from its tip to `from`
+  vec4 to;    // w: the same of `to`
+};
+
+/// Everything that is one value a frame.
+struct FrameConstants {
+  // patient_from_probe
+  vec4 origin;
+  vec4 lateral;
+  vec4 elevation;
+  vec4 axial;
+  // scan: convex of radius `face_radius`, or linear when it is 0
+  float face_radius;
+  float first_line;     // angle (convex) or x (linear) of line 0
+  float line_pitch;     // rad or m
+  float sample_pitch;   // m
+  int lines;
+  int samples;
+  int looks;
+  int noise_seed;
+  // bins of cut tetrahedra over the image plane
+  float bin_x;
+  float bin_z;
+  float bin_size;
+  int bin_columns;
+  int bin_rows;
+  // label volume
+  int label_nx;
+  int label_ny;
+  int label_nz;
+  float label_x;
+  float label_y;
+  float label_z;
+  float label_spacing;
+  int gel_tissue;       // rows of the tissue table that are no tissue of the scene
+  int filler_tissue;
+  // needle
+  int needle_segments;
+  float needle_radius;
+  float needle_min_x;   // bounding box of its echo in the image plane
+  float needle_max_x;
+  float needle_min_z;
+  float needle_max_z;
+  // receiver and display
+  float tgc;            // dB a metre
+  float noise;          // amplitude before the depth gain
+  float white_db;       // shown white
+  float dynamic_range;  // dB from black to white
+  float haze;           // 1 shows the near-field haze, 0 does not
+  float gradient_reach;  // m between the centre and the taps of the interface normal
+  // scan-converted picture
+  int width;
+  int height;
+  float pixel;          // m
+  float picture_x;      // probe frame, of the first pixel's corner
+  float picture_z;
+  float tick_pitch;     // m between marks of the depth scale, 0: none
+};
+
+#undef STYLET_SHARED
+#ifdef __cplusplus
+}  // namespace stylet::ultrasound
+#endif
