@@ -10,7 +10,8 @@ namespace stylet::physics {
 struct InsertionPath::Shaft {
   explicit Shaft(const NeedleState& state) : needle(state), nodes(state.positions.leftCols(state.node_count)) {
     start.push_back(0);
-    for (int i = 0; i + 1 < state.node_count; ++i) start.push_back(start.back() + (nodes.col(i + 1) - nodes.col(i)).norm());
+    for (int i = 0; i + 1 < state.node_count; ++i)
+      start.push_back(start.back() + (nodes.col(i + 1) - nodes.col(i)).norm());
   }
   int beams() const { return static_cast<int>(start.size()) - 1; }
   double length() const { return start.back(); }
@@ -72,8 +73,7 @@ std::uint32_t InsertionPath::update(const NeedleState& needle, std::span<const E
       flags |= kPatchNodeOverflow;
     }
     for (PathContact& contact : contacts_[b]) {
-      const ShaftPoint at =
-          project_on_shaft(shaft.nodes, models_[b].topology.position(positions[b], contact.point));
+      const ShaftPoint at = project_on_shaft(shaft.nodes, models_[b].topology.position(positions[b], contact.point));
       contact.beam = at.beam;
       contact.beam_fraction = std::clamp(at.beam_fraction, 0.0, 1.0);
       contact.directions = lateral_directions(at.tangent, needle.orientations[static_cast<std::size_t>(at.beam)]);

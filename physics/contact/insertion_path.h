@@ -1,4 +1,5 @@
-// The needle's path through the bodies: contact points laid by the simulation loop (paper III-A, collision detection).
+// The needle's path through the bodies: contact points laid by the simulation loop (paper III-A, collision
+// detection).
 #pragma once
 
 #include "physics/loops/messages.h"
@@ -27,9 +28,9 @@ struct PathContact {
   Eigen::Matrix<double, 3, 2> directions = Eigen::Matrix<double, 3, 2>::Zero();  ///< lateral_directions() there
 };
 
-/// Contacts of all bodies. The first of a body is where the shaft enters its surface, then one every `spacing` along the
-/// shaft as the tip advances, laid exactly on the current straight-edge shaft (so without violation at birth); one is
-/// removed when the tip has been withdrawn past it. Ids are never used twice.
+/// Contacts of all bodies. The first of a body is where the shaft enters its surface, then one every `spacing` along
+/// the shaft as the tip advances, laid exactly on the current straight-edge shaft (so without violation at birth);
+/// one is removed when the tip has been withdrawn past it. Ids are never used twice.
 class InsertionPath {
 public:
   /// `models` must outlive the path.
@@ -38,7 +39,8 @@ public:
   /// Removes, lays and re-projects contacts.
   /// @param needle     at least two nodes, finite
   /// @param positions  deformed bodies [3 x nodes], m
-  /// @return PatchFlag bits: with kMaxContacts contacts a new one takes the place of the body's last one; a body with more
+  /// @return PatchFlag bits: with kMaxContacts contacts a new one takes the place of the body's last one; a body with
+  /// more
   ///         than kMaxPatchNodes isolated nodes drops its oldest contacts
   std::uint32_t update(const NeedleState& needle, std::span<const Eigen::Matrix3Xd> positions);
   /// Removes all contacts: there is no needle.

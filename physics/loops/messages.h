@@ -106,6 +106,7 @@ struct TissuePatch {
 enum PatchFlag : std::uint32_t {
   kPatchContactOverflow = 1u << 0,  ///< contacts beyond capacity were merged into the last one
   kPatchNodeOverflow = 1u << 1,     ///< isolated nodes beyond capacity: the oldest contacts were dropped
+  kPatchTetOverflow = 1u << 2,      ///< tetrahedra beyond capacity were left out
 };
 
 enum class TipState : std::uint8_t { outside, indenting, inside };

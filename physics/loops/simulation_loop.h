@@ -1,6 +1,6 @@
 // The low-rate loop (25-100 Hz): owns the tissue, takes the needle's forces, publishes a TissuePatch.
 //
-// Frame: patient frame, metres, newtons. physics/README.md eq. T7-T10; paper III, Fig. 1.
+// Frame: patient frame, metres, newtons. physics/README.md eq. 5-8; paper III, Fig. 1.
 //
 //   SimulationLoop loop(bodies, settings);
 //   TissuePatch patch = loop.make_patch();              // also the initial value of a LatestValue<TissuePatch>
@@ -90,24 +90,28 @@ public:
 
 private:
   // The stages of step(), in order.
-  void take_needle_forces(const NeedleState* needle, SimulationReport& report);
+  const NeedleState* accept(const NeedleState* needle, SimulationReport& report);
   void correct_motion(SimulationReport& report);
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);
   void free_motion(SimulationReport& report);
-  void isolate(SimulationReport& report, TissuePatch& out);
+  void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
   void request_factorisation(const SimulationInput& input, SimulationReport& report);
-  void fill_patch(const SimulationInput& input, TissuePatch& out) const;
+  void fill_patch(const NeedleState* needle, TissuePatch& out);
+  void fill_body(std::size_t body, BodyPatch& out, std::uint32_t& flags) const;
+  void find_interfaces(const NeedleState& needle, TissuePatch& out) const;
 
   /// Mutable data of a body.
   struct BodyState {
-    Eigen::Matrix3Xd free_positions;            ///< p_free, all needle force removed
-    Eigen::Matrix3Xd trial;                     ///< scratch
-    std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> now
-    Eigen::VectorXd internal_force;             ///< [free DOFs] F_int at the current positions
-    Eigen::VectorXd needle_force;               ///< [free DOFs] H^T lambda
-    Eigen::VectorXd displacement;               ///< [free DOFs] scratch
+    Eigen::Matrix3Xd free_positions;            // p_free, all needle force removed
+    Eigen::Matrix3Xd trial;                     // scratch: corrected positions not yet accepted
+    std::vector<Eigen::Quaterniond> rotations;  // [tets] rest -> now
+    Eigen::Matrix3Xd nodal_force;               // scratch: F_int at all nodes
+    Eigen::VectorXd internal_force;             // [free DOFs] F_int at the current positions
+    Eigen::VectorXd needle_force;               // [free DOFs] H^T lambda
+    Eigen::VectorXd displacement;               // [free DOFs] scratch
     IsolatedDofs isolated;
-    std::vector<int> nodes;  ///< isolated now, ascending
+    std::vector<int> nodes;  // isolated now, ascending
+    int inverted = 0;        // tetrahedra
   };
 
   SimulationLoopSettings settings_;
@@ -117,7 +121,8 @@ private:
   std::vector<BodyState> bodies_;
   InsertionPath path_;
   TissueState tissue_;
-  bool factorisation_outstanding_ = false;
+  bool factorisation_outstanding_ = false;  // requested and not yet taken: at most one
+  std::uint64_t failures_seen_ = 0;
 };
 
 }  // namespace stylet::physics

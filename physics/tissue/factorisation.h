@@ -14,13 +14,15 @@ struct cholmod_factor_struct;
 
 namespace stylet::physics {
 
-/// Scratch of solves and factorisations: CHOLMOD's common block and dense workspaces. One a thread.
+/// Scratch of solves and factorisations: CHOLMOD's common block and dense arrays. One a thread.
 class SolveWorkspace {
 public:
   SolveWorkspace();
   ~SolveWorkspace();
   SolveWorkspace(const SolveWorkspace&) = delete;
   SolveWorkspace& operator=(const SolveWorkspace&) = delete;
+
+  Eigen::MatrixXd columns;  ///< right-hand sides and solutions of whoever is solving; grows
 
 private:
   friend class Factorisation;
@@ -54,6 +56,8 @@ public:
   void solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x,
              SolveWorkspace& workspace) const;
 
+  /// A cheap estimate from the diagonal of L: 1 is best, below 1e-13 the body is hardly held.
+  double reciprocal_condition(SolveWorkspace& workspace) const;
   int dof_count() const;
   /// Non-zeros of L, with the explicit zeros of its supernodes.
   std::size_t factor_nonzeros() const;

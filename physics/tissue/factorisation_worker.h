@@ -34,7 +34,6 @@ struct FactorisedTissue {
     std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
   };
   std::uint64_t epoch = 0;
-  bool valid = false;  ///< all bodies were positive definite
   std::vector<Body> bodies;
 };
 
@@ -42,16 +41,20 @@ struct FactorisedTissue {
 class FactorisationWorker {
 public:
   /// Analyses and factorises the bodies at rest: latest() is valid, epoch 0. `models` must outlive the worker.
-  /// @param dt  period of the simulation loop, s (damping, eq. T6)
+  /// @param dt  period of the simulation loop, s (damping, eq. 5)
   /// @throws std::invalid_argument if a body is not held well enough to be positive definite
   FactorisationWorker(std::span<const TissueModel> models, double dt);
 
-  /// Worker: takes the latest request, factorises all bodies, publishes; false if there was none.
+  /// Worker: takes the latest request, factorises all bodies, publishes; false if there was none. A matrix that is
+  /// not positive definite is counted in failures() and nothing is published.
   bool step();
   /// Any thread: no request is waiting or in work.
   bool idle() const {
     return requested_.load(std::memory_order_acquire) == finished_.load(std::memory_order_acquire);
   }
+
+  /// Any thread: requests that could not be factorised.
+  std::uint64_t failures() const { return failures_.load(std::memory_order_acquire); }
 
   /// Simulation: the request to fill, sized; then submit() it.
   FactorisationRequest& request() { return requests_.back(); }
@@ -71,6 +74,7 @@ private:
   LatestValue<FactorisedTissue> results_;
   std::atomic<std::uint64_t> requested_{0};
   std::atomic<std::uint64_t> finished_{0};
+  std::atomic<std::uint64_t> failures_{0};
 };
 
 }  // namespace stylet::physics

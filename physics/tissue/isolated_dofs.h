@@ -11,7 +11,7 @@
 
 namespace stylet::physics {
 
-/// W_bar = I_bar A^-1 I_bar^T for a changing set of nodes and a fixed factor   (physics/README.md eq. T8)
+/// W_bar = I_bar A^-1 I_bar^T for a changing set of nodes and a fixed factor   (physics/README.md eq. 8)
 /// Entries stay valid while the factor does, so only nodes that were not isolated before cost a solve. A^-1 is
 /// symmetric: the full column of a new DOF holds its coupling with all old ones, no old column is kept.
 class IsolatedDofs {
@@ -37,11 +37,13 @@ public:
   int known_nodes() const { return static_cast<int>(known_.size()); }
 
 private:
+  /// Forgets the nodes that are not in `nodes`.
+  void keep_only(std::span<const int> nodes);
+
   int capacity_;
-  std::vector<int> slot_;    // [body nodes] place in known_, -1
-  std::vector<int> known_;   // nodes whose compliance is in w_
-  Eigen::MatrixXd w_;        // leading [3 known x 3 known] block
-  Eigen::MatrixXd columns_;  // [DOFs x 3 new] scratch
+  std::vector<int> slot_;   // [body nodes] place in known_, -1
+  std::vector<int> known_;  // nodes whose compliance is in w_
+  Eigen::MatrixXd w_;       // leading [3 known x 3 known] block
 };
 
 }  // namespace stylet::physics

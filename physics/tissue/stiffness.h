@@ -22,7 +22,7 @@ public:
   std::span<const int> column_start() const { return column_start_; }  ///< [DOFs + 1]
   std::span<const int> rows() const { return rows_; }                  ///< [nonzeros]
 
-  /// A = (1 + damping_time / h) K, K = sum R K0 R^T over the tetrahedra   (physics/README.md eq. T4, T6)
+  /// A = (1 + damping_time / h) K, K = sum R K0 R^T over the tetrahedra   (physics/README.md eq. 4, 5)
   /// @param rotations    [tets] rest -> deformed
   /// @param scale        1 + damping_time / h
   /// @param[out] values  overwritten [nonzeros], N/m
@@ -30,14 +30,15 @@ public:
                 std::span<double> values) const;
 
 private:
-  /// Where the 3x3 block (larger node, smaller node) of a pair of a tetrahedron's nodes starts in each of its
-  /// columns.
+  /// Where the 3x3 block of a pair of a tetrahedron's nodes is: row r of column c at start[c] + r.
   struct BlockAddress {
-    std::array<int, 3> column{-1, -1, -1};  // -1: a node of the pair is fixed
+    int row = 0;                           // of the tetrahedron's nodes, the one with the larger free index
+    int column = 0;                        // the other
+    std::array<int, 3> start{-1, -1, -1};  // -1: one of them is fixed
   };
   std::vector<int> column_start_;
   std::vector<int> rows_;
-  std::vector<std::array<BlockAddress, 10>> scatter_;  // [tets], pairs (a, b) with b <= a in the order of kPairs
+  std::vector<std::array<BlockAddress, 10>> scatter_;  // [tets], all pairs of nodes
 };
 
 }  // namespace stylet::physics

@@ -11,7 +11,7 @@
 
 namespace stylet::physics {
 
-/// Rest shape and material of one tetrahedron (physics/README.md eq. T1).
+/// Rest shape and material of one tetrahedron (physics/README.md eq. 1).
 struct TetRest {
   Eigen::Matrix<double, 3, 4> gradients;  ///< column a: gradient of the shape function of node a in rest space, 1/m
   double volume = 0;                      ///< m^3
@@ -39,7 +39,7 @@ struct TissueModel {
   std::vector<TetRest> tets;               ///< [tets]
   std::vector<int> free_index;             ///< [nodes] index among the free nodes, -1 where fixed
   int free_node_count = 0;
-  double damping_time_s = 0;  ///< Kelvin-Voigt: B = damping_time K (eq. T6)
+  double damping_time_s = 0;  ///< Kelvin-Voigt: B = damping_time K (eq. 5)
   // Nodes -> incident tetrahedra, compressed: incident_tets[incident_start[n] .. incident_start[n+1])
   std::vector<int> incident_start;
   std::vector<int> incident_tets;

@@ -1,0 +1,311 @@
+#include "physics/loops/simulation_loop.h"
+
+#include "physics/tissue/corotational.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace stylet::physics {
+namespace {
+
+constexpr int kMaxHalvings = 4;  // of a motion correction that would invert tetrahedra
+
+std::vector<TissueModel> models_of(std::vector<SimulationBody> bodies, const SimulationLoopSettings& settings) {
+  if (bodies.empty() || bodies.size() > kMaxBodies) {
+    throw std::invalid_argument("simulation: " + std::to_string(bodies.size()) + " bodies; 1 to " +
+                                std::to_string(kMaxBodies) + " can be simulated");
+  }
+  if (!(settings.dt > 0) || !(settings.contact_spacing > 0)) {
+    throw std::invalid_argument("simulation: dt and contact spacing must be positive");
+  }
+  std::vector<TissueModel> models;
+  models.reserve(bodies.size());
+  for (SimulationBody& body : bodies) {
+    models.emplace_back(std::move(body.mesh), body.tet_materials, body.fixed_nodes, body.damping_time_s);
+  }
+  return models;
+}
+
+bool finite(const NeedleState& needle) {
+  if (!needle.positions.leftCols(needle.node_count).allFinite()) return false;
+  for (int i = 0; i < needle.node_count; ++i) {
+    if (!needle.orientations[static_cast<std::size_t>(i)].coeffs().allFinite()) return false;
+  }
+  for (int i = 0; i < needle.force_count; ++i) {
+    if (!needle.forces[static_cast<std::size_t>(i)].force.allFinite()) return false;
+  }
+  return true;
+}
+
+/// target += scale * x, x over the free DOFs, target over all nodes.
+void add_free(const TissueModel& model, const Eigen::VectorXd& x, double scale, Eigen::Matrix3Xd& target) {
+  for (int n = 0; n < model.node_count(); ++n) {
+    const int i = model.free_index[static_cast<std::size_t>(n)];
+    if (i >= 0) target.col(n) += scale * x.segment<3>(3 * i);
+  }
+}
+
+}  // namespace
+
+SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const SimulationLoopSettings& settings)
+    : settings_(settings),
+      models_(models_of(std::move(bodies), settings)),
+      worker_(models_, settings.dt),
+      path_(models_, {.spacing = settings.contact_spacing, .removal_hysteresis = settings.removal_hysteresis}) {
+  tissue_.body_count = body_count();
+  bodies_.reserve(models_.size());
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    const TissueModel& model = models_[b];
+    tissue_.positions[b] = rest_positions(model);
+    bodies_.push_back({.free_positions = tissue_.positions[b],
+                       .trial = tissue_.positions[b],
+                       .rotations = worker_.latest().bodies[b].rotations,
+                       .nodal_force = Eigen::Matrix3Xd::Zero(3, model.node_count()),
+                       .internal_force = Eigen::VectorXd::Zero(model.dof_count()),
+                       .needle_force = Eigen::VectorXd::Zero(model.dof_count()),
+                       .displacement = Eigen::VectorXd::Zero(model.dof_count()),
+                       .isolated = IsolatedDofs(model.node_count(), kMaxPatchNodes),
+                       .nodes = {},
+                       .inverted = 0});
+  }
+}
+
+SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch& out) {
+  SimulationReport report;
+  report.step = ++tissue_.step;
+  tissue_.time_s = input.time_s;
+
+  const NeedleState* needle = accept(input.needle, report);
+  correct_motion(report);
+  swap_factorisation(input, report);
+  free_motion(report);
+  isolate(needle, report, out);
+  request_factorisation(input, report);
+  fill_patch(needle, out);
+
+  report.factor_epoch = worker_.latest().epoch;
+  report.needle_step = tissue_.needle_step;
+  return report;
+}
+
+const NeedleState* SimulationLoop::accept(const NeedleState* needle, SimulationReport& report) {
+  if (needle == nullptr || needle->node_count < 2) {
+    for (BodyState& body : bodies_) body.needle_force.setZero();
+    path_.clear();
+    return nullptr;
+  }
+  if (!finite(*needle)) {
+    report.flags |= kSimulationNonFinite;
+    return nullptr;  // forces and contacts stay as they were
+  }
+  for (BodyState& body : bodies_) body.needle_force.setZero();
+  for (int i = 0; i < needle->force_count; ++i) {
+    const NodeForce& force = needle->forces[static_cast<std::size_t>(i)];
+    if (force.body < 0 || force.body >= body_count()) continue;
+    const auto b = static_cast<std::size_t>(force.body);
+    if (force.node < 0 || force.node >= models_[b].node_count()) continue;
+    const int dof = 3 * models_[b].free_index[static_cast<std::size_t>(force.node)];
+    if (dof >= 0) bodies_[b].needle_force.segment<3>(dof) += force.force;  // a fixed node hands it to its support
+  }
+  tissue_.needle_step = needle->step;
+  return needle;
+}
+
+void SimulationLoop::correct_motion(SimulationReport& report) {
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    const TissueModel& model = models_[b];
+    BodyState& body = bodies_[b];
+    Eigen::Matrix3Xd& positions = tissue_.positions[b];
+
+    // p <- p_free + A_f^-1 H^T lambda, with the factor that made p_free: what the haptic loop showed (eq. 6).
+    body.trial = body.free_positions;
+    if (!body.needle_force.isZero(0)) {
+      worker_.latest().bodies[b].factor.solve(body.needle_force, body.displacement, workspace_);
+      add_free(model, body.displacement, 1, body.trial);
+    }
+    if (!body.trial.allFinite()) {
+      report.flags |= kSimulationNonFinite;
+      body.trial = positions;
+    }
+
+    // The fixed point does not depend on the length of the step, so a step that would turn tetrahedra inside out may
+    // be shortened.
+    int inverted = update_rotations(model, body.trial, body.rotations);
+    for (int i = 0; i < kMaxHalvings && inverted > body.inverted; ++i) {
+      report.flags |= kSimulationStepLimited;
+      body.trial = 0.5 * (body.trial + positions);
+      inverted = update_rotations(model, body.trial, body.rotations);
+    }
+    positions.swap(body.trial);
+    body.inverted = inverted;
+    report.inverted_tets += inverted;
+    if (inverted > 0) report.flags |= kSimulationInverted;
+  }
+}
+
+void SimulationLoop::swap_factorisation(const SimulationInput& input, SimulationReport& report) {
+  if (!input.take_factorisation || !worker_.update()) return;
+  report.factorisation_taken = true;
+  factorisation_outstanding_ = false;
+  for (std::size_t b = 0; b < models_.size(); ++b) bodies_[b].isolated.assign(worker_.latest().bodies[b].isolated);
+}
+
+void SimulationLoop::free_motion(SimulationReport& report) {
+  double residual = 0;
+  double force = 0;
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    const TissueModel& model = models_[b];
+    BodyState& body = bodies_[b];
+    internal_forces(model, tissue_.positions[b], body.rotations, body.nodal_force);
+    for (int n = 0; n < model.node_count(); ++n) {
+      const int i = model.free_index[static_cast<std::size_t>(n)];
+      if (i >= 0) body.internal_force.segment<3>(3 * i) = body.nodal_force.col(n);
+    }
+    residual += (body.internal_force - body.needle_force).squaredNorm();
+    force += body.needle_force.squaredNorm();
+
+    // p_free = p - A_f^-1 F_int(p)   (eq. 7)
+    worker_.latest().bodies[b].factor.solve(body.internal_force, body.displacement, workspace_);
+    body.free_positions = tissue_.positions[b];
+    add_free(model, body.displacement, -1, body.free_positions);
+    if (!body.free_positions.allFinite()) {
+      report.flags |= kSimulationNonFinite;
+      body.free_positions = tissue_.positions[b];
+    }
+  }
+  report.residual_n = std::sqrt(residual);
+  report.force_n = std::sqrt(force);
+}
+
+void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out) {
+  out.flags = 0;
+  if (needle != nullptr) out.flags = path_.update(*needle, {tissue_.positions.data(), models_.size()});
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    BodyState& body = bodies_[b];
+    body.nodes = path_.isolated_nodes(static_cast<int>(b));
+    report.new_isolated_nodes +=
+        body.isolated.isolate(body.nodes, models_[b], worker_.latest().bodies[b].factor, workspace_);
+    report.isolated_nodes += static_cast<int>(body.nodes.size());
+  }
+  report.contact_count = path_.contact_count();
+}
+
+void SimulationLoop::request_factorisation(const SimulationInput& input, SimulationReport& report) {
+  if (!input.request_factorisation) return;
+  if (factorisation_outstanding_) {
+    // Idle without a result that could be taken: the worker met a matrix that is not positive definite.
+    if (!worker_.idle() || worker_.failures() == failures_seen_) return;
+    failures_seen_ = worker_.failures();
+    report.flags |= kSimulationFactorisationFailed;
+  }
+  FactorisationRequest& request = worker_.request();
+  request.epoch = tissue_.step;
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    request.bodies[b].rotations = bodies_[b].rotations;
+    request.bodies[b].isolated_nodes = bodies_[b].nodes;
+  }
+  worker_.submit();
+  factorisation_outstanding_ = true;
+  report.factorisation_requested = true;
+}
+
+TissuePatch SimulationLoop::make_patch() const {
+  TissuePatch patch;
+  patch.body_count = body_count();
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    patch.bodies[b].w_bar.setZero(3 * kMaxPatchNodes, 3 * kMaxPatchNodes);
+  }
+  return patch;
+}
+
+void SimulationLoop::fill_patch(const NeedleState* needle, TissuePatch& out) {
+  out.step = tissue_.step;
+  out.epoch = tissue_.step;  // one patch a step
+  out.factor_epoch = worker_.latest().epoch;
+  out.needle_step = tissue_.needle_step;
+  out.time_s = tissue_.time_s;
+  out.body_count = body_count();
+  for (std::size_t b = 0; b < models_.size(); ++b) fill_body(b, out.bodies[b], out.flags);
+  out.interface_count = 0;
+  if (needle != nullptr) find_interfaces(*needle, out);
+}
+
+void SimulationLoop::fill_body(std::size_t b, BodyPatch& out, std::uint32_t& flags) const {
+  const TissueModel& model = models_[b];
+  const BodyState& body = bodies_[b];
+  const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
+  const std::vector<int>& nodes = body.nodes;
+  const auto place = [&](int node) {  // in nodes, -1
+    const auto at = std::lower_bound(nodes.begin(), nodes.end(), node);
+    return at != nodes.end() && *at == node ? static_cast<int>(at - nodes.begin()) : -1;
+  };
+
+  out.node_count = static_cast<int>(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    out.node_ids[i] = nodes[i];
+    out.free_positions.col(static_cast<Eigen::Index>(i)) = body.free_positions.col(nodes[i]);
+    out.rotations[i] = node_rotation(model, nodes[i], factorised.rotations, body.rotations);
+  }
+  if (out.w_bar.rows() < 3 * kMaxPatchNodes) out.w_bar.setZero(3 * kMaxPatchNodes, 3 * kMaxPatchNodes);
+  body.isolated.gather(nodes, out.w_bar);
+
+  out.contact_count = 0;
+  for (const PathContact& contact : path_.contacts(static_cast<int>(b))) {
+    PatchContact& to = out.contacts[static_cast<std::size_t>(out.contact_count++)];
+    to.id = contact.id;
+    to.tet = contact.point.tet;
+    for (std::size_t a = 0; a < 4; ++a) to.patch_nodes[a] = place(model.topology.nodes(to.tet)[a]);
+    to.barycentric = contact.point.barycentric;
+    to.beam = contact.beam;
+    to.beam_fraction = contact.beam_fraction;
+    to.directions = contact.directions;
+  }
+
+  out.tet_count = 0;
+  for (const int node : nodes) {
+    const auto n = static_cast<std::size_t>(node);
+    for (int k = model.incident_start[n]; k < model.incident_start[n + 1]; ++k) {
+      const int t = model.incident_tets[static_cast<std::size_t>(k)];
+      const auto& corners = model.topology.nodes(t);
+      if (node != *std::min_element(corners.begin(), corners.end())) continue;  // each tetrahedron once
+      std::array<int, 4> places{};
+      std::transform(corners.begin(), corners.end(), places.begin(), place);
+      if (*std::min_element(places.begin(), places.end()) < 0) continue;
+      if (out.tet_count == kMaxPatchTets) {
+        flags |= kPatchTetOverflow;
+        return;
+      }
+      const auto i = static_cast<std::size_t>(out.tet_count++);
+      out.tet_ids[i] = t;
+      out.tet_nodes[i] = places;
+      out.tet_materials[i] = model.materials[static_cast<std::size_t>(t)];
+    }
+  }
+}
+
+void SimulationLoop::find_interfaces(const NeedleState& needle, TissuePatch& out) const {
+  const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
+  const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
+  std::vector<PatchInterface> found;
+  std::vector<SurfaceCrossing> crossings;
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    crossings.clear();
+    models_[b].topology.crossings(tissue_.positions[b], tip, axis, settings_.interface_range, crossings);
+    for (const SurfaceCrossing& crossing : crossings) {
+      found.push_back({.distance_ahead = crossing.distance,
+                       .normal = crossing.normal,
+                       .body = static_cast<int>(b),
+                       .entering = crossing.entering});
+    }
+  }
+  std::stable_sort(found.begin(), found.end(), [](const PatchInterface& a, const PatchInterface& b) {
+    return a.distance_ahead < b.distance_ahead;
+  });
+  out.interface_count = static_cast<int>(std::min<std::size_t>(found.size(), kMaxPatchInterfaces));
+  std::copy_n(found.begin(), out.interface_count, out.interfaces.begin());
+}
+
+}  // namespace stylet::physics

@@ -1,0 +1,34 @@
+#include "physics/tissue/blas.h"
+
+#include <dlfcn.h>
+
+namespace stylet::physics {
+namespace {
+
+template <typename Function>
+Function find(const char* symbol) {
+  return reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, symbol));
+}
+
+}  // namespace
+
+BlasLibrary use_single_threaded_blas() {
+  // Found at run time: BLAS is chosen by the system's alternatives, not when we link.
+  if (const auto set_threads = find<void (*)(int)>("openblas_set_num_threads")) {
+    set_threads(1);
+    const auto config = find<const char* (*)()>("openblas_get_config");
+    return {config != nullptr ? config() : "OpenBLAS", false};
+  }
+  if (const auto set_threads = find<void (*)(int)>("MKL_Set_Num_Threads")) {
+    set_threads(1);
+    return {"MKL", false};
+  }
+  if (const auto set_threads = find<void (*)(long)>("bli_thread_set_num_threads")) {
+    set_threads(1);
+    return {"BLIS", false};
+  }
+  if (find<void (*)()>("ATL_buildinfo") != nullptr) return {"ATLAS", false};
+  return {"reference BLAS", true};
+}
+
+}  // namespace stylet::physics

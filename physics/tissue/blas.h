@@ -1,0 +1,16 @@
+// Which BLAS the process runs on, and making it behave: CHOLMOD's speed hangs on it.
+#pragma once
+
+#include <string>
+
+namespace stylet::physics {
+
+struct BlasLibrary {
+  std::string name;             ///< such as "OpenBLAS 0.3.21 ... Haswell", for --version and logs
+  bool slow_reference = false;  ///< not known to be an optimised BLAS: factorisation 15-20 times slower; warn
+};
+
+/// Names the BLAS and sets it to one thread (the same bits every run; the loops own the cores). Call once at start.
+BlasLibrary use_single_threaded_blas();
+
+}  // namespace stylet::physics

@@ -1,0 +1,41 @@
+// Corotational linear elasticity on tetrahedra: rotations, internal forces, energy.
+#pragma once
+
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <span>
+
+namespace stylet::physics {
+
+/// Rotation R closest to F: maximises tr(R^T F) over SO(3)   (physics/README.md eq. 1)
+/// Newton from a warm start, quadratic; a signed SVD where F is inverted, degenerate or far from the start. For an
+/// inverted F the smallest stretch counts as negative, so the forces turn the element back.
+Eigen::Quaterniond closest_rotation(const Eigen::Matrix3d& f, const Eigen::Quaterniond& warm_start);
+
+/// Deformation gradient F of a tetrahedron, -.
+Eigen::Matrix3d deformation_gradient(const TissueModel& model, const Eigen::Matrix3Xd& positions, int tet);
+
+/// Brings the rotations to `positions`; returns the number of inverted tetrahedra (det F <= 0).
+/// @param positions           [3 x nodes], m
+/// @param[in,out] rotations   [tets] rest -> deformed, warm start
+int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<Eigen::Quaterniond> rotations);
+
+/// F_int(p) = dU/dp = sum R K0 (R^T x - X)   (eq. 3). Equilibrium is F_int(p) = external force.
+/// @param rotations    [tets] of these very positions (update_rotations)
+/// @param[out] forces  [3 x nodes], N; at fixed nodes minus the reaction of the support
+void internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces);
+
+/// Elastic energy U(p), J   (eq. 2).
+double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                      std::span<const Eigen::Quaterniond> rotations);
+
+/// Rotation of a node from one set of element rotations to another: the volume-weighted mean over its tetrahedra.
+Eigen::Quaterniond node_rotation(const TissueModel& model, int node, std::span<const Eigen::Quaterniond> from,
+                                 std::span<const Eigen::Quaterniond> to);
+
+}  // namespace stylet::physics

@@ -1,0 +1,162 @@
+#include "physics/tissue/tet_topology.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stylet::physics {
+namespace {
+
+// Corners of the face opposite node f, counter-clockwise from outside of a positively oriented tetrahedron.
+constexpr std::array<std::array<int, 3>, 4> kFaceCorners{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+constexpr double kInside = -1e-10;  // barycentric weight that still counts as inside: rounding on shared faces
+constexpr int kMaxWalk = 200;
+constexpr double kSameCrossing = 1e-9;  // m; hits on an edge shared by two faces
+
+double triple(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  return a.dot(b.cross(c));
+}
+
+}  // namespace
+
+TetTopology::TetTopology(const TetMesh& mesh)
+    : tets_(mesh.tets), neighbours_(mesh.tets.size(), std::array<int, 4>{-1, -1, -1, -1}) {
+  struct Face {
+    std::array<int, 3> key;
+    int tet;
+    int face;
+  };
+  std::vector<Face> faces;
+  faces.reserve(4 * tets_.size());
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    for (std::size_t f = 0; f < 4; ++f) {
+      std::array<int, 3> key{};
+      for (std::size_t k = 0; k < 3; ++k) key[k] = tets_[t][static_cast<std::size_t>(kFaceCorners[f][k])];
+      std::sort(key.begin(), key.end());
+      faces.push_back({key, static_cast<int>(t), static_cast<int>(f)});
+    }
+  }
+  std::sort(faces.begin(), faces.end(),
+            [](const Face& a, const Face& b) { return a.key != b.key ? a.key < b.key : a.tet < b.tet; });
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const Face& face = faces[i];
+    if (i + 1 < faces.size() && faces[i + 1].key == face.key) {
+      const Face& other = faces[++i];
+      neighbours_[static_cast<std::size_t>(face.tet)][static_cast<std::size_t>(face.face)] = other.tet;
+      neighbours_[static_cast<std::size_t>(other.tet)][static_cast<std::size_t>(other.face)] = face.tet;
+      continue;
+    }
+    BoundaryFace boundary;
+    boundary.tet = face.tet;
+    boundary.corners = kFaceCorners[static_cast<std::size_t>(face.face)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      boundary.nodes[k] = tets_[static_cast<std::size_t>(face.tet)][static_cast<std::size_t>(boundary.corners[k])];
+    }
+    surface_.push_back(boundary);
+  }
+}
+
+Eigen::Vector4d TetTopology::barycentric(const Eigen::Matrix3Xd& positions, int tet, const Eigen::Vector3d& x) const {
+  const auto& n = nodes(tet);
+  const Eigen::Vector3d a = positions.col(n[1]) - positions.col(n[0]);
+  const Eigen::Vector3d b = positions.col(n[2]) - positions.col(n[0]);
+  const Eigen::Vector3d c = positions.col(n[3]) - positions.col(n[0]);
+  const Eigen::Vector3d d = x - positions.col(n[0]);
+  const double volume = triple(a, b, c);
+  if (volume == 0) return Eigen::Vector4d::Zero();
+  Eigen::Vector4d weights;
+  weights[1] = triple(d, b, c) / volume;
+  weights[2] = triple(a, d, c) / volume;
+  weights[3] = triple(a, b, d) / volume;
+  weights[0] = 1 - weights[1] - weights[2] - weights[3];
+  return weights;
+}
+
+Eigen::Vector3d TetTopology::position(const Eigen::Matrix3Xd& positions, const TetPoint& point) const {
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  const auto& n = nodes(point.tet);
+  for (int a = 0; a < 4; ++a) x += point.barycentric[a] * positions.col(n[static_cast<std::size_t>(a)]);
+  return x;
+}
+
+TetPoint TetTopology::locate(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& x, int hint) const {
+  // Walk through the face of the most negative weight. It stops at the surface of a non-convex body, and may circle
+  // among inverted tetrahedra: then look at all of them.
+  int tet = hint;
+  for (int i = 0; i < kMaxWalk && tet >= 0; ++i) {
+    const Eigen::Vector4d weights = barycentric(positions, tet, x);
+    int face = 0;
+    if (weights.minCoeff(&face) >= kInside && weights.sum() > 0.5) return {tet, weights};
+    tet = neighbour(tet, face);
+  }
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    const auto& n = tets_[t];
+    bool outside = false;
+    for (int axis = 0; axis < 3 && !outside; ++axis) {
+      const double p0 = positions(axis, n[0]);
+      const double p1 = positions(axis, n[1]);
+      const double p2 = positions(axis, n[2]);
+      const double p3 = positions(axis, n[3]);
+      const double low = std::min(std::min(p0, p1), std::min(p2, p3));
+      const double high = std::max(std::max(p0, p1), std::max(p2, p3));
+      const double slack = 1e-9 * (high - low);
+      outside = x[axis] < low - slack || x[axis] > high + slack;
+    }
+    if (outside) continue;
+    const Eigen::Vector4d weights = barycentric(positions, static_cast<int>(t), x);
+    if (weights.minCoeff() >= kInside && weights.sum() > 0.5) return {static_cast<int>(t), weights};
+  }
+  return {};
+}
+
+void TetTopology::crossings(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& origin,
+                            const Eigen::Vector3d& direction, double length,
+                            std::vector<SurfaceCrossing>& out) const {
+  const auto first = static_cast<std::ptrdiff_t>(out.size());
+  const Eigen::Vector3d end = origin + length * direction;
+  const Eigen::Vector3d low = origin.cwiseMin(end);
+  const Eigen::Vector3d high = origin.cwiseMax(end);
+  for (const BoundaryFace& face : surface_) {
+    const Eigen::Vector3d a = positions.col(face.nodes[0]);
+    const Eigen::Vector3d b = positions.col(face.nodes[1]);
+    const Eigen::Vector3d c = positions.col(face.nodes[2]);
+    const Eigen::Vector3d face_low = a.cwiseMin(b).cwiseMin(c);
+    const Eigen::Vector3d face_high = a.cwiseMax(b).cwiseMax(c);
+    if ((face_high.array() < low.array()).any() || (face_low.array() > high.array()).any()) continue;
+    const Eigen::Vector3d ab = b - a;
+    const Eigen::Vector3d ac = c - a;
+    const Eigen::Vector3d area = ab.cross(ac);
+    const double facing = -direction.dot(area);  // > 0: the line goes in
+    if (std::abs(facing) <= 1e-12 * area.norm()) continue;
+    const Eigen::Vector3d ao = origin - a;
+    const double s = ao.dot(area) / facing;
+    if (!(s >= 0 && s <= length)) continue;
+    const Eigen::Vector3d hit = ao + s * direction;
+    const double square = area.squaredNorm();
+    const double weight_b = area.dot(hit.cross(ac)) / square;
+    const double weight_c = area.dot(ab.cross(hit)) / square;
+    const double weight_a = 1 - weight_b - weight_c;
+    if (std::min({weight_a, weight_b, weight_c}) < kInside) continue;
+    SurfaceCrossing crossing;
+    crossing.distance = s;
+    crossing.point.tet = face.tet;
+    crossing.point.barycentric[face.corners[0]] = weight_a;
+    crossing.point.barycentric[face.corners[1]] = weight_b;
+    crossing.point.barycentric[face.corners[2]] = weight_c;
+    crossing.normal = area.normalized();
+    crossing.entering = facing > 0;
+    out.push_back(crossing);
+  }
+  std::sort(out.begin() + first, out.end(), [](const SurfaceCrossing& a, const SurfaceCrossing& b) {
+    return a.distance != b.distance ? a.distance < b.distance : a.point.tet < b.point.tet;
+  });
+  const auto last =
+      std::unique(out.begin() + first, out.end(), [](const SurfaceCrossing& a, const SurfaceCrossing& b) {
+        return a.entering == b.entering && b.distance - a.distance < kSameCrossing;
+      });
+  out.erase(last, out.end());
+}
+
+}  // namespace stylet::physics

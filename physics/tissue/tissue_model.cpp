@@ -1,0 +1,109 @@
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/LU>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace stylet::physics {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("tissue model: " + what);
+}
+
+void check(const TetMesh& mesh, std::span<const ElasticMaterial> materials, std::span<const int> fixed,
+           double damping_time_s) {
+  const auto nodes = static_cast<int>(mesh.nodes.size());
+  if (mesh.tets.empty()) refuse("no tetrahedra");
+  if (materials.size() != mesh.tets.size()) {
+    refuse(std::to_string(materials.size()) + " materials for " + std::to_string(mesh.tets.size()) + " tetrahedra");
+  }
+  if (!(damping_time_s >= 0)) refuse("damping time must be 0 or more");
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    if (!mesh.nodes[i].allFinite()) refuse("node " + std::to_string(i) + " is not finite");
+  }
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    for (const int n : mesh.tets[t]) {
+      if (n < 0 || n >= nodes) refuse("tetrahedron " + std::to_string(t) + " names node " + std::to_string(n));
+    }
+    const ElasticMaterial& m = materials[t];
+    if (!(m.young_modulus > 0) || !(m.poisson_ratio > -1 && m.poisson_ratio < 0.5)) {
+      refuse("material of tetrahedron " + std::to_string(t) + " needs E > 0 and -1 < nu < 0.5");
+    }
+  }
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    if (fixed[i] < 0 || fixed[i] >= nodes) refuse("fixed node " + std::to_string(fixed[i]) + " does not exist");
+    if (i > 0 && fixed[i] <= fixed[i - 1]) refuse("fixed nodes must ascend without duplicates");
+  }
+  if (fixed.size() < 3) refuse("at least three nodes must be fixed");
+}
+
+TetRest make_rest(const TetMesh& mesh, std::size_t t, const ElasticMaterial& material) {
+  const auto& n = mesh.tets[t];
+  const auto x = [&](int a) { return mesh.nodes[static_cast<std::size_t>(n[static_cast<std::size_t>(a)])]; };
+  Eigen::Matrix3d edges;
+  for (int a = 0; a < 3; ++a) edges.col(a) = x(a + 1) - x(0);
+  const double determinant = edges.determinant();
+  if (!(determinant > 0)) refuse("tetrahedron " + std::to_string(t) + " is not positively oriented");
+  TetRest rest;
+  rest.volume = determinant / 6;
+  rest.gradients.rightCols<3>() = edges.inverse().transpose();
+  rest.gradients.col(0) = -rest.gradients.rightCols<3>().rowwise().sum();
+  const double e = material.young_modulus;
+  const double nu = material.poisson_ratio;
+  rest.lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
+  rest.mu = e / (2 * (1 + nu));
+  return rest;
+}
+
+/// The check comes before the topology is built from the mesh.
+TetMesh checked(TetMesh mesh, std::span<const ElasticMaterial> materials, std::span<const int> fixed,
+                double damping_time_s) {
+  check(mesh, materials, fixed, damping_time_s);
+  return mesh;
+}
+
+}  // namespace
+
+TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet_materials,
+                         std::span<const int> fixed_nodes, double damping_time)
+    : mesh(checked(std::move(rest_mesh), tet_materials, fixed_nodes, damping_time)),
+      topology(mesh),
+      materials(tet_materials.begin(), tet_materials.end()),
+      free_index(mesh.nodes.size(), 0),
+      damping_time_s(damping_time) {
+  tets.reserve(mesh.tets.size());
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) tets.push_back(make_rest(mesh, t, materials[t]));
+
+  for (const int n : fixed_nodes) free_index[static_cast<std::size_t>(n)] = -1;
+  for (int& index : free_index) {
+    if (index >= 0) index = free_node_count++;
+  }
+  if (free_node_count == 0) refuse("all nodes are fixed");
+
+  incident_start.assign(mesh.nodes.size() + 1, 0);
+  for (const auto& tet : mesh.tets) {
+    for (const int n : tet) ++incident_start[static_cast<std::size_t>(n) + 1];
+  }
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    if (incident_start[n + 1] == 0) refuse("node " + std::to_string(n) + " belongs to no tetrahedron");
+    incident_start[n + 1] += incident_start[n];
+  }
+  incident_tets.resize(4 * mesh.tets.size());
+  std::vector<int> next(incident_start.begin(), incident_start.end() - 1);
+  for (int t = 0; t < tet_count(); ++t) {
+    for (const int n : mesh.tets[static_cast<std::size_t>(t)]) {
+      incident_tets[static_cast<std::size_t>(next[static_cast<std::size_t>(n)]++)] = t;
+    }
+  }
+}
+
+Eigen::Matrix3Xd rest_positions(const TissueModel& model) {
+  Eigen::Matrix3Xd positions(3, model.node_count());
+  for (int n = 0; n < model.node_count(); ++n) positions.col(n) = model.mesh.nodes[static_cast<std::size_t>(n)];
+  return positions;
+}
+
+}  // namespace stylet::physics
