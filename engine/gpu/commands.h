@@ -136,11 +136,19 @@ private:
 /// Bytes of a layer of an image, tightly packed.
 std::vector<std::byte> read_back(Device& device, const Image& image, std::uint32_t layer = 0);
 std::vector<std::byte> read_back(Device& device, const Buffer& buffer);
-template <typename T, typename Resource>
-std::vector<T> read_back(Device& device, const Resource& resource) {
-  const std::vector<std::byte> bytes = read_back(device, resource);
+/// The same as values of T, the type of a texel's or an element's component.
+template <typename T>
+std::vector<T> values_of(const std::vector<std::byte>& bytes) {
   const T* first = reinterpret_cast<const T*>(bytes.data());
   return {first, first + bytes.size() / sizeof(T)};
+}
+template <typename T>
+std::vector<T> read_back(Device& device, const Image& image, std::uint32_t layer = 0) {
+  return values_of<T>(read_back(device, image, layer));
+}
+template <typename T>
+std::vector<T> read_back(Device& device, const Buffer& buffer) {
+  return values_of<T>(read_back(device, buffer));
 }
 
 /// GPU time between marks of one submission.

@@ -121,7 +121,8 @@ ComputePipeline::ComputePipeline(Device& device, std::span<const std::uint32_t> 
 GraphicsPipeline::GraphicsPipeline(Device& device, const GraphicsSettings& settings)
     : layout_(device, settings.interface, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT) {
   const ShaderModuleHandle vertex = shader_module(device, settings.vertex);
-  const ShaderModuleHandle fragment = shader_module(device, settings.fragment);
+  ShaderModuleHandle fragment;
+  if (!settings.fragment.empty()) fragment = shader_module(device, settings.fragment);
   const Specialization specialization(settings.interface.specialization);
   const std::array<VkPipelineShaderStageCreateInfo, 2> stages{{
       {VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, nullptr, 0, VK_SHADER_STAGE_VERTEX_BIT, vertex.get(),
@@ -145,9 +146,12 @@ GraphicsPipeline::GraphicsPipeline(Device& device, const GraphicsSettings& setti
   VkPipelineDepthStencilStateCreateInfo depth{VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO};
   depth.depthTestEnable = settings.depth_test;
   depth.depthWriteEnable = settings.depth_write;
-  depth.depthCompareOp = VK_COMPARE_OP_GREATER;
+  depth.depthCompareOp = settings.depth_compare;
   std::vector<VkPipelineColorBlendAttachmentState> attachments;
-  for (Blend blend : settings.blend) attachments.push_back(blend_state(blend));
+  for (Blend blend : settings.blend) {
+    attachments.push_back(blend_state(blend));
+    if (!settings.colour_write) attachments.back().colorWriteMask = 0;
+  }
   VkPipelineColorBlendStateCreateInfo blend{VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO};
   blend.attachmentCount = static_cast<std::uint32_t>(attachments.size());
   blend.pAttachments = attachments.data();
@@ -157,7 +161,7 @@ GraphicsPipeline::GraphicsPipeline(Device& device, const GraphicsSettings& setti
   dynamic.pDynamicStates = dynamic_states.data();
 
   VkGraphicsPipelineCreateInfo create{VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO};
-  create.stageCount = stages.size();
+  create.stageCount = settings.fragment.empty() ? 1 : 2;
   create.pStages = stages.data();
   create.pVertexInputState = &vertex_input;
   create.pInputAssemblyState = &assembly;

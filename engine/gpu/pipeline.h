@@ -51,7 +51,7 @@ enum class Blend { none, alpha, premultiplied, additive, transmittance };
 
 struct GraphicsSettings {
   std::span<const std::uint32_t> vertex;
-  std::span<const std::uint32_t> fragment;
+  std::span<const std::uint32_t> fragment;  ///< empty: depth only
   Interface interface {};
   VkRenderPass render_pass = VK_NULL_HANDLE;
   std::uint32_t subpass = 0;
@@ -60,6 +60,8 @@ struct GraphicsSettings {
   VkCullModeFlags cull = VK_CULL_MODE_NONE;
   bool depth_test = false;
   bool depth_write = false;
+  VkCompareOp depth_compare = VK_COMPARE_OP_GREATER;
+  bool colour_write = true;
   std::vector<Blend> blend{Blend::none};  ///< one a colour attachment
 };
 

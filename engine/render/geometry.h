@@ -1,0 +1,47 @@
+// The scene's surfaces, probe and needle packed into one vertex and one index buffer, and what is drawn from them.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/render/needle_mesh.h"
+#include "shaders/shared.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace stylet::render {
+
+/// A range of the index buffer drawn in one style.
+struct Piece {
+  std::string name;
+  std::uint32_t first_index = 0;
+  std::uint32_t index_count = 0;
+  SurfaceStyle style{};
+  std::vector<std::uint32_t>
+      samples;  ///< a few of its vertices as carried by nodes, to sort translucent pieces by depth
+};
+
+/// Rest geometry of a scene as the GPU holds it. Vertices [0, rest.size()) are placed by deform.comp; the needle's
+/// follow and come from the host every frame.
+struct Geometry {
+  explicit Geometry(const content::Scene& scene);
+
+  std::vector<RestVertex> rest;
+  std::vector<std::uint32_t> indices;  ///< into rest and needle vertices, as one
+  std::vector<float> rest_nodes;       ///< x, y, z of all bodies' nodes, one body after the other; never empty
+  std::vector<std::size_t> body_node_count;
+  std::vector<Piece> solids;         ///< opaque organs, bone, probe
+  std::vector<Piece> needle_pieces;  ///< shaft and hub
+  std::vector<Piece> glass;          ///< translucent organs, in the order of the scene
+  Piece fan;
+  NeedleMesh needle;
+  std::uint32_t needle_base = 0;  ///< first vertex of the needle
+};
+
+/// Position of a rest vertex for given node positions (x, y, z each), patient frame. For probe vertices: the probe
+/// frame.
+Eigen::Vector3f place(const RestVertex& vertex, const std::vector<float>& nodes);
+
+}  // namespace stylet::render

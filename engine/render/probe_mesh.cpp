@@ -1,0 +1,135 @@
+#include "engine/render/probe_mesh.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stylet::render {
+
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr int kSides = 64;
+
+/// Half extents of the housing at a distance behind the face, m.
+struct Section {
+  float behind;
+  float half_width;      ///< lateral
+  float half_thickness;  ///< elevation
+};
+
+/// Height of the face below its centre at a lateral position: 0 in the middle, negative at the sides of an arc.
+float face_drop(const content::Probe& probe, float x) {
+  if (!probe.convex) return 0;
+  const auto radius = static_cast<float>(probe.radius);
+  return std::sqrt(std::max(radius * radius - x * x, 0.0F)) - radius;
+}
+
+/// Point of a rounded rectangle (a superellipse of exponent 4).
+Vector3f around(const Section& section, int side) {
+  const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(side) / kSides;
+  const float c = std::cos(angle), s = std::sin(angle);
+  return {section.half_width * std::copysign(std::sqrt(std::abs(c)), c),
+          section.half_thickness * std::copysign(std::sqrt(std::abs(s)), s), -section.behind};
+}
+
+void compute_normals(ProbeMesh& mesh) {
+  mesh.normals.assign(mesh.positions.size(), Vector3f::Zero());
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    const Vector3f& a = mesh.positions[mesh.indices[i]];
+    const Vector3f& b = mesh.positions[mesh.indices[i + 1]];
+    const Vector3f& c = mesh.positions[mesh.indices[i + 2]];
+    const Vector3f area = (b - a).cross(c - a);
+    for (std::size_t k = 0; k < 3; ++k) mesh.normals[mesh.indices[i + k]] += area;
+  }
+  for (Vector3f& normal : mesh.normals) normal.normalize();
+}
+
+/// Joins the last two rings; the older one is nearer the face (further along +z).
+void join_last_rings(ProbeMesh& mesh) {
+  const auto newer = static_cast<std::uint32_t>(mesh.positions.size()) - kSides;
+  const std::uint32_t older = newer - kSides;
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    const std::uint32_t j = (i + 1) % kSides;
+    for (std::uint32_t index : {newer + i, newer + j, older + j, newer + i, older + j, older + i})
+      mesh.indices.push_back(index);
+  }
+}
+
+}  // namespace
+
+ProbeMesh probe_body(const content::Probe& probe) {
+  const float half_face = probe.convex ? static_cast<float>(probe.radius * std::sin(probe.field_of_view / 2))
+                                       : static_cast<float>(probe.width / 2);
+  const float wide = half_face + 0.004F;  // the array sits inside its housing
+  ProbeMesh mesh;
+  // The face: rings shrinking towards its middle, each laid on the arc; then the housing back to the cable.
+  constexpr int kFaceRings = 10;
+  for (int ring = 0; ring <= kFaceRings; ++ring) {
+    const float t = std::max(static_cast<float>(ring) / kFaceRings, 0.01F);
+    // Rounded rim: the last ring of the face bends back.
+    const float rim = ring == kFaceRings ? 0.0012F : 0.0F;
+    for (int side = 0; side < kSides; ++side) {
+      Vector3f p = around({0, wide * t, 0.0085F * t}, side);
+      p.z() = face_drop(probe, p.x()) - rim;
+      mesh.positions.push_back(p);
+    }
+    if (ring > 0) join_last_rings(mesh);
+  }
+  const Section housing[] = {
+      {0.004F, wide * 1.01F, 0.0098F}, {0.012F, wide, 0.0112F},    {0.026F, wide * 0.93F, 0.0125F},
+      {0.042F, wide * 0.66F, 0.0130F}, {0.056F, 0.0175F, 0.0132F}, {0.075F, 0.0150F, 0.0128F},
+      {0.100F, 0.0150F, 0.0125F},      {0.120F, 0.0140F, 0.0118F}, {0.130F, 0.0110F, 0.0095F},
+      {0.136F, 0.0055F, 0.0050F},      {0.160F, 0.0040F, 0.0040F}, {0.1605F, 0.0001F, 0.0001F}};
+  // Near the face the housing keeps the arc's shape, further back it is straight. Sections lie close: smooth normals.
+  constexpr int kBetween = 4;
+  Section before{0.0012F, wide, 0.0085F};
+  for (const Section& next : housing) {
+    for (int k = 1; k <= kBetween; ++k) {
+      const float t = static_cast<float>(k) / kBetween;
+      const float smooth = t * t * (3 - 2 * t);
+      const Section at{before.behind + t * (next.behind - before.behind),
+                       before.half_width + smooth * (next.half_width - before.half_width),
+                       before.half_thickness + smooth * (next.half_thickness - before.half_thickness)};
+      const float follows_arc = std::clamp(1 - at.behind / 0.045F, 0.0F, 1.0F);
+      for (int side = 0; side < kSides; ++side) {
+        Vector3f p = around(at, side);
+        p.z() += follows_arc * face_drop(probe, std::clamp(p.x(), -wide, wide));
+        mesh.positions.push_back(p);
+      }
+      join_last_rings(mesh);
+    }
+    before = next;
+  }
+  compute_normals(mesh);
+  return mesh;
+}
+
+ProbeMesh probe_fan(const content::Probe& probe) {
+  ProbeMesh mesh;
+  constexpr int kColumns = 32;
+  for (int i = 0; i <= kColumns; ++i) {
+    const double t = static_cast<double>(i) / kColumns - 0.5;
+    for (double range : {0.0, probe.depth}) {
+      Eigen::Vector3d p(t * probe.width, 0, range);
+      if (probe.convex) {
+        const double angle = t * probe.field_of_view;
+        // The outer chord must hold the whole arc: the fragment shader cuts the sector out by range.
+        const double r = probe.radius + range;
+        const double reach = range > 0 ? r / std::cos(probe.field_of_view / kColumns / 2) : r;
+        p = {reach * std::sin(angle), 0, reach * std::cos(angle) - probe.radius};
+      }
+      mesh.positions.push_back(p.cast<float>());
+      mesh.normals.push_back(-Vector3f::UnitY());
+    }
+    if (i == 0) continue;
+    const auto last = static_cast<std::uint32_t>(mesh.positions.size()) - 4;
+    for (std::uint32_t index : {last, last + 2, last + 3, last, last + 3, last + 1}) mesh.indices.push_back(index);
+  }
+  return mesh;
+}
+
+}  // namespace stylet::render

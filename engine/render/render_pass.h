@@ -1,0 +1,20 @@
+// The one render pass of the 3-D view.
+#pragma once
+
+#include "engine/gpu/image.h"
+
+#include <cstdint>
+
+namespace stylet::render {
+
+/// All views at once (multiview): colour and depth, resolved if multisampled. Images enter and leave in their
+/// attachment layouts, put there by the tracker of gpu::Image. A VkRenderPass and not dynamic rendering: the
+/// synchronisation validation of Debian 12 sees hazards on the attachments of the one and not of the other.
+/// @param colour  multisampled, or the same image as `target`
+gpu::RenderPassHandle make_render_pass(gpu::Device& device, const gpu::Image& colour, const gpu::Image& depth,
+                                       const gpu::Image& target, std::uint32_t views);
+
+gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render_pass, const gpu::Image& colour,
+                                        const gpu::Image& depth, const gpu::Image& target);
+
+}  // namespace stylet::render

@@ -1,0 +1,102 @@
+// The 3-D view: organs, needle, probe and imaging plane of one frame, drawn offscreen for one eye or both.
+//
+// A frame: upload nodes, needle and uniforms; place every vertex (deform.comp); then one render pass over all eyes
+// (multiview): ground, solids, imaging plane, and the glass organs from the farthest to the nearest. Of a glass organ
+// only its nearest surface is seen: its depth is laid first, then its colour where the depth is its own. That needs
+// no sorting of triangles and gives the same picture for any order of them.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/gpu/commands.h"
+#include "engine/render/camera.h"
+#include "engine/render/geometry.h"
+#include "engine/state/frame_state.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace stylet::render {
+
+struct RenderSettings {
+  int width = 1280;
+  int height = 720;
+  int views = 1;  ///< 2: stereo, left eye in layer 0, right eye in layer 1
+  StereoSettings stereo{};
+  bool antialias = true;         ///< 4 samples a pixel
+  double window_radius = 0.075;  ///< of the opening in skin, fat and muscle round the focus, m
+};
+
+/// The ultrasound image as a texture of the imaging plane: pixel (u, v) lies at origin + (u, v) * metres_per_pixel in
+/// (x, z) of the probe frame; the grey value is its red channel.
+struct PlaneTexture {
+  const gpu::Image* image = nullptr;
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();
+  double metres_per_pixel = 0;
+};
+
+/// Draws one scene. Thread: the one that uses the device.
+class Renderer {
+public:
+  /// Uploads the scene's surfaces; keeps no reference to `scene`.
+  /// @throws gpu::GpuError if the size is 0 or beyond the device, or views is not 1 or 2
+  Renderer(gpu::Device& device, const content::Scene& scene, const RenderSettings& settings = {});
+
+  /// Submits the frame; the image is complete for whoever uses it next on the device's queue (gpu::read_back, a pass
+  /// that samples it). R8G8B8A8_SRGB, one layer an eye, valid until the next call.
+  /// A body that `state` does not have is drawn as it was last (at first: at rest), a needle not at all.
+  const gpu::Image& render(const state::FrameState& state, const content::Camera& camera,
+                           const PlaneTexture& ultrasound = {});
+  /// The picture last rendered.
+  const gpu::Image& image() const { return target_; }
+  const RenderSettings& settings() const { return settings_; }
+  /// The eyes of the last frame, to project points as it does.
+  const std::vector<Eye>& eyes() const { return eyes_; }
+  /// Time the GPU spent on the stages of the last frame; waits for it.
+  std::vector<gpu::Timestamps::Span> stage_times() const;
+
+private:
+  void take_nodes(const state::FrameState& state);
+  FrameUniforms uniforms(const state::FrameState& state, const content::Camera& camera,
+                         const PlaneTexture& ultrasound) const;
+  /// Indices of the glass pieces, farthest first.
+  std::vector<std::size_t> glass_order() const;
+  void draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool with_needle) const;
+  const gpu::Image& colour() const { return multisampled_ ? *multisampled_ : target_; }
+
+  gpu::Device& device_;
+  RenderSettings settings_;
+  std::optional<Eigen::Vector3d> focus_;  ///< what the covers' window shows: the first target; none: where one looks
+  content::Probe probe_;
+  Geometry geometry_;
+  std::vector<float> nodes_;  ///< current positions, laid out as geometry_.rest_nodes
+  std::vector<Eye> eyes_;
+
+  gpu::Buffer rest_;
+  gpu::Buffer rest_nodes_;
+  gpu::Buffer current_nodes_;
+  gpu::Buffer drawn_;
+  gpu::Buffer indices_;
+  gpu::Buffer frame_;
+  gpu::Image target_;
+  std::optional<gpu::Image> multisampled_;
+  gpu::Image depth_;
+  gpu::Image no_ultrasound_;  ///< one black pixel, bound where there is no ultrasound image
+  gpu::Sampler sampler_;
+  gpu::RenderPassHandle render_pass_;
+  gpu::FramebufferHandle framebuffer_;
+
+  gpu::ComputePipeline deform_;
+  gpu::GraphicsPipeline ground_;
+  gpu::GraphicsPipeline solid_;
+  gpu::GraphicsPipeline fan_;
+  gpu::GraphicsPipeline glass_depth_;
+  gpu::GraphicsPipeline glass_colour_;
+  gpu::FrameRing ring_;
+  gpu::Timestamps timestamps_;
+  std::uint64_t submission_ = 0;
+};
+
+}  // namespace stylet::render

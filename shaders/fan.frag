@@ -1,0 +1,34 @@
+#version 460
+// The probe's imaging plane: a pane of light with a bright border, or the ultrasound image itself where it is.
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/shared.h"
+
+layout(set = 0, binding = 0, std140) uniform Frame { FrameUniforms frame; };
+layout(set = 0, binding = 2) uniform sampler2D ultrasound;
+layout(location = 0) in vec4 position;
+layout(location = 0) out vec4 colour;
+
+void main() {
+  vec3 p = (frame.probe_from_patient * vec4(position.xyz, 1.0)).xyz;
+  float radius = frame.fan.x, half_extent = frame.fan.y, depth = frame.fan.z;
+  // Range below the face, and distance from the nearest side, m.
+  float range = p.z, side = half_extent - abs(p.x);
+  if (frame.fan.w > 0.5) {
+    float r = length(vec2(p.x, p.z + radius));
+    range = r - radius;
+    side = r * (half_extent - abs(atan(p.x, p.z + radius)));
+  }
+  float border = min(side, min(range, depth - range));
+  float line = 1.0 - smoothstep(0.0005, 0.0013, border);
+  float ticks = 1.0 - smoothstep(0.0003, 0.0007, abs(fract(range * 50.0 + 0.5) - 0.5) * 0.02);  // every 2 cm
+  vec3 light = vec3(0.35, 0.68, 0.95);
+  float alpha = 0.05 + 0.75 * line + 0.13 * ticks;
+  vec3 c = light * (0.7 + 0.3 * line);
+  if (frame.fan_image.z > 0.0) {
+    vec2 uv = (p.xz - frame.fan_image.xy) * frame.fan_image.zw;
+    float grey = texture(ultrasound, uv).r;
+    c = mix(vec3(grey) * vec3(0.92, 0.97, 1.0), c, line);
+    alpha = max(0.30 + 0.55 * grey, 0.75 * line);
+  }
+  colour = vec4(c * alpha, alpha);
+}
