@@ -66,8 +66,8 @@ private:
   std::vector<ForceSample> samples_;
 };
 
-/// force.csv: RFC 4180, one header line with units in the names, numbers that read back to the same bits. The file
-/// appears whole or not at all.
+/// force.csv: RFC 4180, one header line with units in the names, numbers that read back to the same bits. A file
+/// that could not be written whole is removed.
 /// @throws content::ContentError  when the file cannot be written
 void write_force_csv(const std::filesystem::path& path, const ForceTrace& trace);
 

@@ -21,7 +21,7 @@ struct RgbaImage {
   const std::uint8_t* at(int x, int y) const { return &pixels[4 * (static_cast<std::size_t>(y) * width + x)]; }
 };
 
-/// Writes a PNG (8-bit RGBA); the file appears whole or not at all.
+/// Writes a PNG (8-bit RGBA). A file that could not be written whole is removed.
 /// @param rgba  [4 * width * height]
 /// @throws content::ContentError  when the file cannot be written
 void write_png(const std::filesystem::path& path, int width, int height, std::span<const std::uint8_t> rgba);
