@@ -92,8 +92,7 @@ std::vector<Organ> build_anatomy(const ScenarioFile& scenario, std::span<const G
                           .body = annotation.body,
                           .role = role,
                           .tissue = tissue,
-                          .mesh = {},
-                          .volume = 0});
+                          .mesh = {}});
       }
       append(organs[entry->second].mesh, node.mesh, file.patient_from_file);
     }
@@ -109,7 +108,6 @@ std::vector<Organ> build_anatomy(const ScenarioFile& scenario, std::span<const G
     try {
       organ.mesh = organ.role == SurfaceRole::visual ? clean_surface(organ.mesh, organ.place)
                                                      : solid_surface(organ.mesh, organ.place);
-      organ.volume = inspect(organ.mesh).volume;
     } catch (const ContentError& error) {
       problems.emplace_back(error.what());
     }

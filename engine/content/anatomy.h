@@ -21,10 +21,10 @@ struct Organ {
   SurfaceRole role = SurfaceRole::boundary;
   int tissue = 0;
   TriangleMesh mesh;  ///< welded and outward; closed unless role is visual
-  double volume = 0;  ///< m^3
 };
 
-/// Joins and cleans the nodes of all organ files (`files[i]` was read from scenario.organs[i]). Tissues that a file
+/// Joins and cleans the nodes of all organ files (`files[i]` was read from scenario.organs[i]). In file order: where
+/// organs overlap, the later one counts. Tissues that a file
 /// overrides are appended to `tissues`. What is wrong is appended to `problems`, one line each.
 std::vector<Organ> build_anatomy(const ScenarioFile& scenario, std::span<const GltfScene> files,
                                  std::vector<Tissue>& tissues, std::vector<std::string>& problems);

@@ -59,27 +59,24 @@ std::vector<int> fixed_nodes(const BodyRequest& request, const physics::TetMesh&
 std::vector<std::uint8_t> tet_tissues(const BodyRequest& request, const physics::TetMesh& mesh, const Organ& boundary,
                                       std::span<const Organ> organs) {
   struct Region {
-    double volume;
     std::uint8_t tissue;
     Solid solid;
   };
-  std::vector<Region> regions;  // smallest first: inner regions win
+  std::vector<Region> regions;
   for (const Organ& organ : organs) {
     if (organ.body != request.name || (organ.role != SurfaceRole::region && organ.role != SurfaceRole::target))
       continue;
-    regions.push_back({organ.volume, static_cast<std::uint8_t>(organ.tissue), Solid(organ.mesh)});
+    regions.push_back({static_cast<std::uint8_t>(organ.tissue), Solid(organ.mesh)});
   }
-  std::stable_sort(regions.begin(), regions.end(),
-                   [](const Region& a, const Region& b) { return a.volume < b.volume; });
   std::vector<std::uint8_t> tissues;
   tissues.reserve(mesh.tets.size());
   for (const auto& tet : mesh.tets) {
     Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
     for (const int node : tet) centroid += 0.25 * mesh.nodes[static_cast<std::size_t>(node)];
     auto tissue = static_cast<std::uint8_t>(boundary.tissue);
-    for (const Region& region : regions) {
-      if (region.solid.bounds().contains(centroid) && region.solid.contains(centroid)) {
-        tissue = region.tissue;
+    for (auto region = regions.rbegin(); region != regions.rend(); ++region) {
+      if (region->solid.bounds().contains(centroid) && region->solid.contains(centroid)) {
+        tissue = region->tissue;
         break;
       }
     }

@@ -11,7 +11,7 @@
 
 namespace stylet::content {
 
-/// Tetrahedralises the boundary of `request`, gives each tetrahedron the tissue of the smallest region or target of
+/// Tetrahedralises the boundary of `request`, gives each tetrahedron the tissue of the last region or target of
 /// the body that contains its centroid (else of the boundary), and marks the fixed nodes. Vessels give no mechanics:
 /// their walls are thinner than any tetrahedron.
 /// What is wrong is appended to `problems`; the body is then not to be used.

@@ -111,17 +111,11 @@ Surface build_surface(const Organ& organ, int body, const std::vector<Deformable
 
 LabelVolume build_labels(const ScenarioFile& scenario, const std::vector<Organ>& organs,
                          const std::vector<Tissue>& tissues, Problems& problems) {
-  // Larger organs first: what lies inside another is smaller and wins; where neighbours overlap, too.
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < organs.size(); ++i) {
-    if (organs[i].role != SurfaceRole::visual) order.push_back(i);
-  }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return organs[a].volume > organs[b].volume; });
   std::vector<LabelledSolid> solids;
   LabelFiller filler;
   const LabelRequest& request = scenario.labels;
-  for (const std::size_t i : order) {
+  for (std::size_t i = 0; i < organs.size(); ++i) {
+    if (organs[i].role == SurfaceRole::visual) continue;
     if (organs[i].id == request.behind) filler.wall.push_back(solids.size());
     solids.push_back({&organs[i].mesh, static_cast<std::uint8_t>(organs[i].tissue),
                       static_cast<std::int8_t>(body_index(scenario, organs[i].body))});

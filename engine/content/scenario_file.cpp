@@ -47,9 +47,15 @@ void read_probe_pose(JsonObject root, ScenarioFile& scenario) {
   if (!probe) return;
   scenario.probe = probe->file("file");
   scenario.probe_pose.position = probe->vector3("position", kCoordinate);
+  const bool quaternion = probe->has("orientation");
+  scenario.probe_pose.orientation = probe->quaternion("orientation", Eigen::Quaterniond::Identity());
   const Eigen::Vector3d axis = direction(*probe, "axis", -Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d lateral = direction(*probe, "lateral", Eigen::Vector3d::UnitX());
-  scenario.probe_pose.orientation = frame(*probe, axis, lateral);
+  if (quaternion == (probe->has("axis") || probe->has("lateral"))) {
+    probe->problem("", "needs either orientation, or axis and lateral; keep one");
+  } else if (!quaternion) {
+    scenario.probe_pose.orientation = frame(*probe, axis, lateral);
+  }
   probe->finish();
 }
 

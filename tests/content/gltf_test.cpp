@@ -1,0 +1,313 @@
+#include "engine/content/gltf.h"
+
+#include "engine/content/surface_mesh.h"
+#include "tests/content/glb.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+namespace stylet::content {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+using json = nlohmann::json;
+using test::Glb;
+
+/// A tetrahedron with its four faces outward.
+TriangleMesh tetrahedron() {
+  return {.vertices = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}},
+          .triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
+}
+
+Glb one_tetrahedron() {
+  Glb glb;
+  glb.add("organ", tetrahedron());
+  return glb;
+}
+
+GltfScene read(const std::string& bytes) {
+  return read_gltf(test::as_bytes(bytes), "a.glb");
+}
+
+std::string error_of(const std::string& bytes) {
+  try {
+    read(bytes);
+  } catch (const ContentError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Gltf, ReadsGeometryNamesAndAnnotations) {
+  Glb glb;
+  glb.add("liver_surface", tetrahedron(),
+          {{"id", "liver"}, {"role", "boundary"}, {"deformable", true}, {"body", "liver"}},
+          {{"version", 1},
+           {"preset", "liver"},
+           {"mechanics", {{"youngsModulus", 4000}, {"density", 1050}}},
+           {"acoustics", {{"impedance_rayl", 1.7e6}}}});
+  const GltfScene scene = read(glb.bytes());
+  ASSERT_EQ(scene.organs.size(), 1u);
+  const GltfOrgan& organ = scene.organs[0];
+  EXPECT_EQ(organ.name, "liver_surface");
+  EXPECT_EQ(organ.place, "nodes/0");
+  EXPECT_EQ(organ.organ.id, "liver");
+  EXPECT_EQ(organ.organ.role, "boundary");
+  EXPECT_EQ(organ.organ.body, "liver");
+  EXPECT_TRUE(organ.organ.deformable);
+  ASSERT_TRUE(organ.tissue);
+  EXPECT_EQ(organ.tissue->preset, "liver");
+  EXPECT_EQ(organ.tissue->values,
+            (std::map<std::string, double>{
+                {"young_modulus_pa", 4000}, {"density_kg_per_m3", 1050}, {"impedance_rayl", 1.7e6}}));
+  EXPECT_EQ(organ.mesh.triangles, tetrahedron().triangles);
+  EXPECT_NEAR(inspect(organ.mesh).volume, 1e-3 / 6, 1e-9);
+}
+
+TEST(Gltf, UnknownAnnotationKeysWarnAndBadValuesAreErrors) {
+  Glb glb;
+  glb.add("a", tetrahedron(), {{"id", "a"}, {"colour_of_the_day", 1}},
+          {{"preset", "liver"}, {"mechanics", {{"yield", 1}}}});
+  const GltfScene scene = read(glb.bytes());
+  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("colour_of_the_day"), HasSubstr("yield")));
+
+  glb.json["materials"][0]["extras"]["tissue"]["mechanics"] = {{"poissonsRatio", 0.7}};
+  EXPECT_THAT(error_of(glb.bytes()),
+              HasSubstr("a.glb:/materials/0/extras/tissue/mechanics/poisson_ratio: is 0.7, accepted is 0 to 0.499"));
+  glb.json["materials"][0]["extras"]["tissue"] = {{"preset", "liver"}};
+  glb.json["nodes"][0]["extras"]["organ"]["role"] = "villain";
+  EXPECT_THAT(error_of(glb.bytes()),
+              HasSubstr("a.glb:/nodes/0/extras/organ/role: is \"villain\", accepted is one of"));
+}
+
+TEST(Gltf, TransformsComposeAndMirrorsKeepTheOutside) {
+  Glb glb = one_tetrahedron();
+  glb.json["nodes"][0]["scale"] = {-2, 1, 1};
+  glb.json["nodes"].push_back({{"name", "parent"},
+                               {"children", {0}},
+                               {"translation", {1, 2, 3}},
+                               {"rotation", {0, 0, std::sqrt(0.5), std::sqrt(0.5)}}});  // 90 degrees about Z
+  glb.json["scenes"][0]["nodes"] = {1};
+  const GltfScene scene = read(glb.bytes());
+  const TriangleMesh& mesh = scene.organs.at(0).mesh;
+  // x = 0.1 -> mirrored and scaled to -0.2 -> turned onto -y -> moved
+  EXPECT_LT((mesh.vertices[1] - Eigen::Vector3d(1, 1.8, 3)).norm(), 1e-6);
+  EXPECT_NEAR(inspect(mesh).volume, 2e-3 / 6, 1e-8) << "positive: still counter-clockwise from outside";
+}
+
+TEST(Gltf, StripsFansAndUnindexedTrianglesAgreeWithTriangles) {
+  // The square 0123 as two triangles, its normal +z.
+  const TriangleMesh square{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}},
+                            .triangles = {{0, 1, 2}, {2, 1, 3}}};
+  const auto area = [](const Glb& glb) {
+    double z = 0;
+    for (const GltfOrgan& organ : read(glb.bytes()).organs) {
+      for (const auto& [a, b, c] : organ.mesh.triangles) {
+        const auto& v = organ.mesh.vertices;
+        z += 0.5 * (v[b] - v[a]).cross(v[c] - v[a]).z();
+      }
+    }
+    return z;
+  };
+  Glb glb;
+  glb.add("square", square);
+  EXPECT_NEAR(area(glb), 1, 1e-6);
+  json& primitive = glb.json["meshes"][0]["primitives"][0];
+  primitive.erase("indices");
+  primitive["mode"] = 5;
+  EXPECT_NEAR(area(glb), 1, 1e-6) << "strip 0123";
+
+  const TriangleMesh ring{.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}};
+  Glb fan;
+  fan.add("fan", ring);
+  fan.json["meshes"][0]["primitives"][0].erase("indices");
+  fan.json["meshes"][0]["primitives"][0]["mode"] = 6;
+  EXPECT_NEAR(area(fan), 1, 1e-6);
+}
+
+TEST(Gltf, PointsAndLinesAreSkippedWithAWarning) {
+  Glb glb = one_tetrahedron();
+  json line = glb.json["meshes"][0]["primitives"][0];
+  line["mode"] = 1;
+  glb.json["meshes"][0]["primitives"].push_back(line);
+  const GltfScene scene = read(glb.bytes());
+  EXPECT_EQ(scene.organs.at(0).mesh.triangles.size(), 4u);
+  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("points or lines")));
+}
+
+TEST(Gltf, SparsePositionsAreApplied) {
+  Glb glb = one_tetrahedron();
+  const std::size_t at = glb.bin.size();
+  const std::uint32_t index = 3;
+  const float value[3] = {0, 0, 0.5F};
+  glb.bin.append(reinterpret_cast<const char*>(&index), 4);
+  glb.bin.append(reinterpret_cast<const char*>(value), 12);
+  glb.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", at}, {"byteLength", 4}});
+  glb.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", at + 4}, {"byteLength", 12}});
+  glb.json["accessors"][0]["sparse"] = {
+      {"count", 1}, {"indices", {{"bufferView", 2}, {"componentType", 5125}}}, {"values", {{"bufferView", 3}}}};
+  EXPECT_NEAR(read(glb.bytes()).organs.at(0).mesh.vertices[3].z(), 0.5, 1e-7);
+  glb.json["accessors"][0]["sparse"]["count"] = 5;
+  EXPECT_THAT(error_of(glb.bytes()), HasSubstr("accessors/0/sparse/count"));
+}
+
+TEST(Gltf, MillimetresAreSuspected) {
+  Glb glb = one_tetrahedron();
+  glb.json["nodes"][0]["scale"] = {100, 100, 100};
+  EXPECT_THAT(read(glb.bytes()).warnings, ElementsAre(HasSubstr("millimetres")));
+}
+
+/// One defect in a sound file, and what the message must hold.
+struct Defect {
+  const char* name;
+  std::function<void(Glb&)> make;
+  const char* message;
+};
+
+class GltfDefect : public ::testing::TestWithParam<Defect> {};
+
+TEST_P(GltfDefect, IsRefusedInOneLineWithItsPlace) {
+  Glb glb = one_tetrahedron();
+  ASSERT_NO_THROW(read(glb.bytes()));
+  GetParam().make(glb);
+  const std::string error = error_of(glb.bytes());
+  EXPECT_THAT(error, HasSubstr(GetParam().message));
+  EXPECT_THAT(error, ::testing::StartsWith("a.glb"));
+  EXPECT_THAT(error, Not(HasSubstr("\n")));
+}
+
+void poke(Glb& glb, std::size_t at, float value) {
+  std::memcpy(glb.bin.data() + at, &value, 4);
+}
+void poke(Glb& glb, std::size_t at, std::uint32_t value) {
+  std::memcpy(glb.bin.data() + at, &value, 4);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, GltfDefect,
+    ::testing::Values(
+        Defect{"NoVersion", [](Glb& g) { g.json["asset"] = json::object(); }, ":/asset/version: is missing"},
+        Defect{"VersionOne", [](Glb& g) { g.json["asset"]["version"] = "1.0"; }, ":/asset/version: is \"1.0\""},
+        Defect{"MinVersion", [](Glb& g) { g.json["asset"]["minVersion"] = "3.0"; }, ":/asset/minVersion"},
+        Defect{"RequiredExtension", [](Glb& g) { g.json["extensionsRequired"] = {"FOO_bar"}; },
+               ":/extensionsRequired: \"FOO_bar\" is not supported"},
+        Defect{"Draco", [](Glb& g) { g.json["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
+               "without mesh compression"},
+        Defect{"DefaultScene", [](Glb& g) { g.json["scene"] = 9; }, ":/scene: is 9"},
+        Defect{"SceneNode", [](Glb& g) { g.json["scenes"][0]["nodes"] = {42}; }, ":/nodes/42"},
+        Defect{"EmptyScene", [](Glb& g) { g.json["scenes"][0]["nodes"] = json::array(); }, "no node has triangles"},
+        Defect{"SelfLoop", [](Glb& g) { g.json["nodes"][0]["children"] = {0}; }, ":/nodes/0: is reached twice"},
+        Defect{"TwoParents",
+               [](Glb& g) {
+                 g.json["nodes"].push_back({{"children", {0}}});
+                 g.json["nodes"].push_back({{"children", {0}}});
+                 g.json["scenes"][0]["nodes"] = {1, 2};
+               },
+               ":/nodes/0: is reached twice"},
+        Defect{"DeepChain",
+               [](Glb& g) {
+                 for (int i = 1; i < 20000; ++i) g.json["nodes"].push_back({{"children", {i - 1}}});
+                 g.json["scenes"][0]["nodes"] = {19999};
+               },
+               "is nested deeper than 256 nodes"},
+        Defect{"NodeMesh", [](Glb& g) { g.json["nodes"][0]["mesh"] = 3; }, ":/nodes/0/mesh: is 3"},
+        Defect{"NodeMeshNegative", [](Glb& g) { g.json["nodes"][0]["mesh"] = -7; }, ":/nodes/0/mesh: is -7"},
+        Defect{"ScaleZero", [](Glb& g) { g.json["nodes"][0]["scale"] = {0, 1, 1}; }, "its transform scales volumes by 0"},
+        Defect{"ScaleHuge", [](Glb& g) { g.json["nodes"][0]["scale"] = {1e30, 1e30, 1e30}; }, ":/nodes/0: its transform"},
+        Defect{"MatrixOfEight", [](Glb& g) { g.json["nodes"][0]["matrix"] = {1, 0, 0, 0, 1, 0, 0, 0}; },
+               "/matrix: has 8 numbers, expected 16"},
+        Defect{"MatrixProjective",
+               [](Glb& g) { g.json["nodes"][0]["matrix"] = {1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}; },
+               "is not affine"},
+        Defect{"ZeroQuaternion", [](Glb& g) { g.json["nodes"][0]["rotation"] = {0, 0, 0, 0}; }, "/rotation: is a zero"},
+        Defect{"FarAway", [](Glb& g) { g.json["nodes"][0]["translation"] = {0, 500, 0}; }, "lies at 500"},
+        Defect{"NoPrimitives", [](Glb& g) { g.json["meshes"][0]["primitives"] = json::array(); }, ":/meshes/0/primitives"},
+        Defect{"NoPosition", [](Glb& g) { g.json["meshes"][0]["primitives"][0]["attributes"] = {{"NORMAL", 0}}; },
+               ":/meshes/0/primitives/0/attributes: has no POSITION"},
+        Defect{"PositionAccessor",
+               [](Glb& g) { g.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 77; }, ":/accessors/77"},
+        Defect{"ModeSeven", [](Glb& g) { g.json["meshes"][0]["primitives"][0]["mode"] = 7; }, "/mode: is 7"},
+        Defect{"OnlyLines", [](Glb& g) { g.json["meshes"][0]["primitives"][0]["mode"] = 1; }, "no node has triangles"},
+        Defect{"PositionVec2", [](Glb& g) { g.json["accessors"][0]["type"] = "VEC2"; }, "POSITION is not three floats"},
+        Defect{"PositionShort", [](Glb& g) { g.json["accessors"][0]["componentType"] = 5123; }, "POSITION is not three floats"},
+        Defect{"IndicesFloat", [](Glb& g) { g.json["accessors"][1]["componentType"] = 5126; }, "indices are not unsigned"},
+        Defect{"ElevenIndices", [](Glb& g) { g.json["accessors"][1]["count"] = 11; }, "has 11 indices"},
+        Defect{"CountZero", [](Glb& g) { g.json["accessors"][0]["count"] = 0; }, ":/accessors/0"},
+        Defect{"CountHuge", [](Glb& g) { g.json["accessors"][0]["count"] = 1000000000; }, ":/accessors/0/count"},
+        Defect{"CountOneTooMany", [](Glb& g) { g.json["accessors"][0]["count"] = 5; }, "leave their view"},
+        Defect{"CountWraps", [](Glb& g) { g.json["accessors"][0]["count"] = 1537228672809129302LL; }, ":/accessors/0/count"},
+        Defect{"NoViewHuge",
+               [](Glb& g) {
+                 g.json["accessors"][0].erase("bufferView");
+                 g.json["accessors"][0]["count"] = 2000000000;
+               },
+               ":/accessors/0/count"},
+        Defect{"AccessorView", [](Glb& g) { g.json["accessors"][0]["bufferView"] = 99; }, ":/accessors/0/bufferView: is 99"},
+        Defect{"AccessorOffset", [](Glb& g) { g.json["accessors"][0]["byteOffset"] = 4; }, "leave their view"},
+        Defect{"AccessorOffsetHuge",
+               [](Glb& g) { g.json["accessors"][0]["byteOffset"] = 9223372036854775807LL; }, "leave their view"},
+        Defect{"ViewBuffer", [](Glb& g) { g.json["bufferViews"][0]["buffer"] = 5; }, ":/bufferViews/0/buffer: is 5"},
+        Defect{"ViewTooLong", [](Glb& g) { g.json["bufferViews"][0]["byteLength"] = 100000; }, ":/bufferViews/0"},
+        Defect{"ViewOffsetPast", [](Glb& g) { g.json["bufferViews"][0]["byteOffset"] = 100000; }, ":/bufferViews/0"},
+        Defect{"StrideFour", [](Glb& g) { g.json["bufferViews"][0]["byteStride"] = 4; }, "/byteStride: is 4"},
+        Defect{"StrideOverruns", [](Glb& g) { g.json["bufferViews"][0]["byteStride"] = 252; }, "leave their view"},
+        Defect{"IndexOneTooLarge", [](Glb& g) { poke(g, 48, std::uint32_t{4}); }, "index 0 is 4, the mesh has 4 vertices"},
+        Defect{"IndexRestart", [](Glb& g) { poke(g, 48, std::uint32_t{0xFFFFFFFF}); }, "index 0 is 4294967295"},
+        Defect{"PositionNaN", [](Glb& g) { poke(g, 0, std::numeric_limits<float>::quiet_NaN()); }, "position 0 is not finite"},
+        Defect{"PositionInf", [](Glb& g) { poke(g, 12, -std::numeric_limits<float>::infinity()); }, "position 1 is not finite"},
+        Defect{"PositionHuge", [](Glb& g) { poke(g, 12, 3e38F); }, "vertex 1 lies at"},
+        Defect{"Material", [](Glb& g) { g.json["meshes"][0]["primitives"][0]["material"] = 2; }, "its material is 2"},
+        Defect{"DeepExtras",
+               [](Glb& g) {
+                 json deep = json::array();
+                 for (int i = 0; i < 5000; ++i) deep = json::array({deep});
+                 g.json["extras"] = deep;
+               },
+               "nested deeper than 128 levels"},
+        Defect{"TraversingUri",
+               [](Glb& g) { g.json["buffers"] = {{{"byteLength", 4}, {"uri", "../../../../../../etc/passwd"}}}; }, "a.glb:/: is not valid"},
+        Defect{"AbsoluteUri", [](Glb& g) { g.json["buffers"] = {{{"byteLength", 4}, {"uri", "/etc/passwd"}}}; },
+               "a.glb:/: is not valid"},
+        Defect{"EscapedUri",
+               [](Glb& g) { g.json["buffers"] = {{{"byteLength", 4}, {"uri", "%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd"}}}; },
+               "a.glb:/: is not valid"},
+        Defect{"FileUri", [](Glb& g) { g.json["buffers"] = {{{"byteLength", 4}, {"uri", "file:///etc/passwd"}}}; },
+               "a.glb:/: is not valid"},
+        Defect{"EndlessUri", [](Glb& g) { g.json["buffers"] = {{{"byteLength", 4}, {"uri", "/dev/zero"}}}; },
+               "a.glb:/: is not valid"}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST(Gltf, EveryTruncationOfAFileIsRefused) {
+  const std::string bytes = one_tetrahedron().bytes();
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    EXPECT_NE(error_of(bytes.substr(0, length)), "no error") << length;
+  }
+}
+
+TEST(Gltf, ExternalBuffersComeFromTheFolderOfTheFileOnly) {
+  test::TemporaryFolder folder;
+  Glb glb = one_tetrahedron();
+  std::filesystem::create_directory(folder.path() / "organs");
+  folder.write("organs/data.bin", glb.bin);
+  folder.write("outside.bin", glb.bin);
+  std::filesystem::create_symlink(folder.path() / "outside.bin", folder.path() / "organs" / "link.bin");
+  const auto with = [&](const std::string& uri) {
+    json document = glb.json;
+    document["buffers"] = {{{"byteLength", glb.bin.size()}, {"uri", uri}}};
+    return folder.write("organs/a.gltf", document.dump());
+  };
+  EXPECT_EQ(read_gltf(with("data.bin")).organs.size(), 1u);
+  EXPECT_THROW(read_gltf(with("../outside.bin")), ContentError);
+  EXPECT_THROW(read_gltf(with((folder.path() / "outside.bin").string())), ContentError);
+  EXPECT_THROW(read_gltf(with("link.bin")), ContentError) << "a link leads out of the folder";
+  EXPECT_THROW(read_gltf(with("gone.bin")), ContentError);
+}
+
+}  // namespace
+}  // namespace stylet::content

@@ -1,0 +1,78 @@
+#include "engine/content/motion.h"
+
+#include "tests/content/glb.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stylet::content {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string error_of(const std::string& stylus) {
+  test::TemporaryFolder folder;
+  const auto path =
+      folder.write("m.json", R"({"format": "stylet-motion", "version": 1, "tracks": {"stylus": )" + stylus + "}}");
+  try {
+    read_motion(path);
+  } catch (const ContentError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Motion, WhatIsWrittenIsReadBack) {
+  Motion motion;
+  for (int i = 0; i < 50; ++i) {
+    const double t = 0.004 * i;
+    const Eigen::Quaterniond q(Eigen::AngleAxisd(0.3 * t, Eigen::Vector3d(1, 2, 3).normalized()));
+    motion.stylus.push_back({t, {{0.1 * t, -0.2, t * t}, q}, i > 30 ? 1u : 0u});
+    motion.probe.push_back({t, {{0, 0.01 * t, 0}, Eigen::Quaterniond::Identity()}, 0});
+  }
+  test::TemporaryFolder folder;
+  write_motion(motion, "a \"name\"", folder.path() / "m.json");
+  const Motion back = read_motion(folder.path() / "m.json");
+  ASSERT_EQ(back.stylus.size(), motion.stylus.size());
+  ASSERT_EQ(back.probe.size(), motion.probe.size());
+  for (std::size_t i = 0; i < motion.stylus.size(); ++i) {
+    EXPECT_NEAR(back.stylus[i].time_s, motion.stylus[i].time_s, 1e-6);
+    EXPECT_LT((back.stylus[i].pose.position - motion.stylus[i].pose.position).norm(), 1e-6);
+    EXPECT_LT(back.stylus[i].pose.orientation.angularDistance(motion.stylus[i].pose.orientation), 4e-6);
+    EXPECT_NEAR(back.stylus[i].pose.orientation.norm(), 1, 1e-12);
+    EXPECT_EQ(back.stylus[i].buttons, motion.stylus[i].buttons);
+  }
+}
+
+TEST(Motion, SamplingIsExactAtSamplesLinearBetweenAndHeldOutside) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX()));
+  const std::vector<MotionSample> track{{1, {{0, 0, 0}, Eigen::Quaterniond::Identity()}, 3},
+                                        {2, {{1, 0, 2}, turn}, 4}};
+  EXPECT_EQ(sample_motion(track, 0).pose.position, track[0].pose.position);
+  EXPECT_EQ(sample_motion(track, 9).pose.position, track[1].pose.position);
+  EXPECT_EQ(sample_motion(track, 9).buttons, 4u);
+  const MotionSample quarter = sample_motion(track, 1.25);
+  EXPECT_LT((quarter.pose.position - Eigen::Vector3d(0.25, 0, 0.5)).norm(), 1e-15);
+  EXPECT_NEAR(Eigen::AngleAxisd(quarter.pose.orientation).angle(), 0.25, 1e-12);
+  EXPECT_EQ(quarter.buttons, 3u);
+}
+
+TEST(Motion, BadSamplesAreRefusedAtTheirPlace) {
+  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [0,0,0,0,1,0,0,0]]"),
+              HasSubstr("m.json:/tracks/stylus/1: time 0 s does not come after 0 s"));
+  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0.1,0,0]]"),
+              HasSubstr("m.json:/tracks/stylus/1: quaternion has norm 1.005"));
+  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0,0]]"), HasSubstr("/tracks/stylus/1: is not [t, px"));
+  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,\"a\",0,0,1,0,0,0]]"), HasSubstr("/tracks/stylus/1: holds something"));
+  EXPECT_THAT(error_of("[[-1,0,0,0,1,0,0,0], [1,0,0,0,1,0,0,0]]"), HasSubstr("/tracks/stylus/0: time is -1 s"));
+  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,0,1e6,0,1,0,0,0]]"),
+              HasSubstr("/tracks/stylus/1: position is farther"));
+  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0,0,0,0.5]]"), HasSubstr("/tracks/stylus/1: buttons"));
+  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0]]"), HasSubstr("/tracks/stylus: has fewer than 2 samples"));
+  EXPECT_THAT(error_of("{}"), HasSubstr("/tracks/stylus: is an object, expected an array"));
+  EXPECT_EQ(error_of("[[0,0,0,0,1,0,0,0], [1,0,0,0,1.0005,0,0,0]]"), "no error")
+      << "within 1e-3 of a unit quaternion";
+}
+
+}  // namespace
+}  // namespace stylet::content
