@@ -1,0 +1,72 @@
+// Reference insertion R1: what the hand feels, with directions and locations frozen between simulation steps
+// (Peterlik 2011) and updated at every haptic step (the paper).
+#include "tests/support/reference_insertion.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+namespace stylet::support {
+namespace {
+
+ReferenceInsertion r1() {
+  return read_reference_insertion(std::filesystem::path(STYLET_SOURCE_DIR) / "content/reference/r1.json");
+}
+
+struct Felt {
+  double lateral_jump = 0;
+  double lateral_roughness = 0;
+  double axial_jump = 0;
+  double peak = 0;
+};
+
+Felt feel(const ReferenceInsertion& insertion, const ReferenceRun& run) {
+  ReferenceExperiment experiment(insertion, run);
+  while (experiment.time_s() < insertion.duration) {
+    experiment.advance();
+    EXPECT_EQ(experiment.report().flags, 0U);
+    EXPECT_EQ(experiment.patch().flags, 0U);
+  }
+  EXPECT_EQ(experiment.most_contacts(), 8);
+  EXPECT_EQ(experiment.needle_flags(), 0U);
+  Felt felt;
+  felt.lateral_jump = jump(experiment.forces(), 1);
+  felt.lateral_roughness = roughness(experiment.forces(), 1);
+  felt.axial_jump = jump(experiment.forces(), 0);
+  for (const auto& f : experiment.forces()) felt.peak = std::max(felt.peak, std::abs(f.y()));
+  std::printf("  %s, latency %d: lateral jump %.3f mN/ms, roughness %.3e N, axial jump %.3f mN/ms, peak %.4f N\n",
+              run.coupling == physics::Coupling::paper_frozen ? "frozen " : "updated", run.latency_steps,
+              1e3 * felt.lateral_jump, felt.lateral_roughness, 1e3 * felt.axial_jump, felt.peak);
+  return felt;
+}
+
+TEST(ReferenceInsertion, UpdatedDirectionsFeelSmootherThanFrozenOnes) {
+  const Felt frozen = feel(r1(), {.coupling = physics::Coupling::paper_frozen});
+  const Felt updated = feel(r1(), {.coupling = physics::Coupling::paper_updated});
+  EXPECT_GT(updated.peak, 0.1);  // the needle is really bent
+  EXPECT_LT(updated.lateral_jump, frozen.lateral_jump / 4);
+  EXPECT_LT(updated.lateral_roughness, frozen.lateral_roughness / 4);
+}
+
+TEST(ReferenceInsertion, UpdatedDirectionsAreSmootherWithLatencyToo) {
+  const Felt frozen = feel(r1(), {.coupling = physics::Coupling::paper_frozen, .latency_steps = 1});
+  const Felt updated = feel(r1(), {.coupling = physics::Coupling::paper_updated, .latency_steps = 1});
+  EXPECT_LT(updated.lateral_jump, frozen.lateral_jump);
+  EXPECT_LT(updated.lateral_roughness, frozen.lateral_roughness / 2);
+}
+
+TEST(ReferenceInsertion, TwoRunsGiveTheSameBits) {
+  ReferenceInsertion insertion = r1();
+  ReferenceExperiment one(insertion, {.worker_period = 3});
+  ReferenceExperiment two(insertion, {.worker_period = 3});
+  for (int step = 0; step < 60; ++step) {
+    one.advance();
+    two.advance();
+  }
+  ASSERT_EQ(one.forces().size(), two.forces().size());
+  for (std::size_t k = 0; k < one.forces().size(); ++k) ASSERT_EQ(one.forces()[k], two.forces()[k]) << "step " << k;
+  EXPECT_EQ(one.simulation().tissue().positions[0], two.simulation().tissue().positions[0]);
+}
+
+}  // namespace
+}  // namespace stylet::support

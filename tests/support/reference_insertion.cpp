@@ -1,0 +1,128 @@
+#include "tests/support/reference_insertion.h"
+
+#include "tests/support/kuhn_box.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <stdexcept>
+
+namespace stylet::support {
+
+ReferenceInsertion read_reference_insertion(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw std::runtime_error(file.string() + ": cannot be read");
+  const nlohmann::json json = nlohmann::json::parse(in);
+  if (json.at("format") != "stylet-reference-insertion" || json.at("version") != 1) {
+    throw std::runtime_error(file.string() + ": not a stylet-reference-insertion of version 1");
+  }
+  ReferenceInsertion r;
+  const auto& cube = json.at("cube");
+  r.cube_edge = cube.at("edge");
+  r.nodes_per_edge = cube.at("nodes_per_edge");
+  r.material = {cube.at("young_modulus"), cube.at("poisson_ratio")};
+  const auto& needle = json.at("needle");
+  r.needle.length = needle.at("length");
+  r.needle.outer_diameter = needle.at("outer_diameter");
+  r.needle.inner_diameter = needle.at("inner_diameter");
+  r.needle.young_modulus = needle.at("young_modulus");
+  r.needle.poisson_ratio = needle.at("poisson_ratio");
+  r.needle.beams = needle.at("beams");
+  const auto& base = json.at("base");
+  for (int a = 0; a < 3; ++a) r.tip_start[a] = base.at("tip_start").at(static_cast<std::size_t>(a));
+  r.axial_speed = base.at("axial_speed").get<std::vector<std::array<double, 2>>>();
+  r.lateral_amplitude = base.at("lateral").at("amplitude");
+  r.lateral_start = base.at("lateral").at("start");
+  r.lateral_end = base.at("lateral").at("end");
+  r.contact_spacing = json.at("contact_spacing");
+  r.haptic_hz = json.at("haptic_hz");
+  r.simulation_hz = json.at("simulation_hz");
+  r.duration = json.at("duration");
+  return r;
+}
+
+physics::StylusPose ReferenceInsertion::base(double time_s) const {
+  double axial = 0;  // integral of the piecewise linear speed
+  for (std::size_t i = 0; i + 1 < axial_speed.size(); ++i) {
+    const auto [t0, v0] = axial_speed[i];
+    const auto [t1, v1] = axial_speed[i + 1];
+    const double dt = std::clamp(time_s, t0, t1) - t0;
+    axial += dt * (v0 + 0.5 * (v1 - v0) * dt / (t1 - t0));
+  }
+  const double u = std::clamp((time_s - lateral_start) / (lateral_end - lateral_start), 0.0, 1.0);
+  const double lateral = lateral_amplitude * u * u * u * (10 - 15 * u + 6 * u * u);
+  physics::StylusPose pose;
+  pose.position = tip_start + Eigen::Vector3d(axial - needle.length, lateral, 0);
+  pose.orientation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
+  return pose;
+}
+
+physics::SimulationBody ReferenceInsertion::body() const {
+  const int cells = nodes_per_edge - 1;
+  physics::SimulationBody body;
+  body.mesh = kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(cube_edge), {cells, cells, cells});
+  body.tet_materials.assign(body.mesh.tets.size(), material);
+  body.fixed_nodes = nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  return body;
+}
+
+int ReferenceInsertion::haptic_steps_per_simulation_step() const {
+  return static_cast<int>(std::lround(haptic_hz / simulation_hz));
+}
+
+ReferenceExperiment::ReferenceExperiment(const ReferenceInsertion& insertion, const ReferenceRun& run)
+    : insertion_(insertion), run_(run) {
+  std::vector<physics::SimulationBody> bodies;
+  bodies.push_back(insertion.body());
+  simulation_ = std::make_unique<physics::SimulationLoop>(
+      std::move(bodies), physics::SimulationLoopSettings{.dt = 1 / insertion.simulation_hz,
+                                                         .contact_spacing = insertion.contact_spacing});
+  physics::HapticLoopSettings settings;
+  settings.needle = insertion.needle;
+  settings.coupling = run.coupling;
+  settings.relative_compliance = run.relative_compliance;
+  haptic_ = std::make_unique<physics::HapticLoop>(settings, insertion.base(0));
+  for (int i = 0; i <= run.latency_steps; ++i) patches_.push_back(simulation_->make_patch());
+}
+
+double ReferenceExperiment::time_s() const {
+  return static_cast<double>(haptic_step_) / insertion_.haptic_hz;
+}
+
+void ReferenceExperiment::advance() {
+  std::rotate(patches_.begin(), patches_.end() - 1, patches_.end());
+  report_ = simulation_->step({.needle = &haptic_->state(), .time_s = time_s()}, patches_.front());
+  ++simulation_step_;
+  if (run_.worker_period > 0 && simulation_step_ % static_cast<std::uint64_t>(run_.worker_period) == 0) {
+    simulation_->worker().step();
+  }
+  for (int i = 0; i < insertion_.haptic_steps_per_simulation_step(); ++i) {
+    ++haptic_step_;
+    const physics::NeedleState& state =
+        haptic_->step(insertion_.base(time_s()), 1 / insertion_.haptic_hz, patches_.back());
+    forces_.push_back(state.wrench.force);
+    most_contacts_ = std::max(most_contacts_, state.contact_count);
+    needle_flags_ |= state.flags;
+  }
+}
+
+double jump(const std::vector<Eigen::Vector3d>& forces, int axis) {
+  double largest = 0;
+  for (std::size_t k = 1; k < forces.size(); ++k) {
+    largest = std::max(largest, std::abs(forces[k][axis] - forces[k - 1][axis]));
+  }
+  return largest;
+}
+
+double roughness(const std::vector<Eigen::Vector3d>& forces, int axis) {
+  double sum = 0;
+  for (std::size_t k = 2; k < forces.size(); ++k) {
+    const double second = forces[k][axis] - 2 * forces[k - 1][axis] + forces[k - 2][axis];
+    sum += second * second;
+  }
+  return std::sqrt(sum / static_cast<double>(forces.size() - 2));
+}
+
+}  // namespace stylet::support
