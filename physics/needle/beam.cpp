@@ -154,7 +154,7 @@ BeamResponse beam_response(const Beam& beam, const BeamEnd& a, const BeamEnd& b,
     }
     // change of the frame's spin with the length: - d(1/l) terms
     const Vector3d sum = moment.head<3>() + moment.tail<3>();
-    const Vector12d change = g.transpose().lazyProduct(Vector3d(0, (eta * sum.x() - sum.y()) / l, sum.z() / l));
+    const Vector12d change = g.transpose().lazyProduct(Vector3d(0, (eta * sum.x() + sum.y()) / l, sum.z() / l));
     t.col(0) -= change;
     t.col(6) += change;
   }
@@ -163,7 +163,7 @@ BeamResponse beam_response(const Beam& beam, const BeamEnd& a, const BeamEnd& b,
   rotate_columns(t, s.frame);
   Matrix12d transposed = t.transpose();
   rotate_columns(transposed, s.frame);
-  t = transposed;
+  t = transposed.transpose();
   return response;
 }
 
