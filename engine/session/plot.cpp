@@ -88,7 +88,7 @@ public:
     const double y_label = panel.y.label.empty() ? 0 : 1.4 * text_;
     box_.top = std::round(outer.top + 0.8 * text_ + title);
     box_.bottom = std::round(outer.bottom - 1.9 * text_ - x_label);
-    y_ticks_ = nice_ticks(y_.min, y_.max, tick_count(box_.bottom - box_.top, 2.6 * text_));
+    y_ticks_ = nice_ticks(y_.min, y_.max, tick_count(box_.bottom - box_.top, 2.0 * text_));
     double widest = 0;
     for (const double v : y_ticks_) widest = std::max(widest, font.width(tick_text(v, step(y_ticks_)), text_));
     box_.left = std::round(outer.left + 0.8 * text_ + y_label + widest + 0.5 * text_);

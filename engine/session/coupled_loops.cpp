@@ -1,0 +1,128 @@
+#include "engine/session/coupled_loops.h"
+
+#include "engine/content/error.h"
+#include "engine/content/motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace stylet::session {
+
+namespace {
+
+physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics::Coupling coupling) {
+  physics::HapticLoopSettings settings;
+  settings.needle = {.length = scene.needle.length,
+                     .outer_diameter = scene.needle.outer_diameter,
+                     .inner_diameter = scene.needle.inner_diameter,
+                     .young_modulus = scene.needle.young_modulus,
+                     .poisson_ratio = scene.needle.poisson_ratio,
+                     .beams = scene.needle.beams};
+  settings.coupling = coupling;
+  return settings;
+}
+
+std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& scene) {
+  std::vector<physics::SimulationBody> bodies;
+  for (const content::DeformableBody& body : scene.bodies) {
+    physics::SimulationBody& simulated = bodies.emplace_back();
+    simulated.mesh = body.mesh;
+    simulated.fixed_nodes = body.fixed_nodes;
+    simulated.damping_time_s = scene.damping_time_s;
+    for (const std::uint8_t tissue : body.tet_tissue) {
+      simulated.tet_materials.push_back(scene.tissues[tissue].mechanics);
+    }
+  }
+  return bodies;
+}
+
+// The loops' constructors know nothing of files: their complaints are given the place here.
+template <typename Make>
+auto with_place(const content::Scene& scene, const Make& make) {
+  try {
+    return make();
+  } catch (const std::invalid_argument& error) {
+    throw content::ContentError(fmt::format("{}: {}", scene.scenario.string(), error.what()));
+  }
+}
+
+}  // namespace
+
+const char* coupling_name(physics::Coupling coupling) {
+  return coupling == physics::Coupling::paper_frozen ? "paper-frozen" : "paper-updated";
+}
+
+physics::Coupling coupling_from_name(const std::string& name) {
+  for (const auto coupling : {physics::Coupling::paper_frozen, physics::Coupling::paper_updated}) {
+    if (name == coupling_name(coupling)) return coupling;
+  }
+  throw content::ContentError(fmt::format("coupling \"{}\": there is paper-frozen and paper-updated", name));
+}
+
+CoupledLoops::CoupledLoops(const content::Scene& scene, physics::Coupling coupling, const physics::StylusPose& start,
+                           std::vector<StepListener*> listeners)
+    : scene_(scene),
+      listeners_(std::move(listeners)),
+      haptic_(with_place(scene, [&] { return physics::HapticLoop(haptic_settings(scene, coupling), start); })),
+      simulation_(with_place(scene, [&] { return simulation_bodies(scene); }),
+                  {.dt = 1.0 / scene.rates.simulation_hz, .contact_spacing = scene.contact_spacing}),
+      haptic_dt_(1.0 / scene.rates.haptic_hz),
+      hub_(start) {}
+
+const physics::NeedleState& CoupledLoops::haptic_step(const haptic::StylusSample& sample,
+                                                      const physics::TissuePatch& patch) {
+  if (sample.valid) hub_ = {sample.position, sample.orientation};
+  return haptic_step(HapticStepRecord{.step = haptic_steps_ + 1,
+                                      .time_s = sample.time_s,
+                                      .dt_s = haptic_dt_,
+                                      .pose = hub_,
+                                      .buttons = sample.buttons,
+                                      .valid = sample.valid,
+                                      .patch_epoch = patch.epoch},
+                     patch);
+}
+
+const physics::NeedleState& CoupledLoops::haptic_step(const HapticStepRecord& input,
+                                                      const physics::TissuePatch& patch) {
+  const physics::NeedleState& needle = haptic_.step(input.pose, input.dt_s, patch);
+  ++haptic_steps_;
+  for (StepListener* listener : listeners_) listener->haptic_stepped(input, needle);
+  return needle;
+}
+
+physics::SimulationReport CoupledLoops::simulation_step(double time_s, const physics::NeedleState& needle, bool take,
+                                                        bool request, physics::TissuePatch& out) {
+  const physics::SimulationReport report = simulation_.step(
+      {.needle = &needle, .time_s = time_s, .take_factorisation = take, .request_factorisation = request}, out);
+  const SimulationStepRecord record{.step = ++simulation_steps_,
+                                    .time_s = time_s,
+                                    .needle_step = report.needle_step,
+                                    .factor_taken = report.factorisation_taken,
+                                    .factor_requested = report.factorisation_requested,
+                                    .factor_epoch = report.factor_epoch,
+                                    .probe = probe_pose(scene_, time_s)};
+  for (StepListener* listener : listeners_) {
+    listener->simulation_stepped(record, report, simulation_.tissue(), needle);
+  }
+  return report;
+}
+
+double insertion_depth(const content::Needle& properties, const physics::NeedleState& needle) {
+  double entry = properties.length;
+  for (int i = 0; i < needle.contact_count; ++i) {
+    const physics::NeedleContact& contact = needle.contacts[static_cast<std::size_t>(i)];
+    entry = std::min(entry, (contact.beam + contact.beam_fraction) * properties.length / properties.beams);
+  }
+  return properties.length - entry;
+}
+
+physics::RigidPose probe_pose(const content::Scene& scene, double time_s) {
+  if (scene.motion.probe.empty()) return scene.probe.pose;
+  const content::MotionSample sample = content::sample_motion(scene.motion.probe, time_s);
+  return {sample.pose.position, sample.pose.orientation};
+}
+
+}  // namespace stylet::session

@@ -1,0 +1,77 @@
+// The two loops of a scene with everything that watches them, stepped by whoever owns the schedule: threads,
+// lockstep, or a replay.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/session/recording.h"
+#include "haptic/device.h"
+#include "physics/loops/haptic_loop.h"
+#include "physics/loops/simulation_loop.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace stylet::session {
+
+/// Told of every step, on the thread of the loop that made it: a listener that serves both loops must keep their data
+/// apart.
+class StepListener {
+public:
+  virtual ~StepListener() = default;
+  /// @realtime
+  virtual void haptic_stepped(const HapticStepRecord&, const physics::NeedleState&) {}
+  virtual void simulation_stepped(const SimulationStepRecord&, const physics::SimulationReport&,
+                                  const physics::TissueState&, const physics::NeedleState&) {}
+};
+
+/// Name of a coupling on the command line and in recordings: "paper-frozen", "paper-updated".
+const char* coupling_name(physics::Coupling coupling);
+/// @throws content::ContentError  not a coupling; lists those there are
+physics::Coupling coupling_from_name(const std::string& name);
+
+class CoupledLoops {
+public:
+  /// Builds both loops; factorises the tissue at rest, so it takes a moment.
+  /// @param start      pose of the hub before the first step
+  /// @param listeners  outlive this; called in this order
+  /// @throws content::ContentError  where the scene's bodies cannot be simulated
+  CoupledLoops(const content::Scene& scene, physics::Coupling coupling, const physics::StylusPose& start,
+               std::vector<StepListener*> listeners);
+
+  /// A haptic step. An invalid sample leaves the hub where it was.
+  /// @realtime
+  const physics::NeedleState& haptic_step(const haptic::StylusSample& sample, const physics::TissuePatch& patch);
+
+  /// The same with the input as recorded.
+  const physics::NeedleState& haptic_step(const HapticStepRecord& input, const physics::TissuePatch& patch);
+
+  /// A simulation step. `take` and `request`: see physics::SimulationInput.
+  physics::SimulationReport simulation_step(double time_s, const physics::NeedleState& needle, bool take,
+                                            bool request, physics::TissuePatch& out);
+
+  physics::TissuePatch make_patch() const { return simulation_.make_patch(); }
+  /// State of the needle: haptic thread, or when that stands still.
+  const physics::NeedleState& needle() const { return haptic_.state(); }
+  const physics::TissueState& tissue() const { return simulation_.tissue(); }
+  physics::FactorisationWorker& worker() { return simulation_.worker(); }
+  double haptic_dt() const { return haptic_dt_; }
+
+private:
+  const content::Scene& scene_;
+  std::vector<StepListener*> listeners_;
+  physics::HapticLoop haptic_;
+  physics::SimulationLoop simulation_;
+  double haptic_dt_;
+  physics::StylusPose hub_;
+  std::uint64_t haptic_steps_ = 0;
+  std::uint64_t simulation_steps_ = 0;
+};
+
+/// Arc length of needle behind the skin: from the contact nearest to the hub, in whatever body, to the tip. m
+/// @realtime
+double insertion_depth(const content::Needle& properties, const physics::NeedleState& needle);
+
+/// Pose of the probe at a time: the motion's probe track where there is one, else the scene's.
+physics::RigidPose probe_pose(const content::Scene& scene, double time_s);
+
+}  // namespace stylet::session

@@ -1,0 +1,76 @@
+#include "engine/session/debrief.h"
+
+#include "engine/session/frame_clock.h"
+#include "engine/session/frame_publisher.h"
+#include "engine/session/pictures.h"
+#include "engine/session/video.h"
+
+#include <utility>
+#include <vector>
+
+namespace stylet::session {
+
+namespace {
+
+constexpr int kUltrasoundWidth = 560;  // of the video's right column
+constexpr int kUltrasoundHeight = 420;
+
+std::vector<TraceEvent> trace_events(const Recording& recording) {
+  std::vector<TraceEvent> events;
+  for (const EventRecord& event : recording.events) events.push_back({event.time_s, event.name});
+  return events;
+}
+
+}  // namespace
+
+Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                      const Recording& recording, const ForceTrace& trace, const DebriefSettings& settings,
+                      const DebriefProgress& progress) {
+  const auto report = [&](const std::string& doing, double share) {
+    if (progress) progress(doing, share);
+  };
+  const Font font = Font::load();
+  const RecordedSettings recorded = recorded_settings(recording);
+
+  Pictures panes(device, scene,
+                 {.view_width = settings.stereo ? settings.video_view_width / 2 : settings.video_view_width,
+                  .view_height = settings.video_height,
+                  .ultrasound_width = kUltrasoundWidth,
+                  .ultrasound_height = kUltrasoundHeight,
+                  .stereo = settings.stereo});
+  VideoWriter video(out.staged("session.mp4"), {.width = settings.video_view_width + kUltrasoundWidth,
+                                                .height = settings.video_height,
+                                                .frames_per_second = settings.frames_per_second});
+  StepHash hash;
+  FramePublisher frames(scene);
+  FrameClock clock(frames, {.frames_per_second = static_cast<double>(settings.frames_per_second)},
+                   [&](int, const state::FrameState& state) {
+                     const Pictures::Moment moment = panes.draw(state, scene.camera);
+                     video.add_frame(compose_frame(moment, state, trace, font).pixels);
+                   });
+  Debrief debrief;
+  CoupledLoops loops(scene, recorded.coupling, recorded.start, {&hash, &frames, &clock});
+  debrief.replay =
+      replay(recording, loops, hash, [&](double share) { report("Replaying and drawing the video", share); });
+  debrief.state_hash = hash.state();
+  video.finish();
+  debrief.video_frames = clock.frames();
+
+  report("Drawing view.png and ultrasound.png", 0);
+  Pictures stills(device, scene,
+                  {.view_width = settings.view_width,
+                   .view_height = settings.view_height,
+                   .ultrasound_width = 960,
+                   .ultrasound_height = 720,
+                   .stereo = settings.stereo});
+  const Pictures::Moment closest = stills.draw(frames.closest_frame(), scene.camera);
+  write_png(out.staged("view.png"), closest.view);
+  write_png(out.staged("ultrasound.png"), closest.ultrasound);
+
+  report("Drawing the force figure", 0);
+  write_force_csv(out.staged("force.csv"), trace);
+  write_png(out.staged("force.png"), draw_force_figure(trace, trace_events(recording), font));
+  return debrief;
+}
+
+}  // namespace stylet::session

@@ -1,0 +1,96 @@
+#include "engine/session/frame_publisher.h"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <limits>
+
+namespace stylet::session {
+
+state::FrameState rest_frame(const content::Scene& scene) {
+  state::FrameState frame;
+  for (const content::DeformableBody& body : scene.bodies) {
+    auto& positions = frame.bodies.emplace_back();
+    for (const Eigen::Vector3d& node : body.mesh.nodes) positions.push_back(node.cast<float>());
+  }
+  physics::StylusPose hub;
+  if (!scene.motion.stylus.empty()) hub = scene.motion.stylus.front().pose;
+  for (int i = 0; i <= scene.needle.beams; ++i) {
+    const Eigen::Vector3d along(0, 0, scene.needle.length * i / scene.needle.beams);
+    frame.needle_positions.push_back((hub.position + hub.orientation * along).cast<float>());
+    frame.needle_orientations.push_back(hub.orientation.cast<float>());
+  }
+  const physics::RigidPose probe = probe_pose(scene, 0);
+  frame.probe_position = probe.position.cast<float>();
+  frame.probe_orientation = probe.orientation.cast<float>();
+  return frame;
+}
+
+FramePublisher::FramePublisher(const content::Scene& scene)
+    : scene_(scene),
+      frame_(rest_frame(scene)),
+      buffer_(frame_),
+      closest_(std::numeric_limits<double>::infinity()),
+      closest_frame_(frame_) {
+  if (scene.targets.empty()) return;
+  const Eigen::Vector3d& centre = scene.targets.front().centre;
+  for (std::size_t b = 0; b < scene.bodies.size() && target_body_ < 0; ++b) {
+    const physics::TetMesh& mesh = scene.bodies[b].mesh;
+    for (const auto& tet : mesh.tets) {
+      Eigen::Matrix4d corners;
+      for (int i = 0; i < 4; ++i) {
+        corners.col(i) << mesh.nodes[static_cast<std::size_t>(tet[static_cast<std::size_t>(i)])], 1.0;
+      }
+      const Eigen::Vector4d weights = corners.inverse() * centre.homogeneous();
+      if (weights.minCoeff() < -1e-9) continue;
+      target_body_ = static_cast<int>(b);
+      target_nodes_ = tet;
+      target_weights_ = weights;
+      break;
+    }
+  }
+}
+
+void FramePublisher::simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport&,
+                                        const physics::TissueState& tissue, const physics::NeedleState& needle) {
+  if (needle.node_count < 2) return;
+  frame_.time_s = record.time_s;
+  frame_.simulation_step = record.step;
+  frame_.haptic_step = record.needle_step;
+  for (std::size_t b = 0; b < frame_.bodies.size(); ++b) {
+    const auto& positions = tissue.positions[b];
+    for (std::size_t i = 0; i < frame_.bodies[b].size(); ++i) {
+      frame_.bodies[b][i] = positions.col(static_cast<Eigen::Index>(i)).cast<float>();
+    }
+  }
+  for (int i = 0; i < needle.node_count; ++i) {
+    const auto node = static_cast<std::size_t>(i);
+    frame_.needle_positions[node] = needle.positions.col(i).cast<float>();
+    frame_.needle_orientations[node] = needle.orientations[node].cast<float>();
+  }
+  frame_.probe_position = record.probe.position.cast<float>();
+  frame_.probe_orientation = record.probe.orientation.cast<float>();
+  frame_.force = needle.wrench.force.cast<float>();
+  frame_.insertion_depth = static_cast<float>(insertion_depth(scene_.needle, needle));
+  if (!scene_.targets.empty()) {
+    Eigen::Vector3d centre = scene_.targets.front().centre;
+    if (target_body_ >= 0) {
+      const auto& positions = tissue.positions[static_cast<std::size_t>(target_body_)];
+      centre.setZero();
+      for (int i = 0; i < 4; ++i) {
+        centre += target_weights_[i] * positions.col(target_nodes_[static_cast<std::size_t>(i)]);
+      }
+    }
+    const double distance = (needle.positions.col(needle.node_count - 1) - centre).norm();
+    frame_.target_distance = static_cast<float>(distance);
+    if (distance < closest_) {
+      closest_ = distance;
+      closest_frame_ = frame_;
+    }
+  } else {
+    closest_frame_ = frame_;
+  }
+  buffer_.publish(frame_);
+}
+
+}  // namespace stylet::session

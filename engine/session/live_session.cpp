@@ -1,0 +1,68 @@
+#include "engine/session/live_session.h"
+
+#include "engine/session/lockstep.h"
+#include "engine/session/replay.h"
+
+#include <algorithm>
+
+namespace stylet::session {
+
+namespace {
+
+constexpr double kLongestTrace = 600;  // s of force kept of a session without an end
+
+physics::StylusPose first_pose(haptic::Device& device) {
+  const haptic::StylusSample sample = device.read(0);
+  return {sample.position, sample.orientation};
+}
+
+RecordingHeader recording_header(const content::Scene& scene, const haptic::Device& device,
+                                 const LiveSettings& settings, const physics::StylusPose& start) {
+  return {.build = settings.build,
+          .scenario = scene.scenario.string(),
+          .scenario_hash = file_hash(scene.scenario),
+          .settings_json = to_json(RecordedSettings{.coupling = settings.coupling,
+                                                    .mode = settings.lockstep ? "lockstep" : "threaded",
+                                                    .device = device.name(),
+                                                    .start = start})};
+}
+
+}  // namespace
+
+LiveSession::LiveSession(const content::Scene& scene, haptic::Device& device, const LiveSettings& settings)
+    : scene_(scene),
+      device_(device),
+      settings_(settings),
+      start_(first_pose(device)),
+      writer_(settings.recording, recording_header(scene, device, settings, start_)),
+      recorder_(writer_, hash_),
+      force_(scene, std::min(settings.duration_s, kLongestTrace)),
+      frames_(scene),
+      loops_(scene, settings.coupling, start_, {&hash_, &recorder_, &force_, &frames_}) {}
+
+RunStatistics LiveSession::run_in_lockstep(const RunProgress& progress) {
+  const RunStatistics run = run_lockstep(loops_, device_, scene_, settings_.duration_s, [&](double share) {
+    writer_.drain();
+    if (progress) progress(share);
+  });
+  finish();
+  return run;
+}
+
+void LiveSession::start() {
+  writer_.start_background();
+  threads_.emplace(loops_, device_, scene_, ThreadedSettings{.duration_s = settings_.duration_s});
+}
+
+RunStatistics LiveSession::stop() {
+  threads_->stop();
+  finish();
+  return threads_->statistics();
+}
+
+void LiveSession::finish() {
+  recorder_.finish();
+  writer_.finish();
+}
+
+}  // namespace stylet::session

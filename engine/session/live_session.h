@@ -1,0 +1,69 @@
+// A session as it happens: device, loops, recording, force, frames, in threads or in lockstep.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/session/coupled_loops.h"
+#include "engine/session/force_recorder.h"
+#include "engine/session/frame_publisher.h"
+#include "engine/session/recorder.h"
+#include "engine/session/recording_writer.h"
+#include "engine/session/run_statistics.h"
+#include "engine/session/step_hash.h"
+#include "engine/session/threaded_run.h"
+#include "haptic/device.h"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace stylet::session {
+
+struct LiveSettings {
+  physics::Coupling coupling = physics::Coupling::paper_updated;
+  double duration_s = 0;  ///< infinity: until stop()
+  bool lockstep = false;
+  std::filesystem::path recording{};  ///< file to write
+  std::string build{};                ///< for its header
+};
+
+/// Use: construct (loads the loops), then either run_lockstep() or start() ... stop().
+class LiveSession {
+public:
+  /// @param scene, device  outlive the session
+  LiveSession(const content::Scene& scene, haptic::Device& device, const LiveSettings& settings);
+
+  RunStatistics run_in_lockstep(const RunProgress& progress = {});
+
+  /// Starts the threads.
+  void start();
+  bool finished() const { return threads_->finished(); }
+  /// Returns when the duration has passed.
+  void wait() const { threads_->wait(); }
+  double time_s() const { return threads_->time_s(); }
+  /// What the pictures show; any thread.
+  const state::StateBuffer& frames() const { return frames_.buffer(); }
+  /// Stops the threads and completes the recording.
+  RunStatistics stop();
+
+  // After the run.
+  const ForceTrace& force() const { return force_.trace(); }
+  std::uint64_t state_hash() const { return hash_.state(); }
+  double closest_target_distance() const { return frames_.closest_target_distance(); }
+
+private:
+  void finish();
+
+  const content::Scene& scene_;
+  haptic::Device& device_;
+  LiveSettings settings_;
+  physics::StylusPose start_;
+  RecordingWriter writer_;
+  StepHash hash_;
+  Recorder recorder_;
+  ForceRecorder force_;
+  FramePublisher frames_;
+  CoupledLoops loops_;
+  std::optional<ThreadedRun> threads_;
+};
+
+}  // namespace stylet::session

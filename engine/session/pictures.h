@@ -1,0 +1,51 @@
+// The two pictures of a moment, in host memory: the 3-D view and the ultrasound image; and both in one video frame.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/gpu/device.h"
+#include "engine/render/renderer.h"
+#include "engine/session/canvas.h"
+#include "engine/session/force_trace.h"
+#include "engine/session/image.h"
+#include "engine/state/frame_state.h"
+#include "engine/ultrasound/imager.h"
+
+#include <cstdint>
+
+namespace stylet::session {
+
+struct PictureSettings {
+  int view_width = 1280;
+  int view_height = 720;
+  int ultrasound_width = 640;
+  int ultrasound_height = 480;
+  bool stereo = false;     ///< the view holds both eyes side by side, each view_width wide
+  std::uint32_t seed = 1;  ///< of speckle and noise
+};
+
+/// Draws a scene's moments on a GPU and brings them home. One thread.
+class Pictures {
+public:
+  Pictures(gpu::Device& device, const content::Scene& scene, const PictureSettings& settings);
+
+  struct Moment {
+    RgbaImage view;        ///< 3-D view; the probe's image plane shows the ultrasound image; sRGB
+    RgbaImage ultrasound;  ///< B-mode image, grey
+  };
+  Moment draw(const state::FrameState& state, const content::Camera& camera);
+
+private:
+  RgbaImage read_view() const;
+
+  gpu::Device& device_;
+  bool stereo_;
+  ultrasound::Imager imager_;
+  render::Renderer renderer_;
+};
+
+/// A frame of session.mp4: the 3-D view on the left, the ultrasound image above the live force curve on the right,
+/// captions on top. As high as the view, as wide as both.
+RgbaImage compose_frame(const Pictures::Moment& moment, const state::FrameState& state, const ForceTrace& trace,
+                        const Font& font);
+
+}  // namespace stylet::session

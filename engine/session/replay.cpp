@@ -1,0 +1,156 @@
+#include "engine/session/replay.h"
+
+#include "engine/content/error.h"
+#include "haptic/denormals.h"
+#include "haptic/paced_loop.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+namespace stylet::session {
+
+namespace {
+
+// The hashes of one loop, met in the order of its steps.
+class HashCheck {
+public:
+  HashCheck(const Recording& recording, LoopName loop) : loop_(loop) {
+    for (const HashRecord& record : recording.hashes) {
+      if (record.loop == loop) expected_[record.step] = record.hash;
+    }
+  }
+  void compare(std::uint64_t step, std::uint64_t hash, ReplayResult& result) const {
+    const auto found = expected_.find(step);
+    if (found == expected_.end()) return;
+    ++result.compared;
+    if (found->second != hash && !result.divergence) result.divergence = {loop_, step, found->second, hash};
+  }
+
+private:
+  LoopName loop_;
+  std::map<std::uint64_t, std::uint64_t> expected_;
+};
+
+[[noreturn]] void impossible(const std::string& what) {
+  throw content::ContentError(
+      fmt::format("recording: {}; it was not written by a session or is incomplete; record it again", what));
+}
+
+}  // namespace
+
+// A simulation step consumed the needle state of a haptic step that was then complete; its patch was consumed by
+// later haptic steps. So: keep each needle state that some simulation step consumed, and run the simulation steps
+// just before the first haptic step that consumes their patch.
+ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepHash& hash,
+                    const RunProgress& progress) {
+  const haptic::FlushDenormals flush;
+  haptic::MonotonicClock clock;
+  haptic::LatencyHistogram haptic_time;
+  haptic::LatencyHistogram simulation_time;
+  const HashCheck haptic_hashes(recording, LoopName::haptic);
+  const HashCheck simulation_hashes(recording, LoopName::simulation);
+  ReplayResult result;
+  result.run.mode = "replay";
+  physics::TissuePatch patch = loops.make_patch();
+
+  std::map<std::uint64_t, physics::NeedleState> kept;  // by haptic step, as long as a simulation step needs it
+  std::map<std::uint64_t, int> wanted;
+  for (const SimulationStepRecord& record : recording.simulation) ++wanted[record.needle_step];
+  const auto keep = [&](const physics::NeedleState& needle) {
+    if (wanted.contains(needle.step)) physics::copy_state(needle, kept[needle.step]);
+  };
+  keep(loops.needle());
+
+  std::size_t next = 0;  // simulation step
+  const auto simulate = [&] {
+    const SimulationStepRecord& record = recording.simulation[next++];
+    const auto needle = kept.find(record.needle_step);
+    if (needle == kept.end()) {
+      impossible(fmt::format("simulation step {} consumes haptic step {} before it was made", record.step,
+                             record.needle_step));
+    }
+    const std::int64_t start = clock.now_ns();
+    const physics::SimulationReport report =
+        loops.simulation_step(record.time_s, needle->second, record.factor_taken, record.factor_requested, patch);
+    simulation_time.add(clock.now_ns() - start);
+    if (report.factorisation_requested) loops.worker().step();
+    if (--wanted[record.needle_step] == 0) kept.erase(needle);
+    simulation_hashes.compare(record.step, hash.simulation(), result);
+    result.run.simulation_flags |= report.flags;
+    result.run.patch_flags |= patch.flags;
+    result.run.factorisations += report.factorisation_taken ? 1 : 0;
+    ++result.run.simulation.steps;
+  };
+
+  const std::int64_t begin = clock.now_ns();
+  for (const HapticStepRecord& record : recording.haptic) {
+    while (patch.epoch < record.patch_epoch) {
+      if (next == recording.simulation.size()) {
+        impossible(fmt::format("haptic step {} consumes patch {}, which no simulation step made", record.step,
+                               record.patch_epoch));
+      }
+      simulate();
+    }
+    const std::int64_t start = clock.now_ns();
+    const physics::NeedleState& needle = loops.haptic_step(record, patch);
+    haptic_time.add(clock.now_ns() - start);
+    haptic_hashes.compare(record.step, hash.haptic(), result);
+    keep(needle);
+    result.run.needle_flags |= needle.flags;
+    result.run.duration_s = record.time_s;
+    ++result.run.haptic.steps;
+    if (progress && record.step % 100 == 0) {
+      progress(static_cast<double>(result.run.haptic.steps) / static_cast<double>(recording.haptic.size()));
+    }
+  }
+  while (next < recording.simulation.size()) simulate();
+
+  result.run.wall_s = static_cast<double>(clock.now_ns() - begin) * 1e-9;
+  result.run.haptic.step_time = haptic_time.quantiles();
+  result.run.simulation.step_time = simulation_time.quantiles();
+  return result;
+}
+
+std::string to_json(const RecordedSettings& settings) {
+  const Eigen::Vector3d& p = settings.start.position;
+  const Eigen::Quaterniond& q = settings.start.orientation;
+  // Doubles are written so that they read back to the same bits.
+  return nlohmann::json{{"coupling", coupling_name(settings.coupling)},
+                        {"mode", settings.mode},
+                        {"device", settings.device},
+                        {"start_pose", {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}}}
+      .dump();
+}
+
+RecordedSettings recorded_settings(const Recording& recording) {
+  RecordedSettings settings;
+  try {
+    const auto json = nlohmann::json::parse(recording.header.settings_json);
+    settings.coupling = coupling_from_name(json.at("coupling").get<std::string>());
+    settings.mode = json.at("mode").get<std::string>();
+    settings.device = json.at("device").get<std::string>();
+    const auto pose = json.at("start_pose").get<std::array<double, 7>>();
+    settings.start.position = {pose[0], pose[1], pose[2]};
+    settings.start.orientation = {pose[3], pose[4], pose[5], pose[6]};
+  } catch (const nlohmann::json::exception& error) {
+    impossible(fmt::format("the settings in its header are not a session's ({})", error.what()));
+  }
+  return settings;
+}
+
+std::uint64_t file_hash(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return 0;
+  StateHash hash;
+  for (auto byte = std::istreambuf_iterator<char>(file); byte != std::istreambuf_iterator<char>(); ++byte) {
+    hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(*byte)));
+  }
+  return hash.value();
+}
+
+}  // namespace stylet::session

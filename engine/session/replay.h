@@ -1,0 +1,51 @@
+// A recording run again: its inputs on its schedule, which gives the same bits.
+#pragma once
+
+#include "engine/session/coupled_loops.h"
+#include "engine/session/recording.h"
+#include "engine/session/run_statistics.h"
+#include "engine/session/step_hash.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace stylet::session {
+
+/// Where a replay first left the recording.
+struct Divergence {
+  LoopName loop = LoopName::haptic;
+  std::uint64_t step = 0;
+  std::uint64_t recorded = 0;
+  std::uint64_t replayed = 0;
+};
+
+struct ReplayResult {
+  RunStatistics run;
+  std::uint64_t compared = 0;            ///< hashes compared
+  std::optional<Divergence> divergence;  ///< none: every hash was equal
+  bool identical() const { return !divergence && compared > 0; }
+};
+
+/// Runs every recorded step with the recorded input, patch, needle state and factorisation. `hash` is one of the
+/// loops' listeners and stands before those that read it.
+/// @throws content::ContentError  where the recording's schedule is impossible (a step consumes what was not made
+/// yet)
+ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepHash& hash,
+                    const RunProgress& progress = {});
+
+/// Settings of the session that made a recording.
+struct RecordedSettings {
+  physics::Coupling coupling = physics::Coupling::paper_updated;
+  std::string mode{};  ///< "threaded" or "lockstep"
+  std::string device{};
+  physics::StylusPose start{};  ///< of the hub before the first step
+};
+std::string to_json(const RecordedSettings& settings);
+/// @throws content::ContentError  the recording's settings are not those of a session
+RecordedSettings recorded_settings(const Recording& recording);
+
+/// Hash of a file's bytes, so that a replay can tell whether the scenario changed since. 0 if it cannot be read.
+std::uint64_t file_hash(const std::filesystem::path& path);
+
+}  // namespace stylet::session

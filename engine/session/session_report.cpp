@@ -1,0 +1,113 @@
+#include "engine/session/session_report.h"
+
+#include "engine/content/error.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+
+namespace stylet::session {
+
+namespace {
+
+nlohmann::ordered_json quantiles_us(const haptic::LatencyQuantiles& q) {
+  const auto us = [](double s) { return std::round(s * 1e7) / 10; };
+  return {{"median_us", us(q.median_s)}, {"p90_us", us(q.p90_s)}, {"p99_us", us(q.p99_s)}, {"max_us", us(q.max_s)}};
+}
+
+nlohmann::ordered_json to_json(const LoopRun& loop) {
+  return {{"steps", loop.steps},
+          {"rate_hz", loop.rate_hz},
+          {"missed_deadlines", loop.missed_deadlines},
+          {"step_time", quantiles_us(loop.step_time)},
+          {"wakeup_latency", quantiles_us(loop.wakeup)}};
+}
+
+}  // namespace
+
+std::string hash_text(std::uint64_t hash) {
+  return fmt::format("{:016x}", hash);
+}
+
+nlohmann::ordered_json to_json(const SessionReport& report) {
+  const RunStatistics& run = report.run;
+  nlohmann::ordered_json json{
+      {"format", "stylet-session"},
+      {"version", 1},
+      {"build", report.build},
+      {"scenario", report.scenario},
+      {"mode", run.mode},
+      {"coupling", report.coupling},
+      {"stylus", report.device},
+      {"duration_s", run.duration_s},
+      {"haptic_loop", to_json(run.haptic)},
+      {"simulation_loop", to_json(run.simulation)},
+      {"factorisations", run.factorisations},
+      {"flags", {{"needle", run.needle_flags}, {"simulation", run.simulation_flags}, {"patch", run.patch_flags}}},
+      {"output_guard",
+       {{"samples", run.guard.samples},
+        {"clamped", run.guard.clamped},
+        {"rate_limited", run.guard.rate_limited},
+        {"non_finite", run.guard.non_finite},
+        {"invalid", run.guard.invalid}}},
+      {"peak_force_n", report.force.peak_force},
+      {"peak_axial_force_n", report.force.peak_axial},
+      {"peak_lateral_force_n", report.force.peak_lateral},
+      {"max_depth_m", report.force.max_depth},
+      {"state_hash", hash_text(report.state_hash)},
+      {"blas", report.blas},
+      {"gpu", report.gpu},
+      {"gpu_driver", report.gpu_driver}};
+  if (std::isfinite(report.closest_target_distance)) {
+    json["closest_target_distance_m"] = report.closest_target_distance;
+  }
+  if (report.replay_identical) {
+    json["replay"] = {{"identical", *report.replay_identical}, {"hashes_compared", report.replay_hashes}};
+  }
+  if (!run.warning.empty()) json["real_time_warning"] = run.warning;
+  return json;
+}
+
+void write_json(const std::filesystem::path& path, const nlohmann::ordered_json& json) {
+  std::ofstream file(path);
+  file << json.dump(2) << '\n';
+  file.close();
+  if (!file) {
+    throw content::ContentError(
+        fmt::format("{}: cannot be written; free space or choose another --out", path.string()));
+  }
+}
+
+std::string main_figures(const SessionReport& report) {
+  const RunStatistics& run = report.run;
+  const auto loop = [](const char* name, const LoopRun& l) {
+    return fmt::format(
+        "  {:<16} {:>6} steps at {:.0f} Hz, {} missed; step median {:.0f} us, p99 {:.0f} us, max {:.0f} us\n", name,
+        l.steps, l.rate_hz, l.missed_deadlines, l.step_time.median_s * 1e6, l.step_time.p99_s * 1e6,
+        l.step_time.max_s * 1e6);
+  };
+  std::string text = fmt::format("  {:<16} {:.1f} s, {}, {}, {}\n", "session", run.duration_s, run.mode,
+                                 report.coupling, report.device);
+  text += loop("haptic loop", run.haptic);
+  text += loop("simulation loop", run.simulation);
+  text += fmt::format("  {:<16} {}\n", "factorisations", run.factorisations);
+  text += fmt::format("  {:<16} peak {:.2f} N (axial {:.2f}, lateral {:.2f}); deepest {:.0f} mm\n", "force",
+                      report.force.peak_force, report.force.peak_axial, report.force.peak_lateral,
+                      report.force.max_depth * 1e3);
+  if (std::isfinite(report.closest_target_distance)) {
+    text += fmt::format("  {:<16} {:.1f} mm from its centre at the closest\n", "target",
+                        report.closest_target_distance * 1e3);
+  }
+  text += fmt::format("  {:<16} {}", "state hash", hash_text(report.state_hash));
+  if (report.replay_identical) {
+    text += *report.replay_identical ? fmt::format(", replayed bit for bit ({} hashes)", report.replay_hashes)
+                                     : ", THE REPLAY DIFFERS";
+  }
+  text += '\n';
+  if (!report.gpu.empty()) text += fmt::format("  {:<16} {} ({})\n", "pictures by", report.gpu, report.gpu_driver);
+  if (!run.warning.empty()) text += fmt::format("  {:<16} {}\n", "note", run.warning);
+  return text;
+}
+
+}  // namespace stylet::session

@@ -1,0 +1,41 @@
+// What a session came to: session.json, and the same in words.
+#pragma once
+
+#include "engine/session/force_trace.h"
+#include "engine/session/run_statistics.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace stylet::session {
+
+struct SessionReport {
+  std::string scenario{};
+  std::string build{};
+  std::string coupling{};
+  std::string device{};  ///< the stylus
+  std::string gpu{};     ///< empty: nothing was drawn
+  std::string gpu_driver{};
+  std::string blas{};
+  RunStatistics run{};
+  ForceSummary force{};
+  double closest_target_distance = 0;  ///< m; infinite without a target
+  std::uint64_t state_hash = 0;
+  std::optional<bool> replay_identical{};  ///< not set: the recording was not replayed
+  std::uint64_t replay_hashes = 0;         ///< compared
+};
+
+/// The object of session.json; content/README.md specifies it.
+nlohmann::ordered_json to_json(const SessionReport& report);
+/// @throws content::ContentError  when the file cannot be written
+void write_json(const std::filesystem::path& path, const nlohmann::ordered_json& json);
+/// Some lines for the terminal.
+std::string main_figures(const SessionReport& report);
+/// 16 hexadecimal digits.
+std::string hash_text(std::uint64_t hash);
+
+}  // namespace stylet::session

@@ -1,0 +1,113 @@
+#include "engine/session/threaded_run.h"
+
+#include "haptic/denormals.h"
+
+namespace stylet::session {
+
+ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
+                         const ThreadedSettings& settings)
+    : loops_(loops),
+      device_(device),
+      scene_(scene),
+      settings_(settings),
+      patches_(loops.make_patch()),
+      guard_({.limits = device.limits()}) {
+  physics::copy_state(loops.needle(), needles_.back());
+  needles_.publish();
+  begin_ns_ = clock_.now_ns();
+  worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  simulation_ = std::make_unique<haptic::RealTimeThread>(
+      haptic::RealTimeSettings{.rate_hz = scene.rates.simulation_hz, .fifo_priority = 0},
+      [this](const haptic::StepTiming& timing) { simulation_step(timing); });
+  haptic_ = std::make_unique<haptic::RealTimeThread>(
+      haptic::RealTimeSettings{.rate_hz = scene.rates.haptic_hz, .fifo_priority = settings.fifo_priority},
+      [this](const haptic::StepTiming& timing) { haptic_step(timing); });
+}
+
+ThreadedRun::~ThreadedRun() {
+  stop();
+}
+
+double ThreadedRun::time_s() const {
+  return static_cast<double>(haptic::MonotonicClock().now_ns() - begin_ns_) * 1e-9;
+}
+
+void ThreadedRun::haptic_step(const haptic::StepTiming& timing) {
+  const double time_s = static_cast<double>(timing.started_ns - begin_ns_) * 1e-9;
+  if (time_s >= settings_.duration_s) {
+    if (!finished_.exchange(true, std::memory_order_acq_rel)) finished_.notify_all();
+    return;
+  }
+  end_s_ = time_s;
+  haptic::StylusSample sample = device_.read(time_s);
+  sample.time_s = time_s;
+  patches_.update();
+  const physics::NeedleState& needle = loops_.haptic_step(sample, patches_.front());
+  const haptic::GuardedWrench out =
+      guard_.apply(needle.wrench.force, needle.wrench.moment, sample.valid, loops_.haptic_dt());
+  device_.write(out.force, out.torque);
+  needle_flags_ |= needle.flags;
+  physics::copy_state(needle, needles_.back());
+  needles_.publish();
+}
+
+void ThreadedRun::simulation_step(const haptic::StepTiming& timing) {
+  if (finished()) return;
+  needles_.update();
+  const double time_s = static_cast<double>(timing.started_ns - begin_ns_) * 1e-9;
+  const physics::SimulationReport report =
+      loops_.simulation_step(time_s, needles_.front(), true, true, patches_.back());
+  patch_flags_ |= patches_.back().flags;
+  patches_.publish();
+  if (report.factorisation_requested) requests_.release();
+  simulation_flags_ |= report.flags;
+  factorisations_ += report.factorisation_taken ? 1 : 0;
+}
+
+void ThreadedRun::work(const std::stop_token& stop) {
+  const haptic::FlushDenormals flush;
+  while (true) {
+    requests_.acquire();
+    if (stop.stop_requested()) return;
+    loops_.worker().step();
+  }
+}
+
+void ThreadedRun::stop() {
+  if (haptic_) haptic_->stop();
+  if (simulation_) simulation_->stop();
+  if (worker_.joinable()) {
+    worker_.request_stop();
+    requests_.release();
+    worker_.join();
+    device_.write(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+  }
+}
+
+RunStatistics ThreadedRun::statistics() const {
+  const auto loop = [](const haptic::RealTimeThread& thread) {
+    const haptic::LoopStatistics& measured = thread.statistics();
+    return LoopRun{.steps = measured.steps.load(),
+                   .rate_hz = measured.actual_rate_hz(),
+                   .missed_deadlines = measured.missed.load(),
+                   .step_time = measured.step_time.quantiles(),
+                   .wakeup = measured.wakeup_latency.quantiles()};
+  };
+  LoopRun haptic = loop(*haptic_);
+  LoopRun simulation = loop(*simulation_);
+  haptic.steps = loops_.needle().step;  // the threads also tick between the end of the session and stop()
+  simulation.steps = loops_.tissue().step;
+  return {.mode = "threaded",
+          .duration_s = end_s_,
+          .wall_s = end_s_,
+          .haptic = haptic,
+          .simulation = simulation,
+          .factorisations = factorisations_,
+          .needle_flags = needle_flags_,
+          .simulation_flags = simulation_flags_,
+          .patch_flags = patch_flags_,
+          .guard = guard_.counters(),
+          .warning = haptic_->warning()};
+}
+
+}  // namespace stylet::session

@@ -1,0 +1,69 @@
+// A session in real time: a haptic thread, a simulation thread and a factorisation thread that never wait for each
+// other.
+#pragma once
+
+#include "engine/session/coupled_loops.h"
+#include "engine/session/run_statistics.h"
+#include "haptic/device.h"
+#include "haptic/real_time_thread.h"
+#include "physics/loops/latest_value.h"
+
+#include <atomic>
+#include <memory>
+#include <semaphore>
+#include <thread>
+
+namespace stylet::session {
+
+struct ThreadedSettings {
+  double duration_s = 0;   ///< session time after which the loops stop by themselves; infinity: until stop()
+  int fifo_priority = 80;  ///< of the haptic thread
+};
+
+/// Starts the threads on construction. What is passed in is theirs until stop().
+class ThreadedRun {
+public:
+  ThreadedRun(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
+              const ThreadedSettings& settings);
+  ~ThreadedRun();
+  ThreadedRun(const ThreadedRun&) = delete;
+  ThreadedRun& operator=(const ThreadedRun&) = delete;
+
+  /// Session time, from the start of the threads, s. Any thread.
+  double time_s() const;
+  /// The duration has passed. Any thread.
+  bool finished() const { return finished_.load(std::memory_order_acquire); }
+  /// Returns when the duration has passed.
+  void wait() const { finished_.wait(false, std::memory_order_acquire); }
+  /// Stops and joins all threads; zero force goes to the device. May be called twice.
+  void stop();
+  /// After stop().
+  RunStatistics statistics() const;
+
+private:
+  void haptic_step(const haptic::StepTiming& timing);
+  void simulation_step(const haptic::StepTiming& timing);
+  void work(const std::stop_token& stop);
+
+  CoupledLoops& loops_;
+  haptic::Device& device_;
+  const content::Scene& scene_;
+  ThreadedSettings settings_;
+  haptic::MonotonicClock clock_;
+  std::int64_t begin_ns_ = 0;
+  physics::LatestValue<physics::TissuePatch> patches_;
+  physics::LatestValue<physics::NeedleState> needles_;
+  haptic::OutputGuard guard_;
+  std::uint32_t needle_flags_ = 0;      // haptic thread's
+  std::uint32_t simulation_flags_ = 0;  // simulation thread's
+  std::uint32_t patch_flags_ = 0;
+  std::uint64_t factorisations_ = 0;
+  double end_s_ = 0;  // haptic thread's: time of the last step
+  std::atomic<bool> finished_{false};
+  std::counting_semaphore<> requests_{0};
+  std::jthread worker_;
+  std::unique_ptr<haptic::RealTimeThread> simulation_;
+  std::unique_ptr<haptic::RealTimeThread> haptic_;
+};
+
+}  // namespace stylet::session

@@ -1,0 +1,159 @@
+// A session in lockstep, in threads, and replayed.
+#include "engine/content/error.h"
+#include "engine/session/frame_clock.h"
+#include "engine/session/frame_publisher.h"
+#include "engine/session/live_session.h"
+#include "engine/session/lockstep.h"
+#include "engine/session/replay.h"
+#include "engine/session/step_hash.h"
+#include "haptic/recorded_device.h"
+#include "tests/session/cube_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+namespace stylet::session {
+namespace {
+
+haptic::RecordedDevice device_of(const content::Scene& scene) {
+  std::vector<haptic::StylusSample> track;
+  for (const content::MotionSample& sample : scene.motion.stylus) {
+    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
+  }
+  return haptic::RecordedDevice(std::move(track));
+}
+
+std::filesystem::path temporary(const std::string& name) {
+  return std::filesystem::path(::testing::TempDir()) / ("stylet_session_" + name + ".rec");
+}
+
+struct Outcome {
+  std::uint64_t hash = 0;
+  double peak_force = 0;
+  double closest = 0;
+  RunStatistics run;
+};
+
+enum class Mode { lockstep, threaded };
+
+// Runs the cube scene and records it.
+Outcome record(const content::Scene& scene, const std::filesystem::path& path, Mode mode, double duration_s,
+               physics::Coupling coupling = physics::Coupling::paper_updated) {
+  haptic::RecordedDevice device = device_of(scene);
+  LiveSession session(scene, device,
+                      {.coupling = coupling,
+                       .duration_s = duration_s,
+                       .lockstep = mode == Mode::lockstep,
+                       .recording = path,
+                       .build = "test"});
+  Outcome outcome;
+  if (mode == Mode::threaded) {
+    session.start();
+    session.wait();
+    outcome.run = session.stop();
+  } else {
+    outcome.run = session.run_in_lockstep();
+  }
+  outcome.hash = session.state_hash();
+  outcome.peak_force = session.force().summary().peak_force;
+  outcome.closest = session.closest_target_distance();
+  return outcome;
+}
+
+std::pair<ReplayResult, std::uint64_t> replay_file(const content::Scene& scene, const Recording& recording) {
+  const RecordedSettings settings = recorded_settings(recording);
+  StepHash hash;
+  CoupledLoops loops(scene, settings.coupling, settings.start, {&hash});
+  ReplayResult result = replay(recording, loops, hash);
+  return {std::move(result), hash.state()};
+}
+
+TEST(Lockstep, TwoRunsGiveTheSameBits) {
+  const content::Scene scene = tests::cube_scene();
+  const Outcome one = record(scene, temporary("one"), Mode::lockstep, 0.8);
+  const Outcome two = record(scene, temporary("two"), Mode::lockstep, 0.8);
+  EXPECT_EQ(one.hash, two.hash);
+  EXPECT_GT(one.run.factorisations, 2u);
+}
+
+TEST(Lockstep, NeedleBendsTheTissueAndTheHandFeelsIt) {
+  const content::Scene scene = tests::cube_scene();
+  const Outcome outcome = record(scene, temporary("force"), Mode::lockstep, 0.8);
+  EXPECT_GT(outcome.peak_force, 0.02) << "a 4 mm swing of an 18G needle in 10 kPa gel";
+  EXPECT_LT(outcome.peak_force, 10.0);
+  EXPECT_LT(outcome.closest, 0.010) << "the tip ends 5 mm above the target";
+  EXPECT_EQ(outcome.run.needle_flags & physics::kNeedleSolveFailed, 0u);
+}
+
+TEST(Lockstep, CouplingsDiffer) {
+  const content::Scene scene = tests::cube_scene();
+  const Outcome updated = record(scene, temporary("updated"), Mode::lockstep, 0.4);
+  const Outcome frozen = record(scene, temporary("frozen"), Mode::lockstep, 0.4, physics::Coupling::paper_frozen);
+  EXPECT_NE(updated.hash, frozen.hash);
+}
+
+TEST(Replay, LockstepRecordingReplaysBitForBit) {
+  const content::Scene scene = tests::cube_scene();
+  const auto path = temporary("lockstep");
+  const Outcome recorded = record(scene, path, Mode::lockstep, 1.4);
+  const auto [result, hash] = replay_file(scene, read_recording(path));
+  EXPECT_TRUE(result.identical());
+  EXPECT_EQ(hash, recorded.hash);
+  EXPECT_EQ(result.run.haptic.steps, recorded.run.haptic.steps);
+}
+
+TEST(ThreadedSession, RecordingReplaysBitForBit) {
+  const content::Scene scene = tests::cube_scene();
+  const auto path = temporary("threaded");
+  const Outcome recorded = record(scene, path, Mode::threaded, 1.4);
+  const Recording recording = read_recording(path);
+  ASSERT_TRUE(recording.complete()) << recording.condition();
+  EXPECT_EQ(recording.haptic.size(), recorded.run.haptic.steps);
+  const auto [result, hash] = replay_file(scene, recording);
+  ASSERT_GT(result.compared, 4u);
+  ASSERT_FALSE(result.divergence) << "step " << result.divergence->step;
+  EXPECT_EQ(hash, recorded.hash);
+}
+
+TEST(Replay, SeesAChangedInput) {
+  const content::Scene scene = tests::cube_scene();
+  const auto path = temporary("changed");
+  record(scene, path, Mode::lockstep, 0.6);
+  Recording recording = read_recording(path);
+  recording.haptic[300].pose.position.x() += 1e-12;
+  const auto [result, hash] = replay_file(scene, recording);
+  ASSERT_TRUE(result.divergence);
+  EXPECT_GE(result.divergence->step, result.divergence->loop == LoopName::haptic ? 301u : 15u);
+}
+
+TEST(Replay, RefusesAScheduleThatCannotBe) {
+  const content::Scene scene = tests::cube_scene();
+  const auto path = temporary("impossible");
+  record(scene, path, Mode::lockstep, 0.2);
+  Recording recording = read_recording(path);
+  recording.simulation[3].needle_step = 100000;
+  EXPECT_THROW(replay_file(scene, recording), content::ContentError);
+}
+
+TEST(FrameClock, DrawsEveryFrameOnceAtItsTime) {
+  const content::Scene scene = tests::cube_scene();
+  haptic::RecordedDevice device = device_of(scene);
+  const haptic::StylusSample first = device.read(0);
+  FramePublisher frames(scene);
+  std::vector<double> times;
+  FrameClock clock(frames, {.frames_per_second = 30, .from_s = 0.1, .to_s = 0.5},
+                   [&](int frame, const state::FrameState& state) {
+                     EXPECT_EQ(frame, static_cast<int>(times.size()));
+                     times.push_back(state.time_s);
+                   });
+  CoupledLoops loops(scene, physics::Coupling::paper_updated, {first.position, first.orientation}, {&frames, &clock});
+  run_lockstep(loops, device, scene, 0.8);
+  ASSERT_EQ(times.size(), 13u);  // 0.1 + 12/30 = 0.5
+  for (std::size_t i = 0; i < times.size(); ++i) EXPECT_NEAR(times[i], 0.1 + static_cast<double>(i) / 30, 1e-12);
+}
+
+}  // namespace
+}  // namespace stylet::session

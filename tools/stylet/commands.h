@@ -1,0 +1,19 @@
+// The sub-commands of `stylet`. Each adds itself to the command line and runs when chosen.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace stylet::tools {
+
+/// What main() returns: 0 done, 1 ran but the answer is no (a replay that differs),
+/// 2 bad input or a device that is not there.
+inline constexpr int kExitYes = 0;
+inline constexpr int kExitNo = 1;
+inline constexpr int kExitBadInput = 2;
+
+void add_train(CLI::App& app, int& exit_code);
+void add_render(CLI::App& app, int& exit_code);
+void add_replay(CLI::App& app, int& exit_code);
+void add_validate(CLI::App& app, int& exit_code);
+
+}  // namespace stylet::tools

@@ -1,0 +1,68 @@
+// The `stylet` command.
+#include "physics/tissue/blas.h"
+#include "tools/stylet/commands.h"
+#include "tools/stylet/version.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+
+namespace {
+
+constexpr const char* kDescription =
+    "Stylet: an immersive training simulator for needle procedures.\n"
+    "A flexible needle, driven by a haptic stylus, goes into a deforming abdomen; it is seen in 3-D and in "
+    "ultrasound,\n"
+    "and felt at 1 kHz. Research and training software, not a medical device.";
+
+constexpr const char* kFooter =
+    "Start here:\n"
+    "  stylet train                                    list the scenarios\n"
+    "  stylet train liver_biopsy --out out/demo        run one; with no display it runs headless\n"
+    "  stylet train liver_biopsy --device mouse        drive the needle yourself\n"
+    "  stylet replay out/demo/session.rec              check that the recording replays bit for bit\n"
+    "  stylet render liver_biopsy --out frames         deterministic PNG frames, no display needed\n"
+    "  stylet validate content/scenarios/liver_biopsy.json\n"
+    "`stylet COMMAND --help` explains a command.";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace stylet;
+  CLI::App app(kDescription, "stylet");
+  app.footer(kFooter);
+  app.require_subcommand(0, 1);
+  app.set_version_flag(
+      "--version", [] { return tools::version_text(); }, "Versions, libraries, commit and licence");
+  if (physics::use_single_threaded_blas().slow_reference) {
+    std::fputs(
+        "stylet: BLAS is the slow reference library, factorisations take 15 times longer; install "
+        "libopenblas0-pthread\n",
+        stderr);
+  }
+  int exit_code = tools::kExitYes;
+  tools::add_train(app, exit_code);
+  tools::add_render(app, exit_code);
+  tools::add_replay(app, exit_code);
+  tools::add_validate(app, exit_code);
+  try {
+    app.parse(argc, argv);
+    if (app.get_subcommands().empty()) std::fputs(app.help().c_str(), stdout);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "stylet: %s; see `stylet%s --help`\n", error.what(),
+                 app.get_subcommands().empty() ? "" : (" " + app.get_subcommands().front()->get_name()).c_str());
+    return tools::kExitBadInput;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "stylet: out of memory; close other programs or use a smaller scenario\n");
+    return tools::kExitBadInput;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "stylet: %s\n", error.what());
+    return tools::kExitBadInput;
+  }
+  return exit_code;
+}

@@ -1,0 +1,90 @@
+#include "tools/stylet/session_options.h"
+
+#include "engine/content/error.h"
+#include "engine/content/motion.h"
+#include "engine/content/scenario.h"
+#include "haptic/mouse_device.h"
+#include "haptic/recorded_device.h"
+#include "haptic/scripted_device.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace stylet::tools {
+
+namespace {
+
+Stylus recorded(const content::Motion& motion, std::string name) {
+  std::vector<haptic::StylusSample> track;
+  for (const content::MotionSample& sample : motion.stylus) {
+    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
+  }
+  auto device = std::make_unique<haptic::RecordedDevice>(std::move(track), haptic::DeviceLimits{}, std::move(name));
+  const double end_s = device->end_s();
+  return {.device = std::move(device), .duration_s = end_s};
+}
+
+// Where a needle without a recorded motion starts: the scenario's own first pose, aimed at its target.
+struct Approach {
+  Eigen::Vector3d entry;  ///< where the tip waits
+  Eigen::Vector3d target;
+};
+Approach approach(const content::Scene& scene) {
+  if (scene.targets.empty() || scene.motion.stylus.empty()) {
+    throw content::ContentError(fmt::format(
+        "{}: has no target or no motion to start from; use --device recorded:FILE", scene.scenario.string()));
+  }
+  const physics::StylusPose& hub = scene.motion.stylus.front().pose;
+  return {.entry = hub.position + hub.orientation * Eigen::Vector3d(0, 0, scene.needle.length),
+          .target = scene.targets.front().centre};
+}
+
+}  // namespace
+
+content::Scene load_scene(const std::string& name, Progress& progress) {
+  content::Scene scene = content::load_scene(
+      content::find_scenario(name), [&](const std::string& doing, double share) { progress.show(doing, share); });
+  progress.done();
+  return scene;
+}
+
+Stylus make_stylus(const std::string& description, const content::Scene& scene) {
+  if (description.empty()) {
+    if (scene.motion.stylus.empty()) {
+      throw content::ContentError(
+          fmt::format("{}: names no motion; say --device recorded:FILE, scripted or mouse", scene.scenario.string()));
+    }
+    return recorded(scene.motion, "recorded stylus");
+  }
+  constexpr const char* kRecorded = "recorded:";
+  if (description.starts_with(kRecorded)) {
+    const std::string file = description.substr(std::char_traits<char>::length(kRecorded));
+    return recorded(content::read_motion(file), "recorded stylus (" + file + ")");
+  }
+  if (description == "scripted") {
+    const Approach way = approach(scene);
+    auto device = std::make_unique<haptic::ScriptedDevice>(
+        haptic::ScriptedMotion{.entry = way.entry,
+                               .target = way.target,
+                               .bevel = scene.motion.stylus.front().pose.orientation * Eigen::Vector3d::UnitX(),
+                               .needle_length = scene.needle.length});
+    const double duration_s = device->duration_s();
+    return {.device = std::move(device), .duration_s = duration_s};
+  }
+  if (description == "mouse") {
+    const Approach way = approach(scene);
+    auto device = std::make_unique<haptic::MouseDevice>(
+        haptic::MouseWorkspace{.entry = way.entry,
+                               .axis = way.target - way.entry,
+                               .right = scene.motion.stylus.front().pose.orientation * Eigen::Vector3d::UnitX(),
+                               .needle_length = scene.needle.length});
+    haptic::MouseDevice* mouse = device.get();
+    return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .mouse = mouse};
+  }
+  throw content::ContentError(fmt::format("--device {}: there is recorded:FILE, scripted and mouse", description));
+}
+
+}  // namespace stylet::tools

@@ -1,0 +1,36 @@
+// What `train` and `render` have in common.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "haptic/device.h"
+#include "tools/stylet/progress.h"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace stylet::haptic {
+class MouseDevice;
+}
+
+namespace stylet::tools {
+
+/// The scene of a scenario named as a user does, with progress.
+content::Scene load_scene(const std::string& name, Progress& progress);
+
+/// A stylus made from what was said with --device, and for how long it moves.
+struct Stylus {
+  std::unique_ptr<haptic::Device> device;
+  double duration_s = 0;                 ///< infinite: as long as the user wants
+  haptic::MouseDevice* mouse = nullptr;  ///< the device, where it is the mouse
+};
+
+/// @param description  "" (the scenario's motion), "recorded:FILE", "scripted" or "mouse"
+/// @throws content::ContentError
+Stylus make_stylus(const std::string& description, const content::Scene& scene);
+
+inline constexpr const char* kDeviceHelp =
+    "Stylus: recorded:FILE (a motion file), scripted, or mouse; default: the scenario's recorded motion";
+inline constexpr const char* kCouplingHelp = "paper-frozen or paper-updated";
+
+}  // namespace stylet::tools

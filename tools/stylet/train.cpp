@@ -1,0 +1,165 @@
+// `stylet train`: a session, and what it leaves for the trainee.
+#include "engine/content/error.h"
+#include "engine/content/scenario.h"
+#include "engine/gpu/device.h"
+#include "engine/session/debrief.h"
+#include "engine/session/live_session.h"
+#include "engine/session/output_directory.h"
+#include "engine/session/session_report.h"
+#include "physics/tissue/blas.h"
+#include "tools/stylet/commands.h"
+#include "tools/stylet/progress.h"
+#include "tools/stylet/session_options.h"
+#include "tools/stylet/session_window.h"
+#include "tools/stylet/version.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <thread>
+
+namespace stylet::tools {
+
+namespace {
+
+struct TrainOptions {
+  std::string scenario;
+  std::string device;
+  std::string view = "auto";
+  bool stereo = false;
+  bool lockstep = false;
+  std::string coupling = "paper-updated";
+  std::string out = "out/session";
+  std::string gpu;
+};
+
+int list_scenarios() {
+  const auto folder = content::content_directory() / "scenarios";
+  fmt::print("Scenarios in {}:\n", folder.string());
+  for (const content::ScenarioEntry& entry : content::list_scenarios(folder)) {
+    fmt::print("  {:<24} {}\n", entry.name, entry.title);
+  }
+  fmt::print("Run one with `stylet train NAME`; a path to a scenario file works too.\n");
+  return kExitYes;
+}
+
+bool want_window(const TrainOptions& options) {
+  if (options.view == "headless") return false;
+  if (options.view == "window" && !has_display()) {
+    throw content::ContentError(
+        "--view window: there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set); use --view headless");
+  }
+  if (options.view == "window" && options.lockstep) {
+    throw content::ContentError("--lockstep: runs without a window; leave one of --lockstep and --view window out");
+  }
+  return has_display() && !options.lockstep;
+}
+
+session::RunStatistics run(session::LiveSession& live, const TrainOptions& options, double duration_s, bool window,
+                           gpu::Device& gpu, const content::Scene& scene, haptic::MouseDevice* mouse,
+                           Progress& progress) {
+  if (options.lockstep) {
+    return live.run_in_lockstep([&](double share) { progress.show("Session in lockstep", share); });
+  }
+  live.start();
+  if (window) {
+    show_session(gpu, scene, live, {.stereo = options.stereo, .mouse = mouse});
+  } else {
+    while (!live.finished()) {
+      progress.show("Session in real time", live.time_s() / duration_s);
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+  return live.stop();
+}
+
+int train(const TrainOptions& options) {
+  if (options.scenario.empty()) return list_scenarios();
+  const physics::Coupling coupling = session::coupling_from_name(options.coupling);
+  const bool window = want_window(options);
+  Progress progress;
+  const content::Scene scene = load_scene(options.scenario, progress);
+  const Stylus stylus = make_stylus(options.device, scene);
+  if (!window && !std::isfinite(stylus.duration_s)) {
+    throw content::ContentError(
+        "--device mouse: needs a window; there is no display, or --view headless or --lockstep");
+  }
+  gpu::Device gpu(
+      {.gpu = options.gpu, .window_extensions = window ? window_extensions() : std::vector<std::string>{}});
+  session::OutputDirectory out(options.out);
+
+  const auto recording_file = out.staged("session.rec");
+  session::LiveSession live(scene, *stylus.device,
+                            {.coupling = coupling,
+                             .duration_s = stylus.duration_s,
+                             .lockstep = options.lockstep,
+                             .recording = recording_file,
+                             .build = build_name()});
+  session::SessionReport report{.scenario = scene.scenario.string(),
+                                .build = build_name(),
+                                .coupling = options.coupling,
+                                .device = stylus.device->name(),
+                                .gpu = gpu.identity().name,
+                                .gpu_driver = gpu.identity().driver,
+                                .blas = physics::use_single_threaded_blas().name};
+  report.run = run(live, options, stylus.duration_s, window, gpu, scene, stylus.mouse, progress);
+  progress.done();
+  report.force = live.force().summary();
+  report.closest_target_distance = live.closest_target_distance();
+  report.state_hash = live.state_hash();
+
+  const session::Recording recording = session::read_recording(recording_file);
+  const session::Debrief debrief =
+      session::write_debrief(out, scene, gpu, recording, live.force(), {.stereo = options.stereo},
+                             [&](const std::string& doing, double share) { progress.show(doing, share); });
+  progress.done();
+  report.replay_identical = debrief.replay.identical() && debrief.state_hash == report.state_hash;
+  report.replay_hashes = debrief.replay.compared;
+  session::write_json(out.staged("session.json"), session::to_json(report));
+  out.commit();
+
+  fmt::print("\n{}\n{}", scene.name, session::main_figures(report));
+  fmt::print("\n{} holds:\n", out.destination().string());
+  fmt::print(
+      "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
+      "  view.png         the 3-D view, when the tip is closest to the target\n"
+      "  ultrasound.png   the ultrasound image of the same moment\n"
+      "  force.png        the force on the hand; force.csv has the numbers\n"
+      "  session.json     what was measured\n"
+      "  session.rec      the recording; `stylet replay {}` runs it again\n",
+      debrief.video_frames, (out.destination() / "session.rec").string());
+  return *report.replay_identical ? kExitYes : kExitNo;
+}
+
+}  // namespace
+
+void add_train(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("train", "Run a training session; without a scenario: list them");
+  auto options = std::make_shared<TrainOptions>();
+  command->add_option("SCENARIO", options->scenario, "Name of a scenario in content/scenarios, or a file");
+  command->add_option("--device", options->device, kDeviceHelp);
+  command->add_option("--view", options->view, "auto: a window where there is a display, else headless")
+      ->check(CLI::IsMember({"auto", "window", "headless"}))
+      ->capture_default_str();
+  command->add_flag("--stereo", options->stereo, "Both eyes side by side, drawn in one pass");
+  command->add_flag("--lockstep", options->lockstep,
+                    "One thread, fixed schedule, as fast as it goes: the same bits every time");
+  command->add_option("--coupling", options->coupling, kCouplingHelp)->capture_default_str();
+  command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
+  command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
+  command->footer(
+      "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
+      "tissue, a thread that factorises. Everything is recorded; afterwards the recording is replayed to check that "
+      "it\n"
+      "gives the same bits, and the pictures are drawn from the replay, so that drawing never disturbs the loops.\n\n"
+      "  stylet train liver_biopsy --out out/demo\n"
+      "  stylet train liver_biopsy --device mouse        drag: move the hub; wheel: advance the needle\n"
+      "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
+      "Exit code 0: done; 1: the replay differs; 2: bad input.");
+  command->callback([options, &exit_code] { exit_code = train(*options); });
+}
+
+}  // namespace stylet::tools
