@@ -1,0 +1,70 @@
+// stylet-make-patient: writes the default patient, content/organs/abdomen.glb and abdomen.json.
+
+#include "engine/content/surface_mesh.h"
+#include "tools/make_patient/patient.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+namespace {
+
+using namespace stylet;
+
+patient::Colours read_colours(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) throw std::runtime_error(fmt::format("{}: cannot be read", path.string()));
+  patient::Colours colours;
+  const nlohmann::json table = nlohmann::json::parse(file);
+  for (const auto& [name, tissue] : table.at("tissues").items()) {
+    colours[name] = tissue.at("colour").get<std::array<float, 4>>();
+  }
+  return colours;
+}
+
+void write(const std::filesystem::path& path, const char* data, std::size_t size) {
+  std::ofstream file(path, std::ios::binary);
+  if (!file.write(data, static_cast<std::streamsize>(size))) {
+    throw std::runtime_error(fmt::format("{}: cannot be written", path.string()));
+  }
+}
+
+void print(const std::vector<patient::Organ>& organs) {
+  fmt::print("{:<20} {:>8} {:>9} {:>9} {:>6}  {}\n", "node", "faces", "ml", "cm2", "parts", "size, mm");
+  for (const patient::Organ& organ : organs) {
+    const content::SurfaceReport report = content::inspect(organ.mesh);
+    const Eigen::Vector3d size = report.bounds.sizes() * 1e3;
+    fmt::print("{:<20} {:>8} {:>9.1f} {:>9.0f} {:>6}  {:.0f} x {:.0f} x {:.0f}{}\n", organ.name, report.triangles,
+               report.volume * 1e6, report.area * 1e4, report.components, size.x(), size.y(), size.z(),
+               report.closed() && report.oriented() ? "" : "  NOT CLOSED");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Makes the default patient from implicit surfaces: DIR/abdomen.glb and DIR/abdomen.json"};
+  std::filesystem::path out = "content/organs";
+  std::filesystem::path tissues = "content/tissues.json";
+  app.add_option("--out", out, "folder to write to")->capture_default_str();
+  app.add_option("--tissues", tissues, "tissue table: colours of the materials")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const std::vector<patient::Organ> organs = patient::make_organs();
+    const auto glb = patient::write_glb(organs, read_colours(tissues), "Apache-2.0, Stylet contributors");
+    const std::string json = patient::procedure_json(patient::make_procedure());
+    std::filesystem::create_directories(out);
+    write(out / "abdomen.glb", reinterpret_cast<const char*>(glb.data()), glb.size());
+    write(out / "abdomen.json", json.data(), json.size());
+    print(organs);
+    fmt::print("{}: {:.2f} MB\n", (out / "abdomen.glb").string(), static_cast<double>(glb.size()) * 1e-6);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "stylet-make-patient: {}\n", error.what());
+    return 2;
+  }
+  return 0;
+}

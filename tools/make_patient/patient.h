@@ -1,0 +1,37 @@
+// The default patient: all organs as closed surfaces, and where to put needle and probe.
+#pragma once
+
+#include "tools/make_patient/glb.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <string>
+#include <vector>
+
+namespace stylet::patient {
+
+/// Outer to inner: where two overlap, the later one counts.
+std::vector<Organ> make_organs();
+
+/// A probe pose: patient_from_probe, see scene.h (origin on the face, +Z into the body, +X image right, +Y
+/// elevation).
+struct View {
+  std::string name;
+  std::string shows;
+  Eigen::Vector3d position;
+  Eigen::Quaterniond orientation;
+};
+
+struct Procedure {
+  Eigen::Vector3d entry;   ///< on the skin
+  Eigen::Vector3d target;  ///< centre of the tumour
+  double target_radius = 0;
+  std::vector<View> views;  ///< the first one holds the needle in its image plane
+};
+Procedure make_procedure();
+
+/// abdomen.json, specified in content/organs/README.md.
+std::string procedure_json(const Procedure& procedure);
+
+}  // namespace stylet::patient
