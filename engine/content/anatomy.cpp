@@ -106,8 +106,15 @@ std::vector<Organ> build_anatomy(const ScenarioFile& scenario, std::span<const G
   }
   for (Organ& organ : organs) {
     try {
-      organ.mesh = organ.role == SurfaceRole::visual ? clean_surface(organ.mesh, organ.place)
-                                                     : solid_surface(organ.mesh, organ.place);
+      // Layers and sheets are thin on purpose; a body to tetrahedralise is demanded to be solid when it is.
+      organ.mesh = clean_surface(organ.mesh, organ.place);
+      const SurfaceReport report = inspect(organ.mesh);
+      if (organ.role != SurfaceRole::visual && !report.closed()) {
+        problems.push_back(
+            fmt::format("{}: {} is not closed: {} open and {} non-manifold edges; close it, add the "
+                        "patches that are missing to the organ, or give it the role visual",
+                        organ.place, organ.id, report.boundary_edges, report.non_manifold_edges));
+      }
     } catch (const ContentError& error) {
       problems.emplace_back(error.what());
     }

@@ -68,23 +68,26 @@ private:
   std::vector<std::vector<int>> lists_;
 };
 
-}  // namespace
-
-Eigen::Vector4d barycentric(const physics::TetMesh& mesh, std::size_t tet, const Eigen::Vector3d& point) {
-  const auto node = [&](int i) -> const Eigen::Vector3d& {
-    return mesh.nodes[static_cast<std::size_t>(mesh.tets[tet][static_cast<std::size_t>(i)])];
+/// Columns: from the first node of a tetrahedron to the others.
+Eigen::Matrix3d edges_of(const physics::TetMesh& mesh, std::size_t tet) {
+  const auto node = [&](std::size_t i) -> const Eigen::Vector3d& {
+    return mesh.nodes[static_cast<std::size_t>(mesh.tets[tet][i])];
   };
   Eigen::Matrix3d edges;
   edges << node(1) - node(0), node(2) - node(0), node(3) - node(0);
-  const Eigen::Vector3d w = edges.inverse() * (point - node(0));
-  return {1 - w.sum(), w[0], w[1], w[2]};
+  return edges;
 }
+
+}  // namespace
 
 std::vector<Embedding> embed(std::span<const Eigen::Vector3f> points, const physics::TetMesh& mesh) {
   std::vector<Embedding> out;
   out.reserve(points.size());
   if (mesh.tets.empty()) return out;
   TetGrid grid(mesh);
+  std::vector<Eigen::Matrix3d> inverses;  // of the edge matrices, once a tetrahedron
+  inverses.reserve(mesh.tets.size());
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) inverses.push_back(edges_of(mesh, t).inverse());
   for (const Eigen::Vector3f& point : points) {
     const Eigen::Vector3d p = point.cast<double>();
     const Eigen::Vector3i cell = grid.cell_of(p);
@@ -92,7 +95,8 @@ std::vector<Embedding> embed(std::span<const Eigen::Vector3f> points, const phys
     Eigen::Vector4d best = Eigen::Vector4d::Zero();
     double best_excess = std::numeric_limits<double>::infinity();
     const auto consider = [&](std::size_t tet) {
-      const Eigen::Vector4d w = barycentric(mesh, tet, p);
+      const Eigen::Vector3d v = inverses[tet] * (p - mesh.nodes[static_cast<std::size_t>(mesh.tets[tet][0])]);
+      const Eigen::Vector4d w(1 - v.sum(), v[0], v[1], v[2]);
       const double excess = std::max(0.0, -w.minCoeff());  // 0 inside, grows with the extrapolation
       if (excess < best_excess) {
         best_excess = excess;

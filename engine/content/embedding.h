@@ -11,9 +11,6 @@
 
 namespace stylet::content {
 
-/// Barycentric coordinates of `point` in a tetrahedron; sum 1, all in [0, 1] inside.
-Eigen::Vector4d barycentric(const physics::TetMesh& mesh, std::size_t tet, const Eigen::Vector3d& point);
-
 /// Embeds points in a tetrahedral mesh, both at rest. A point outside is extrapolated from the tetrahedron nearby
 /// that extrapolates least (smallest largest |weight|). Deterministic; about a microsecond a point inside.
 /// @return [points] weights sum to 1; largest_weight(...) tells how far the worst point was extrapolated

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <exception>
@@ -148,6 +149,28 @@ void check_extensions(JsonFile& document) {
   }
 }
 
+/// tinygltf takes a negative or fractional offset, length, stride or count for an absent one.
+void check_unsigned(JsonFile& document) {
+  for (const char* list : {"bufferViews", "accessors", "buffers"}) {
+    const auto found = document.tree().find(list);
+    if (found == document.tree().end() || !found->is_array()) continue;
+    for (std::size_t i = 0; i < found->size(); ++i) {
+      if (!(*found)[i].is_object()) continue;
+      for (const char* key : {"byteOffset", "byteLength", "byteStride", "count"}) {
+        const auto value = (*found)[i].find(key);
+        if (value == (*found)[i].end() || value->is_number_unsigned()) continue;
+        // Some exporters write 12.0.
+        if (value->is_number_float() && value->get<double>() >= 0 &&
+            value->get<double>() == std::floor(value->get<double>())) {
+          continue;
+        }
+        throw ContentError(fmt::format("{}:/{}/{}/{}: is {}, expected a whole number from 0; export it again",
+                                       document.path().string(), list, i, key, value->dump().substr(0, 40)));
+      }
+    }
+  }
+}
+
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
@@ -169,6 +192,7 @@ GltfContainer::GltfContainer(std::span<const std::byte> bytes, const fs::path& n
       name, text, JsonLimits{.bytes = limits.file_bytes, .depth = limits.json_depth, .duplicate_keys = true});
   check_version(*document_);
   check_extensions(*document_);
+  check_unsigned(*document_);
 
   AssetFolder asset{.folder = name.parent_path(), .budget = limits.file_bytes};
   tinygltf::TinyGLTF parser;

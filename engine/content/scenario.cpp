@@ -26,7 +26,7 @@ namespace {
 using Problems = std::vector<std::string>;
 
 /// A vertex may stick out of its body by about this many tetrahedra before its picture would flap.
-constexpr float kLargestWeight = 6;
+constexpr float kLargestWeight = 10;
 
 /// Reads one JSON file with `reader`; what is wrong goes to `problems`.
 template <typename Reader>

@@ -256,6 +256,8 @@ INSTANTIATE_TEST_SUITE_P(
         Defect{"ViewTooLong", [](Glb& g) { g.json["bufferViews"][0]["byteLength"] = 100000; }, ":/bufferViews/0"},
         Defect{"ViewOffsetPast", [](Glb& g) { g.json["bufferViews"][0]["byteOffset"] = 100000; }, ":/bufferViews/0"},
         Defect{"StrideFour", [](Glb& g) { g.json["bufferViews"][0]["byteStride"] = 4; }, "/byteStride: is 4"},
+        Defect{"StrideNegative", [](Glb& g) { g.json["bufferViews"][0]["byteStride"] = -12; },
+               ":/bufferViews/0/byteStride: is -12"},
         Defect{"StrideOverruns", [](Glb& g) { g.json["bufferViews"][0]["byteStride"] = 252; }, "leave their view"},
         Defect{"IndexOneTooLarge", [](Glb& g) { poke(g, 48, std::uint32_t{4}); }, "index 0 is 4, the mesh has 4 vertices"},
         Defect{"IndexRestart", [](Glb& g) { poke(g, 48, std::uint32_t{0xFFFFFFFF}); }, "index 0 is 4294967295"},
