@@ -6,8 +6,11 @@
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <fstream>
+#include <stdexcept>
 #include <system_error>
+#include <utility>
 
 namespace stylet::session {
 namespace {
@@ -15,6 +18,8 @@ namespace {
 using content::ContentError;
 using format::PayloadReader;
 using format::RecordType;
+
+constexpr int kMaxHeaderDepth = 32;
 
 [[noreturn]] void refuse(const std::string& name, std::uint64_t offset, const std::string& what) {
   throw ContentError(fmt::format("{}: byte {}: {}; record the session again", name, offset, what));
@@ -26,7 +31,15 @@ std::uint32_t load_u32(std::span<const std::uint8_t> bytes, std::size_t offset) 
 
 /// @param text  as stored; @param offset  of it in the file, for messages
 RecordingHeader parse_header(std::string_view text, const std::string& name, std::uint64_t offset) {
-  const nlohmann::json json = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
+  // Values nested deeper than any settings are left out, and the header is refused: writing them out again is
+  // recursive.
+  bool too_deep = false;
+  const auto shallow = [&too_deep](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
+    too_deep = too_deep || depth > kMaxHeaderDepth;
+    return depth <= kMaxHeaderDepth;
+  };
+  const nlohmann::json json = nlohmann::json::parse(text, shallow, /*allow_exceptions=*/false);
+  if (too_deep) refuse(name, offset, "the header is nested too deeply");
   const auto string_at = [&](const char* key) -> std::string {
     const auto found = json.find(key);
     if (found == json.end() || !found->is_string()) {

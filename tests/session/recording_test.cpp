@@ -243,6 +243,40 @@ TEST_F(RecordingFile, SurvivesRandomDamage) {
   EXPECT_GT(refused, 50);
 }
 
+/// A file with this text as its header and right checksums.
+std::vector<std::uint8_t> with_header(const std::string& text) {
+  std::vector<std::uint8_t> file{0x89, 'S', 'T', 'Y', 'R', 'E', 'C', '\n'};
+  const auto append = [&file](std::size_t value) {
+    for (int shift = 0; shift < 32; shift += 8) file.push_back(static_cast<std::uint8_t>(value >> shift));
+  };
+  append(text.size());
+  file.insert(file.end(), text.begin(), text.end());
+  append(crc32c(file));
+  return file;
+}
+
+TEST(RecordingHeader, BadHeadersAreRefusedInOneLine) {
+  const auto header_with = [](const std::string& settings, const std::string& version = "1") {
+    return R"({"format":"stylet-recording","version":)" + version +
+           R"(,"endianness":"little","build":"b","scenario":"s","scenario_hash":"0123456789abcdef","settings":)" +
+           settings + "}";
+  };
+  EXPECT_EQ(parse_recording(with_header(header_with("{}")), "x").header.scenario_hash, 0x0123456789abcdefu);
+  const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
+  for (const std::string& bad :
+       {std::string(), std::string("{}"), std::string("[]"), std::string("nonsense"), header_with("[]"),
+        header_with("{}", "2"), header_with("{}", "-1"), header_with("{}", "\"1\""),
+        header_with("{\"a\":" + deep + "}"), deep, std::string(200'000, '['), header_with("{\"a\":\"\xff\"}")}) {
+    try {
+      parse_recording(with_header(bad), "x");
+      FAIL() << bad.substr(0, 200);
+    } catch (const ContentError& error) {
+      EXPECT_EQ(std::string(error.what()).rfind("x: byte ", 0), 0u) << error.what();
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    }
+  }
+}
+
 TEST_F(RecordingFile, HugeLengthsDoNotReserveMemory) {
   write_session(1);
   std::vector<std::uint8_t> damaged = bytes();
