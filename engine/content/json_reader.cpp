@@ -57,19 +57,21 @@ std::string printable(std::string text) {
   return text;
 }
 
+/// Insertions, deletions, replacements and swaps of neighbours (optimal string alignment).
 int edit_distance(const std::string& a, const std::string& b) {
-  std::vector<int> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = static_cast<int>(j);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    int diagonal = row[0];
-    row[0] = static_cast<int>(i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const int up = row[j];
-      row[j] = std::min({up + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = up;
+  std::vector<std::vector<int>> d(a.size() + 1, std::vector<int>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        d[i][j] = static_cast<int>(i + j);
+        continue;
+      }
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
     }
   }
-  return row[b.size()];
+  return d[a.size()][b.size()];
 }
 
 }  // namespace
@@ -79,7 +81,9 @@ std::string nearest(const std::string& word, const std::set<std::string>& names)
   int best_distance = std::max(2, static_cast<int>(word.size()) / 3) + 1;
   for (const std::string& name : names) {
     if (name.size() > 64 || word.size() > 64) continue;
-    const int distance = edit_distance(word, name);
+    // A unit forgotten ("cell" for "cell_mm") or one too many is a near miss however long it is.
+    const bool prefix = word.size() > 2 && name.size() > 2 && (name.starts_with(word) || word.starts_with(name));
+    const int distance = prefix ? 1 : edit_distance(word, name);
     if (distance < best_distance) {
       best_distance = distance;
       best = name;

@@ -47,6 +47,7 @@ auto read_json(const std::filesystem::path& path, Reader&& reader, Problems& pro
 std::vector<GltfScene> read_organs(const ScenarioFile& scenario, Problems& problems) {
   std::vector<GltfScene> files(scenario.organs.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
+    if (scenario.organs[i].path.empty()) continue;
     try {
       files[i] = read_gltf(scenario.organs[i].path);
     } catch (const ContentError& error) {

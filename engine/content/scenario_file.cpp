@@ -151,8 +151,11 @@ Camera read_camera(JsonObject object, const Eigen::Isometry3d& room_from_patient
     camera.up = patient_from_room.linear() * camera.up;
   }
   const Eigen::Vector3d forward = camera.look_at - camera.eye;
-  if (forward.norm() < 1e-3) object.problem("look_at", "is where eye is; move one of them");
-  if (forward.normalized().cross(camera.up).norm() < 1e-3) object.problem("up", "is along the view; choose another");
+  if (forward.norm() < 1e-3) {
+    object.problem("look_at", "is where eye is; move one of them");
+  } else if (forward.normalized().cross(camera.up).norm() < 1e-3) {
+    object.problem("up", "is along the view; choose another");
+  }
   object.finish();
   return camera;
 }

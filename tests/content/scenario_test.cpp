@@ -1,0 +1,301 @@
+#include "engine/content/scenario.h"
+
+#include "tests/content/small_scenario.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <functional>
+#include <numeric>
+
+namespace stylet::content {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+using json = nlohmann::json;
+using test::SmallScenario;
+
+TEST(Scenario, LoadsWhatItsFilesSay) {
+  const SmallScenario small;
+  double last = -1;
+  const Scene scene = load_scene(small.write(), [&](const std::string& doing, double share) {
+    EXPECT_FALSE(doing.empty());
+    EXPECT_GT(share, last);
+    last = share;
+  });
+  EXPECT_EQ(last, 1);
+  EXPECT_EQ(scene.name, "small");
+  ASSERT_THAT(scene.tissues, SizeIs(4));
+  EXPECT_EQ(scene.tissues[0].name, "outside");
+  ASSERT_THAT(scene.bodies, SizeIs(1));
+  const DeformableBody& liver = scene.bodies[0];
+  EXPECT_EQ(liver.tet_tissue.size(), liver.mesh.tets.size());
+  EXPECT_GE(liver.fixed_nodes.size(), 3u);
+  EXPECT_LT(liver.fixed_nodes.size(), liver.mesh.nodes.size() / 2);
+  EXPECT_TRUE(std::is_sorted(liver.fixed_nodes.begin(), liver.fixed_nodes.end()));
+  for (const int node : liver.fixed_nodes) {
+    // 5 mm around the bone ball of 20 mm below the liver.
+    EXPECT_LT((liver.mesh.nodes[static_cast<std::size_t>(node)] - Eigen::Vector3d(0.1, 0, -0.06)).norm(), 0.0255);
+  }
+  ASSERT_THAT(scene.surfaces, SizeIs(3));
+  for (const Surface& surface : scene.surfaces) {
+    EXPECT_EQ(surface.normals.size(), surface.positions.size());
+    EXPECT_EQ(surface.embedding.size(), surface.body >= 0 ? surface.positions.size() : 0u);
+    EXPECT_EQ(surface.body, surface.name == "bone_ball" ? -1 : 0);
+    for (const std::uint32_t index : surface.indices) ASSERT_LT(index, surface.positions.size());
+  }
+  ASSERT_THAT(scene.targets, SizeIs(1));
+  EXPECT_LT((scene.targets[0].centre - Eigen::Vector3d(0.11, 0, 0)).norm(), 1e-5);
+  EXPECT_NEAR(scene.targets[0].radius, 0.01, 2e-4) << "a faceted ball is a little smaller than its sphere";
+  EXPECT_NEAR(scene.needle.length, 0.15, 1e-12);
+  EXPECT_LT((scene.probe.pose.orientation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d(0, 0, -1)).norm(), 1e-12);
+  EXPECT_LT((scene.probe.pose.orientation * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitX()).norm(), 1e-12);
+  // Supine: anterior is up in the room.
+  EXPECT_LT((scene.room_from_patient * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitY()).norm(), 1e-12);
+}
+
+TEST(Scenario, LoadsTheSameBitsTwice) {
+  const SmallScenario small;
+  const Scene a = load_scene(small.write());
+  const Scene b = load_scene(small.path());
+  ASSERT_EQ(a.bodies[0].mesh.nodes.size(), b.bodies[0].mesh.nodes.size());
+  for (std::size_t i = 0; i < a.bodies[0].mesh.nodes.size(); ++i) {
+    ASSERT_EQ(a.bodies[0].mesh.nodes[i], b.bodies[0].mesh.nodes[i]);
+  }
+  EXPECT_EQ(a.bodies[0].mesh.tets, b.bodies[0].mesh.tets);
+  EXPECT_EQ(a.bodies[0].tet_tissue, b.bodies[0].tet_tissue);
+  EXPECT_EQ(a.labels.labels, b.labels.labels);
+  EXPECT_EQ(a.labels.bodies, b.labels.bodies);
+}
+
+TEST(Scenario, LaterOrganWinsInLabelsAndTetrahedra) {
+  SmallScenario small;
+  small.organs = {};
+  const Eigen::Vector3d centre(0.1, 0, 0);
+  // A tumour as large as the liver: every tetrahedron is tumour, whichever is smaller.
+  small.organs.add("liver_ball", test::sphere(centre, 0.05),
+                   {{"id", "liver"}, {"role", "boundary"}, {"body", "liver"}}, {{"preset", "liver"}});
+  small.organs.add("bone_ball", test::sphere(centre - Eigen::Vector3d(0, 0, 0.06), 0.02), {{"id", "bone"}},
+                   {{"preset", "bone"}});
+  small.organs.add("tumour_ball", test::sphere(centre, 0.06),
+                   {{"id", "tumour"}, {"role", "target"}, {"body", "liver"}}, {{"preset", "tumour"}});
+  const Scene scene = load_scene(small.write());
+  const int tumour = 3;
+  ASSERT_EQ(scene.tissues[tumour].name, "tumour");
+  for (const int tissue : scene.bodies[0].tet_tissue) ASSERT_EQ(tissue, tumour);
+  EXPECT_THAT(scene.labels.labels, Not(::testing::Contains(2))) << "no liver left";
+}
+
+TEST(Scenario, MaterialOverridesMakeATissueOfTheirOwn) {
+  SmallScenario small;
+  small.organs.json["materials"][0]["extras"]["tissue"]["mechanics"] = {{"youngsModulus", 9000}};
+  const Scene scene = load_scene(small.write());
+  ASSERT_THAT(scene.tissues, SizeIs(5));
+  EXPECT_EQ(scene.tissues[4].name, "liver_ball");
+  EXPECT_EQ(scene.tissues[4].mechanics.young_modulus, 9000);
+  EXPECT_EQ(scene.tissues[4].mechanics.poisson_ratio, 0.45) << "the preset fills the gaps";
+  EXPECT_EQ(scene.surfaces[0].tissue, 4);
+}
+
+TEST(Scenario, FilesWithoutAnnotationsAreAnnotatedInTheScenario) {
+  SmallScenario small;
+  small.organs.json["nodes"][0].erase("extras");
+  small.organs.json["materials"][0].erase("extras");
+  EXPECT_THAT(validate(small.write()), ElementsAre(HasSubstr("liver_ball has no extras.organ.id")));
+  small.scenario["organs"][0]["nodes"] = {
+      {"liver_ball", {{"id", "liver"}, {"role", "boundary"}, {"tissue", "liver"}}}};
+  EXPECT_THAT(validate(small.write()), IsEmpty());
+}
+
+TEST(Scenario, PatchesOfOneOrganAreJoined) {
+  SmallScenario small;
+  // The liver's sphere in two open halves.
+  TriangleMesh ball = test::sphere({0.1, 0, 0}, 0.05);
+  TriangleMesh upper{ball.vertices, {}};
+  TriangleMesh lower{ball.vertices, {}};
+  for (std::size_t i = 0; i < ball.triangles.size(); ++i) {
+    (i < ball.triangles.size() / 2 ? upper : lower).triangles.push_back(ball.triangles[i]);
+  }
+  small.organs.json["nodes"][0]["extras"]["organ"]["role"] = "ignore";
+  const json organ = {{"id", "liver"}, {"role", "boundary"}, {"body", "liver"}};
+  small.organs.add("upper", upper, organ, {{"preset", "liver"}});
+  EXPECT_THAT(validate(small.write()), ElementsAre(HasSubstr("liver is not closed: ")));
+  small.organs.add("lower", lower, organ, {{"preset", "liver"}});
+  EXPECT_THAT(validate(small.write()), IsEmpty());
+}
+
+/// A defect of the files, and the line it must give (the folder left out).
+struct BadScenario {
+  const char* name;
+  std::function<void(SmallScenario&)> make;
+  const char* line;
+};
+
+class ScenarioDefect : public ::testing::TestWithParam<BadScenario> {};
+
+TEST_P(ScenarioDefect, IsOneLineAndNothingIsLoaded) {
+  SmallScenario small;
+  GetParam().make(small);
+  small.write();
+  const std::vector<std::string> problems = validate(small.path());
+  ASSERT_THAT(problems, SizeIs(1)) << ::testing::PrintToString(problems);
+  EXPECT_THAT(problems[0], HasSubstr(GetParam().line));
+  EXPECT_THAT(problems[0], Not(HasSubstr("\n")));
+  try {
+    load_scene(small.path());
+    FAIL() << "it was loaded";
+  } catch (const ContentError& error) {
+    EXPECT_EQ(error.what(), problems[0]) << "loading and validating agree";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, ScenarioDefect,
+    ::testing::Values(
+        BadScenario{"MissingOrgans", [](auto& s) { s.scenario["organs"][0]["file"] = "gone.glb"; },
+                    "scenario.json:/organs/0/file: there is no file gone.glb; correct the path"},
+        BadScenario{"UnknownKey", [](auto& s) { s.scenario["traget"] = 1; },
+                    "scenario.json:/traget: is not a known key; did you mean \"targets\"?"},
+        BadScenario{"UnknownNestedKey", [](auto& s) { s.scenario["bodies"][0]["mesh"]["cell"] = 1; },
+                    "scenario.json:/bodies/0/mesh/cell: is not a known key; did you mean \"cell_mm\"?"},
+        BadScenario{"MissingKey", [](auto& s) { s.scenario.erase("camera"); },
+                    "scenario.json:/camera: is missing; add it"},
+        BadScenario{"WrongType", [](auto& s) { s.scenario["targets"] = "tumour"; },
+                    "scenario.json:/targets: is a text, expected an array"},
+        BadScenario{"OutOfRange", [](auto& s) { s.scenario["bodies"][0]["mesh"]["cell_mm"] = 0.001; },
+                    "scenario.json:/bodies/0/mesh/cell_mm: is 0.001, accepted is 1 to 100"},
+        BadScenario{"TwoCellSizes", [](auto& s) { s.scenario["bodies"][0]["mesh"]["target_nodes"] = 500; },
+                    "scenario.json:/bodies/0/mesh: needs either cell_mm or target_nodes"},
+        BadScenario{"UnknownBoundary", [](auto& s) { s.scenario["bodies"][0]["boundary"] = "spleen"; },
+                    "scenario.json:/bodies/0/boundary: there is no organ \"spleen\""},
+        BadScenario{"NothingFixed", [](auto& s) { s.scenario["bodies"][0]["fixed"] = json::array(); },
+                    "scenario.json:/bodies/0/fixed: holds 0 nodes of liver, at least 3"},
+        BadScenario{"FixedNearNobody",
+                    [](auto& s) { s.scenario["bodies"][0]["fixed"][0]["near"].push_back("spine"); },
+                    "scenario.json:/bodies/0/fixed/0/near: there is no organ \"spine\""},
+        BadScenario{"TargetOfNothing", [](auto& s) { s.scenario["targets"][0]["organ"] = "cyst"; },
+                    "scenario.json:/targets/0/organ: there is no organ \"cyst\""},
+        BadScenario{"CarriesNothing", [](auto& s) { s.scenario["bodies"][0]["carries"] = {"cyst"}; },
+                    "scenario.json:/bodies/0/carries/0: there is no organ \"cyst\""},
+        BadScenario{"CameraAtItsTarget",
+                    [](auto& s) {
+                      s.scenario["camera"]["eye"] = {0.1, 0, 0};
+                    },
+                    "scenario.json:/camera/look_at: is where eye is"},
+        BadScenario{"ProbeWithoutFrame",
+                    [](auto& s) {
+                      s.scenario["probe"]["lateral"] = {0, 0, 2};
+                    },
+                    "scenario.json:/probe/lateral: is parallel to axis"},
+        BadScenario{"RatesWithoutRatio",
+                    [](auto& s) {
+                      s.scenario["rates"] = {{"haptic_hz", 1000}, {"simulation_hz", 333}};
+                    },
+                    "scenario.json:/rates: haptic_hz is not a whole multiple"},
+        BadScenario{"UnknownCoupling", [](auto& s) { s.scenario["coupling"] = "magic"; },
+                    "scenario.json:/coupling: is \"magic\", accepted is one of: paper-frozen, paper-updated"},
+        BadScenario{"FillerWithoutWall", [](auto& s) { s.scenario["labels"]["filler"] = "liver"; },
+                    "scenario.json:/labels: has only one of filler and behind"},
+        BadScenario{
+            "NodeThatIsNotThere",
+            [](auto& s) {
+              s.scenario["organs"][0]["nodes"] = {{"liver_bal", {{"role", "ignore"}}}};
+            },
+            "scenario.json:/organs/0/nodes: organs.glb has no node \"liver_bal\"; did you mean \"liver_ball\"?"},
+        BadScenario{"TissueOutOfRange",
+                    [](auto& s) { s.tissues["tissues"]["liver"]["mechanics"]["poisson_ratio"] = 0.5; },
+                    "tissues.json:/tissues/liver/mechanics/poisson_ratio: is 0.5, accepted is 0 to 0.499"},
+        BadScenario{"TissueMissingNumber",
+                    [](auto& s) { s.tissues["tissues"]["bone"]["acoustics"].erase("impedance_rayl"); },
+                    "tissues.json:/tissues/bone/acoustics/impedance_rayl: is missing"},
+        BadScenario{"NoOutside", [](auto& s) { s.tissues["tissues"].erase("outside"); },
+                    "tissues.json:/tissues/outside: is missing"},
+        BadScenario{
+            "UnknownPreset", [](auto& s) { s.organs.json["materials"][0]["extras"]["tissue"]["preset"] = "liwer"; },
+            "organs.glb:/nodes/0: liver_ball names the tissue \"liwer\", which the tissue table does not have; did "
+            "you mean \"liver\"?"},
+        BadScenario{"ThickNeedle", [](auto& s) { s.needle["inner_diameter_mm"] = 2; },
+                    "needle.json:/inner_diameter_mm: is 2, not smaller than outer_diameter_mm (1.27)"},
+        BadScenario{"ConvexWidth", [](auto& s) { s.probe["width_mm"] = 50; },
+                    "probe.json:/width_mm: is for linear probes; remove it"},
+        BadScenario{"MotionBackInTime", [](auto& s) { s.motion["tracks"]["stylus"][1][0] = 0; },
+                    "motion.json:/tracks/stylus/1: time 0 s does not come after 0 s"},
+        BadScenario{"OrganBroken", [](auto& s) { s.organs.json["accessors"][0]["count"] = 100000; },
+                    "organs.glb:/accessors/0: 100000 elements"},
+        BadScenario{"OpenLiver",
+                    [](auto& s) {
+                      s.organs.json["accessors"][1]["count"] =
+                          s.organs.json["accessors"][1]["count"].template get<int>() - 30;
+                    },
+                    "organs.glb:/nodes/0: liver is not closed: "},
+        BadScenario{
+            "CellTooLarge",
+            [](auto& s) {
+              s.scenario["bodies"][0]["mesh"]["cell_mm"] = 100;
+              s.organs = {};
+              s.organs.add("liver_ball", test::sphere({0.1, 0, 0}, 0.002), {{"id", "liver"}}, {{"preset", "liver"}});
+              s.organs.add("bone_ball", test::sphere({0.1, 0, -0.002}, 0.02), {{"id", "bone"}}, {{"preset", "bone"}});
+              s.scenario.erase("targets");
+            },
+            "organs.glb:/nodes/0"}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST(Scenario, ValidateListsAllProblemsOfAllFilesAtOnce) {
+  SmallScenario small;
+  small.scenario["traget"] = 1;
+  small.scenario["contact_spacing_mm"] = -1;
+  small.needle["lenght_mm"] = 3;
+  small.tissues["version"] = 2;
+  EXPECT_THAT(validate(small.write()),
+              ElementsAre(HasSubstr("scenario.json:/contact_spacing_mm"), HasSubstr("scenario.json:/traget"),
+                          HasSubstr("tissues.json:/version"), HasSubstr("needle.json:/lenght_mm")));
+  try {
+    load_scene(small.path());
+    FAIL();
+  } catch (const ContentError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("(and 3 more; `stylet validate"));
+    EXPECT_THAT(error.what(), Not(HasSubstr("\n")));
+  }
+}
+
+TEST(Scenario, EveryKindOfFileCanBeValidatedAlone) {
+  const SmallScenario small;
+  small.write();
+  for (const char* file :
+       {"scenario.json", "tissues.json", "needle.json", "probe.json", "motion.json", "organs.glb"}) {
+    EXPECT_THAT(validate(small.folder.path() / file), IsEmpty()) << file;
+  }
+  small.folder.write("other.json", R"({"format": "something"})");
+  EXPECT_THAT(validate(small.folder.path() / "other.json"), ElementsAre(HasSubstr("names no kind of file")));
+  EXPECT_THAT(validate(small.folder.path() / "gone.json"), ElementsAre(HasSubstr("there is no such file")));
+}
+
+TEST(Scenario, ListingFindsScenariosOnly) {
+  const SmallScenario small;
+  small.write();
+  const auto entries = list_scenarios(small.folder.path());
+  ASSERT_THAT(entries, SizeIs(1));
+  EXPECT_EQ(entries[0].name, "small");
+  EXPECT_EQ(entries[0].title, "three balls");
+  EXPECT_THAT(list_scenarios("/nowhere"), IsEmpty());
+}
+
+TEST(Scenario, ContentFolderFollowsTheEnvironment) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(::setenv("STYLET_CONTENT", folder.path().c_str(), 1), 0);
+  EXPECT_EQ(content_directory(), folder.path());
+  ASSERT_EQ(::setenv("STYLET_CONTENT", "/nowhere", 1), 0);
+  EXPECT_THROW(content_directory(), ContentError);
+  ASSERT_EQ(::unsetenv("STYLET_CONTENT"), 0);
+  EXPECT_TRUE(std::filesystem::is_directory(content_directory() / "scenarios"));
+  EXPECT_THROW(find_scenario("no_such_scenario"), ContentError);
+}
+
+}  // namespace
+}  // namespace stylet::content
