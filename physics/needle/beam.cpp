@@ -108,7 +108,8 @@ BeamResponse beam_response(const Beam& beam, const BeamEnd& a, const BeamEnd& b,
   const Matrix3d ta = inverse_tangent(s.theta_a);
   const Matrix3d tb = inverse_tangent(s.theta_b);
   Vector6d moment;  // of the ends, element axes, conjugate to spins
-  moment << ta.transpose() * local_a, tb.transpose() * local_b;
+  moment.head<3>() = ta.transpose().lazyProduct(local_a);
+  moment.tail<3>() = tb.transpose().lazyProduct(local_b);
 
   // P: spins of the ends seen from the element frame
   Matrix6x12 p = Matrix6x12::Zero();
