@@ -11,7 +11,9 @@
 namespace stylet::physics {
 namespace {
 
-constexpr int kMaxHalvings = 4;  // of a motion correction that would invert tetrahedra
+constexpr int kMaxShortenings = 4;  // of a motion correction
+constexpr double kOvershoot = 0.9;  // slope after a step over that before it; at 1 quasi-Newton steps stop converging
+constexpr double kNegligible = 1e-9;  // of the body: the slopes of smaller steps are rounding
 
 std::vector<TissueModel> models_of(std::vector<SimulationBody> bodies, const SimulationLoopSettings& settings) {
   if (bodies.empty() || bodies.size() > kMaxBodies) {
@@ -60,16 +62,18 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
   for (std::size_t b = 0; b < models_.size(); ++b) {
     const TissueModel& model = models_[b];
     tissue_.positions[b] = rest_positions(model);
-    bodies_.push_back({.free_positions = tissue_.positions[b],
-                       .trial = tissue_.positions[b],
-                       .rotations = worker_.latest().bodies[b].rotations,
-                       .nodal_force = Eigen::Matrix3Xd::Zero(3, model.node_count()),
-                       .internal_force = Eigen::VectorXd::Zero(model.dof_count()),
-                       .needle_force = Eigen::VectorXd::Zero(model.dof_count()),
-                       .displacement = Eigen::VectorXd::Zero(model.dof_count()),
-                       .isolated = IsolatedDofs(model.node_count(), kMaxPatchNodes),
-                       .nodes = {},
-                       .inverted = 0});
+    bodies_.push_back(
+        {.free_positions = tissue_.positions[b],
+         .trial = tissue_.positions[b],
+         .rotations = worker_.latest().bodies[b].rotations,
+         .nodal_force = Eigen::Matrix3Xd::Zero(3, model.node_count()),
+         .internal_force = Eigen::VectorXd::Zero(model.dof_count()),
+         .needle_force = Eigen::VectorXd::Zero(model.dof_count()),
+         .displacement = Eigen::VectorXd::Zero(model.dof_count()),
+         .isolated = IsolatedDofs(model.node_count(), kMaxPatchNodes),
+         .nodes = {},
+         .extent = (tissue_.positions[b].rowwise().maxCoeff() - tissue_.positions[b].rowwise().minCoeff()).norm(),
+         .inverted = 0});
   }
 }
 
@@ -114,6 +118,29 @@ const NeedleState* SimulationLoop::accept(const NeedleState* needle, SimulationR
   return needle;
 }
 
+void SimulationLoop::gather_internal_force(const TissueModel& model, BodyState& body) {
+  internal_forces(model, body.trial, body.rotations, body.nodal_force);
+  for (int n = 0; n < model.node_count(); ++n) {
+    const int i = model.free_index[static_cast<std::size_t>(n)];
+    if (i >= 0) body.internal_force.segment<3>(3 * i) = body.nodal_force.col(n);
+  }
+}
+
+double SimulationLoop::overshoot(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& before,
+                                 const Eigen::VectorXd& pull_before) {
+  double slope_before = 0;  // of U(p) - p . H^T lambda along the step
+  double slope_after = 0;
+  for (int n = 0; n < model.node_count(); ++n) {
+    const int i = model.free_index[static_cast<std::size_t>(n)];
+    if (i < 0) continue;
+    const Eigen::Vector3d step = body.trial.col(n) - before.col(n);
+    slope_before -= step.dot(pull_before.segment<3>(3 * i));
+    slope_after += step.dot(body.internal_force.segment<3>(3 * i) - body.needle_force.segment<3>(3 * i));
+  }
+  if (slope_before >= 0 || slope_after <= -kOvershoot * slope_before) return 1;
+  return slope_before / (slope_before - slope_after);  // the minimum of a parabola with these slopes
+}
+
 void SimulationLoop::correct_motion(SimulationReport& report) {
   for (std::size_t b = 0; b < models_.size(); ++b) {
     const TissueModel& model = models_[b];
@@ -131,13 +158,29 @@ void SimulationLoop::correct_motion(SimulationReport& report) {
       body.trial = positions;
     }
 
-    // The fixed point does not depend on the length of the step, so a step that would turn tetrahedra inside out may
-    // be shortened.
-    int inverted = update_rotations(model, body.trial, body.rotations);
-    for (int i = 0; i < kMaxHalvings && inverted > body.inverted; ++i) {
+    // The fixed point does not depend on the length of the step, so a step may be shortened: one longer than the body
+    // (a mad force), and one that would turn tetrahedra inside out.
+    const double longest = (body.trial - positions).cwiseAbs().maxCoeff();
+    if (longest > body.extent) {
       report.flags |= kSimulationStepLimited;
-      body.trial = 0.5 * (body.trial + positions);
+      body.trial = positions + (body.extent / longest) * (body.trial - positions);
+    }
+    const Eigen::VectorXd pull_before = body.needle_force - body.internal_force;
+    const Eigen::Matrix3Xd before = positions;
+    int inverted = 0;
+    for (int shortened = 0;; ++shortened) {
       inverted = update_rotations(model, body.trial, body.rotations);
+      gather_internal_force(model, body);
+      if (shortened == kMaxShortenings) break;
+      double fraction = 1;
+      if (inverted > body.inverted) {
+        fraction = 0.5;
+      } else if ((body.trial - before).cwiseAbs().maxCoeff() > kNegligible * body.extent) {
+        fraction = overshoot(model, body, before, pull_before);
+      }
+      if (fraction == 1) break;
+      report.flags |= kSimulationStepLimited;
+      body.trial = before + fraction * (body.trial - before);
     }
     positions.swap(body.trial);
     body.inverted = inverted;
@@ -159,13 +202,8 @@ void SimulationLoop::free_motion(SimulationReport& report) {
   for (std::size_t b = 0; b < models_.size(); ++b) {
     const TissueModel& model = models_[b];
     BodyState& body = bodies_[b];
-    internal_forces(model, tissue_.positions[b], body.rotations, body.nodal_force);
-    for (int n = 0; n < model.node_count(); ++n) {
-      const int i = model.free_index[static_cast<std::size_t>(n)];
-      if (i >= 0) body.internal_force.segment<3>(3 * i) = body.nodal_force.col(n);
-    }
-    residual += (body.internal_force - body.needle_force).squaredNorm();
-    force += body.needle_force.squaredNorm();
+    residual = std::hypot(residual, (body.internal_force - body.needle_force).stableNorm());
+    force = std::hypot(force, body.needle_force.stableNorm());
 
     // p_free = p - A_f^-1 F_int(p)   (eq. 7)
     worker_.latest().bodies[b].factor.solve(body.internal_force, body.displacement, workspace_);
@@ -176,8 +214,8 @@ void SimulationLoop::free_motion(SimulationReport& report) {
       body.free_positions = tissue_.positions[b];
     }
   }
-  report.residual_n = std::sqrt(residual);
-  report.force_n = std::sqrt(force);
+  report.residual_n = residual;
+  report.force_n = force;
 }
 
 void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out) {

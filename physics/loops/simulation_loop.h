@@ -46,7 +46,7 @@ struct SimulationInput {
 
 enum SimulationFlag : std::uint32_t {
   kSimulationInverted = 1u << 0,     ///< tetrahedra are inverted (their forces push back)
-  kSimulationStepLimited = 1u << 1,  ///< the motion correction was shortened so as not to invert tetrahedra
+  kSimulationStepLimited = 1u << 1,  ///< the motion correction was shortened, see README eq. 6
   kSimulationNonFinite = 1u << 2,    ///< a non-finite needle or state was refused; the previous state was kept
   kSimulationFactorisationFailed = 1u << 3,  ///< a factorisation was not positive definite; the previous one was kept
 };
@@ -111,8 +111,16 @@ private:
     Eigen::VectorXd displacement;               // [free DOFs] scratch
     IsolatedDofs isolated;
     std::vector<int> nodes;  // isolated now, ascending
+    double extent = 0;       // diagonal of the rest bounding box, m
     int inverted = 0;        // tetrahedra
   };
+
+  /// F_int at body.trial with its rotations, into body.internal_force.
+  static void gather_internal_force(const TissueModel& model, BodyState& body);
+  /// 1, or the fraction of the step from `before` to body.trial after which the potential would be least.
+  /// @param pull_before  H^T lambda - F_int at `before`
+  static double overshoot(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& before,
+                          const Eigen::VectorXd& pull_before);
 
   SimulationLoopSettings settings_;
   std::vector<TissueModel> models_;
