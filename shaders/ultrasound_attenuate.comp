@@ -23,18 +23,19 @@ void main() {
     float here = loss[index];
     float transmission = exp(-(lost + 0.5 * here));
     lost += here;
+    for (int k = 0; k < frame.looks; ++k) echo[index + k * polar_size()] *= transmission;
+  }
+  if (frame.haze == 0.0) return;
+  int end = min(frame.samples, int(kHazeDepth / frame.sample_pitch + 0.5));
+  for (int s = 0; s < end; ++s) {
+    int index = polar_index(l, s);
     float range = sample_range(s);
-    float haze = frame.haze * (kHazeNear * exp(-range / kHazeNearDecay) + kHazeFar * exp(-range / kHazeFarDecay)) *
-                 0.70710678;
+    float haze = kHazeNear * exp(-range / kHazeNearDecay) + kHazeFar * exp(-range / kHazeFarDecay);
     // Fixed to the probe and smeared along the face.
     uvec2 noise = speckle[speckle_texel(vec3(0.2 * sample_position(l, s).x, 0.0, range))];
     vec4 noise01 = first_looks(noise);
-    echo[index] = echo[index] * transmission + haze * noise01.xy;
-    if (frame.looks > 1) {
-      echo[index + polar_size()] = echo[index + polar_size()] * transmission + haze * noise01.zw;
-    }
-    if (frame.looks > 2) {
-      echo[index + 2 * polar_size()] = echo[index + 2 * polar_size()] * transmission + haze * third_look(noise).xy;
-    }
+    echo[index] += haze * 0.70710678 * noise01.xy;
+    if (frame.looks > 1) echo[index + polar_size()] += haze * 0.70710678 * noise01.zw;
+    if (frame.looks > 2) echo[index + 2 * polar_size()] += haze * 0.70710678 * third_look(noise).xy;
   }
 }

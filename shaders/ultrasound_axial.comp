@@ -21,7 +21,9 @@ void main() {
   int first = int(gl_GlobalInvocationID.z) * polar_size() + l;
   vec2 sum = weights[s * kAxialTaps] * before[first + s * frame.lines];
   for (int i = 1; i < kAxialTaps; ++i) {
-    sum += weights[s * kAxialTaps + i] * (before[first + max(s - i, 0) * frame.lines] +
+    float w = weights[s * kAxialTaps + i];
+    if (w == 0.0) break;
+    sum += w * (before[first + max(s - i, 0) * frame.lines] +
                                           before[first + min(s + i, frame.samples - 1) * frame.lines]);
   }
   after[first + s * frame.lines] = sum;

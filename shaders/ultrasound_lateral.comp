@@ -21,7 +21,9 @@ void main() {
   int row = int(gl_GlobalInvocationID.z) * polar_size() + s * frame.lines;
   vec2 sum = weights[s * kLateralTaps] * before[row + l];
   for (int i = 1; i < kLateralTaps; ++i) {
-    sum += weights[s * kLateralTaps + i] * (before[row + max(l - i, 0)] + before[row + min(l + i, frame.lines - 1)]);
+    float w = weights[s * kLateralTaps + i];
+    if (w == 0.0) break;
+    sum += w * (before[row + max(l - i, 0)] + before[row + min(l + i, frame.lines - 1)]);
   }
   after[row + l] = sum;
 }

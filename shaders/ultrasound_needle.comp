@@ -1,9 +1,10 @@
 // Pass 4: analytic echoes of the needle. A shaft thinner than the beam must be splatted, not sampled: sampling drops it.
+// Runs over the lines and samples that the needle reaches.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 16) in;
 layout(std430, binding = 1) readonly buffer Needle {
   NeedleSegment needle[];  // from the tip to the hub
 };
@@ -15,13 +16,10 @@ layout(std430, binding = 3) buffer Loss {
 };
 
 void main() {
-  int l = int(gl_GlobalInvocationID.x);
-  int s = int(gl_GlobalInvocationID.y);
-  if (l >= frame.lines) return;
+  int l = frame.needle_first_line + int(gl_GlobalInvocationID.x);
+  int s = frame.needle_first_sample + int(gl_GlobalInvocationID.y);
+  if (l >= frame.needle_end_line) return;
   vec2 at = sample_position(l, s);
-  if (at.x < frame.needle_min_x || at.x > frame.needle_max_x || at.y < frame.needle_min_z || at.y > frame.needle_max_z) {
-    return;
-  }
   vec2 beam = line_direction(l);
   float sigma = elevation_sigma(sample_range(s));
   float amplitude = 0.0;
@@ -30,30 +28,39 @@ void main() {
   for (int n = 0; n <= kReverberations; ++n) {
     // The echo comes from the near side of the shaft; copy n arrives later.
     vec2 p = at + (frame.needle_radius - float(n) * kReverberationSpacing) * beam;
-    float copy = 0.0;
+    // The point of the shaft that shows most here: the nearest, lengths counted in standard deviations of the echo across
+    // the shaft (in the plane) and of the beam (out of it).
+    vec3 scale = vec3(1.0 / kNeedleWidth, 1.0 / sigma, 1.0 / kNeedleWidth);
+    float nearest2 = 1e9;
+    float from_tip = 0.0;
+    float along = 0.0;
     for (int i = 0; i < frame.needle_segments; ++i) {
       vec4 from = needle[i].from;
       vec4 axis = needle[i].to - from;  // w: length
-      vec2 flat_axis = axis.xz;
-      float t = clamp(dot(p - from.xz, flat_axis) / max(dot(flat_axis, flat_axis), 1e-12), 0.0, 1.0);
-      vec2 away = p - from.xz - t * flat_axis;
-      float y = from.y + t * axis.y;
-      float along = dot(beam, flat_axis) / sqrt(max(dot(axis.xyz, axis.xyz), 1e-12));
-      float sin2 = max(1.0 - along * along, 0.0);
-      float sin6 = sin2 * sin2 * sin2;
-      float from_tip = (from.w + t * axis.w) / kTipLength;
-      float tip = exp(-from_tip * from_tip);
-      float profile = exp(-0.5 * dot(away, away) / (kNeedleWidth * kNeedleWidth)) * exp(-0.5 * y * y / (sigma * sigma));
-      if (n == 0) {
-        float law = kNeedleMirror * sin6 + kNeedleRough * sin2 + kNeedleFloor;
-        copy = max(copy, profile * (law * (1.0 + kTipGain * tip) + kTipFloor * tip));
-        shadow = max(shadow, profile);
-      } else {
-        copy = max(copy, profile * sin6);
+      vec3 to_p = scale * (vec3(p.x, 0.0, p.y) - from.xyz);
+      vec3 scaled_axis = scale * axis.xyz;
+      float t = clamp(dot(to_p, scaled_axis) / dot(scaled_axis, scaled_axis), 0.0, 1.0);
+      vec3 away = to_p - t * scaled_axis;
+      float distance2 = dot(away, away);
+      if (distance2 < nearest2) {
+        nearest2 = distance2;
+        from_tip = from.w + t * axis.w;
+        along = dot(beam, axis.xz) / axis.w;
       }
     }
-    amplitude += gain * copy;
-    gain = n == 0 ? kReverberationGain : gain * kReverberationDecay;
+    float profile = exp(-0.5 * nearest2);
+    float sin2 = max(1.0 - along * along, 0.0);
+    float sin6 = sin2 * sin2 * sin2;
+    if (n == 0) {
+      float tip = exp(-from_tip * from_tip / (kTipLength * kTipLength));
+      float law = kNeedleMirror * sin6 + kNeedleRough * sin2 + kNeedleFloor;
+      amplitude = profile * (law * (1.0 + kTipGain * tip) + kTipFloor * tip);
+      shadow = profile;
+      gain = kReverberationGain;
+    } else {
+      amplitude += gain * profile * sin6;
+      gain *= kReverberationDecay;
+    }
   }
   int index = polar_index(l, s);
   for (int k = 0; k < frame.looks; ++k) echo[index + k * polar_size()].x += kNeedleGain * amplitude;

@@ -46,16 +46,16 @@ STYLET_SHARED int kAxialTaps = 5;
 
 // ---- speckle: complex circular Gaussian in rest space (Wagner et al., IEEE Trans. Sonics Ultrason. 30, 1983) ------------
 STYLET_SHARED int kSpeckleSize = 128;            // texels a side, periodic
-STYLET_SHARED float kSpeckleSpacing = 0.30e-3f;
+STYLET_SHARED float kSpeckleSpacing = 0.20e-3f;
 // Rotation from rest space to the speckle lattice, by odd angles, so that its period never lies in the image plane.
 STYLET_SHARED float kSpeckleX0 = -0.24499837f;  STYLET_SHARED float kSpeckleX1 = -0.92956370f;  STYLET_SHARED float kSpeckleX2 = 0.27547620f;
 STYLET_SHARED float kSpeckleY0 = 0.89586691f;  STYLET_SHARED float kSpeckleY1 = -0.32568676f;  STYLET_SHARED float kSpeckleY2 = -0.30224264f;
 STYLET_SHARED float kSpeckleZ0 = 0.37067274f;  STYLET_SHARED float kSpeckleZ1 = 0.17274105f;  STYLET_SHARED float kSpeckleZ2 = 0.91255808f;
-STYLET_SHARED float kSpeckleFwhm = 0.55e-3f;     // full width at half maximum of its autocorrelation
+STYLET_SHARED float kSpeckleFwhm = 0.80e-3f;     // full width at half maximum of its autocorrelation
 STYLET_SHARED int kMaxLooks = 3;                 // independent complex fields in one texel
 STYLET_SHARED float kSpeckleScale = 4.0f;        // standard deviations at full scale of a snorm8
-STYLET_SHARED float kTriadThreshold = 2.0f;      // bright portal triads: texture beyond so many standard deviations
-STYLET_SHARED float kTriadDb = 9.0f;
+STYLET_SHARED float kTriadThreshold = 2.2f;      // bright portal triads: texture beyond so many standard deviations
+STYLET_SHARED float kTriadDb = 6.5f;
 
 // ---- interfaces ------------------------------------------------------------------------------------------------------
 STYLET_SHARED float kGradientReach = 0.8e-3f;    // m, at least; normals of voxel surfaces need several samples
@@ -77,7 +77,7 @@ STYLET_SHARED float kNeedleWidth = 0.40e-3f;     // standard deviation of the ec
 STYLET_SHARED float kTipGain = 1.6f;             // the bevel scatters: brightening near the tip ...
 STYLET_SHARED float kTipLength = 1.5e-3f;
 STYLET_SHARED float kTipFloor = 0.25f;           // ... and a point seen under every angle
-STYLET_SHARED int kReverberations = 4;           // copies behind the shaft
+STYLET_SHARED int kReverberations = 3;           // copies behind the shaft
 STYLET_SHARED float kReverberationGain = 0.10f;
 STYLET_SHARED float kReverberationDecay = 0.55f;
 STYLET_SHARED float kReverberationSpacing = 1.1e-3f;
@@ -89,7 +89,8 @@ STYLET_SHARED float kHazeNear = 6.0f;            // ring-down under the face: am
 STYLET_SHARED float kHazeNearDecay = 1.6e-3f;
 STYLET_SHARED float kHazeFar = 0.12f;            // ... and reverberation in the abdominal wall
 STYLET_SHARED float kHazeFarDecay = 14.0e-3f;
-STYLET_SHARED float kWhiteOverLiverDb = 27.0f;   // liver lies at mid grey with a dynamic range of 60 dB
+STYLET_SHARED float kHazeDepth = 0.050f;         // and none below
+STYLET_SHARED float kWhiteOverLiverDb = 24.0f;   // liver lies at mid grey with a dynamic range of 60 dB
 STYLET_SHARED float kSCurve = 0.10f;             // share of smoothstep in the grey map
 STYLET_SHARED float kGreyGamma = 1.05f;
 STYLET_SHARED float kPi = 3.14159265358979f;
@@ -150,10 +151,10 @@ struct FrameConstants {
   // needle
   int needle_segments;
   float needle_radius;
-  float needle_min_x;   // bounding box of its echo in the image plane
-  float needle_max_x;
-  float needle_min_z;
-  float needle_max_z;
+  int needle_first_line;   // lines and samples its echo reaches
+  int needle_end_line;
+  int needle_first_sample;
+  int needle_end_sample;
   // receiver and display
   float tgc;            // dB a metre
   float noise;          // amplitude before the depth gain

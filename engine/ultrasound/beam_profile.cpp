@@ -25,6 +25,9 @@ double kernel_fwhm(double beam_fwhm) {
   return std::sqrt(std::max(quadrature, 0.36 * beam_fwhm * beam_fwhm));
 }
 
+/// Standard deviations at which a Gaussian is taken to end (1.6 % of its peak): zero weights end the passes' loops.
+constexpr double kCutOff = 2.9;
+
 /// Gaussian weights at multiples of `pitch`, one side, such that a speckle field of variance 1 keeps variance 1.
 void fill(std::span<float> weights, double fwhm, double pitch) {
   const double sigma = kSigmaOfFwhm * fwhm;
@@ -32,7 +35,7 @@ void fill(std::span<float> weights, double fwhm, double pitch) {
   std::vector<double> w(weights.size());
   for (int i = 0; i < taps; ++i) {
     const double x = i * pitch / sigma;
-    w[i] = std::exp(-0.5 * x * x);
+    w[i] = x < kCutOff ? std::exp(-0.5 * x * x) : 0.0;
   }
   double variance = 0;
   for (int i = 1 - taps; i < taps; ++i) {

@@ -16,7 +16,7 @@ double axial_fwhm(double range);
 double lateral_fwhm(double range, double wavelength);
 double elevation_fwhm(double range);
 
-/// Weights of one side, centre first, by sample.
+/// Weights of one side, centre first, by sample. A weight of zero ends the sum: none beyond it counts.
 struct BeamProfile {
   std::vector<float> lateral;    ///< [samples][kLateralTaps]    over lines
   std::vector<float> axial;      ///< [samples][kAxialTaps]      over samples

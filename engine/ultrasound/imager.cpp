@@ -27,7 +27,8 @@ using gpu::write;
 static_assert(sizeof(FrameConstants) % 16 == 0, "std140 rounds a structure up to 16 bytes");
 static_assert(sizeof(CutTet) == 128 && sizeof(NeedleSegment) == 32 && sizeof(TissueRow) == 16);
 
-constexpr std::uint32_t kGroup = 64;     ///< local_size_x of the passes over samples
+constexpr std::uint32_t kGroup = 64;  ///< local_size_x of the passes over samples
+constexpr std::uint32_t kNeedleGroup = 16;
 constexpr std::uint32_t kLineGroup = 8;  ///< of the pass over lines
 
 /// A pass with the frame's constants at binding 0 and `buffers` storage buffers after it.
@@ -197,7 +198,9 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
                     samples);
   times.mark(commands, "echo");
   if (c.needle_segments > 0) {
-    commands.dispatch(needle, {read(0, frame), read(1, segments.buffer()), write(2, echo), write(3, loss)}, samples);
+    commands.dispatch(needle, {read(0, frame), read(1, segments.buffer()), write(2, echo), write(3, loss)},
+                      {groups(c.needle_end_line - c.needle_first_line, kNeedleGroup),
+                       static_cast<std::uint32_t>(c.needle_end_sample - c.needle_first_sample), 1});
   }
   times.mark(commands, "needle");
   commands.dispatch(attenuate, {read(0, frame), read(1, speckle), read(2, loss), write(3, echo)},

@@ -217,48 +217,49 @@ void ReferenceImager::make_echoes() {
 void ReferenceImager::add_needle() {
   const FrameConstants& c = model_.constants();
   if (c.needle_segments == 0) return;
-  for (int s = 0; s < samples_; ++s) {
+  for (int s = c.needle_first_sample; s < c.needle_end_sample; ++s) {
     const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
     const float sigma = static_cast<float>(elevation_fwhm(range)) * 0.42466090F;
-    for (int l = 0; l < lines_; ++l) {
+    for (int l = c.needle_first_line; l < c.needle_end_line; ++l) {
       const Eigen::Vector2f at = model_.scan().position(l, s).cast<float>();
-      if (at.x() < c.needle_min_x || at.x() > c.needle_max_x || at.y() < c.needle_min_z || at.y() > c.needle_max_z) {
-        continue;
-      }
       const Eigen::Vector2f beam = model_.scan().direction(l).cast<float>();
-      float echo = 0;
+      float amplitude = 0;
       float shadow = 0;
       for (int n = 0; n <= kReverberations; ++n) {
         // The echo comes from the near side of the shaft; copy n arrives later.
-        const float later = static_cast<float>(n) * kReverberationSpacing;
-        const Eigen::Vector2f p = at + (c.needle_radius - later) * beam;
-        float copy = 0;
+        const Eigen::Vector2f p = at + (c.needle_radius - static_cast<float>(n) * kReverberationSpacing) * beam;
+        // The point of the shaft that shows most here: the nearest, lengths counted in standard deviations of the
+        // echo across the shaft (in the plane) and of the beam (out of it).
+        const Eigen::Vector3f scale(1 / kNeedleWidth, 1 / sigma, 1 / kNeedleWidth);
+        float nearest2 = std::numeric_limits<float>::max();
+        float from_tip = 0;
+        float along = 0;
         for (const NeedleSegment& segment : model_.needle()) {
-          const Eigen::Vector3f from = xyz(segment.from);
-          const Eigen::Vector3f axis = xyz(segment.to) - from;
-          const Eigen::Vector2f flat(axis.x(), axis.z());
-          const float length2 = std::max(flat.squaredNorm(), 1e-12F);
-          const float t = std::clamp((p - Eigen::Vector2f(from.x(), from.z())).dot(flat) / length2, 0.0F, 1.0F);
-          const float d2 = (p - Eigen::Vector2f(from.x(), from.z()) - t * flat).squaredNorm();
-          const float y = from.y() + t * axis.y();
-          const float near_plane = std::exp(-0.5F * y * y / (sigma * sigma));
-          const float along = beam.dot(flat) / std::sqrt(std::max(axis.squaredNorm(), 1e-12F));
-          const float sin2 = std::max(1 - along * along, 0.0F);
-          const float sin6 = sin2 * sin2 * sin2;
-          const float from_tip = (segment.from.w + t * (segment.to.w - segment.from.w)) / kTipLength;
-          const float tip = std::exp(-from_tip * from_tip);
-          const float profile = std::exp(-0.5F * d2 / (kNeedleWidth * kNeedleWidth)) * near_plane;
-          if (n == 0) {
-            const float law = kNeedleMirror * sin6 + kNeedleRough * sin2 + kNeedleFloor;
-            copy = std::max(copy, profile * (law * (1 + kTipGain * tip) + kTipFloor * tip));
-            shadow = std::max(shadow, profile);
-          } else {
-            copy = std::max(copy, profile * sin6);
+          const Eigen::Vector3f axis = xyz(segment.to) - xyz(segment.from);
+          const float length = segment.to.w - segment.from.w;
+          const Eigen::Vector3f to_p = scale.cwiseProduct(Eigen::Vector3f(p.x(), 0, p.y()) - xyz(segment.from));
+          const Eigen::Vector3f scaled_axis = scale.cwiseProduct(axis);
+          const float t = std::clamp(to_p.dot(scaled_axis) / scaled_axis.squaredNorm(), 0.0F, 1.0F);
+          const float distance2 = (to_p - t * scaled_axis).squaredNorm();
+          if (distance2 < nearest2) {
+            nearest2 = distance2;
+            from_tip = segment.from.w + t * length;
+            along = beam.dot(Eigen::Vector2f(axis.x(), axis.z())) / length;
           }
         }
-        echo += n == 0 ? copy : copy * kReverberationGain * std::pow(kReverberationDecay, static_cast<float>(n - 1));
+        const float profile = std::exp(-0.5F * nearest2);
+        const float sin2 = std::max(1 - along * along, 0.0F);
+        const float sin6 = sin2 * sin2 * sin2;
+        if (n == 0) {
+          const float tip = std::exp(-from_tip * from_tip / (kTipLength * kTipLength));
+          const float law = kNeedleMirror * sin6 + kNeedleRough * sin2 + kNeedleFloor;
+          amplitude = profile * (law * (1 + kTipGain * tip) + kTipFloor * tip);
+          shadow = profile;
+        } else {
+          amplitude += kReverberationGain * std::pow(kReverberationDecay, static_cast<float>(n - 1)) * profile * sin6;
+        }
       }
-      for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += kNeedleGain * echo;
+      for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += kNeedleGain * amplitude;
       // The profile integrates to sqrt(2 pi) sigma across the shaft.
       loss_[index(l, s)] += kNeedleShadow * shadow * c.sample_pitch / (2.5066283F * kNeedleWidth);
     }
@@ -273,15 +274,15 @@ void ReferenceImager::attenuate() {
       const std::size_t i = index(l, s);
       const float transmission = std::exp(-(lost + 0.5F * loss_[i]));
       lost += loss_[i];
+      for (int k = 0; k < looks_; ++k) echo_[k][i] *= transmission;
       const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
-      const float haze =
-          c.haze * (kHazeNear * std::exp(-range / kHazeNearDecay) + kHazeFar * std::exp(-range / kHazeFarDecay));
+      if (c.haze == 0 || range >= kHazeDepth) continue;
+      const float haze = kHazeNear * std::exp(-range / kHazeNearDecay) + kHazeFar * std::exp(-range / kHazeFarDecay);
       // Fixed to the probe and smeared along the face.
       const Eigen::Vector2f p = model_.scan().position(l, s).cast<float>();
       const std::array<std::int8_t, 8>& noise = model_.speckle().texels[texel_at({0.2F * p.x(), 0.0F, range})];
       for (int k = 0; k < looks_; ++k) {
-        echo_[k][i] = echo_[k][i] * transmission +
-                      haze * 0.70710678F * Complex(channel(noise, 2 * k), channel(noise, 2 * k + 1));
+        echo_[k][i] += haze * 0.70710678F * Complex(channel(noise, 2 * k), channel(noise, 2 * k + 1));
       }
     }
   }
@@ -293,7 +294,7 @@ void ReferenceImager::convolve() {
       const float* w = model_.beam().lateral.data() + static_cast<std::size_t>(s) * kLateralTaps;
       for (int l = 0; l < lines_; ++l) {
         Complex sum = w[0] * echo_[k][index(l, s)];
-        for (int i = 1; i < kLateralTaps; ++i) {
+        for (int i = 1; i < kLateralTaps && w[i] > 0; ++i) {
           sum += w[i] * (echo_[k][index(std::max(l - i, 0), s)] + echo_[k][index(std::min(l + i, lines_ - 1), s)]);
         }
         scratch_[k][index(l, s)] = sum;
@@ -303,7 +304,7 @@ void ReferenceImager::convolve() {
       const float* w = model_.beam().axial.data() + static_cast<std::size_t>(s) * kAxialTaps;
       for (int l = 0; l < lines_; ++l) {
         Complex sum = w[0] * scratch_[k][index(l, s)];
-        for (int i = 1; i < kAxialTaps; ++i) {
+        for (int i = 1; i < kAxialTaps && w[i] > 0; ++i) {
           sum += w[i] *
                  (scratch_[k][index(l, std::max(s - i, 0))] + scratch_[k][index(l, std::min(s + i, samples_ - 1))]);
         }

@@ -10,6 +10,7 @@
 namespace stylet::ultrasound {
 namespace {
 
+constexpr float kMeshEdge = 1.5F;       ///< voxels by which a mesh may miss the surface it was made from
 constexpr double kSpeedOfSound = 1540;  ///< m/s, what every scanner assumes
 
 double amplitude(double db) {
@@ -29,6 +30,37 @@ TissueRow tissue_row(const content::Acoustics& acoustics, double frequency_mhz) 
 
 vec4 as_vec4(const Eigen::Vector3f& v, float w = 0) {
   return {v.x(), v.y(), v.z(), w};
+}
+
+/// Voxels of `labels` inside the rest mesh of a body, or within `margin` (m) outside it. [voxels] 1 or 0
+std::vector<std::uint8_t> covered_voxels(const content::LabelVolume& labels, const physics::TetMesh& mesh,
+                                         float margin) {
+  std::vector<std::uint8_t> covered(labels.labels.size(), 0);
+  for (const std::array<int, 4>& tet : mesh.tets) {
+    Eigen::Matrix<float, 3, 4> p;
+    for (int i = 0; i < 4; ++i) p.col(i) = (mesh.nodes[tet[i]].cast<float>() - labels.origin) / labels.spacing;
+    const Eigen::Matrix3f edges = p.rightCols<3>().colwise() - p.col(0);
+    if (!(std::abs(edges.determinant()) > 1e-6F)) continue;
+    const Eigen::Matrix3f inverse = edges.inverse();
+    Eigen::Matrix<float, 4, 3> gradient;
+    gradient << -inverse.colwise().sum(), inverse;
+    const Eigen::Vector4f slack = gradient.rowwise().norm() * (margin / labels.spacing);
+    const float reach = margin / labels.spacing;
+    const Eigen::Array3i low = (p.rowwise().minCoeff().array() - reach).ceil().cast<int>().max(0);
+    const Eigen::Array3i high =
+        (p.rowwise().maxCoeff().array() + reach).floor().cast<int>().min(labels.size.array() - 1);
+    for (int k = low.z(); k <= high.z(); ++k) {
+      for (int j = low.y(); j <= high.y(); ++j) {
+        const std::size_t row = (static_cast<std::size_t>(k) * labels.size.y() + j) * labels.size.x();
+        for (int i = low.x(); i <= high.x(); ++i) {
+          Eigen::Vector4f w = gradient * (Eigen::Vector3f(float(i), float(j), float(k)) - p.col(0));
+          w[0] += 1;
+          if ((w.array() >= -slack.array()).all()) covered[row + i] = 1;
+        }
+      }
+    }
+  }
+  return covered;
 }
 
 void check(const content::Scene& scene, const ImagerSettings& settings) {
@@ -92,7 +124,18 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   const content::LabelVolume& labels = scene.labels;
   voxels_.resize((labels.labels.size() + 1) / 2 * 2);
   for (std::size_t i = 0; i < labels.labels.size(); ++i) {
-    voxels_[i] = static_cast<std::uint16_t>(labels.labels[i] | (labels.bodies[i] + 1) << 8);
+    voxels_[i] = labels.labels[i];
+  }
+  // A voxel belongs to the body whose tetrahedra carry it. What only hangs on a body, outside its mesh (the
+  // gallbladder under the liver), stays where it is at rest; a voxel at the mesh's own rough edge does not.
+  for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
+    const std::vector<std::uint8_t> covered =
+        covered_voxels(labels, scene.bodies[body].mesh, kMeshEdge * labels.spacing);
+    for (std::size_t i = 0; i < labels.labels.size(); ++i) {
+      if (covered[i] != 0 && labels.bodies[i] == static_cast<int>(body)) {
+        voxels_[i] = static_cast<std::uint16_t>(labels.labels[i] | (body + 1) << 8);
+      }
+    }
   }
 
   FrameConstants& c = constants_;
@@ -147,28 +190,38 @@ void ScanModel::update(const state::FrameState& state) {
 void ScanModel::place_needle(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient) {
   // Beyond three standard deviations of the widest beam a segment shows nothing.
   const float reach = 1.3F * static_cast<float>(elevation_fwhm(scan_.range(scan_.samples)));
-  const float margin = 4 * kNeedleWidth + 2 * constants_.needle_radius;
+  const double margin = 4 * kNeedleWidth + constants_.needle_radius;
   needle_.clear();
-  Eigen::AlignedBox2f box;
+  Eigen::AlignedBox2d box;  // of (line, sample)
   float from_tip = 0;
   for (std::size_t i = state.needle_positions.size(); i-- > 1;) {
     const Eigen::Vector3f a = probe_from_patient * state.needle_positions[i];
     const Eigen::Vector3f b = probe_from_patient * state.needle_positions[i - 1];
     const float length = (b - a).norm();
     const bool away = std::min(std::abs(a.y()), std::abs(b.y())) > reach && a.y() * b.y() > 0;
-    if (!away && std::isfinite(length) && length > 0) {
+    if (!away && std::isfinite(length) && length > 1e-6F) {
       needle_.push_back({as_vec4(a, from_tip), as_vec4(b, from_tip + length)});
-      box.extend(Eigen::Vector2f(a.x(), a.z()));
-      box.extend(Eigen::Vector2f(b.x(), b.z()));
+      // The range along a segment is convex, its least value inside it: a few points bound it well enough.
+      for (float t : {0.0F, 0.25F, 0.5F, 0.75F, 1.0F}) {
+        const Eigen::Vector3f p = a + t * (b - a);
+        box.extend(scan_.line_and_sample(Eigen::Vector2d(p.x(), p.z())));
+      }
     }
     from_tip += length;
   }
+  const auto clamp_to = [](double value, int end) { return static_cast<int>(std::clamp(value, 0.0, double(end))); };
   constants_.needle_segments = static_cast<int>(needle_.size());
   if (needle_.empty()) return;
-  constants_.needle_min_x = box.min().x() - margin - kReverberations * kReverberationSpacing;
-  constants_.needle_max_x = box.max().x() + margin + kReverberations * kReverberationSpacing;
-  constants_.needle_min_z = box.min().y() - margin;
-  constants_.needle_max_z = box.max().y() + margin + kReverberations * kReverberationSpacing;
+  const double echo_end = margin + kReverberations * kReverberationSpacing;
+  const double nearest = std::max(scan_.range(box.min().y()), scan_.range(0));
+  const double lines = margin / scan_.lateral_pitch(nearest) + 1;
+  constants_.needle_first_line = clamp_to(box.min().x() - lines, scan_.lines);
+  constants_.needle_end_line = clamp_to(box.max().x() + lines + 1, scan_.lines);
+  constants_.needle_first_sample = clamp_to(box.min().y() - 2 * margin / scan_.sample_pitch, scan_.samples);
+  constants_.needle_end_sample = clamp_to(box.max().y() + echo_end / scan_.sample_pitch + 1, scan_.samples);
+  const bool in_sector = constants_.needle_first_line < constants_.needle_end_line &&
+                         constants_.needle_first_sample < constants_.needle_end_sample;
+  if (!in_sector) constants_.needle_segments = 0;
 }
 
 }  // namespace stylet::ultrasound

@@ -21,7 +21,7 @@ struct ImagerSettings {
   std::uint32_t seed = 1;     ///< of the speckle field and the receiver noise
   int looks = 3;              ///< intensity-compounded looks, 1..3; 1 is raw Rayleigh speckle
   int line_oversampling = 2;  ///< lines computed for each scan line of the probe, so that speckle moves smoothly
-  double noise_db = -62;      ///< receiver noise before the depth gain, relative to liver under the face
+  double noise_db = -69;      ///< receiver noise before the depth gain, relative to liver under the face
   bool haze = true;           ///< ring-down and reverberation in the near field
   bool depth_scale = true;    ///< marks every 10 mm at the right side
 };
@@ -41,7 +41,8 @@ public:
   const SpeckleField& speckle() const { return speckle_; }
   /// Row of a tissue = its label; then gel and filler.
   const std::vector<TissueRow>& tissues() const { return tissues_; }
-  /// label | (body + 1) << 8, in the order of content::LabelVolume. Even number of entries.
+  /// label | (body + 1) << 8, in the order of content::LabelVolume; body -1 where no tetrahedron carries the voxel.
+  /// Even number of entries.
   const std::vector<std::uint16_t>& voxels() const { return voxels_; }
 
   // Of the last update().

@@ -104,9 +104,9 @@ SpeckleField::SpeckleField(std::uint32_t seed) {
   constexpr int kStep = 4;
   Fields texture(kSpeckleSize / kStep, 2ULL * seed + 1);
   Fields beads = texture;
-  texture.blur(0.75);
+  texture.blur(0.98);
   texture.normalise();
-  beads.blur(0.5);
+  beads.blur(0.71);
   beads.normalise();
 
   texels.resize(static_cast<std::size_t>(kSpeckleSize) * kSpeckleSize * kSpeckleSize);

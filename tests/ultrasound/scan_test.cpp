@@ -1,0 +1,196 @@
+// The parts of the image chain that can be checked without an image.
+#include "engine/content/error.h"
+#include "engine/ultrasound/beam_profile.h"
+#include "engine/ultrasound/plane_slice.h"
+#include "engine/ultrasound/scan_geometry.h"
+#include "engine/ultrasound/scan_model.h"
+#include "engine/ultrasound/speckle_field.h"
+#include "tests/ultrasound/phantom.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace stylet::ultrasound {
+namespace {
+
+TEST(ScanGeometry, FirstAndLastSampleOfTheMiddleLineLieOnTheAxis) {
+  content::Probe probe;
+  probe.scan_lines = 191;  // odd: line 95 is the middle
+  const ScanGeometry scan = ScanGeometry::of(probe, 1);
+  EXPECT_LT((scan.position(95, -0.5) - Eigen::Vector2d(0, 0)).norm(), 1e-12);
+  EXPECT_LT((scan.position(95, probe.samples - 0.5) - Eigen::Vector2d(0, probe.depth)).norm(), 1e-12);
+}
+
+TEST(ScanGeometry, ConvexLinesStartOnACircleAndSpanTheFieldOfView) {
+  const content::Probe probe;
+  const ScanGeometry scan = ScanGeometry::of(probe, 2);
+  const Eigen::Vector2d centre(0, -probe.radius);
+  for (double line : {-0.5, 100.0, scan.lines - 0.5}) {
+    EXPECT_NEAR((scan.position(line, -0.5) - centre).norm(), probe.radius, 1e-12);
+  }
+  const Eigen::Vector2d first = scan.position(-0.5, 100) - centre;
+  const Eigen::Vector2d last = scan.position(scan.lines - 0.5, 100) - centre;
+  EXPECT_NEAR(std::acos(first.normalized().dot(last.normalized())), probe.field_of_view, 1e-9);
+  EXPECT_GT(last.x(), 0);  // the last line is at the picture's right
+}
+
+TEST(ScanGeometry, LineAndSampleInvertPosition) {
+  content::Probe probe;
+  for (const bool convex : {true, false}) {
+    probe.convex = convex;
+    const ScanGeometry scan = ScanGeometry::of(probe, 2);
+    for (double line : {0.0, 17.3, 383.0}) {
+      for (double sample : {0.0, 200.7, 511.0}) {
+        const Eigen::Vector2d back = scan.line_and_sample(scan.position(line, sample));
+        EXPECT_NEAR(back.x(), line, 1e-9);
+        EXPECT_NEAR(back.y(), sample, 1e-9);
+      }
+    }
+  }
+}
+
+TEST(SectorGeometry, ShowsEverySampleAndUsesThePicture) {
+  const content::Probe probe;
+  const ScanGeometry scan = ScanGeometry::of(probe, 1);
+  const SectorGeometry sector = SectorGeometry::fit(scan, 640, 480);
+  double right = 0;
+  for (double line : {-0.5, scan.lines / 2.0, scan.lines - 0.5}) {
+    for (double sample : {-0.5, scan.samples - 0.5}) {
+      const Eigen::Vector2d uv = sector.pixel(scan.position(line, sample));
+      EXPECT_GT(uv.x(), 0);
+      EXPECT_LT(uv.x(), 639);
+      EXPECT_GT(uv.y(), 0);
+      EXPECT_LT(uv.y(), 479);
+      right = std::max(right, uv.x());
+    }
+  }
+  EXPECT_GT(right, 0.9 * 640);
+  EXPECT_LT((sector.position(sector.pixel({0.01, 0.02})) - Eigen::Vector2d(0.01, 0.02)).norm(), 1e-12);
+}
+
+TEST(BeamProfile, WidensWithDepthBeyondTheFocusAndNarrowsTowardsIt) {
+  const double wavelength = 1540 / 3.5e6;
+  EXPECT_LT(lateral_fwhm(0.070, wavelength), lateral_fwhm(0.150, wavelength));
+  EXPECT_LT(elevation_fwhm(0.070), elevation_fwhm(0.010));
+  EXPECT_LT(elevation_fwhm(0.070), elevation_fwhm(0.150));
+  EXPECT_LT(axial_fwhm(0.02), axial_fwhm(0.15));
+  // F/2.2 at 3.5 MHz resolves about a millimetre.
+  EXPECT_NEAR(lateral_fwhm(0.070, wavelength), 1.11e-3, 0.02e-3);
+}
+
+TEST(SpeckleField, IsCircularGaussianWithUnitVariance) {
+  const SpeckleField field(3);
+  const double scale = double(kSpeckleScale) / 127;
+  for (int channel = 0; channel < 6; ++channel) {
+    double sum = 0;
+    double squares = 0;
+    double fourth = 0;
+    for (const auto& texel : field.texels) {
+      const double v = scale * texel[channel];
+      sum += v;
+      squares += v * v;
+      fourth += v * v * v * v;
+    }
+    const double n = static_cast<double>(field.texels.size());
+    EXPECT_NEAR(sum / n, 0, 0.02) << channel;
+    EXPECT_NEAR(squares / n, 1, 0.02) << channel;
+    EXPECT_NEAR(fourth / squares / squares * n, 3, 0.15) << channel;  // kurtosis of a normal distribution
+  }
+  double real_imaginary = 0;
+  double look_look = 0;
+  for (const auto& texel : field.texels) {
+    real_imaginary += scale * scale * texel[0] * texel[1];
+    look_look += scale * scale * texel[0] * texel[2];
+  }
+  EXPECT_NEAR(real_imaginary / static_cast<double>(field.texels.size()), 0, 0.02);
+  EXPECT_NEAR(look_look / static_cast<double>(field.texels.size()), 0, 0.02);
+}
+
+TEST(SpeckleField, IsCorrelatedOverItsWidthAndPeriodic) {
+  const SpeckleField field(3);
+  const auto correlation = [&field](int shift) {
+    double sum = 0;
+    double squares = 0;
+    for (int row = 0; row < kSpeckleSize * kSpeckleSize; ++row) {
+      for (int x = 0; x < kSpeckleSize; ++x) {
+        const std::size_t base = static_cast<std::size_t>(row) * kSpeckleSize;
+        const double a = field.texels[base + x][0];
+        sum += a * field.texels[base + (x + shift) % kSpeckleSize][0];
+        squares += a * a;
+      }
+    }
+    return sum / squares;
+  };
+  // A Gaussian falls to 1/2 at half its width, so at one texel to 2^-(2 spacing / width)^2.
+  const double ratio = 2 * double(kSpeckleSpacing) / double(kSpeckleFwhm);
+  EXPECT_NEAR(correlation(1), std::exp2(-ratio * ratio), 0.05);
+  EXPECT_NEAR(correlation(5), 0, 0.03);
+}
+
+TEST(SpeckleField, FollowsItsSeed) {
+  EXPECT_EQ(SpeckleField(3).texels, SpeckleField(3).texels);
+  EXPECT_NE(SpeckleField(3).texels, SpeckleField(4).texels);
+}
+
+TEST(PlaneSlice, FindsEveryPointOfADeformedBlockWhereItWasAtRest) {
+  content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
+  test::make_deformable(scene, 5);
+  state::FrameState state = test::at_rest(scene);
+  Eigen::Matrix3f shear;
+  shear << 1.05F, 0.1F, -0.05F, 0.02F, 0.95F, 0.1F, -0.03F, 0.06F, 0.98F;
+  const Eigen::Vector3f shift(0.003F, -0.002F, 0.001F);
+  for (Eigen::Vector3f& p : state.bodies[0]) p = shear * p + shift;
+  const ScanGeometry scan = ScanGeometry::of(scene.probe, 1);
+  PlaneSlice slice(scan, scene.bodies);
+  slice.cut(state, Eigen::Isometry3f::Identity());
+
+  const Eigen::Matrix3f back = shear.inverse();
+  int found = 0;
+  for (int line = 60; line < 130; line += 7) {
+    for (int sample = 20; sample < 450; sample += 11) {
+      const Eigen::Vector2f p = scan.position(line, sample).cast<float>();
+      const Eigen::Vector2i bin = ((p - slice.bin_origin()) / slice.bin_size()).array().floor().cast<int>();
+      const std::size_t b = static_cast<std::size_t>(bin.y()) * slice.columns() + bin.x();
+      for (std::uint32_t e = slice.starts()[b]; e < slice.starts()[b + 1]; ++e) {
+        const CutTet& tet = slice.tets()[slice.entries()[e]];
+        float w[4];
+        bool inside = true;
+        for (int i = 0; i < 4; ++i) {
+          w[i] = tet.barycentric[i].x + tet.barycentric[i].y * p.x() + tet.barycentric[i].w * p.y();
+          inside = inside && w[i] >= -1e-4F;
+        }
+        if (!inside) continue;
+        Eigen::Vector3f rest = Eigen::Vector3f::Zero();
+        Eigen::Vector3f slope = Eigen::Vector3f::Zero();
+        for (int i = 0; i < 4; ++i) {
+          const Eigen::Vector3f node(tet.rest[i].x, tet.rest[i].y, tet.rest[i].z);
+          rest += w[i] * node;
+          slope += tet.barycentric[i].z * node;
+        }
+        EXPECT_LT((rest - back * (Eigen::Vector3f(p.x(), 0, p.y()) - shift)).norm(), 2e-6F);
+        EXPECT_LT((slope - back.col(1)).norm(), 1e-3F);
+        ++found;
+        break;
+      }
+    }
+  }
+  EXPECT_EQ(found, 10 * 40);
+}
+
+TEST(ScanModel, RefusesAScenesThatCannotBeImaged) {
+  content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
+  content::Scene no_labels = scene;
+  no_labels.labels = {};
+  EXPECT_THROW(ScanModel(no_labels, {}), content::ContentError);
+  content::Scene unknown_tissue = scene;
+  unknown_tissue.labels.labels[17] = 200;
+  EXPECT_THROW(ScanModel(unknown_tissue, {}), content::ContentError);
+  content::Scene no_depth = scene;
+  no_depth.probe.depth = 0;
+  EXPECT_THROW(ScanModel(no_depth, {}), content::ContentError);
+  EXPECT_THROW(ScanModel(scene, {.looks = 4}), content::ContentError);
+}
+
+}  // namespace
+}  // namespace stylet::ultrasound
