@@ -51,7 +51,7 @@ struct FrameUniforms {
   vec4 focus_axis;            // unit, from the focus to between the eyes; w: distance
   vec4 fan;                   // radius of the face (0: linear), half angle or half width, depth, 1 if convex
   vec4 fan_image;             // picture's origin (x, z) in the probe frame, 1 / width in m, 1 / height in m (0: none)
-  vec4 viewport;              // width, height, up component of the gradient, unused
+  vec4 viewport;              // width, height; columns and rows of the ground's grid
 };
 
 /// Push constants of a surface.

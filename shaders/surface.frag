@@ -36,7 +36,7 @@ void main() {
     float cm = position.w * 100.0;
     float mark = abs(cm - round(cm)) * 0.01;
     float half_width = mod(round(cm), 5.0) == 0.0 ? 0.00075 : 0.0004;
-    if (cm > 0.5) albedo *= mix(0.18, 1.0, smoothstep(half_width, half_width * 1.4, mark));
+    if (cm > 0.5) albedo *= mix(0.30, 1.0, smoothstep(half_width, half_width * 1.4, mark));
   }
   Shade s = shade(frame, albedo, n, v, roughness, f0);
 

@@ -87,7 +87,7 @@ Geometry::Geometry(const content::Scene& scene)
     auto& pieces = style.kind[0] == kSolid ? solids : glass;
     pieces.push_back(append(*this, surface, base, style));
   }
-  const SurfaceStyle shell{{0.55F, 0.56F, 0.58F, 1}, {0.38F, 1, 1, 0}, {kMatte, 0, 0, 0}};
+  const SurfaceStyle shell{{0.36F, 0.38F, 0.41F, 1}, {0.40F, 1, 1, 0}, {kMatte, 0, 0, 0}};
   solids.push_back(append(*this, "probe", probe_body(scene.probe), shell));
   fan = append(*this, "fan", probe_fan(scene.probe), {});
 

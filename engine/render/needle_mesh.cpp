@@ -82,8 +82,9 @@ std::span<const DrawnVertex> NeedleMesh::shape(std::span<const Vector3f> positio
     for (int side = 0; side < kSides; ++side) {
       const float c = std::cos(angle(side)), s = std::sin(angle(side));
       const Vector3f normal = c * x + s * y;
-      // The grind: the side at +X ends first, the point is at -X.
-      const float cut = tip ? (1 + c) * radius_ * bevel_slope : 0.0F;
+      // The grind: the side at +X ends first, the point is at -X. A point beyond the plane slides back onto it.
+      const float reach = length_ - (1 + c) * radius_ * bevel_slope;
+      const float cut = std::max(along - reach, 0.0F);
       vertices_[out++] = vertex(p.position + radius_ * normal - cut * z, along - cut, normal);
     }
     if (tip) {

@@ -80,29 +80,34 @@ ProbeMesh probe_body(const content::Probe& probe) {
     if (ring > 0) join_last_rings(mesh);
   }
   const Section housing[] = {
-      {0.004F, wide * 1.01F, 0.0098F}, {0.012F, wide, 0.0112F},    {0.026F, wide * 0.93F, 0.0125F},
-      {0.042F, wide * 0.66F, 0.0130F}, {0.056F, 0.0175F, 0.0132F}, {0.075F, 0.0150F, 0.0128F},
-      {0.100F, 0.0150F, 0.0125F},      {0.120F, 0.0140F, 0.0118F}, {0.130F, 0.0110F, 0.0095F},
-      {0.136F, 0.0055F, 0.0050F},      {0.160F, 0.0040F, 0.0040F}, {0.1605F, 0.0001F, 0.0001F}};
-  // Near the face the housing keeps the arc's shape, further back it is straight. Sections lie close: smooth normals.
-  constexpr int kBetween = 4;
-  Section before{0.0012F, wide, 0.0085F};
-  for (const Section& next : housing) {
-    for (int k = 1; k <= kBetween; ++k) {
+      {0.0025F, wide * 1.005F, 0.0092F}, {0.008F, wide * 1.01F, 0.0105F}, {0.020F, wide * 0.97F, 0.0120F},
+      {0.036F, wide * 0.76F, 0.0128F},   {0.052F, wide * 0.53F, 0.0130F}, {0.070F, 0.0155F, 0.0128F},
+      {0.095F, 0.0150F, 0.0125F},        {0.118F, 0.0142F, 0.0118F},      {0.129F, 0.0115F, 0.0095F},
+      {0.136F, 0.0055F, 0.0050F},        {0.146F, 0.0038F, 0.0038F},      {0.170F, 0.0036F, 0.0036F},
+      {0.1705F, 0.0001F, 0.0001F}};
+  // Near the face the housing keeps the arc's shape, further back it is straight. Between the given sections it is
+  // smooth (Catmull-Rom), as moulded housings are.
+  constexpr int kBetween = 6;
+  const int last = static_cast<int>(std::size(housing)) - 1;
+  const auto section = [&](int i) { return housing[std::clamp(i, 0, last)]; };
+  for (int i = 0; i < last; ++i) {
+    for (int k = i == 0 ? 0 : 1; k <= kBetween; ++k) {
       const float t = static_cast<float>(k) / kBetween;
-      const float smooth = t * t * (3 - 2 * t);
-      const Section at{before.behind + t * (next.behind - before.behind),
-                       before.half_width + smooth * (next.half_width - before.half_width),
-                       before.half_thickness + smooth * (next.half_thickness - before.half_thickness)};
+      const auto smooth = [&](float Section::*extent) {
+        const float a = section(i - 1).*extent, b = section(i).*extent, c = section(i + 1).*extent,
+                    d = section(i + 2).*extent;
+        return std::max(0.0001F,
+                        b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a))));
+      };
+      const Section at{smooth(&Section::behind), smooth(&Section::half_width), smooth(&Section::half_thickness)};
       const float follows_arc = std::clamp(1 - at.behind / 0.045F, 0.0F, 1.0F);
       for (int side = 0; side < kSides; ++side) {
         Vector3f p = around(at, side);
-        p.z() += follows_arc * face_drop(probe, std::clamp(p.x(), -wide, wide));
+        p.z() += follows_arc * face_drop(probe, p.x());
         mesh.positions.push_back(p);
       }
       join_last_rings(mesh);
     }
-    before = next;
   }
   compute_normals(mesh);
   return mesh;

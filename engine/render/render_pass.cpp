@@ -22,9 +22,8 @@ gpu::RenderPassHandle make_render_pass(gpu::Device& device, const gpu::Image& co
   };
   constexpr auto kColour = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
   constexpr auto kDepth = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
-  // The ground covers every pixel, so colour need not be cleared.
   std::vector<VkAttachmentDescription2> attachments{
-      attachment(colour, VK_ATTACHMENT_LOAD_OP_DONT_CARE,
+      attachment(colour, VK_ATTACHMENT_LOAD_OP_CLEAR,
                  multisampled ? VK_ATTACHMENT_STORE_OP_DONT_CARE : VK_ATTACHMENT_STORE_OP_STORE, kColour),
       attachment(depth, VK_ATTACHMENT_LOAD_OP_CLEAR, VK_ATTACHMENT_STORE_OP_DONT_CARE, kDepth)};
   if (multisampled)

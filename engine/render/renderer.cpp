@@ -20,6 +20,11 @@ namespace {
 constexpr VkFormat kColourFormat = VK_FORMAT_R8G8B8A8_SRGB;
 constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
+/// Cells of the ground's grid along an edge of the picture; background.vert says why there is a grid.
+int ground_cells(int pixels) {
+  return (pixels + 63) / 64;
+}
+
 vec4 pack(const Eigen::Vector3d& v, double w) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), static_cast<float>(w)};
 }
@@ -79,7 +84,8 @@ gpu::GraphicsSettings ground_pipeline(VkRenderPass render_pass, bool antialias) 
   settings.vertex = background_vert;
   settings.fragment = background_frag;
   settings.cull = VK_CULL_MODE_NONE;
-  settings.depth_test = settings.depth_write = false;
+  settings.depth_write = false;
+  settings.depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;  // where nothing was drawn the depth is 0, the ground's
   return settings;
 }
 
@@ -184,8 +190,8 @@ FrameUniforms Renderer::uniforms(const state::FrameState& state, const content::
   Eigen::Vector3d right = camera.up.cross(back);
   right = right.norm() < 1e-9 ? back.unitOrthogonal() : Eigen::Vector3d(right.normalized());
   const Eigen::Vector3d up = back.cross(right);
-  u.to_key = pack((-0.55 * right + 0.75 * up + 0.65 * back).normalized(), 1.75);
-  u.to_fill = pack((0.85 * right - 0.15 * up + 0.55 * back).normalized(), 0.45);
+  u.to_key = pack((-0.55 * right + 0.75 * up + 0.65 * back).normalized(), 1.25);
+  u.to_fill = pack((0.85 * right - 0.15 * up + 0.55 * back).normalized(), 0.32);
   u.to_rim = pack((0.45 * right + 0.55 * up - 0.75 * back).normalized(), 1.1);
 
   const Eigen::Vector3d focus = focus_.value_or(camera.look_at);
@@ -201,7 +207,9 @@ FrameUniforms Renderer::uniforms(const state::FrameState& state, const content::
                    static_cast<float>(1 / (ultrasound.metres_per_pixel * size.width)),
                    static_cast<float>(1 / (ultrasound.metres_per_pixel * size.height))};
   }
-  u.viewport = {static_cast<float>(settings_.width), static_cast<float>(settings_.height), 0, 0};
+  u.viewport = {static_cast<float>(settings_.width), static_cast<float>(settings_.height),
+                static_cast<float>(ground_cells(settings_.width)),
+                static_cast<float>(ground_cells(settings_.height))};
   return u;
 }
 
@@ -285,11 +293,12 @@ void Renderer::draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool 
     commands.bind(pipeline, resources, piece.style);
     vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
   };
-  commands.bind(ground_, resources, SurfaceStyle{});
-  vkCmdDraw(cmd, 3, 1, 0, 0);
   for (const Piece& piece : geometry_.solids) draw_piece(solid_, piece);
   if (with_needle)
     for (const Piece& piece : geometry_.needle_pieces) draw_piece(solid_, piece);
+  commands.bind(ground_, resources, SurfaceStyle{});
+  vkCmdDraw(cmd, static_cast<std::uint32_t>(6 * ground_cells(settings_.width) * ground_cells(settings_.height)), 1, 0,
+            0);
   draw_piece(fan_, geometry_.fan);
   for (std::size_t i : glass_order()) {
     draw_piece(glass_depth_, geometry_.glass[i]);

@@ -1,0 +1,324 @@
+#include "engine/view/window.h"
+
+#define GLFW_INCLUDE_VULKAN
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+namespace stylet::view {
+
+namespace {
+
+constexpr std::size_t kFramesInFlight = 2;
+
+std::string glfw_error() {
+  const char* text = nullptr;
+  glfwGetError(&text);
+  return text != nullptr ? text : "no reason given";
+}
+
+gpu::SemaphoreHandle make_semaphore(gpu::Device& device) {
+  const VkSemaphoreCreateInfo create{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
+  VkSemaphore semaphore = VK_NULL_HANDLE;
+  gpu::check(vkCreateSemaphore(device.handle(), &create, nullptr, &semaphore), "vkCreateSemaphore");
+  return {device.handle(), semaphore};
+}
+
+VkSemaphoreSubmitInfo at_stage(VkSemaphore semaphore, VkPipelineStageFlags2 stage) {
+  VkSemaphoreSubmitInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO};
+  info.semaphore = semaphore;
+  info.stageMask = stage;
+  return info;
+}
+
+gpu::ImageSettings srgb_image(std::uint32_t width, std::uint32_t height) {
+  return {.width = width,
+          .height = height,
+          .format = VK_FORMAT_R8G8B8A8_SRGB,
+          .usage = VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
+}
+
+void remake_if_needed(std::optional<gpu::Image>& image, gpu::Device& device, std::uint32_t width,
+                      std::uint32_t height) {
+  if (image && image->extent().width == width && image->extent().height == height) return;
+  device.wait_idle();
+  image.reset();
+  image.emplace(device, srgb_image(width, height));
+}
+
+void blit(gpu::Commands& commands, const gpu::Image& from, std::uint32_t layer, const gpu::Image& to,
+          const Pane& pane) {
+  const VkExtent3D size = from.extent();
+  const Pane fit = fitted(pane, static_cast<int>(size.width), static_cast<int>(size.height));
+  if (fit.width == 0) return;
+  commands.transition(from, gpu::kTransferRead);
+  commands.transition(to, gpu::kTransferWrite);
+  VkImageBlit region{};
+  region.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, layer, 1};
+  region.srcOffsets[1] = {static_cast<std::int32_t>(size.width), static_cast<std::int32_t>(size.height), 1};
+  region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  region.dstOffsets[0] = {fit.x, fit.y, 0};
+  region.dstOffsets[1] = {fit.x + fit.width, fit.y + fit.height, 1};
+  vkCmdBlitImage(commands.handle(), from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.handle(),
+                 VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region, VK_FILTER_LINEAR);
+}
+
+}  // namespace
+
+Display::Display() {
+  if (glfwInit() != GLFW_TRUE)
+    throw gpu::GpuError("no display: " + glfw_error() + "; run with --view headless, or under xvfb-run");
+  if (glfwVulkanSupported() != GLFW_TRUE) {
+    glfwTerminate();
+    throw gpu::GpuError("this display has no Vulkan; run with --view headless");
+  }
+}
+
+Display::~Display() {
+  glfwTerminate();
+}
+
+std::vector<std::string> Display::vulkan_extensions() const {
+  std::uint32_t count = 0;
+  const char** names = glfwGetRequiredInstanceExtensions(&count);
+  return {names, names + count};
+}
+
+struct Window::Surface {
+  VkInstance instance;
+  VkSurfaceKHR handle = VK_NULL_HANDLE;
+  ~Surface() { vkDestroySurfaceKHR(instance, handle, nullptr); }
+};
+
+Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
+    : device_(device), settings_(settings), window_(nullptr, glfwDestroyWindow) {
+  if (!device.can_present())
+    throw gpu::GpuError("the device was made without a window's extensions; pass Display::vulkan_extensions()");
+  glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+  window_.reset(glfwCreateWindow(settings.width, settings.height, settings.title.c_str(), nullptr, nullptr));
+  if (!window_) throw gpu::GpuError("cannot open a window: " + glfw_error() + "; run with --view headless");
+  surface_ = std::make_unique<Surface>(Surface{device.instance()});
+  gpu::check(glfwCreateWindowSurface(device.instance(), window_.get(), nullptr, &surface_->handle),
+             "glfwCreateWindowSurface");
+  VkBool32 supported = VK_FALSE;
+  vkGetPhysicalDeviceSurfaceSupportKHR(device.physical(), device.queue_family(), surface_->handle, &supported);
+  if (supported == VK_FALSE)
+    throw gpu::GpuError(device.identity().name + " cannot draw to this display; choose another GPU (--gpu)");
+
+  for (std::size_t i = 0; i < kFramesInFlight; ++i) {
+    commands_.emplace_back(device);
+    acquired_.push_back(make_semaphore(device));
+  }
+  glfwSetWindowUserPointer(window_.get(), this);
+  glfwGetCursorPos(window_.get(), &cursor_x_, &cursor_y_);
+  glfwSetFramebufferSizeCallback(window_.get(), [](GLFWwindow* window, int, int) {
+    static_cast<Window*>(glfwGetWindowUserPointer(window))->stale_ = true;
+  });
+  glfwSetKeyCallback(window_.get(), [](GLFWwindow* window, int key, int, int action, int) {
+    if (action == GLFW_PRESS) static_cast<Window*>(glfwGetWindowUserPointer(window))->pending_.keys.push_back(key);
+  });
+  glfwSetScrollCallback(window_.get(), [](GLFWwindow* window, double, double notches) {
+    Input& input = static_cast<Window*>(glfwGetWindowUserPointer(window))->pending_;
+    const bool control = glfwGetKey(window, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
+                         glfwGetKey(window, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
+    (control ? input.zoom : input.advance) += notches;
+  });
+  glfwSetCursorPosCallback(window_.get(), [](GLFWwindow* window, double x, double y) {
+    Window& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
+    int width = 0, height = 1;
+    glfwGetWindowSize(window, &width, &height);
+    const double dx = (x - self.cursor_x_) / std::max(height, 1), dy = (y - self.cursor_y_) / std::max(height, 1);
+    self.cursor_x_ = x;
+    self.cursor_y_ = y;
+    if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS) {
+      self.pending_.drag_x += dx;
+      self.pending_.drag_y += dy;
+    } else if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS) {
+      self.pending_.orbit_x += dx;
+      self.pending_.orbit_y += dy;
+    }
+  });
+  create_swapchain();
+}
+
+Window::~Window() {
+  // The presentation engine may still read the images.
+  vkDeviceWaitIdle(device_.handle());
+}
+
+void Window::create_swapchain() {
+  vkDeviceWaitIdle(device_.handle());
+  VkSurfaceCapabilitiesKHR limits;
+  gpu::check(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical(), surface_->handle, &limits),
+             "vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
+  int width = 0, height = 0;
+  glfwGetFramebufferSize(window_.get(), &width, &height);
+  extent_ = limits.currentExtent.width != 0xffffffffu
+                ? limits.currentExtent
+                : VkExtent2D{std::clamp(static_cast<std::uint32_t>(width), limits.minImageExtent.width,
+                                        limits.maxImageExtent.width),
+                             std::clamp(static_cast<std::uint32_t>(height), limits.minImageExtent.height,
+                                        limits.maxImageExtent.height)};
+  stale_ = false;
+  if (extent_.width == 0 || extent_.height == 0) return;  // minimised: keep what is there, draw nothing
+
+  // An sRGB format, chosen by name and not by place in the list: blits then convert to what the screen expects.
+  std::uint32_t count = 0;
+  vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical(), surface_->handle, &count, nullptr);
+  std::vector<VkSurfaceFormatKHR> formats(count);
+  vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical(), surface_->handle, &count, formats.data());
+  const auto format = std::find_if(formats.begin(), formats.end(), [](const VkSurfaceFormatKHR& f) {
+    return (f.format == VK_FORMAT_B8G8R8A8_SRGB || f.format == VK_FORMAT_R8G8B8A8_SRGB) &&
+           f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR;
+  });
+  if (format == formats.end() || (limits.supportedUsageFlags & VK_IMAGE_USAGE_TRANSFER_DST_BIT) == 0)
+    throw gpu::GpuError(device_.identity().name +
+                        " offers no 8-bit sRGB images on this display; run with --view headless");
+  format_ = format->format;
+
+  VkSwapchainCreateInfoKHR create{VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR};
+  create.surface = surface_->handle;
+  create.minImageCount = limits.maxImageCount == 0 ? std::max(3u, limits.minImageCount)
+                                                   : std::clamp(3u, limits.minImageCount, limits.maxImageCount);
+  create.imageFormat = format_;
+  create.imageColorSpace = format->colorSpace;
+  create.imageExtent = extent_;
+  create.imageArrayLayers = 1;
+  create.imageUsage =
+      VK_IMAGE_USAGE_TRANSFER_DST_BIT | (limits.supportedUsageFlags & VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
+  create.preTransform = limits.currentTransform;
+  create.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
+  create.presentMode = VK_PRESENT_MODE_FIFO_KHR;  // the one mode that always exists
+  create.clipped = VK_TRUE;
+  create.oldSwapchain = swapchain_.get();
+  VkSwapchainKHR swapchain = VK_NULL_HANDLE;
+  gpu::check(vkCreateSwapchainKHR(device_.handle(), &create, nullptr, &swapchain), "vkCreateSwapchainKHR");
+  swapchain_ = gpu::SwapchainHandle(device_.handle(), swapchain);
+
+  vkGetSwapchainImagesKHR(device_.handle(), swapchain, &count, nullptr);
+  std::vector<VkImage> images(count);
+  vkGetSwapchainImagesKHR(device_.handle(), swapchain, &count, images.data());
+  images_.clear();
+  drawn_.clear();
+  for (VkImage image : images) {
+    images_.emplace_back(
+        device_, image,
+        gpu::ImageSettings{
+            .width = extent_.width, .height = extent_.height, .format = format_, .usage = create.imageUsage});
+    drawn_.push_back(make_semaphore(device_));
+  }
+}
+
+Input Window::poll() {
+  glfwPollEvents();
+  pending_.close = glfwWindowShouldClose(window_.get()) == GLFW_TRUE;
+  return std::exchange(pending_, Input{});
+}
+
+void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, const Picture* plot) {
+  pace();
+  if (stale_ || extent_.width == 0 || extent_.height == 0) create_swapchain();
+  if (extent_.width == 0 || extent_.height == 0) return;
+  const std::size_t slot = frames_ % kFramesInFlight;
+  gpu::Commands& commands = commands_[slot];
+  commands.begin();  // waits until this slot's semaphore is free again
+  std::uint32_t index = 0;
+  const VkResult acquired = vkAcquireNextImageKHR(device_.handle(), swapchain_.get(), 1'000'000'000,
+                                                  acquired_[slot].get(), VK_NULL_HANDLE, &index);
+  if (acquired == VK_ERROR_OUT_OF_DATE_KHR || acquired == VK_TIMEOUT) {
+    stale_ = true;  // the next frame gets a new swapchain; this one is dropped
+    commands.submit();
+    return;
+  }
+  if (acquired != VK_SUBOPTIMAL_KHR) gpu::check(acquired, "vkAcquireNextImageKHR");
+  record(commands, index, scene, ultrasound, plot);
+  commands.submit({at_stage(acquired_[slot].get(), VK_PIPELINE_STAGE_2_TRANSFER_BIT)},
+                  {at_stage(drawn_[index].get(), VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT)});
+  const VkSemaphore ready = drawn_[index].get();
+  const VkSwapchainKHR swapchain = swapchain_.get();
+  VkPresentInfoKHR info{VK_STRUCTURE_TYPE_PRESENT_INFO_KHR};
+  info.waitSemaphoreCount = 1;
+  info.pWaitSemaphores = &ready;
+  info.swapchainCount = 1;
+  info.pSwapchains = &swapchain;
+  info.pImageIndices = &index;
+  const VkResult presented = vkQueuePresentKHR(device_.queue(), &info);
+  if (presented == VK_ERROR_OUT_OF_DATE_KHR || presented == VK_SUBOPTIMAL_KHR)
+    stale_ = true;
+  else
+    gpu::check(presented, "vkQueuePresentKHR");
+  ++frames_;
+}
+
+void Window::record(gpu::Commands& commands, std::uint32_t index, const gpu::Image& scene,
+                    const gpu::Image* ultrasound, const Picture* plot) {
+  const gpu::Image& target = images_[index];
+  // Acquisition is waited for at the transfer stage: the first barrier must wait there too. The contents are
+  // discarded.
+  target.tracker().assume({VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_NONE, VK_IMAGE_LAYOUT_UNDEFINED});
+  commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
+  const PaneLayout layout = PaneLayout::of(width(), height(), plot != nullptr);
+  const Pane scene_pane = ultrasound != nullptr || plot != nullptr ? layout.scene : Pane{0, 0, width(), height()};
+  const auto eyes = static_cast<int>(scene.settings().layers);
+  for (int eye = 0; eye < eyes; ++eye)
+    blit(commands, scene, static_cast<std::uint32_t>(eye), target,
+         {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
+  if (ultrasound != nullptr) {
+    const VkExtent3D size = ultrasound->extent();
+    remake_if_needed(ultrasound_copy_, device_, size.width, size.height);
+    commands.transition(*ultrasound, gpu::kTransferRead);
+    commands.transition(*ultrasound_copy_, gpu::kTransferWrite, true);
+    VkImageCopy region{};
+    region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+    region.extent = size;
+    vkCmdCopyImage(commands.handle(), ultrasound->handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                   ultrasound_copy_->handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+    blit(commands, *ultrasound_copy_, 0, target, layout.ultrasound);
+  }
+  if (plot != nullptr && plot->width > 0) {
+    remake_if_needed(plot_copy_, device_, static_cast<std::uint32_t>(plot->width),
+                     static_cast<std::uint32_t>(plot->height));
+    commands.upload(*plot_copy_, std::as_bytes(std::span(plot->rgba)));
+    blit(commands, *plot_copy_, 0, target, layout.plot);
+  }
+  if (settings_.capture && (target.settings().usage & VK_IMAGE_USAGE_TRANSFER_SRC_BIT) != 0) {
+    if (!captured_ || captured_->size() != target.layer_bytes()) {
+      device_.wait_idle();
+      captured_.emplace(device_, target.layer_bytes(), 0, gpu::Memory::readback);
+    }
+    captured_size_ = extent_;
+    commands.copy(target, *captured_);
+    commands.transition(*captured_, gpu::kHostRead);
+  }
+  commands.transition(target, gpu::kPresent);
+}
+
+void Window::pace() {
+  if (settings_.frames_per_second <= 0) return;
+  const auto period = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(1 / settings_.frames_per_second));
+  const auto now = std::chrono::steady_clock::now();
+  // Late: start counting anew, a missed frame is not chased.
+  if (next_frame_ + period < now) next_frame_ = now;
+  std::this_thread::sleep_until(next_frame_);
+  next_frame_ += period;
+}
+
+void Window::resize(int width, int height) {
+  glfwSetWindowSize(window_.get(), width, height);
+}
+
+Picture Window::last_frame() const {
+  if (!captured_) return {};
+  device_.wait_idle();
+  Picture picture(static_cast<int>(captured_size_.width), static_cast<int>(captured_size_.height));
+  const auto bytes = captured_->mapped_as<std::uint8_t>();
+  std::copy(bytes.begin(), bytes.end(), picture.rgba.begin());
+  if (format_ == VK_FORMAT_B8G8R8A8_SRGB)
+    for (std::size_t i = 0; i < picture.rgba.size(); i += 4) std::swap(picture.rgba[i], picture.rgba[i + 2]);
+  return picture;
+}
+
+}  // namespace stylet::view

@@ -1,0 +1,107 @@
+// The window on a desktop: both panes, resized with it, and what mouse and keyboard say. Nothing here runs unless
+// asked.
+//
+//   view::Display display;                                       // throws where there is none: go on headless
+//   gpu::Device device({.window_extensions = display.vulkan_extensions()});
+//   view::Window window(display, device, {.title = "Stylet"});
+//   while (!window.poll().close) window.present(renderer.render(state, camera), &ultrasound);
+#pragma once
+
+#include "engine/gpu/commands.h"
+#include "engine/view/panes.h"
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+struct GLFWwindow;
+
+namespace stylet::view {
+
+/// The window system. One at a time, on the main thread. Throws gpu::GpuError "no display ..." where there is none.
+class Display {
+public:
+  Display();
+  ~Display();
+  Display(const Display&) = delete;
+  Display& operator=(const Display&) = delete;
+  /// For gpu::DeviceSettings::window_extensions.
+  std::vector<std::string> vulkan_extensions() const;
+};
+
+struct WindowSettings {
+  std::string title = "Stylet";
+  int width = 1280;
+  int height = 720;
+  double frames_per_second = 60;  ///< most; present() sleeps to keep to it. 0: no limit
+  bool capture = false;           ///< keep a copy of every frame for last_frame()
+};
+
+/// What happened since the last poll. Distances are fractions of the window's height, so they do not depend on its
+/// size.
+struct Input {
+  bool close = false;
+  double drag_x = 0, drag_y = 0;    ///< left button held: right, down. The mouse stylus's lateral motion
+  double orbit_x = 0, orbit_y = 0;  ///< right button held: turns the camera
+  double advance = 0;               ///< wheel notches away from the user: advances the needle
+  double zoom = 0;                  ///< the same with Ctrl held
+  std::vector<int> keys;            ///< GLFW key codes pressed, letters and digits as ASCII capitals
+};
+
+/// Thread: the one that made the Display.
+class Window {
+public:
+  /// @throws gpu::GpuError if the device cannot draw to this display
+  Window(Display& display, gpu::Device& device, const WindowSettings& settings = {});
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  /// Handles pending events; never waits.
+  Input poll();
+  /// Shows a frame: the layers of `scene` side by side in its pane, and below each other on the right an ultrasound
+  /// image and a plot, where given. RGBA of 8 bits; the bytes mean sRGB. While minimised nothing is drawn. Sleeps to
+  /// keep to the frame rate.
+  void present(const gpu::Image& scene, const gpu::Image* ultrasound = nullptr, const Picture* plot = nullptr);
+
+  int width() const { return static_cast<int>(extent_.width); }
+  int height() const { return static_cast<int>(extent_.height); }
+  std::uint64_t frames_presented() const { return frames_; }
+  /// For tests: asks the window system for another size.
+  void resize(int width, int height);
+  /// The picture presented last, as the window system got it; empty without WindowSettings::capture.
+  Picture last_frame() const;
+
+private:
+  struct Surface;
+  void create_swapchain();
+  /// Copies the panes into swapchain image `index`.
+  void record(gpu::Commands& commands, std::uint32_t index, const gpu::Image& scene, const gpu::Image* ultrasound,
+              const Picture* plot);
+  void pace();
+
+  gpu::Device& device_;
+  WindowSettings settings_;
+  std::unique_ptr<GLFWwindow, void (*)(GLFWwindow*)> window_;
+  std::unique_ptr<Surface> surface_;
+  gpu::SwapchainHandle swapchain_;
+  VkExtent2D extent_{};
+  VkFormat format_ = VK_FORMAT_UNDEFINED;
+  std::vector<gpu::Image> images_;
+  std::vector<gpu::SemaphoreHandle> drawn_;     ///< one a swapchain image: presentation waits for it
+  std::vector<gpu::SemaphoreHandle> acquired_;  ///< one a frame in flight
+  std::vector<gpu::Commands> commands_;         ///< one a frame in flight
+  std::optional<gpu::Image> ultrasound_copy_;  ///< sRGB twin of an UNORM image, so that scaling knows what bytes mean
+  std::optional<gpu::Image> plot_copy_;
+  std::optional<gpu::Buffer> captured_;
+  VkExtent2D captured_size_{};
+  std::uint64_t frames_ = 0;
+  bool stale_ = false;  ///< the swapchain no longer fits the window
+  Input pending_;
+  double cursor_x_ = 0, cursor_y_ = 0;
+  std::chrono::steady_clock::time_point next_frame_{};
+};
+
+}  // namespace stylet::view

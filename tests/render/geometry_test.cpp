@@ -1,0 +1,174 @@
+// What is drawn, without a GPU: the needle's tube, the probe's body, the camera.
+#include "engine/render/camera.h"
+#include "engine/render/needle_mesh.h"
+#include "engine/render/probe_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+namespace stylet::render {
+namespace {
+
+using Eigen::Quaternionf;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+Vector3f position(const DrawnVertex& v) {
+  return {v.position[0], v.position[1], v.position[2]};
+}
+Vector3f normal(const DrawnVertex& v) {
+  return {v.normal[0], v.normal[1], v.normal[2]};
+}
+
+/// Nodes and frames of an arc of radius R in the x-z plane, starting along +z and bending towards +x.
+struct Arc {
+  std::vector<Vector3f> positions;
+  std::vector<Quaternionf> orientations;
+  Arc(float radius, float length, int beams) {
+    for (int i = 0; i <= beams; ++i) {
+      const float angle = length / radius * static_cast<float>(i) / static_cast<float>(beams);
+      positions.emplace_back(radius * (1 - std::cos(angle)), 0, radius * std::sin(angle));
+      orientations.emplace_back(Eigen::AngleAxisf(angle, Vector3f::UnitY()));
+    }
+  }
+};
+
+TEST(NeedleMesh, TubeStaysOnTheArcBetweenItsNodes) {
+  const float radius = 0.2F, length = 0.15F;
+  const Arc arc(radius, length, 8);
+  NeedleMesh mesh(9, 0.00127, length);
+  const auto vertices = mesh.shape(arc.positions, arc.orientations);
+  // Every vertex of the shaft but the ground ones lies half a diameter from the circle's line.
+  std::set<std::uint32_t> shaft(mesh.shaft_indices().begin(), mesh.shaft_indices().end());
+  int checked = 0;
+  for (std::uint32_t i : shaft) {
+    const Vector3f p = position(vertices[i]);
+    if (vertices[i].position[3] > length - 0.004F) continue;
+    const float from_circle = std::hypot(p.x() - radius, p.z()) - radius;
+    EXPECT_NEAR(std::hypot(from_circle, p.y()), 0.000635, 2e-6);  // a cubic strays from the arc by 1e-7 m here
+    ++checked;
+  }
+  EXPECT_GT(checked, 500);
+}
+
+TEST(NeedleMesh, LengthAlongTheShaftIsArcLength) {
+  const float length = 0.15F;
+  const Arc arc(0.2F, length, 8);
+  NeedleMesh mesh(9, 0.00127, length);
+  const auto vertices = mesh.shape(arc.positions, arc.orientations);
+  for (std::uint32_t i : mesh.shaft_indices()) {
+    if (vertices[i].position[3] > length - 0.004F) continue;
+    const Vector3f p = position(vertices[i]);
+    EXPECT_NEAR(vertices[i].position[3], 0.2F * std::atan2(p.z(), 0.2F - p.x()), 5e-5);
+  }
+}
+
+TEST(NeedleMesh, BevelLooksToPlusXAndItsPointIsAtMinusX) {
+  const Arc straight(1e6F, 0.15F, 8);
+  NeedleMesh mesh(9, 0.002, 0.15);
+  const auto vertices = mesh.shape(straight.positions, straight.orientations);
+  float farthest = -1;
+  Vector3f point = Vector3f::Zero();
+  for (std::uint32_t i : mesh.shaft_indices())
+    if (position(vertices[i]).z() > farthest) {
+      farthest = position(vertices[i]).z();
+      point = position(vertices[i]);
+    }
+  EXPECT_NEAR(point.z(), 0.15, 1e-4);
+  EXPECT_NEAR(point.x(), -0.001, 1e-4);
+  const Vector3f face = normal(vertices[mesh.shaft_indices().back()]);
+  EXPECT_NEAR(std::atan2(face.z(), face.x()), kBevelAngle, 1e-3);
+}
+
+TEST(NeedleMesh, TrianglesFaceOutward) {
+  const Arc arc(0.3F, 0.15F, 8);
+  NeedleMesh mesh(9, 0.00127, 0.15);
+  const auto vertices = mesh.shape(arc.positions, arc.orientations);
+  for (const auto indices : {mesh.shaft_indices(), mesh.hub_indices()})
+    for (std::size_t t = 0; t < indices.size(); t += 3) {
+      const Vector3f a = position(vertices[indices[t]]), b = position(vertices[indices[t + 1]]),
+                     c = position(vertices[indices[t + 2]]);
+      const Vector3f n =
+          normal(vertices[indices[t]]) + normal(vertices[indices[t + 1]]) + normal(vertices[indices[t + 2]]);
+      // Where a bent shaft is ground flush, slivers may lean; a triangle of the tube has 6e-7 m^2.
+      EXPECT_GE((b - a).cross(c - a).dot(n), -3e-8F) << t;
+    }
+}
+
+TEST(ProbeMesh, BodyIsClosedAndItsFaceFollowsTheArray) {
+  content::Probe probe;
+  const ProbeMesh mesh = probe_body(probe);
+  float lowest = 1, highest = -1;
+  for (const Vector3f& p : mesh.positions) {
+    lowest = std::min(lowest, p.z());
+    highest = std::max(highest, p.z());
+    // In front, nothing of the probe sticks out beyond its array's arc.
+    if (p.z() < -0.04F) continue;
+    EXPECT_LE(std::hypot(p.x(), p.z() + static_cast<float>(probe.radius)), probe.radius + 2e-4);
+  }
+  EXPECT_NEAR(highest, 0, 1e-4);
+  EXPECT_LT(lowest, -0.12F);
+  // Outward: the volume by the divergence theorem is positive, and of a hand-held thing.
+  double volume = 0;
+  for (std::size_t t = 0; t < mesh.indices.size(); t += 3)
+    volume +=
+        mesh.positions[mesh.indices[t]].cast<double>().dot(mesh.positions[mesh.indices[t + 1]].cast<double>().cross(
+            mesh.positions[mesh.indices[t + 2]].cast<double>())) /
+        6;
+  EXPECT_GT(volume, 5e-5);
+  EXPECT_LT(volume, 4e-4);
+}
+
+TEST(ProbeMesh, FanHoldsTheWholeSector) {
+  content::Probe probe;
+  const ProbeMesh mesh = probe_fan(probe);
+  double area = 0;
+  for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {
+    const Vector3f &a = mesh.positions[mesh.indices[t]], &b = mesh.positions[mesh.indices[t + 1]],
+                   &c = mesh.positions[mesh.indices[t + 2]];
+    EXPECT_EQ(a.y(), 0);
+    area += 0.5 * static_cast<double>((b - a).cross(c - a).norm());
+  }
+  const double sector =
+      0.5 * probe.field_of_view * (std::pow(probe.radius + probe.depth, 2) - std::pow(probe.radius, 2));
+  EXPECT_GE(area, sector);
+  EXPECT_LT(area, 1.01 * sector);
+  content::Probe linear{.convex = false};
+  double width = 0;
+  for (const Vector3f& p : probe_fan(linear).positions) width = std::max(width, 2.0 * static_cast<double>(p.x()));
+  EXPECT_NEAR(width, linear.width, 1e-6);
+}
+
+TEST(Eyes, WhatIsLookedAtIsInTheMiddleOfBothEyes) {
+  const content::Camera camera{.eye = {0.3, 0.2, 0.5}, .look_at = {0.01, 0, -0.05}, .up = Vector3d::UnitY()};
+  for (const Eye& eye : eyes_of(camera, 1.5, 2, {})) {
+    const Vector3d pixel = project(eye, camera.look_at, 300, 200);
+    EXPECT_NEAR(pixel.x(), 150, 1e-9);
+    EXPECT_NEAR(pixel.y(), 100, 1e-9);
+    EXPECT_NEAR(pixel.z(), (camera.look_at - camera.eye).norm(), 1e-12);
+  }
+}
+
+TEST(Eyes, ParallelAxesGiveTheTextbookDisparity) {
+  const content::Camera camera{
+      .eye = Vector3d::Zero(), .look_at = -Vector3d::UnitZ(), .up = Vector3d::UnitY(), .vertical_fov = 0.8};
+  const auto eyes =
+      eyes_of(camera, 1, 2, {.eye_separation = 0.06, .convergence = std::numeric_limits<double>::infinity()});
+  const double focal = 250 / std::tan(0.4);
+  for (double z : {0.3, 0.5, 2.0}) {
+    const Vector3d p(0.02, -0.01, -z);
+    EXPECT_NEAR(project(eyes[0], p, 500, 500).x() - project(eyes[1], p, 500, 500).x(), focal * 0.06 / z, 1e-9);
+  }
+}
+
+TEST(Eyes, LookingAlongUpStillGivesAPicture) {
+  const content::Camera camera{.eye = {0, 1, 0}, .look_at = Vector3d::Zero(), .up = Vector3d::UnitY()};
+  EXPECT_TRUE(eyes_of(camera, 1, 1, {})[0].clip_from_patient.allFinite());
+}
+
+}  // namespace
+}  // namespace stylet::render

@@ -1,0 +1,320 @@
+// The 3-D view: geometry where it should be, on any device; and how it looks, on lavapipe.
+#include "engine/render/renderer.h"
+
+#include "engine/view/offscreen.h"
+#include "tests/render/test_scene.h"
+#include "tests/support/image_compare.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+namespace stylet::render {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using view::Picture;
+
+struct Render3d : testing::Test {
+  std::atomic<std::uint32_t> messages{0};
+  gpu::Device device{{.validation = true, .message_counter = &messages}};
+  content::Scene scene = tests::make_test_scene();
+
+  /// Every test ends here: core and synchronisation validation had nothing to say.
+  void TearDown() override { EXPECT_EQ(messages.load(), 0u); }
+
+  Picture draw(Renderer& renderer, const state::FrameState& state, std::uint32_t layer = 0) {
+    return view::read_picture(device, renderer.render(state, scene.camera), layer);
+  }
+  /// Nothing but one opaque ball of the colour green on a rigid or carried surface, no probe in sight.
+  void leave_only_a_ball(const Vector3d& centre, double radius, int body);
+};
+
+void Render3d::leave_only_a_ball(const Vector3d& centre, double radius, int body) {
+  // The tumour of the test scene is a ball of 11 mm: moved, scaled and painted.
+  content::Surface ball = scene.surfaces.back();
+  const Vector3d from = scene.targets.front().centre;
+  for (auto& p : ball.positions) p = (centre + radius / 0.011 * (p.cast<double>() - from)).cast<float>();
+  ball.body = body;
+  if (body < 0) ball.embedding.clear();
+  scene.tissues[4].colour = {0, 0.8F, 0, 1};
+  scene.surfaces = {ball};
+  scene.probe.pose.position = {0, 0, 10};  // behind the camera
+}
+
+/// Centroid of the pixels that `test` accepts; count in z.
+Vector3d centroid(const Picture& picture, const std::function<bool(const std::uint8_t*)>& test) {
+  Vector3d sum = Vector3d::Zero();
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x)
+      if (test(picture.at(x, y))) sum += Vector3d(x + 0.5, y + 0.5, 1);
+  if (sum.z() > 0) sum.head<2>() /= sum.z();
+  return sum;
+}
+bool is_green(const std::uint8_t* p) {
+  return p[1] > 50 && p[1] > p[0] + 30 && p[1] > p[2] + 30;
+}
+
+state::FrameState without_needle(state::FrameState state) {
+  state.needle_positions.clear();
+  state.needle_orientations.clear();
+  return state;
+}
+
+TEST_F(Render3d, BallAppearsWhereTheCameraProjectsIt) {
+  const Vector3d centre(0.03, -0.02, 0.05);
+  leave_only_a_ball(centre, 0.006, -1);
+  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  const Picture picture = draw(renderer, without_needle(tests::rest_state(scene)));
+  const Vector3d found = centroid(picture, is_green);
+  // Oracle: similar triangles with the camera's own axes, no matrix of the renderer.
+  const Vector3d forward = (scene.camera.look_at - scene.camera.eye).normalized();
+  const Vector3d right = forward.cross(scene.camera.up).normalized(), up = right.cross(forward);
+  const Vector3d d = centre - scene.camera.eye;
+  const double focal = 120 / std::tan(scene.camera.vertical_fov / 2);
+  EXPECT_GT(found.z(), 50);
+  EXPECT_NEAR(found.x(), 160 + focal * d.dot(right) / d.dot(forward), 0.5);
+  EXPECT_NEAR(found.y(), 120 - focal * d.dot(up) / d.dot(forward), 0.5);
+  // And its size: a disc of the ball's angular radius.
+  const double radius = focal * 0.006 / d.dot(forward);
+  EXPECT_NEAR(found.z(), M_PI * radius * radius, M_PI * radius);  // half of the rim's pixels
+}
+
+TEST_F(Render3d, CarriedVerticesFollowTheNodes) {
+  const Vector3d centre(0.012, 0.01, 0.014);
+  leave_only_a_ball(centre, 0.006, 0);
+  // embedding() of the scene belongs to the unmoved ball: place the ball where it was.
+  scene = tests::make_test_scene();
+  scene.tissues[4].colour = {0, 0.8F, 0, 1};
+  scene.surfaces = {scene.surfaces.back()};
+  const Vector3d rest_centre = scene.targets.front().centre;
+  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  state::FrameState state = without_needle(tests::rest_state(scene));
+  state.probe_position = {0, 0, 10};
+  // An affine motion is exact for linear tetrahedra: x' = A x + b, with a stretch, a shear and a rotation.
+  Eigen::Matrix3d a = Eigen::AngleAxisd(0.4, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  a *= (Eigen::Matrix3d() << 1.1, 0.15, 0, 0, 0.95, 0, 0, 0.1, 1).finished();
+  const Vector3d b(-0.03, 0.02, 0.01);
+  for (auto& x : state.bodies[0]) x = (a * x.cast<double>() + b).cast<float>();
+  const Vector3d found = centroid(draw(renderer, state), is_green);
+  const Vector3d expected = project(renderer.eyes()[0], a * rest_centre + b, 320, 240);
+  ASSERT_GT(found.z(), 50);
+  EXPECT_NEAR(found.x(), expected.x(), 0.7);
+  EXPECT_NEAR(found.y(), expected.y(), 0.7);
+}
+
+TEST_F(Render3d, NormalsTurnWithTheTissue) {
+  // A half turn about the vertical of an embedded ball must light it as before: the light stays with the camera.
+  // Normals left in rest space would show the dark side.
+  scene.tissues[4].colour = {0, 0.8F, 0, 1};
+  scene.surfaces = {scene.surfaces.back()};
+  const Vector3d centre = scene.targets.front().centre;
+  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  state::FrameState state = without_needle(tests::rest_state(scene));
+  state.probe_position = {0, 0, 10};
+  const Picture before = draw(renderer, state);
+  const Eigen::Matrix3d half_turn = Eigen::AngleAxisd(M_PI, Vector3d::UnitY()).toRotationMatrix();
+  for (auto& x : state.bodies[0]) x = (half_turn * (x.cast<double>() - centre) + centre).cast<float>();
+  const Picture after = draw(renderer, state);
+  double difference = 0, level = 0;
+  for (int y = 0; y < before.height; ++y)
+    for (int x = 0; x < before.width; ++x) {
+      if (!is_green(before.at(x, y)) || !is_green(after.at(x, y))) continue;
+      difference += std::abs(before.at(x, y)[1] - after.at(x, y)[1]);
+      level += before.at(x, y)[1];
+    }
+  ASSERT_GT(level, 0);
+  EXPECT_LT(difference / level, 0.02);
+}
+
+TEST_F(Render3d, DisparityIsFocalTimesSeparationOverDepth) {
+  const double separation = 0.02;
+  const Vector3d forward = (scene.camera.look_at - scene.camera.eye).normalized();
+  const double distance = (scene.camera.look_at - scene.camera.eye).norm();
+  const double focal = 240 / std::tan(scene.camera.vertical_fov / 2);
+  for (double depth : {0.7 * distance, distance, 1.5 * distance}) {
+    scene = tests::make_test_scene();
+    leave_only_a_ball(scene.camera.eye + depth * forward, 0.006, -1);
+    scene.targets.clear();
+    Renderer renderer(device, scene,
+                      {.width = 480, .height = 480, .views = 2, .stereo = {.eye_separation = separation}});
+    const auto state = without_needle(tests::rest_state(scene));
+    const Vector3d left = centroid(draw(renderer, state, 0), is_green);
+    const Vector3d right = centroid(view::read_picture(device, renderer.image(), 1), is_green);
+    ASSERT_GT(left.z(), 50);
+    ASSERT_GT(right.z(), 50);
+    // Nearer than the window: the left eye sees it further right (crossed, positive); behind it: the other way.
+    EXPECT_NEAR(left.x() - right.x(), focal * separation * (1 / depth - 1 / distance), 0.4) << "at depth " << depth;
+    EXPECT_NEAR(left.y(), right.y(), 0.2);
+  }
+}
+
+TEST_F(Render3d, NearerSurfaceHidesTheFarther) {
+  const Vector3d forward = (scene.camera.look_at - scene.camera.eye).normalized();
+  for (bool green_in_front : {true, false}) {
+    scene = tests::make_test_scene();
+    leave_only_a_ball(scene.camera.look_at, 0.008, -1);
+    content::Surface other = scene.surfaces[0];
+    other.tissue = 3;
+    scene.tissues[3].colour = {0.9F, 0, 0, 1};
+    for (auto& p : other.positions) p += ((green_in_front ? 0.05 : -0.05) * forward).cast<float>();
+    for (bool other_first : {true, false}) {
+      auto surfaces = std::vector{scene.surfaces[0], other};
+      if (other_first) std::swap(surfaces[0], surfaces[1]);
+      content::Scene both = scene;
+      both.surfaces = surfaces;
+      Renderer renderer(device, both, {.width = 160, .height = 120});
+      const Picture picture = draw(renderer, without_needle(tests::rest_state(both)));
+      EXPECT_EQ(is_green(picture.at(80, 60)), green_in_front) << "drawn first: " << other_first;
+    }
+  }
+}
+
+TEST_F(Render3d, GlassShowsWhatIsInsideButNotThroughSolids) {
+  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  const auto state = without_needle(tests::rest_state(scene));
+  const Picture with = draw(renderer, state);
+  const Vector3d pixel = project(renderer.eyes()[0], scene.targets.front().centre, 320, 240);
+  content::Scene no_tumour = scene;
+  no_tumour.surfaces.pop_back();
+  Renderer other(device, no_tumour, {.width = 320, .height = 240});
+  const Picture without = view::read_picture(device, other.render(state, scene.camera));
+  const auto at = [&](const Picture& picture) {
+    return picture.at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
+  };
+  EXPECT_GT(at(with)[1], at(without)[1] + 25) << "the tumour must be seen through liver and skin";
+  scene.tissues[2].colour[3] = 1;  // a liver of wood
+  Renderer solid(device, scene, {.width = 320, .height = 240});
+  scene.surfaces.pop_back();
+  Renderer solid_without(device, scene, {.width = 320, .height = 240});
+  const Picture a = draw(solid, state), b = draw(solid_without, state);
+  EXPECT_EQ(at(a)[1], at(b)[1]);
+}
+
+TEST_F(Render3d, NeedleIsDrawnAlongItsBentShaft) {
+  scene.surfaces.clear();
+  Renderer renderer(device, scene, {.width = 640, .height = 480});
+  state::FrameState state = tests::rest_state(scene);
+  tests::deform(state);
+  state.probe_position = {0, 0, 10};
+  const Picture with = draw(renderer, state);
+  const Picture without = draw(renderer, without_needle(state));
+  const auto differs = [&](int x, int y) {
+    int most = 0;
+    for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(with.at(x, y)[c] - without.at(x, y)[c]));
+    return most > 12;
+  };
+  const auto& eye = renderer.eyes()[0];
+  for (std::size_t i = 0; i + 1 < state.needle_positions.size(); ++i) {  // the tip itself is thinner than a pixel
+    const auto& node = state.needle_positions[i];
+    const Vector3d pixel = project(eye, node.cast<double>(), 640, 480);
+    bool found = false;
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx)
+        found = found || differs(static_cast<int>(pixel.x()) + dx, static_cast<int>(pixel.y()) + dy);
+    EXPECT_TRUE(found) << "no needle at its node near pixel " << pixel.transpose();
+  }
+  // The chord from hub to tip is not the needle: the bow is 14 mm.
+  const Vector3d mid = 0.5 * (state.needle_positions.front() + state.needle_positions.back()).cast<double>();
+  const Vector3d pixel = project(eye, mid, 640, 480);
+  const Vector3d bow = project(eye, state.needle_positions[4].cast<double>(), 640, 480);
+  if ((pixel - bow).head<2>().norm() > 4) {
+    EXPECT_FALSE(differs(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())));
+  }
+}
+
+TEST_F(Render3d, ImagingPlaneShowsTheUltrasoundImage) {
+  scene.surfaces.clear();
+  scene.camera = {.eye = {0, 0, 0.5}, .look_at = {0, 0, 0}, .up = Vector3d::UnitY(), .vertical_fov = 0.5};
+  state::FrameState state = without_needle(tests::rest_state(scene));
+  // The probe looks down (-Y) from above; its lateral axis is the picture's x, its elevation towards the camera.
+  state.probe_position = {0, 0.06F, 0};
+  Eigen::Matrix3f axes;
+  axes.col(0) = Eigen::Vector3f::UnitX();
+  axes.col(2) = -Eigen::Vector3f::UnitY();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  state.probe_orientation = Eigen::Quaternionf(axes);
+  // An image of 100 x 120 mm, black but for a white square 60...70 mm deep and 10...20 mm to the right.
+  std::vector<std::uint8_t> pixels(100 * 120 * 4, 0);
+  for (int v = 60; v < 70; ++v)
+    for (int u = 60; u < 70; ++u)
+      for (int c = 0; c < 3; ++c) pixels[static_cast<std::size_t>((v * 100 + u) * 4 + c)] = 255;
+  const gpu::Image image(device, {.width = 100, .height = 120});
+  gpu::run_now(device, [&](gpu::Commands& commands) { commands.upload(image, std::as_bytes(std::span(pixels))); });
+  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  const auto with_image = [&] {
+    return view::read_picture(device, renderer.render(state, scene.camera, {&image, Vector2d(-0.05, 0), 0.001}));
+  };
+  Picture picture = with_image();
+  std::fill(pixels.begin(), pixels.end(), std::uint8_t{0});
+  gpu::run_now(device, [&](gpu::Commands& commands) { commands.upload(image, std::as_bytes(std::span(pixels))); });
+  const Picture black = with_image();
+  for (std::size_t i = 0; i < picture.rgba.size(); ++i)
+    picture.rgba[i] = picture.rgba[i] > black.rgba[i] + 40 ? 255 : 0;
+  const Vector3d found = centroid(picture, [](const std::uint8_t* p) { return p[0] > 0; });
+  const Vector3d expected = project(renderer.eyes()[0], {0.015, 0.06 - 0.065, 0}, 320, 240);
+  ASSERT_GT(found.z(), 10);
+  EXPECT_NEAR(found.x(), expected.x(), 1);
+  EXPECT_NEAR(found.y(), expected.y(), 1);
+}
+
+TEST_F(Render3d, DrawsTheSameBitsEveryTime) {
+  state::FrameState bent = tests::rest_state(scene);
+  tests::deform(bent);
+  Renderer first(device, scene, {.width = 320, .height = 240});
+  const Picture once = draw(first, bent);
+  draw(first, tests::rest_state(scene));  // another frame between must leave no trace
+  EXPECT_EQ(draw(first, bent).rgba, once.rgba);
+  Renderer second(device, scene, {.width = 320, .height = 240});
+  EXPECT_EQ(draw(second, bent).rgba, once.rgba);
+}
+
+TEST_F(Render3d, StereoEyesAreTheMonoViewSeenFromTheSides) {
+  const auto state = tests::rest_state(scene);
+  Renderer stereo(device, scene, {.width = 320, .height = 240, .views = 2, .stereo = {.eye_separation = 1e-9}});
+  Renderer mono(device, scene, {.width = 320, .height = 240});
+  const Picture left = draw(stereo, state, 0);
+  const Picture right = view::read_picture(device, stereo.image(), 1);
+  const Picture one = draw(mono, state);
+  EXPECT_TRUE(tests::compare(one, left).passes()) << tests::compare(one, left).text();
+  EXPECT_TRUE(tests::compare(one, right).passes()) << tests::compare(one, right).text();
+}
+
+TEST_F(Render3d, FramesWithoutAntialiasingOrNeedleOrBodiesAreDrawn) {
+  Renderer renderer(device, scene, {.width = 64, .height = 48, .antialias = false});
+  const Picture picture = draw(renderer, {});
+  EXPECT_GT(centroid(picture, [](const std::uint8_t* p) { return p[0] > 60; }).z(), 20);
+}
+
+TEST_F(Render3d, ImpossibleSizesAreRefused) {
+  EXPECT_THROW(Renderer(device, scene, {.width = 0}), gpu::GpuError);
+  EXPECT_THROW(Renderer(device, scene, {.views = 3}), gpu::GpuError);
+  EXPECT_THROW(Renderer(device, scene, {.width = 1 << 20}), gpu::GpuError);
+}
+
+TEST_F(Render3d, DrawsTheTestScene) {
+  if (const auto why = tests::no_golden_for(device.identity())) GTEST_SKIP() << *why;
+  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  state::FrameState state = tests::rest_state(scene);
+  tests::deform(state);
+  EXPECT_TRUE(tests::matches_golden(device.identity(), draw(renderer, state), "render_scene"));
+}
+
+TEST_F(Render3d, DrawsTheTestSceneForTwoEyes) {
+  if (const auto why = tests::no_golden_for(device.identity())) GTEST_SKIP() << *why;
+  Renderer renderer(device, scene, {.width = 240, .height = 240, .views = 2});
+  state::FrameState state = tests::rest_state(scene);
+  tests::deform(state);
+  Picture both(480, 240);
+  const Picture left = draw(renderer, state, 0), right = view::read_picture(device, renderer.image(), 1);
+  for (int y = 0; y < 240; ++y) {
+    std::copy_n(left.at(0, y), 960, both.at(0, y));
+    std::copy_n(right.at(0, y), 960, both.at(240, y));
+  }
+  EXPECT_TRUE(tests::matches_golden(device.identity(), both, "render_scene_stereo"));
+}
+
+}  // namespace
+}  // namespace stylet::render

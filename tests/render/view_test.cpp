@@ -1,0 +1,153 @@
+// Where frames go: composed for a video, shown in a window (skipped without a display), and the camera's orbit.
+#include "engine/view/offscreen.h"
+#include "engine/view/orbit.h"
+#include "engine/view/panes.h"
+#include "engine/view/window.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace stylet::view {
+namespace {
+
+bool overlap(const Pane& a, const Pane& b) {
+  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+}
+
+TEST(Panes, NeverOverlapNorLeaveTheFrame) {
+  for (int width : {1, 64, 333, 1280, 1921})
+    for (int height : {1, 48, 720, 1081})
+      for (bool with_plot : {true, false}) {
+        const PaneLayout layout = PaneLayout::of(width, height, with_plot);
+        for (const Pane& pane : {layout.scene, layout.ultrasound, layout.plot}) {
+          EXPECT_GE(pane.x, 0);
+          EXPECT_GE(pane.y, 0);
+          EXPECT_LE(pane.x + pane.width, width);
+          EXPECT_LE(pane.y + pane.height, height);
+        }
+        EXPECT_FALSE(overlap(layout.scene, layout.ultrasound));
+        EXPECT_FALSE(overlap(layout.ultrasound, layout.plot));
+      }
+}
+
+TEST(Panes, PictureKeepsItsAspectAndMeanWhenItShrinks) {
+  Picture stripes(400, 100);
+  for (int y = 0; y < 100; ++y)
+    for (int x = 0; x < 400; ++x)
+      for (int c = 0; c < 3; ++c) stripes.at(x, y)[c] = x % 2 == 0 ? 200 : 0;
+  Picture frame(90, 90, {10, 20, 30, 255});
+  draw_fitted(frame, {0, 0, 90, 90}, stripes);
+  const Pane fit = fitted({0, 0, 90, 90}, 400, 100);
+  EXPECT_EQ(fit.width, 90);
+  EXPECT_EQ(fit.height, 23);
+  // One-pixel stripes blend to their mean instead of aliasing; round about, the frame is as it was.
+  for (int y = fit.y; y < fit.y + fit.height; ++y)
+    for (int x = 2; x < 88; ++x) EXPECT_NEAR(frame.at(x, y)[0], 100, 12);
+  EXPECT_EQ(frame.at(45, fit.y - 1)[1], 20);
+  EXPECT_EQ(frame.at(45, fit.y + fit.height)[2], 30);
+}
+
+TEST(Panes, PictureOfTheRightSizeIsCopiedExactly) {
+  Picture picture(40, 30);
+  for (std::size_t i = 0; i < picture.rgba.size(); ++i) picture.rgba[i] = static_cast<std::uint8_t>(i * 37);
+  Picture frame(40, 30);
+  draw_fitted(frame, {0, 0, 40, 30}, picture);
+  EXPECT_EQ(frame.rgba, picture.rgba);
+}
+
+TEST(Panes, ComposedFrameShowsEachPictureInItsPane) {
+  const Picture frame = compose(640, 360, Picture(100, 90, {200, 0, 0, 255}), Picture(60, 40, {0, 200, 0, 255}),
+                                Picture(60, 40, {0, 0, 200, 255}));
+  const PaneLayout layout = PaneLayout::of(640, 360, true);
+  const auto centre = [&](const Pane& pane) { return frame.at(pane.x + pane.width / 2, pane.y + pane.height / 2); };
+  EXPECT_EQ(centre(layout.scene)[0], 200);
+  EXPECT_EQ(centre(layout.ultrasound)[1], 200);
+  EXPECT_EQ(centre(layout.plot)[2], 200);
+}
+
+TEST(Orbit, TurnsRoundWhatIsLookedAt) {
+  const content::Camera camera{.eye = {0, 0, 0.5}, .look_at = {0, 0.1, 0}, .up = Eigen::Vector3d::UnitY()};
+  const double distance = (camera.eye - camera.look_at).norm();
+  const content::Camera turned = orbited(camera, 0.7, 0.2);
+  EXPECT_NEAR((turned.eye - turned.look_at).norm(), distance, 1e-12);
+  EXPECT_GT(turned.eye.x(), 0.1);
+  EXPECT_GT(turned.eye.y(), camera.eye.y());
+  EXPECT_NEAR((orbited(turned, -0.7, -0.2).eye - camera.eye).norm(), 0, 1e-12);
+  const content::Camera above = orbited(camera, 0, 10);  // never over the pole
+  EXPECT_LT((above.eye - above.look_at).normalized().y(), 0.999);
+  EXPECT_NEAR((orbited(camera, 0, 0, 0.5).eye - camera.look_at).norm(), distance / 2, 1e-12);
+}
+
+struct OnDisplay : testing::Test {
+  void SetUp() override {
+    if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr)
+      GTEST_SKIP() << "no display; run under xvfb-run -a -s \"-screen 0 1280x1024x24\"";
+  }
+};
+
+TEST_F(OnDisplay, WindowShowsBothPanesAndFollowsItsSize) {
+  std::atomic<std::uint32_t> messages{0};
+  {
+    Display display;
+    gpu::Device device(
+        {.validation = true, .message_counter = &messages, .window_extensions = display.vulkan_extensions()});
+    // A 3-D view of the sRGB value 180 red, an ultrasound image whose bytes are 90 grey, and a blue plot.
+    const gpu::Image scene(device, {.width = 320,
+                                    .height = 240,
+                                    .format = VK_FORMAT_R8G8B8A8_SRGB,
+                                    .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+    const gpu::Image ultrasound(device, {.width = 160, .height = 120, .usage = gpu::kStorageUsage});
+    const Picture red(320, 240, {180, 0, 0, 255}), grey(160, 120, {90, 90, 90, 255}), blue(50, 40, {0, 0, 140, 255});
+    gpu::run_now(device, [&](gpu::Commands& commands) {
+      commands.upload(scene, std::as_bytes(std::span(red.rgba)));
+      commands.upload(ultrasound, std::as_bytes(std::span(grey.rgba)));
+    });
+    Window window(display, device, {.width = 400, .height = 300, .frames_per_second = 0, .capture = true});
+    const auto show = [&](int frames) {
+      for (int i = 0; i < frames; ++i) {
+        EXPECT_FALSE(window.poll().close);
+        window.present(scene, &ultrasound, &blue);
+      }
+    };
+    const auto check_panes = [&] {
+      const Picture shown = window.last_frame();
+      ASSERT_EQ(shown.width, window.width());
+      const PaneLayout layout = PaneLayout::of(shown.width, shown.height, true);
+      const auto centre = [&](const Pane& p) { return shown.at(p.x + p.width / 2, p.y + p.height / 2); };
+      EXPECT_NEAR(centre(layout.scene)[0], 180, 2);
+      EXPECT_NEAR(centre(layout.ultrasound)[1], 90, 2);
+      EXPECT_NEAR(centre(layout.plot)[2], 140, 2);
+    };
+    show(5);
+    EXPECT_EQ(window.width(), 400);
+    check_panes();
+    window.resize(520, 340);
+    for (int i = 0; i < 200 && window.width() != 520; ++i) show(1);
+    EXPECT_EQ(window.width(), 520);
+    EXPECT_EQ(window.height(), 340);
+    show(3);
+    check_panes();
+  }
+  EXPECT_EQ(messages.load(), 0u);
+}
+
+TEST_F(OnDisplay, DeviceWithoutWindowExtensionsIsRefused) {
+  Display display;
+  gpu::Device device;
+  EXPECT_THROW(Window(display, device), gpu::GpuError);
+}
+
+TEST(Display, WithoutOneSaysToGoHeadless) {
+  if (std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr)
+    GTEST_SKIP() << "there is a display";
+  try {
+    const Display display;
+    FAIL() << "opened a display that is not there";
+  } catch (const gpu::GpuError& error) {
+    EXPECT_NE(std::string(error.what()).find("--view headless"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace stylet::view
