@@ -11,11 +11,11 @@ namespace {
 // Height of the liver's visceral surface: lowest at the anterior inferior edge, rising to the back and to the left,
 // hollow around the porta hepatis.
 double visceral_height(const Vector3& x) {
-  const double edge = -22.0_mm + 0.57 * x.x();
-  const double rise = 0.30 + 0.25 * smoothstep(-80.0_mm, -15.0_mm, x.x());
+  const double edge = -26.0_mm + 0.56 * x.x();
+  const double rise = 0.24 + 0.30 * smoothstep(-85.0_mm, -15.0_mm, x.x());
   const double dx = (x.x() + 20.0_mm) / 34.0_mm;
   const double dz = (x.z() - 4.0_mm) / 30.0_mm;
-  return edge + rise * (68.0_mm - x.z()) + 7.0_mm * std::exp(-dx * dx - dz * dz);
+  return edge + rise * (71.0_mm - x.z()) + 7.0_mm * std::exp(-dx * dx - dz * dz);
 }
 
 struct KidneyFrame {
@@ -44,7 +44,7 @@ Vector3 kidney_coordinates(const Vector3& x) {
 }  // namespace
 
 Vector3 tumour_centre() {
-  return {-88.0_mm, torso::intercostal_height(kNeedleSpace, 30.0_mm), 30.0_mm};
+  return {-90.0_mm, torso::intercostal_height(kNeedleSpace, 31.0_mm), 31.0_mm};
 }
 
 Vector3 vena_cava_centre(double y) {
@@ -61,9 +61,23 @@ double vena_cava(const Vector3& x) {
 }
 
 double gallbladder(const Vector3& x) {
-  double d = round_cone(x, mm(-47, -64, 50), mm(-40, -50, 36), 15.5_mm, 15.0_mm);
-  d = smooth_min(d, round_cone(x, mm(-40, -50, 36), mm(-32, -30, 18), 15.0_mm, 8.0_mm), 6.0_mm);
-  return smooth_min(d, round_cone(x, mm(-32, -30, 18), mm(-26, -20, 10), 6.5_mm, 3.5_mm), 6.0_mm);
+  // Pear on a gently bent axis from the fundus, at the liver's edge, to the neck at the porta hepatis.
+  struct Knot {
+    Vector3 centre;
+    double radius;
+  };
+  static const std::array<Knot, 7> axis{{{mm(-48, -57, 51), 12.0_mm},
+                                         {mm(-46, -53, 46), 14.5_mm},
+                                         {mm(-43, -46, 39), 15.5_mm},
+                                         {mm(-39, -37, 31), 14.0_mm},
+                                         {mm(-35, -28, 23), 10.5_mm},
+                                         {mm(-31, -20, 15), 7.0_mm},
+                                         {mm(-26, -13, 9), 4.0_mm}}};
+  double d = 1;
+  for (std::size_t i = 0; i + 1 < axis.size(); ++i) {
+    d = smooth_min(d, round_cone(x, axis[i].centre, axis[i + 1].centre, axis[i].radius, axis[i + 1].radius), 2.0_mm);
+  }
+  return d;
 }
 
 double kidney(const Vector3& x) {
@@ -98,7 +112,7 @@ double liver(const Vector3& point) {
   double d = torso::subphrenic(point);
   const double rise = 0.55;
   const double visceral = (visceral_height(x) - x.y()) / std::sqrt(1 + 0.57 * 0.57 + rise * rise);
-  d = smooth_max(d, visceral, 4.0_mm);
+  d = smooth_max(d, visceral, 6.5_mm);
   // Spine with crura and aorta behind, stomach under the left lobe.
   d = smooth_cut(d, std::hypot(x.x() - 10.0_mm, x.z() + 74.0_mm) - 47.0_mm, 10.0_mm);
   d = smooth_cut(d, sphere(x, mm(66, 0, -42), 54.0_mm), 10.0_mm);
@@ -112,7 +126,7 @@ double liver(const Vector3& point) {
 
 double peritoneal_space(const Vector3& x) {
   const double box = std::max({x.x() - 80.0_mm, x.y() - 92.0_mm, -117.0_mm - x.y(), -98.0_mm - x.z()});
-  return smooth_max(torso::inner_distance(x, 25.4_mm), box, 8.0_mm);
+  return smooth_max(torso::inner_distance(x, 23.0_mm), box, 8.0_mm);
 }
 
 LiverVessels liver_vessels() {
@@ -123,7 +137,7 @@ LiverVessels liver_vessels() {
   };
   // Portal vein: main trunk, then right (anterior and posterior sections) and left (to the umbilical part).
   const std::array<Trunk, 5> portal{{
-      {{mm(-9, -7, -12), mm(-16, 4, -8), mm(-25, 14, -3)}, {6.2_mm, 6.0_mm, 5.6_mm}, false},
+      {{mm(2, -22, -16), mm(-13, 0, -9), mm(-25, 14, -3)}, {6.2_mm, 6.0_mm, 5.6_mm}, false},
       {{mm(-25, 14, -3), mm(-38, 18, 0), mm(-50, 17, 2)}, {5.0_mm, 4.7_mm, 4.5_mm}, false},
       {{mm(-50, 17, 2), mm(-60, 17, 10), mm(-70, 13, 18)}, {3.8_mm, 3.6_mm, 3.4_mm}},
       {{mm(-50, 17, 2), mm(-62, 13, -10), mm(-73, 7, -26)}, {3.7_mm, 3.5_mm, 3.3_mm}},
@@ -167,13 +181,20 @@ LiverVessels liver_vessels() {
     if (!portal[i].grows) continue;
     grow(vessels.portal, portal[i].knots.back(), portal_tangents[i], portal[i].radii.back(), rule, portal_clearance);
   }
+  for (std::size_t i = 1; i < portal.size(); ++i) {
+    grow_sides(vessels.portal, portal[i].knots, portal[i].radii, rule, portal_clearance);
+  }
   const Clearance right_clearance = clear_of({&vessels.portal, &vessels.middle_left_hepatic});
   grow(vessels.right_hepatic, right_hepatic.knots.back(), right_tangent, right_hepatic.radii.back(), rule,
        right_clearance);
+  grow_sides(vessels.right_hepatic, right_hepatic.knots, right_hepatic.radii, rule, right_clearance);
   const Clearance middle_clearance = clear_of({&vessels.portal, &vessels.right_hepatic});
   for (std::size_t i = 0; i < middle_left.size(); ++i) {
     grow(vessels.middle_left_hepatic, middle_left[i].knots.back(), middle_tangents[i], middle_left[i].radii.back(),
          rule, middle_clearance);
+  }
+  for (const Trunk& t : middle_left) {
+    grow_sides(vessels.middle_left_hepatic, t.knots, t.radii, rule, middle_clearance);
   }
   return vessels;
 }

@@ -16,9 +16,9 @@ double tumour(const Vector3& x);
 double peritoneal_space(const Vector3& x);
 
 inline constexpr double kGallbladderWall = 2.0_mm;
-inline constexpr double kTumourRadius = 11.6_mm;
+inline constexpr double kTumourRadius = 11.3_mm;
 inline constexpr int kNeedleSpace = 9;      ///< needle and probe work in the space below this rib
-inline constexpr double kEntryAngle = 124;  ///< around the trunk, see torso.h
+inline constexpr double kEntryAngle = 123;  ///< around the trunk, see torso.h
 inline constexpr double kProbeAngle = 158;
 Vector3 tumour_centre();
 Vector3 vena_cava_centre(double y);

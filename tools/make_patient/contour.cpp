@@ -13,6 +13,25 @@ namespace {
 
 using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble>;
 
+// G. Taubin, "A signal processing approach to fair surface design", SIGGRAPH 1995: umbrella smoothing that keeps the
+// volume, by a step forward and a longer one back.
+void taubin(content::TriangleMesh& mesh, int passes) {
+  std::vector<Eigen::Vector3d> sum(mesh.vertices.size());
+  std::vector<int> count(mesh.vertices.size());
+  for (int pass = 0; pass < 2 * passes; ++pass) {
+    std::fill(sum.begin(), sum.end(), Eigen::Vector3d::Zero());
+    std::fill(count.begin(), count.end(), 0);
+    for (const auto& t : mesh.triangles) {
+      for (int i = 0; i < 3; ++i) {  // every edge is met from both its triangles, so the one ahead is enough
+        sum[t[i]] += mesh.vertices[t[(i + 1) % 3]];
+        ++count[t[i]];
+      }
+    }
+    const double step = pass % 2 == 0 ? 0.5 : -0.53;
+    for (std::size_t v = 0; v < sum.size(); ++v) mesh.vertices[v] += step * (sum[v] / count[v] - mesh.vertices[v]);
+  }
+}
+
 content::TriangleMesh decimate(const content::TriangleMesh& mesh, int triangles) {
   HalfEdgeMesh half_edges;
   std::vector<OpenMesh::VertexHandle> handles;
@@ -56,6 +75,7 @@ content::TriangleMesh decimate(const content::TriangleMesh& mesh, int triangles)
 content::TriangleMesh contour(const content::SignedDistance& solid, const Eigen::AlignedBox3d& box, double cell,
                               int triangles) {
   content::TriangleMesh mesh = content::boundary_surface(content::stuff(solid, box, cell, 0)).mesh;
+  taubin(mesh, 8);
   return triangles > 0 && static_cast<int>(mesh.triangles.size()) > triangles ? decimate(mesh, triangles) : mesh;
 }
 

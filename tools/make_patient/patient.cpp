@@ -22,8 +22,9 @@ content::TriangleMesh vena_cava_surface() {
   const double bottom = -114.0_mm;
   const double top = 70.0_mm;
   for (int i = 0; i <= kRings; ++i) {
-    const double y = bottom + (top - bottom) * i / kRings;
-    const double end = std::min({1.0, 0.55 + 0.225 * i, 0.55 + 0.225 * (kRings - i)});
+    const double y = bottom + (top - bottom) * (0.5 - 0.5 * std::cos(radians(180.0 * i / kRings)));
+    const double cap = std::min({1.0, (y - bottom) / 10.0_mm, (top - y) / 10.0_mm});
+    const double end = std::max(0.15, std::sqrt(1 - (1 - cap) * (1 - cap)));
     rings.push_back({anatomy::vena_cava_centre(y), Vector3(0, 0, end * 9.0_mm), Vector3(end * 12.0_mm, 0, 0)});
   }
   return tube(rings, 28);
@@ -32,7 +33,7 @@ content::TriangleMesh vena_cava_surface() {
 content::TriangleMesh vessel_surface(const std::vector<VesselSegment>& segments, int triangles) {
   const VesselTree tree(segments, 1.2_mm);
   const auto solid = [&](const Vector3& x) { return std::max(tree(x), 0.25_mm - anatomy::vena_cava(x)); };
-  return contour(solid, tree.bounds(), 1.3_mm, triangles);
+  return contour(solid, tree.bounds(), 1.25_mm, triangles);
 }
 
 void append(content::TriangleMesh& mesh, const content::TriangleMesh& other) {
@@ -73,16 +74,17 @@ std::vector<Organ> make_organs() {
                     contour(anatomy::kidney_sinus, box(mm(-125, -125, -95), mm(-10, 10, 0)), 3.2_mm)});
   organs.push_back({"inferior_vena_cava", "vessel", "caval_blood", "", vena_cava_surface()});
   organs.push_back({liver, "boundary", "liver", liver,
-                    contour(anatomy::liver, box(mm(-135, -110, -95), mm(70, 80, 80)), 4.0_mm, 16000)});
+                    contour(anatomy::liver, box(mm(-140, -120, -98), mm(78, 85, 84)), 3.2_mm, 15000)});
   organs.push_back({"gallbladder", "region", "gallbladder_wall", liver,
                     contour(anatomy::gallbladder, box(mm(-70, -90, -5), mm(-15, -5, 75)), 3.2_mm)});
   organs.push_back({"gallbladder_lumen", "region", "bile", liver,
                     contour([](const Vector3& x) { return anatomy::gallbladder(x) + anatomy::kGallbladderWall; },
                             box(mm(-70, -90, -5), mm(-15, -5, 75)), 3.2_mm)});
   const anatomy::LiverVessels vessels = anatomy::liver_vessels();
-  organs.push_back({"portal_vein", "vessel", "portal_blood", liver, vessel_surface(vessels.portal, 14000)});
-  Organ hepatic{"hepatic_veins", "vessel", "hepatic_blood", liver, vessel_surface(vessels.middle_left_hepatic, 9000)};
-  append(hepatic.mesh, vessel_surface(vessels.right_hepatic, 6000));
+  organs.push_back({"portal_vein", "vessel", "portal_blood", liver, vessel_surface(vessels.portal, 15000)});
+  Organ hepatic{"hepatic_veins", "vessel", "hepatic_blood", liver,
+                vessel_surface(vessels.middle_left_hepatic, 10000)};
+  append(hepatic.mesh, vessel_surface(vessels.right_hepatic, 7000));
   organs.push_back(std::move(hepatic));
   const Vector3 reach = Vector3::Constant(15.0_mm);
   organs.push_back(
@@ -135,7 +137,9 @@ std::string procedure_json(const Procedure& procedure) {
   json["version"] = 1;
   json["organs"] = "abdomen.glb";
   json["entry"] = triple(procedure.entry);
-  json["target"] = {{"name", "tumour"}, {"centre", triple(procedure.target)}, {"radius", procedure.target_radius}};
+  json["target"] = {{"name", "tumour"},
+                    {"centre", triple(procedure.target)},
+                    {"radius", std::round(procedure.target_radius * 1e6) / 1e6}};
   json["needle_direction"] = triple((procedure.target - procedure.entry).normalized());
   json["views"] = nlohmann::ordered_json::array();
   for (const View& view : procedure.views) {

@@ -10,8 +10,8 @@ namespace stylet::patient::torso {
 namespace {
 
 // Skin: ellipses around the vertical axis x = 0, z = kCentreZ, slightly narrower above and below.
-constexpr double kHalfWidth = 165.0_mm;
-constexpr double kHalfDepth = 115.0_mm;
+constexpr double kHalfWidth = 170.0_mm;
+constexpr double kHalfDepth = 118.0_mm;
 constexpr double kCentreZ = -8.0_mm;
 constexpr double kTaper = 1.2;  // 1/m^2: 1.2 % narrower 100 mm above and below the middle
 
@@ -30,6 +30,8 @@ constexpr double kWallLeft = 76;
 constexpr double kWallRight = 184;
 constexpr double kWallBottom = -118.0_mm;
 constexpr double kWallTop = 95.0_mm;
+
+const Vector3 kDomeCentre = mm(-33, -28, -8);
 
 double scale(double y) {
   return 1 - kTaper * y * y;
@@ -121,7 +123,7 @@ content::TriangleMesh intercostal_muscle() {
   return sheet(60, 34, [&](double u, double v, bool outer) {
     const double angle = kWallLeft + u * (kWallRight - kWallLeft);
     const double bottom = margin_height(angle) - kBelowMargin;
-    return point(angle, bottom + v * (kWallTop - bottom), outer ? kWallEnd + 0.3_mm : kIntercostalEnd);
+    return point(angle, bottom + v * (kWallTop - bottom), outer ? kWallEnd : kIntercostalEnd);
   });
 }
 
@@ -156,14 +158,13 @@ content::TriangleMesh rib(int number) {
 }
 
 content::TriangleMesh costal_cartilage() {
-  // Knots on the front ends, a little below them, and on to the sternum; Catmull-Rom between.
+  // Through the front ends of the ribs, and on to the sternum; Catmull-Rom between.
   std::vector<Vector3> knots;
-  for (int i = 3; i >= 0; --i) {
-    const double angle = kRibFront[i] - 3.5;
-    knots.push_back(point(angle, margin_height(kRibFront[i]) - 1.0_mm, kRibDepth));
-  }
-  knots.push_back(point(100, 30.0_mm, kRibDepth));
-  knots.push_back(point(91, 52.0_mm, kRibDepth));
+  knots.push_back(point(kRibFront[3] + 5, margin_height(kRibFront[3]) - 4.0_mm, kRibDepth));
+  for (int i = 3; i >= 0; --i)
+    knots.push_back(point(kRibFront[i] + 1.5, margin_height(kRibFront[i]) - 0.5_mm, kRibDepth));
+  knots.push_back(point(101, 30.0_mm, kRibDepth));
+  knots.push_back(point(92, 50.0_mm, kRibDepth));
   std::vector<Ring> rings;
   constexpr int kSteps = 9;
   const auto at = [&](int i) { return knots[std::clamp(i, 0, static_cast<int>(knots.size()) - 1)]; };
@@ -191,20 +192,22 @@ content::TriangleMesh costal_cartilage() {
 }
 
 double subphrenic(const Vector3& x) {
-  // Right hemidiaphragm: full at the sides, flatter on top than an ellipsoid.
+  // Right hemidiaphragm: full at the sides, flatter on top than an ellipsoid; below the middle it draws in, as the
+  // costal arch does.
   constexpr double kPower = 2.5;
-  const Vector3 centre = mm(-34, -28, -8);
-  const Vector3 semi = mm(96, 104, 84);
-  const Vector3 p = (x - centre).cwiseQuotient(semi);
+  const Vector3 semi(102.0_mm, x.y() > kDomeCentre.y() ? 108.0_mm : 92.0_mm, 88.0_mm);
+  const Vector3 p = (x - kDomeCentre).cwiseQuotient(semi);
   const double flat = p.x() * p.x() + p.z() * p.z();
   const double k = std::pow(std::pow(flat, kPower / 2) + std::pow(std::abs(p.y()), kPower), 1 / kPower);
-  const double slope = std::max(1e-6, (x - centre).cwiseQuotient(semi.cwiseProduct(semi)).norm());
+  const double slope = std::max(1e-6, (x - kDomeCentre).cwiseQuotient(semi.cwiseProduct(semi)).norm());
   const double dome = (k - 1) * p.norm() / slope;
-  return smooth_max(dome, inner_distance(x, 38.8_mm), 12.0_mm);
+  // The heart lies on the left half and flattens it.
+  const double cardiac = (x - mm(6, 65, 0)).dot(Vector3(0.56, 0.83, 0));
+  return smooth_max(smooth_max(dome, inner_distance(x, 38.8_mm), 12.0_mm), cardiac, 28.0_mm);
 }
 
 content::TriangleMesh diaphragm() {
-  const Vector3 centre = mm(-34, -28, -8);
+  const Vector3& centre = kDomeCentre;
   // Distance from the centre to the surface subphrenic = offset along a direction.
   const auto reach = [&](const Vector3& direction, double offset) {
     double low = 0;

@@ -147,6 +147,35 @@ void grow(std::vector<VesselSegment>& tree, const Vector3& end, const Vector3& d
   grow_order(tree, end, direction.normalized(), radius, 0, rule, clearance);
 }
 
+void grow_sides(std::vector<VesselSegment>& tree, const std::vector<Vector3>& knots, const std::vector<double>& radii,
+                const GrowthRule& rule, const Clearance& clearance) {
+  for (std::size_t k = 1; k + 1 < knots.size(); ++k) {
+    const double radius = 0.55 * radii[k];
+    const Vector3 along = (knots[k + 1] - knots[k - 1]).normalized();
+    const Vector3 across = along.unitOrthogonal();
+    const Vector3 third = along.cross(across);
+    const double length = std::clamp(rule.length_per_radius * radius, rule.shortest, rule.longest);
+    double best_room = rule.margin;
+    Vector3 best = Vector3::Zero();
+    for (int i = 0; i < 12; ++i) {
+      const double azimuth = 2 * std::numbers::pi * i / 12;
+      const Vector3 direction =
+          std::cos(1.1) * along + std::sin(1.1) * (std::cos(azimuth) * across + std::sin(azimuth) * third);
+      const double free = room(tree, knots[k], knots[k] + length * direction, radius, clearance);
+      if (free > best_room + 1e-9) {
+        best_room = free;
+        best = direction;
+      }
+    }
+    if (best.isZero()) continue;
+    const Vector3 end = knots[k] + length * best;
+    add_branch(tree, knots[k], (along + best).normalized(), end, radius, 0.95 * radius);
+    GrowthRule fewer = rule;
+    fewer.orders = rule.orders - 1;
+    grow(tree, end, best, 0.95 * radius, fewer, clearance);
+  }
+}
+
 VesselTree::VesselTree(std::vector<VesselSegment> segments, double blend)
     : segments_(std::move(segments)), blend_(blend) {
   std::vector<Eigen::AlignedBox3d> boxes;

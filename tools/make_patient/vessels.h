@@ -24,14 +24,14 @@ Vector3 add_trunk(std::vector<VesselSegment>& tree, const std::vector<Vector3>& 
                   const std::vector<double>& radii);
 
 struct GrowthRule {
-  int orders = 3;              ///< bifurcations from the end of a trunk
+  int orders = 4;              ///< bifurcations from the end of a trunk
   double larger_share = 0.83;  ///< radius of the larger daughter; the smaller by Murray: r0^3 = r1^3 + r2^3
-  double larger_angle = 0.45;  ///< rad from the mother's direction
+  double larger_angle = 0.50;  ///< rad from the mother's direction
   double smaller_angle = 0.85;
-  double length_per_radius = 8;  ///< of a branch
+  double length_per_radius = 8.5;  ///< of a branch
   double shortest = 9e-3;
-  double longest = 26e-3;
-  double margin = 4e-3;         ///< clearance wanted besides the radius
+  double longest = 28e-3;
+  double margin = 2.2e-3;       ///< clearance wanted besides the radius
   double tip_radius = 0.35e-3;  ///< leaves taper to it: pointed ends
 };
 
@@ -39,6 +39,10 @@ struct GrowthRule {
 /// most room; a branch without room is shortened, or ends. No randomness.
 void grow(std::vector<VesselSegment>& tree, const Vector3& end, const Vector3& direction, double radius,
           const GrowthRule& rule, const Clearance& clearance);
+
+/// Lateral branches at the inner knots of a trunk, thinner than it, each to the side with the most room.
+void grow_sides(std::vector<VesselSegment>& tree, const std::vector<Vector3>& knots, const std::vector<double>& radii,
+                const GrowthRule& rule, const Clearance& clearance);
 
 /// Implicit surface of a tree: distance to the blended union of its segments, exact up to `reach` outside it and
 /// constant beyond. Buckets keep evaluation cheap.
