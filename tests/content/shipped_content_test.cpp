@@ -1,0 +1,248 @@
+// What the project ships: it loads, it is what it says, and schemas, readers and files agree.
+#include "engine/content/instruments.h"
+#include "engine/content/json_reader.h"
+#include "engine/content/motion.h"
+#include "engine/content/motion_file.h"
+#include "engine/content/scenario.h"
+#include "engine/content/scenario_file.h"
+#include "engine/content/solid.h"
+#include "engine/content/tissue_table.h"
+#include "tools/make_motion/biopsy_motion.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <functional>
+#include <set>
+
+namespace stylet::content {
+namespace {
+
+using ::testing::IsEmpty;
+using json = nlohmann::json;
+
+const std::filesystem::path kContent = std::filesystem::path(STYLET_SOURCE_DIR) / "content";
+
+const Scene& default_scene() {
+  static const Scene scene = load_scene(kContent / "scenarios" / "liver_biopsy.json");
+  return scene;
+}
+
+TEST(ShippedContent, EveryFileIsSound) {
+  int checked = 0;
+  for (const char* folder : {"needles", "probes", "motions", "scenarios"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(kContent / folder)) {
+      if (entry.path().extension() != ".json") continue;
+      EXPECT_THAT(validate(entry.path()), IsEmpty()) << entry.path();
+      ++checked;
+    }
+  }
+  EXPECT_THAT(validate(kContent / "tissues.json"), IsEmpty());
+  EXPECT_GE(checked, 4);
+}
+
+TEST(ShippedContent, EveryFolderStatesALicence) {
+  for (const auto& entry : std::filesystem::directory_iterator(kContent)) {
+    if (!entry.is_directory()) continue;
+    const bool licence = std::filesystem::exists(entry.path() / "LICENCE.md");
+    EXPECT_TRUE(licence || std::filesystem::exists(entry.path() / "README.md")) << entry.path();
+  }
+}
+
+TEST(ShippedContent, DefaultSceneHasTheAnatomyOfABiopsy) {
+  const Scene& scene = default_scene();
+  ASSERT_EQ(scene.bodies.size(), 2u);
+  const DeformableBody& liver = scene.bodies[1];
+  EXPECT_EQ(liver.name, "liver");
+  EXPECT_GE(liver.mesh.nodes.size(), 2000u);
+  double volume = 0;
+  for (const auto& tet : liver.mesh.tets) {
+    const auto x = [&](std::size_t i) { return liver.mesh.nodes[static_cast<std::size_t>(tet[i])]; };
+    const double v = (x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) / 6;
+    ASSERT_GT(v, 0);
+    volume += v;
+  }
+  EXPECT_GT(volume, 1.1e-3);
+  EXPECT_LT(volume, 1.9e-3);
+  // The layers of the wall and the tumour reach the mechanics.
+  const auto has_tissue = [&](const DeformableBody& body, const char* name) {
+    return std::count(body.tet_tissue.begin(), body.tet_tissue.end(), find_tissue(scene.tissues, name)) > 10;
+  };
+  for (const char* name : {"skin", "fat", "muscle"}) EXPECT_TRUE(has_tissue(scene.bodies[0], name)) << name;
+  EXPECT_TRUE(has_tissue(liver, "tumour"));
+  for (const DeformableBody& body : scene.bodies) {
+    EXPECT_GT(body.fixed_nodes.size(), 20u) << body.name;
+    EXPECT_LT(body.fixed_nodes.size(), body.mesh.nodes.size() / 3) << body.name;
+  }
+  const std::set<std::string> labels = [&] {
+    std::set<std::string> names;
+    for (const std::uint8_t label : scene.labels.labels) names.insert(scene.tissues[label].name);
+    return names;
+  }();
+  for (const char* name : {"outside", "skin", "fat", "muscle", "bone", "liver", "tumour", "portal_blood",
+                           "hepatic_blood", "bile", "kidney_cortex", "diaphragm", "peritoneal_fat"}) {
+    EXPECT_TRUE(labels.contains(name)) << name;
+  }
+}
+
+TEST(ShippedContent, EmbeddedSurfacesReproduceTheirRestShape) {
+  for (const Surface& surface : default_scene().surfaces) {
+    if (surface.body < 0) continue;
+    const auto& nodes = default_scene().bodies[static_cast<std::size_t>(surface.body)].mesh.nodes;
+    ASSERT_EQ(surface.embedding.size(), surface.positions.size());
+    double worst = 0;
+    for (std::size_t i = 0; i < surface.positions.size(); ++i) {
+      Eigen::Vector3d sum = -surface.positions[i].cast<double>();
+      for (std::size_t n = 0; n < 4; ++n) {
+        sum += static_cast<double>(surface.embedding[i].weights[n]) * nodes[surface.embedding[i].nodes[n]];
+      }
+      worst = std::max(worst, sum.norm());
+    }
+    EXPECT_LT(worst, 1e-6) << surface.name;
+  }
+}
+
+TEST(ShippedContent, MotionGoesWhereABiopsyGoes) {
+  const Scene& scene = default_scene();
+  const auto& stylus = scene.motion.stylus;
+  const auto tip = [&](const MotionSample& sample) -> Eigen::Vector3d {
+    return sample.pose.position + sample.pose.orientation * Eigen::Vector3d(0, 0, scene.needle.length);
+  };
+  const double duration = stylus.back().time_s - stylus.front().time_s;
+  EXPECT_GE(duration, 10);
+  EXPECT_LE(duration, 15);
+  const double samples_hz = static_cast<double>(stylus.size() - 1) / duration;
+  EXPECT_GE(samples_hz, 100);
+  EXPECT_LE(samples_hz, 251);
+  const Target& target = scene.targets.at(0);
+  EXPECT_LT((tip(stylus.back()) - target.centre).norm(), 0.5 * target.radius);
+
+  // Along the plan: an insertion, 30 to 40 mm back, and in again; sideways 8 to 10 mm; fast as a hand.
+  const Eigen::Vector3d axis = (target.centre - tip(stylus.front())).normalized();
+  double deepest = -1;
+  double withdrawn = 0;
+  double side = 0;
+  double speed = 0;
+  for (std::size_t i = 0; i < stylus.size(); ++i) {
+    const double depth = axis.dot(tip(stylus[i]) - target.centre);
+    deepest = std::max(deepest, depth);
+    if (depth < -0.005) withdrawn = std::max(withdrawn, deepest - depth);
+    const Eigen::Vector3d hub = stylus[i].pose.position - target.centre;
+    side = std::max(side, (hub - axis.dot(hub) * axis).norm());
+    if (i > 0) {
+      const double dt = stylus[i].time_s - stylus[i - 1].time_s;
+      speed = std::max(speed, std::abs(axis.dot(stylus[i].pose.position - stylus[i - 1].pose.position)) / dt);
+    }
+    EXPECT_GT((stylus[i].pose.orientation * Eigen::Vector3d::UnitZ()).dot(axis), std::cos(0.12))
+        << "hub +Z to target";
+  }
+  EXPECT_GE(withdrawn, 0.029);
+  EXPECT_LE(withdrawn, 0.042);
+  EXPECT_GE(side, 0.008);
+  EXPECT_LE(side, 0.0105);
+  EXPECT_GE(speed, 0.035);
+  EXPECT_LE(speed, 0.050);
+}
+
+TEST(ShippedContent, NeedlePathPassesBetweenTheRibs) {
+  const Scene& scene = default_scene();
+  const MotionSample& end = scene.motion.stylus.back();
+  const LabelVolume& labels = scene.labels;
+  bool liver = false;
+  for (double s = 0; s <= scene.needle.length; s += 0.0005) {
+    const Eigen::Vector3d p = end.pose.position + end.pose.orientation * Eigen::Vector3d(0, 0, s);
+    const Eigen::Vector3i v = ((p.cast<float>() - labels.origin) / labels.spacing).array().round().cast<int>();
+    if ((v.array() < 0).any() || (v.array() >= labels.size.array()).any()) continue;
+    const auto index = (static_cast<std::size_t>(v.z()) * static_cast<std::size_t>(labels.size.y()) +
+                        static_cast<std::size_t>(v.y())) *
+                           static_cast<std::size_t>(labels.size.x()) +
+                       static_cast<std::size_t>(v.x());
+    const std::string& tissue = scene.tissues[labels.labels[index]].name;
+    EXPECT_NE(tissue, "bone");
+    EXPECT_NE(tissue, "cartilage");
+    liver = liver || tissue == "liver";
+  }
+  EXPECT_TRUE(liver);
+}
+
+TEST(ShippedContent, MotionIsWhatItsGeneratorMakes) {
+  JsonFile procedure(kContent / "organs" / "abdomen.json");
+  JsonObject root = procedure.root("stylet-procedure", 1);
+  const motion::BiopsyPlan plan{.entry = root.vector3("entry", {}),
+                                .target = root.object("target")->vector3("centre", {}),
+                                .needle_length = default_scene().needle.length};
+  const Motion made = motion::biopsy_motion(plan);
+  const auto& shipped = default_scene().motion.stylus;
+  ASSERT_EQ(made.stylus.size(), shipped.size()) << "run make_motion again (content/motions/LICENCE.md)";
+  for (std::size_t i = 0; i < shipped.size(); ++i) {
+    ASSERT_LT((made.stylus[i].pose.position - shipped[i].pose.position).norm(), 2e-6);  // the file has micrometres
+    ASSERT_NEAR(made.stylus[i].time_s, shipped[i].time_s, 1e-6);
+  }
+}
+
+TEST(ShippedContent, ProbeIsHeldAtTheFirstViewOfTheProcedure) {
+  const JsonFile procedure(kContent / "organs" / "abdomen.json");
+  const json& view = procedure.tree()["views"][0];
+  const auto& q = view["orientation_xyzw"];
+  const physics::RigidPose& pose = default_scene().probe.pose;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(pose.position[i], view["position"][static_cast<std::size_t>(i)].get<double>(), 1e-9);
+  }
+  const Eigen::Quaterniond held(q[3].get<double>(), q[0].get<double>(), q[1].get<double>(), q[2].get<double>());
+  EXPECT_LT(pose.orientation.angularDistance(held), 1e-5) << "copy the view into the scenario";
+}
+
+/// The sub-schema at a pattern of accepted_keys(): '*' is an array's item or a free name.
+const json* schema_at(const json& schema, const std::string& pattern) {
+  const json* at = &schema;
+  for (std::size_t i = 0; i < pattern.size();) {
+    const std::size_t end = std::min(pattern.find('/', i + 1), pattern.size());
+    const std::string key = pattern.substr(i + 1, end - i - 1);
+    const char* kind = key != "*" ? "properties" : at->contains("items") ? "items" : "additionalProperties";
+    if (!at->contains(kind) || !(*at)[kind].is_object()) return nullptr;
+    at = &(*at)[kind];
+    if (key != "*") {
+      if (!at->contains(key)) return nullptr;
+      at = &(*at)[key];
+    }
+    i = end;
+  }
+  return at;
+}
+
+/// Every object the reader visits has exactly the keys the schema lists for it, and the other way round.
+void expect_schema_agrees(const std::string& name, const std::string& text, std::size_t objects,
+                          const std::function<void(JsonFile&)>& read) {
+  const JsonFile schema_file(kContent / "schemas" / (name + ".schema.json"));
+  JsonFile file(kContent / "scenarios" / "full.json", text);
+  read(file);
+  EXPECT_EQ(file.accepted_keys().size(), objects) << name << ": the example does not visit every object";
+  for (const auto& [pattern, keys] : file.accepted_keys()) {
+    const json* schema = schema_at(schema_file.tree(), pattern);
+    ASSERT_NE(schema, nullptr) << name << " has no " << pattern;
+    std::set<std::string> listed;
+    if (schema->contains("properties")) {
+      for (const auto& [key, value] : (*schema)["properties"].items()) listed.insert(key);
+    }
+    EXPECT_EQ(listed, keys) << name << pattern;
+  }
+}
+
+TEST(Schemas, AgreeWithTheReaders) {
+  const auto shipped = [](const char* path) { return read_file(kContent / path, 16u << 20); };
+  expect_schema_agrees("needle", shipped("needles/18g_150mm.json"), 1, [](JsonFile& f) { read_needle(f); });
+  expect_schema_agrees("probe", shipped("probes/c5_2.json"), 1, [](JsonFile& f) { read_probe(f); });
+  expect_schema_agrees("motion", shipped("motions/liver_biopsy.json"), 2, [](JsonFile& f) { read_motion(f); });
+  expect_schema_agrees("tissues", shipped("tissues.json"), 6, [](JsonFile& f) { read_tissues(f); });
+  // Every optional object there is; the values do not matter.
+  const char* full = R"({"format": "stylet-scenario", "version": 1, "probe": {},
+    "organs": [{"nodes": {"a": {}}}],
+    "bodies": [{"mesh": {}, "fixed": [{"box": {}, "outside_box": {}, "plane": {}}]}],
+    "targets": [{}], "labels": {}, "camera": {}, "room_from_patient": {}, "rates": {}})";
+  expect_schema_agrees("scenario", full, 16, [](JsonFile& f) { read_scenario_file(f); });
+}
+
+}  // namespace
+}  // namespace stylet::content
