@@ -1,6 +1,5 @@
 #include "physics/tissue/corotational.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
@@ -34,13 +33,27 @@ Eigen::Quaterniond closest_rotation(const Eigen::Matrix3d& f, const Eigen::Quate
   Eigen::Quaterniond q = warm_start;
   for (int i = 0; i < kMaxNewtonIterations; ++i) {
     const Eigen::Matrix3d m = q.toRotationMatrix().transpose() * f;
-    // Ascent of tr(exp(-[w]) M): gradient g, Hessian sym(M) - tr(M) I.
+    // Ascent of tr(exp(-[w]) M): gradient g, minus Hessian C = tr(M) I - sym(M).
     const Eigen::Vector3d g(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1));
-    Eigen::Matrix3d curvature = -0.5 * (m + m.transpose());
-    curvature.diagonal().array() += m.trace();
-    const Eigen::LLT<Eigen::Matrix3d> llt(curvature);
-    if (llt.info() != Eigen::Success) break;  // not near a maximum
-    const Eigen::Vector3d w = llt.solve(g);
+    const double c00 = m(1, 1) + m(2, 2);
+    const double c11 = m(0, 0) + m(2, 2);
+    const double c22 = m(0, 0) + m(1, 1);
+    const double c01 = -0.5 * (m(0, 1) + m(1, 0));
+    const double c02 = -0.5 * (m(0, 2) + m(2, 0));
+    const double c12 = -0.5 * (m(1, 2) + m(2, 1));
+    // C^-1 g by cofactors: this runs for every tetrahedron at every step.
+    const double k00 = c11 * c22 - c12 * c12;
+    const double k01 = c02 * c12 - c01 * c22;
+    const double k02 = c01 * c12 - c02 * c11;
+    const double determinant = c00 * k00 + c01 * k01 + c02 * k02;
+    const double minor = c00 * c11 - c01 * c01;
+    if (!(c00 > 0 && minor > 0 && determinant > 0)) break;  // C not positive definite: not near a maximum
+    const double k11 = c00 * c22 - c02 * c02;
+    const double k12 = c01 * c02 - c00 * c12;
+    const Eigen::Vector3d w = Eigen::Vector3d(k00 * g[0] + k01 * g[1] + k02 * g[2],  //
+                                              k01 * g[0] + k11 * g[1] + k12 * g[2],  //
+                                              k02 * g[0] + k12 * g[1] + minor * g[2]) /
+                              determinant;
     // (1, w/2) normalised is exp(w) up to third order.
     q = (q * Eigen::Quaterniond(1, 0.5 * w.x(), 0.5 * w.y(), 0.5 * w.z())).normalized();
     if (w.squaredNorm() < kSmallStep * kSmallStep) return q;

@@ -188,10 +188,7 @@ TEST(SimulationLoop, SurvivesForcesThatTurnTheMeshInsideOut) {
     }
     std::printf("  %.0e N, then released: %d inverted, %.1e m from rest, residual %.1e N\n", size,
                 report.inverted_tets, (loop.tissue().positions[0] - rest).norm(), report.residual_n);
-    // Corotational energy has other minima, such as a crumpled corner; from a merely brutal force it comes back.
-    if (size < 100) {
-      EXPECT_LT((loop.tissue().positions[0] - rest).norm(), 1e-9);
-    }
+    EXPECT_LT((loop.tissue().positions[0] - rest).norm(), 1e-9);
   }
   EXPECT_NE(flags & kSimulationInverted, 0U);
   EXPECT_NE(flags & kSimulationStepLimited, 0U);
