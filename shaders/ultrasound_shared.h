@@ -22,7 +22,7 @@ STYLET_SHARED float kAirAttenuation = 12.0f;     // dB/cm/MHz, bowel gas as an i
 STYLET_SHARED float kGelImpedance = 1.50e6f;     // coupling gel is water-like: 1.48-1.52 MRayl
 STYLET_SHARED float kGelAttenuation = 0.05f;     // dB/cm/MHz
 STYLET_SHARED float kNoBackscatterDb = -90.0f;   // gel and air hold no scatterers
-STYLET_SHARED float kCouplingDepth = 0.012f;     // m of gel (label 0 in front of the skin) the probe is coupled through
+STYLET_SHARED float kCouplingDepth = 0.018f;    // m before the skin that gel bridges: a pressed skin follows the face, ours is rigid to it
 STYLET_SHARED float kFillerBackscatterDb = -7.0f;   // fat around an organ, where the organ has moved away: as subcutaneous fat
 STYLET_SHARED float kFillerImpedance = 1.38e6f;     // fat, Pa s/m; Goss, Johnston, Dunn, JASA 64 (1978)
 STYLET_SHARED float kFillerAttenuation = 0.63f;     // dB/cm/MHz, fat; Duck, Physical Properties of Tissue (1990)
@@ -40,7 +40,7 @@ STYLET_SHARED float kElevationFwhm = 3.0e-3f;    // fixed lens of a convex abdom
 STYLET_SHARED float kElevationFocus = 0.070f;
 STYLET_SHARED float kElevationFieldDepth = 0.055f;
 STYLET_SHARED int kElevationPlanes = 7;          // sub-planes summed across the slice thickness
-STYLET_SHARED float kElevationSpacing = 0.55e-3f;   // at most the correlation length of the speckle field
+STYLET_SHARED float kElevationSpacing = 0.55e-3f;   // well below the correlation length of the speckle field
 STYLET_SHARED int kLateralTaps = 11;             // taps on one side, centre included
 STYLET_SHARED int kAxialTaps = 5;
 

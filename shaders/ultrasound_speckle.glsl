@@ -8,7 +8,11 @@ uint speckle_texel(vec3 x) {
                 kSpeckleY0 * x.x + kSpeckleY1 * x.y + kSpeckleY2 * x.z,
                 kSpeckleZ0 * x.x + kSpeckleZ1 * x.y + kSpeckleZ2 * x.z) * (1.0 / kSpeckleSpacing);
   ivec3 cell = ivec3(floor(q)) & (kSpeckleSize - 1);
-  return uint((cell.z * kSpeckleSize + cell.y) * kSpeckleSize + cell.x);
+  // Stored in bricks of 2 x 2 x 2 texels, a cache line each: neighbours in any direction are near in memory.
+  ivec3 brick = cell >> 1;
+  ivec3 corner = cell & 1;
+  return uint((((brick.z * (kSpeckleSize / 2) + brick.y) * (kSpeckleSize / 2) + brick.x) << 3) + (corner.z << 2) +
+              (corner.y << 1) + corner.x);
 }
 
 /// Looks 0 and 1 as (re, im, re, im), mean square 2 each.

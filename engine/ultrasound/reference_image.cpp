@@ -113,13 +113,10 @@ int ReferenceImager::tissue_at(const Eigen::Vector3i& voxel, int body, bool gel)
 
 std::size_t ReferenceImager::texel_at(const Eigen::Vector3f& x) const {
   const float scale = 1.0F / kSpeckleSpacing;
-  const auto wrap = [](float v) {
-    return static_cast<std::size_t>(static_cast<int>(std::floor(v)) & (kSpeckleSize - 1));
-  };
-  const std::size_t i = wrap((kSpeckleX0 * x.x() + kSpeckleX1 * x.y() + kSpeckleX2 * x.z()) * scale);
-  const std::size_t j = wrap((kSpeckleY0 * x.x() + kSpeckleY1 * x.y() + kSpeckleY2 * x.z()) * scale);
-  const std::size_t k = wrap((kSpeckleZ0 * x.x() + kSpeckleZ1 * x.y() + kSpeckleZ2 * x.z()) * scale);
-  return (k * kSpeckleSize + j) * kSpeckleSize + i;
+  const auto wrap = [](float v) { return static_cast<int>(std::floor(v)) & (kSpeckleSize - 1); };
+  return SpeckleField::index(wrap((kSpeckleX0 * x.x() + kSpeckleX1 * x.y() + kSpeckleX2 * x.z()) * scale),
+                             wrap((kSpeckleY0 * x.x() + kSpeckleY1 * x.y() + kSpeckleY2 * x.z()) * scale),
+                             wrap((kSpeckleZ0 * x.x() + kSpeckleZ1 * x.y() + kSpeckleZ2 * x.z()) * scale));
 }
 
 void ReferenceImager::mix_tissues() {

@@ -113,8 +113,8 @@ SpeckleField::SpeckleField(std::uint32_t seed) {
   for (int z = 0; z < kSpeckleSize; ++z) {
     for (int y = 0; y < kSpeckleSize; ++y) {
       for (int x = 0; x < kSpeckleSize; ++x) {
-        const std::size_t index = (static_cast<std::size_t>(z) * kSpeckleSize + y) * kSpeckleSize + x;
-        for (int c = 0; c < 6; ++c) texels[index][c] = quantise(fine.values[index * kChannels + c]);
+        std::array<std::int8_t, 8>& texel = texels[index(x, y, z)];
+        for (int c = 0; c < 6; ++c) texel[c] = quantise(fine.at(x, y, z, c));
         const float f[3] = {float(x % kStep) / kStep, float(y % kStep) / kStep, float(z % kStep) / kStep};
         float slow[2] = {0, 0};
         float energy = 0;
@@ -129,11 +129,17 @@ SpeckleField::SpeckleField(std::uint32_t seed) {
         }
         // Interpolation averages; part of the variance it takes is given back, so that cell centres are not flat.
         const float restore = 1 / std::sqrt(std::sqrt(energy));
-        texels[index][6] = quantise(slow[0] * restore);
-        texels[index][7] = quantise(slow[1] * restore);
+        texel[6] = quantise(slow[0] * restore);
+        texel[7] = quantise(slow[1] * restore);
       }
     }
   }
+}
+
+std::size_t SpeckleField::index(int x, int y, int z) {
+  constexpr int kBricks = kSpeckleSize / 2;
+  const std::size_t brick = (static_cast<std::size_t>(z >> 1) * kBricks + (y >> 1)) * kBricks + (x >> 1);
+  return (brick << 3) + static_cast<std::size_t>(((z & 1) << 2) + ((y & 1) << 1) + (x & 1));
 }
 
 }  // namespace stylet::ultrasound

@@ -15,10 +15,14 @@ namespace stylet::ultrasound {
 ///   The parts of a look have variance 1 each; channels 6 and 7 have variance 1.
 /// Texel of a rest position x: floor(R x / kSpeckleSpacing) mod kSpeckleSize, R the rotation of the shared header.
 struct SpeckleField {
-  std::vector<std::array<std::int8_t, 8>> texels;  ///< x fastest
+  std::vector<std::array<std::int8_t, 8>> texels;  ///< see index()
 
   /// The same seed gives the same bytes on every machine.
   explicit SpeckleField(std::uint32_t seed);
+
+  /// Place of texel (x, y, z), each in [0, kSpeckleSize), in `texels`: bricks of 2 x 2 x 2, a cache line each, so
+  /// that neighbours in any direction are near in memory.
+  static std::size_t index(int x, int y, int z);
 };
 
 }  // namespace stylet::ultrasound

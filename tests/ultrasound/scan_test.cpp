@@ -112,12 +112,13 @@ TEST(SpeckleField, IsCorrelatedOverItsWidthAndPeriodic) {
   const auto correlation = [&field](int shift) {
     double sum = 0;
     double squares = 0;
-    for (int row = 0; row < kSpeckleSize * kSpeckleSize; ++row) {
-      for (int x = 0; x < kSpeckleSize; ++x) {
-        const std::size_t base = static_cast<std::size_t>(row) * kSpeckleSize;
-        const double a = field.texels[base + x][0];
-        sum += a * field.texels[base + (x + shift) % kSpeckleSize][0];
-        squares += a * a;
+    for (int z = 0; z < kSpeckleSize; ++z) {
+      for (int y = 0; y < kSpeckleSize; ++y) {
+        for (int x = 0; x < kSpeckleSize; ++x) {
+          const double a = field.texels[SpeckleField::index(x, y, z)][0];
+          sum += a * field.texels[SpeckleField::index((x + shift) % kSpeckleSize, y, z)][0];
+          squares += a * a;
+        }
       }
     }
     return sum / squares;
