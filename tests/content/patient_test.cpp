@@ -1,4 +1,5 @@
 #include "tools/make_patient/patient.h"
+#include "engine/content/gltf.h"
 #include "engine/content/solid.h"
 #include "engine/content/surface_mesh.h"
 #include "engine/content/tet_quality.h"
@@ -24,9 +25,16 @@ using Eigen::Vector3d;
 
 const std::filesystem::path kContent = std::filesystem::path(STYLET_SOURCE_DIR) / "content";
 
+// As shipped: CommittedFilesAreWhatTheGeneratorMakes ties the file to the generator, which takes seconds.
 const std::vector<Organ>& organs() {
-  static const std::vector<Organ> made = make_organs();
-  return made;
+  static const std::vector<Organ> shipped = [] {
+    std::vector<Organ> read;
+    for (content::GltfOrgan& o : content::read_gltf(kContent / "organs/abdomen.glb").organs) {
+      read.push_back({o.name, o.organ.role, o.tissue ? o.tissue->preset : "", o.organ.body, std::move(o.mesh)});
+    }
+    return read;
+  }();
+  return shipped;
 }
 
 const Organ& organ(const std::string& name) {
@@ -67,7 +75,7 @@ TEST(Patient, CommittedFilesAreWhatTheGeneratorMakes) {
   for (const auto& [name, tissue] : table.items()) {
     colours[name] = tissue.at("colour").get<std::array<float, 4>>();
   }
-  const auto glb = write_glb(organs(), colours, "Apache-2.0, Stylet contributors");
+  const auto glb = write_glb(make_organs(), colours, "Apache-2.0, Stylet contributors");
   const std::string made(reinterpret_cast<const char*>(glb.data()), glb.size());
   EXPECT_TRUE(same_or_a_micrometre_apart(made, read_bytes(kContent / "organs/abdomen.glb")))
       << "run stylet-make-patient and look at what changed";
