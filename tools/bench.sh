@@ -2,7 +2,7 @@
 # Every benchmark of tests/bench, one after the other: ./tools/bench.sh [options of Google Benchmark]
 source "$(dirname "$0")/setup.sh"
 [ -d build/release/tests/bench ] || build release -DBUILD_TESTING=ON
-for bench in build/release/bin/stylet_bench_*; do
+for bench in build/release/bin/stylet_*_bench; do
   bold "$(basename "$bench")"
   "$bench" "$@"
 done

@@ -86,7 +86,7 @@ double Font::width(std::string_view text, double height) const {
   return units * scale;
 }
 
-Canvas::Canvas(RgbaImage& image)
+Canvas::Canvas(view::Picture& image)
     : image_(image), coverage_(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
   unclip();
 }

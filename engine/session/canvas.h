@@ -1,7 +1,7 @@
 // Antialiased lines, dots, boxes and text on an RGBA image.
 #pragma once
 
-#include "engine/session/image.h"
+#include "engine/view/picture.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -55,7 +55,7 @@ enum class Align : std::uint8_t { left, centre, right };
 /// Draws onto an image; everything is clipped to the image and to the clip box.
 class Canvas {
 public:
-  explicit Canvas(RgbaImage& image);
+  explicit Canvas(view::Picture& image);
 
   void clip(const PixelBox& box) { clip_ = box; }
   void unclip();
@@ -73,7 +73,7 @@ public:
 private:
   void blend(int x, int y, Colour colour, double coverage);
 
-  RgbaImage& image_;
+  view::Picture& image_;
   PixelBox clip_;
   std::vector<std::uint8_t> coverage_;  // of the stroke in progress [width * height], all 0 between strokes
 };

@@ -46,7 +46,7 @@ Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, g
   FrameClock clock(frames, {.frames_per_second = static_cast<double>(settings.frames_per_second)},
                    [&](int, const state::FrameState& state) {
                      const Pictures::Moment moment = panes.draw(state, scene.camera);
-                     video.add_frame(compose_frame(moment, state, trace, font).pixels);
+                     video.add_frame(compose_frame(moment, state, trace, font).rgba);
                    });
   Debrief debrief;
   CoupledLoops loops(scene, recorded.coupling, recorded.start, {&hash, &frames, &clock});
@@ -56,20 +56,21 @@ Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, g
   video.finish();
   debrief.video_frames = clock.frames();
 
-  report("Drawing view.png and ultrasound.png", 0);
+  report("Drawing the pictures", 0);
+  const state::FrameState& moment = frames.closest_frame();
+  view::write_png(out.staged("session.png"), compose_frame(panes.draw(moment, scene.camera), moment, trace, font));
   Pictures stills(device, scene,
                   {.view_width = settings.view_width,
                    .view_height = settings.view_height,
                    .ultrasound_width = 960,
                    .ultrasound_height = 720,
                    .stereo = settings.stereo});
-  const Pictures::Moment closest = stills.draw(frames.closest_frame(), scene.camera);
-  write_png(out.staged("view.png"), closest.view);
-  write_png(out.staged("ultrasound.png"), closest.ultrasound);
+  const Pictures::Moment closest = stills.draw(moment, scene.camera);
+  view::write_png(out.staged("view.png"), closest.view);
+  view::write_png(out.staged("ultrasound.png"), closest.ultrasound);
 
-  report("Drawing the force figure", 0);
   write_force_csv(out.staged("force.csv"), trace);
-  write_png(out.staged("force.png"), draw_force_figure(trace, trace_events(recording), font));
+  view::write_png(out.staged("force.png"), draw_force_figure(trace, trace_events(recording), font));
   return debrief;
 }
 

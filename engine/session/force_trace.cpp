@@ -102,8 +102,8 @@ void write_force_csv(const std::filesystem::path& path, const ForceTrace& trace)
   }
 }
 
-RgbaImage draw_force_figure(const ForceTrace& trace, std::span<const TraceEvent> events, const Font& font, int width,
-                            int height) {
+view::Picture draw_force_figure(const ForceTrace& trace, std::span<const TraceEvent> events, const Font& font,
+                                int width, int height) {
   const std::span<const ForceSample> samples = trace.samples();
   PlotPanel time{.title = "Force on the hand",
                  .x = {.label = "time (s)"},
@@ -135,7 +135,8 @@ RgbaImage draw_force_figure(const ForceTrace& trace, std::span<const TraceEvent>
   return draw_plot(panels, {.width = width, .height = height}, font);
 }
 
-RgbaImage draw_force_depth_strip(const ForceTrace& trace, double time_s, const Font& font, int width, int height) {
+view::Picture draw_force_depth_strip(const ForceTrace& trace, double time_s, const Font& font, int width,
+                                     int height) {
   const std::span<const ForceSample> all = trace.samples();
   const auto after =
       std::upper_bound(all.begin(), all.end(), time_s, [](double t, const ForceSample& s) { return t < s.time_s; });

@@ -72,11 +72,11 @@ private:
 void write_force_csv(const std::filesystem::path& path, const ForceTrace& trace);
 
 /// force.png: components and norm against time with events above, axial and lateral force against depth below.
-RgbaImage draw_force_figure(const ForceTrace& trace, std::span<const TraceEvent> events, const Font& font,
-                            int width = 1200, int height = 900);
+view::Picture draw_force_figure(const ForceTrace& trace, std::span<const TraceEvent> events, const Font& font,
+                                int width = 1200, int height = 900);
 
 /// The live curve of the video: axial and lateral force against depth up to a time, with a dot at that time. Its axes
 /// are those of the whole trace, so nothing moves but the curve. Dark.
-RgbaImage draw_force_depth_strip(const ForceTrace& trace, double time_s, const Font& font, int width, int height);
+view::Picture draw_force_depth_strip(const ForceTrace& trace, double time_s, const Font& font, int width, int height);
 
 }  // namespace stylet::session

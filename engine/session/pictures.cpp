@@ -15,7 +15,7 @@ constexpr Colour kText{226, 232, 236, 255};
 constexpr Colour kDim{150, 160, 168, 255};
 
 // Copies the rows of `from` into `to` with its top left corner at (left, top).
-void paste(const RgbaImage& from, RgbaImage& to, int left, int top) {
+void paste(const view::Picture& from, view::Picture& to, int left, int top) {
   const int rows = std::min(from.height, to.height - top);
   const int columns = std::min(from.width, to.width - left);
   for (int y = 0; y < rows; ++y) {
@@ -23,10 +23,10 @@ void paste(const RgbaImage& from, RgbaImage& to, int left, int top) {
   }
 }
 
-RgbaImage picture(gpu::Device& device, const gpu::Image& image, std::uint32_t layer) {
+view::Picture picture(gpu::Device& device, const gpu::Image& image, std::uint32_t layer) {
   const auto bytes = gpu::read_back(device, image, layer);
-  RgbaImage result(static_cast<int>(image.extent().width), static_cast<int>(image.extent().height));
-  std::memcpy(result.pixels.data(), bytes.data(), result.pixels.size());
+  view::Picture result(static_cast<int>(image.extent().width), static_cast<int>(image.extent().height));
+  std::memcpy(result.rgba.data(), bytes.data(), result.rgba.size());
   return result;
 }
 
@@ -48,20 +48,20 @@ Pictures::Moment Pictures::draw(const state::FrameState& state, const content::C
   return {.view = read_view(), .ultrasound = picture(device_, ultrasound, 0)};
 }
 
-RgbaImage Pictures::read_view() const {
-  const RgbaImage left = picture(device_, renderer_.image(), 0);
+view::Picture Pictures::read_view() const {
+  const view::Picture left = picture(device_, renderer_.image(), 0);
   if (!stereo_) return left;
-  RgbaImage both(2 * left.width, left.height);
+  view::Picture both(2 * left.width, left.height);
   paste(left, both, 0, 0);
   paste(picture(device_, renderer_.image(), 1), both, left.width, 0);
   return both;
 }
 
-RgbaImage compose_frame(const Pictures::Moment& moment, const state::FrameState& state, const ForceTrace& trace,
-                        const Font& font) {
+view::Picture compose_frame(const Pictures::Moment& moment, const state::FrameState& state, const ForceTrace& trace,
+                            const Font& font) {
   const auto& [view, ultrasound] = moment;
-  RgbaImage frame(view.width + ultrasound.width, view.height);
-  for (std::size_t i = 3; i < frame.pixels.size(); i += 4) frame.pixels[i] = 255;
+  view::Picture frame(view.width + ultrasound.width, view.height);
+  for (std::size_t i = 3; i < frame.rgba.size(); i += 4) frame.rgba[i] = 255;
   paste(view, frame, 0, 0);
   paste(ultrasound, frame, view.width, 0);
   const int strip_height = view.height - ultrasound.height;

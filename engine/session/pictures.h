@@ -6,9 +6,9 @@
 #include "engine/render/renderer.h"
 #include "engine/session/canvas.h"
 #include "engine/session/force_trace.h"
-#include "engine/session/image.h"
 #include "engine/state/frame_state.h"
 #include "engine/ultrasound/imager.h"
+#include "engine/view/picture.h"
 
 #include <cstdint>
 
@@ -29,13 +29,13 @@ public:
   Pictures(gpu::Device& device, const content::Scene& scene, const PictureSettings& settings);
 
   struct Moment {
-    RgbaImage view;        ///< 3-D view; the probe's image plane shows the ultrasound image; sRGB
-    RgbaImage ultrasound;  ///< B-mode image, grey
+    view::Picture view;        ///< 3-D view; the probe's image plane shows the ultrasound image; sRGB
+    view::Picture ultrasound;  ///< B-mode image, grey
   };
   Moment draw(const state::FrameState& state, const content::Camera& camera);
 
 private:
-  RgbaImage read_view() const;
+  view::Picture read_view() const;
 
   gpu::Device& device_;
   bool stereo_;
@@ -45,7 +45,7 @@ private:
 
 /// A frame of session.mp4: the 3-D view on the left, the ultrasound image above the live force curve on the right,
 /// captions on top. As high as the view, as wide as both.
-RgbaImage compose_frame(const Pictures::Moment& moment, const state::FrameState& state, const ForceTrace& trace,
-                        const Font& font);
+view::Picture compose_frame(const Pictures::Moment& moment, const state::FrameState& state, const ForceTrace& trace,
+                            const Font& font);
 
 }  // namespace stylet::session

@@ -252,8 +252,8 @@ std::vector<double> nice_ticks(double min, double max, int max_count) {
   return ticks;
 }
 
-RgbaImage draw_plot(std::span<const PlotPanel> panels, const PlotSettings& settings, const Font& font) {
-  RgbaImage image(settings.width, settings.height);
+view::Picture draw_plot(std::span<const PlotPanel> panels, const PlotSettings& settings, const Font& font) {
+  view::Picture image(settings.width, settings.height);
   Canvas canvas(image);
   canvas.fill({0, 0, static_cast<double>(settings.width), static_cast<double>(settings.height)},
               theme_colours(settings.theme).background);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/session/canvas.h"
-#include "engine/session/image.h"
+#include "engine/view/picture.h"
 
 #include <limits>
 #include <span>
@@ -66,6 +66,6 @@ Colour plot_colour(int index, PlotTheme theme);
 std::vector<double> nice_ticks(double min, double max, int max_count);
 
 /// Draws the panels below each other. Without a font (see Font::load) there is no text.
-RgbaImage draw_plot(std::span<const PlotPanel> panels, const PlotSettings& settings, const Font& font);
+view::Picture draw_plot(std::span<const PlotPanel> panels, const PlotSettings& settings, const Font& font);
 
 }  // namespace stylet::session

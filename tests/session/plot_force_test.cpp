@@ -1,7 +1,7 @@
 #include "engine/content/error.h"
 #include "engine/session/force_trace.h"
-#include "engine/session/image.h"
 #include "engine/session/video.h"
+#include "engine/view/picture.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -129,16 +129,16 @@ TEST(ForceFigure, IsWrittenAsPngAndGrowsWithTheData) {
   const Folder folder;
   const Font font = Font::load();
   const TraceEvent events[] = {{1.0, "skin"}, {6.0, "withdrawal"}, {8.0, "second advance"}};
-  const RgbaImage figure = draw_force_figure(insertion(), events, font);
-  write_png(folder / "force.png", figure);
+  const view::Picture figure = draw_force_figure(insertion(), events, font);
+  view::write_png(folder / "force.png", figure);
   std::ifstream file(folder / "force.png", std::ios::binary);
   std::array<char, 8> magic{};
   file.read(magic.data(), magic.size());
   EXPECT_EQ(std::string(magic.data(), 8), "\x89PNG\r\n\x1a\n");
-  EXPECT_NE(figure.pixels, draw_force_figure(ForceTrace(1), {}, font).pixels);
+  EXPECT_NE(figure.rgba, draw_force_figure(ForceTrace(1), {}, font).rgba);
   if (const char* keep = std::getenv("STYLET_KEEP_FIGURES")) {
-    write_png(fs::path(keep) / "force.png", figure);
-    write_png(fs::path(keep) / "strip.png", draw_force_depth_strip(insertion(), 7.2, font, 1280, 220));
+    view::write_png(fs::path(keep) / "force.png", figure);
+    view::write_png(fs::path(keep) / "strip.png", draw_force_depth_strip(insertion(), 7.2, font, 1280, 220));
   }
 }
 
@@ -146,11 +146,11 @@ TEST(ForceFigure, StripShowsThePastOnlyOnAxesThatDoNotMove) {
   const Font font;
   const ForceTrace trace = insertion();
   const auto curve_pixels = [&](double t) {
-    const RgbaImage image = draw_force_depth_strip(trace, t, font, 640, 180);
+    const view::Picture image = draw_force_depth_strip(trace, t, font, 640, 180);
     const Colour axial = plot_colour(0, PlotTheme::dark);
     int count = 0;
-    for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
-      count += image.pixels[i] == axial.r && image.pixels[i + 1] == axial.g ? 1 : 0;
+    for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+      count += image.rgba[i] == axial.r && image.rgba[i + 1] == axial.g ? 1 : 0;
     }
     return count;
   };
@@ -160,18 +160,11 @@ TEST(ForceFigure, StripShowsThePastOnlyOnAxesThatDoNotMove) {
   EXPECT_GT(late, early);
   EXPECT_GT(all, late);
   // The axes are the same pixels at all times: compare the left margin.
-  const RgbaImage a = draw_force_depth_strip(trace, 2, font, 640, 180);
-  const RgbaImage b = draw_force_depth_strip(trace, 11, font, 640, 180);
+  const view::Picture a = draw_force_depth_strip(trace, 2, font, 640, 180);
+  const view::Picture b = draw_force_depth_strip(trace, 11, font, 640, 180);
   for (int y = 0; y < 180; ++y) {
     for (int x = 0; x < 10; ++x) ASSERT_EQ(a.at(x, y)[0], b.at(x, y)[0]);
   }
-}
-
-TEST(Png, RefusesAWrongSizeAndABadPath) {
-  const std::vector<std::uint8_t> pixels(4 * 6);
-  EXPECT_THROW(write_png("/no/such/folder/a.png", 3, 2, pixels), ContentError);
-  EXPECT_THROW(write_png(fs::temp_directory_path() / "a.png", 4, 2, pixels), ContentError);
-  EXPECT_THROW(write_png(fs::temp_directory_path() / "a.png", 0, 0, {}), ContentError);
 }
 
 /// What a command prints, without its last line end.
@@ -184,7 +177,7 @@ std::string output_of(const std::string& command) {
   return text;
 }
 
-void paint(RgbaImage& image, int frame) {
+void paint(view::Picture& image, int frame) {
   Canvas canvas(image);
   canvas.fill({0, 0, static_cast<double>(image.width), static_cast<double>(image.height)}, {20, 30, 60});
   canvas.disc({10.0 + 3 * frame, 60}, 9, {250, 200, 40});
@@ -194,10 +187,10 @@ TEST(Video, HasTheFramesAndTheDurationItWasGiven) {
   const Folder folder;
   const fs::path path = folder / "clip.mp4";
   VideoWriter video(path, {.width = 160, .height = 120, .frames_per_second = 30});
-  RgbaImage image(160, 120);
+  view::Picture image(160, 120);
   for (int frame = 0; frame < 45; ++frame) {
     paint(image, frame);
-    video.add_frame(image.pixels);
+    video.add_frame(image.rgba);
   }
   EXPECT_FALSE(fs::exists(path));  // not before it is whole
   video.finish();
@@ -217,10 +210,10 @@ TEST(Video, FramesComeBackAsTheyWentIn) {
   const Folder folder;
   const fs::path path = folder / "clip.mp4";
   VideoWriter video(path, {.width = 64, .height = 48});
-  RgbaImage image(64, 48);  // red above, blue below: rows must not be flipped, channels not swapped
+  view::Picture image(64, 48);  // red above, blue below: rows must not be flipped, channels not swapped
   Canvas(image).fill({0, 0, 64, 24}, {220, 30, 30});
   Canvas(image).fill({0, 24, 64, 48}, {30, 30, 220});
-  for (int i = 0; i < 5; ++i) video.add_frame(image.pixels);
+  for (int i = 0; i < 5; ++i) video.add_frame(image.rgba);
   video.finish();
   const fs::path raw = folder / "frame.rgb";
   output_of("ffmpeg -v error -y -i " + path.string() + " -frames:v 1 -f rawvideo -pix_fmt rgb24 " + raw.string());
@@ -250,10 +243,10 @@ TEST(Video, MissingCommandIsOneLineThatNamesIt) {
 TEST(Video, EncoderThatDiesIsAnErrorAndNoSignal) {
   const Folder folder;
   VideoWriter video(folder / "clip.mp4", {.width = 640, .height = 480, .encoder = "false"});
-  const RgbaImage image(640, 480);
+  const view::Picture image(640, 480);
   EXPECT_THROW(
       {
-        for (int i = 0; i < 100; ++i) video.add_frame(image.pixels);  // more than a socket holds
+        for (int i = 0; i < 100; ++i) video.add_frame(image.rgba);  // more than a socket holds
       },
       ContentError);
   EXPECT_THROW(video.finish(), ContentError);
@@ -263,8 +256,8 @@ TEST(Video, ErrorOfTheEncoderIsPassedOn) {
   const Folder folder;
   VideoWriter video(folder / "missing/clip.mp4", {.width = 64, .height = 64});
   try {
-    const RgbaImage image(64, 64);
-    for (int i = 0; i < 3; ++i) video.add_frame(image.pixels);
+    const view::Picture image(64, 64);
+    for (int i = 0; i < 3; ++i) video.add_frame(image.rgba);
     video.finish();
     FAIL();
   } catch (const ContentError& error) {
@@ -276,8 +269,8 @@ TEST(Video, LeavesNothingBehindWithoutFinish) {
   const Folder folder;
   {
     VideoWriter video(folder / "clip.mp4", {.width = 64, .height = 64});
-    const RgbaImage image(64, 64);
-    for (int i = 0; i < 10; ++i) video.add_frame(image.pixels);
+    const view::Picture image(64, 64);
+    for (int i = 0; i < 10; ++i) video.add_frame(image.rgba);
   }
   EXPECT_TRUE(folder.empty());
 }

@@ -14,22 +14,22 @@ namespace {
 constexpr Colour kWhite{255, 255, 255};
 constexpr Colour kBlack{0, 0, 0};
 
-RgbaImage white(int width, int height) {
-  RgbaImage image(width, height);
+view::Picture white(int width, int height) {
+  view::Picture image(width, height);
   Canvas(image).fill({0, 0, static_cast<double>(width), static_cast<double>(height)}, kWhite);
   return image;
 }
 
 /// Ink of a black drawing on white, in whole black pixels.
-double ink(const RgbaImage& image) {
+double ink(const view::Picture& image) {
   double sum = 0;
-  for (std::size_t i = 0; i < image.pixels.size(); i += 4) sum += (255 - image.pixels[i]) / 255.0;
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) sum += (255 - image.rgba[i]) / 255.0;
   return sum;
 }
 
 TEST(Canvas, InkOfALineIsItsAreaAtAnyAngle) {
   for (const double angle : {0.0, 0.3, 0.785, 1.2, 1.5707}) {
-    RgbaImage image = white(200, 200);
+    view::Picture image = white(200, 200);
     const PixelPoint end{100.3 + 80 * std::cos(angle), 20.7 + 80 * std::sin(angle)};
     Canvas(image).line({100.3, 20.7}, end, 3, kBlack);
     // A rectangle of 80 x 3 and two half discs. Coverage is sampled at pixel centres, so at 45 degrees, where these
@@ -40,16 +40,16 @@ TEST(Canvas, InkOfALineIsItsAreaAtAnyAngle) {
 }
 
 TEST(Canvas, StrokeThatCrossesItselfIsNotDrawnTwice) {
-  RgbaImage image = white(60, 60);
+  view::Picture image = white(60, 60);
   const Colour half{0, 0, 0, 128};
   const PixelPoint cross[] = {{10, 10}, {50, 50}, {50, 10}, {10, 50}, {50, 50}};
   Canvas(image).polyline(cross, 5, half);
-  for (std::size_t i = 0; i < image.pixels.size(); i += 4) ASSERT_GE(image.pixels[i], 126);
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) ASSERT_GE(image.rgba[i], 126);
   EXPECT_EQ(image.at(30, 30)[0], 127);
 }
 
 TEST(Canvas, NothingIsDrawnOutsideImageOrClip) {
-  RgbaImage image = white(40, 40);
+  view::Picture image = white(40, 40);
   Canvas canvas(image);
   canvas.clip({10, 10, 20, 20});
   canvas.line({-1e6, 15}, {1e6, 15}, 4, kBlack);
@@ -69,7 +69,7 @@ TEST(Canvas, NothingIsDrawnOutsideImageOrClip) {
 TEST(Canvas, TurnedTextIsTheSameTextReadingUpwards) {
   const Font font = Font::load();
   if (font.empty()) GTEST_SKIP() << font.warning();
-  RgbaImage upright = white(120, 40), turned = white(40, 120);
+  view::Picture upright = white(120, 40), turned = white(40, 120);
   Canvas(upright).text(font, "Fl 7", {10, 20}, 24, kBlack);
   Canvas(turned).text(font, "Fl 7", {20, 110}, 24, kBlack, Align::left, /*turned=*/true);
   EXPECT_GT(ink(upright), 50);
@@ -82,7 +82,7 @@ TEST(Canvas, AlignmentPutsTheTextWhereItSays) {
   const Font font = Font::load();
   if (font.empty()) GTEST_SKIP() << font.warning();
   const auto columns = [&](Align align) {
-    RgbaImage image = white(200, 40);
+    view::Picture image = white(200, 40);
     Canvas(image).text(font, "HHHH", {100, 20}, 20, kBlack, align);
     int first = 200, last = -1;
     for (int x = 0; x < 200; ++x) {
@@ -105,7 +105,7 @@ TEST(Font, MissingFileGivesAWarningAndNoText) {
   const Font font = Font::load("/no/such/font.ttf");
   EXPECT_TRUE(font.empty());
   EXPECT_NE(font.warning().find("/no/such/font.ttf"), std::string::npos);
-  RgbaImage image = white(20, 20);
+  view::Picture image = white(20, 20);
   Canvas(image).text(font, "abc", {10, 10}, 12, kBlack);
   EXPECT_EQ(ink(image), 0);
   EXPECT_EQ(font.width("abc", 12), 0);
@@ -132,7 +132,7 @@ TEST(Plot, TicksAreRoundAndWithinTheRange) {
 }
 
 /// Centre of the pixels near a colour.
-PixelPoint centre_of(const RgbaImage& image, Colour colour, int* count = nullptr) {
+PixelPoint centre_of(const view::Picture& image, Colour colour, int* count = nullptr) {
   double sx = 0, sy = 0;
   int n = 0;
   for (int y = 0; y < image.height; ++y) {
@@ -207,8 +207,8 @@ TEST(Plot, DegenerateDataStillGivesAFigure) {
     panel.series = {{.label = "a", .x = x, .y = y, .colour = {255, 0, 0}}};
     panel.markers = {{nan, "n"}, {1, "one"}};
     panel.dots = {{inf, 0, {}}};
-    const RgbaImage image = draw_plot({&panel, 1}, {.width = 300, .height = 200}, font);
-    EXPECT_EQ(image.pixels.size(), 300u * 200 * 4);
+    const view::Picture image = draw_plot({&panel, 1}, {.width = 300, .height = 200}, font);
+    EXPECT_EQ(image.rgba.size(), 300u * 200 * 4);
   }
   PlotPanel panel;
   EXPECT_EQ(draw_plot({&panel, 1}, {.width = 20, .height = 10}, font).width, 20);

@@ -41,7 +41,7 @@ struct RenderOptions {
   bool stereo = false;
   std::uint32_t seed = 1;
   std::string device;
-  std::string coupling = "paper-updated";
+  std::string coupling;
   std::string gpu;
 };
 
@@ -75,19 +75,19 @@ content::Camera chosen_camera(const RenderOptions& options, const content::Scene
   return camera;
 }
 
-std::string picture_hash(const session::RgbaImage& image) {
+std::string picture_hash(const view::Picture& image) {
   session::StateHash hash;
   hash.add(static_cast<std::uint64_t>(image.width));
-  for (const std::uint8_t byte : image.pixels) hash.add(std::uint64_t{byte});
+  for (const std::uint8_t byte : image.rgba) hash.add(std::uint64_t{byte});
   return session::hash_text(hash.value());
 }
 
 int render(const RenderOptions& options) {
   const Size view_size = parse_size("--size", options.size);
   const Size ultrasound_size = parse_size("--ultrasound-size", options.ultrasound_size);
-  const physics::Coupling coupling = session::coupling_from_name(options.coupling);
   Progress progress;
   const content::Scene scene = load_scene(options.scenario, progress);
+  const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
   const content::Camera camera = chosen_camera(options, scene);
   const Stylus stylus = make_stylus(options.device, scene);
   if (!std::isfinite(stylus.duration_s)) {
@@ -119,8 +119,8 @@ int render(const RenderOptions& options) {
                               const std::string view_name = fmt::format("view_{:05}.png", frame);
                               const std::string ultrasound_name = fmt::format("ultrasound_{:05}.png", frame);
                               const auto [view, ultrasound] = pictures.draw(state, camera);
-                              session::write_png(out.staged(view_name), view);
-                              session::write_png(out.staged(ultrasound_name), ultrasound);
+                              view::write_png(out.staged(view_name), view);
+                              view::write_png(out.staged(ultrasound_name), ultrasound);
                               frames.push_back({{"time_s", state.time_s},
                                                 {"view", view_name},
                                                 {"view_hash", picture_hash(view)},
@@ -141,7 +141,7 @@ int render(const RenderOptions& options) {
                                                     {"version", 1},
                                                     {"build", build_name()},
                                                     {"scenario", scene.scenario.string()},
-                                                    {"coupling", options.coupling},
+                                                    {"coupling", session::coupling_name(coupling)},
                                                     {"seed", options.seed},
                                                     {"frames_per_second", options.frames_per_second},
                                                     {"state_hash", session::hash_text(hash.state())},
@@ -173,7 +173,7 @@ void add_render(CLI::App& app, int& exit_code) {
   command->add_flag("--stereo", options->stereo, "Both eyes side by side");
   command->add_option("--seed", options->seed, "Of speckle and noise")->capture_default_str();
   command->add_option("--device", options->device, kDeviceHelp);
-  command->add_option("--coupling", options->coupling, kCouplingHelp)->capture_default_str();
+  command->add_option("--coupling", options->coupling, kCouplingHelp);
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
   command->footer(
       "The loops run in lockstep, so the same binary gives the same frames, whatever else the machine does. On "

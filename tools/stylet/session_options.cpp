@@ -3,6 +3,7 @@
 #include "engine/content/error.h"
 #include "engine/content/motion.h"
 #include "engine/content/scenario.h"
+#include "engine/session/coupled_loops.h"
 #include "haptic/mouse_device.h"
 #include "haptic/recorded_device.h"
 #include "haptic/scripted_device.h"
@@ -85,6 +86,10 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene) 
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .mouse = mouse};
   }
   throw content::ContentError(fmt::format("--device {}: there is recorded:FILE, scripted and mouse", description));
+}
+
+physics::Coupling chosen_coupling(const std::string& name, const content::Scene& scene) {
+  return session::coupling_from_name(name.empty() ? scene.coupling : name);
 }
 
 }  // namespace stylet::tools

@@ -3,6 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "haptic/device.h"
+#include "physics/loops/haptic_loop.h"
 #include "tools/stylet/progress.h"
 
 #include <filesystem>
@@ -29,8 +30,11 @@ struct Stylus {
 /// @throws content::ContentError
 Stylus make_stylus(const std::string& description, const content::Scene& scene);
 
+/// The coupling named, or the scenario's where none is. @throws content::ContentError
+physics::Coupling chosen_coupling(const std::string& name, const content::Scene& scene);
+
 inline constexpr const char* kDeviceHelp =
     "Stylus: recorded:FILE (a motion file), scripted, or mouse; default: the scenario's recorded motion";
-inline constexpr const char* kCouplingHelp = "paper-frozen or paper-updated";
+inline constexpr const char* kCouplingHelp = "paper-frozen or paper-updated; default: the scenario's";
 
 }  // namespace stylet::tools

@@ -20,6 +20,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace stylet::tools {
 
@@ -31,7 +32,7 @@ struct TrainOptions {
   std::string view = "auto";
   bool stereo = false;
   bool lockstep = false;
-  std::string coupling = "paper-updated";
+  std::string coupling;
   std::string out = "out/session";
   std::string gpu;
 };
@@ -58,37 +59,30 @@ bool want_window(const TrainOptions& options) {
   return has_display() && !options.lockstep;
 }
 
-session::RunStatistics run(session::LiveSession& live, const TrainOptions& options, double duration_s, bool window,
-                           gpu::Device& gpu, const content::Scene& scene, haptic::MouseDevice* mouse,
-                           Progress& progress) {
-  if (options.lockstep) {
-    return live.run_in_lockstep([&](double share) { progress.show("Session in lockstep", share); });
+/// A window's display; none for a headless session, or where --view auto finds that none can be opened.
+std::unique_ptr<view::Display> open_display(const TrainOptions& options) {
+  if (!want_window(options)) return nullptr;
+  try {
+    return std::make_unique<view::Display>();
+  } catch (const gpu::GpuError& error) {
+    if (options.view == "window") throw;
+    fmt::print(stderr, "stylet: {}; going on headless\n", error.what());
+    return nullptr;
   }
-  live.start();
-  if (window) {
-    show_session(gpu, scene, live, {.stereo = options.stereo, .mouse = mouse});
-  } else {
-    while (!live.finished()) {
-      progress.show("Session in real time", live.time_s() / duration_s);
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
-  }
-  return live.stop();
 }
 
 int train(const TrainOptions& options) {
   if (options.scenario.empty()) return list_scenarios();
-  const physics::Coupling coupling = session::coupling_from_name(options.coupling);
-  const bool window = want_window(options);
+  const std::unique_ptr<view::Display> display = open_display(options);
   Progress progress;
   const content::Scene scene = load_scene(options.scenario, progress);
+  const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
   const Stylus stylus = make_stylus(options.device, scene);
-  if (!window && !std::isfinite(stylus.duration_s)) {
-    throw content::ContentError(
-        "--device mouse: needs a window; there is no display, or --view headless or --lockstep");
+  if (!display && !std::isfinite(stylus.duration_s)) {
+    throw content::ContentError("--device mouse: needs a window, and this session has none");
   }
   gpu::Device gpu(
-      {.gpu = options.gpu, .window_extensions = window ? window_extensions() : std::vector<std::string>{}});
+      {.gpu = options.gpu, .window_extensions = display ? display->vulkan_extensions() : std::vector<std::string>{}});
   session::OutputDirectory out(options.out);
 
   const auto recording_file = out.staged("session.rec");
@@ -100,12 +94,22 @@ int train(const TrainOptions& options) {
                              .build = build_name()});
   session::SessionReport report{.scenario = scene.scenario.string(),
                                 .build = build_name(),
-                                .coupling = options.coupling,
+                                .coupling = session::coupling_name(coupling),
                                 .device = stylus.device->name(),
                                 .gpu = gpu.identity().name,
                                 .gpu_driver = gpu.identity().driver,
                                 .blas = physics::use_single_threaded_blas().name};
-  report.run = run(live, options, stylus.duration_s, window, gpu, scene, stylus.mouse, progress);
+  if (options.lockstep) {
+    report.run = live.run_in_lockstep([&](double share) { progress.show("Session in lockstep", share); });
+  } else {
+    live.start();
+    if (display) show_session(*display, gpu, scene, live, {.stereo = options.stereo, .mouse = stylus.mouse});
+    while (!display && !live.finished()) {
+      progress.show("Session in real time", live.time_s() / stylus.duration_s);
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    report.run = live.stop();
+  }
   progress.done();
   report.force = live.force().summary();
   report.closest_target_distance = live.closest_target_distance();
@@ -126,7 +130,7 @@ int train(const TrainOptions& options) {
   fmt::print(
       "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
       "  view.png         the 3-D view, when the tip is closest to the target\n"
-      "  ultrasound.png   the ultrasound image of the same moment\n"
+      "  ultrasound.png   the ultrasound image of the same moment; session.png has both\n"
       "  force.png        the force on the hand; force.csv has the numbers\n"
       "  session.json     what was measured\n"
       "  session.rec      the recording; `stylet replay {}` runs it again\n",
@@ -147,7 +151,7 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_flag("--stereo", options->stereo, "Both eyes side by side, drawn in one pass");
   command->add_flag("--lockstep", options->lockstep,
                     "One thread, fixed schedule, as fast as it goes: the same bits every time");
-  command->add_option("--coupling", options->coupling, kCouplingHelp)->capture_default_str();
+  command->add_option("--coupling", options->coupling, kCouplingHelp);
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
   command->footer(
