@@ -34,7 +34,10 @@ Shade shade(FrameUniforms frame, vec3 albedo, vec3 n, vec3 v, float roughness, f
 }
 
 /// Film-like curve (Narkowicz 2015, a fit of the ACES reference transform).
-vec3 tone_map(vec3 c) { return clamp(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0); }
+vec3 tone_map(vec3 c) {
+  c *= 0.8;
+  return clamp(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
+}
 
 /// Calm dark ground, lighter behind the middle. `at` in [-1, 1] across the picture.
 vec3 background(vec2 at) {

@@ -30,6 +30,8 @@ void main() {
   vec3 albedo = style.colour.rgb;
   float roughness = style.surface.x;
   float f0 = 0.04;
+  // Skin over a dark ground looks grey: light that comes back through it has lost its blue.
+  if (kind == kCover) albedo *= vec3(1.10, 0.86, 0.74);
   if (kind == kSteel) {
     f0 = 0.75;
     // Marks every centimetre, as biopsy needles have; the fifth is wider.

@@ -16,7 +16,17 @@ SurfaceStyle style_of(const content::Tissue& tissue) {
   const auto [r, g, b, opacity] = tissue.colour;
   if (opacity >= kOpaque) return {{r, g, b, 1}, {0.42F, 1, 1, 0}, {kSolid, 0, 0, 0}};
   if (opacity > kCoverOpacity) return {{r, g, b, 0.5F * opacity}, {0.34F, 0.92F, 2.2F, 0}, {kGlass, 0, 0, 0}};
-  return {{r, g, b, 0.55F * opacity}, {0.5F, 0.75F, 2.5F, 0}, {kCover, 0, 0, 0}};
+  return {{r, g, b, 1.25F * opacity}, {0.5F, 0.85F, 2.5F, 0}, {kCover, 0, 0, 0}};
+}
+
+/// The outside of a body whose tissues are drawn as covers of their own (skin over fat over muscle) shows nothing
+/// new.
+bool shown_by_its_regions(const content::Scene& scene, const content::Surface& surface) {
+  if (surface.role != content::SurfaceRole::boundary || surface.body < 0) return false;
+  return std::any_of(scene.surfaces.begin(), scene.surfaces.end(), [&](const content::Surface& other) {
+    return other.role == content::SurfaceRole::region && other.body == surface.body &&
+           style_of(scene.tissues[static_cast<std::size_t>(other.tissue)]).kind[0] == kCover;
+  });
 }
 
 void push_vertex(Geometry& geometry, std::uint32_t anchor, const Eigen::Vector3f& position,
@@ -81,10 +91,10 @@ Geometry::Geometry(const content::Scene& scene)
 
   for (const content::Surface& surface : scene.surfaces) {
     const content::Tissue& tissue = scene.tissues[static_cast<std::size_t>(surface.tissue)];
-    if (surface.indices.empty() || tissue.colour[3] <= 0) continue;
+    if (surface.indices.empty() || tissue.colour[3] <= 0 || shown_by_its_regions(scene, surface)) continue;
     const SurfaceStyle style = style_of(tissue);
     const std::uint32_t base = surface.body < 0 ? 0 : first_node[static_cast<std::size_t>(surface.body)];
-    auto& pieces = style.kind[0] == kSolid ? solids : glass;
+    auto& pieces = style.kind[0] == kSolid ? solids : style.kind[0] == kGlass ? glass : covers;
     pieces.push_back(append(*this, surface, base, style));
   }
   const SurfaceStyle shell{{0.36F, 0.38F, 0.41F, 1}, {0.40F, 1, 1, 0}, {kMatte, 0, 0, 0}};

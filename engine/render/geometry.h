@@ -35,6 +35,7 @@ struct Geometry {
   std::vector<Piece> solids;         ///< opaque organs, bone, probe
   std::vector<Piece> needle_pieces;  ///< shaft and hub
   std::vector<Piece> glass;          ///< translucent organs, in the order of the scene
+  std::vector<Piece> covers;         ///< skin, fat, muscle: what is cut open towards the focus
   Piece fan;
   NeedleMesh needle;
   std::uint32_t needle_base = 0;  ///< first vertex of the needle

@@ -84,7 +84,7 @@ ProbeMesh probe_body(const content::Probe& probe) {
       {0.036F, wide * 0.76F, 0.0128F},   {0.052F, wide * 0.53F, 0.0130F}, {0.070F, 0.0155F, 0.0128F},
       {0.095F, 0.0150F, 0.0125F},        {0.118F, 0.0142F, 0.0118F},      {0.129F, 0.0115F, 0.0095F},
       {0.136F, 0.0055F, 0.0050F},        {0.146F, 0.0038F, 0.0038F},      {0.170F, 0.0036F, 0.0036F},
-      {0.1705F, 0.0001F, 0.0001F}};
+      {0.1720F, 0.0032F, 0.0032F},       {0.1734F, 0.0018F, 0.0018F},     {0.1738F, 0.0001F, 0.0001F}};
   // Near the face the housing keeps the arc's shape, further back it is straight. Between the given sections it is
   // smooth (Catmull-Rom), as moulded housings are.
   constexpr int kBetween = 6;
@@ -96,8 +96,8 @@ ProbeMesh probe_body(const content::Probe& probe) {
       const auto smooth = [&](float Section::*extent) {
         const float a = section(i - 1).*extent, b = section(i).*extent, c = section(i + 1).*extent,
                     d = section(i + 2).*extent;
-        return std::max(0.0001F,
-                        b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a))));
+        const float curve = b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
+        return std::clamp(curve, std::min(b, c), std::max(b, c));  // no overshoot
       };
       const Section at{smooth(&Section::behind), smooth(&Section::half_width), smooth(&Section::half_thickness)};
       const float follows_arc = std::clamp(1 - at.behind / 0.045F, 0.0F, 1.0F);

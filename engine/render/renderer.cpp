@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "shaders/background.frag.h"
 #include "shaders/background.vert.h"
@@ -214,7 +215,7 @@ FrameUniforms Renderer::uniforms(const state::FrameState& state, const content::
 }
 
 std::vector<std::size_t> Renderer::glass_order() const {
-  // By the depth of a piece's nearest point: what encloses another piece is nearer, and drawn after it.
+  // By the distance of a piece's nearest point: what encloses another piece is nearer, and drawn after it.
   const Eigen::Vector3f eye = eyes_.front().position.cast<float>();
   std::vector<float> nearest;
   for (const Piece& piece : geometry_.glass) {
@@ -223,8 +224,8 @@ std::vector<std::size_t> Renderer::glass_order() const {
       least = std::min(least, (place(geometry_.rest[i], nodes_) - eye).squaredNorm());
     nearest.push_back(least);
   }
-  std::vector<std::size_t> order(geometry_.glass.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::vector<std::size_t> order(nearest.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return nearest[a] > nearest[b]; });
   return order;
 }
@@ -304,6 +305,9 @@ void Renderer::draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool 
     draw_piece(glass_depth_, geometry_.glass[i]);
     draw_piece(glass_colour_, geometry_.glass[i]);
   }
+  // Skin, fat and muscle are one shell: of all of them together only the nearest surface is seen.
+  for (const Piece& piece : geometry_.covers) draw_piece(glass_depth_, piece);
+  for (const Piece& piece : geometry_.covers) draw_piece(glass_colour_, piece);
   const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
   vkCmdEndRenderPass2(cmd, &end);
 }

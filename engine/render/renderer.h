@@ -1,7 +1,7 @@
 // The 3-D view: organs, needle, probe and imaging plane of one frame, drawn offscreen for one eye or both.
 //
 // A frame: upload nodes, needle and uniforms; place every vertex (deform.comp); then one render pass over all eyes
-// (multiview): ground, solids, imaging plane, and the glass organs from the farthest to the nearest. Of a glass organ
+// (multiview): solids, ground, imaging plane, glass organs, and the covers over them. Of a glass organ
 // only its nearest surface is seen: its depth is laid first, then its colour where the depth is its own. That needs
 // no sorting of triangles and gives the same picture for any order of them.
 #pragma once
@@ -26,7 +26,7 @@ struct RenderSettings {
   int views = 1;  ///< 2: stereo, left eye in layer 0, right eye in layer 1
   StereoSettings stereo{};
   bool antialias = true;         ///< 4 samples a pixel
-  double window_radius = 0.075;  ///< of the opening in skin, fat and muscle round the focus, m
+  double window_radius = 0.082;  ///< of the opening in skin, fat and muscle round the focus, m
 };
 
 /// The ultrasound image as a texture of the imaging plane: pixel (u, v) lies at origin + (u, v) * metres_per_pixel in
@@ -61,7 +61,7 @@ private:
   void take_nodes(const state::FrameState& state);
   FrameUniforms uniforms(const state::FrameState& state, const content::Camera& camera,
                          const PlaneTexture& ultrasound) const;
-  /// Indices of the glass pieces, farthest first.
+  /// Indices of the glass organs, farthest first.
   std::vector<std::size_t> glass_order() const;
   void draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool with_needle) const;
   const gpu::Image& colour() const { return multisampled_ ? *multisampled_ : target_; }

@@ -304,14 +304,14 @@ TEST_F(Render3d, DrawsTheTestScene) {
 
 TEST_F(Render3d, DrawsTheTestSceneForTwoEyes) {
   if (const auto why = tests::no_golden_for(device.identity())) GTEST_SKIP() << *why;
-  Renderer renderer(device, scene, {.width = 240, .height = 240, .views = 2});
+  Renderer renderer(device, scene, {.width = 180, .height = 180, .views = 2});
   state::FrameState state = tests::rest_state(scene);
   tests::deform(state);
-  Picture both(480, 240);
+  Picture both(360, 180);
   const Picture left = draw(renderer, state, 0), right = view::read_picture(device, renderer.image(), 1);
-  for (int y = 0; y < 240; ++y) {
-    std::copy_n(left.at(0, y), 960, both.at(0, y));
-    std::copy_n(right.at(0, y), 960, both.at(240, y));
+  for (int y = 0; y < 180; ++y) {
+    std::copy_n(left.at(0, y), 720, both.at(0, y));
+    std::copy_n(right.at(0, y), 720, both.at(180, y));
   }
   EXPECT_TRUE(tests::matches_golden(device.identity(), both, "render_scene_stereo"));
 }
