@@ -31,4 +31,9 @@ BlasLibrary use_single_threaded_blas() {
   return {"reference BLAS", true};
 }
 
+void disable_openmp_teams() {
+  static const auto set_max_active_levels = find<void (*)(int)>("omp_set_max_active_levels");
+  if (set_max_active_levels != nullptr) set_max_active_levels(0);
+}
+
 }  // namespace stylet::physics

@@ -13,4 +13,8 @@ struct BlasLibrary {
 /// Names the BLAS and sets it to one thread (the same bits every run; the loops own the cores). Call once at start.
 BlasLibrary use_single_threaded_blas();
 
+/// Keeps OpenMP regions entered by the calling thread to that thread. CHOLMOD opens some inside a factorisation:
+/// their teams would spin on the cores of the haptic loop.
+void disable_openmp_teams();
+
 }  // namespace stylet::physics

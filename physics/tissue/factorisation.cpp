@@ -1,5 +1,7 @@
 #include "physics/tissue/factorisation.h"
 
+#include "physics/tissue/blas.h"
+
 #include <cholmod.h>
 
 #include <cmath>
@@ -82,6 +84,7 @@ bool Factorisation::factorise(const StiffnessPattern& pattern, std::span<const d
   if (!Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())).allFinite()) {
     return false;
   }
+  disable_openmp_teams();
   cholmod_sparse a = lower_triangle(pattern, values.data());
   return cholmod_factorize(&a, factor_, workspace.common()) != 0 && workspace.common()->status == CHOLMOD_OK &&
          factor_->minor == factor_->n;
