@@ -20,5 +20,5 @@ HELP
 esac
 source "$(dirname "$0")/setup.sh"
 install_packages run build
-stage "Build" build release -DBUILD_TESTING=OFF
+stage "Build" build release stylet -DBUILD_TESTING=OFF
 exec build/release/bin/stylet train liver_biopsy --out out/demo "$@"

@@ -55,12 +55,17 @@ stage() {
 }
 stage_times() { printf '%s\n' "Time per stage:" "${stages[@]}" "$(printf '%5d s  all' "$SECONDS")"; }
 
-# build PRESET: configures (quietly unless it fails) and builds.
+# configure PRESET [OPTION...]: quiet unless it fails.
+configure() {
+  local log=build/$1/configure.log
+  mkdir -p "build/$1"
+  cmake --preset "$@" >"$log" 2>&1 || { tail -n 30 "$log" >&2; fail "cmake failed; the log is $log"; }
+}
+
+# build PRESET TARGET [OPTION of cmake...]
 build() {
-  local preset=$1 log
-  shift
-  mkdir -p "build/$preset"
-  log=build/$preset/configure.log
-  cmake --preset "$preset" "$@" >"$log" 2>&1 || { tail -n 30 "$log" >&2; fail "cmake failed; the log is $log"; }
-  cmake --build --preset "$preset"
+  local preset=$1 target=$2
+  shift 2
+  configure "$preset" "$@"
+  cmake --build --preset "$preset" --target "$target"
 }

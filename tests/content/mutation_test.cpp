@@ -18,7 +18,7 @@ std::string mutate(std::string bytes, std::mt19937& random) {
   const auto pick = [&](std::size_t n) { return n == 0 ? 0 : static_cast<std::size_t>(random()) % n; };
   static const std::string kNasty[] = {"-1",     "0",        "1e308", "4294967295", "9223372036854775807",
                                        "[",      "{",        "\"",    "null",       "0.5",
-                                       "99999",  "\x00\xff", "true",  "[[[[[[",     ",",
+                                       "99999",  "\x01\xff", "true",  "[[[[[[",     ",",
                                        "\\u0000"};
   for (std::size_t edits = 1 + pick(4); edits > 0; --edits) {
     const std::size_t at = pick(bytes.size());
@@ -46,7 +46,7 @@ std::string mutate(std::string bytes, std::mt19937& random) {
         bytes.replace(digit, end == std::string::npos ? std::string::npos : end - digit, kNasty[pick(5)]);
       }
     }
-    if (bytes.empty()) bytes = " ";
+    if (bytes.empty()) bytes.push_back(' ');
   }
   return bytes;
 }

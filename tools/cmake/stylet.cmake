@@ -36,6 +36,10 @@ function(stylet_library name)
   target_link_libraries(${name} PUBLIC stylet_flags ${arg_LINK} PRIVATE ${arg_PRIVATE_LINK})
 endfunction()
 
+# What the sanitizer runs build: tests without benchmarks; those with threads alone.
+add_custom_target(all_tests)
+add_custom_target(thread_tests)
+
 # stylet_test(NAME SOURCES files... LINK targets... LABELS labels...): one GoogleTest executable, one CTest entry a test.
 function(stylet_test name)
   cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
@@ -50,8 +54,16 @@ function(stylet_test name)
   if(STYLET_TEST_DATA)
     set(environment "ENVIRONMENT;STYLET_TEST_DATA=${STYLET_TEST_DATA}")
   endif()
+  if(NOT arg_LABELS)
+    set(arg_LABELS cpu)
+  endif()
+  string(REPLACE ";" "\\;" labels "${arg_LABELS}")
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT} ${environment})
+    PROPERTIES LABELS "${labels}" TIMEOUT ${arg_TIMEOUT} ${environment})
+  add_dependencies(all_tests ${name})
+  if("threads" IN_LIST arg_LABELS)
+    add_dependencies(thread_tests ${name})
+  endif()
 endfunction()
 
 # stylet_bench(NAME SOURCES files... LINK targets...): one Google Benchmark executable; tests/bench.

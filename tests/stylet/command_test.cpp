@@ -1,0 +1,231 @@
+#include "engine/content/motion.h"
+
+#include <sys/wait.h>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <string>
+
+namespace stylet {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+const fs::path kContent = fs::path(STYLET_SOURCE_DIR) / "content";
+
+struct Outcome {
+  int exit_code = -1;
+  std::string output;  // stdout and stderr
+  std::ptrdiff_t lines() const { return std::count(output.begin(), output.end(), '\n'); }
+};
+
+Outcome run(const std::string& arguments) {
+  // Leaks are looked for where the process is ours alone; the Vulkan driver keeps memory until the end.
+  const std::string command =
+      fmt::format("ASAN_OPTIONS=detect_leaks=0 '{}' {} 2>&1 </dev/null", STYLET_COMMAND, arguments);
+  Outcome outcome;
+  FILE* pipe = ::popen(command.c_str(), "r");
+  if (pipe == nullptr) return outcome;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+    outcome.output.append(buffer.data(), n);
+  const int status = ::pclose(pipe);
+  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+  return outcome;
+}
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class Command : public ::testing::Test {
+protected:
+  Command()
+      : folder_(fs::path(::testing::TempDir()) /
+                (std::string("stylet_command_") + ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~Command() override { fs::remove_all(folder_); }
+
+  fs::path out() const { return folder_ / "out"; }
+
+  // The default scenario with a change, written where its relative paths still hold.
+  fs::path scenario(const std::function<void(json&)>& change) {
+    json scenario = json::parse(read_text(kContent / "scenarios" / "liver_biopsy.json"));
+    for (const char* key : {"tissues", "needle", "motion"}) scenario[key] = absolute(scenario[key]);
+    scenario["probe"]["file"] = absolute(scenario["probe"]["file"]);
+    scenario["organs"][0]["file"] = absolute(scenario["organs"][0]["file"]);
+    change(scenario);
+    const fs::path path = folder_ / "scenario.json";
+    std::ofstream(path) << scenario.dump(1);
+    return path;
+  }
+
+  // The first and quickest part of the default motion that touches the tissue, some tenths of a second long.
+  fs::path short_motion(double from_s, double to_s) const {
+    content::Motion motion = content::read_motion(kContent / "motions" / "liver_biopsy.json");
+    std::erase_if(motion.stylus,
+                  [&](const content::MotionSample& s) { return s.time_s < from_s || s.time_s > to_s; });
+    for (content::MotionSample& sample : motion.stylus) sample.time_s -= from_s;
+    const fs::path path = folder_ / "motion.json";
+    content::write_motion(motion, "short", path);
+    return path;
+  }
+
+  // One line that says where and what, exit code 2, and no trace of --out.
+  void expect_refused(const std::string& arguments, const std::string& where, const std::string& what) {
+    const Outcome outcome = run(fmt::format("train {} --view headless --out {}", arguments, out().string()));
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+    const auto begin = outcome.output.find("stylet: ");
+    ASSERT_NE(begin, std::string::npos) << outcome.output;
+    const std::string message = outcome.output.substr(begin);
+    EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 1) << message;
+    EXPECT_NE(message.find(where), std::string::npos) << message;
+    EXPECT_NE(message.find(what), std::string::npos) << message;
+    EXPECT_FALSE(fs::exists(out()));
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      EXPECT_EQ(entry.path().filename().string().find("partial"), std::string::npos) << entry.path();
+    }
+  }
+
+  fs::path folder_;
+
+private:
+  static std::string absolute(const json& relative) {
+    return fs::weakly_canonical(kContent / "scenarios" / relative.get<std::string>()).string();
+  }
+};
+
+TEST_F(Command, HelpAndVersionTeach) {
+  const Outcome help = run("--help");
+  EXPECT_EQ(help.exit_code, 0);
+  for (const char* word : {"train", "render", "replay", "validate", "Start here"}) {
+    EXPECT_NE(help.output.find(word), std::string::npos) << word;
+  }
+  const Outcome version = run("--version");
+  EXPECT_EQ(version.exit_code, 0);
+  for (const char* word : {"commit", "BLAS", "OpenBLAS", "CHOLMOD", "GPL"}) {
+    EXPECT_NE(version.output.find(word), std::string::npos) << word;
+  }
+}
+
+TEST_F(Command, TrainWithoutAScenarioListsThem) {
+  const Outcome outcome = run("train");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.output.find("liver_biopsy"), std::string::npos);
+}
+
+TEST_F(Command, RefusesWhatIsNotThere) {
+  expect_refused("no_such_scenario", "no_such_scenario", "liver_biopsy");
+  expect_refused(scenario([](json& s) { s["motion"] = "gone.json"; }).string(), "gone.json", "");
+  expect_refused("liver_biopsy --device recorded:/nowhere/motion.json", "/nowhere/motion.json", "");
+  expect_refused("liver_biopsy --device joystick", "joystick", "scripted");
+  expect_refused("liver_biopsy --gpu no_such_gpu", "no_such_gpu", "");
+  expect_refused("liver_biopsy --coupling spring", "spring", "paper-updated");
+}
+
+TEST_F(Command, RefusesMalformedScenarios) {
+  const fs::path broken = folder_ / "broken.json";
+  std::ofstream(broken) << "{\n \"format\": \"stylet-scenario\",\n \"version\" 1\n}\n";
+  expect_refused(broken.string(), "broken.json:3", "");
+  expect_refused(scenario([](json& s) { s["needel"] = s["needle"]; }).string(), "/needel", "needle");
+  expect_refused(scenario([](json& s) { s["rates"]["haptic_hz"] = -5; }).string(), "/rates/haptic_hz", "");
+  expect_refused(scenario([](json& s) { s["camera"]["eye"][0] = "left"; }).string(), "/camera/eye/0", "number");
+  expect_refused(scenario([](json& s) { s["version"] = 99; }).string(), "/version", "");
+}
+
+TEST_F(Command, RefusesNonFiniteNumbers) {
+  const fs::path path = scenario([](json&) {});
+  std::string text = read_text(path);
+  const auto at = text.find("\"haptic_hz\": 1000");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, 17, "\"haptic_hz\": 1e999");
+  std::ofstream(path) << text;
+  expect_refused(path.string(), "scenario.json", "");
+}
+
+TEST_F(Command, RefusesOrgansThatAreNone) {
+  const fs::path organ = folder_ / "organ.glb";
+  std::ofstream(organ, std::ios::binary) << std::string("glTF\2\0\0\0\40\0\0\0 no organ here ", 32);
+  expect_refused(scenario([&](json& s) { s["organs"][0]["file"] = organ.string(); }).string(), "organ.glb", "");
+  // A gallbladder meshed with cells larger than itself.
+  expect_refused(scenario([](json& s) {
+                   s["bodies"][1]["name"] = "gallbladder";
+                   s["bodies"][1]["mesh"] = {{"cell_mm", 100}};
+                 }).string(),
+                 "gallbladder", "");
+}
+
+TEST_F(Command, ValidateNamesEveryProblem) {
+  EXPECT_EQ(run(fmt::format("validate {}", (kContent / "scenarios" / "liver_biopsy.json").string())).exit_code, 0);
+  const fs::path path = scenario([](json& s) {
+    s["rates"]["haptic_hz"] = -5;
+    s["contact_spacing_mm"] = "wide";
+  });
+  const Outcome outcome = run(fmt::format("validate {}", path.string()));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.output.find("/rates/haptic_hz"), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.output.find("/contact_spacing_mm"), std::string::npos) << outcome.output;
+}
+
+TEST_F(Command, RenderGivesTheSameFramesTwice) {
+  const std::string arguments =
+      "render liver_biopsy --size 160x120 --ultrasound-size 160x120 --fps 20 --to 0.1 --out ";
+  const Outcome first = run(arguments + out().string());
+  ASSERT_EQ(first.exit_code, 0) << first.output;
+  const Outcome second = run(arguments + (folder_ / "again").string());
+  ASSERT_EQ(second.exit_code, 0) << second.output;
+  json one = json::parse(read_text(out() / "manifest.json"));
+  const json two = json::parse(read_text(folder_ / "again" / "manifest.json"));
+  EXPECT_EQ(one, two);
+  ASSERT_EQ(one["frames"].size(), 3u);  // 0, 50 and 100 ms
+  for (const json& frame : one["frames"]) {
+    EXPECT_TRUE(fs::exists(out() / frame["view"].get<std::string>()));
+    EXPECT_TRUE(fs::exists(out() / frame["ultrasound"].get<std::string>()));
+  }
+  EXPECT_FALSE(one["gpu"].get<std::string>().empty());
+}
+
+TEST_F(Command, TrainLeavesACompleteResultThatReplays) {
+  const fs::path motion = short_motion(4.0, 4.4);
+  const Outcome trained = run(fmt::format("train liver_biopsy --view headless --device recorded:{} --out {}",
+                                          motion.string(), out().string()));
+  ASSERT_EQ(trained.exit_code, 0) << trained.output;
+  for (const char* name : {"view.png", "ultrasound.png", "session.png", "session.mp4", "force.csv", "force.png",
+                           "session.rec", "session.json"}) {
+    EXPECT_GT(fs::file_size(out() / name), 500u) << name;
+  }
+  const json session = json::parse(read_text(out() / "session.json"));
+  EXPECT_EQ(session["mode"], "threaded");
+  EXPECT_TRUE(session["replay"]["identical"]);
+  EXPECT_GT(session["replay"]["hashes_compared"], 2);
+  EXPECT_NEAR(session["duration_s"].get<double>(), 0.4, 0.05);
+  const Outcome replayed = run(fmt::format("replay {}", (out() / "session.rec").string()));
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.output;
+  EXPECT_NE(replayed.output.find(session["state_hash"].get<std::string>()), std::string::npos);
+
+  // A byte of the recording changed on disk is refused, not replayed.
+  std::string bytes = read_text(out() / "session.rec");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  std::ofstream(folder_ / "damaged.rec", std::ios::binary) << bytes;
+  const Outcome damaged = run(fmt::format("replay {}", (folder_ / "damaged.rec").string()));
+  EXPECT_EQ(damaged.exit_code, 2) << damaged.output;
+  EXPECT_NE(damaged.output.find("byte"), std::string::npos) << damaged.output;
+}
+
+}  // namespace
+}  // namespace stylet
