@@ -4,6 +4,7 @@
 #include "engine/session/frame_publisher.h"
 #include "engine/session/pictures.h"
 #include "engine/session/video.h"
+#include "engine/view/panes.h"
 
 #include <utility>
 #include <vector>
@@ -11,9 +12,6 @@
 namespace stylet::session {
 
 namespace {
-
-constexpr int kUltrasoundWidth = 560;  // of the video's right column
-constexpr int kUltrasoundHeight = 420;
 
 std::vector<TraceEvent> trace_events(const Recording& recording) {
   std::vector<TraceEvent> events;
@@ -32,21 +30,23 @@ Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, g
   const Font font = Font::load();
   const RecordedSettings recorded = recorded_settings(recording);
 
+  const int width = settings.video_width;
+  const int height = settings.video_height;
+  const view::PaneLayout layout = view::PaneLayout::of(width, height, true);
   Pictures panes(device, scene,
-                 {.view_width = settings.stereo ? settings.video_view_width / 2 : settings.video_view_width,
-                  .view_height = settings.video_height,
-                  .ultrasound_width = kUltrasoundWidth,
-                  .ultrasound_height = kUltrasoundHeight,
+                 {.view_width = settings.stereo ? layout.scene.width / 2 : layout.scene.width,
+                  .view_height = layout.scene.height,
+                  .ultrasound_width = layout.ultrasound.width,
+                  .ultrasound_height = layout.ultrasound.height,
                   .stereo = settings.stereo});
-  VideoWriter video(out.staged("session.mp4"), {.width = settings.video_view_width + kUltrasoundWidth,
-                                                .height = settings.video_height,
-                                                .frames_per_second = settings.frames_per_second});
+  VideoWriter video(out.staged("session.mp4"),
+                    {.width = width, .height = height, .frames_per_second = settings.frames_per_second});
   StepHash hash;
   FramePublisher frames(scene);
   FrameClock clock(frames, {.frames_per_second = static_cast<double>(settings.frames_per_second)},
                    [&](int, const state::FrameState& state) {
                      const Pictures::Moment moment = panes.draw(state, scene.camera);
-                     video.add_frame(compose_frame(moment, state, trace, font).rgba);
+                     video.add_frame(compose_frame(moment, state, trace, font, width, height).rgba);
                    });
   Debrief debrief;
   CoupledLoops loops(scene, recorded.coupling, recorded.start, {&hash, &frames, &clock});
@@ -58,7 +58,8 @@ Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, g
 
   report("Drawing the pictures", 0);
   const state::FrameState& moment = frames.closest_frame();
-  view::write_png(out.staged("session.png"), compose_frame(panes.draw(moment, scene.camera), moment, trace, font));
+  view::write_png(out.staged("session.png"),
+                  compose_frame(panes.draw(moment, scene.camera), moment, trace, font, width, height));
   Pictures stills(device, scene,
                   {.view_width = settings.view_width,
                    .view_height = settings.view_height,

@@ -19,7 +19,7 @@ struct DebriefSettings {
   int frames_per_second = 30;
   int view_width = 1600;  ///< of view.png; both eyes of a stereo view are this wide
   int view_height = 1000;
-  int video_view_width = 720;  ///< of the 3-D pane of session.mp4
+  int video_width = 1280;  ///< of session.mp4, even
   int video_height = 720;
 };
 

@@ -43,9 +43,9 @@ private:
   render::Renderer renderer_;
 };
 
-/// A frame of session.mp4: the 3-D view on the left, the ultrasound image above the live force curve on the right,
-/// captions on top. As high as the view, as wide as both.
+/// A frame of session.mp4: the 3-D view on the left, the ultrasound image above the live force curve on the right
+/// (view::PaneLayout), captions over the view.
 view::Picture compose_frame(const Pictures::Moment& moment, const state::FrameState& state, const ForceTrace& trace,
-                            const Font& font);
+                            const Font& font, int width, int height);
 
 }  // namespace stylet::session
