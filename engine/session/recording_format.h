@@ -55,7 +55,7 @@ public:
   void put(std::string_view text) {
     const std::size_t length = std::min(text.size(), kMaxEventText);
     put(static_cast<std::uint16_t>(length));
-    std::memcpy(&bytes_[size_], text.data(), length);
+    std::copy_n(text.data(), length, &bytes_[size_]);  // unlike memcpy, an empty text may have no address
     size_ += length;
   }
   /// Fills in length and checksum.

@@ -167,7 +167,7 @@ TEST_F(Command, RefusesOrgansThatAreNone) {
                    s["bodies"][1]["name"] = "gallbladder";
                    s["bodies"][1]["mesh"] = {{"cell_mm", 100}};
                  }).string(),
-                 "gallbladder", "");
+                 "abdomen.glb:/nodes/", "cell size");
 }
 
 TEST_F(Command, ValidateNamesEveryProblem) {
