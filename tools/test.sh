@@ -7,7 +7,7 @@ usage: tools/test.sh [--all]
 
 Installs what is missing (Debian 12), then builds and runs through CTest:
   release   every test, Vulkan validation and synchronisation validation on
-  asan      every test under AddressSanitizer and UndefinedBehaviourSanitizer
+  asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviourSanitizer
   tsan      the tests with threads, under ThreadSanitizer
 --all adds the benchmarks, clang-format and clang-tidy on every file.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.

@@ -160,7 +160,7 @@ TEST_F(Command, RefusesNonFiniteNumbers) {
 
 TEST_F(Command, RefusesOrgansThatAreNone) {
   const fs::path organ = folder_ / "organ.glb";
-  std::ofstream(organ, std::ios::binary) << std::string("glTF\2\0\0\0\40\0\0\0 no organ here ", 32);
+  std::ofstream(organ, std::ios::binary) << std::string("glTF\2\0\0\0\40\0\0\0 no organ here ", 27);
   expect_refused(scenario([&](json& s) { s["organs"][0]["file"] = organ.string(); }).string(), "organ.glb", "");
   // A gallbladder meshed with cells larger than itself.
   expect_refused(scenario([](json& s) {
