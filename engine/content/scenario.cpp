@@ -256,7 +256,7 @@ Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& prog
   return std::move(*scene);
 }
 
-std::vector<std::string> validate(const std::filesystem::path& path) {
+std::vector<std::string> validate(const std::filesystem::path& path, std::optional<Scene>* scene) {
   Problems problems;
   try {
     const std::string extension = path.extension().string();
@@ -272,7 +272,8 @@ std::vector<std::string> validate(const std::filesystem::path& path) {
       }
     }
     if (format == "stylet-scenario") {
-      assemble(path, {}, problems);
+      std::optional<Scene> assembled = assemble(path, {}, problems);
+      if (scene != nullptr) *scene = std::move(assembled);
     } else if (format == "stylet-tissues") {
       read_json(path, read_tissues, problems);
     } else if (format == "stylet-needle") {

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,8 @@ Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& prog
 /// All problems of a content file at once, one line each; empty: it is sound. The kind of file is taken from its
 /// "format" key, or from its bytes for glTF. A scenario is checked with every file it names, and its organs are
 /// tetrahedralised. Never throws for what the file does wrong.
-std::vector<std::string> validate(const std::filesystem::path& path);
+/// @param scene  filled where the file is a sound scenario
+std::vector<std::string> validate(const std::filesystem::path& path, std::optional<Scene>* scene = nullptr);
 
 /// The scenarios (*.json whose "format" is stylet-scenario) of a folder, by file name. Unreadable files are left out.
 struct ScenarioEntry {

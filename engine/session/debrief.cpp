@@ -29,6 +29,8 @@ Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, g
   };
   const Font font = Font::load();
   const RecordedSettings recorded = recorded_settings(recording);
+  write_force_csv(out.staged("force.csv"), trace);
+  view::write_png(out.staged("force.png"), draw_force_figure(trace, trace_events(recording), font));
 
   const int width = settings.video_width;
   const int height = settings.video_height;
@@ -69,9 +71,6 @@ Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, g
   const Pictures::Moment closest = stills.draw(moment, scene.camera);
   view::write_png(out.staged("view.png"), closest.view);
   view::write_png(out.staged("ultrasound.png"), closest.ultrasound);
-
-  write_force_csv(out.staged("force.csv"), trace);
-  view::write_png(out.staged("force.png"), draw_force_figure(trace, trace_events(recording), font));
   return debrief;
 }
 

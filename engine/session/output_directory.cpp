@@ -2,11 +2,16 @@
 
 #include "engine/content/error.h"
 
+#include <signal.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
 #include <system_error>
+#include <vector>
 
 namespace stylet::session {
 
@@ -16,6 +21,21 @@ namespace {
 [[noreturn]] void refuse(const fs::path& path, const std::string& reason) {
   throw content::ContentError(
       fmt::format("{}: cannot write results here ({}); choose another folder with --out", path.string(), reason));
+}
+
+/// Staging folders whose process is gone, or is this one.
+void remove_abandoned(const fs::path& parent, const std::string& prefix) {
+  std::error_code ignored;
+  std::vector<fs::path> abandoned;
+  for (const auto& entry : fs::directory_iterator(parent, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(prefix)) continue;
+    const int process = std::atoi(name.c_str() + prefix.size());
+    if (process == ::getpid() || (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH)) {
+      abandoned.push_back(entry.path());
+    }
+  }
+  for (const fs::path& path : abandoned) fs::remove_all(path, ignored);
 }
 }  // namespace
 
@@ -29,8 +49,9 @@ OutputDirectory::OutputDirectory(fs::path destination) : destination_(std::move(
   }
   fs::create_directories(destination_.parent_path(), error);
   if (error) refuse(destination_, error.message());
-  staging_ = destination_.parent_path() / fmt::format(".{}.partial-{}", destination_.filename().string(), ::getpid());
-  fs::remove_all(staging_, error);
+  const std::string prefix = fmt::format(".{}.partial-", destination_.filename().string());
+  remove_abandoned(destination_.parent_path(), prefix);
+  staging_ = destination_.parent_path() / (prefix + std::to_string(::getpid()));
   fs::create_directory(staging_, error);
   if (error) refuse(destination_, error.message());
 }
@@ -38,6 +59,15 @@ OutputDirectory::OutputDirectory(fs::path destination) : destination_(std::move(
 OutputDirectory::~OutputDirectory() {
   std::error_code ignored;
   if (!staging_.empty()) fs::remove_all(staging_, ignored);
+}
+
+void OutputDirectory::keep_only(std::initializer_list<std::string_view> names) {
+  std::vector<fs::path> unwanted;
+  for (const auto& entry : fs::directory_iterator(staging_)) {
+    if (std::ranges::find(names, entry.path().filename().string()) == names.end()) unwanted.push_back(entry.path());
+  }
+  std::error_code ignored;
+  for (const fs::path& path : unwanted) fs::remove_all(path, ignored);
 }
 
 void OutputDirectory::commit() {

@@ -227,5 +227,23 @@ TEST_F(Command, TrainLeavesACompleteResultThatReplays) {
   EXPECT_NE(damaged.output.find("byte"), std::string::npos) << damaged.output;
 }
 
+TEST_F(Command, AnInterruptEndsTheSessionAndKeepsIt) {
+  const fs::path motion = short_motion(4.0, 14.0);
+  const Outcome ended =
+      run(fmt::format("train liver_biopsy --view headless --device recorded:{} --out {} 2>&1 & "
+                      "session=$!; until [ -s {}/.out.partial-$session/session.rec ]; do sleep 0.1; done; sleep 0.5; "
+                      "kill -INT $session; until [ -s {}/.out.partial-$session/force.png ]; do sleep 0.1; done; "
+                      "kill -INT $session; wait $session",
+                      motion.string(), out().string(), folder_.string(), folder_.string()));
+  EXPECT_EQ(ended.exit_code, 130) << ended.output;
+  EXPECT_NE(ended.output.find("session ended early"), std::string::npos) << ended.output;
+  const json session = json::parse(read_text(out() / "session.json"));
+  EXPECT_LT(session["duration_s"].get<double>(), 9);
+  EXPECT_TRUE(fs::exists(out() / "force.csv"));
+  EXPECT_FALSE(fs::exists(out() / "session.mp4"));
+  EXPECT_EQ(run(fmt::format("replay {}", (out() / "session.rec").string())).exit_code, 0);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 2);  // motion and results
+}
+
 }  // namespace
 }  // namespace stylet

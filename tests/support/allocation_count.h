@@ -1,10 +1,10 @@
-// Counts calls of operator new, to prove that something allocates nothing.
+// Counts what a thread takes from the heap, to prove that something allocates nothing.
 #pragma once
 
 namespace stylet::tests {
 
-/// While one lives, operator new of this thread is counted. Link tests/support/allocation_count.cpp into the test.
-/// Does not see malloc (Eigen's dynamic matrices): for those define EIGEN_RUNTIME_NO_MALLOC.
+/// While one lives, this thread's calls of malloc and its kin, which operator new and Eigen end in, are counted.
+/// Under a sanitizer, which owns malloc, only operator new is. Link tests/support/allocation_count.cpp into the test.
 class AllocationCount {
 public:
   AllocationCount();

@@ -6,10 +6,11 @@
 namespace stylet::tools {
 
 /// What main() returns: 0 done, 1 ran but the answer is no (a replay that differs),
-/// 2 bad input or a device that is not there.
+/// 2 bad input or a device that is not there, 130 ended by Ctrl-C (as a shell would say).
 inline constexpr int kExitYes = 0;
 inline constexpr int kExitNo = 1;
 inline constexpr int kExitBadInput = 2;
+inline constexpr int kExitInterrupted = 130;
 
 void add_train(CLI::App& app, int& exit_code);
 void add_render(CLI::App& app, int& exit_code);

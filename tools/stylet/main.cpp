@@ -1,6 +1,7 @@
 // The `stylet` command.
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/interrupt.h"
 #include "tools/stylet/version.h"
 
 #include <CLI/CLI.hpp>
@@ -43,6 +44,7 @@ int main(int argc, char** argv) {
         "libopenblas0-pthread\n",
         stderr);
   }
+  tools::catch_interrupts();
   int exit_code = tools::kExitYes;
   tools::add_train(app, exit_code);
   tools::add_render(app, exit_code);
@@ -57,6 +59,9 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "stylet: %s; see `stylet%s --help`\n", error.what(),
                  app.get_subcommands().empty() ? "" : (" " + app.get_subcommands().front()->get_name()).c_str());
     return tools::kExitBadInput;
+  } catch (const tools::Interrupted& end) {
+    std::fprintf(stderr, "\nstylet: %s\n", end.what());
+    return tools::kExitInterrupted;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "stylet: out of memory; close other programs or use a smaller scenario\n");
     return tools::kExitBadInput;

@@ -12,6 +12,7 @@
 #include "engine/session/state_hash.h"
 #include "engine/session/step_hash.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
 #include "tools/stylet/session_options.h"
 #include "tools/stylet/version.h"
@@ -134,8 +135,10 @@ int render(const RenderOptions& options) {
   session::CoupledLoops loops(scene, coupling, {first.position, first.orientation}, {&hash, &publisher, &clock});
   // A little longer than asked for: the last frame lies between two simulation steps.
   const double duration_s = to_s + 2.0 / scene.rates.simulation_hz;
-  session::run_lockstep(loops, *stylus.device, scene, duration_s,
-                        [&](double share) { progress.show("Drawing frames", share); });
+  session::run_lockstep(loops, *stylus.device, scene, duration_s, [&](double share) {
+    throw_if_interrupted();
+    progress.show("Drawing frames", share);
+  });
   progress.done();
   session::write_json(out.staged("manifest.json"), {{"format", "stylet-frames"},
                                                     {"version", 1},

@@ -3,7 +3,9 @@
 #include "engine/content/scenario.h"
 #include "engine/session/session_report.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
+#include "tools/stylet/session_options.h"
 
 #include <fmt/format.h>
 
@@ -24,12 +26,13 @@ int replay_recording(const std::string& path, const std::string& scenario) {
                scenario_path.string());
   }
   Progress progress;
-  const content::Scene scene = content::load_scene(
-      scenario_path, [&](const std::string& doing, double share) { progress.show("Loading: " + doing, share); });
+  const content::Scene scene = load_scene(scenario_path.string(), progress);
   session::StepHash hash;
   session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash});
-  const session::ReplayResult result =
-      session::replay(recording, loops, hash, [&](double share) { progress.show("Replaying", share); });
+  const session::ReplayResult result = session::replay(recording, loops, hash, [&](double share) {
+    throw_if_interrupted();
+    progress.show("Replaying", share);
+  });
   progress.done();
   fmt::print("{} haptic and {} simulation steps in {:.1f} s ({:.1f} s of session); haptic step median {:.0f} us\n",
              result.run.haptic.steps, result.run.simulation.steps, result.run.wall_s, result.run.duration_s,

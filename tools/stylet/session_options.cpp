@@ -7,6 +7,7 @@
 #include "haptic/mouse_device.h"
 #include "haptic/recorded_device.h"
 #include "haptic/scripted_device.h"
+#include "tools/stylet/interrupt.h"
 
 #include <fmt/format.h>
 
@@ -46,8 +47,11 @@ Approach approach(const content::Scene& scene) {
 }  // namespace
 
 content::Scene load_scene(const std::string& name, Progress& progress) {
-  content::Scene scene = content::load_scene(
-      content::find_scenario(name), [&](const std::string& doing, double share) { progress.show(doing, share); });
+  content::Scene scene =
+      content::load_scene(content::find_scenario(name), [&](const std::string& doing, double share) {
+        throw_if_interrupted();
+        progress.show(doing, share);
+      });
   progress.done();
   return scene;
 }

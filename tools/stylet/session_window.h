@@ -17,7 +17,7 @@ struct SessionWindowSettings {
   haptic::MouseDevice* mouse = nullptr;  ///< fed with drags and wheel when the mouse is the stylus
 };
 
-/// Shows the session until it is finished or the window is closed. Main thread.
+/// Shows the session until it is finished, the window is closed or an interrupt comes. Main thread.
 void show_session(view::Display& display, gpu::Device& device, const content::Scene& scene,
                   const session::LiveSession& session, const SessionWindowSettings& settings);
 

@@ -8,6 +8,7 @@
 #include "engine/session/session_report.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
 #include "tools/stylet/session_options.h"
 #include "tools/stylet/session_window.h"
@@ -100,25 +101,46 @@ int train(const TrainOptions& options) {
                                 .gpu_driver = gpu.identity().driver,
                                 .blas = physics::use_single_threaded_blas().name};
   if (options.lockstep) {
-    report.run = live.run_in_lockstep([&](double share) { progress.show("Session in lockstep", share); });
+    report.run = live.run_in_lockstep([&](double share) {
+      throw_if_interrupted();
+      progress.show("Session in lockstep", share);
+    });
   } else {
     live.start();
     if (display) show_session(*display, gpu, scene, live, {.stereo = options.stereo, .mouse = stylus.mouse});
-    while (!display && !live.finished()) {
+    while (!display && !live.finished() && !interrupted()) {
       progress.show("Session in real time", live.time_s() / stylus.duration_s);
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
     report.run = live.stop();
   }
   progress.done();
+  if (interrupted()) {
+    fmt::print(stderr,
+               "stylet: session ended early; drawing its pictures (Ctrl-C again: keep recording and force only)\n");
+    clear_interrupt();
+  }
   report.force = live.force().summary();
   report.closest_target_distance = live.closest_target_distance();
   report.state_hash = live.state_hash();
 
   const session::Recording recording = session::read_recording(recording_file);
-  const session::Debrief debrief =
-      session::write_debrief(out, scene, gpu, recording, live.force(), {.stereo = options.stereo},
-                             [&](const std::string& doing, double share) { progress.show(doing, share); });
+  session::Debrief debrief;
+  try {
+    debrief = session::write_debrief(out, scene, gpu, recording, live.force(), {.stereo = options.stereo},
+                                     [&](const std::string& doing, double share) {
+                                       throw_if_interrupted();
+                                       progress.show(doing, share);
+                                     });
+  } catch (const Interrupted&) {
+    progress.done();
+    out.keep_only({"session.rec", "force.csv", "force.png"});
+    session::write_json(out.staged("session.json"), session::to_json(report));
+    out.commit();
+    fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n",
+               out.destination().string());
+    return kExitInterrupted;
+  }
   progress.done();
   report.replay_identical = debrief.replay.identical() && debrief.state_hash == report.state_hash;
   report.replay_hashes = debrief.replay.compared;
@@ -162,6 +184,7 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --out out/demo\n"
       "  stylet train liver_biopsy --device mouse        drag: move the hub; wheel: advance the needle\n"
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
+      "Ctrl-C ends the session early; what happened until then is kept and drawn.\n"
       "Exit code 0: done; 1: the replay differs; 2: bad input.");
   command->callback([options, &exit_code] { exit_code = train(*options); });
 }
