@@ -1,5 +1,7 @@
 #include "physics/contact/constraint_solver.h"
 
+#include <limits>
+
 namespace stylet::physics {
 
 ConstraintSolver::ConstraintSolver(int max_rows)
@@ -12,6 +14,7 @@ bool ConstraintSolver::solve(Eigen::Ref<const Eigen::MatrixXd> w, double complia
                              Eigen::Ref<const Eigen::VectorXd> delta_free, Eigen::Ref<Eigen::VectorXd> lambda) {
   constexpr double kLostDigits = 1e-14;  // pivot over diagonal below which a row depends on those before it
   const Eigen::Index m = w.rows();
+  smallest_pivot_ = std::numeric_limits<double>::infinity();
 
   for (Eigen::Index j = 0; j < m; ++j) {  // left-looking, a column at a time
     const Eigen::Index rest = m - j;
@@ -22,6 +25,7 @@ bool ConstraintSolver::solve(Eigen::Ref<const Eigen::MatrixXd> w, double complia
     for (Eigen::Index k = 0; k < j; ++k) scaled_[k] = factor_(j, k) * pivots_[k];
     if (j > 0) column.noalias() -= factor_.block(j, 0, rest, j) * scaled_.head(j);
     const double pivot = column[0];
+    if (!(pivot >= smallest_pivot_)) smallest_pivot_ = pivot;
     if (!(pivot > kLostDigits * diagonal) || !(diagonal > 0)) return false;
     pivots_[j] = pivot;
     column /= pivot;

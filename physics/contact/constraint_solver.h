@@ -24,11 +24,17 @@ public:
   bool solve(Eigen::Ref<const Eigen::MatrixXd> w, double compliance, Eigen::Ref<const Eigen::VectorXd> delta_free,
              Eigen::Ref<Eigen::VectorXd> lambda);
 
+  /// Smallest pivot of the last solve(), m/N: by how much the row that depends most on the rows before it still
+  /// yields when those are held. Infinite for no rows; of a failed solve that of the row where it stopped.
+  /// Of W + c I none is below c, so one near c tells that the softness alone decides the multiplier.
+  double smallest_pivot() const { return smallest_pivot_; }
+
 private:
   Eigen::MatrixXd factor_;  // unit lower triangle L
   Eigen::VectorXd pivots_;  // D
   Eigen::VectorXd scaled_;  // a row of L times D
   Eigen::VectorXd solution_;
+  double smallest_pivot_ = 0;
 };
 
 }  // namespace stylet::physics

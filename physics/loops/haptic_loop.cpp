@@ -127,9 +127,19 @@ void HapticLoop::compute_delassus() {
   delassus_.assemble(needle_, tissue_, contacts_, active_count_);
 }
 
+// Contacts that the mesh or the beams cannot tell apart leave a row next to nothing to move by: its multiplier is
+// then made of rounding. Such a system is softened, also where the exact one was asked for, and the step flagged.
 bool HapticLoop::solve_contacts() {
-  const double compliance = settings_.relative_compliance * delassus_.mean_tissue_compliance();
-  return solver_.solve(delassus_.matrix(), compliance, delta_free_.head(delassus_.rows()), lambda_);
+  constexpr double kDependent = 1e-2;  // smallest pivot over the tissue's own compliance
+  constexpr double kSoftened = 1e-3;
+  const double scale = delassus_.mean_tissue_compliance();
+  const double compliance = settings_.relative_compliance * scale;
+  const auto delta_free = delta_free_.head(delassus_.rows());
+  const bool solved = solver_.solve(delassus_.matrix(), compliance, delta_free, lambda_);
+  if (solver_.smallest_pivot() >= kDependent * scale) return solved;
+  flags_ |= kNeedleRowsDependent;
+  if (solved && compliance >= kSoftened * scale) return true;
+  return solver_.solve(delassus_.matrix(), std::max(compliance, kSoftened * scale), delta_free, lambda_);
 }
 
 // x = A_n^-1 (b + H_n^T lambda) for the needle, translations and rotations; x = x_free + W_bar H_v^T lambda for the

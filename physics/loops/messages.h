@@ -136,6 +136,7 @@ enum NeedleFlag : std::uint32_t {
   kNeedleSolveFailed = 1u << 2,     ///< a factorisation failed (not SPD); the previous contact forces were kept
   kNeedleNonFinite = 1u << 3,       ///< a non-finite input was refused; the previous state was kept
   kNeedleStepShortened = 1u << 4,   ///< the Newton step turned a node too far and was shortened; the next ones go on
+  kNeedleRowsDependent = 1u << 5,   ///< contacts too dense for mesh or beams; their rows were softened, README eq. 18
 };
 
 /// Haptic -> simulation, renderer, recorder.

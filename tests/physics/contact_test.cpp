@@ -255,5 +255,27 @@ TEST(ConstraintSolver, RefusesDependentRowsUnlessTheyAreSoftened) {
   EXPECT_FALSE(solver.solve(bad, 0, delta, lambda));
 }
 
+// A pivot is by how much a row yields with the rows before it held: one over the last diagonal entry of the inverse
+// of the leading block.
+TEST(ConstraintSolver, SmallestPivotTellsHowFarTheRowsAreFromDependent) {
+  ConstraintSolver solver(kMaxRows);
+  VectorXd lambda(12);
+  const VectorXd delta = VectorXd::Random(12);
+  const MatrixXd q = MatrixXd::Random(12, 15);
+  const MatrixXd w = q * q.transpose();
+  double smallest = 1e300;
+  for (int m = 1; m <= 12; ++m) {
+    smallest = std::min(smallest, 1 / w.topLeftCorner(m, m).inverse()(m - 1, m - 1));
+    ASSERT_TRUE(solver.solve(w.topLeftCorner(m, m), 0, delta.head(m), lambda));
+    EXPECT_NEAR(solver.smallest_pivot(), smallest, 1e-10 * smallest) << m << " rows";
+  }
+  MatrixXd near = q;  // row 7 is row 2 but for one part in a million
+  near.row(7) = q.row(2) + 1e-6 * q.row(7);
+  ASSERT_TRUE(solver.solve(near * near.transpose(), 0, delta, lambda));
+  EXPECT_LT(solver.smallest_pivot(), 1e-10 * w.diagonal().mean());
+  ASSERT_TRUE(solver.solve(near * near.transpose(), 0.5, delta, lambda));
+  EXPECT_GE(solver.smallest_pivot(), 0.5);
+}
+
 }  // namespace
 }  // namespace stylet::physics
