@@ -2,7 +2,7 @@
 // needle and tissue solved as one system.
 #include "physics/needle/needle.h"
 #include "tests/support/dense_tissue.h"
-#include "tests/support/reference_insertion.h"
+#include "tools/bench/reference_insertion.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -10,7 +10,7 @@
 
 #include <cstdio>
 
-namespace stylet::support {
+namespace stylet::bench {
 namespace {
 
 using physics::NeedleContact;
@@ -43,7 +43,7 @@ public:
     return residual;
   }
   const physics::NeedleShape& shape() const { return shape_; }
-  const DenseTissue& dense() const { return dense_; }
+  const support::DenseTissue& dense() const { return dense_; }
 
 private:
   double newton() {
@@ -128,7 +128,7 @@ private:
   physics::Needle needle_;
   physics::NeedleShape shape_;
   physics::SimulationBody body_;
-  DenseTissue dense_;
+  support::DenseTissue dense_;
   std::vector<NeedleContact> contacts_;
 
 public:
@@ -201,4 +201,4 @@ TEST(ReferenceInsertion, ForcesBalanceAtRestAndDoNotDrift) {
 }
 
 }  // namespace
-}  // namespace stylet::support
+}  // namespace stylet::bench

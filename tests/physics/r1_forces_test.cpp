@@ -1,12 +1,12 @@
 // Reference insertion R1: what the hand feels, with directions and locations frozen between simulation steps
 // (Peterlik 2011) and updated at every haptic step (the paper).
-#include "tests/support/reference_insertion.h"
+#include "tools/bench/reference_insertion.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-namespace stylet::support {
+namespace stylet::bench {
 namespace {
 
 ReferenceInsertion r1() {
@@ -69,4 +69,4 @@ TEST(ReferenceInsertion, TwoRunsGiveTheSameBits) {
 }
 
 }  // namespace
-}  // namespace stylet::support
+}  // namespace stylet::bench

@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-namespace stylet::support {
+namespace stylet::bench {
 
 /// See content/reference/README.md. SI.
 struct ReferenceInsertion {
@@ -51,13 +51,21 @@ class ReferenceExperiment {
 public:
   ReferenceExperiment(const ReferenceInsertion& insertion, const ReferenceRun& run);
 
-  /// One simulation step and its haptic steps. Appends to forces().
+  /// One simulation step and its haptic steps.
   void advance();
+  /// The two kinds of step by themselves, for those who time or watch them.
+  void simulation_step();
+  /// Appends to forces().
+  void haptic_step();
+  const ReferenceInsertion& insertion() const { return insertion_; }
   double time_s() const;
   /// Force on the hand at every haptic step, N.
   const std::vector<Eigen::Vector3d>& forces() const { return forces_; }
   const physics::NeedleState& needle() const { return haptic_->state(); }
   const physics::TissuePatch& patch() const { return patches_.front(); }
+  /// The patch that the haptic steps consume: patch(), or an older one where there is latency.
+  const physics::TissuePatch& patch_in_use() const { return patches_.back(); }
+  physics::HapticLoop& haptic() { return *haptic_; }
   physics::SimulationLoop& simulation() { return *simulation_; }
   const physics::SimulationReport& report() const { return report_; }
   /// Contacts and rows seen at most; NeedleFlag and PatchFlag bits ever seen.
@@ -83,4 +91,4 @@ double jump(const std::vector<Eigen::Vector3d>& forces, int axis);
 /// RMS of F(k+1) - 2 F(k) + F(k-1) of a component, N.
 double roughness(const std::vector<Eigen::Vector3d>& forces, int axis);
 
-}  // namespace stylet::support
+}  // namespace stylet::bench

@@ -1,4 +1,4 @@
-#include "tests/support/reference_insertion.h"
+#include "tools/bench/reference_insertion.h"
 
 #include "tests/support/kuhn_box.h"
 
@@ -9,7 +9,7 @@
 #include <fstream>
 #include <stdexcept>
 
-namespace stylet::support {
+namespace stylet::bench {
 
 ReferenceInsertion read_reference_insertion(const std::filesystem::path& file) {
   std::ifstream in(file);
@@ -62,9 +62,9 @@ physics::StylusPose ReferenceInsertion::base(double time_s) const {
 physics::SimulationBody ReferenceInsertion::body() const {
   const int cells = nodes_per_edge - 1;
   physics::SimulationBody body;
-  body.mesh = kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(cube_edge), {cells, cells, cells});
+  body.mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(cube_edge), {cells, cells, cells});
   body.tet_materials.assign(body.mesh.tets.size(), material);
-  body.fixed_nodes = nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  body.fixed_nodes = support::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
   return body;
 }
 
@@ -92,20 +92,26 @@ double ReferenceExperiment::time_s() const {
 }
 
 void ReferenceExperiment::advance() {
+  simulation_step();
+  for (int i = 0; i < insertion_.haptic_steps_per_simulation_step(); ++i) haptic_step();
+}
+
+void ReferenceExperiment::simulation_step() {
   std::rotate(patches_.begin(), patches_.end() - 1, patches_.end());
   report_ = simulation_->step({.needle = &haptic_->state(), .time_s = time_s()}, patches_.front());
   ++simulation_step_;
   if (run_.worker_period > 0 && simulation_step_ % static_cast<std::uint64_t>(run_.worker_period) == 0) {
     simulation_->worker().step();
   }
-  for (int i = 0; i < insertion_.haptic_steps_per_simulation_step(); ++i) {
-    ++haptic_step_;
-    const physics::NeedleState& state =
-        haptic_->step(insertion_.base(time_s()), 1 / insertion_.haptic_hz, patches_.back());
-    forces_.push_back(state.wrench.force);
-    most_contacts_ = std::max(most_contacts_, state.contact_count);
-    needle_flags_ |= state.flags;
-  }
+}
+
+void ReferenceExperiment::haptic_step() {
+  ++haptic_step_;
+  const physics::NeedleState& state =
+      haptic_->step(insertion_.base(time_s()), 1 / insertion_.haptic_hz, patch_in_use());
+  forces_.push_back(state.wrench.force);
+  most_contacts_ = std::max(most_contacts_, state.contact_count);
+  needle_flags_ |= state.flags;
 }
 
 double jump(const std::vector<Eigen::Vector3d>& forces, int axis) {
@@ -125,4 +131,4 @@ double roughness(const std::vector<Eigen::Vector3d>& forces, int axis) {
   return std::sqrt(sum / static_cast<double>(forces.size() - 2));
 }
 
-}  // namespace stylet::support
+}  // namespace stylet::bench
