@@ -3,14 +3,15 @@
 #include "physics/contact/shaft.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace stylet::physics {
 
-/// The straight-edge shaft of a NeedleState, by arc length.
+/// A straight-edge shaft, by arc length.
 struct InsertionPath::Shaft {
-  explicit Shaft(const NeedleState& state) : needle(state), nodes(state.positions.leftCols(state.node_count)) {
+  explicit Shaft(Eigen::Matrix3Xd shaft_nodes) : nodes(std::move(shaft_nodes)) {
     start.push_back(0);
-    for (int i = 0; i + 1 < state.node_count; ++i)
+    for (Eigen::Index i = 0; i + 1 < nodes.cols(); ++i)
       start.push_back(start.back() + (nodes.col(i + 1) - nodes.col(i)).norm());
   }
   int beams() const { return static_cast<int>(start.size()) - 1; }
@@ -31,7 +32,6 @@ struct InsertionPath::Shaft {
     return nodes.col(beam) + fraction * (nodes.col(beam + 1) - nodes.col(beam));
   }
 
-  const NeedleState& needle;
   Eigen::Matrix3Xd nodes;
   std::vector<double> start;  // arc length at each node
 };
@@ -61,9 +61,60 @@ std::vector<int> InsertionPath::isolated_nodes(int body) const {
   return nodes;
 }
 
+std::vector<int> InsertionPath::nodes_ahead(int body, const NeedleState& needle, const Eigen::Matrix3Xd& positions,
+                                            double range) const {
+  const auto& contacts = contacts_[static_cast<std::size_t>(body)];
+  const TetTopology& topology = models_[static_cast<std::size_t>(body)].topology;
+  const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
+  const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
+  Eigen::Matrix3Xd nodes(3, needle.node_count + 1);
+  nodes << needle.positions.leftCols(needle.node_count), tip + range * axis;
+  const Shaft shaft(std::move(nodes));
+
+  double s = 0;
+  TetPoint point;
+  if (!contacts.empty()) {
+    const Eigen::Vector3d x = topology.position(positions, contacts.back().point);
+    s = shaft.arc_length(project_on_shaft(shaft.nodes, x), x) + settings_.spacing;
+    point = contacts.back().point;
+  } else {
+    std::vector<SurfaceCrossing> crossings;
+    topology.crossings(positions, tip, axis, range, crossings);
+    const auto entry =
+        std::find_if(crossings.begin(), crossings.end(), [](const SurfaceCrossing& c) { return c.entering; });
+    if (entry == crossings.end()) return {};
+    s = shaft.length() - range + entry->distance;
+    point = entry->point;
+  }
+
+  const std::vector<int> isolated = isolated_nodes(body);
+  std::vector<int> ahead;
+  const auto add = [&](int tet) {
+    if (tet < 0) return;
+    for (const int node : topology.nodes(tet)) {
+      if (std::binary_search(isolated.begin(), isolated.end(), node)) continue;
+      if (std::find(ahead.begin(), ahead.end(), node) == ahead.end()) ahead.push_back(node);
+    }
+  };
+  const auto add_with_neighbours = [&](int tet) {  // the needle bends, the tissue gives way: not quite there
+    add(tet);
+    for (int face = 0; face < 4; ++face) add(topology.neighbour(tet, face));
+  };
+  if (contacts.empty()) {
+    add_with_neighbours(point.tet);
+    s += settings_.spacing;
+  }
+  for (; s <= shaft.length(); s += settings_.spacing) {
+    point = topology.locate(positions, shaft.at(s), point.tet);
+    if (point.tet < 0) break;  // out of the body: looking for a way back in costs more than it saves
+    add_with_neighbours(point.tet);
+  }
+  return ahead;
+}
+
 std::uint32_t InsertionPath::update(const NeedleState& needle, std::span<const Eigen::Matrix3Xd> positions) {
   std::uint32_t flags = 0;
-  const Shaft shaft(needle);
+  const Shaft shaft(needle.positions.leftCols(needle.node_count));
   for (std::size_t b = 0; b < models_.size(); ++b) {
     remove_withdrawn(shaft, positions[b], b);
     if (contacts_[b].empty()) flags |= lay_entry(shaft, positions[b], b);

@@ -51,6 +51,11 @@ public:
   int contact_count() const;
   /// Nodes of the contacts' tetrahedra, ascending.
   std::vector<int> isolated_nodes(int body) const;
+  /// Nodes that will probably be isolated next: of the tetrahedra where contacts will be laid if the needle goes
+  /// straight on for `range`, and of their neighbours. Nearest first, distinct; not those of isolated_nodes().
+  /// @param positions  of the body [3 x nodes], m
+  std::vector<int> nodes_ahead(int body, const NeedleState& needle, const Eigen::Matrix3Xd& positions,
+                               double range) const;
 
 private:
   struct Shaft;

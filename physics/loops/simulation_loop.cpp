@@ -69,8 +69,9 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .nodal_force = Eigen::Matrix3Xd::Zero(3, model.node_count()),
          .internal_force = Eigen::VectorXd::Zero(model.dof_count()),
          .needle_force = Eigen::VectorXd::Zero(model.dof_count()),
+         .loaded_nodes = {},
+         .response = Eigen::VectorXd::Zero(model.dof_count()),
          .displacement = Eigen::VectorXd::Zero(model.dof_count()),
-         .isolated = IsolatedDofs(model.node_count(), kMaxPatchNodes),
          .nodes = {},
          .extent = (tissue_.positions[b].rowwise().maxCoeff() - tissue_.positions[b].rowwise().minCoeff()).norm(),
          .inverted = 0});
@@ -87,7 +88,7 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   swap_factorisation(input, report);
   free_motion(report);
   isolate(needle, report, out);
-  request_factorisation(input, report);
+  request_factorisation(input, needle, report);
   fill_patch(needle, out);
 
   report.factor_epoch = worker_.latest().epoch;
@@ -96,8 +97,14 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
 }
 
 const NeedleState* SimulationLoop::accept(const NeedleState* needle, SimulationReport& report) {
+  const auto unload = [this] {
+    for (BodyState& body : bodies_) {
+      body.needle_force.setZero();
+      body.loaded_nodes.clear();
+    }
+  };
   if (needle == nullptr || needle->node_count < 2) {
-    for (BodyState& body : bodies_) body.needle_force.setZero();
+    unload();
     path_.clear();
     return nullptr;
   }
@@ -105,17 +112,44 @@ const NeedleState* SimulationLoop::accept(const NeedleState* needle, SimulationR
     report.flags |= kSimulationNonFinite;
     return nullptr;  // forces and contacts stay as they were
   }
-  for (BodyState& body : bodies_) body.needle_force.setZero();
+  unload();
   for (int i = 0; i < needle->force_count; ++i) {
     const NodeForce& force = needle->forces[static_cast<std::size_t>(i)];
     if (force.body < 0 || force.body >= body_count()) continue;
     const auto b = static_cast<std::size_t>(force.body);
     if (force.node < 0 || force.node >= models_[b].node_count()) continue;
     const int dof = 3 * models_[b].free_index[static_cast<std::size_t>(force.node)];
-    if (dof >= 0) bodies_[b].needle_force.segment<3>(dof) += force.force;  // a fixed node hands it to its support
+    if (dof < 0) continue;  // a fixed node hands it to its support
+    bodies_[b].needle_force.segment<3>(dof) += force.force;
+    bodies_[b].loaded_nodes.push_back(force.node);
+  }
+  for (BodyState& body : bodies_) {
+    std::vector<int>& nodes = body.loaded_nodes;
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   }
   tissue_.needle_step = needle->step;
   return needle;
+}
+
+void SimulationLoop::respond() {
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    BodyState& body = bodies_[b];
+    const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
+    body.response.setZero();
+    body.displacement.setZero();  // the forces that no known column stands for
+    bool all_known = true;
+    for (const int node : body.loaded_nodes) {
+      const int dof = 3 * models_[b].free_index[static_cast<std::size_t>(node)];
+      const Eigen::Vector3d force = body.needle_force.segment<3>(dof);
+      if (factorised.isolated.add_response(node, force, body.response)) continue;
+      body.displacement.segment<3>(dof) = force;
+      all_known = false;
+    }
+    if (all_known) continue;
+    factorised.factor.solve(body.displacement, body.displacement, workspace_);
+    body.response += body.displacement;
+  }
 }
 
 void SimulationLoop::gather_internal_force(const TissueModel& model, BodyState& body) {
@@ -142,6 +176,7 @@ double SimulationLoop::overshoot(const TissueModel& model, const BodyState& body
 }
 
 void SimulationLoop::correct_motion(SimulationReport& report) {
+  respond();
   for (std::size_t b = 0; b < models_.size(); ++b) {
     const TissueModel& model = models_[b];
     BodyState& body = bodies_[b];
@@ -149,10 +184,7 @@ void SimulationLoop::correct_motion(SimulationReport& report) {
 
     // p <- p_free + A_f^-1 H^T lambda, with the factor that made p_free: what the haptic loop showed (eq. 6).
     body.trial = body.free_positions;
-    if (!body.needle_force.isZero(0)) {
-      worker_.latest().bodies[b].factor.solve(body.needle_force, body.displacement, workspace_);
-      add_free(model, body.displacement, 1, body.trial);
-    }
+    add_free(model, body.response, 1, body.trial);
     if (!body.trial.allFinite()) {
       report.flags |= kSimulationNonFinite;
       body.trial = positions;
@@ -193,7 +225,7 @@ void SimulationLoop::swap_factorisation(const SimulationInput& input, Simulation
   if (!input.take_factorisation || !worker_.update()) return;
   report.factorisation_taken = true;
   factorisation_outstanding_ = false;
-  for (std::size_t b = 0; b < models_.size(); ++b) bodies_[b].isolated.assign(worker_.latest().bodies[b].isolated);
+  respond();
 }
 
 void SimulationLoop::free_motion(SimulationReport& report) {
@@ -202,11 +234,14 @@ void SimulationLoop::free_motion(SimulationReport& report) {
   for (std::size_t b = 0; b < models_.size(); ++b) {
     const TissueModel& model = models_[b];
     BodyState& body = bodies_[b];
-    residual = std::hypot(residual, (body.internal_force - body.needle_force).stableNorm());
+    body.displacement = body.internal_force - body.needle_force;
+    residual = std::hypot(residual, body.displacement.stableNorm());
     force = std::hypot(force, body.needle_force.stableNorm());
 
-    // p_free = p - A_f^-1 F_int(p)   (eq. 7)
-    worker_.latest().bodies[b].factor.solve(body.internal_force, body.displacement, workspace_);
+    // p_free = p - A_f^-1 F_int(p)   (eq. 7), with F_int = (F_int - H^T lambda) + H^T lambda. The second part is
+    // known; the first goes to zero, so the precision of its solve does not move the fixed point.
+    worker_.latest().bodies[b].factor.solve_single(body.displacement, body.displacement, workspace_);
+    body.displacement += body.response;
     body.free_positions = tissue_.positions[b];
     add_free(model, body.displacement, -1, body.free_positions);
     if (!body.free_positions.allFinite()) {
@@ -224,14 +259,15 @@ void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report
   for (std::size_t b = 0; b < models_.size(); ++b) {
     BodyState& body = bodies_[b];
     body.nodes = path_.isolated_nodes(static_cast<int>(b));
-    report.new_isolated_nodes +=
-        body.isolated.isolate(body.nodes, models_[b], worker_.latest().bodies[b].factor, workspace_);
+    const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
+    report.new_isolated_nodes += factorised.isolated.isolate(body.nodes, models_[b], factorised.factor, workspace_);
     report.isolated_nodes += static_cast<int>(body.nodes.size());
   }
   report.contact_count = path_.contact_count();
 }
 
-void SimulationLoop::request_factorisation(const SimulationInput& input, SimulationReport& report) {
+void SimulationLoop::request_factorisation(const SimulationInput& input, const NeedleState* needle,
+                                           SimulationReport& report) {
   if (!input.request_factorisation) return;
   if (factorisation_outstanding_) {
     // Idle without a result that could be taken: the worker met a matrix that is not positive definite.
@@ -243,7 +279,13 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, Simulat
   request.epoch = tissue_.step;
   for (std::size_t b = 0; b < models_.size(); ++b) {
     request.bodies[b].rotations = bodies_[b].rotations;
-    request.bodies[b].isolated_nodes = bodies_[b].nodes;
+    std::vector<int>& wanted = request.bodies[b].isolated_nodes;
+    wanted = bodies_[b].nodes;
+    if (needle == nullptr) continue;
+    const std::vector<int> ahead =
+        path_.nodes_ahead(static_cast<int>(b), *needle, tissue_.positions[b], settings_.look_ahead);
+    const std::size_t room = kMaxPatchNodes - wanted.size();
+    wanted.insert(wanted.end(), ahead.begin(), ahead.begin() + std::min(room, ahead.size()));
   }
   worker_.submit();
   factorisation_outstanding_ = true;
@@ -288,7 +330,7 @@ void SimulationLoop::fill_body(std::size_t b, BodyPatch& out, std::uint32_t& fla
     out.rotations[i] = node_rotation(model, nodes[i], factorised.rotations, body.rotations);
   }
   if (out.w_bar.rows() < 3 * kMaxPatchNodes) out.w_bar.setZero(3 * kMaxPatchNodes, 3 * kMaxPatchNodes);
-  body.isolated.gather(nodes, out.w_bar);
+  factorised.isolated.gather(nodes, out.w_bar);
 
   out.contact_count = 0;
   for (const PathContact& contact : path_.contacts(static_cast<int>(b))) {

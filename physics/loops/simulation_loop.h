@@ -33,6 +33,7 @@ struct SimulationLoopSettings {
   double contact_spacing = 0.010;    ///< between contact points along the path, m
   double removal_hysteresis = 2e-4;  ///< how far the tip withdraws past a contact before it is removed, m
   double interface_range = 0.030;    ///< how far ahead of the tip surfaces are reported, m
+  double look_ahead = 0.040;         ///< how far ahead of the tip nodes are prepared with a factorisation, m
 };
 
 /// What a step consumes. The flags are true in live mode ("if there is one", "if the worker is free"); a replay sets
@@ -95,7 +96,7 @@ private:
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);
   void free_motion(SimulationReport& report);
   void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
-  void request_factorisation(const SimulationInput& input, SimulationReport& report);
+  void request_factorisation(const SimulationInput& input, const NeedleState* needle, SimulationReport& report);
   void fill_patch(const NeedleState* needle, TissuePatch& out);
   void fill_body(std::size_t body, BodyPatch& out, std::uint32_t& flags) const;
   void find_interfaces(const NeedleState& needle, TissuePatch& out) const;
@@ -108,13 +109,16 @@ private:
     Eigen::Matrix3Xd nodal_force;               // scratch: F_int at all nodes
     Eigen::VectorXd internal_force;             // [free DOFs] F_int at the current positions
     Eigen::VectorXd needle_force;               // [free DOFs] H^T lambda
+    std::vector<int> loaded_nodes;              // where it is not zero, ascending
+    Eigen::VectorXd response;                   // [free DOFs] A_f^-1 H^T lambda with the factor in use
     Eigen::VectorXd displacement;               // [free DOFs] scratch
-    IsolatedDofs isolated;
-    std::vector<int> nodes;  // isolated now, ascending
-    double extent = 0;       // diagonal of the rest bounding box, m
-    int inverted = 0;        // tetrahedra
+    std::vector<int> nodes;                     // isolated now, ascending
+    double extent = 0;                          // diagonal of the rest bounding box, m
+    int inverted = 0;                           // tetrahedra
   };
 
+  /// A_f^-1 H^T lambda of all bodies with the factor in use: sums of the columns that W_bar is cut from.
+  void respond();
   /// F_int at body.trial with its rotations, into body.internal_force.
   static void gather_internal_force(const TissueModel& model, BodyState& body);
   /// 1, or the fraction of the step from `before` to body.trial after which the potential would be least.

@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
 struct cholmod_common_struct;
 struct cholmod_dense_struct;
@@ -31,6 +32,8 @@ private:
   cholmod_dense_struct* x_ = nullptr;  // CHOLMOD reuses these where they are large enough
   cholmod_dense_struct* y_ = nullptr;
   cholmod_dense_struct* e_ = nullptr;
+  std::vector<float> permuted_;  // single-precision solves
+  std::vector<float> gathered_;
 };
 
 /// P A P^T = L L^T. Copying copies L (that is how the slots of a LatestValue are filled at load).
@@ -56,6 +59,13 @@ public:
   void solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x,
              SolveWorkspace& workspace) const;
 
+  /// x = A^-1 b to single precision (1e-7 times the condition): half the bytes of solve(), and bytes are what one
+  /// right-hand side costs. For residuals of an iteration, whose fixed point it does not move. An ill-conditioned A
+  /// is solved in double.
+  /// @param b  [DOFs]; x may be b's own storage
+  void solve_single(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x,
+                    SolveWorkspace& workspace) const;
+
   /// A cheap estimate from the diagonal of L: 1 is best, below 1e-13 the body is hardly held.
   double reciprocal_condition(SolveWorkspace& workspace) const;
   int dof_count() const;
@@ -64,6 +74,7 @@ public:
 
 private:
   cholmod_factor_struct* factor_ = nullptr;
+  std::vector<float> single_;  // L's supernodes as CHOLMOD lays them out; empty where A is too ill-conditioned
 };
 
 }  // namespace stylet::physics

@@ -20,7 +20,7 @@ namespace stylet::physics {
 struct FactorisationRequest {
   struct Body {
     std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
-    std::vector<int> isolated_nodes;            ///< whose W_bar is wanted with the factor
+    std::vector<int> isolated_nodes;            ///< whose columns of A^-1 are wanted with the factor
   };
   std::uint64_t epoch = 0;  ///< simulation step of the state
   std::vector<Body> bodies;
@@ -30,7 +30,7 @@ struct FactorisationRequest {
 struct FactorisedTissue {
   struct Body {
     Factorisation factor;
-    IsolatedDofs isolated;                      ///< of the request's nodes
+    mutable IsolatedDofs isolated;  ///< of the request's nodes; whoever holds the value may add more (its own slot)
     std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
   };
   std::uint64_t epoch = 0;

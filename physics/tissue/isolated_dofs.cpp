@@ -1,6 +1,7 @@
 #include "physics/tissue/isolated_dofs.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace stylet::physics {
 namespace {
@@ -19,14 +20,6 @@ void IsolatedDofs::clear() {
   known_.clear();
 }
 
-void IsolatedDofs::assign(const IsolatedDofs& other) {
-  clear();
-  known_ = other.known_;
-  slot_ = other.slot_;
-  const auto n = static_cast<Eigen::Index>(3 * known_.size());
-  w_.topLeftCorner(n, n) = other.w_.topLeftCorner(n, n);
-}
-
 void IsolatedDofs::keep_only(std::span<const int> nodes) {
   std::vector<char> wanted(slot_.size(), 0);
   for (const int node : nodes) wanted[static_cast<std::size_t>(node)] = 1;
@@ -43,6 +36,9 @@ void IsolatedDofs::keep_only(std::span<const int> nodes) {
       const Eigen::Matrix3d block = w_.block<3, 3>(3 * old_slots[i], 3 * old_slots[j]);
       w_.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) = block;
     }
+  }
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    std::swap(columns_[i], columns_[static_cast<std::size_t>(old_slots[i])]);
   }
   clear();
   known_ = kept;
@@ -72,6 +68,8 @@ int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, 
       const int node = fresh[begin + k];
       slot_[static_cast<std::size_t>(node)] = static_cast<int>(known_.size());
       known_.push_back(node);
+      if (columns_.size() < known_.size()) columns_.emplace_back();
+      columns_[known_.size() - 1] = columns.middleCols<3>(static_cast<Eigen::Index>(3 * k));
       const auto j = static_cast<Eigen::Index>(3 * (known_.size() - 1));
       for (std::size_t s = 0; s < known_.size(); ++s) {
         const int dof = 3 * model.free_index[static_cast<std::size_t>(known_[s])];
@@ -84,6 +82,15 @@ int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, 
     }
   }
   return static_cast<int>(fresh.size());
+}
+
+bool IsolatedDofs::add_response(int node, const Eigen::Vector3d& force,
+                                Eigen::Ref<Eigen::VectorXd> displacement) const {
+  const int slot = slot_[static_cast<std::size_t>(node)];
+  if (slot < 0) return false;
+  const Eigen::MatrixX3d& columns = columns_[static_cast<std::size_t>(slot)];
+  displacement += columns.col(0) * force[0] + columns.col(1) * force[1] + columns.col(2) * force[2];
+  return true;
 }
 
 void IsolatedDofs::gather(std::span<const int> nodes, Eigen::Ref<Eigen::MatrixXd> w_bar) const {
