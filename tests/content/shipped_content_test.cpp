@@ -244,5 +244,48 @@ TEST(Schemas, AgreeWithTheReaders) {
   expect_schema_agrees("scenario", full, 16, [](JsonFile& f) { read_scenario_file(f); });
 }
 
+/// A value against the parts of JSON Schema that our schemas of generated files use.
+void expect_follows(const json& value, const json& schema, const std::string& at) {
+  if (schema.contains("const")) {
+    EXPECT_EQ(value, schema["const"]) << at;
+    return;
+  }
+  const std::string type = schema.at("type");
+  EXPECT_TRUE((type == "object" && value.is_object()) || (type == "array" && value.is_array()) ||
+              (type == "string" && value.is_string()) || (type == "number" && value.is_number()) ||
+              (type == "integer" && value.is_number_integer()))
+      << at << " is no " << type;
+  if (schema.contains("minimum")) {
+    EXPECT_GE(value.get<double>(), schema["minimum"].get<double>()) << at;
+  }
+  if (schema.contains("maximum")) {
+    EXPECT_LE(value.get<double>(), schema["maximum"].get<double>()) << at;
+  }
+  if (schema.contains("minItems")) {
+    EXPECT_GE(value.size(), schema["minItems"].get<std::size_t>()) << at;
+  }
+  if (schema.contains("maxItems")) {
+    EXPECT_LE(value.size(), schema["maxItems"].get<std::size_t>()) << at;
+  }
+  if (type == "array") {
+    for (const json& item : value) expect_follows(item, schema.at("items"), at + "/*");
+  }
+  if (type != "object") return;
+  for (const auto& key : schema.at("required")) EXPECT_TRUE(value.contains(key)) << at << " lacks " << key;
+  for (const auto& [key, item] : value.items()) {
+    ASSERT_TRUE(schema.at("properties").contains(key)) << at << '/' << key << " is in no schema";
+    expect_follows(item, schema["properties"][key], at + "/" + key);
+  }
+}
+
+TEST(Schemas, HoldForFilesWithoutAReaderHere) {
+  for (const auto& [name, path] :
+       {std::pair{"procedure", "organs/abdomen.json"}, std::pair{"reference", "reference/r1.json"}}) {
+    const JsonFile schema(kContent / "schemas" / (std::string(name) + ".schema.json"));
+    const JsonFile file(kContent / path);
+    expect_follows(file.tree(), schema.tree(), path);
+  }
+}
+
 }  // namespace
 }  // namespace stylet::content
