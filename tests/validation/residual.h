@@ -10,7 +10,7 @@ namespace stylet::validation {
 
 /// Prints one line `name: value (bound ...)` and expects value <= bound. A value that is not a number fails.
 inline void report_residual(const std::string& name, double value, double bound) {
-  std::printf("  %s: %.3e (bound %.0e)\n", name.c_str(), value, bound);
+  std::printf("  %s: %.3e (bound %.1e)\n", name.c_str(), value, bound);
   EXPECT_LE(value, bound) << name;
 }
 
