@@ -1,6 +1,7 @@
 #include "engine/ultrasound/imager.h"
 
 #include "engine/gpu/pipeline.h"
+#include "engine/ultrasound/growing_buffer.h"
 #include "shaders/ultrasound_attenuate.comp.h"
 #include "shaders/ultrasound_axial.comp.h"
 #include "shaders/ultrasound_detect.comp.h"
@@ -12,7 +13,6 @@
 #include "shaders/ultrasound_tissue.comp.h"
 
 #include <algorithm>
-#include <optional>
 #include <span>
 
 namespace stylet::ultrasound {
@@ -44,30 +44,6 @@ gpu::Interface scan_convert_interface() {
   result.slots[2] = Slot::storage_image;
   return result;
 }
-
-Buffer storage(gpu::Device& device, std::size_t bytes) {
-  return Buffer(device, std::max<VkDeviceSize>(bytes, 16), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-}
-
-/// A storage buffer that grows to what a frame needs. Growing waits for the device: frames in flight use the old one.
-class GrowingBuffer {
-public:
-  explicit GrowingBuffer(gpu::Device& device) : device_(device), buffer_(storage(device, 1 << 16)) {}
-
-  template <typename T>
-  void upload(gpu::Commands& commands, std::span<const T> items) {
-    if (items.size_bytes() > buffer_->size()) {
-      device_.wait_idle();
-      buffer_.emplace(storage(device_, items.size_bytes() + items.size_bytes() / 2));
-    }
-    if (!items.empty()) commands.upload(*buffer_, std::as_bytes(items));
-  }
-  const Buffer& buffer() const { return *buffer_; }
-
-private:
-  gpu::Device& device_;
-  std::optional<Buffer> buffer_;
-};
 
 }  // namespace
 

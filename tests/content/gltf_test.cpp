@@ -35,7 +35,7 @@ GltfScene read(const std::string& bytes) {
   return read_gltf(test::as_bytes(bytes), "a.glb");
 }
 
-std::string error_of(const std::string& bytes) {
+std::string gltf_error(const std::string& bytes) {
   try {
     read(bytes);
   } catch (const ContentError& error) {
@@ -78,11 +78,11 @@ TEST(Gltf, UnknownAnnotationKeysWarnAndBadValuesAreErrors) {
   EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("colour_of_the_day"), HasSubstr("yield")));
 
   glb.json["materials"][0]["extras"]["tissue"]["mechanics"] = {{"poissonsRatio", 0.7}};
-  EXPECT_THAT(error_of(glb.bytes()),
+  EXPECT_THAT(gltf_error(glb.bytes()),
               HasSubstr("a.glb:/materials/0/extras/tissue/mechanics/poisson_ratio: is 0.7, accepted is 0 to 0.499"));
   glb.json["materials"][0]["extras"]["tissue"] = {{"preset", "liver"}};
   glb.json["nodes"][0]["extras"]["organ"]["role"] = "villain";
-  EXPECT_THAT(error_of(glb.bytes()),
+  EXPECT_THAT(gltf_error(glb.bytes()),
               HasSubstr("a.glb:/nodes/0/extras/organ/role: is \"villain\", accepted is one of"));
 }
 
@@ -154,7 +154,7 @@ TEST(Gltf, SparsePositionsAreApplied) {
       {"count", 1}, {"indices", {{"bufferView", 2}, {"componentType", 5125}}}, {"values", {{"bufferView", 3}}}};
   EXPECT_NEAR(read(glb.bytes()).organs.at(0).mesh.vertices[3].z(), 0.5, 1e-7);
   glb.json["accessors"][0]["sparse"]["count"] = 5;
-  EXPECT_THAT(error_of(glb.bytes()), HasSubstr("accessors/0/sparse/count"));
+  EXPECT_THAT(gltf_error(glb.bytes()), HasSubstr("accessors/0/sparse/count"));
 }
 
 TEST(Gltf, MillimetresAreSuspected) {
@@ -176,7 +176,7 @@ TEST_P(GltfDefect, IsRefusedInOneLineWithItsPlace) {
   Glb glb = one_tetrahedron();
   ASSERT_NO_THROW(read(glb.bytes()));
   GetParam().make(glb);
-  const std::string error = error_of(glb.bytes());
+  const std::string error = gltf_error(glb.bytes());
   EXPECT_THAT(error, HasSubstr(GetParam().message));
   EXPECT_THAT(error, ::testing::StartsWith("a.glb"));
   EXPECT_THAT(error, Not(HasSubstr("\n")));
@@ -288,7 +288,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Gltf, EveryTruncationOfAFileIsRefused) {
   const std::string bytes = one_tetrahedron().bytes();
   for (std::size_t length = 0; length < bytes.size(); ++length) {
-    EXPECT_NE(error_of(bytes.substr(0, length)), "no error") << length;
+    EXPECT_NE(gltf_error(bytes.substr(0, length)), "no error") << length;
   }
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string error_of(const std::string& stylus) {
+std::string motion_error(const std::string& stylus) {
   test::TemporaryFolder folder;
   const auto path =
       folder.write("m.json", R"({"format": "stylet-motion", "version": 1, "tracks": {"stylus": )" + stylus + "}}");
@@ -58,19 +58,20 @@ TEST(Motion, SamplingIsExactAtSamplesLinearBetweenAndHeldOutside) {
 }
 
 TEST(Motion, BadSamplesAreRefusedAtTheirPlace) {
-  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [0,0,0,0,1,0,0,0]]"),
+  EXPECT_THAT(motion_error("[[0,0,0,0,1,0,0,0], [0,0,0,0,1,0,0,0]]"),
               HasSubstr("m.json:/tracks/stylus/1: time 0 s does not come after 0 s"));
-  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0.1,0,0]]"),
+  EXPECT_THAT(motion_error("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0.1,0,0]]"),
               HasSubstr("m.json:/tracks/stylus/1: quaternion has norm 1.005"));
-  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0,0]]"), HasSubstr("/tracks/stylus/1: is not [t, px"));
-  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,\"a\",0,0,1,0,0,0]]"), HasSubstr("/tracks/stylus/1: holds something"));
-  EXPECT_THAT(error_of("[[-1,0,0,0,1,0,0,0], [1,0,0,0,1,0,0,0]]"), HasSubstr("/tracks/stylus/0: time is -1 s"));
-  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,0,1e6,0,1,0,0,0]]"),
+  EXPECT_THAT(motion_error("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0,0]]"), HasSubstr("/tracks/stylus/1: is not [t, px"));
+  EXPECT_THAT(motion_error("[[0,0,0,0,1,0,0,0], [1,\"a\",0,0,1,0,0,0]]"),
+              HasSubstr("/tracks/stylus/1: holds something"));
+  EXPECT_THAT(motion_error("[[-1,0,0,0,1,0,0,0], [1,0,0,0,1,0,0,0]]"), HasSubstr("/tracks/stylus/0: time is -1 s"));
+  EXPECT_THAT(motion_error("[[0,0,0,0,1,0,0,0], [1,0,1e6,0,1,0,0,0]]"),
               HasSubstr("/tracks/stylus/1: position is farther"));
-  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0,0,0,0.5]]"), HasSubstr("/tracks/stylus/1: buttons"));
-  EXPECT_THAT(error_of("[[0,0,0,0,1,0,0,0]]"), HasSubstr("/tracks/stylus: has fewer than 2 samples"));
-  EXPECT_THAT(error_of("{}"), HasSubstr("/tracks/stylus: is an object, expected an array"));
-  EXPECT_EQ(error_of("[[0,0,0,0,1,0,0,0], [1,0,0,0,1.0005,0,0,0]]"), "no error")
+  EXPECT_THAT(motion_error("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0,0,0,0.5]]"), HasSubstr("/tracks/stylus/1: buttons"));
+  EXPECT_THAT(motion_error("[[0,0,0,0,1,0,0,0]]"), HasSubstr("/tracks/stylus: has fewer than 2 samples"));
+  EXPECT_THAT(motion_error("{}"), HasSubstr("/tracks/stylus: is an object, expected an array"));
+  EXPECT_EQ(motion_error("[[0,0,0,0,1,0,0,0], [1,0,0,0,1.0005,0,0,0]]"), "no error")
       << "within 1e-3 of a unit quaternion";
 }
 

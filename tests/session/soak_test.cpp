@@ -1,0 +1,162 @@
+// The default scenario for many minutes of session time: nothing fails, grows or drifts.
+//
+// A pass plays the recorded motion to its end and then backwards, so that the needle is outside again and the tissue
+// comes to rest. STYLET_SOAK_MINUTES: session time, 10 if unset. Run by tools/test.sh --all.
+#include "engine/content/scenario.h"
+#include "engine/session/coupled_loops.h"
+#include "engine/session/lockstep.h"
+#include "haptic/recorded_device.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <utility>
+#include <vector>
+
+namespace stylet::session {
+namespace {
+
+constexpr double kRest = 1;  // s, at the end of a pass with the needle outside
+
+/// The track forwards, backwards, then at rest at its start; again and again.
+class RepeatedMotion final : public haptic::Device {
+public:
+  explicit RepeatedMotion(haptic::RecordedDevice track) : track_(std::move(track)) {}
+  std::string name() const override { return "repeated " + track_.name(); }
+  haptic::DeviceLimits limits() const override { return track_.limits(); }
+  haptic::StylusSample read(double now_s) override {
+    const double t = std::fmod(now_s, pass_s());
+    const double length = track_.end_s() - track_.start_s();
+    return track_.read(track_.start_s() + (t < length ? t : std::max(0.0, 2 * length - t)));
+  }
+  void write(const Eigen::Vector3d&, const Eigen::Vector3d&) override {}
+  double pass_s() const { return 2 * (track_.end_s() - track_.start_s()) + kRest; }
+
+private:
+  haptic::RecordedDevice track_;
+};
+
+RepeatedMotion repeated(const content::Scene& scene) {
+  std::vector<haptic::StylusSample> track;
+  for (const content::MotionSample& sample : scene.motion.stylus) {
+    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
+  }
+  return RepeatedMotion(haptic::RecordedDevice(std::move(track)));
+}
+
+double resident_mib() {
+  std::ifstream file("/proc/self/statm");
+  double total = 0, resident = 0;
+  file >> total >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+/// What a pass showed.
+struct Pass {
+  double peak_force = 0;         ///< on the hand, N
+  double peak_displacement = 0;  ///< of a tissue node, m
+  int most_contacts = 0;
+  int contacts_at_end = 0;
+  double drift = 0;  ///< displacement of a tissue node at the end of the pass, m
+  double resident_mib = 0;
+};
+
+class PassObserver final : public StepListener {
+public:
+  PassObserver(const content::Scene& scene, double pass_s) : scene_(scene), pass_s_(pass_s) {}
+
+  void haptic_stepped(const HapticStepRecord&, const physics::NeedleState& needle) override {
+    finite_ = finite_ && needle.wrench.force.allFinite() && needle.wrench.moment.allFinite();
+    pass_.peak_force = std::max(pass_.peak_force, needle.wrench.force.norm());
+    pass_.most_contacts = std::max(pass_.most_contacts, needle.contact_count);
+  }
+  void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport&,
+                          const physics::TissueState& tissue, const physics::NeedleState& needle) override {
+    if (record.time_s >= static_cast<double>(passes_.size() + 1) * pass_s_ - 1.5 / scene_.rates.simulation_hz) {
+      pass_.drift = displacement(tissue);
+      pass_.contacts_at_end = needle.contact_count;
+      pass_.resident_mib = resident_mib();
+      std::printf(
+          "pass %3zu  peak force %.6f N  deepest %.6f mm  contacts %2d  drift at rest %.3e m  resident %.1f MiB\n",
+          passes_.size() + 1, pass_.peak_force, 1e3 * pass_.peak_displacement, pass_.most_contacts, pass_.drift,
+          pass_.resident_mib);
+      std::fflush(stdout);
+      passes_.push_back(std::exchange(pass_, {}));
+    }
+    pass_.peak_displacement = std::max(pass_.peak_displacement, displacement(tissue));
+  }
+
+  const std::vector<Pass>& passes() const { return passes_; }
+  bool finite() const { return finite_; }
+
+private:
+  double displacement(const physics::TissueState& tissue) const {
+    double most = 0;
+    for (int b = 0; b < tissue.body_count; ++b) {
+      const auto& rest = scene_.bodies[static_cast<std::size_t>(b)].mesh.nodes;
+      const Eigen::Matrix3Xd& now = tissue.positions[static_cast<std::size_t>(b)];
+      for (std::size_t i = 0; i < rest.size(); ++i) {
+        most = std::max(most, (now.col(static_cast<Eigen::Index>(i)) - rest[i]).norm());
+      }
+    }
+    return most;
+  }
+
+  const content::Scene& scene_;
+  double pass_s_;
+  Pass pass_;
+  std::vector<Pass> passes_;
+  bool finite_ = true;
+};
+
+double minutes() {
+  const char* text = std::getenv("STYLET_SOAK_MINUTES");
+  const double value = text == nullptr ? 10 : std::atof(text);
+  return std::isfinite(value) && value > 0 ? value : 10;
+}
+
+TEST(Soak, DefaultScenarioNeitherFailsNorGrowsNorDrifts) {
+  const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  RepeatedMotion device = repeated(scene);
+  const haptic::StylusSample start = device.read(0);
+  PassObserver observer(scene, device.pass_s());
+  CoupledLoops loops(scene, physics::Coupling::paper_updated, {start.position, start.orientation}, {&observer});
+  const int count = std::max(3, static_cast<int>(std::ceil(60 * minutes() / device.pass_s())));
+  const RunStatistics run = run_lockstep(loops, device, scene, count * device.pass_s());
+  std::printf("%.1f minutes of session time in %.1f s, %llu haptic and %llu simulation steps, %llu factorisations\n",
+              run.duration_s / 60, run.wall_s, static_cast<unsigned long long>(run.haptic.steps),
+              static_cast<unsigned long long>(run.simulation.steps),
+              static_cast<unsigned long long>(run.factorisations));
+
+  const std::uint32_t failed = physics::kNeedleRowOverflow | physics::kNeedleSolveFailed | physics::kNeedleNonFinite;
+  EXPECT_EQ(run.needle_flags & failed, 0u);
+  EXPECT_EQ(run.simulation_flags & (physics::kSimulationNonFinite | physics::kSimulationFactorisationFailed), 0u);
+  EXPECT_EQ(run.patch_flags, 0u) << "a capacity overflowed";
+  EXPECT_EQ(run.guard.non_finite, 0u);
+  EXPECT_TRUE(observer.finite());
+
+  const std::vector<Pass>& passes = observer.passes();
+  ASSERT_EQ(passes.size(), static_cast<std::size_t>(count));
+  const Pass& first = passes.front();
+  ASSERT_GT(first.most_contacts, 3) << "the needle went in";
+  ASSERT_GT(first.peak_force, 0.05);
+  for (const Pass& pass : passes) {
+    // The same path each time; the schedule of the factorisations differs, so not to the bit.
+    EXPECT_LT(pass.peak_force, 1.05 * first.peak_force);
+    EXPECT_GT(pass.peak_force, 0.95 * first.peak_force);
+    EXPECT_EQ(pass.contacts_at_end, 0);
+    // A millionth of a metre after a second at rest, and no pass adds to it.
+    EXPECT_LT(pass.drift, 1e-6);
+    EXPECT_LT(pass.drift, 10 * first.drift + 1e-9);
+  }
+  // Everything is sized at load: from the second pass on only the allocator's and the kernel's own bookkeeping moves.
+  EXPECT_LT(passes.back().resident_mib, passes[1].resident_mib + 1);
+}
+
+}  // namespace
+}  // namespace stylet::session
