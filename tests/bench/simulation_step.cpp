@@ -1,11 +1,12 @@
 // Stages of a simulation step, and the step itself, by mesh size: median, p99 and max of the wall time, median and
-// p99 of the thread's CPU time, in milliseconds.
+// p99 of the thread's CPU time, in milliseconds; rates in hertz; memory traffic beside what the machine streams.
 //
 //   bin/stylet_simulation_bench
 //
-// The cube of reference insertion R1 with n nodes an edge. In the whole step a stiff needle goes through one body, or
-// through two of that size one behind the other, at 45 mm/s and 50 Hz; the factorisation worker runs between the
-// steps, outside the measured time.
+// The cube of reference insertion R1 with n nodes an edge. In the whole step a stiff needle with 8 contacts (16 rows)
+// a body goes to and fro at 45 mm/s and 50 Hz, so that every sixth step lays a contact: steps with and without are
+// reported apart. The factorisation worker runs between the steps, outside the measured time. look_ahead_mm = 0 is
+// the worst case: nobody saw the contact coming, and its columns are computed in the step.
 #include "physics/loops/simulation_loop.h"
 #include "physics/tissue/blas.h"
 #include "physics/tissue/corotational.h"
@@ -16,9 +17,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <ctime>
 #include <memory>
+#include <numeric>
+#include <string>
 #include <vector>
 
 namespace stylet::physics {
@@ -40,35 +44,53 @@ double cpu_seconds() {
   return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// Times `work` once an iteration, not what is done `between`, and reports the distribution.
-template <typename Work, typename Between>
-void sample(benchmark::State& state, const Work& work, const Between& between) {
-  std::vector<double> milliseconds;
-  std::vector<double> cpu;
-  for (auto _ : state) {
-    const double cpu_start = cpu_seconds();
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    state.SetIterationTime(elapsed.count());
-    milliseconds.push_back(1e3 * elapsed.count());
-    cpu.push_back(1e3 * (cpu_seconds() - cpu_start));
-    between();
+/// Durations of one kind of work, ms.
+struct Durations {
+  void report(benchmark::State& state, const std::string& prefix = "") {
+    if (wall.empty()) return;
+    const auto quantile = [](std::vector<double>& samples, double q) {
+      std::sort(samples.begin(), samples.end());
+      return samples[static_cast<std::size_t>(q * double(samples.size() - 1))];
+    };
+    state.counters[prefix + "median_ms"] = quantile(wall, 0.5);
+    state.counters[prefix + "p99_ms"] = quantile(wall, 0.99);
+    state.counters[prefix + "max_ms"] = quantile(wall, 1);
+    state.counters[prefix + "cpu_median_ms"] = quantile(cpu, 0.5);
+    state.counters[prefix + "cpu_p99_ms"] = quantile(cpu, 0.99);
   }
-  const auto quantile = [](std::vector<double>& samples, double q) {
-    std::sort(samples.begin(), samples.end());
-    return samples[static_cast<std::size_t>(q * double(samples.size() - 1))];
-  };
-  state.counters["median_ms"] = quantile(milliseconds, 0.5);
-  state.counters["p99_ms"] = quantile(milliseconds, 0.99);
-  state.counters["max_ms"] = quantile(milliseconds, 1);
-  state.counters["cpu_median_ms"] = quantile(cpu, 0.5);
-  state.counters["cpu_p99_ms"] = quantile(cpu, 0.99);
+  std::vector<double> wall;
+  std::vector<double> cpu;
+};
+
+/// Runs `work` and files its time in whatever `kind()` then returns.
+template <typename Work, typename Kind>
+void time_into(benchmark::State& state, const Work& work, const Kind& kind) {
+  const double cpu_start = cpu_seconds();
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  const double cpu = cpu_seconds() - cpu_start;
+  state.SetIterationTime(elapsed.count());
+  Durations& durations = kind();
+  durations.wall.push_back(1e3 * elapsed.count());
+  durations.cpu.push_back(1e3 * cpu);
 }
 
+/// Times `work` once an iteration. Returns the median CPU time, ms.
 template <typename Work>
-void sample(benchmark::State& state, const Work& work) {
-  sample(state, work, [] {});
+double sample(benchmark::State& state, const Work& work) {
+  Durations durations;
+  for (auto _ : state) time_into(state, work, [&]() -> Durations& { return durations; });
+  durations.report(state);
+  return state.counters["cpu_median_ms"];
+}
+
+/// What one core reads from memory, the bound of a solve.
+void stream(benchmark::State& state) {
+  const Eigen::VectorXd numbers = Eigen::VectorXd::Ones(std::int64_t{1} << 25);
+  double sum = 0;
+  const double ms = sample(state, [&] { benchmark::DoNotOptimize(sum += numbers.sum()); });
+  state.counters["GB_s"] = 8e-6 * double(numbers.size()) / ms;
 }
 
 /// A bent cube with all that the stages need.
@@ -133,19 +155,51 @@ void factorisation(benchmark::State& state) {
   state.counters["nnzL_M"] = 1e-6 * double(t.factor.factor_nonzeros());
 }
 
+/// One right-hand side: L is read twice.
 void solve(benchmark::State& state) {
   Tissue& t = tissue(int(state.range(0)));
-  Eigen::VectorXd b = Eigen::VectorXd::Random(t.model.dof_count());
+  const Eigen::VectorXd b = Eigen::VectorXd::Random(t.model.dof_count());
   Eigen::VectorXd x(b.size());
-  sample(state, [&] { t.factor.solve(b, x, t.workspace); });
+  const double ms = sample(state, [&] { t.factor.solve(b, x, t.workspace); });
+  state.counters["GB_s"] = 2 * 8e-6 * double(t.factor.factor_nonzeros()) / ms;
 }
 
-/// W_bar of `nodes` nodes from nothing: what one new contact costs (4), and a whole path (40).
+/// The same in single precision; the zeros above the diagonal blocks, counted here, are not read.
+void solve_single(benchmark::State& state) {
+  Tissue& t = tissue(int(state.range(0)));
+  const Eigen::VectorXd b = Eigen::VectorXd::Random(t.model.dof_count());
+  Eigen::VectorXd x(b.size());
+  const double ms = sample(state, [&] { t.factor.solve_single(b, x, t.workspace); });
+  state.counters["GB_s"] = 2 * 4e-6 * double(t.factor.factor_nonzeros()) / ms;
+  Eigen::VectorXd exact(b.size());
+  t.factor.solve(b, exact, t.workspace);
+  state.counters["rel_error"] = (x - exact).norm() / exact.norm();
+}
+
+std::vector<int> some_nodes(const TissueModel& model, int count) {
+  std::vector<int> nodes(static_cast<std::size_t>(count));
+  std::iota(nodes.begin(), nodes.end(), model.node_count() / 2);
+  return nodes;
+}
+
+/// Motion of the whole body by forces on 32 nodes (8 contacts) whose columns are known.
+void response(benchmark::State& state) {
+  Tissue& t = tissue(int(state.range(0)));
+  IsolatedDofs isolated(t.model.node_count(), kMaxPatchNodes);
+  const std::vector<int> nodes = some_nodes(t.model, 32);
+  isolated.isolate(nodes, t.model, t.factor, t.workspace);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(t.model.dof_count());
+  const double ms = sample(state, [&] {
+    for (const int node : nodes) isolated.add_response(node, Eigen::Vector3d(0.01, 0.02, 0.03), x);
+  });
+  state.counters["GB_s"] = 8e-6 * 3 * double(nodes.size()) * double(x.size()) / ms;
+}
+
+/// Columns and W_bar of range(1) nodes from nothing: what one unforeseen contact costs (4), and a whole path (40).
 void w_bar(benchmark::State& state) {
   Tissue& t = tissue(int(state.range(0)));
   IsolatedDofs isolated(t.model.node_count(), kMaxPatchNodes);
-  std::vector<int> nodes;
-  for (int i = 0; i < int(state.range(1)); ++i) nodes.push_back(t.model.node_count() / 2 + i);
+  const std::vector<int> nodes = some_nodes(t.model, int(state.range(1)));
   sample(state, [&] {
     isolated.clear();
     isolated.isolate(nodes, t.model, t.factor, t.workspace);
@@ -170,48 +224,80 @@ NeedleState needle_to(double tip_x, const TissuePatch& patch) {
   return needle;
 }
 
-/// One simulation step with range(1) bodies of range(0)^3 nodes each; the factor is renewed every 10 steps.
+/// One simulation step with range(1) bodies of range(0)^3 nodes each, looking range(2) mm ahead.
 void step(benchmark::State& state) {
+  const int n = int(state.range(0));
   std::vector<SimulationBody> bodies;
-  for (int b = 0; b < int(state.range(1)); ++b) bodies.push_back(cube(int(state.range(0)), 0.11 * b));
-  SimulationLoop loop(std::move(bodies), {.dt = 0.02});
+  for (int b = 0; b < int(state.range(1)); ++b) bodies.push_back(cube(n, 0.11 * b));
+  SimulationLoop loop(std::move(bodies), {.dt = 0.02, .look_ahead = 1e-3 * double(state.range(2))});
   TissuePatch patch = loop.make_patch();
-  const double depth = state.range(1) == 1 ? 0.095 : 0.2;
-  double tip = -0.002;
-  double direction = 1;
-  int count = 0;
-  int most_contacts = 0;
-  int most_nodes = 0;
+  const int worker_period = n > 20 ? 30 : 10;  // about what a factorisation takes at 50 Hz
+  const double stroke = 0.0024;
+  double tip = state.range(1) == 1 ? -0.002 : 0.108;
+  const double end = tip + 0.0735;  // the eighth contact of the last body is laid 1.5 mm before
   NeedleState needle = needle_to(tip, patch);
   SimulationReport report;
-  const auto advance = [&] {
-    most_contacts = std::max(most_contacts, report.contact_count);
-    most_nodes = std::max(most_nodes, report.isolated_nodes);
-    if (++count % 10 == 0) loop.worker().step();
-    tip += direction * 0.0009;
-    if (tip > depth || tip < -0.002) direction = -direction;
+  int count = 0;
+  const auto advance = [&](double by) {
+    if (++count % worker_period == 0) loop.worker().step();
+    tip += by;
     needle = needle_to(tip, patch);
   };
-  sample(
-      state, [&] { report = loop.step({.needle = &needle}, patch); }, advance);
-  state.counters["contacts"] = most_contacts;
-  state.counters["isolated"] = most_nodes;
+  while (tip < end) {
+    report = loop.step({.needle = &needle}, patch);
+    advance(0.0025);
+  }
+
+  Durations quiet;
+  Durations laying;
+  double direction = -1;
+  int contacts = report.contact_count;
+  int computed = 0;
+  int laid = 0;
+  for (auto _ : state) {
+    time_into(
+        state, [&] { report = loop.step({.needle = &needle}, patch); },
+        [&]() -> Durations& { return report.contact_count > contacts ? laying : quiet; });
+    if (report.contact_count > contacts) {
+      ++laid;
+      computed += report.new_isolated_nodes;
+    }
+    contacts = report.contact_count;
+    if (tip > end || tip < end - stroke) direction = tip > end ? -1 : 1;
+    advance(direction * 0.0009);
+  }
+  quiet.report(state);
+  laying.report(state, "laying_");
+  state.counters["rate_hz"] = 1e3 / state.counters["median_ms"];
+  state.counters["cpu_rate_hz"] = 1e3 / state.counters["cpu_median_ms"];
+  state.counters["contacts"] = contacts;
+  state.counters["isolated"] = report.isolated_nodes;
+  state.counters["laid"] = laid;
+  state.counters["nodes_computed_a_contact"] = laid == 0 ? 0 : double(computed) / laid;
 }
 
 void register_all() {
-  for (const int n : {10, 14, 18}) {
-    const auto configure = [&](benchmark::internal::Benchmark* b, int iterations) {
-      b->UseManualTime()->Unit(benchmark::kMillisecond)->Iterations(iterations);
-    };
-    configure(benchmark::RegisterBenchmark("rotations", rotations)->Arg(n), 50);
-    configure(benchmark::RegisterBenchmark("forces", forces)->Arg(n), 50);
-    configure(benchmark::RegisterBenchmark("assembly", assembly)->Arg(n), 30);
-    configure(benchmark::RegisterBenchmark("factorisation", factorisation)->Arg(n), n > 14 ? 5 : 10);
-    configure(benchmark::RegisterBenchmark("solve", solve)->Arg(n), 50);
-    configure(benchmark::RegisterBenchmark("w_bar", w_bar)->Args({n, 4}), 30);
-    configure(benchmark::RegisterBenchmark("w_bar", w_bar)->Args({n, 40}), 10);
-    configure(benchmark::RegisterBenchmark("step", step)->Args({n, 1}), 300);
-    if (n == 14) configure(benchmark::RegisterBenchmark("step", step)->Args({n, 2}), 300);
+  const auto add = [](const char* name, void (*run)(benchmark::State&), std::vector<std::int64_t> arguments,
+                      int iterations) {
+    auto* const registered = benchmark::RegisterBenchmark(name, run);
+    if (!arguments.empty()) registered->Args(arguments);
+    registered->UseManualTime()->Unit(benchmark::kMillisecond)->Iterations(iterations);
+  };
+  add("stream", stream, {}, 8);
+  for (const int n : {7, 10, 12, 14, 16, 18, 27}) {
+    const int few = n > 20 ? 3 : 10;
+    add("rotations", rotations, {n}, 50);
+    add("forces", forces, {n}, 50);
+    add("response", response, {n}, 50);
+    add("solve_single", solve_single, {n}, 50);
+    add("solve", solve, {n}, 30);
+    add("w_bar", w_bar, {n, 4}, 2 * few);
+    add("w_bar", w_bar, {n, 40}, few);
+    add("assembly", assembly, {n}, 20);
+    add("factorisation", factorisation, {n}, few);
+    add("step", step, {n, 1, 40}, n > 20 ? 120 : 240);
+    add("step", step, {n, 1, 0}, n > 20 ? 120 : 240);
+    if (n == 14) add("step", step, {n, 2, 40}, 240);
   }
 }
 
