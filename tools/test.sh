@@ -9,7 +9,8 @@ Installs what is missing (Debian 12), then builds and runs through CTest:
   release   every test, Vulkan validation and synchronisation validation on
   asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviourSanitizer
   tsan      the tests with threads, under ThreadSanitizer
---all adds the benchmarks, clang-format and clang-tidy on every file.
+--all adds the benchmarks, a soak of the default scenario (STYLET_SOAK_MINUTES of session time, 10), coverage-guided
+fuzzing of every reader (STYLET_FUZZ_SECONDS each, 600), clang-format and clang-tidy on every file.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
 HELP
   exit 0
@@ -59,6 +60,8 @@ stage "Build tsan" build tsan thread_tests
 stage "Test tsan" run_tests tsan threads || status=1
 if [ -n "$all" ]; then
   stage "Benchmarks" tools/bench.sh || status=1
+  stage "Soak" build/release/bin/stylet_soak || status=1
+  stage "Fuzz" tools/fuzz.sh "${STYLET_FUZZ_SECONDS:-600}" || status=1
   stage "clang-format" tools/lint.sh format || status=1
   stage "clang-tidy" tools/lint.sh tidy || status=1
 fi

@@ -2,6 +2,7 @@
 
 set(STYLET_ARCH x86-64-v3 CACHE STRING "Value of -march: x86-64-v3, native, ...")
 set(STYLET_SANITIZE "" CACHE STRING "Value of -fsanitize=")
+option(STYLET_FUZZ "Build the fuzzers of tests/fuzz; needs clang" OFF)
 option(STYLET_ASSERTIONS "Keep assert() and Eigen's checks in optimised builds" OFF)
 set(STYLET_TEST_DATA "" CACHE PATH "Folder with test data from outside the project (optional)")
 if(NOT CMAKE_BUILD_TYPE)
@@ -17,11 +18,12 @@ add_library(stylet_flags INTERFACE)
 target_include_directories(stylet_flags INTERFACE ${CMAKE_SOURCE_DIR})
 # -ffp-contract=off: the same bits whatever the optimiser does (design: Determinism).
 target_compile_options(stylet_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
-  -Wno-maybe-uninitialized  # gcc 12 sees ghosts inside Eigen and OpenMesh
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>  # gcc 12 sees ghosts inside Eigen and OpenMesh
+  "$<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical;-Wno-unused-private-field>"  # the fuzzers' compiler
   -Werror -march=${STYLET_ARCH} -ffp-contract=off)
 if(STYLET_SANITIZE)
   target_compile_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE} -fno-omit-frame-pointer -O1 -g1
-    -fno-sanitize-recover=all)
+    -fno-sanitize-recover=all $<$<BOOL:${STYLET_FUZZ}>:-fsanitize=fuzzer-no-link>)
   target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})
 endif()
 if(STYLET_ASSERTIONS)
@@ -44,6 +46,10 @@ add_custom_target(thread_tests)
 function(stylet_test name)
   cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
+  # It replaces operator new for its whole executable: in a file of its own it cannot see what it counts.
+  set(allocator ${arg_SOURCES})
+  list(FILTER allocator INCLUDE REGEX "allocation_count.cpp$")
+  set_source_files_properties(${allocator} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   target_link_libraries(${name} PRIVATE ${arg_LINK} stylet_flags GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     STYLET_BINARY_DIR="${CMAKE_BINARY_DIR}")
@@ -73,4 +79,14 @@ function(stylet_bench name)
   target_link_libraries(${name} PRIVATE ${arg_LINK} stylet_flags benchmark::benchmark)
   target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     STYLET_FLAGS="${CMAKE_BUILD_TYPE} -march=${STYLET_ARCH}")
+endfunction()
+
+# stylet_fuzzer(NAME SOURCES files... LINK targets...): one libFuzzer executable; preset fuzz, run by tools/fuzz.sh.
+function(stylet_fuzzer name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_LINK} stylet_flags)
+  target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+  add_dependencies(all_fuzzers ${name})
 endfunction()

@@ -1,0 +1,83 @@
+// The JSON files of content/: what comes out is in range and every problem is one line.
+#include "engine/content/instruments.h"
+#include "engine/content/json_reader.h"
+#include "engine/content/motion_file.h"
+#include "engine/content/scenario_file.h"
+#include "engine/content/tissue_table.h"
+#include "tests/fuzz/claim.h"
+#include "tests/fuzz/libfuzzer.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace {
+
+using namespace stylet;
+using content::JsonFile;
+
+constexpr content::JsonLimits kLimits{.bytes = 1u << 20, .depth = 16};
+
+std::string format_of(const JsonFile& file) {
+  const nlohmann::json& tree = file.tree();
+  const auto format = tree.is_object() ? tree.find("format") : tree.end();
+  return format != tree.end() && format->is_string() ? format->get<std::string>() : "";
+}
+
+void claim_scenario(JsonFile& file) {
+  const content::ScenarioFile scenario = content::read_scenario_file(file);
+  for (const content::BodyRequest& body : scenario.bodies) {
+    fuzz::claim(body.target_nodes <= 50000, "a body's nodes are limited");
+  }
+  for (const content::TargetRequest& target : scenario.targets) {
+    fuzz::claim(target.centre.allFinite() && std::isfinite(target.radius), "targets are finite");
+  }
+  fuzz::claim(scenario.room_from_patient.matrix().allFinite(), "the room's pose is finite");
+}
+
+void claim_tissues(JsonFile& file) {
+  for (content::Tissue& tissue : content::read_tissues(file)) {
+    for (const content::TissueKey& key : content::tissue_keys()) {
+      fuzz::claim(std::isfinite(key.of(tissue)), "tissue values are finite");
+    }
+  }
+}
+
+void claim_motion(JsonFile& file) {
+  const content::Motion motion = content::read_motion(file);
+  if (!file.problems().empty()) return;
+  fuzz::claim(motion.stylus.size() >= 2, "a stylus track has two samples");
+  for (std::size_t i = 0; i < motion.stylus.size(); ++i) {
+    const content::MotionSample& sample = motion.stylus[i];
+    fuzz::claim(sample.pose.position.allFinite(), "positions are finite");
+    fuzz::claim(std::abs(sample.pose.orientation.norm() - 1) < 1e-9, "orientations are normalised");
+    fuzz::claim(i == 0 || sample.time_s > motion.stylus[i - 1].time_s, "times increase");
+  }
+}
+
+}  // namespace
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  // Stands beside the shipped scenarios, so that the files it names are there.
+  const std::string path = STYLET_SOURCE_DIR "/content/scenarios/fuzz.json";
+  try {
+    JsonFile file(path, {reinterpret_cast<const char*>(data), size}, kLimits);
+    const std::string format = format_of(file);
+    if (format == "stylet-tissues") {
+      claim_tissues(file);
+    } else if (format == "stylet-needle") {
+      const content::Needle needle = content::read_needle(file);
+      fuzz::claim(needle.length > 0 && std::isfinite(needle.length), "a needle has a length");
+    } else if (format == "stylet-probe") {
+      content::read_probe(file);
+    } else if (format == "stylet-motion") {
+      claim_motion(file);
+    } else {
+      claim_scenario(file);
+    }
+    for (const std::string& problem : file.problems()) fuzz::claim_one_line(problem);
+  } catch (const content::ContentError& error) {
+    fuzz::claim_one_line(error.what());
+  }
+  return 0;
+}

@@ -1,0 +1,150 @@
+// Writes what the fuzzers start from: fuzz_seeds DIR makes DIR/{gltf,scenario_files,recording}/ and DIR/json.dict.
+#include "engine/session/recording_writer.h"
+#include "tests/content/glb.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+namespace {
+
+using namespace stylet;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+const fs::path kContent = STYLET_SOURCE_DIR "/content";
+
+std::string read(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write(const fs::path& path, const std::string& bytes) {
+  fs::create_directories(path.parent_path());
+  std::ofstream file(path, std::ios::binary);
+  file << bytes;
+}
+
+/// Keys and texts: what a random change would not find.
+void collect_words(const json& value, std::set<std::string>& words) {
+  if (value.is_string() && value.get_ref<const std::string&>().size() <= 24) words.insert(value.get<std::string>());
+  if (value.is_object()) {
+    for (const auto& [key, member] : value.items()) {
+      if (key.size() <= 32) words.insert(key);
+      collect_words(member, words);
+    }
+  }
+  if (value.is_array()) {
+    for (const json& element : value) collect_words(element, words);
+  }
+}
+
+void write_dictionary(const std::set<std::string>& words, const fs::path& path) {
+  std::string out;
+  for (const std::string& word : words) {
+    out += '"';
+    for (const char c : "\"" + word + "\"") {
+      char escaped[5];
+      std::snprintf(escaped, sizeof escaped, "\\x%02X", static_cast<unsigned>(static_cast<unsigned char>(c)));
+      out += escaped;
+    }
+    out += "\"\n";
+  }
+  write(path, out);
+}
+
+/// The shipped JSON files, tracks cut to a few samples.
+void write_scenario_files(const fs::path& folder, std::set<std::string>& words) {
+  for (const char* name : {"scenarios", "needles", "probes", "motions", "tissues.json"}) {
+    const fs::path place = kContent / name;
+    std::vector<fs::path> files;
+    if (fs::is_directory(place)) {
+      for (const auto& entry : fs::directory_iterator(place)) files.push_back(entry.path());
+    } else {
+      files.push_back(place);
+    }
+    for (const fs::path& file : files) {
+      if (file.extension() != ".json") continue;
+      json tree = json::parse(read(file));
+      if (tree.contains("tracks")) {
+        for (auto& [key, track] : tree["tracks"].items()) track.erase(track.begin() + 3, track.end());
+      }
+      collect_words(tree, words);
+      write(folder / (file.parent_path().filename().string() + "_" + file.filename().string()), tree.dump());
+    }
+  }
+}
+
+/// The JSON of a shipped GLB on a binary chunk of one triangle: its structure without its size.
+std::string without_geometry(const std::string& glb) {
+  content::test::Glb out;
+  std::uint32_t length = 0;
+  std::memcpy(&length, glb.data() + 12, sizeof length);
+  out.json = json::parse(glb.substr(20, length));
+  out.bin = std::string(36, '\0');
+  out.json["buffers"] = {{{"byteLength", out.bin.size()}}};
+  for (json& view : out.json["bufferViews"])
+    view = {{"buffer", 0}, {"byteOffset", 0}, {"byteLength", out.bin.size()}};
+  for (json& accessor : out.json["accessors"]) {
+    accessor["count"] = 3;
+    accessor["byteOffset"] = 0;
+    accessor.erase("min");
+    accessor.erase("max");
+  }
+  return out.bytes();
+}
+
+void write_gltf(const fs::path& folder, std::set<std::string>& words) {
+  for (const auto& entry : fs::directory_iterator(kContent / "organs")) {
+    if (entry.path().extension() == ".glb")
+      write(folder / entry.path().filename(), without_geometry(read(entry.path())));
+  }
+  content::test::Glb ball;
+  ball.add("liver_ball", content::test::sphere({0, 0, 0}, 0.05, 3), {{"id", "liver"}, {"role", "boundary"}},
+           {{"preset", "liver"}, {"mechanics", {{"youngsModulus", 5000}}}});
+  ball.json["nodes"][0]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  ball.json["nodes"].push_back({{"children", {0}}, {"scale", {1, 2, 1}}, {"translation", {0, 0, 0.1}}});
+  ball.json["scenes"][0]["nodes"] = {1};
+  collect_words(ball.json, words);
+  for (const char* word :
+       {"sparse", "indices", "values", "bufferView", "byteStride", "normalized", "rotation", "extensionsRequired",
+        "uri", "data:application/octet-stream;base64,", "mode", "VEC2", "MAT4"}) {
+    words.insert(word);
+  }
+  write(folder / "ball.glb", ball.bytes());
+}
+
+void write_recording(const fs::path& path) {
+  fs::create_directories(path.parent_path());
+  session::RecordingWriter writer(path, {.build = "seed", .scenario = "liver_biopsy", .scenario_hash = 1});
+  for (std::uint64_t k = 1; k <= 3; ++k) {
+    writer.haptic().add(session::HapticStepRecord{.step = k, .valid = true, .patch_epoch = 1});
+    writer.haptic().add(session::HashRecord{.step = k, .hash = 77 * k});
+  }
+  writer.haptic().add_event(0.001, 1, "button", "pressed");
+  writer.simulation().add(session::SimulationStepRecord{.step = 1, .factor_requested = true});
+  writer.finish();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (argc != 2) {
+    std::fputs("usage: fuzz_seeds DIR\n", stderr);
+    return 2;
+  }
+  const fs::path out = argv[1];
+  std::set<std::string> words;
+  write_scenario_files(out / "scenario_files", words);
+  write_gltf(out / "gltf", words);
+  write_recording(out / "recording" / "short.rec");
+  write_dictionary(words, out / "json.dict");
+  return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "fuzz_seeds: %s\n", error.what());
+  return 2;
+}
