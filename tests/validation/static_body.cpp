@@ -1,0 +1,116 @@
+#include "tests/validation/static_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <stdexcept>
+#include <utility>
+
+namespace stylet::validation {
+
+using Eigen::Matrix3Xd;
+using Eigen::VectorXd;
+
+namespace {
+constexpr int kRenewal = 10;  // iterations after which a new factor has paid for itself
+}
+
+StaticBody::StaticBody(physics::TissueModel rest)
+    : positions(physics::rest_positions(rest)),
+      model_(std::move(rest)),
+      rotations_(model_.tets.size(), Eigen::Quaterniond::Identity()),
+      pattern_(model_),
+      factor_(pattern_, workspace_),
+      values_(pattern_.nonzeros()) {}
+
+Matrix3Xd StaticBody::forces() {
+  inverted_ = physics::update_rotations(model_, positions, rotations_);
+  Matrix3Xd f(3, model_.node_count());
+  physics::internal_forces(model_, positions, rotations_, f);
+  return f;
+}
+
+double StaticBody::energy() {
+  inverted_ = physics::update_rotations(model_, positions, rotations_);
+  return physics::elastic_energy(model_, positions, rotations_);
+}
+
+void StaticBody::factorise() {
+  inverted_ = physics::update_rotations(model_, positions, rotations_);
+  pattern_.assemble(model_, rotations_, 1, values_);
+  if (!factor_.factorise(pattern_, values_, workspace_))
+    throw std::runtime_error("stiffness is not positive definite");
+}
+
+VectorXd StaticBody::free_part(const Matrix3Xd& nodes) const {
+  VectorXd v(model_.dof_count());
+  for (int n = 0; n < model_.node_count(); ++n) {
+    const int f = model_.free_index[static_cast<std::size_t>(n)];
+    if (f >= 0) v.segment<3>(3 * f) = nodes.col(n);
+  }
+  return v;
+}
+
+Matrix3Xd StaticBody::all_nodes(const VectorXd& free) const {
+  Matrix3Xd nodes = Matrix3Xd::Zero(3, model_.node_count());
+  for (int n = 0; n < model_.node_count(); ++n) {
+    const int f = model_.free_index[static_cast<std::size_t>(n)];
+    if (f >= 0) nodes.col(n) = free.segment<3>(3 * f);
+  }
+  return nodes;
+}
+
+Matrix3Xd StaticBody::linear_answer(const Matrix3Xd& load) {
+  factorise();
+  VectorXd x = free_part(load);
+  factor_.solve(x, x, workspace_);
+  return all_nodes(x);
+}
+
+int StaticBody::relax(const Matrix3Xd& load, double tolerance, int max_iterations) {
+  struct Pair {
+    VectorXd step, change;  // of the positions, of the gradient
+    double product;
+  };
+  std::deque<Pair> pairs;
+  factorise();
+  VectorXd gradient = free_part(forces() - load);
+  for (int iteration = 1; iteration <= max_iterations; ++iteration) {
+    if (gradient.lpNorm<Eigen::Infinity>() <= tolerance) return iteration - 1;
+    if (iteration % kRenewal == 0) {
+      factorise();
+      pairs.clear();
+    }
+    VectorXd direction = -gradient;  // the two loops of L-BFGS around K^-1
+    std::vector<double> weight;
+    for (auto p = pairs.rbegin(); p != pairs.rend(); ++p) {
+      weight.push_back(p->step.dot(direction) / p->product);
+      direction -= weight.back() * p->change;
+    }
+    factor_.solve(direction, direction, workspace_);
+    for (auto p = pairs.begin(); p != pairs.end(); ++p) {
+      direction += (weight.back() - p->change.dot(direction) / p->product) * p->step;
+      weight.pop_back();
+    }
+    // A step that overshoots is cut where a parabola through the two slopes has its minimum.
+    const Matrix3Xd before = positions;
+    const double slope = gradient.dot(direction);
+    double length = 1;
+    VectorXd next;
+    for (int cut = 0; cut < 20; ++cut) {
+      positions = before + length * all_nodes(direction);
+      next = free_part(forces() - load);
+      const double ratio = next.dot(direction) / slope;
+      if (inverted_ == 0 && std::abs(ratio) < 0.9) break;
+      length *= inverted_ > 0 ? 0.5 : ratio < 1 ? std::max(0.1, 1 / (1 - ratio)) : 2;
+    }
+    const VectorXd step = length * direction, change = next - gradient;
+    const double product = step.dot(change);
+    if (product > 0) pairs.push_back({step, change, product});
+    if (pairs.size() > 12) pairs.pop_front();
+    gradient = next;
+  }
+  return max_iterations + 1;
+}
+
+}  // namespace stylet::validation
