@@ -13,27 +13,12 @@ Delassus::Delassus(int node_count, int max_rows)
 
 void Delassus::assemble(const Needle& needle, const TissuePoints& tissue, const std::vector<ActiveContact>& contacts,
                         int contact_count) {
+  place_rows(needle, contacts, contact_count);
+  couple(needle, tissue, contacts);
+}
+
+void Delassus::place_rows(const Needle& needle, const std::vector<ActiveContact>& contacts, int contact_count) {
   rows_ = 2 * contact_count;
-  w_.topLeftCorner(rows_, rows_).setZero();
-  add_tissue(tissue, contacts, contact_count);
-  mean_tissue_compliance_ = rows_ > 0 ? w_.topLeftCorner(rows_, rows_).diagonal().mean() : 0.0;
-  add_needle(needle, contacts, contact_count);
-}
-
-void Delassus::add_tissue(const TissuePoints& tissue, const std::vector<ActiveContact>& contacts, int contact_count) {
-  for (int j = 0; j < contact_count; ++j) {
-    const ActiveContact& cj = contacts[static_cast<std::size_t>(j)];
-    for (int i = j; i < contact_count; ++i) {
-      const ActiveContact& ci = contacts[static_cast<std::size_t>(i)];
-      if (tissue.body(ci.point) != tissue.body(cj.point)) continue;
-      const Eigen::Matrix<double, 3, 2> moved = tissue.compliance(ci.point, cj.point) * cj.directions;
-      w_.block<2, 2>(2 * i, 2 * j) += ci.directions.transpose() * moved;
-    }
-  }
-}
-
-void Delassus::add_needle(const Needle& needle, const std::vector<ActiveContact>& contacts, int contact_count) {
-  using Row = Eigen::Map<const Eigen::ArrayXd>;
   const int dofs = 6 * needle.node_count();
   for (int r = 0; r < dofs; ++r) std::fill_n(forward_.data() + r * row_stride_, rows_, 0.0);
   for (int c = 0; c < contact_count; ++c) {
@@ -49,6 +34,30 @@ void Delassus::add_needle(const Needle& needle, const std::vector<ActiveContact>
       }
     }
   }
+}
+
+void Delassus::couple(const Needle& needle, const TissuePoints& tissue, const std::vector<ActiveContact>& contacts) {
+  w_.topLeftCorner(rows_, rows_).setZero();
+  add_tissue(tissue, contacts);
+  mean_tissue_compliance_ = rows_ > 0 ? w_.topLeftCorner(rows_, rows_).diagonal().mean() : 0.0;
+  add_needle(needle);
+}
+
+void Delassus::add_tissue(const TissuePoints& tissue, const std::vector<ActiveContact>& contacts) {
+  const int contact_count = rows_ / 2;
+  for (int j = 0; j < contact_count; ++j) {
+    const ActiveContact& cj = contacts[static_cast<std::size_t>(j)];
+    for (int i = j; i < contact_count; ++i) {
+      const ActiveContact& ci = contacts[static_cast<std::size_t>(i)];
+      if (tissue.body(ci.point) != tissue.body(cj.point)) continue;
+      const Eigen::Matrix<double, 3, 2> moved = tissue.compliance(ci.point, cj.point) * cj.directions;
+      w_.block<2, 2>(2 * i, 2 * j) += ci.directions.transpose() * moved;
+    }
+  }
+}
+
+void Delassus::add_needle(const Needle& needle) {
+  using Row = Eigen::Map<const Eigen::ArrayXd>;
   needle.factor().forward_solve(forward_.data(), rows_, row_stride_);
 
   // W_n = Y^T Y, six DOFs (a node) at a time; Y is zero where a contact lies beyond the node.

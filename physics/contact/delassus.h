@@ -20,10 +20,14 @@ public:
   /// @param max_rows    capacity; all memory is taken here
   Delassus(int node_count, int max_rows);
 
-  /// Assembles W at the last linearisation of the needle.
+  /// Assembles W at the last linearisation of the needle: place_rows(), then couple().
   /// @realtime no allocation; O(nodes rows^2)
   void assemble(const Needle& needle, const TissuePoints& tissue, const std::vector<ActiveContact>& contacts,
                 int contact_count);
+  /// H_n^T of the contacts. H_v is not stored: it is the directions and the patch's barycentric weights.
+  void place_rows(const Needle& needle, const std::vector<ActiveContact>& contacts, int contact_count);
+  /// W of the rows placed. Uses them up.
+  void couple(const Needle& needle, const TissuePoints& tissue, const std::vector<ActiveContact>& contacts);
 
   int rows() const { return rows_; }
   /// W, m/N; the lower triangle is filled [rows x rows].
@@ -32,13 +36,13 @@ public:
   double mean_tissue_compliance() const { return mean_tissue_compliance_; }
 
 private:
-  void add_needle(const Needle& needle, const std::vector<ActiveContact>& contacts, int contact_count);
-  void add_tissue(const TissuePoints& tissue, const std::vector<ActiveContact>& contacts, int contact_count);
+  void add_needle(const Needle& needle);
+  void add_tissue(const TissuePoints& tissue, const std::vector<ActiveContact>& contacts);
 
   int rows_ = 0;
   double mean_tissue_compliance_ = 0;
   Eigen::MatrixXd w_;
-  std::vector<double> forward_;  // L^-1 H_n^T, row-major [6 node_count x max_rows]
+  std::vector<double> forward_;  // H_n^T, then L^-1 H_n^T, row-major [6 node_count x max_rows]
   int row_stride_;
 };
 

@@ -12,10 +12,11 @@ namespace stylet::physics {
 
 /// A tissue point in touch with the shaft in this step: one contact, two rows.
 struct ActiveContact {
-  int point = 0;                           ///< index into TissuePoints
-  int beam = 0;                            ///< edge of the needle that carries it
-  double beam_fraction = 0;                ///< 0 at the edge's first node, 1 at its second
-  Eigen::Matrix<double, 3, 2> directions;  ///< [n_1 n_2], unit, normal to the shaft
+  int point = 0;                                      ///< index into TissuePoints
+  int beam = 0;                                       ///< edge of the needle that carries it
+  double beam_fraction = 0;                           ///< 0 at the edge's first node, 1 at its second
+  Eigen::Matrix<double, 3, 2> directions;             ///< [n_1 n_2], unit, normal to the shaft
+  Eigen::Vector3d tangent = Eigen::Vector3d::Zero();  ///< of the edge, unit; `paper_updated` only
 };
 
 /// The contact points of a patch, all bodies together.

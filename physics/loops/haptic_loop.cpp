@@ -37,16 +37,38 @@ HapticLoop::HapticLoop(const HapticLoopSettings& settings, const StylusPose& ini
 }
 
 const NeedleState& HapticLoop::step(const StylusPose& hub, double dt, const TissuePatch& patch) {
+  if (clock_ != nullptr) clock_->start();
   if (!accept(hub, dt)) return keep(kNeedleNonFinite);
   synchronise(patch);
-  if (!free_motion(dt)) return keep(kNeedleSolveFailed);   // 1 needle free motion
-  place_contacts();                                        // 2 contact points, directions, delta_free
-  compute_delassus();                                      // 3 W
+  mark(HapticStage::synchronisation);
+  if (!free_motion(dt)) return keep(kNeedleSolveFailed);  // 1 needle free motion
+  mark(HapticStage::free_motion);
+  project_contacts();  // 2 contact points, directions, H_n, H_v, delta_free
+  mark(HapticStage::contact_positions);
+  direct_contacts();
+  mark(HapticStage::contact_directions);
+  delassus_.place_rows(needle_, contacts_, active_count_);
+  mark(HapticStage::contact_rows);
+  free_violation(predicted_, free_motion_, tissue_, contacts_, active_count_, delta_free_);
+  mark(HapticStage::delta_free);
+  delassus_.couple(needle_, tissue_, contacts_);  // 3 W
+  mark(HapticStage::delassus);
   if (!solve_contacts()) return keep(kNeedleSolveFailed);  // 4 lambda
-  if (!correct()) return keep(kNeedleNonFinite);           // 5 needle and isolated DOFs
-  feel();                                                  // 6 force at the base
+  mark(HapticStage::solve);
+  if (!correct()) return keep(kNeedleNonFinite);  // 5 needle and isolated DOFs
+  mark(HapticStage::correction);
+  feel();  // 6 force at the base
+  mark(HapticStage::force);
   publish(dt, patch);
+  mark(HapticStage::publication);
   return state_;
+}
+
+Eigen::Matrix3Xd HapticLoop::directions() const {
+  Eigen::Matrix3Xd all(3, 2 * active_count_);
+  for (int c = 0; c < active_count_; ++c)
+    all.middleCols<2>(2 * c) = contacts_[static_cast<std::size_t>(c)].directions;
+  return all;
 }
 
 bool HapticLoop::accept(const StylusPose& hub, double dt) {
@@ -94,13 +116,16 @@ bool HapticLoop::free_motion(double dt) {
     predicted_.positions.col(0) = next_hub_.position;
     predicted_.orientations[0] = next_hub_.orientation;
   }
-  if (!needle_.linearise(predicted_, next_hub_, dt)) return false;
+  needle_.assemble(predicted_, next_hub_, dt);
+  mark(HapticStage::free_motion);
+  if (!needle_.factorise(predicted_, next_hub_, dt)) return false;
+  mark(HapticStage::needle_factor);
   load_.setZero();
   needle_.solve(load_, free_motion_);
   return true;
 }
 
-void HapticLoop::place_contacts() {
+void HapticLoop::project_contacts() {
   active_count_ = 0;
   const int last_beam = needle_.node_count() - 2;
   for (int point = 0; point < tissue_.count(); ++point) {
@@ -110,21 +135,24 @@ void HapticLoop::place_contacts() {
       const PatchContact& laid = tissue_.contact(point);
       contact.beam = std::clamp(laid.beam, 0, last_beam);
       contact.beam_fraction = laid.beam_fraction;
-      contact.directions = laid.directions;
     } else {
       const ShaftPoint on_shaft = project_on_shaft(predicted_.nodes(), tissue_.position(point));
       if (on_shaft.ahead_of_tip || on_shaft.behind_hub) continue;
       contact.beam = on_shaft.beam;
       contact.beam_fraction = on_shaft.beam_fraction;
-      contact.directions = lateral_directions(on_shaft.tangent, predicted_.orientation(on_shaft.beam));
+      contact.tangent = on_shaft.tangent;
     }
     ++active_count_;
   }
-  free_violation(predicted_, free_motion_, tissue_, contacts_, active_count_, delta_free_);
 }
 
-void HapticLoop::compute_delassus() {
-  delassus_.assemble(needle_, tissue_, contacts_, active_count_);
+void HapticLoop::direct_contacts() {
+  for (int c = 0; c < active_count_; ++c) {
+    ActiveContact& contact = contacts_[static_cast<std::size_t>(c)];
+    contact.directions = settings_.coupling == Coupling::paper_frozen
+                             ? tissue_.contact(contact.point).directions
+                             : lateral_directions(contact.tangent, predicted_.orientation(contact.beam));
+  }
 }
 
 // Contacts that the mesh or the beams cannot tell apart leave a row next to nothing to move by: its multiplier is

@@ -5,6 +5,7 @@
 #include "physics/contact/constraint_solver.h"
 #include "physics/contact/delassus.h"
 #include "physics/contact/tissue_points.h"
+#include "physics/loops/haptic_stage_clock.h"
 #include "physics/loops/messages.h"
 #include "physics/needle/needle.h"
 
@@ -54,12 +55,23 @@ public:
   const NeedleState& state() const { return state_; }
   const HapticLoopSettings& settings() const { return settings_; }
 
+  // For benches and experiments: the contact system of the last step, (W + c I) lambda = -delta_free.
+  const Delassus& delassus() const { return delassus_; }
+  auto delta_free() const { return delta_free_.head(2 * active_count_); }  ///< [rows], m
+  auto lambda() const { return lambda_.head(2 * active_count_); }          ///< [rows], N
+  Eigen::Matrix3Xd directions() const;                                     ///< [3 x rows], unit
+  /// Has every further step timed by stage; null ends it. Costs some 20 ns a stage, and nothing when null.
+  void time_stages(HapticStageClock* clock) { clock_ = clock; }
+
 private:
+  void mark(HapticStage stage) {
+    if (clock_ != nullptr) clock_->mark(stage);
+  }
   bool accept(const StylusPose& hub, double dt);
   void synchronise(const TissuePatch& patch);
   bool free_motion(double dt);
-  void place_contacts();
-  void compute_delassus();
+  void project_contacts();
+  void direct_contacts();
   bool solve_contacts();
   bool correct();
   void feel();
@@ -94,6 +106,7 @@ private:
   std::vector<char> node_touched_;  // [nodes of a patch]
 
   NeedleState state_;
+  HapticStageClock* clock_ = nullptr;
 };
 
 }  // namespace stylet::physics

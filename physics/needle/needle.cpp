@@ -74,15 +74,23 @@ Needle::Needle(const NeedleProperties& properties, const NeedleBase& base)
 }
 
 bool Needle::linearise(const NeedleShape& shape, const StylusPose& hub, double dt) {
-  for (const Tangent tangent : {Tangent::full, Tangent::material}) {
-    assemble(shape, tangent);
-    hold_base(shape, hub, dt);
-    if (system_.factorise()) return true;
-  }
-  return false;
+  assemble(shape, hub, dt);
+  return factorise(shape, hub, dt);
 }
 
-void Needle::assemble(const NeedleShape& shape, Tangent tangent) {
+void Needle::assemble(const NeedleShape& shape, const StylusPose& hub, double dt) {
+  assemble_beams(shape, Tangent::full);
+  hold_base(shape, hub, dt);
+}
+
+bool Needle::factorise(const NeedleShape& shape, const StylusPose& hub, double dt) {
+  if (system_.factorise()) return true;
+  assemble_beams(shape, Tangent::material);
+  hold_base(shape, hub, dt);
+  return system_.factorise();
+}
+
+void Needle::assemble_beams(const NeedleShape& shape, Tangent tangent) {
   system_.set_zero();
   residual_.setZero();
   BeamEnd a{shape.positions.col(0), shape.orientation(0).toRotationMatrix()};

@@ -73,6 +73,10 @@ public:
   /// @return false if A_n is not positive definite even so (non-finite shape)
   /// @realtime no allocation; O(beams)
   bool linearise(const NeedleShape& shape, const StylusPose& hub, double dt);
+  /// The two halves of linearise(), to be called one after the other: internal force and tangent with the base, and
+  /// the factorisation of what was assembled.
+  void assemble(const NeedleShape& shape, const StylusPose& hub, double dt);
+  bool factorise(const NeedleShape& shape, const StylusPose& hub, double dt);
 
   /// x = A_n^-1 (b + f): the Newton step under nodal loads f; f = 0 is the free motion.
   /// @param load          forces and moments on the nodes [6 node_count], N and N m
@@ -89,7 +93,7 @@ public:
   double energy(const NeedleShape& shape) const;
 
 private:
-  void assemble(const NeedleShape& shape, Tangent tangent);
+  void assemble_beams(const NeedleShape& shape, Tangent tangent);
   void hold_base(const NeedleShape& shape, const StylusPose& hub, double dt);
 
   std::vector<Beam> beams_;
