@@ -30,8 +30,8 @@ std::vector<double> direction_changes(const physics::NeedleState& needle, const 
     if (laid == patch.contacts.begin() + patch.contact_count) continue;
     const physics::ShaftPoint point = physics::shaft_point(nodes, contact.beam, contact.beam_fraction);
     const auto& orientation = needle.orientations[static_cast<std::size_t>(contact.beam)];
-    norms.push_back(
-        (physics::lateral_directions(point.tangent, orientation).col(0) - laid->directions.col(0)).norm());
+    const Eigen::Matrix<double, 3, 2> now = physics::lateral_directions(point.tangent, orientation);
+    norms.push_back((now - laid->directions).colwise().norm().maxCoeff());
   }
   return norms;
 }

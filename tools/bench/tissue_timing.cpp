@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -76,7 +77,7 @@ public:
         timing_(timing),
         simulation_(bodies(insertion),
                     {.dt = 1 / insertion.simulation_hz, .contact_spacing = insertion.contact_spacing}),
-        haptic_({.needle = insertion.needle, .relative_compliance = 0}, insertion.base(0)),
+        haptic_({.needle = insertion.needle, .base = {}, .relative_compliance = 0}, insertion.base(0)),
         kernels_(insertion.needle, insertion.base(0), 1 / insertion.haptic_hz),
         patches_(simulation_.make_patch()),
         rotations_(simulation_.model(0).tets.size(), Eigen::Quaterniond::Identity()) {
@@ -224,6 +225,23 @@ TissueTiming time_tissue(const ReferenceInsertion& insertion, const TissueTiming
   timing.gain = measure_isodofs_gain(run.simulation().model(0), run.simulation().worker().latest().bodies[0].factor,
                                      run.patch().bodies[0], options.gain_repetitions);
   return timing;
+}
+
+std::vector<int> timed_meshes(bool quick, bool full) {
+  if (quick) return {10, 12};
+  std::vector<int> meshes{10, 12, 14, 16, 18, 27};  // 1000 to 19,683 nodes
+  if (full) meshes.push_back(37);                   // 50,653: minutes
+  return meshes;
+}
+
+std::vector<TissueTiming> time_tissues(const ReferenceInsertion& insertion, std::span<const int> nodes_per_edge) {
+  std::vector<TissueTiming> timings;
+  for (const int n : nodes_per_edge) {
+    std::fprintf(stderr, "bench paper: both loops with %d nodes\n", n * n * n);
+    const bool large = n > 20;
+    timings.push_back(time_tissue(insertion, {.nodes_per_edge = n, .gain_repetitions = large ? 2 : 5}));
+  }
+  return timings;
 }
 
 }  // namespace stylet::bench

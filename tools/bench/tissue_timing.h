@@ -5,6 +5,7 @@
 #include "tools/bench/reference_insertion.h"
 #include "tools/bench/samples.h"
 
+#include <span>
 #include <vector>
 
 namespace stylet::bench {
@@ -37,5 +38,11 @@ struct TissueTiming {
 /// The factor is renewed about as often as a worker of its own thread manages at 50 Hz.
 /// @param insertion  R1; its nodes per edge are those of the options
 TissueTiming time_tissue(const ReferenceInsertion& insertion, const TissueTimingOptions& options);
+
+/// Which meshes: cubes of the reference insertion, nodes along an edge.
+std::vector<int> timed_meshes(bool quick, bool full);
+
+/// time_tissue() for each mesh. Prints its progress to stderr.
+std::vector<TissueTiming> time_tissues(const ReferenceInsertion& insertion, std::span<const int> nodes_per_edge);
 
 }  // namespace stylet::bench
