@@ -1,6 +1,13 @@
 #include "tools/bench/paper.h"
 
+#include "tools/bench/paper_figures.h"
+#include "tools/bench/paper_lowrate.h"
+#include "tools/bench/paper_table2.h"
+#include "tools/bench/reference_insertion.h"
+#include "tools/bench/tissue_timing.h"
+
 #include <cstdio>
+#include <vector>
 
 namespace stylet::bench {
 
@@ -8,6 +15,21 @@ Report bench_paper(const PaperOptions& options) {
   Report report;
   std::fputs("bench paper: Table I\n", stderr);
   report.append(paper_table1(options));
+  if (options.sofa_style_peer) {
+    std::fputs("bench paper: the peer's way\n", stderr);
+    report.append(paper_peer(options));
+  }
+
+  const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
+  const std::vector<TissueTiming> meshes = time_tissues(insertion, timed_meshes(options.quick, options.full));
+  report.append(paper_table2(meshes));
+  report.append(paper_isodofs_gain(meshes));
+  report.append(paper_lowrate(meshes));
+  const FigureOptions figures{.out = options.out, .quick = options.quick};
+  std::fputs("bench paper: Fig. 2 and 3\n", stderr);
+  report.append(paper_figures_2_and_3(insertion, figures));
+  std::fputs("bench paper: Fig. 4\n", stderr);
+  report.append(paper_figure_4(insertion, figures));
   return report;
 }
 

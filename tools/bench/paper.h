@@ -15,6 +15,8 @@ struct PaperOptions {
   std::filesystem::path out;
   /// Short runs and small meshes, for tests: seconds, not minutes. The same names as far as they go.
   bool quick = false;
+  /// Also a cube of 50,653 nodes: minutes more.
+  bool full = false;
   /// Also solve the same haptic problems as SOFA's LCPForceFeedback does.
   bool sofa_style_peer = false;
 };

@@ -27,6 +27,7 @@ constexpr const char* kFooter =
     "  stylet replay out/demo/session.rec              check that the recording replays bit for bit\n"
     "  stylet render liver_biopsy --out frames         deterministic PNG frames, no display needed\n"
     "  stylet validate content/scenarios/liver_biopsy.json\n"
+    "  stylet bench paper                              the paper's tables and figures next to ours\n"
     "`stylet COMMAND --help` explains a command.";
 
 }  // namespace
@@ -50,6 +51,7 @@ int main(int argc, char** argv) {
   tools::add_render(app, exit_code);
   tools::add_replay(app, exit_code);
   tools::add_validate(app, exit_code);
+  tools::add_bench(app, exit_code);
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) std::fputs(app.help().c_str(), stdout);
