@@ -118,7 +118,7 @@ void draw_figure_2(const std::filesystem::path& out, const InsertionTrace& strai
   add(straight, "straight", 1);
   const PlotPanel in_time{
       .title = "Largest of all contacts",
-      .x = {.label = "time, s"},
+      .x = {.label = "time, s", .min = 0, .max = straight.time_s.back()},
       .y = {.label = "max |Δn|, 1e-3", .min = 0},
       .series = {largest_change_in_time(curved, "curved", 0), largest_change_in_time(straight, "straight", 1)},
       .markers = {},
@@ -133,7 +133,7 @@ void draw_figure_2(const std::filesystem::path& out, const InsertionTrace& strai
   const std::array caption{
       std::string(
           "Fig. 2. Norm of the constraint direction changes in the haptic loop over one simulation step (20 ms), "
-          "8 contacts, 343 nodes."),
+          "8 contacts, 343 nodes; straight: 1 mm sideways, curved: 10 mm."),
       fmt::format("Median |Δn| over the needle's edge length (m): {:.3f} straight, {:.3f} curved.",
                   value("fig2.straight.ratio"), value("fig2.curved.ratio")),
       std::string("Paper: \"about one hundredth of the length of the edges\"; greater for a curved insertion.")};
@@ -181,7 +181,7 @@ void report_force(Report& report, const std::string& prefix, const std::string& 
 PlotPanel force_panel(const std::string& title, const TracePair& pair) {
   // Updated on top: where both agree its line is seen.
   return {.title = title,
-          .x = {.label = "time, s"},
+          .x = {.label = "time, s", .min = 0, .max = pair.updated.time_s.back()},
           .y = {.label = "force on the hand, Y, N"},
           .series = {{.label = "frozen",
                       .x = pair.frozen.time_s,
@@ -247,7 +247,7 @@ std::string force_sentence(const TracePair& pair) {
 void draw_figure_3(const std::filesystem::path& out, const TracePair& lockstep, const TracePair& late,
                    int steps_between) {
   const PlotPanel along{.title = "Component of the constraint forces along the shaft",
-                        .x = {.label = "time, s"},
+                        .x = {.label = "time, s", .min = 0, .max = lockstep.updated.time_s.back()},
                         .y = {.label = "sum over contacts, mN"},
                         .series = {{.label = "frozen",
                                     .x = lockstep.frozen.time_s,
