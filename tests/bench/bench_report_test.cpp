@@ -1,0 +1,136 @@
+// What a bench reports: the shape of its JSON, the table, the quantiles; and `stylet bench paper` as a user runs it.
+#include "tools/bench/gauss_seidel.h"
+#include "tools/bench/haptic_cost.h"
+#include "tools/bench/report.h"
+#include "tools/bench/samples.h"
+
+#include <gtest/gtest.h>
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <string>
+
+namespace stylet::bench {
+namespace {
+
+using nlohmann::json;
+
+TEST(Samples, QuantilesAreSamplesThatEnoughOthersDoNotExceed) {
+  Samples samples;
+  for (int i = 100; i >= 1; --i) samples.add(static_cast<double>(i));
+  EXPECT_EQ(samples.median(), 50);
+  EXPECT_EQ(samples.p99(), 99);
+  EXPECT_EQ(samples.max(), 100);
+  EXPECT_EQ(samples.average(), 50.5);
+  EXPECT_EQ(Samples().median(), 0);
+}
+
+TEST(BenchReport, JudgesBoundsAndFailsWhatIsNotANumber) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(at_most("a", 2, "us", 3).met, true);
+  EXPECT_EQ(at_most("a", 4, "us", 3).met, false);
+  EXPECT_EQ(at_least("a", 2, "Hz", 3).met, false);
+  EXPECT_EQ(at_most("a", nan, "us", 3).met, false);
+  EXPECT_EQ(at_least("a", nan, "us", 3).met, false);
+  EXPECT_EQ(at_most("a", 2, "us", 3).target, "<= 3");
+}
+
+TEST(BenchReport, WritesNullWhereThereIsNothing) {
+  Report report;
+  report.add({"plain", 1.5, "us", {}, {}, {}});
+  report.add(at_most("judged", 40, "us", 30, 390.0));
+  report.add({"undefined", std::numeric_limits<double>::infinity(), "N", {}, {}, {}});
+  const json list = json::parse(to_json(report));
+  ASSERT_EQ(list.size(), 3u);
+  EXPECT_EQ(list[0], json::parse(R"({"name":"plain","value":1.5,"unit":"us","reference":null,"target":null,
+                                     "met":null})"));
+  EXPECT_EQ(list[1], json::parse(R"({"name":"judged","value":40.0,"unit":"us","reference":390.0,"target":"<= 30",
+                                     "met":false})"));
+  EXPECT_TRUE(list[2]["value"].is_null());
+  EXPECT_EQ(report.missed(), 1);
+}
+
+TEST(BenchReport, TableNamesTheMachineAndCallsAMissMissed) {
+  Report report;
+  report.add(at_most("total.median", 40, "us", 30));
+  const std::string table = to_table(report, this_machine("1.2.3 (commit abc)"));
+  EXPECT_NE(table.find("MISSED"), std::string::npos);
+  EXPECT_NE(table.find("0 of 1 targets met, 1 missed"), std::string::npos);
+  EXPECT_NE(table.find("1.2.3 (commit abc)"), std::string::npos);
+  EXPECT_NE(table.find("-march="), std::string::npos);
+  EXPECT_NE(table.find("g++"), std::string::npos);
+}
+
+TEST(GaussSeidel, ComesToTheDirectSolutionAsTheToleranceFalls) {
+  const Eigen::MatrixXd factor = Eigen::MatrixXd::Identity(8, 8) + 0.3 * Eigen::MatrixXd::Ones(8, 8);
+  const Eigen::MatrixXd w = factor * factor.transpose();
+  const Eigen::VectorXd delta = Eigen::VectorXd::LinSpaced(8, -1, 2);
+  const Eigen::VectorXd exact = w.llt().solve(-delta);
+  double last = std::numeric_limits<double>::infinity();
+  int last_sweeps = 0;
+  for (const double tolerance : {1e-2, 1e-5, 1e-10}) {
+    Eigen::VectorXd lambda = Eigen::VectorXd::Zero(8);
+    const GaussSeidelResult result = gauss_seidel(w, delta, tolerance, 10000, lambda);
+    EXPECT_TRUE(result.converged);
+    EXPECT_GT(result.sweeps, last_sweeps);
+    const double error = (lambda - exact).norm();
+    EXPECT_LT(error, last);
+    last = error;
+    last_sweeps = result.sweeps;
+  }
+  EXPECT_LT(last, 1e-8);
+}
+
+TEST(HapticCost, GrowsCubicallyWithTheRowsAndLinearlyWithTheBeams) {
+  const double large = haptic_step_cost(8, 2048).flops;
+  EXPECT_NEAR(haptic_step_cost(8, 4096).flops / large, 8, 1);
+  EXPECT_NEAR((haptic_step_cost(64, 0).flops - haptic_step_cost(32, 0).flops) /
+                  (haptic_step_cost(32, 0).flops - haptic_step_cost(16, 0).flops),
+              2, 1e-12);
+}
+
+/// `stylet bench paper --quick`: what a user runs, shortened.
+TEST(BenchCommand, WritesTheNumbersOfThePaperAsJson) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "stylet_bench";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  const std::filesystem::path file = folder / "paper.json";
+  const std::string command =
+      std::string("'") + STYLET_COMMAND + "' bench paper --quick --peer sofa-style --json '" + file.string() + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::ifstream in(file);
+  const json list = json::parse(in);
+  std::set<std::string> names;
+  for (const json& entry : list) {
+    ASSERT_EQ(entry.size(), 6u) << entry;
+    EXPECT_TRUE(entry.at("value").is_number()) << entry;
+    EXPECT_TRUE(entry.at("unit").is_string()) << entry;
+    EXPECT_TRUE(entry.at("reference").is_null() || entry.at("reference").is_number()) << entry;
+    EXPECT_EQ(entry.at("target").is_null(), entry.at("met").is_null()) << entry;
+    EXPECT_TRUE(names.insert(entry.at("name")).second) << "twice: " << entry;
+  }
+  for (const char* name :
+       {"table1.total.constraints.median", "table1.total.free.median", "table1.solve.constraints.average",
+        "table1.w.constraints.max", "rows.16.median", "rows.64.median", "rows.192.median", "machine.dgemm",
+        "peer.gauss_seidel_1e-6.solve.median", "peer.gauss_seidel_1e-3.lambda_error.median"}) {
+    EXPECT_TRUE(names.contains(name)) << name;
+  }
+  const auto value = [&](const std::string& name) {
+    for (const json& entry : list) {
+      if (entry["name"] == name) return entry["value"].get<double>();
+    }
+    return std::numeric_limits<double>::quiet_NaN();
+  };
+  EXPECT_GT(value("table1.total.constraints.steps"), 100);
+  for (const char* rows : {"rows.16.steps", "rows.64.steps", "rows.192.steps"}) EXPECT_GT(value(rows), 100) << rows;
+  EXPECT_LT(value("rows.16.fraction_of_limit"), 1);
+}
+
+}  // namespace
+}  // namespace stylet::bench
