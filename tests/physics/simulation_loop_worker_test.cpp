@@ -74,33 +74,6 @@ SimulationInput live(int) {
   return {};
 }
 
-TEST(FactorisationWorker, SlowWorkerIsNeverWaitedFor) {
-  // The worker finishes one request every 25 steps: every step still completes, with the factor it has.
-  SimulationLoop loop(two_boxes(), {});
-  const Trace trace = run(loop, live, [&](int step) {
-    if (step % 25 == 24) {
-      EXPECT_TRUE(loop.worker().step());
-    }
-  });
-  int taken = 0;
-  int requested = 0;
-  std::uint64_t epoch = 0;
-  for (const SimulationReport& report : trace.reports) {
-    taken += report.factorisation_taken;
-    requested += report.factorisation_requested;
-    if (report.factorisation_taken) {
-      EXPECT_GT(report.factor_epoch, epoch);
-    } else {
-      EXPECT_EQ(report.factor_epoch, epoch);
-    }
-    epoch = report.factor_epoch;
-    EXPECT_EQ(report.flags, 0U);
-  }
-  EXPECT_EQ(taken, 4);
-  EXPECT_EQ(requested, 5);  // one outstanding at a time
-  EXPECT_FALSE(loop.worker().idle());
-}
-
 TEST(FactorisationWorker, ColumnsOfTheRequestedNodesComeWithTheFactor) {
   SimulationLoop loop(two_boxes(), {});
   const Trace trace = run(loop, live, [&](int) { loop.worker().step(); });

@@ -45,6 +45,7 @@ TEST(SlowWorker, LockstepLoopTakesEveryStepWithTheFactorItHasAndReportsItsAge) {
   const ReferenceInsertion insertion = r1();
   ReferenceExperiment experiment(insertion, {.worker_period = kSlowness});
   std::uint64_t steps = 0;
+  std::uint64_t epoch = 0;
   std::uint64_t oldest = 0;
   int taken = 0;
   int requested = 0;
@@ -55,6 +56,8 @@ TEST(SlowWorker, LockstepLoopTakesEveryStepWithTheFactorItHasAndReportsItsAge) {
     ASSERT_EQ(report.step, steps);
     ASSERT_EQ(report.flags, 0U);
     ASSERT_EQ(experiment.patch().factor_epoch, report.factor_epoch);
+    ASSERT_EQ(report.factor_epoch > epoch, report.factorisation_taken);  // newer exactly when one was swapped in
+    epoch = report.factor_epoch;
     oldest = std::max(oldest, report.step - report.factor_epoch);
     taken += report.factorisation_taken;
     requested += report.factorisation_requested;
