@@ -1,9 +1,12 @@
-// Time of one haptic step: needle of 8 to 64 beams, 0 to 64 constraint rows. Median, 99th percentile and maximum in
+// Time of one haptic step: needle of 8 to 64 beams, 0 to 192 constraint rows. Median, 99th percentile and maximum in
 // microseconds; the stages of the largest common case by themselves.
 #include "physics/contact/constraint_solver.h"
 #include "physics/contact/delassus.h"
 #include "physics/contact/shaft.h"
 #include "physics/loops/haptic_loop.h"
+#include "physics/needle/beam.h"
+#include "physics/needle/block_tridiagonal.h"
+#include "physics/needle/section.h"
 #include "tests/physics/haptic_loop_synthetic_patch.h"
 
 #include <benchmark/benchmark.h>
@@ -62,6 +65,7 @@ BENCHMARK(haptic_step)
     ->Args({8, 0})
     ->Args({8, 16})
     ->Args({8, 64})
+    ->Args({8, 192})
     ->Args({64, 16})
     ->Args({64, 64})
     ->UseManualTime()
@@ -95,6 +99,44 @@ void linearise_needle(benchmark::State& state) {
   Stage s(state);
   for (auto _ : state) benchmark::DoNotOptimize(s.needle.linearise(s.shape, StylusPose{}, 1e-3));
 }
+void respond_beam(benchmark::State& state) {
+  const NeedleProperties n;
+  const Beam beam{.length = n.length / n.beams,
+                  .rest_frame = Eigen::Matrix3d::Identity(),
+                  .section = tube_section(n.outer_diameter, n.inner_diameter, n.young_modulus, n.poisson_ratio)};
+  const BeamEnd a{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
+  const BeamEnd b{Eigen::Vector3d(beam.length, 1e-3, 0), Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()).matrix()};
+  for (auto _ : state) benchmark::DoNotOptimize(beam_response(beam, a, b));
+}
+void assemble_needle(benchmark::State& state) {
+  Stage s(state);
+  for (auto _ : state) {
+    s.needle.assemble(s.shape, StylusPose{}, 1e-3);
+    benchmark::ClobberMemory();
+  }
+}
+/// With a copy of A_n, which the factorisation overwrites.
+void factorise_block_tridiagonal(benchmark::State& state) {
+  Stage s(state);
+  s.needle.assemble(s.shape, StylusPose{}, 1e-3);
+  const BlockTridiagonal a_n = s.needle.factor();
+  BlockTridiagonal factor = a_n;
+  for (auto _ : state) {
+    factor = a_n;
+    benchmark::DoNotOptimize(factor.factorise());
+  }
+}
+void solve_block_tridiagonal(benchmark::State& state) {
+  Stage s(state);
+  const Eigen::VectorXd load = Eigen::VectorXd::Constant(6 * s.needle.node_count(), 1e-3);
+  Eigen::VectorXd x = load;
+  for (auto _ : state) {
+    x = load;
+    s.needle.factor().solve(x);
+    benchmark::DoNotOptimize(x.data());
+    benchmark::ClobberMemory();
+  }
+}
 void synchronise_patch(benchmark::State& state) {
   Stage s(state);
   for (auto _ : state) benchmark::DoNotOptimize(s.tissue.load(s.patch));
@@ -116,6 +158,10 @@ void solve_constraints(benchmark::State& state) {
   }
 }
 BENCHMARK(linearise_needle)->ArgName("rows")->Arg(16)->Unit(benchmark::kMicrosecond);
+BENCHMARK(respond_beam)->Unit(benchmark::kMicrosecond);
+BENCHMARK(assemble_needle)->ArgName("rows")->Arg(16)->Unit(benchmark::kMicrosecond);
+BENCHMARK(factorise_block_tridiagonal)->ArgName("rows")->Arg(16)->Unit(benchmark::kMicrosecond);
+BENCHMARK(solve_block_tridiagonal)->ArgName("rows")->Arg(16)->Unit(benchmark::kMicrosecond);
 BENCHMARK(synchronise_patch)->ArgName("rows")->Arg(16)->Arg(64)->Unit(benchmark::kMicrosecond);
 BENCHMARK(assemble_delassus)->ArgName("rows")->Arg(16)->Arg(64)->Unit(benchmark::kMicrosecond);
 BENCHMARK(solve_constraints)->ArgName("rows")->Arg(16)->Arg(64)->Unit(benchmark::kMicrosecond);
