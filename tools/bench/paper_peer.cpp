@@ -45,7 +45,7 @@ struct Peer {
   std::string name;
   double tolerance = 0;
   VectorXd lambda;
-  Samples time, sweeps, lambda_error, force_error;
+  Samples time, sweeps, cold_sweeps, lambda_error, force_error;
   int capped = 0;
 };
 
@@ -97,6 +97,8 @@ Report paper_peer(const PaperOptions& options) {
         peer.time.add(Clock::now() - peer_start);
         peer.sweeps.add(result.sweeps);
         if (!result.converged) ++peer.capped;
+        VectorXd cold = VectorXd::Zero(rows);
+        peer.cold_sweeps.add(gauss_seidel(frozen.w, delta, peer.tolerance, kMostSweeps, cold).sweeps);
         peer.lambda_error.add((peer.lambda - exact).norm() / exact.norm());
         peer.force_error.add((frozen.force(peer.lambda) - felt).norm());
       }
@@ -118,6 +120,7 @@ Report paper_peer(const PaperOptions& options) {
     report.add({peer.name + ".solve.over_direct", peer.time.median() / direct_time.median(), "1", {}, {}, {}});
     report.add({peer.name + ".sweeps.median", peer.sweeps.median(), "1", {}, {}, {}});
     report.add({peer.name + ".sweeps.max", peer.sweeps.max(), "1", {}, {}, {}});
+    report.add({peer.name + ".cold_start.sweeps.median", peer.cold_sweeps.median(), "1", {}, {}, {}});
     report.add({peer.name + ".not_converged", static_cast<double>(peer.capped), "1", {}, {}, {}});
     report.add({peer.name + ".lambda_error.median", peer.lambda_error.median(), "1", {}, {}, {}});
     report.add({peer.name + ".lambda_error.max", peer.lambda_error.max(), "1", {}, {}, {}});
