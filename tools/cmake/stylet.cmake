@@ -36,6 +36,9 @@ function(stylet_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES})
   target_link_libraries(${name} PUBLIC stylet_flags ${arg_LINK} PRIVATE ${arg_PRIVATE_LINK})
+  if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/tools/bench$")
+    set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)  # one small program a file
+  endif()
 endfunction()
 
 # What the sanitizer runs build: tests without benchmarks; those with threads alone.
@@ -46,10 +49,8 @@ add_custom_target(thread_tests)
 function(stylet_test name)
   cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
-  # It replaces operator new for its whole executable: in a file of its own it cannot see what it counts.
-  set(allocator ${arg_SOURCES})
-  list(FILTER allocator INCLUDE REGEX "allocation_count.cpp$")
-  set_source_files_properties(${allocator} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  # Test files repeat small names in their anonymous namespaces, and one replaces operator new: each stays alone.
+  set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)
   target_link_libraries(${name} PRIVATE ${arg_LINK} stylet_flags GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     STYLET_BINARY_DIR="${CMAKE_BINARY_DIR}")
