@@ -18,6 +18,14 @@ struct Level {
 
 }  // namespace
 
+std::string printable(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) c = '?';
+  }
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return text;
+}
+
 std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool allow_duplicate_keys) {
   std::vector<Level> levels;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -32,7 +40,8 @@ std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool 
       levels.back().expects_key = false;
       const std::string_view key = text.substr(begin, i - begin);
       if (!allow_duplicate_keys && !levels.back().keys.insert(key).second) {
-        return JsonScanFinding{begin - 1, fmt::format("key \"{}\" appears twice in one object; keep one", key)};
+        return JsonScanFinding{
+            begin - 1, fmt::format("key \"{}\" appears twice in one object; keep one", printable(std::string(key)))};
       }
     } else if (c == '{' || c == '[') {
       if (static_cast<int>(levels.size()) >= depth) {

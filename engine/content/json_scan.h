@@ -18,6 +18,9 @@ struct JsonScanFinding {
 /// Does not check syntax: the parser does. Linear time, no recursion.
 std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool allow_duplicate_keys);
 
+/// Text of a file as a one-line message can show it: control characters replaced, shortened to 60 bytes.
+std::string printable(std::string text);
+
 /// "line:column" of a byte offset, both from 1.
 std::string line_and_column(std::string_view text, std::size_t offset);
 

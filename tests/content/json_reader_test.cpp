@@ -91,6 +91,7 @@ TEST(JsonReader, LargeTextIsRefused) {
 TEST(JsonReader, DuplicateKeyIsRefusedWithItsPlace) {
   EXPECT_EQ(parse_error("{\"a\": 1,\n \"b\": {\"a\": 2},\n \"a\": 3}"),
             "a.json:3:2: key \"a\" appears twice in one object; keep one");
+  EXPECT_THAT(parse_error("{\"a\nb\": 1, \"a\nb\": 2}"), HasSubstr("key \"a?b\" appears twice")) << "one line";
   EXPECT_THAT(parse_error(R"({"a": ["b", "b"], "b": {"b": "b"}})"), HasSubstr("/format: is missing"))
       << "equal texts and equal keys at different depths are fine";
 }
