@@ -48,7 +48,8 @@ Eigen::MatrixXd delassus_at(const ReferenceExperiment& experiment, physics::Tiss
     int point = 0;
     while (points.contact(point).id != contact.id) ++point;
     const Eigen::Vector3d edge = (shape.positions.col(contact.beam + 1) - shape.positions.col(contact.beam));
-    const auto n = physics::lateral_directions(edge.normalized(), shape.orientation(contact.beam)).transpose();
+    const Eigen::Matrix<double, 2, 3> n =
+        physics::lateral_directions(edge.normalized(), shape.orientation(contact.beam)).transpose();
     h_v.block<2, 3>(2 * c, 3 * point) = -n;
     h_n.block<2, 3>(2 * c, 6 * contact.beam) = (1 - contact.beam_fraction) * n;
     h_n.block<2, 3>(2 * c, 6 * contact.beam + 6) = contact.beam_fraction * n;
