@@ -68,7 +68,7 @@ bool TissuePoints::load(const TissuePatch& patch) {
 void TissuePoints::compute_compliance(const TissuePatch& patch) {
   for (int j = 0; j < count_; ++j) {
     const PatchContact& cj = contact(j);
-    const Eigen::MatrixXd& w_bar = patch.bodies[body(j)].w_bar;
+    const auto w_bar = patch.bodies[body(j)].w_bar();
     for (int i = 0; i <= j; ++i) {
       Matrix3d block = Matrix3d::Zero();
       if (body(i) == body(j)) {

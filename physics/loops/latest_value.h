@@ -32,7 +32,8 @@ public:
     front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
     return true;
   }
-  /// Reader: the value taken by the last update().
+  /// Reader: the value taken by the last update(). Its own until the next: it may add to it.
+  T& front() { return slots_[front_]; }
   const T& front() const { return slots_[front_]; }
 
 private:

@@ -24,9 +24,10 @@ inline constexpr int kMaxRows = 192;               ///< constraint rows in one h
 inline constexpr int kMaxContacts = kMaxRows / 2;  ///< two bilateral rows a contact point
 inline constexpr int kMaxBeams = 64;
 inline constexpr int kMaxNeedleNodes = kMaxBeams + 1;
-inline constexpr int kMaxPatchNodes = 256;       ///< isolated nodes of one body
-inline constexpr int kMaxPatchTets = 512;        ///< tetrahedra of one patch
-inline constexpr int kMaxPatchInterfaces = 16;   ///< surfaces met ahead of the tip
+inline constexpr int kMaxPatchNodes = 256;                                            ///< isolated nodes of one body
+inline constexpr std::size_t kMaxWBarValues = 9UL * kMaxPatchNodes * kMaxPatchNodes;  ///< (3 kMaxPatchNodes)^2
+inline constexpr int kMaxPatchTets = 512;                                             ///< tetrahedra of one patch
+inline constexpr int kMaxPatchInterfaces = 16;  ///< surfaces met ahead of the tip
 
 /// Pose of the needle's hub as asked for by the stylus: position of the hub, rotation needle frame -> patient frame
 /// (needle +Z from hub to tip, +X the bevel normal).
@@ -49,21 +50,21 @@ struct Wrench {
 
 /// A contact point as the simulation loop lays it: a material point of the tissue that the needle passes through.
 struct PatchContact {
-  std::uint32_t id = 0;                                         ///< stable over the life of the contact
-  int tet = -1;                                                 ///< tetrahedron of the body
-  std::array<int, 4> patch_nodes{};                             ///< its nodes, as indices into BodyPatch::node_ids
-  Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();        ///< weights of those nodes, sum 1
+  std::uint32_t id = 0;                                   ///< stable over the life of the contact
+  int tet = -1;                                           ///< tetrahedron of the body
+  std::array<int, 4> patch_nodes{};                       ///< its nodes, as indices into BodyPatch::node_ids
+  Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();  ///< weights of those nodes, sum 1
   // The linearisation by the simulation loop (coupling `paper-frozen`): where on the needle, and the two directions.
-  int beam = 0;                                                 ///< beam that carries the point
-  double beam_fraction = 0;                                     ///< 0 at the beam's first node, 1 at its second
+  int beam = 0;              ///< beam that carries the point
+  double beam_fraction = 0;  ///< 0 at the beam's first node, 1 at its second
   Eigen::Matrix<double, 3, 2> directions = Eigen::Matrix<double, 3, 2>::Zero();
 };
 
 /// A surface (skin, capsule, vessel, tumour) crossed by the needle's axis ahead of the tip.
 struct PatchInterface {
-  double distance_ahead = 0;                                    ///< from the tip along its axis, m
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();             ///< outward normal of the surface
-  int body = -1;                                                ///< body entered (or left, see entering)
+  double distance_ahead = 0;                         ///< from the tip along its axis, m
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< outward normal of the surface
+  int body = -1;                                     ///< body entered (or left, see entering)
   bool entering = true;
 };
 
@@ -72,31 +73,34 @@ struct BodyPatch {
   BodyPatch();
 
   int node_count = 0;
-  std::vector<int> node_ids;                    ///< [node_count] isolated nodes, ascending     capacity kMaxPatchNodes
-  Eigen::Matrix3Xd free_positions;              ///< [3 x node_count] all needle force removed, linearised at the
-                                                ///< current state, m
-  std::vector<Eigen::Quaterniond> rotations;    ///< [node_count] node rotation since the factorisation
-  /// Compliance of the isolated DOFs, symmetric positive definite, m/N: the leading [3 node_count x 3 node_count]
-  /// block. The simulation loop sizes it to [3 kMaxPatchNodes x 3 kMaxPatchNodes] for the bodies in use, at load.
-  Eigen::MatrixXd w_bar;
+  std::vector<int> node_ids;                  ///< [node_count] isolated nodes, ascending     capacity kMaxPatchNodes
+  Eigen::Matrix3Xd free_positions;            ///< [3 x node_count] all needle force removed, linearised at the
+                                              ///< current state, m
+  std::vector<Eigen::Quaterniond> rotations;  ///< [node_count] node rotation since the factorisation
+  /// W_bar, column after column without gaps: the haptic side reads 3x3 blocks all over it, which a stride of the
+  /// capacity would spread over as many pages. Sized to (3 kMaxPatchNodes)^2 for the bodies in use, at load.
+  std::vector<double> w_bar_values;
+  /// Compliance of the isolated DOFs, symmetric positive definite [3 node_count x 3 node_count], m/N.
+  Eigen::Map<Eigen::MatrixXd> w_bar() { return {w_bar_values.data(), 3 * node_count, 3 * node_count}; }
+  Eigen::Map<const Eigen::MatrixXd> w_bar() const { return {w_bar_values.data(), 3 * node_count, 3 * node_count}; }
 
   int contact_count = 0;
-  std::vector<PatchContact> contacts;           ///< [contact_count] from entry to tip
+  std::vector<PatchContact> contacts;  ///< [contact_count] from entry to tip
 
   int tet_count = 0;
-  std::vector<int> tet_ids;                     ///< [tet_count] tetrahedra whose four nodes are all in node_ids
-  std::vector<std::array<int, 4>> tet_nodes;    ///< [tet_count] as indices into node_ids
-  std::vector<ElasticMaterial> tet_materials;   ///< [tet_count]
+  std::vector<int> tet_ids;                    ///< [tet_count] tetrahedra whose four nodes are all in node_ids
+  std::vector<std::array<int, 4>> tet_nodes;   ///< [tet_count] as indices into node_ids
+  std::vector<ElasticMaterial> tet_materials;  ///< [tet_count]
 };
 
 /// Simulation -> haptic: everything of the tissue that the haptic loop needs for a step.
 struct TissuePatch {
-  std::uint64_t step = 0;             ///< simulation step that made it
-  std::uint64_t epoch = 0;            ///< counts published patches, from 1; 0 is "no tissue yet"
-  std::uint64_t factor_epoch = 0;     ///< factorisation W_bar comes from
-  std::uint64_t needle_step = 0;      ///< haptic step whose NeedleState was consumed
+  std::uint64_t step = 0;          ///< simulation step that made it
+  std::uint64_t epoch = 0;         ///< counts published patches, from 1; 0 is "no tissue yet"
+  std::uint64_t factor_epoch = 0;  ///< factorisation W_bar comes from
+  std::uint64_t needle_step = 0;   ///< haptic step whose NeedleState was consumed
   double time_s = 0;
-  std::uint32_t flags = 0;            ///< PatchFlag bits
+  std::uint32_t flags = 0;  ///< PatchFlag bits
   int body_count = 0;
   std::array<BodyPatch, kMaxBodies> bodies;
   int interface_count = 0;
@@ -131,12 +135,12 @@ struct NodeForce {
 };
 
 enum NeedleFlag : std::uint32_t {
-  kNeedleBaseLimited = 1u << 0,     ///< the base motion of this step was limited to what one Newton step allows
-  kNeedleRowOverflow = 1u << 1,     ///< more rows than capacity: the shallowest contacts were left out
-  kNeedleSolveFailed = 1u << 2,     ///< a factorisation failed (not SPD); the previous contact forces were kept
-  kNeedleNonFinite = 1u << 3,       ///< a non-finite input was refused; the previous state was kept
-  kNeedleStepShortened = 1u << 4,   ///< the Newton step turned a node too far and was shortened; the next ones go on
-  kNeedleRowsDependent = 1u << 5,   ///< contacts too dense for mesh or beams; their rows were softened, README eq. 18
+  kNeedleBaseLimited = 1u << 0,    ///< the base motion of this step was limited to what one Newton step allows
+  kNeedleRowOverflow = 1u << 1,    ///< more rows than capacity: the shallowest contacts were left out
+  kNeedleSolveFailed = 1u << 2,    ///< a factorisation failed (not SPD); the previous contact forces were kept
+  kNeedleNonFinite = 1u << 3,      ///< a non-finite input was refused; the previous state was kept
+  kNeedleStepShortened = 1u << 4,  ///< the Newton step turned a node too far and was shortened; the next ones go on
+  kNeedleRowsDependent = 1u << 5,  ///< contacts too dense for mesh or beams; their rows were softened, README eq. 18
 };
 
 /// Haptic -> simulation, renderer, recorder.
@@ -144,20 +148,20 @@ struct NeedleState {
   NeedleState();
 
   std::uint64_t step = 0;
-  std::uint64_t patch_epoch = 0;                  ///< TissuePatch consumed
+  std::uint64_t patch_epoch = 0;  ///< TissuePatch consumed
   double time_s = 0;
-  std::uint32_t flags = 0;                        ///< NeedleFlag bits
+  std::uint32_t flags = 0;  ///< NeedleFlag bits
   int node_count = 0;
-  Eigen::Matrix3Xd positions;                     ///< [3 x node_count] hub first, tip last
-  std::vector<Eigen::Quaterniond> orientations;   ///< [node_count] node frame -> patient frame
+  Eigen::Matrix3Xd positions;                    ///< [3 x node_count] hub first, tip last
+  std::vector<Eigen::Quaterniond> orientations;  ///< [node_count] node frame -> patient frame
   TipState tip = TipState::outside;
-  int tip_body = -1;                              ///< body the tip is in, -1 outside
-  double tip_depth = 0;                           ///< arc length of needle inside tip_body, m
+  int tip_body = -1;     ///< body the tip is in, -1 outside
+  double tip_depth = 0;  ///< arc length of needle inside tip_body, m
   int contact_count = 0;
-  std::vector<NeedleContact> contacts;            ///< [contact_count]                        capacity kMaxContacts
+  std::vector<NeedleContact> contacts;  ///< [contact_count]                        capacity kMaxContacts
   int force_count = 0;
-  std::vector<NodeForce> forces;                  ///< [force_count] by body then node id      capacity kMaxBodies*kMaxPatchNodes
-  Wrench wrench;                                  ///< given to the device: what the hand feels, about the hub
+  std::vector<NodeForce> forces;  ///< [force_count] by body then node id      capacity kMaxBodies*kMaxPatchNodes
+  Wrench wrench;                  ///< given to the device: what the hand feels, about the hub
 };
 
 /// Copies the active part of a state into one of the same capacity.

@@ -259,7 +259,7 @@ void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report
   for (std::size_t b = 0; b < models_.size(); ++b) {
     BodyState& body = bodies_[b];
     body.nodes = path_.isolated_nodes(static_cast<int>(b));
-    const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
+    FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
     report.new_isolated_nodes += factorised.isolated.isolate(body.nodes, models_[b], factorised.factor, workspace_);
     report.isolated_nodes += static_cast<int>(body.nodes.size());
   }
@@ -296,7 +296,7 @@ TissuePatch SimulationLoop::make_patch() const {
   TissuePatch patch;
   patch.body_count = body_count();
   for (std::size_t b = 0; b < models_.size(); ++b) {
-    patch.bodies[b].w_bar.setZero(3 * kMaxPatchNodes, 3 * kMaxPatchNodes);
+    patch.bodies[b].w_bar_values.assign(kMaxWBarValues, 0.0);
   }
   return patch;
 }
@@ -329,8 +329,8 @@ void SimulationLoop::fill_body(std::size_t b, BodyPatch& out, std::uint32_t& fla
     out.free_positions.col(static_cast<Eigen::Index>(i)) = body.free_positions.col(nodes[i]);
     out.rotations[i] = node_rotation(model, nodes[i], factorised.rotations, body.rotations);
   }
-  if (out.w_bar.rows() < 3 * kMaxPatchNodes) out.w_bar.setZero(3 * kMaxPatchNodes, 3 * kMaxPatchNodes);
-  factorised.isolated.gather(nodes, out.w_bar);
+  if (out.w_bar_values.size() < kMaxWBarValues) out.w_bar_values.assign(kMaxWBarValues, 0.0);
+  factorised.isolated.gather(nodes, out.w_bar());
 
   out.contact_count = 0;
   for (const PathContact& contact : path_.contacts(static_cast<int>(b))) {

@@ -30,7 +30,7 @@ struct FactorisationRequest {
 struct FactorisedTissue {
   struct Body {
     Factorisation factor;
-    mutable IsolatedDofs isolated;  ///< of the request's nodes; whoever holds the value may add more (its own slot)
+    IsolatedDofs isolated;  ///< of the request's nodes; whoever holds the value may add more (its own slot)
     std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
   };
   std::uint64_t epoch = 0;
@@ -62,6 +62,7 @@ public:
   /// Simulation: swaps in the latest result if there is a newer one.
   bool update() { return results_.update(); }
   /// Simulation: the factorisation taken last.
+  FactorisedTissue& latest() { return results_.front(); }
   const FactorisedTissue& latest() const { return results_.front(); }
 
 private:

@@ -150,8 +150,7 @@ TEST(Delassus, MatchesDenseProductsWithInverses) {
     }
     double tissue_trace = 0;
     for (int b = 0; b < 2; ++b) {
-      const int n = 3 * scene.patch.bodies[b].node_count;
-      w += hv[b] * scene.patch.bodies[b].w_bar.topLeftCorner(n, n) * hv[b].transpose();
+      w += hv[b] * scene.patch.bodies[b].w_bar() * hv[b].transpose();
       tissue_trace = w.trace();
     }
     w += hn.rightCols(dofs - first) * a.bottomRightCorner(dofs - first, dofs - first).inverse() *
@@ -189,7 +188,7 @@ TEST(TissuePoints, MoveAsTheIsolatedNodesUnderThem) {
         f.segment<3>(3 * body.contacts[k].patch_nodes[v]) += body.contacts[k].barycentric[v] * force;
       }
     }
-    const VectorXd moved = body.w_bar.topLeftCorner(3 * n, 3 * n) * f;
+    const VectorXd moved = body.w_bar() * f;
     for (int k = 0; k < body.contact_count; ++k, ++point) {
       Vector3d x = Vector3d::Zero();
       for (int v = 0; v < 4; ++v) {

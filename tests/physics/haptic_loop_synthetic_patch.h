@@ -55,12 +55,13 @@ inline void lay_synthetic_body(BodyPatch& body, const NeedleState& needle, int c
 
   Eigen::MatrixXd mixing(3 * n, 6);
   for (int i = 0; i < mixing.size(); ++i) mixing.data()[i] = u(engine);
-  body.w_bar = Eigen::MatrixXd::Zero(3 * kMaxPatchNodes, 3 * kMaxPatchNodes);
-  body.w_bar.topLeftCorner(3 * n, 3 * n) = 0.05 * scale * mixing * mixing.transpose();
+  body.w_bar_values.assign(kMaxWBarValues, 0.0);
+  auto w_bar = body.w_bar();
+  w_bar = 0.05 * scale * mixing * mixing.transpose();
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
       const double distance = (rest.col(i) - rest.col(j)).norm();
-      body.w_bar.block<3, 3>(3 * i, 3 * j).diagonal().array() += scale * std::exp(-distance / 0.02);
+      w_bar.block<3, 3>(3 * i, 3 * j).diagonal().array() += scale * std::exp(-distance / 0.02);
     }
   }
 }

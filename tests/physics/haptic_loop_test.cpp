@@ -114,7 +114,7 @@ Reference monolithic_step(const HapticLoopSettings& settings, const NeedleState&
       gap[2 * c + d] = dir.dot((1 - fraction) * p.col(at) + fraction * p.col(at + 1) - free);
     }
   }
-  const LongMatrix w_bar = body.w_bar.topLeftCorner(tissue, tissue).cast<long double>();
+  const LongMatrix w_bar = body.w_bar().cast<long double>();
   const LongMatrix wv = hv.cast<long double>() * w_bar * hv.cast<long double>().transpose();
   const long double compliance = settings.relative_compliance * wv.diagonal().mean();
 
@@ -403,8 +403,8 @@ TEST(HapticLoop, RefusesNonFiniteInputAndGoesOn) {
   EXPECT_TRUE(finite(bent.loop.state()));
   poisoned = bent.patch;
   poisoned.epoch = 3;
-  poisoned.bodies[0].w_bar(4, 4) = -1;
-  poisoned.bodies[0].w_bar(5, 2) = poisoned.bodies[0].w_bar(2, 5) = inf;
+  poisoned.bodies[0].w_bar()(4, 4) = -1;
+  poisoned.bodies[0].w_bar()(5, 2) = poisoned.bodies[0].w_bar()(2, 5) = inf;
   EXPECT_NE(bent.loop.step(swept_hub(1), kDt, poisoned).flags, 0u);
   EXPECT_TRUE(finite(bent.loop.state()));
 

@@ -63,8 +63,7 @@ Trace run(SimulationLoop& loop, const Flags& flags, const AfterStep& after_step)
     input.needle = &needle;
     trace.reports.push_back(loop.step(input, patch));
     trace.positions.push_back(loop.tissue().positions[1]);
-    trace.w_bar_norms.push_back(
-        patch.bodies[1].w_bar.topLeftCorner(3 * patch.bodies[1].node_count, 3 * patch.bodies[1].node_count).norm());
+    trace.w_bar_norms.push_back(patch.bodies[1].w_bar().norm());
     after_step(step);
   }
   return trace;

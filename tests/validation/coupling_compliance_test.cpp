@@ -44,7 +44,7 @@ public:
         dense_(mesh_, materials_, fixed_),
         needle_(properties_, {}) {
     patch_.body_count = 1;
-    patch_.bodies[0].w_bar = MatrixXd::Zero(3 * physics::kMaxPatchNodes, 3 * physics::kMaxPatchNodes);
+    patch_.bodies[0].w_bar_values.resize(physics::kMaxWBarValues);
     needle_.linearise(physics::straight_needle(properties_, {}), {}, 1e-3);
     add();
     refactorise();
@@ -144,7 +144,7 @@ private:
     ++patch_.epoch;
     body.node_count = int(nodes.size());
     std::copy(nodes.begin(), nodes.end(), body.node_ids.begin());
-    isolated_.gather(nodes, body.w_bar);
+    isolated_.gather(nodes, body.w_bar());
     body.contact_count = int(contacts_.size());
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
       for (std::size_t a = 0; a < 4; ++a) {
