@@ -1,0 +1,157 @@
+// Contact between deformable bodies, and of the probe with one of them, at the low rate: unilateral, sliding.
+//
+// Part of the simulation's quasi-Newton step (physics/README.md eq. 6-8, 19-20). Each row i has a gap g_i(p), a
+// normal n_i and a multiplier lambda_i >= 0, the force along n_i. At rest, whatever S and the factor:
+//   F_int(p) = H^T lambda + needle,   g_i + c_i lambda_i >= 0,   lambda_i >= 0,   one of the two zero
+// One update a step moves the multipliers as if the bodies were S, their compliance at rest:
+//   find lambda+ >= 0 with  g + c lambda+ + (H S H^T + e)(lambda+ - lambda) >= 0, complementary   (eq. 20)
+// which needs no solve with the current factor: the bodies follow in the step's own solve. S and the proximal term e
+// set only the speed. Since e > 0, dependent rows (more contacts than nodes) do no harm.
+#pragma once
+
+#include "physics/contact/body_surface.h"
+#include "physics/contact/probe_shape.h"
+#include "physics/contact/surface_compliance.h"
+#include "physics/loops/messages.h"
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace stylet::physics {
+
+/// Which nodes may not pass which surface. Best the body with the finer mesh gives the nodes.
+struct ContactPair {
+  int nodes_of = 0;    ///< body
+  int surface_of = 0;  ///< another body
+};
+
+/// The probe and the body it is pressed on.
+struct ProbeContactSettings {
+  ProbeShape shape;
+  int body = 0;
+  double point_spacing = 0.004;    ///< of the material points on the body's faces that feel the probe, at rest, m
+  double layer_compliance = 5e-8;  ///< yield of skin surface and gel: m per Pa of pressure
+  int max_points = 128;
+};
+
+struct OrganContactSettings {
+  std::vector<ContactPair> pairs;
+  int max_points = 64;    ///< of a pair: the most even ones count
+  double reach = 0.002;   ///< nodes further than this from the other surface have no row, m
+  double search = 0.015;  ///< how deep below a surface a node is still found, m
+  int learn_limit = 12;   ///< nodes of a body whose compliance one step may compute (three solves each)
+  std::optional<ProbeContactSettings> probe{};
+};
+
+/// One unilateral row: force weight * lambda * normal on each node.
+struct ContactRow {
+  struct Support {
+    int body = -1;
+    int node = -1;
+    double weight = 0;
+  };
+  std::array<Support, 4> supports;  ///< one node against three, or three against the probe
+  int support_count = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the point, patient frame, m
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< unit: the direction in which the gap opens
+  double gap = 0;                                      ///< negative: overlap, m
+  double compliance = 0;                               ///< c: of the layer between, m/N
+  double area = 0;                                     ///< that the point stands for, m^2
+  double lambda = 0;                                   ///< normal force, N
+  int pair = -1;                                       ///< index of the ContactPair, -1: probe
+  std::size_t slot = 0;                                ///< of its multiplier between steps
+};
+
+/// What the probe does to the patient, and feels.
+struct ProbeContact {
+  int points = 0;    ///< that carry force
+  double area = 0;   ///< skin they stand for, m^2
+  double depth = 0;  ///< largest overlap of head and undeformed layer, m
+  Wrench wrench;     ///< on the probe, about the centre of its face
+};
+
+/// Of the last update().
+struct OrganContactReport {
+  int rows = 0;          ///< within reach
+  int pressing = 0;      ///< with force
+  int left_out = 0;      ///< points in reach beyond the capacities
+  double force_n = 0;    ///< sum of the normal forces between bodies, N
+  double deepest = 0;    ///< largest overlap of two bodies, rest overlap excepted, m
+  double violation = 0;  ///< largest |min(g + c lambda, S_ii lambda)|: how far from complementarity, m
+};
+
+class OrganContact {
+public:
+  /// Rest overlap of the meshes is taken as contact without force: the node keeps it as its zero.
+  /// @param models  outlive this
+  /// @param rest    factors of the bodies at rest
+  /// @throws std::invalid_argument if a pair or the probe names a body that does not exist, or a body twice
+  OrganContact(std::span<const TissueModel> models, std::span<const Factorisation* const> rest,
+               OrganContactSettings settings);
+
+  /// New rows and multipliers for these positions. Never throws.
+  /// @param positions  [bodies] [3 x nodes] after the motion correction, m
+  /// @param probe      null: none
+  void update(std::span<const Eigen::Matrix3Xd> positions, const RigidPose* probe, SolveWorkspace& workspace);
+
+  /// Adds H^T lambda of the last update.
+  /// @param forces  [free DOFs of the body], N
+  void add_forces(int body, Eigen::VectorXd& forces) const;
+
+  std::span<const ContactRow> rows() const { return rows_; }
+  const OrganContactReport& report() const { return report_; }
+  const ProbeContact& probe() const { return probe_; }
+
+private:
+  struct Body {
+    const TissueModel* model = nullptr;
+    std::unique_ptr<BodySurface> surface;
+    std::unique_ptr<SurfaceCompliance> compliance;
+    std::vector<int> touched;                     // nodes of the rows, those under force first
+    const Eigen::Matrix3Xd* positions = nullptr;  // during update()
+  };
+  /// A node's state between steps.
+  struct NodeContact {
+    double lambda = 0;
+    double rest_overlap = 0;  // <= 0
+  };
+  struct ProbePoint {
+    int face = -1;
+    Eigen::Vector3d weights = Eigen::Vector3d::Zero();
+    double area = 0;  // rest, m^2
+    double lambda = 0;
+  };
+
+  // The stages of update(), in order.
+  void find_pair(int pair);
+  void find_probe(const RigidPose& pose);
+  void learn(int limit, SolveWorkspace& workspace);
+  void assemble();
+  void relax();
+  void keep();
+  void sum_up(const RigidPose* probe);
+
+  /// The row of a node against a surface as both are now, without its overlap at rest; support_count = 0: none.
+  ContactRow face_to_face(int pair, int node) const;
+  bool movable(const ContactRow& row) const;
+
+  OrganContactSettings settings_;
+  std::vector<Body> bodies_;
+  std::vector<std::vector<NodeContact>> nodes_;  // [pairs] [nodes of the pair's body]
+  std::vector<ProbePoint> points_;               // face by face
+  std::size_t points_a_face_ = 0;
+  std::vector<ContactRow> rows_;
+  std::vector<int> faces_;  // scratch
+  Eigen::MatrixXd w_;       // H S H^T + c + e of rows_
+  Eigen::VectorXd slack_;   // left side of eq. 20
+  OrganContactReport report_;
+  ProbeContact probe_;
+};
+
+}  // namespace stylet::physics

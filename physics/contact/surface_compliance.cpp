@@ -1,0 +1,57 @@
+#include "physics/contact/surface_compliance.h"
+
+#include <algorithm>
+
+namespace stylet::physics {
+
+SurfaceCompliance::SurfaceCompliance(const TissueModel& model, const Factorisation& at_rest,
+                                     std::span<const int> boundary)
+    : model_(model),
+      factor_(at_rest),
+      boundary_(boundary.begin(), boundary.end()),
+      place_(model.mesh.nodes.size(), -1),
+      columns_(boundary.size()) {
+  for (std::size_t i = 0; i < boundary_.size(); ++i) {
+    place_[static_cast<std::size_t>(boundary_[i])] = static_cast<int>(i);
+  }
+}
+
+int SurfaceCompliance::learn(std::span<const int> nodes, int limit, SolveWorkspace& workspace) {
+  std::vector<int> fresh;
+  for (const int node : nodes) {
+    if (static_cast<int>(fresh.size()) == limit) break;
+    if (!known(node) && std::find(fresh.begin(), fresh.end(), node) == fresh.end()) fresh.push_back(node);
+  }
+  if (fresh.empty()) return 0;
+  Eigen::MatrixXd& unit = workspace.columns;
+  unit.setZero(model_.dof_count(), static_cast<Eigen::Index>(3 * fresh.size()));
+  for (std::size_t k = 0; k < fresh.size(); ++k) {
+    const int dof = 3 * model_.free_index[static_cast<std::size_t>(fresh[k])];
+    for (int c = 0; c < 3; ++c) unit(dof + c, static_cast<Eigen::Index>(3 * k) + c) = 1;
+  }
+  factor_.solve(unit, unit, workspace);
+  for (std::size_t k = 0; k < fresh.size(); ++k) {
+    Eigen::MatrixX3f& column = columns_[index(fresh[k])];
+    column.setZero(static_cast<Eigen::Index>(3 * boundary_.size()), 3);
+    for (std::size_t i = 0; i < boundary_.size(); ++i) {
+      const int dof = 3 * model_.free_index[static_cast<std::size_t>(boundary_[i])];
+      if (dof < 0) continue;
+      column.middleRows<3>(static_cast<Eigen::Index>(3 * i)) =
+          unit.block<3, 3>(dof, static_cast<Eigen::Index>(3 * k)).cast<float>();
+    }
+  }
+  return static_cast<int>(fresh.size());
+}
+
+Eigen::Matrix3d SurfaceCompliance::block(int a, int b) const {
+  if (fixed(a) || fixed(b)) return Eigen::Matrix3d::Zero();
+  // The column of the smaller index for both orders: exactly symmetric.
+  if (a < b) {
+    const Eigen::Matrix3d transposed =
+        columns_[index(a)].middleRows<3>(static_cast<Eigen::Index>(3 * index(b))).cast<double>();
+    return transposed.transpose();
+  }
+  return columns_[index(b)].middleRows<3>(static_cast<Eigen::Index>(3 * index(a))).cast<double>();
+}
+
+}  // namespace stylet::physics
