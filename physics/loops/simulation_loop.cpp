@@ -15,7 +15,8 @@ constexpr int kMaxShortenings = 4;  // of a motion correction
 constexpr double kOvershoot = 0.9;  // slope after a step over that before it; at 1 quasi-Newton steps stop converging
 constexpr double kNegligible = 1e-9;  // of the body: the slopes of smaller steps are rounding
 
-std::vector<TissueModel> models_of(std::vector<SimulationBody> bodies, const SimulationLoopSettings& settings) {
+/// Takes the meshes.
+std::vector<TissueModel> models_of(std::vector<SimulationBody>& bodies, const SimulationLoopSettings& settings) {
   if (bodies.empty() || bodies.size() > kMaxBodies) {
     throw std::invalid_argument("simulation: " + std::to_string(bodies.size()) + " bodies; 1 to " +
                                 std::to_string(kMaxBodies) + " can be simulated");
@@ -26,6 +27,10 @@ std::vector<TissueModel> models_of(std::vector<SimulationBody> bodies, const Sim
   std::vector<TissueModel> models;
   models.reserve(bodies.size());
   for (SimulationBody& body : bodies) {
+    if (!body.held_motion.empty() && body.held_motion.size() != body.fixed_nodes.size()) {
+      throw std::invalid_argument("simulation: motion of " + std::to_string(body.held_motion.size()) +
+                                  " held nodes, " + std::to_string(body.fixed_nodes.size()) + " are held");
+    }
     models.emplace_back(std::move(body.mesh), body.tet_materials, body.fixed_nodes, body.damping_time_s);
   }
   return models;
@@ -54,7 +59,7 @@ void add_free(const TissueModel& model, const Eigen::VectorXd& x, double scale, 
 
 SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const SimulationLoopSettings& settings)
     : settings_(settings),
-      models_(models_of(std::move(bodies), settings)),
+      models_(models_of(bodies, settings)),
       worker_(models_, settings.dt),
       path_(models_, {.spacing = settings.contact_spacing, .removal_hysteresis = settings.removal_hysteresis}) {
   tissue_.body_count = body_count();
@@ -69,6 +74,8 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .nodal_force = Eigen::Matrix3Xd::Zero(3, model.node_count()),
          .internal_force = Eigen::VectorXd::Zero(model.dof_count()),
          .needle_force = Eigen::VectorXd::Zero(model.dof_count()),
+         .contact_force = Eigen::VectorXd::Zero(model.dof_count()),
+         .held_field = {},
          .loaded_nodes = {},
          .response = Eigen::VectorXd::Zero(model.dof_count()),
          .displacement = Eigen::VectorXd::Zero(model.dof_count()),
@@ -76,6 +83,31 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .extent = (tissue_.positions[b].rowwise().maxCoeff() - tissue_.positions[b].rowwise().minCoeff()).norm(),
          .inverted = 0});
   }
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    if (bodies[b].held_motion.empty()) continue;
+    Eigen::Matrix3Xd held = Eigen::Matrix3Xd::Zero(3, models_[b].node_count());
+    for (std::size_t i = 0; i < bodies[b].fixed_nodes.size(); ++i) {
+      held.col(bodies[b].fixed_nodes[i]) = bodies[b].held_motion[i];
+    }
+    bodies_[b].held_field = field_of(b, held);
+  }
+  if (settings.contact.pairs.empty() && !settings.contact.probe) return;
+  std::vector<const Factorisation*> at_rest;
+  for (const FactorisedTissue::Body& body : worker_.latest().bodies) at_rest.push_back(&body.factor);
+  contact_.emplace(models_, at_rest, settings.contact);
+}
+
+Eigen::Matrix3Xd SimulationLoop::field_of(std::size_t b, const Eigen::Matrix3Xd& held) {
+  const TissueModel& model = models_[b];
+  BodyState& body = bodies_[b];
+  body.trial = tissue_.positions[b] + held;  // at the rotations of rest, forces are linear in it
+  gather_internal_force(model, body);
+  worker_.latest().bodies[b].factor.solve(body.internal_force, body.displacement, workspace_);
+  Eigen::Matrix3Xd field = held;
+  add_free(model, body.displacement, -(1 + model.damping_time_s / settings_.dt), field);
+  body.internal_force.setZero();
+  body.trial = tissue_.positions[b];
+  return field;
 }
 
 SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch& out) {
@@ -84,8 +116,10 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   tissue_.time_s = input.time_s;
 
   const NeedleState* needle = accept(input.needle, report);
+  move_held(input.held_amplitude, report);
   correct_motion(report);
   swap_factorisation(input, report);
+  touch(input.probe, report);
   free_motion(report);
   isolate(needle, report, out);
   request_factorisation(input, needle, report);
@@ -162,17 +196,58 @@ void SimulationLoop::gather_internal_force(const TissueModel& model, BodyState& 
 
 double SimulationLoop::overshoot(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& before,
                                  const Eigen::VectorXd& pull_before) {
-  double slope_before = 0;  // of U(p) - p . H^T lambda along the step
+  double slope_before = 0;  // of U(p) - p . external force along the step
   double slope_after = 0;
   for (int n = 0; n < model.node_count(); ++n) {
     const int i = model.free_index[static_cast<std::size_t>(n)];
     if (i < 0) continue;
     const Eigen::Vector3d step = body.trial.col(n) - before.col(n);
     slope_before -= step.dot(pull_before.segment<3>(3 * i));
-    slope_after += step.dot(body.internal_force.segment<3>(3 * i) - body.needle_force.segment<3>(3 * i));
+    slope_after += step.dot(body.internal_force.segment<3>(3 * i) - body.needle_force.segment<3>(3 * i) -
+                            body.contact_force.segment<3>(3 * i));
   }
   if (slope_before >= 0 || slope_after <= -kOvershoot * slope_before) return 1;
   return slope_before / (slope_before - slope_after);  // the minimum of a parabola with these slopes
+}
+
+void SimulationLoop::move_held(double amplitude, SimulationReport& report) {
+  if (!std::isfinite(amplitude)) {
+    report.flags |= kSimulationNonFinite;
+    return;
+  }
+  const double change = amplitude - held_amplitude_;
+  if (change == 0) return;
+  held_amplitude_ = amplitude;
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    BodyState& body = bodies_[b];
+    if (body.held_field.size() == 0) continue;
+    // The inner nodes go along as they would at rest: what is left to correct is of second order, and the elements at
+    // the support are not squeezed for a step. The fixed point knows the held nodes alone.
+    tissue_.positions[b] += change * body.held_field;
+    body.free_positions += change * body.held_field;
+    for (int n = 0; n < models_[b].node_count(); ++n) {
+      if (models_[b].free_index[static_cast<std::size_t>(n)] >= 0) continue;
+      const Eigen::Vector3d held =
+          models_[b].mesh.nodes[static_cast<std::size_t>(n)] + amplitude * body.held_field.col(n);
+      tissue_.positions[b].col(n) = held;  // not a sum of steps: nothing drifts
+      body.free_positions.col(n) = held;
+    }
+  }
+}
+
+void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
+  if (!contact_) return;
+  if (probe != nullptr && !(probe->position.allFinite() && probe->orientation.coeffs().allFinite())) {
+    report.flags |= kSimulationNonFinite;
+    probe = nullptr;
+  }
+  contact_->update({tissue_.positions.data(), models_.size()}, probe, workspace_);
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    bodies_[b].contact_force.setZero();
+    contact_->add_forces(static_cast<int>(b), bodies_[b].contact_force);
+  }
+  report.organs = contact_->report();
+  report.probe = contact_->probe();
 }
 
 void SimulationLoop::correct_motion(SimulationReport& report) {
@@ -197,7 +272,7 @@ void SimulationLoop::correct_motion(SimulationReport& report) {
       report.flags |= kSimulationStepLimited;
       body.trial = positions + (body.extent / longest) * (body.trial - positions);
     }
-    const Eigen::VectorXd pull_before = body.needle_force - body.internal_force;
+    const Eigen::VectorXd pull_before = body.needle_force + body.contact_force - body.internal_force;
     const Eigen::Matrix3Xd before = positions;
     int inverted = 0;
     for (int shortened = 0;; ++shortened) {
@@ -234,12 +309,12 @@ void SimulationLoop::free_motion(SimulationReport& report) {
   for (std::size_t b = 0; b < models_.size(); ++b) {
     const TissueModel& model = models_[b];
     BodyState& body = bodies_[b];
-    body.displacement = body.internal_force - body.needle_force;
+    body.displacement = body.internal_force - body.needle_force - body.contact_force;
     residual = std::hypot(residual, body.displacement.stableNorm());
     force = std::hypot(force, body.needle_force.stableNorm());
 
-    // p_free = p - A_f^-1 F_int(p)   (eq. 7), with F_int = (F_int - H^T lambda) + H^T lambda. The second part is
-    // known; the first goes to zero, so the precision of its solve does not move the fixed point.
+    // p_free = p - A_f^-1 (F_int(p) - contact)   (eq. 7), with F_int - contact = residual + H^T lambda. The second
+    // part is known; the first goes to zero, so the precision of its solve does not move the fixed point.
     worker_.latest().bodies[b].factor.solve_single(body.displacement, body.displacement, workspace_);
     body.displacement += body.response;
     body.free_positions = tissue_.positions[b];

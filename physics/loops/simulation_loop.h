@@ -9,6 +9,7 @@
 #pragma once
 
 #include "physics/contact/insertion_path.h"
+#include "physics/contact/organ_contact.h"
 #include "physics/loops/messages.h"
 #include "physics/tissue/factorisation_worker.h"
 #include "physics/tissue/tissue_model.h"
@@ -16,6 +17,8 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 namespace stylet::physics {
@@ -26,6 +29,8 @@ struct SimulationBody {
   std::vector<ElasticMaterial> tet_materials;  ///< one a tetrahedron
   std::vector<int> fixed_nodes;                ///< ascending; at least three that are not on one line
   double damping_time_s = 0;                   ///< Kelvin-Voigt B = damping_time K; 0: quasi-static, the rates agree
+  /// Displacement of each fixed node when SimulationInput::held_amplitude is 1, m; empty: they stay at rest.
+  std::vector<Eigen::Vector3d> held_motion{};
 };
 
 struct SimulationLoopSettings {
@@ -34,6 +39,7 @@ struct SimulationLoopSettings {
   double removal_hysteresis = 2e-4;  ///< how far the tip withdraws past a contact before it is removed, m
   double interface_range = 0.030;    ///< how far ahead of the tip surfaces are reported, m
   double look_ahead = 0.040;         ///< how far ahead of the tip nodes are prepared with a factorisation, m
+  OrganContactSettings contact{};    ///< between the bodies, and of the probe; none: no pairs, no probe
 };
 
 /// What a step consumes. The flags are true in live mode ("if there is one", "if the worker is free"); a replay sets
@@ -43,12 +49,14 @@ struct SimulationInput {
   double time_s = 0;
   bool take_factorisation = true;
   bool request_factorisation = true;
+  const RigidPose* probe = nullptr;  ///< patient_from_probe; null: not there
+  double held_amplitude = 0;         ///< of SimulationBody::held_motion: breathing. Moves what is held at once
 };
 
 enum SimulationFlag : std::uint32_t {
-  kSimulationInverted = 1u << 0,     ///< tetrahedra are inverted (their forces push back)
-  kSimulationStepLimited = 1u << 1,  ///< the motion correction was shortened, see README eq. 6
-  kSimulationNonFinite = 1u << 2,    ///< a non-finite needle or state was refused; the previous state was kept
+  kSimulationInverted = 1u << 0,             ///< tetrahedra are inverted (their forces push back)
+  kSimulationStepLimited = 1u << 1,          ///< the motion correction was shortened, see README eq. 6
+  kSimulationNonFinite = 1u << 2,            ///< a non-finite input or state was refused; the previous one was kept
   kSimulationFactorisationFailed = 1u << 3,  ///< a factorisation was not positive definite; the previous one was kept
 };
 
@@ -63,8 +71,10 @@ struct SimulationReport {
   int isolated_nodes = 0;
   int new_isolated_nodes = 0;  ///< whose columns of W_bar this step had to compute
   int inverted_tets = 0;
-  double residual_n = 0;  ///< |F_int(p) - H^T lambda| over the free DOFs at the published state, N
-  double force_n = 0;     ///< |H^T lambda|, N
+  double residual_n = 0;      ///< |F_int(p) - H^T lambda - contact| over the free DOFs at the published state, N
+  double force_n = 0;         ///< |H^T lambda|, N
+  OrganContactReport organs;  ///< contact between bodies
+  ProbeContact probe;         ///< what the probe feels, and the skin it touches
 };
 
 /// Deterministic: the same inputs (and worker().step() between the same steps) give the same bits.
@@ -88,12 +98,18 @@ public:
   FactorisationWorker& worker() { return worker_; }
   int body_count() const { return static_cast<int>(models_.size()); }
   const TissueModel& model(int body) const { return models_[static_cast<std::size_t>(body)]; }
+  /// Contact rows of the last step.
+  std::span<const ContactRow> contact_rows() const {
+    return contact_ ? contact_->rows() : std::span<const ContactRow>();
+  }
 
 private:
   // The stages of step(), in order.
   const NeedleState* accept(const NeedleState* needle, SimulationReport& report);
+  void move_held(double amplitude, SimulationReport& report);
   void correct_motion(SimulationReport& report);
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);
+  void touch(const RigidPose* probe, SimulationReport& report);
   void free_motion(SimulationReport& report);
   void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
   void request_factorisation(const SimulationInput& input, const NeedleState* needle, SimulationReport& report);
@@ -109,6 +125,8 @@ private:
     Eigen::Matrix3Xd nodal_force;               // scratch: F_int at all nodes
     Eigen::VectorXd internal_force;             // [free DOFs] F_int at the current positions
     Eigen::VectorXd needle_force;               // [free DOFs] H^T lambda
+    Eigen::VectorXd contact_force;              // [free DOFs] of other bodies and the probe
+    Eigen::Matrix3Xd held_field;                // motion of all nodes per held_amplitude at rest; empty: none
     std::vector<int> loaded_nodes;              // where it is not zero, ascending
     Eigen::VectorXd response;                   // [free DOFs] A_f^-1 H^T lambda with the factor in use
     Eigen::VectorXd displacement;               // [free DOFs] scratch
@@ -119,10 +137,13 @@ private:
 
   /// A_f^-1 H^T lambda of all bodies with the factor in use: sums of the columns that W_bar is cut from.
   void respond();
+  /// Where all nodes go when those that are held move, to first order at rest.
+  /// @param held  [3 x nodes] motion of the held nodes, zero elsewhere, m
+  Eigen::Matrix3Xd field_of(std::size_t body, const Eigen::Matrix3Xd& held);
   /// F_int at body.trial with its rotations, into body.internal_force.
   static void gather_internal_force(const TissueModel& model, BodyState& body);
   /// 1, or the fraction of the step from `before` to body.trial after which the potential would be least.
-  /// @param pull_before  H^T lambda - F_int at `before`
+  /// @param pull_before  external force - F_int at `before`
   static double overshoot(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& before,
                           const Eigen::VectorXd& pull_before);
 
@@ -132,6 +153,8 @@ private:
   SolveWorkspace workspace_;
   std::vector<BodyState> bodies_;
   InsertionPath path_;
+  std::optional<OrganContact> contact_;
+  double held_amplitude_ = 0;
   TissueState tissue_;
   bool factorisation_outstanding_ = false;  // requested and not yet taken: at most one
   std::uint64_t failures_seen_ = 0;
