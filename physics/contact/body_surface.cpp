@@ -1,5 +1,7 @@
 #include "physics/contact/body_surface.h"
 
+#include "physics/tissue/tet_topology.h"
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -10,9 +12,6 @@ namespace {
 constexpr int kLeafFaces = 4;
 constexpr double kSmooth = 0.64;  // cosine between faces that share a corner: beyond 50 degrees it is a crease
 constexpr int kStack = 64;        // deep enough for 2^32 faces: the tree is balanced
-
-// Corners of the face opposite node f, counter-clockwise from outside of a positively oriented tetrahedron.
-constexpr std::array<std::array<int, 3>, 4> kFaceCorners{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
 }  // namespace
 

@@ -9,8 +9,6 @@
 namespace stylet::physics {
 namespace {
 
-// Corners of the face opposite node f, counter-clockwise from outside of a positively oriented tetrahedron.
-constexpr std::array<std::array<int, 3>, 4> kFaceCorners{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 constexpr double kInside = -1e-10;  // barycentric weight that still counts as inside: rounding on shared faces
 constexpr int kMaxWalk = 200;
 constexpr double kSameCrossing = 1e-9;  // m; hits on an edge shared by two faces

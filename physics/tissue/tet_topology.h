@@ -24,7 +24,9 @@ struct SurfaceCrossing {
   bool entering = true;                              ///< the line goes into the body here
 };
 
-/// Face f of a tetrahedron is the one opposite its node f.
+/// Corners of face f, the one opposite node f, counter-clockwise from outside of a positively oriented tetrahedron.
+inline constexpr std::array<std::array<int, 3>, 4> kFaceCorners{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+
 class TetTopology {
 public:
   explicit TetTopology(const TetMesh& mesh);
