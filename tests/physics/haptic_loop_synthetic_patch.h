@@ -6,16 +6,27 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <random>
+#include <stdexcept>
+#include <string>
 
 namespace stylet::physics::testing {
 
 /// Lays `contacts` contacts on the needle's shaft, evenly from arc fraction `from` to `to` of the needle, each in its
 /// own random tetrahedron around the point (neighbours share one node where `share_nodes`). Compliance decays with
 /// distance: W_bar = scale exp(-|x_i - x_j| / decay) I plus a random positive semi-definite part that couples axes.
+/// @throws std::invalid_argument if the body has no room for them
 inline void lay_synthetic_body(BodyPatch& body, const NeedleState& needle, int contacts, double from, double to,
                                unsigned seed, bool share_nodes = true, double scale = 3e-3) {
+  const int nodes_needed = share_nodes ? 3 * contacts + 1 : 4 * contacts;
+  if (contacts < 1 || contacts > std::ssize(body.contacts) || nodes_needed > kMaxPatchNodes) {
+    throw std::invalid_argument("a synthetic body takes 1 contact or more and at most " +
+                                std::to_string(kMaxPatchNodes) + " nodes, not " + std::to_string(contacts) +
+                                " contacts with " + std::to_string(nodes_needed) + " nodes");
+  }
   std::mt19937 engine(seed);
   std::uniform_real_distribution<double> u(-1, 1);
   const auto random = [&] { return Eigen::Vector3d(u(engine), u(engine), u(engine)); };

@@ -1,4 +1,4 @@
-// Block-tridiagonal factorisation and the Needle that is built on it.
+// Block-tridiagonal factorisation (its solves: tests/validation) and the Needle that is built on it.
 #include "physics/needle/block_tridiagonal.h"
 #include "physics/needle/needle.h"
 #include "physics/needle/rotation_vector.h"
@@ -37,19 +37,6 @@ Dense random_system(int blocks, unsigned seed) {
     if (i + 1 < blocks) result.system.upper(i) = result.a.block<6, 6>(6 * i, 6 * (i + 1));
   }
   return result;
-}
-
-TEST(BlockTridiagonal, SolveMatchesDenseCholesky) {
-  for (int blocks : {1, 2, 9, 65}) {
-    Dense d = random_system(blocks, 5);
-    ASSERT_TRUE(d.system.factorise());
-    const VectorXd b = VectorXd::Random(6 * blocks);
-    VectorXd x = b;
-    d.system.solve(x);
-    const VectorXd exact = d.a.llt().solve(b);
-    std::printf("%2d blocks: relative difference %.1e\n", blocks, (x - exact).norm() / exact.norm());
-    EXPECT_LT((x - exact).norm(), 1e-12 * exact.norm());
-  }
 }
 
 TEST(BlockTridiagonal, ForwardSolvesGiveTheCompliance) {

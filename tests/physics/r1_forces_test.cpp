@@ -1,5 +1,6 @@
 // Reference insertion R1: what the hand feels, with directions and locations frozen between simulation steps
 // (Peterlik 2011) and updated at every haptic step (the paper).
+#include "tests/support/r1.h"
 #include "tools/bench/reference_insertion.h"
 
 #include <gtest/gtest.h>
@@ -9,9 +10,7 @@
 namespace stylet::bench {
 namespace {
 
-ReferenceInsertion r1() {
-  return read_reference_insertion(std::filesystem::path(STYLET_SOURCE_DIR) / "content/reference/r1.json");
-}
+using support::r1;
 
 struct Felt {
   double lateral_jump = 0;

@@ -1,30 +1,20 @@
 // Rotation vectors: exponential, logarithm and their differentials.
 #include "physics/needle/rotation_vector.h"
+#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <cstdio>
-#include <random>
 
 namespace stylet::physics {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-class Random {
-public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  Vector3d vector(double scale) {
-    std::uniform_real_distribution<double> u(-scale, scale);
-    return {u(engine_), u(engine_), u(engine_)};
-  }
-
-private:
-  std::mt19937 engine_;
-};
+using support::Random;
 
 TEST(RotationVector, LogarithmInvertsExponential) {
   Random random(1);

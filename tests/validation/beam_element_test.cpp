@@ -1,6 +1,7 @@
 // The corotational Timoshenko element by itself: energy, force, tangent, invariances.
 #include "physics/needle/beam.h"
 
+#include "tests/support/random.h"
 #include "tests/validation/residual.h"
 
 #include <gtest/gtest.h>
@@ -10,27 +11,14 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <random>
 
 namespace stylet::physics {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using support::Random;
 using validation::report_residual;
-
-class Random {
-public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  Vector3d vector(double scale) {
-    std::uniform_real_distribution<double> u(-scale, scale);
-    return {u(engine_), u(engine_), u(engine_)};
-  }
-  Matrix3d rotation(double angle) { return Eigen::AngleAxisd(angle, vector(1).normalized()).toRotationMatrix(); }
-
-private:
-  std::mt19937 engine_;
-};
 
 // A stocky beam in round numbers, so that no stiffness drowns another in the comparisons.
 Beam test_beam() {

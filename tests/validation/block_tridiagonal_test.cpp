@@ -59,7 +59,7 @@ MatrixXd random_system(int blocks) {
 
 TEST(BlockTridiagonal, AgreesWithDenseCholeskyOnRandomSystems) {
   double worst = 0;
-  for (const int blocks : {2, 3, 8, 16, 33, 64}) {
+  for (const int blocks : {1, 2, 3, 8, 16, 33, 64, 65}) {
     const MatrixXd a = random_system(blocks);
     BlockTridiagonal system = blocks_of(a);
     ASSERT_TRUE(system.factorise());

@@ -1,6 +1,7 @@
 // Bars of tetrahedra against beam theory: small deflections (with the locking of linear tetrahedra) and the elastica.
 #include "tests/support/beam_chain.h"
 #include "tests/support/kuhn_box.h"
+#include "tests/support/sanitized.h"
 #include "tests/validation/residual.h"
 #include "tests/validation/static_body.h"
 
@@ -9,6 +10,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -66,6 +69,7 @@ TEST(Cantilever, LocksAsLinearTetrahedraDo) {
   } rows[] = {{2, .3, .507}, {2, .45, .306}, {2, .49, .125}, {4, .3, .782},  {4, .45, .589}, {4, .49, .294},
               {8, .3, .923}, {8, .45, .819}, {8, .49, .569}, {12, .3, .957}, {12, .45, .892}};
   for (const auto& row : rows) {
+    if (support::kSanitized && row.n > 4) break;
     const double ratio = deflection_ratio(row.n, row.poisson_ratio);
     std::printf("  %d x %d x %d cells, nu %.2f: tip / Timoshenko %.4f (reference %.3f)\n", 5 * row.n, row.n, row.n,
                 row.poisson_ratio, ratio, row.expected);
@@ -118,10 +122,11 @@ TEST(Cantilever, ConvergesToTheElasticaWithSecondOrder) {
     Eigen::Vector3d elastica;
     double previous_error = 0;
   };
-  Row rows[] = {{1, {.943567, 0, .301721}},
-                {2, {.839358, 0, .493457}},
-                {5, {.612372, 0, .713792}},
-                {10, {.445004, 0, .810609}}};
+  Row all_rows[] = {{1, {.943567, 0, .301721}},
+                    {2, {.839358, 0, .493457}},
+                    {5, {.612372, 0, .713792}},
+                    {10, {.445004, 0, .810609}}};
+  const std::span rows(all_rows, support::kSanitized ? 1 : std::size(all_rows));
   const double thickness = 0.1, bending = kYoung * std::pow(thickness, 4) / 12;
   for (const int n : {2, 4}) {
     Cantilever bar(thickness, {20 * n, 2 * n, 2 * n}, 0);

@@ -1,5 +1,7 @@
 // Two rates, one equilibrium: with all their freezing and lagging, the two loops come to the rest of needle and
 // tissue solved as one system, and stay there.
+#include "tests/support/r1.h"
+#include "tests/support/sanitized.h"
 #include "tests/validation/coupling_monolithic.h"
 #include "tests/validation/residual.h"
 
@@ -7,6 +9,7 @@
 
 #include <cstdio>
 #include <string>
+#include <vector>
 
 namespace stylet::validation {
 namespace {
@@ -17,10 +20,15 @@ using bench::ReferenceRun;
 using physics::Coupling;
 using physics::NeedleContact;
 using physics::NeedleState;
+using support::kSanitized;
 
-ReferenceInsertion r1(int nodes_per_edge = 7) {
-  ReferenceInsertion insertion =
-      bench::read_reference_insertion(std::filesystem::path(STYLET_SOURCE_DIR) / "content/reference/r1.json");
+constexpr int kNodesPerEdge = kSanitized ? 4 : 7;  // of the cube, where a test has no mesh of its own
+const std::vector<int> kOtherNodesPerEdge = kSanitized ? std::vector{5} : std::vector{5, 8};
+constexpr double kRest = kSanitized ? 1 : 3;  // s, after the motion
+constexpr int kHapticStepsWithoutDrift = kSanitized ? 4000 : 100000;
+
+ReferenceInsertion r1(int nodes_per_edge = kNodesPerEdge) {
+  ReferenceInsertion insertion = support::r1();
   insertion.nodes_per_edge = nodes_per_edge;
   // At least a tetrahedron's edge a contact, so that the exact rows are independent.
   insertion.contact_spacing = std::max(0.010, insertion.cube_edge / (nodes_per_edge - 1) * 0.6);
@@ -30,7 +38,7 @@ ReferenceInsertion r1(int nodes_per_edge = 7) {
 void comes_to_rest_in_equilibrium(int nodes_per_edge, const ReferenceRun& run) {
   const ReferenceInsertion insertion = r1(nodes_per_edge);
   ReferenceExperiment experiment(insertion, run);
-  while (experiment.time_s() < insertion.duration + 3) experiment.advance();
+  while (experiment.time_s() < insertion.duration + kRest) experiment.advance();
   EXPECT_EQ(experiment.needle_flags(), 0U);
   const Distance off = distance_from_equilibrium(insertion, insertion.base(insertion.duration), experiment.needle(),
                                                  experiment.simulation().tissue().positions[0]);
@@ -46,20 +54,20 @@ void comes_to_rest_in_equilibrium(int nodes_per_edge, const ReferenceRun& run) {
 
 TEST(Coupling, UpdatedComesToRestInTheEquilibriumOfTheMonolithicSystem) {
   for (const int latency : {0, 1}) {
-    comes_to_rest_in_equilibrium(7, {.latency_steps = latency, .worker_period = 4});
+    comes_to_rest_in_equilibrium(kNodesPerEdge, {.latency_steps = latency, .worker_period = 4});
   }
 }
 
 TEST(Coupling, FrozenComesToRestInTheEquilibriumOfTheMonolithicSystem) {
   for (const int latency : {0, 1}) {
-    comes_to_rest_in_equilibrium(7,
+    comes_to_rest_in_equilibrium(kNodesPerEdge,
                                  {.coupling = Coupling::paper_frozen, .latency_steps = latency, .worker_period = 4});
   }
 }
 
 TEST(Coupling, EquilibriumIsReachedOnOtherMeshesToo) {
   for (const Coupling coupling : {Coupling::paper_updated, Coupling::paper_frozen}) {
-    for (const int nodes_per_edge : {5, 8}) {
+    for (const int nodes_per_edge : kOtherNodesPerEdge) {
       comes_to_rest_in_equilibrium(nodes_per_edge, {.coupling = coupling, .worker_period = 4});
     }
   }
@@ -68,7 +76,7 @@ TEST(Coupling, EquilibriumIsReachedOnOtherMeshesToo) {
 TEST(Coupling, HandContactsAndTissueBalanceAtRest) {
   const ReferenceInsertion insertion = r1();
   ReferenceExperiment experiment(insertion, {.worker_period = 1});
-  while (experiment.time_s() < insertion.duration + 2) experiment.advance();
+  while (experiment.time_s() < insertion.duration + kRest) experiment.advance();
   const NeedleState& needle = experiment.needle();
 
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
@@ -93,7 +101,7 @@ TEST(Coupling, HandContactsAndTissueBalanceAtRest) {
 TEST(Coupling, RestingStylusDoesNotDriftOverManyStepsAndFactorisations) {
   const ReferenceInsertion insertion = r1(5);
   ReferenceExperiment experiment(insertion, {.worker_period = 2});
-  while (experiment.time_s() < insertion.duration + 2) experiment.advance();
+  while (experiment.time_s() < insertion.duration + kRest) experiment.advance();
   const Eigen::Vector3d force = experiment.needle().wrench.force;
   const Eigen::Matrix3Xd tissue = experiment.simulation().tissue().positions[0];
   const Eigen::MatrixXd needle = experiment.needle().positions.leftCols(experiment.needle().node_count);
@@ -102,7 +110,7 @@ TEST(Coupling, RestingStylusDoesNotDriftOverManyStepsAndFactorisations) {
 
   int factorisations = 0;
   double furthest = 0;
-  const int steps = 100000 / insertion.haptic_steps_per_simulation_step();
+  const int steps = kHapticStepsWithoutDrift / insertion.haptic_steps_per_simulation_step();
   for (int i = 0; i < steps; ++i) {
     experiment.advance();
     factorisations += experiment.report().factorisation_taken;
