@@ -13,7 +13,7 @@ namespace {
 /// Tetrahedra by the cells of a regular grid that their boxes touch.
 class TetGrid {
 public:
-  explicit TetGrid(const physics::TetMesh& mesh) : mesh_(mesh) {
+  explicit TetGrid(const physics::TetMesh& mesh) {
     for (const auto& node : mesh.nodes) box_.extend(node);
     // About one cell a tetrahedron, few enough for any mesh.
     const double cells = static_cast<double>(mesh.tets.size()) + 1;
@@ -61,7 +61,6 @@ private:
     }
   }
 
-  const physics::TetMesh& mesh_;
   Eigen::AlignedBox3d box_;
   double cell_ = 1;
   Eigen::Vector3i size_ = Eigen::Vector3i::Ones();

@@ -61,7 +61,7 @@ private:
 // it.
 template <typename Visit>
 void for_each_tet(const Lattice& lattice, Visit visit) {
-  const Eigen::Vector3i n = lattice.cells();
+  const Eigen::Vector3i& n = lattice.cells();
   for (int k = 0; k < n.z(); ++k) {
     for (int j = 0; j < n.y(); ++j) {
       for (int i = 0; i < n.x(); ++i) {

@@ -70,8 +70,9 @@ public:
       quality_ = quality(n, mesh_.nodes[n]);
       if (quality_ > std::sin(kGoodAngle)) continue;
       if (nodes_[n].boundary) normal_ = gradient(mesh_.nodes[n]);
-      const bool improved = towards_centroid(n) | pattern_search(n);
-      moved = moved || improved;
+      const bool centred = towards_centroid(n);
+      const bool searched = pattern_search(n);
+      moved = moved || centred || searched;
     }
     return moved;
   }

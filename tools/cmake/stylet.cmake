@@ -19,7 +19,6 @@ target_include_directories(stylet_flags INTERFACE ${CMAKE_SOURCE_DIR})
 # -ffp-contract=off: the same bits whatever the optimiser does (design: Determinism).
 target_compile_options(stylet_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>  # gcc 12 sees ghosts inside Eigen and OpenMesh
-  "$<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical;-Wno-unused-private-field>"  # the fuzzers' compiler
   -Werror -march=${STYLET_ARCH} -ffp-contract=off)
 if(STYLET_SANITIZE)
   target_compile_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE} -fno-omit-frame-pointer -O1 -g1
@@ -36,9 +35,6 @@ function(stylet_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES})
   target_link_libraries(${name} PUBLIC stylet_flags ${arg_LINK} PRIVATE ${arg_PRIVATE_LINK})
-  if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/tools/bench$")
-    set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)  # one small program a file
-  endif()
 endfunction()
 
 # What the sanitizer runs build: tests without benchmarks; those with threads alone.
