@@ -68,7 +68,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
     const TissueModel& model = models_[b];
     tissue_.positions[b] = rest_positions(model);
     bodies_.push_back(
-        {.free_positions = tissue_.positions[b],
+        {.free_positions = Eigen::Matrix3Xd(3, kMaxPatchNodes),
          .trial = tissue_.positions[b],
          .rotations = worker_.latest().bodies[b].rotations,
          .nodal_force = Eigen::Matrix3Xd::Zero(3, model.node_count()),
@@ -77,8 +77,10 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .contact_force = Eigen::VectorXd::Zero(model.dof_count()),
          .held_field = {},
          .loaded_nodes = {},
-         .response = Eigen::VectorXd::Zero(model.dof_count()),
+         .eliminated = Eigen::VectorXd::Zero(model.dof_count()),
+         .eliminated_force = Eigen::VectorXd::Zero(model.dof_count()),
          .displacement = Eigen::VectorXd::Zero(model.dof_count()),
+         .pass = Eigen::VectorXd::Zero(model.dof_count()),
          .nodes = {},
          .extent = (tissue_.positions[b].rowwise().maxCoeff() - tissue_.positions[b].rowwise().minCoeff()).norm(),
          .inverted = 0});
@@ -166,23 +168,66 @@ const NeedleState* SimulationLoop::accept(const NeedleState* needle, SimulationR
   return needle;
 }
 
-void SimulationLoop::respond() {
-  for (std::size_t b = 0; b < models_.size(); ++b) {
-    BodyState& body = bodies_[b];
-    const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
-    body.response.setZero();
-    body.displacement.setZero();  // the forces that no known column stands for
-    bool all_known = true;
+void SimulationLoop::respond(std::size_t b) {
+  const TissueModel& model = models_[b];
+  BodyState& body = bodies_[b];
+  const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
+  // What the forces have changed since the first half; they act on trailing nodes, so it costs next to nothing.
+  body.displacement = body.needle_force - body.eliminated_force;
+  factorised.factor.eliminate(body.displacement, body.pass, workspace_);
+  body.pass = body.eliminated - body.pass;
+  factorised.factor.substitute_back(body.pass, body.displacement, workspace_);
+  body.trial = tissue_.positions[b];
+  add_free(model, body.displacement, -1, body.trial);
+
+  // The isolated nodes in double, with the very numbers of W_bar: where the haptic loop showed them.
+  const IsolatedDofs& isolated = factorised.isolated;
+  const auto known = [&](int node) { return isolated.known(node); };
+  if (!std::all_of(body.loaded_nodes.begin(), body.loaded_nodes.end(), known)) return;
+  for (std::size_t i = 0; i < body.nodes.size(); ++i) {
+    if (!known(body.nodes[i])) continue;
+    Eigen::Vector3d x = body.free_positions.col(static_cast<Eigen::Index>(i));
     for (const int node : body.loaded_nodes) {
-      const int dof = 3 * models_[b].free_index[static_cast<std::size_t>(node)];
-      const Eigen::Vector3d force = body.needle_force.segment<3>(dof);
-      if (factorised.isolated.add_response(node, force, body.response)) continue;
-      body.displacement.segment<3>(dof) = force;
-      all_known = false;
+      const int dof = 3 * model.free_index[static_cast<std::size_t>(node)];
+      x += isolated.block(body.nodes[i], node) * body.needle_force.segment<3>(dof);
     }
-    if (all_known) continue;
-    factorised.factor.solve(body.displacement, body.displacement, workspace_);
-    body.response += body.displacement;
+    body.trial.col(body.nodes[i]) = x;
+  }
+}
+
+void SimulationLoop::free_isolated(std::size_t b) {
+  const TissueModel& model = models_[b];
+  BodyState& body = bodies_[b];
+  if (body.nodes.empty()) return;
+  const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
+  const IsolatedDofs& isolated = factorised.isolated;
+  // p_free = p - A_f^-1 (F_int - H^T lambda) - A_f^-1 H^T lambda   (eq. 7). The last term is W_bar H^T lambda, but
+  // for forces on nodes that are isolated no more: those join the second.
+  body.displacement.setZero();
+  bool all_known = true;
+  for (const int node : body.loaded_nodes) {
+    if (isolated.known(node)) continue;
+    const int dof = 3 * model.free_index[static_cast<std::size_t>(node)];
+    body.displacement.segment<3>(dof) = body.needle_force.segment<3>(dof);
+    all_known = false;
+  }
+  body.pass = body.eliminated;
+  if (!all_known) {
+    Eigen::VectorXd forgotten(body.pass.size());
+    factorised.factor.eliminate(body.displacement, forgotten, workspace_);
+    body.pass += forgotten;
+  }
+  auto free = body.free_positions.leftCols(static_cast<Eigen::Index>(body.nodes.size()));
+  isolated.solution_at(body.nodes, body.pass, factorised.factor, free);
+  for (std::size_t i = 0; i < body.nodes.size(); ++i) {
+    auto x = free.col(static_cast<Eigen::Index>(i));
+    x = tissue_.positions[b].col(body.nodes[i]) - x;
+    if (!isolated.known(body.nodes[i])) continue;
+    for (const int node : body.loaded_nodes) {
+      if (!isolated.known(node)) continue;
+      const int dof = 3 * model.free_index[static_cast<std::size_t>(node)];
+      x -= isolated.block(body.nodes[i], node) * body.needle_force.segment<3>(dof);
+    }
   }
 }
 
@@ -224,13 +269,18 @@ void SimulationLoop::move_held(double amplitude, SimulationReport& report) {
     // The inner nodes go along as they would at rest: what is left to correct is of second order, and the elements at
     // the support are not squeezed for a step. The fixed point knows the held nodes alone.
     tissue_.positions[b] += change * body.held_field;
-    body.free_positions += change * body.held_field;
     for (int n = 0; n < models_[b].node_count(); ++n) {
       if (models_[b].free_index[static_cast<std::size_t>(n)] >= 0) continue;
       const Eigen::Vector3d held =
           models_[b].mesh.nodes[static_cast<std::size_t>(n)] + amplitude * body.held_field.col(n);
       tissue_.positions[b].col(n) = held;  // not a sum of steps: nothing drifts
-      body.free_positions.col(n) = held;
+    }
+    for (std::size_t i = 0; i < body.nodes.size(); ++i) {
+      const int node = body.nodes[i];
+      auto free = body.free_positions.col(static_cast<Eigen::Index>(i));
+      const bool fixed = models_[b].free_index[static_cast<std::size_t>(node)] < 0;
+      free = fixed ? Eigen::Vector3d(tissue_.positions[b].col(node))
+                   : Eigen::Vector3d(free + change * body.held_field.col(node));
     }
   }
 }
@@ -251,15 +301,12 @@ void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
 }
 
 void SimulationLoop::correct_motion(SimulationReport& report) {
-  respond();
   for (std::size_t b = 0; b < models_.size(); ++b) {
     const TissueModel& model = models_[b];
     BodyState& body = bodies_[b];
     Eigen::Matrix3Xd& positions = tissue_.positions[b];
 
-    // p <- p_free + A_f^-1 H^T lambda, with the factor that made p_free: what the haptic loop showed (eq. 6).
-    body.trial = body.free_positions;
-    add_free(model, body.response, 1, body.trial);
+    respond(b);  // with the factor that made p_free
     if (!body.trial.allFinite()) {
       report.flags |= kSimulationNonFinite;
       body.trial = positions;
@@ -300,28 +347,25 @@ void SimulationLoop::swap_factorisation(const SimulationInput& input, Simulation
   if (!input.take_factorisation || !worker_.update()) return;
   report.factorisation_taken = true;
   factorisation_outstanding_ = false;
-  respond();
 }
 
 void SimulationLoop::free_motion(SimulationReport& report) {
   double residual = 0;
   double force = 0;
   for (std::size_t b = 0; b < models_.size(); ++b) {
-    const TissueModel& model = models_[b];
     BodyState& body = bodies_[b];
     body.displacement = body.internal_force - body.needle_force - body.contact_force;
     residual = std::hypot(residual, body.displacement.stableNorm());
     force = std::hypot(force, body.needle_force.stableNorm());
 
-    // p_free = p - A_f^-1 (F_int(p) - contact)   (eq. 7), with F_int - contact = residual + H^T lambda. The second
-    // part is known; the first goes to zero, so the precision of its solve does not move the fixed point.
-    worker_.latest().bodies[b].factor.solve_single(body.displacement, body.displacement, workspace_);
-    body.displacement += body.response;
-    body.free_positions = tissue_.positions[b];
-    add_free(model, body.displacement, -1, body.free_positions);
-    if (!body.free_positions.allFinite()) {
+    // A_f^-1 (F_int - contact - H^T lambda) goes to zero, so the precision of its solve does not move the fixed
+    // point. Half of the solve is left to respond(), when the forces of this step are known: L is read once here,
+    // once there.
+    worker_.latest().bodies[b].factor.eliminate(body.displacement, body.eliminated, workspace_);
+    body.eliminated_force = body.needle_force;
+    if (!body.eliminated.allFinite()) {
       report.flags |= kSimulationNonFinite;
-      body.free_positions = tissue_.positions[b];
+      body.eliminated.setZero();
     }
   }
   report.residual_n = residual;
@@ -337,6 +381,7 @@ void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report
     FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
     report.new_isolated_nodes += factorised.isolated.isolate(body.nodes, models_[b], factorised.factor, workspace_);
     report.isolated_nodes += static_cast<int>(body.nodes.size());
+    free_isolated(b);
   }
   report.contact_count = path_.contact_count();
 }
@@ -354,13 +399,11 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, const N
   request.epoch = tissue_.step;
   for (std::size_t b = 0; b < models_.size(); ++b) {
     request.bodies[b].rotations = bodies_[b].rotations;
-    std::vector<int>& wanted = request.bodies[b].isolated_nodes;
-    wanted = bodies_[b].nodes;
+    request.bodies[b].isolated_nodes = bodies_[b].nodes;
+    request.bodies[b].foreseen_nodes.clear();
     if (needle == nullptr) continue;
-    const std::vector<int> ahead =
+    request.bodies[b].foreseen_nodes =
         path_.nodes_ahead(static_cast<int>(b), *needle, tissue_.positions[b], settings_.look_ahead);
-    const std::size_t room = kMaxPatchNodes - wanted.size();
-    wanted.insert(wanted.end(), ahead.begin(), ahead.begin() + std::min(room, ahead.size()));
   }
   worker_.submit();
   factorisation_outstanding_ = true;
@@ -401,7 +444,7 @@ void SimulationLoop::fill_body(std::size_t b, BodyPatch& out, std::uint32_t& fla
   out.node_count = static_cast<int>(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     out.node_ids[i] = nodes[i];
-    out.free_positions.col(static_cast<Eigen::Index>(i)) = body.free_positions.col(nodes[i]);
+    out.free_positions.col(static_cast<Eigen::Index>(i)) = body.free_positions.col(static_cast<Eigen::Index>(i));
     out.rotations[i] = node_rotation(model, nodes[i], factorised.rotations, body.rotations);
   }
   if (out.w_bar_values.size() < kMaxWBarValues) out.w_bar_values.assign(kMaxWBarValues, 0.0);

@@ -119,7 +119,7 @@ private:
 
   /// Mutable data of a body.
   struct BodyState {
-    Eigen::Matrix3Xd free_positions;            // p_free, all needle force removed
+    Eigen::Matrix3Xd free_positions;            // [3 x isolated] p_free, all needle force removed
     Eigen::Matrix3Xd trial;                     // scratch: corrected positions not yet accepted
     std::vector<Eigen::Quaterniond> rotations;  // [tets] rest -> now
     Eigen::Matrix3Xd nodal_force;               // scratch: F_int at all nodes
@@ -128,15 +128,19 @@ private:
     Eigen::VectorXd contact_force;              // [free DOFs] of other bodies and the probe
     Eigen::Matrix3Xd held_field;                // motion of all nodes per held_amplitude at rest; empty: none
     std::vector<int> loaded_nodes;              // where it is not zero, ascending
-    Eigen::VectorXd response;                   // [free DOFs] A_f^-1 H^T lambda with the factor in use
+    Eigen::VectorXd eliminated;                 // [free DOFs] L^-1 P (F_int - H^T lambda): half of a solve
+    Eigen::VectorXd eliminated_force;           // [free DOFs] the H^T lambda in it
     Eigen::VectorXd displacement;               // [free DOFs] scratch
+    Eigen::VectorXd pass;                       // [free DOFs] scratch, in the order of elimination
     std::vector<int> nodes;                     // isolated now, ascending
     double extent = 0;                          // diagonal of the rest bounding box, m
     int inverted = 0;                           // tetrahedra
   };
 
-  /// A_f^-1 H^T lambda of all bodies with the factor in use: sums of the columns that W_bar is cut from.
-  void respond();
+  /// p - A_f^-1 (F_int - H^T lambda) with the latest forces into body.trial: the other half of the solve (eq. 6).
+  void respond(std::size_t body);
+  /// p_free of the isolated nodes (eq. 7).
+  void free_isolated(std::size_t body);
   /// Where all nodes go when those that are held move, to first order at rest.
   /// @param held  [3 x nodes] motion of the held nodes, zero elsewhere, m
   Eigen::Matrix3Xd field_of(std::size_t body, const Eigen::Matrix3Xd& held);

@@ -1,6 +1,8 @@
 #include "physics/tissue/factorisation.h"
 
 #include "physics/tissue/blas.h"
+#include "physics/tissue/supernodes.h"
+#include "physics/tissue/triangular_inverse.h"
 
 #include <cholmod.h>
 
@@ -15,64 +17,6 @@ namespace {
 // The estimate is an upper bound of 1/condition, often by 10-100. Above it the error of a single-precision solve is a
 // few per cent at most, in the softest modes: what an iteration forgives.
 constexpr double kConditionForSingle = 1e-4;
-constexpr int kPanel = 8;  // columns handled at once: as many streams as the prefetchers follow
-
-using SinglePanel = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic>, 0, Eigen::OuterStride<>>;
-using SingleVector = Eigen::Map<Eigen::VectorXf>;
-
-/// A supernode of L: a dense trapezoid, columns contiguous in the permuted order.
-struct Supernode {
-  Supernode(const cholmod_factor& factor, const std::vector<float>& values, std::size_t s) {
-    const auto* super = static_cast<const int*>(factor.super);
-    const auto* row_start = static_cast<const int*>(factor.pi);
-    const auto* value_start = static_cast<const int*>(factor.px);
-    first = super[s];
-    columns = super[s + 1] - first;
-    rows = row_start[s + 1] - row_start[s];
-    row = static_cast<const int*>(factor.s) + row_start[s];
-    value = values.data() + value_start[s];
-  }
-  /// Columns from `column` on, from the diagonal down: the zeros above it are never read.
-  SinglePanel panel(int column, int width) const {
-    return SinglePanel(value + static_cast<std::ptrdiff_t>(column) * rows + column, rows - column, width,
-                       Eigen::OuterStride<>(rows));
-  }
-  int first = 0;
-  int columns = 0;
-  int rows = 0;  // the first `columns` of them are the diagonal block's
-  const int* row = nullptr;
-  const float* value = nullptr;
-};
-
-/// y = L^-1 y for one supernode's columns, and what they do to the rows below.
-void eliminate(const Supernode& node, float* y, float* scratch) {
-  SingleVector w(scratch, node.rows);
-  w.head(node.columns) = SingleVector(y + node.first, node.columns);
-  w.tail(node.rows - node.columns).setZero();
-  for (int c = 0; c < node.columns; c += kPanel) {
-    const int width = std::min(kPanel, node.columns - c);
-    const SinglePanel l = node.panel(c, width);
-    l.topRows(width).triangularView<Eigen::Lower>().solveInPlace(w.segment(c, width));
-    const int below = node.rows - c - width;
-    w.tail(below).noalias() -= l.bottomRows(below) * w.segment(c, width);
-  }
-  SingleVector(y + node.first, node.columns) = w.head(node.columns);
-  for (int i = node.columns; i < node.rows; ++i) y[node.row[i]] += w[i];
-}
-
-/// y = L^-T y for one supernode's columns, from the rows below.
-void substitute_back(const Supernode& node, float* y, float* scratch) {
-  SingleVector w(scratch, node.rows);
-  for (int i = 0; i < node.rows; ++i) w[i] = y[node.row[i]];
-  for (int c = (node.columns - 1) / kPanel * kPanel; c >= 0; c -= kPanel) {
-    const int width = std::min(kPanel, node.columns - c);
-    const SinglePanel l = node.panel(c, width);
-    const int below = node.rows - c - width;
-    w.segment(c, width).noalias() -= l.bottomRows(below).transpose() * w.tail(below);
-    l.topRows(width).triangularView<Eigen::Lower>().transpose().solveInPlace(w.segment(c, width));
-  }
-  SingleVector(y + node.first, node.columns) = w.head(node.columns);
-}
 
 /// CHOLMOD's view of the pattern and its values: symmetric, lower triangle stored.
 cholmod_sparse lower_triangle(const StiffnessPattern& pattern, const double* values) {
@@ -90,6 +34,35 @@ cholmod_sparse lower_triangle(const StiffnessPattern& pattern, const double* val
   a.sorted = 1;
   a.packed = 1;
   return a;
+}
+
+/// `order` with `trailing` moved to its end and the rest postordered by itself: children right before their parents,
+/// which is what makes supernodes. Empty if there is no memory.
+std::vector<int> constrained_order(std::span<const int> order, std::span<const int> trailing,
+                                   const StiffnessPattern& pattern, cholmod_common* common) {
+  std::vector<char> is_trailing(order.size(), 0);
+  for (const int dof : trailing) is_trailing[static_cast<std::size_t>(dof)] = 1;
+  std::vector<int> rest;
+  rest.reserve(order.size());
+  for (const int dof : order) {
+    if (is_trailing[static_cast<std::size_t>(dof)] == 0) rest.push_back(dof);
+  }
+  std::vector<int> constrained = rest;
+  constrained.insert(constrained.end(), trailing.begin(), trailing.end());
+
+  cholmod_sparse a = lower_triangle(pattern, nullptr);
+  cholmod_sparse* upper = cholmod_ptranspose(&a, 0, constrained.data(), nullptr, 0, common);
+  if (upper == nullptr) return {};
+  std::vector<int> parent(order.size());
+  const bool found = cholmod_etree(upper, parent.data(), common) != 0;
+  cholmod_free_sparse(&upper, common);
+  if (!found) return {};
+  const auto leading = static_cast<int>(rest.size());
+  for (int& p : parent) p = p < leading ? p : -1;
+  std::vector<int> postorder(rest.size());
+  if (cholmod_postorder(parent.data(), rest.size(), nullptr, postorder.data(), common) != leading) return {};
+  for (std::size_t i = 0; i < rest.size(); ++i) constrained[i] = rest[static_cast<std::size_t>(postorder[i])];
+  return constrained;
 }
 
 /// A common block for copying and freeing factors: those need no settings.
@@ -124,9 +97,15 @@ Factorisation::Factorisation(const StiffnessPattern& pattern, SolveWorkspace& wo
   cholmod_sparse a = lower_triangle(pattern, nullptr);
   factor_ = cholmod_analyze(&a, workspace.common());
   if (factor_ == nullptr) throw std::runtime_error("tissue: symbolic factorisation failed; is there enough memory?");
+  const auto* order = static_cast<const int*>(factor_->Perm);
+  fill_reducing_.assign(order, order + factor_->n);
 }
 
-Factorisation::Factorisation(const Factorisation& other) : single_(other.single_) {
+Factorisation::Factorisation(const Factorisation& other)
+    : single_(other.single_),
+      fill_reducing_(other.fill_reducing_),
+      trailing_(other.trailing_),
+      trailing_block_(other.trailing_block_) {
   if (other.factor_ == nullptr) return;
   PlainCommon plain;
   factor_ = cholmod_copy_factor(other.factor_, &plain.common);
@@ -134,14 +113,35 @@ Factorisation::Factorisation(const Factorisation& other) : single_(other.single_
 }
 
 Factorisation::Factorisation(Factorisation&& other) noexcept
-    : factor_(other.factor_), single_(std::move(other.single_)) {
-  other.factor_ = nullptr;
-}
+    : factor_(std::exchange(other.factor_, nullptr)),
+      single_(std::move(other.single_)),
+      fill_reducing_(std::move(other.fill_reducing_)),
+      trailing_(std::move(other.trailing_)),
+      trailing_block_(std::move(other.trailing_block_)) {}
 
 Factorisation::~Factorisation() {
   if (factor_ == nullptr) return;
   PlainCommon plain;
   cholmod_free_factor(&factor_, &plain.common);
+}
+
+bool Factorisation::order_last(std::span<const int> trailing, const StiffnessPattern& pattern,
+                               SolveWorkspace& workspace) {
+  std::vector<int> order = constrained_order(fill_reducing_, trailing, pattern, workspace.common());
+  if (order.empty()) return false;
+  cholmod_common& common = *workspace.common();
+  common.method[0].ordering = CHOLMOD_GIVEN;
+  common.postorder = 0;  // CHOLMOD's would mix the trailing DOFs with the rest
+  cholmod_sparse a = lower_triangle(pattern, nullptr);
+  cholmod_factor* analysed = cholmod_analyze_p(&a, order.data(), nullptr, 0, &common);
+  common.method[0].ordering = CHOLMOD_METIS;
+  common.postorder = 1;
+  if (analysed == nullptr) return false;
+  cholmod_free_factor(&factor_, &common);
+  factor_ = analysed;
+  single_.clear();
+  trailing_.assign(trailing.begin(), trailing.end());
+  return true;
 }
 
 bool Factorisation::factorise(const StiffnessPattern& pattern, std::span<const double> values,
@@ -155,6 +155,7 @@ bool Factorisation::factorise(const StiffnessPattern& pattern, std::span<const d
       factor_->minor != factor_->n) {
     return false;
   }
+  copy_trailing_block();
   single_.clear();
   if (reciprocal_condition(workspace) >= kConditionForSingle) {
     const auto* l = static_cast<const double*>(factor_->x);
@@ -162,6 +163,24 @@ bool Factorisation::factorise(const StiffnessPattern& pattern, std::span<const d
     std::transform(l, l + factor_->xsize, single_.begin(), [](double value) { return static_cast<float>(value); });
   }
   return true;
+}
+
+void Factorisation::copy_trailing_block() {
+  const int start = leading();
+  const auto size = static_cast<Eigen::Index>(trailing_.size());
+  trailing_block_.setZero(size, size);
+  const auto* l = static_cast<const double*>(factor_->x);
+  for (std::size_t s = factor_->nsuper; s-- > 0;) {
+    const Supernode<double> node(*factor_, l, s, dof_count());
+    if (node.first + node.columns <= start) break;
+    // A supernode may hold the last of the leading columns and the first of the trailing ones.
+    for (int c = std::max(0, start - node.first); c < node.columns; ++c) {
+      const auto column = node.panel(c, 1);
+      for (int i = c; i < node.rows; ++i) {
+        trailing_block_(node.row[i] - start, node.first + c - start) = column(i - c, 0);
+      }
+    }
+  }
 }
 
 double Factorisation::reciprocal_condition(SolveWorkspace& workspace) const {
@@ -188,29 +207,109 @@ void Factorisation::solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref
 
 void Factorisation::solve_single(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x,
                                  SolveWorkspace& workspace) const {
-  // Scaled to its largest entry: neither tiny residuals nor huge ones leave the range of a float.
-  const double scale = b.cwiseAbs().maxCoeff();
-  if (scale == 0) {
-    x.setZero();
-    return;
+  workspace.eliminated_.resize(b.size());
+  eliminate(b, workspace.eliminated_, workspace);
+  substitute_back(workspace.eliminated_, x, workspace);
+}
+
+void Factorisation::eliminate(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> y,
+                              SolveWorkspace& workspace) const {
+  if (single_.empty()) {
+    eliminate_in(static_cast<const double*>(factor_->x), b, y, workspace.double_);
+  } else {
+    eliminate_in(single_.data(), b, y, workspace.single_);
   }
-  if (single_.empty() || !std::isfinite(scale)) {
-    solve(b, x, workspace);
+}
+
+void Factorisation::substitute_back(const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> x,
+                                    SolveWorkspace& workspace) const {
+  if (single_.empty()) {
+    substitute_back_in(static_cast<const double*>(factor_->x), y, x, workspace.double_);
+  } else {
+    substitute_back_in(single_.data(), y, x, workspace.single_);
+  }
+}
+
+template <typename Scalar>
+void Factorisation::eliminate_in(const Scalar* l, const Eigen::Ref<const Eigen::VectorXd>& b,
+                                 Eigen::Ref<Eigen::VectorXd> y, SolveWorkspace::Passes<Scalar>& passes) const {
+  // Scaled to its largest entry: neither tiny residuals nor huge ones leave the range of a float.
+  const double scale = b.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+  if (scale == 0 || !std::isfinite(scale)) {
+    y.setConstant(scale == 0 ? 0 : std::nan(""));  // a bad number stays visible
     return;
   }
   const auto* order = static_cast<const int*>(factor_->Perm);
-  const auto n = static_cast<Eigen::Index>(factor_->n);
-  workspace.permuted_.resize(factor_->n);
-  workspace.gathered_.resize(factor_->maxesize + factor_->n);
-  float* const y = workspace.permuted_.data();
-  for (Eigen::Index i = 0; i < n; ++i) y[i] = static_cast<float>(b[order[i]] / scale);
+  const int n = dof_count();
+  const int start = leading();
+  passes.permuted.resize(factor_->n);
+  passes.gathered.resize(factor_->maxesize + factor_->n);
+  Scalar* const x = passes.permuted.data();
+  for (int i = 0; i < start; ++i) x[i] = static_cast<Scalar>(b[order[i]] / scale);
+  std::fill(x + start, x + n, Scalar(0));  // for what the leading part does to S
   for (std::size_t s = 0; s < factor_->nsuper; ++s) {
-    eliminate(Supernode(*factor_, single_, s), y, workspace.gathered_.data());
+    const Supernode<Scalar> node(*factor_, l, s, start);
+    if (node.columns <= 0) break;
+    physics::eliminate(node, x, passes.gathered.data());
   }
+  for (int i = 0; i < n; ++i) y[i] = scale * static_cast<double>(x[i]);
+  if (start == n) return;
+  for (int i = start; i < n; ++i) y[i] += b[order[i]];
+  auto y_s = y.tail(n - start);
+  trailing_block_.triangularView<Eigen::Lower>().solveInPlace(y_s);
+}
+
+template <typename Scalar>
+void Factorisation::substitute_back_in(const Scalar* l, const Eigen::Ref<const Eigen::VectorXd>& y,
+                                       Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace::Passes<Scalar>& passes) const {
+  const int n = dof_count();
+  const int start = leading();
+  const Eigen::VectorXd x_s = substitute_back_trailing(y);
+  const auto largest = [](const auto& v) {
+    return v.size() == 0 ? 0 : v.cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
+  };
+  const double scale = largest(y.head(start)) + largest(x_s);
+  if (scale == 0 || !std::isfinite(scale)) {
+    x.setConstant(scale == 0 ? 0 : std::nan(""));
+    return;
+  }
+  const auto* order = static_cast<const int*>(factor_->Perm);
+  passes.permuted.resize(factor_->n);
+  passes.gathered.resize(factor_->maxesize + factor_->n);
+  Scalar* const z = passes.permuted.data();
+  for (int i = 0; i < start; ++i) z[i] = static_cast<Scalar>(y[i] / scale);
+  for (int i = start; i < n; ++i) z[i] = static_cast<Scalar>(x_s[i - start] / scale);
   for (std::size_t s = factor_->nsuper; s-- > 0;) {
-    substitute_back(Supernode(*factor_, single_, s), y, workspace.gathered_.data());
+    const Supernode<Scalar> node(*factor_, l, s, start);
+    if (node.columns > 0) physics::substitute_back(node, z, passes.gathered.data());
   }
-  for (Eigen::Index i = 0; i < n; ++i) x[order[i]] = scale * static_cast<double>(y[i]);
+  for (int i = 0; i < start; ++i) x[order[i]] = scale * static_cast<double>(z[i]);
+  for (int i = start; i < n; ++i) x[order[i]] = x_s[i - start];
+}
+
+Eigen::MatrixXd Factorisation::substitute_back_trailing(const Eigen::Ref<const Eigen::MatrixXd>& y) const {
+  return trailing_block_.triangularView<Eigen::Lower>().transpose().solve(y.bottomRows(trailing_block_.rows()));
+}
+
+void Factorisation::eliminate_columns(Eigen::Ref<Eigen::MatrixXd> b, SolveWorkspace& workspace) const {
+  const auto* order = static_cast<const int*>(factor_->Perm);
+  const int n = dof_count();
+  Eigen::VectorXd& permuted = workspace.eliminated_;
+  permuted.resize(n);
+  for (Eigen::Index c = 0; c < b.cols(); ++c) {
+    for (int i = 0; i < n; ++i) permuted[i] = b(order[i], c);
+    b.col(c) = permuted;
+  }
+  const auto* l = static_cast<const double*>(factor_->x);
+  for (std::size_t s = 0; s < factor_->nsuper; ++s) {
+    physics::eliminate_columns(Supernode<double>(*factor_, l, s, n), b, workspace.below_);
+  }
+}
+
+void Factorisation::trailing_compliance(Eigen::Ref<Eigen::MatrixXd> compliance) const {
+  compliance = trailing_block_;
+  invert_lower_triangle(compliance);
+  multiply_by_own_transpose(compliance);
 }
 
 int Factorisation::dof_count() const {

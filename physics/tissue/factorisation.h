@@ -1,4 +1,5 @@
-// Sparse Cholesky factorisation of a body's system matrix A_v (CHOLMOD, supernodal, METIS).
+// Sparse Cholesky factorisation of a body's system matrix A_v (CHOLMOD, supernodal, METIS), with the DOFs whose
+// compliance will be asked for eliminated last.
 #pragma once
 
 #include "physics/tissue/stiffness.h"
@@ -32,22 +33,41 @@ private:
   cholmod_dense_struct* x_ = nullptr;  // CHOLMOD reuses these where they are large enough
   cholmod_dense_struct* y_ = nullptr;
   cholmod_dense_struct* e_ = nullptr;
-  std::vector<float> permuted_;  // single-precision solves
-  std::vector<float> gathered_;
+  // Of the two halves of a solve: a vector in the order of elimination, and the rows of one supernode.
+  template <typename Scalar>
+  struct Passes {
+    std::vector<Scalar> permuted;
+    std::vector<Scalar> gathered;
+  };
+  Passes<float> single_;
+  Passes<double> double_;
+  Eigen::VectorXd eliminated_;
+  Eigen::MatrixXd below_;
 };
 
 /// P A P^T = L L^T. Copying copies L (that is how the slots of a LatestValue are filled at load).
 /// Reading (solve) is const and safe from several threads, each with its own workspace.
+///
+/// The trailing DOFs S are eliminated last. With L_SS their block of L, the compliance of S is (L_SS L_SS^T)^-1 and
+/// needs no solve; a force on S leaves all of L but L_SS alone in the first half of a solve   (physics/README.md eq.
+/// 8)
 class Factorisation {
 public:
   Factorisation() = default;
-  /// Symbolic analysis of the pattern: fill-reducing order and supernodes, once for the life of the mesh.
+  /// Symbolic analysis of the pattern: fill-reducing order and supernodes, without trailing DOFs.
   /// @throws std::runtime_error if CHOLMOD refuses (out of memory)
   Factorisation(const StiffnessPattern& pattern, SolveWorkspace& workspace);
   Factorisation(const Factorisation& other);
   Factorisation(Factorisation&& other) noexcept;
   Factorisation& operator=(const Factorisation&) = delete;
   ~Factorisation();
+
+  /// Analyses again with other trailing DOFs; factorise() must follow. The rest keeps the fill-reducing order.
+  /// @param trailing  distinct DOFs; they are eliminated in this order
+  /// @return false if CHOLMOD refuses (out of memory): the factor stays as it was
+  bool order_last(std::span<const int> trailing, const StiffnessPattern& pattern, SolveWorkspace& workspace);
+  /// The trailing DOFs S, in their order.
+  std::span<const int> trailing() const { return trailing_; }
 
   /// Numeric factorisation, into the storage of the last one.
   /// @param values  lower triangle in the pattern's order [pattern.nonzeros()]
@@ -66,6 +86,26 @@ public:
   void solve_single(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x,
                     SolveWorkspace& workspace) const;
 
+  // The halves of solve_single(), so that a force known later can be added in between. L_SS is applied in double.
+
+  /// y = L^-1 P b. Costs what b reaches in the elimination tree: next to nothing for forces on S.
+  /// @param b  [DOFs]
+  /// @param y  [DOFs] in the order of elimination, S at its end
+  void eliminate(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> y,
+                 SolveWorkspace& workspace) const;
+  /// x = P^T L^-T y. x may be y's own storage.
+  void substitute_back(const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> x,
+                       SolveWorkspace& workspace) const;
+  /// The same on S alone, x_S = L_SS^-T y_S, for any number of columns.
+  /// @param y  [DOFs x columns], as above
+  Eigen::MatrixXd substitute_back_trailing(const Eigen::Ref<const Eigen::MatrixXd>& y) const;
+  /// y = L^-1 P b in double for several columns at once, in place [DOFs x columns].
+  void eliminate_columns(Eigen::Ref<Eigen::MatrixXd> b, SolveWorkspace& workspace) const;
+
+  /// (L_SS L_SS^T)^-1, the block of A^-1 of the trailing DOFs in their order, exactly symmetric.
+  /// @param[out] compliance  [S x S], m/N
+  void trailing_compliance(Eigen::Ref<Eigen::MatrixXd> compliance) const;
+
   /// A cheap estimate from the diagonal of L: 1 is best, below 1e-13 the body is hardly held.
   double reciprocal_condition(SolveWorkspace& workspace) const;
   int dof_count() const;
@@ -73,8 +113,20 @@ public:
   std::size_t factor_nonzeros() const;
 
 private:
+  int leading() const { return dof_count() - static_cast<int>(trailing_.size()); }
+  void copy_trailing_block();
+  template <typename Scalar>
+  void eliminate_in(const Scalar* l, const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> y,
+                    SolveWorkspace::Passes<Scalar>& passes) const;
+  template <typename Scalar>
+  void substitute_back_in(const Scalar* l, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> x,
+                          SolveWorkspace::Passes<Scalar>& passes) const;
+
   cholmod_factor_struct* factor_ = nullptr;
-  std::vector<float> single_;  // L's supernodes as CHOLMOD lays them out; empty where A is too ill-conditioned
+  std::vector<float> single_;       // L's supernodes as CHOLMOD lays them out; empty where A is too ill-conditioned
+  std::vector<int> fill_reducing_;  // [DOFs] the order without trailing DOFs
+  std::vector<int> trailing_;
+  Eigen::MatrixXd trailing_block_;  // L_SS, zero above the diagonal
 };
 
 }  // namespace stylet::physics

@@ -2,6 +2,7 @@
 
 #include "physics/loops/messages.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -45,9 +46,50 @@ FactorisedTissue factorised_at_rest(std::span<const TissueModel> models, std::sp
       throw std::invalid_argument("tissue: body " + std::to_string(b) +
                                   " can move freely; fix more of its nodes, at least three that are not on one line");
     }
-    result.bodies.push_back({std::move(factor), IsolatedDofs(models[b].node_count(), kMaxPatchNodes), rest});
+    result.bodies.push_back({.factor = std::move(factor),
+                             .trailing_nodes = {},
+                             .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes),
+                             .rotations = rest});
   }
   return result;
+}
+
+/// The free ones of the nodes that the request names, without doubles, the isolated ones first.
+std::vector<int> corridor_of(const FactorisationRequest::Body& request, const TissueModel& model) {
+  std::vector<int> corridor;
+  std::vector<char> taken(model.mesh.nodes.size(), 0);
+  for (const std::vector<int>* nodes : {&request.isolated_nodes, &request.foreseen_nodes}) {
+    for (const int node : *nodes) {
+      const auto n = static_cast<std::size_t>(node);
+      if (model.free_index[n] < 0 || taken[n] != 0 || corridor.size() == kMaxPatchNodes) continue;
+      taken[n] = 1;
+      corridor.push_back(node);
+    }
+  }
+  return corridor;
+}
+
+bool covers(std::span<const int> corridor, const FactorisationRequest::Body& request, const TissueModel& model) {
+  std::vector<char> covered(model.mesh.nodes.size(), 0);
+  for (const int node : corridor) covered[static_cast<std::size_t>(node)] = 1;
+  const auto all_covered = [&](std::span<const int> nodes) {
+    return std::all_of(nodes.begin(), nodes.end(), [&](int node) {
+      const auto n = static_cast<std::size_t>(node);
+      return covered[n] != 0 || model.free_index[n] < 0;
+    });
+  };
+  const std::span<const int> foreseen = request.foreseen_nodes;
+  return all_covered(request.isolated_nodes) && all_covered(foreseen.first(foreseen.size() / 2));
+}
+
+std::vector<int> dofs_of(std::span<const int> nodes, const TissueModel& model) {
+  std::vector<int> dofs;
+  dofs.reserve(3 * nodes.size());
+  for (const int node : nodes) {
+    const int free = model.free_index[static_cast<std::size_t>(node)];
+    for (int c = 0; c < 3; ++c) dofs.push_back(3 * free + c);
+  }
+  return dofs;
 }
 
 }  // namespace
@@ -59,6 +101,7 @@ FactorisationWorker::FactorisationWorker(std::span<const TissueModel> models, do
       requests_(sized_request(models)),
       results_(factorised_at_rest(models, patterns_, dt, workspace_)) {
   for (const StiffnessPattern& pattern : patterns_) values_.emplace_back(pattern.nonzeros());
+  corridors_.resize(models.size());
 }
 
 void FactorisationWorker::submit() {
@@ -70,18 +113,23 @@ bool FactorisationWorker::step() {
   if (!requests_.update()) return false;
   const FactorisationRequest& request = requests_.front();
   FactorisedTissue& result = results_.back();
-  bool positive_definite = true;
-  for (std::size_t b = 0; b < models_.size(); ++b) {
+  bool factorised = true;
+  for (std::size_t b = 0; factorised && b < models_.size(); ++b) {
     const FactorisationRequest::Body& wanted = request.bodies[b];
     FactorisedTissue::Body& body = result.bodies[b];
+    if (!covers(corridors_[b], wanted, models_[b])) corridors_[b] = corridor_of(wanted, models_[b]);
+    if (body.trailing_nodes != corridors_[b]) {  // each slot has a factor of its own
+      factorised = body.factor.order_last(dofs_of(corridors_[b], models_[b]), patterns_[b], workspace_);
+      if (!factorised) break;
+      body.trailing_nodes = corridors_[b];
+    }
     patterns_[b].assemble(models_[b], wanted.rotations, damping_scale(models_[b], dt_), values_[b]);
-    positive_definite = positive_definite && body.factor.factorise(patterns_[b], values_[b], workspace_);
-    if (!positive_definite) break;
+    factorised = body.factor.factorise(patterns_[b], values_[b], workspace_);
+    if (!factorised) break;
     body.rotations = wanted.rotations;
-    body.isolated.clear();
-    body.isolated.isolate(wanted.isolated_nodes, models_[b], body.factor, workspace_);
+    body.isolated.reset(body.trailing_nodes, models_[b], body.factor);
   }
-  if (positive_definite) {
+  if (factorised) {
     result.epoch = request.epoch;
     results_.publish();
   } else {

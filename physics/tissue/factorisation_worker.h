@@ -20,7 +20,8 @@ namespace stylet::physics {
 struct FactorisationRequest {
   struct Body {
     std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
-    std::vector<int> isolated_nodes;            ///< whose columns of A^-1 are wanted with the factor
+    std::vector<int> isolated_nodes;            ///< now: will be among the factor's trailing nodes
+    std::vector<int> foreseen_nodes;            ///< isolated soon, the likeliest first
   };
   std::uint64_t epoch = 0;  ///< simulation step of the state
   std::vector<Body> bodies;
@@ -30,7 +31,8 @@ struct FactorisationRequest {
 struct FactorisedTissue {
   struct Body {
     Factorisation factor;
-    IsolatedDofs isolated;  ///< of the request's nodes; whoever holds the value may add more (its own slot)
+    std::vector<int> trailing_nodes;            ///< eliminated last: isolated and foreseen in some request
+    IsolatedDofs isolated;                      ///< knows those; whoever holds the value may add more (its own slot)
     std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
   };
   std::uint64_t epoch = 0;
@@ -38,6 +40,8 @@ struct FactorisedTissue {
 };
 
 /// Between the simulation thread (request, update, latest) and the worker thread (step). No locks.
+/// The nodes eliminated last are chosen anew, with another symbolic analysis, only when they lack an isolated node or
+/// one of the nearer half of the foreseen ones: the other half is the margin that makes this rare.
 class FactorisationWorker {
 public:
   /// Analyses and factorises the bodies at rest: latest() is valid, epoch 0. `models` must outlive the worker.
@@ -71,6 +75,7 @@ private:
   SolveWorkspace workspace_;  // worker's, after construction
   std::vector<StiffnessPattern> patterns_;
   std::vector<std::vector<double>> values_;
+  std::vector<std::vector<int>> corridors_;  // [bodies] nodes to eliminate last, at most kMaxPatchNodes
   LatestValue<FactorisationRequest> requests_;
   LatestValue<FactorisedTissue> results_;
   std::atomic<std::uint64_t> requested_{0};

@@ -1,12 +1,28 @@
 #include "physics/tissue/isolated_dofs.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 namespace stylet::physics {
 namespace {
 
-constexpr int kNodesPerSolve = 16;  // 48 right-hand sides: BLAS 3 in the supernodes, bounded scratch
+constexpr int kNodesPerPass = 16;  // 48 right-hand sides: matrix products in the supernodes, bounded scratch
+
+/// A node mistaken for another gives a W_bar that looks right and is not.
+void require_coverage(std::span<const int> nodes, const TissueModel& model, const Factorisation& factor) {
+  const std::span<const int> dofs = factor.trailing();
+  bool covered = dofs.size() == 3 * nodes.size();
+  for (std::size_t k = 0; covered && k < dofs.size(); ++k) {
+    const int free = model.free_index[static_cast<std::size_t>(nodes[k / 3])];
+    covered = free >= 0 && dofs[k] == 3 * free + static_cast<int>(k % 3);
+  }
+  if (covered) return;
+  std::fprintf(stderr, "isolated DOFs: %zu nodes are not those of the factor's %zu trailing DOFs\n", nodes.size(),
+               dofs.size());
+  std::abort();
+}
 
 }  // namespace
 
@@ -16,94 +32,119 @@ IsolatedDofs::IsolatedDofs(int body_nodes, int capacity)
 }
 
 void IsolatedDofs::clear() {
-  for (const int node : known_) slot_[static_cast<std::size_t>(node)] = -1;
+  for (const Known& known : known_) slot_[static_cast<std::size_t>(known.node)] = -1;
   known_.clear();
+}
+
+void IsolatedDofs::reset(std::span<const int> trailing, const TissueModel& model, const Factorisation& factor) {
+  require_coverage(trailing, model, factor);
+  clear();
+  const auto size = static_cast<Eigen::Index>(3 * trailing.size());
+  factor.trailing_compliance(w_.topLeftCorner(size, size));
+  for (const int node : trailing) {
+    const auto place = static_cast<int>(known_.size());
+    slot_[static_cast<std::size_t>(node)] = place;
+    known_.push_back({.node = node, .trailing = place, .forward = {}});
+  }
 }
 
 void IsolatedDofs::keep_only(std::span<const int> nodes) {
   std::vector<char> wanted(slot_.size(), 0);
   for (const int node : nodes) wanted[static_cast<std::size_t>(node)] = 1;
   std::vector<int> old_slots;
-  std::vector<int> kept;
   for (std::size_t s = 0; s < known_.size(); ++s) {
-    if (wanted[static_cast<std::size_t>(known_[s])] == 0) continue;
+    const auto node = static_cast<std::size_t>(known_[s].node);
+    slot_[node] = -1;
+    if (wanted[node] == 0) continue;
+    const std::size_t kept = old_slots.size();
+    slot_[node] = static_cast<int>(kept);
     old_slots.push_back(static_cast<int>(s));
-    kept.push_back(known_[s]);
+    if (kept != s) known_[kept] = std::move(known_[s]);
   }
+  known_.resize(old_slots.size());
   // Blocks only move towards the top left, in an order in which nothing is overwritten before it is read.
-  for (std::size_t j = 0; j < kept.size(); ++j) {
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      const Eigen::Matrix3d block = w_.block<3, 3>(3 * old_slots[i], 3 * old_slots[j]);
-      w_.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) = block;
+  for (std::size_t j = 0; j < old_slots.size(); ++j) {
+    for (std::size_t i = 0; i < old_slots.size(); ++i) {
+      const Eigen::Matrix3d moved = w_.block<3, 3>(3 * old_slots[i], 3 * old_slots[j]);
+      w_.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) = moved;
     }
   }
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    std::swap(columns_[i], columns_[static_cast<std::size_t>(old_slots[i])]);
-  }
-  clear();
-  known_ = kept;
-  for (std::size_t s = 0; s < known_.size(); ++s) slot_[static_cast<std::size_t>(known_[s])] = static_cast<int>(s);
 }
 
 int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, const Factorisation& factor,
                           SolveWorkspace& workspace) {
   std::vector<int> fresh;
   for (const int node : nodes) {
-    const auto n = static_cast<std::size_t>(node);
-    if (slot_[n] < 0 && model.free_index[n] >= 0) fresh.push_back(node);
+    if (!known(node) && model.free_index[static_cast<std::size_t>(node)] >= 0) fresh.push_back(node);
   }
   if (known_.size() + fresh.size() > static_cast<std::size_t>(capacity_)) keep_only(nodes);
 
   Eigen::MatrixXd& columns = workspace.columns;
-  for (std::size_t begin = 0; begin < fresh.size(); begin += kNodesPerSolve) {
-    const std::size_t count = std::min<std::size_t>(kNodesPerSolve, fresh.size() - begin);
-    const auto width = static_cast<Eigen::Index>(3 * count);
-    columns.setZero(factor.dof_count(), width);
+  for (std::size_t begin = 0; begin < fresh.size(); begin += kNodesPerPass) {
+    const std::size_t count = std::min<std::size_t>(kNodesPerPass, fresh.size() - begin);
+    columns.setZero(factor.dof_count(), static_cast<Eigen::Index>(3 * count));
     for (std::size_t k = 0; k < count; ++k) {
       const int dof = 3 * model.free_index[static_cast<std::size_t>(fresh[begin + k])];
       for (int c = 0; c < 3; ++c) columns(dof + c, static_cast<Eigen::Index>(3 * k) + c) = 1;
     }
-    factor.solve(columns, columns, workspace);
+    factor.eliminate_columns(columns, workspace);
+    const Eigen::MatrixXd on_trailing = factor.substitute_back_trailing(columns);
     for (std::size_t k = 0; k < count; ++k) {
-      const int node = fresh[begin + k];
-      slot_[static_cast<std::size_t>(node)] = static_cast<int>(known_.size());
-      known_.push_back(node);
-      if (columns_.size() < known_.size()) columns_.emplace_back();
-      columns_[known_.size() - 1] = columns.middleCols<3>(static_cast<Eigen::Index>(3 * k));
-      const auto j = static_cast<Eigen::Index>(3 * (known_.size() - 1));
-      for (std::size_t s = 0; s < known_.size(); ++s) {
-        const int dof = 3 * model.free_index[static_cast<std::size_t>(known_[s])];
-        const auto i = static_cast<Eigen::Index>(3 * s);
-        Eigen::Matrix3d block = columns.block<3, 3>(dof, static_cast<Eigen::Index>(3 * k));
-        if (i == j) block = 0.5 * (block + block.transpose()).eval();  // symmetric up to rounding: make it exactly so
-        w_.block<3, 3>(i, j) = block;
-        w_.block<3, 3>(j, i) = block.transpose();
-      }
+      const auto c = static_cast<Eigen::Index>(3 * k);
+      add(fresh[begin + k], columns.middleCols<3>(c), on_trailing.middleCols<3>(c));
     }
   }
   return static_cast<int>(fresh.size());
 }
 
-bool IsolatedDofs::add_response(int node, const Eigen::Vector3d& force,
-                                Eigen::Ref<Eigen::VectorXd> displacement) const {
-  const int slot = slot_[static_cast<std::size_t>(node)];
-  if (slot < 0) return false;
-  const Eigen::MatrixX3d& columns = columns_[static_cast<std::size_t>(slot)];
-  displacement += columns.col(0) * force[0] + columns.col(1) * force[1] + columns.col(2) * force[2];
-  return true;
+void IsolatedDofs::add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forward,
+                       const Eigen::Ref<const Eigen::MatrixX3d>& on_trailing) {
+  const auto j = static_cast<Eigen::Index>(3 * known_.size());
+  slot_[static_cast<std::size_t>(node)] = static_cast<int>(known_.size());
+  known_.push_back({.node = node, .trailing = -1, .forward = forward});
+  for (std::size_t s = 0; s < known_.size(); ++s) {
+    const auto i = static_cast<Eigen::Index>(3 * s);
+    const Known& other = known_[s];
+    Eigen::Matrix3d compliance;
+    if (other.trailing >= 0) {
+      compliance = on_trailing.middleRows<3>(3 * other.trailing);
+    } else {
+      compliance.noalias() = other.forward.transpose() * forward;
+    }
+    // Symmetric up to rounding: make it exactly so.
+    if (i == j) compliance = 0.5 * (compliance + compliance.transpose()).eval();
+    w_.block<3, 3>(i, j) = compliance;
+    w_.block<3, 3>(j, i) = compliance.transpose();
+  }
 }
 
 void IsolatedDofs::gather(std::span<const int> nodes, Eigen::Ref<Eigen::MatrixXd> w_bar) const {
   for (std::size_t b = 0; b < nodes.size(); ++b) {
-    const int column = slot_[static_cast<std::size_t>(nodes[b])];
     for (std::size_t a = 0; a < nodes.size(); ++a) {
-      const int row = slot_[static_cast<std::size_t>(nodes[a])];
-      auto block = w_bar.block<3, 3>(static_cast<Eigen::Index>(3 * a), static_cast<Eigen::Index>(3 * b));
-      if (row < 0 || column < 0) {
-        block.setZero();
+      auto to = w_bar.block<3, 3>(static_cast<Eigen::Index>(3 * a), static_cast<Eigen::Index>(3 * b));
+      if (known(nodes[a]) && known(nodes[b])) {
+        to = block(nodes[a], nodes[b]);
       } else {
-        block = w_.block<3, 3>(3 * row, 3 * column);
+        to.setZero();
       }
+    }
+  }
+}
+
+void IsolatedDofs::solution_at(std::span<const int> nodes, const Eigen::VectorXd& eliminated,
+                               const Factorisation& factor, Eigen::Ref<Eigen::Matrix3Xd> x) const {
+  const Eigen::VectorXd on_trailing = factor.substitute_back_trailing(eliminated);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    auto to = x.col(static_cast<Eigen::Index>(k));
+    if (!known(nodes[k])) {
+      to.setZero();
+      continue;
+    }
+    const Known& entry = known_[static_cast<std::size_t>(slot_[static_cast<std::size_t>(nodes[k])])];
+    if (entry.trailing >= 0) {
+      to = on_trailing.segment<3>(3 * entry.trailing);
+    } else {
+      to.noalias() = entry.forward.transpose() * eliminated;
     }
   }
 }

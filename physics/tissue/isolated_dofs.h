@@ -1,5 +1,4 @@
-// W_bar: the compliance of the few nodes the needle touches (paper II-B, the IsoDOFs method), and the columns of A^-1
-// it is cut from.
+// W_bar: the compliance of the few nodes the needle touches (paper II-B, the IsoDOFs method).
 #pragma once
 
 #include "physics/tissue/factorisation.h"
@@ -13,10 +12,9 @@
 namespace stylet::physics {
 
 /// W_bar = I_bar A^-1 I_bar^T for a changing set of nodes and a fixed factor   (physics/README.md eq. 8)
-/// Entries stay valid while the factor does, so only nodes that were not isolated before cost a solve. A^-1 is
-/// symmetric: the full column of a new DOF holds its coupling with all old ones. The columns are kept, so that the
-/// whole body's response to forces on known nodes is a sum of columns and not a solve: for k nodes 3k numbers a DOF
-/// are read instead of L twice. Memory: 24 bytes a DOF and known node.
+/// The trailing nodes of the factor come for the inverse of a small block (reset()). Any other node costs the first
+/// half of a solve for its three DOFs, y = L^-1 P e, once while the factor lasts: A^-1[a, b] = y_a . y_b, and with a
+/// trailing node the solution on S is enough. Memory: 24 bytes a DOF for each of those other nodes.
 class IsolatedDofs {
 public:
   /// @param capacity  nodes that can be isolated at once
@@ -24,6 +22,10 @@ public:
 
   /// Forgets everything: the factor has changed.
   void clear();
+  /// Forgets everything but knows the trailing nodes of the new factor.
+  /// @param trailing  free nodes whose DOFs, three a node, are `factor.trailing()`; at most `capacity`. Aborts
+  ///                  otherwise: W_bar would be that of other nodes
+  void reset(std::span<const int> trailing, const TissueModel& model, const Factorisation& factor);
   /// Makes the compliance of `nodes` available; returns how many nodes had to be computed.
   /// @param nodes  free or fixed nodes, distinct, at most `capacity`
   int isolate(std::span<const int> nodes, const TissueModel& model, const Factorisation& factor,
@@ -34,23 +36,35 @@ public:
   /// @param[out] w_bar  the leading [3n x 3n] block is written, exactly symmetric, m/N
   void gather(std::span<const int> nodes, Eigen::Ref<Eigen::MatrixXd> w_bar) const;
 
-  /// Adds A^-1 of a force on one node to `displacement`   (physics/README.md eq. 6)
-  /// @param force                 N
-  /// @param[in,out] displacement  [free DOFs], m
-  /// @return false, and nothing added, if the node's columns are not known
-  bool add_response(int node, const Eigen::Vector3d& force, Eigen::Ref<Eigen::VectorXd> displacement) const;
-
+  bool known(int node) const { return slot_[static_cast<std::size_t>(node)] >= 0; }
   int known_nodes() const { return static_cast<int>(known_.size()); }
+  /// W_bar[row, column] of two known nodes, m/N.
+  auto block(int row, int column) const {
+    return w_.block<3, 3>(3 * slot_[static_cast<std::size_t>(row)], 3 * slot_[static_cast<std::size_t>(column)]);
+  }
+  /// x = A^-1 b at some nodes, from y = L^-1 P b: what the second half of the solve would find there.
+  /// @param nodes       isolated before
+  /// @param eliminated  y of Factorisation::eliminate() [free DOFs]
+  /// @param[out] x      [3 x nodes], zero at fixed nodes
+  void solution_at(std::span<const int> nodes, const Eigen::VectorXd& eliminated, const Factorisation& factor,
+                   Eigen::Ref<Eigen::Matrix3Xd> x) const;
 
 private:
+  struct Known {
+    int node = 0;
+    int trailing = -1;         // its place in S, counted in nodes
+    Eigen::MatrixX3d forward;  // y = L^-1 P e [free DOFs x 3]; unused for trailing nodes
+  };
   /// Forgets the nodes that are not in `nodes`.
   void keep_only(std::span<const int> nodes);
+  /// @param on_trailing  A^-1 e on S [S x 3]
+  void add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forward,
+           const Eigen::Ref<const Eigen::MatrixX3d>& on_trailing);
 
   int capacity_;
-  std::vector<int> slot_;                  // [body nodes] place in known_, -1
-  std::vector<int> known_;                 // nodes whose compliance is in w_
-  Eigen::MatrixXd w_;                      // leading [3 known x 3 known] block
-  std::vector<Eigen::MatrixX3d> columns_;  // [slots ever used] of A^-1 [free DOFs x 3]; storage outlives clear()
+  std::vector<int> slot_;     // [body nodes] place in known_, -1
+  std::vector<Known> known_;  // nodes whose compliance is in w_
+  Eigen::MatrixXd w_;         // leading [3 known x 3 known] block
 };
 
 }  // namespace stylet::physics

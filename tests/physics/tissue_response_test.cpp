@@ -1,7 +1,6 @@
-// What spares the simulation step its solves: kept columns, single precision, nodes prepared ahead of the tip.
+// What spares the simulation step its solves: single precision, nodes prepared ahead of the tip.
 #include "physics/contact/insertion_path.h"
 #include "physics/tissue/factorisation.h"
-#include "physics/tissue/isolated_dofs.h"
 #include "tests/support/dense_tissue.h"
 #include "tests/support/kuhn_box.h"
 
@@ -60,28 +59,6 @@ TEST(Factorisation, SinglePrecisionSolveIsRightToSinglePrecision) {
   bad[5] = std::numeric_limits<double>::quiet_NaN();
   cube.factor.solve_single(bad, x, cube.workspace);
   EXPECT_FALSE(x.allFinite()) << "a bad number stays visible";
-}
-
-TEST(IsolatedDofs, ResponseIsTheInverseTimesTheForce) {
-  // Through overflow and compaction of the cache.
-  FactorisedCube cube;
-  IsolatedDofs isolated(cube.model.node_count(), 6);
-  const std::vector<std::vector<int>> sets{{30, 40, 50, 60}, {31, 41}, {41, 60, 70, 71}, {30, 41, 70}};
-  for (const std::vector<int>& nodes : sets) {
-    isolated.isolate(nodes, cube.model, cube.factor, cube.workspace);
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(cube.model.dof_count());
-    Eigen::VectorXd force = x;
-    for (const int node : nodes) {
-      const Eigen::Vector3d f(0.1, 0.01 * node, -0.3);
-      force.segment<3>(3 * cube.model.free_index[std::size_t(node)]) = f;
-      ASSERT_TRUE(isolated.add_response(node, f, x));
-    }
-    const Eigen::VectorXd exact = cube.inverse * force;
-    EXPECT_LT((x - exact).norm(), 1e-12 * exact.norm());
-  }
-  Eigen::VectorXd x = Eigen::VectorXd::Ones(cube.model.dof_count());
-  EXPECT_FALSE(isolated.add_response(100, Eigen::Vector3d::Ones(), x));
-  EXPECT_EQ(x, Eigen::VectorXd::Ones(x.size())) << "untouched";
 }
 
 NeedleState needle_to(const Eigen::Vector3d& tip, const Eigen::Vector3d& axis) {
