@@ -6,16 +6,16 @@
 namespace stylet::physics {
 namespace {
 
-constexpr double kBoundTolerance = 1e-12;  // of the largest normal force's friction
-constexpr double kBoundRounding = 1e-15;   // of the largest force
-constexpr double kChordRate = 1e-2;        // a Newton matrix is kept while each step gains this much
-constexpr double kGain = 0.9;              // what a Newton step has to gain for the next to be one too
-
-bool valid(const ContactRow& row, int count) {
+bool valid(std::span<const ContactRow> rows, int i) {
+  const ContactRow& row = rows[i];
+  const int count = static_cast<int>(rows.size());
   if (!(row.compliance >= 0) || !std::isfinite(row.compliance)) return false;
   if (row.bilateral) return true;
-  for (const int n : row.normal) {
-    if (n >= count) return false;
+  if (row.normal[0] >= count || row.normal[1] >= count || row.across >= count) return false;
+  if (row.across >= 0) {
+    const ContactRow& other = rows[row.across];
+    if (row.across == i || other.across != i || other.bilateral || row.viscosity > 0 || !(row.upper >= 0))
+      return false;
   }
   return row.lower <= row.upper && row.lower < std::numeric_limits<double>::infinity() &&
          row.upper > -std::numeric_limits<double>::infinity() && row.viscosity >= 0 && std::isfinite(row.viscosity) &&
@@ -60,6 +60,13 @@ ContactRow friction_row(std::uint64_t id, double adhesion, double friction, std:
           .normal = normal};
 }
 
+ContactRow disc_row(std::uint64_t id, int across, double adhesion, double friction, std::array<int, 2> normal,
+                    double compliance) {
+  ContactRow row = friction_row(id, adhesion, friction, normal, 0, compliance);
+  row.across = across;
+  return row;
+}
+
 BoundedSolver::BoundedSolver(int max_rows) : elimination_(max_rows), pivoting_(max_rows) {
   const auto n = static_cast<std::size_t>(max_rows);
   const Eigen::Index padded = max_rows + 2 * PanelLdl::kPanel;
@@ -67,24 +74,29 @@ BoundedSolver::BoundedSolver(int max_rows) : elimination_(max_rows), pivoting_(m
   bounded_.reserve(n);
   place_.resize(n);
   schur_ = Eigen::MatrixXd::Zero(max_rows, max_rows);
-  coupling_ = press_gradient_ = newton_ = Eigen::MatrixXd::Zero(padded, padded);
+  coupling_ = press_gradient_ = Eigen::MatrixXd::Zero(padded, padded);
+  newton_ = Eigen::MatrixXd::Zero(padded + max_rows / 2, padded + max_rows / 2);
   for (Eigen::VectorXd* v :
        {&reduced_, &work_, &multipliers_, &motion_, &compliance_, &lambda_, &u_, &press_, &pressed_, &newton_step_}) {
-    *v = Eigen::VectorXd::Zero(padded);
+    *v = Eigen::VectorXd::Zero(padded + max_rows / 2);
   }
   for (std::vector<double>* v :
-       {&softening_, &diagonal_, &lower_, &upper_, &viscosity_, &base_lower_, &base_upper_}) {
+       {&softening_, &diagonal_, &lower_, &upper_, &viscosity_, &base_lower_, &base_upper_, &yielding_}) {
     v->resize(n + PanelLdl::kPanel);
   }
   for (std::vector<RowState>* v : {&reduced_states_, &newton_states_, &states_}) v->resize(n);
-  newton_pivots_.resize(n);
+  newton_pivots_.resize(n + n / 2);
+  discs_.reserve(n / 2);
+  sliding_discs_.reserve(n / 2);
   remembered_ids_.reserve(n);
   remembered_states_.reserve(n);
+  remembered_yielding_.reserve(n);
 }
 
 void BoundedSolver::forget() {
   remembered_ids_.clear();
   remembered_states_.clear();
+  remembered_yielding_.clear();
 }
 
 BoundedSolveReport BoundedSolver::solve(std::span<const ContactRow> rows, Eigen::Ref<const Eigen::MatrixXd> w,
@@ -98,12 +110,14 @@ BoundedSolveReport BoundedSolver::solve(std::span<const ContactRow> rows, Eigen:
   report.solved = true;
   for (int i = 0; i < count_; ++i) multipliers_[i] = std::isfinite(lambda[i]) ? lambda[i] : 0;
   recall_states(rows);
-  if (!solve_bounds(rows, report)) {
-    report.fallback = true;
-    for (int i = 0; i < limits_.sweeps; ++i) sweep(rows);
+  if (!solve_bounds(rows, false, report)) {
+    for (int i = 0; i < count_; ++i) multipliers_[i] = std::isfinite(lambda[i]) ? lambda[i] : 0;
+    report.lagged_bounds = solve_bounds(rows, true, report);
+    report.fallback = !report.lagged_bounds;
+    for (int i = 0; i < limits_.sweeps && report.fallback; ++i) sweep(rows);
   }
   report.residual = residual(rows, w, delta);
-  settle_motion();
+  settle_motion(rows);
   lambda.head(count_) = multipliers_.head(count_);
   remember_states(rows);
   return report;
@@ -116,7 +130,7 @@ bool BoundedSolver::eliminate(std::span<const ContactRow> rows, Eigen::Ref<const
   has_coupling_ = false;
   for (int i = 0; i < count_; ++i) {
     const ContactRow& row = rows[i];
-    if (!valid(row, count_) || !std::isfinite(delta[i])) return false;
+    if (!valid(rows, i) || !std::isfinite(delta[i])) return false;
     std::vector<int>& group = row.bilateral ? leading_ : bounded_;
     place_[i] = static_cast<int>(group.size());
     group.push_back(i);
@@ -163,6 +177,11 @@ bool BoundedSolver::eliminate(std::span<const ContactRow> rows, Eigen::Ref<const
     base_upper_[j] = row.upper;
     viscosity_[j] = row.viscosity;
   }
+  discs_.clear();
+  for (int j = 0; j < bounded; ++j) {
+    const int across = rows[bounded_[j]].across;
+    if (across > bounded_[j]) discs_.push_back({j, place_[across]});
+  }
   elimination_.forward(reduced_.data());
   return true;
 }
@@ -173,11 +192,13 @@ void BoundedSolver::recall_states(std::span<const ContactRow> rows) {
   for (std::size_t j = 0; j < bounded_.size(); ++j) {
     const std::uint64_t id = rows[bounded_[j]].id;
     reduced_states_[j] = RowState::sticking;
+    yielding_[j] = 0;
     for (std::size_t tried = 0; tried < known; ++tried) {
       const std::size_t at = next;
       next = next + 1 == known ? 0 : next + 1;
       if (remembered_ids_[at] != id) continue;
       reduced_states_[j] = remembered_states_[at];
+      yielding_[j] = rows[bounded_[j]].across >= 0 ? remembered_yielding_[at] : 0;
       break;
     }
   }
@@ -186,11 +207,13 @@ void BoundedSolver::recall_states(std::span<const ContactRow> rows) {
 void BoundedSolver::remember_states(std::span<const ContactRow> rows) {
   remembered_ids_.clear();
   remembered_states_.clear();
+  remembered_yielding_.clear();
   std::fill_n(states_.begin(), count_, RowState::sticking);
   for (std::size_t j = 0; j < bounded_.size(); ++j) {
-    states_[bounded_[j]] = reduced_states_[j];
+    states_[bounded_[j]] = yielding_[j] > 0 ? RowState::upper : reduced_states_[j];
     remembered_ids_.push_back(rows[bounded_[j]].id);
     remembered_states_.push_back(reduced_states_[j]);
+    remembered_yielding_.push_back(yielding_[j]);
   }
 }
 
@@ -201,13 +224,6 @@ double BoundedSolver::press(const ContactRow& row) const {
     if (n >= 0) square += multipliers_[n] * multipliers_[n];
   }
   return row.friction * std::sqrt(square);
-}
-
-void BoundedSolver::spread_bounds() {
-  for (std::size_t j = 0; j < bounded_.size(); ++j) {
-    lower_[j] = base_lower_[j] - press_[j];
-    upper_[j] = base_upper_[j] + press_[j];
-  }
 }
 
 /// W_nn lambda_n = -delta_n - W_nt lambda_t
@@ -222,131 +238,19 @@ void BoundedSolver::recover_leading() {
   for (int j = 0; j < bounded; ++j) multipliers_[bounded_[j]] = lambda_[j];
 }
 
-bool BoundedSolver::solve_bounds(std::span<const ContactRow> rows, BoundedSolveReport& report) {
-  const int bounded = static_cast<int>(bounded_.size());
-  const auto schur = schur_.topLeftCorner(bounded, bounded);
-  const double* d = reduced_.data() + elimination_.trailing_start();
-  for (int j = 0; j < bounded; ++j) press_[j] = press(rows[bounded_[j]]);
-  double last_error = std::numeric_limits<double>::infinity();
-  bool has_newton = false;
-  for (;;) {
-    spread_bounds();
-    if (!pivoting_.solve(schur, d, {lower_.data(), upper_.data(), viscosity_.data()}, reduced_states_.data(), lambda_,
-                         u_, limits_.pivots, report.pivots)) {
-      return false;
-    }
-    recover_leading();
-    double error = 0;
-    double scale = 0;
-    for (int j = 0; j < bounded; ++j) {
-      pressed_[j] = press(rows[bounded_[j]]);
-      error = std::max(error, std::abs(pressed_[j] - press_[j]));
-      scale = std::max(scale, pressed_[j]);
-    }
-    if (scale > 0) scale += kBoundRounding / kBoundTolerance * multipliers_.head(count_).lpNorm<Eigen::Infinity>();
-    if (error <= kBoundTolerance * scale) return true;
-    if (!std::isfinite(error) || report.bound_updates == limits_.bound_updates) return false;
-    ++report.bound_updates;
-
-    // Newton on P(lambda(P)) = P; the plain iteration P <- P(lambda) where it gained nothing.
-    const bool gained = error < kGain * last_error;
-    if (gained && !(has_newton && error < kChordRate * last_error &&
-                    std::equal(newton_states_.begin(), newton_states_.begin() + bounded, reduced_states_.begin()))) {
-      linearise_press(rows);
-      has_newton = factorise_newton(rows);
-    }
-    last_error = gained ? error : std::numeric_limits<double>::infinity();
-    if (!gained || !has_newton) {
-      press_.head(bounded) = pressed_.head(bounded);
-      continue;
-    }
-    for (int j = 0; j < bounded; ++j) {
-      newton_step_[j] = static_cast<int>(reduced_states_[j]) * (pressed_[j] - press_[j]);
-    }
-    solve_newton(newton_step_);
-    const auto step = newton_step_.head(bounded);
-    for (int j = 0; j < bounded; ++j) {
-      press_[j] = std::max(0.0, pressed_[j] + press_gradient_.col(j).head(bounded).dot(step));
-    }
-  }
-}
-
-/// dP_i / dlambda_t, with the lateral multipliers following: dlambda_n = -W_nn^-1 W_nt dlambda_t.
-void BoundedSolver::linearise_press(std::span<const ContactRow> rows) {
-  const int bounded = static_cast<int>(bounded_.size());
-  for (int j = 0; j < bounded; ++j) {
-    const ContactRow& row = rows[bounded_[j]];
-    auto gradient = press_gradient_.col(j).head(bounded);
-    gradient.setZero();
-    const double p = press(row);
-    if (!(p > 0)) continue;
-    for (const int n : row.normal) {
-      if (n < 0) continue;
-      const double weight = row.friction * row.friction * multipliers_[n] / p;
-      if (!rows[n].bilateral) {
-        gradient[place_[n]] += weight;
-        continue;
-      }
-      if (!has_coupling_) elimination_.coupling(coupling_);
-      has_coupling_ = true;
-      gradient -= weight * coupling_.col(place_[n]).head(bounded);
-    }
-  }
-}
-
-/// L U, equations as columns, of the law's derivative in the present states:
-///   sticking (S dlambda)_i = 0,  sliding dlambda_i -+ dP_i + k (S dlambda)_i = +- (P(lambda) - P)_i
-bool BoundedSolver::factorise_newton(std::span<const ContactRow> rows) {
-  const int n = static_cast<int>(bounded_.size());
-  for (int i = 0; i < n; ++i) {
-    auto equation = newton_.col(i).head(n);
-    newton_states_[i] = reduced_states_[i];
-    if (reduced_states_[i] == RowState::sticking) {
-      equation = schur_.col(i).head(n) / schur_(i, i);
-      continue;
-    }
-    equation = -static_cast<double>(reduced_states_[i]) * press_gradient_.col(i).head(n);
-    if (rows[bounded_[i]].viscosity > 0) equation += viscosity_[i] * schur_.col(i).head(n);
-    equation[i] += 1;
-  }
-  for (int k = 0; k < n; ++k) {
-    int best = k;
-    for (int i = k + 1; i < n; ++i) {
-      if (std::abs(newton_(k, i)) > std::abs(newton_(k, best))) best = i;
-    }
-    newton_pivots_[k] = best;
-    if (best != k) newton_.col(k).head(n).swap(newton_.col(best).head(n));
-    const double pivot = newton_(k, k);
-    if (!std::isfinite(pivot) || pivot == 0) return false;
-    const int rest = n - k - 1;
-    for (int i = k + 1; i < n; ++i) {
-      const double factor = newton_(k, i) /= pivot;
-      if (factor != 0) newton_.col(i).segment(k + 1, rest) -= factor * newton_.col(k).segment(k + 1, rest);
-    }
-  }
-  return true;
-}
-
-void BoundedSolver::solve_newton(Eigen::VectorXd& x) const {
-  const int n = static_cast<int>(bounded_.size());
-  for (int k = 0; k < n; ++k) std::swap(x[k], x[newton_pivots_[k]]);
-  for (int i = 1; i < n; ++i) x[i] -= newton_.col(i).head(i).dot(x.head(i));
-  for (int k = n; k-- > 0;) {
-    const int rest = n - k - 1;
-    x[k] = (x[k] - newton_.col(k).segment(k + 1, rest).dot(x.segment(k + 1, rest))) / newton_(k, k);
-  }
-}
-
 /// Projected Gauss-Seidel on the bounded rows, the bilateral ones exact: the fall-back.
 void BoundedSolver::sweep(std::span<const ContactRow> rows) {
   const int bounded = static_cast<int>(bounded_.size());
   const double* d = reduced_.data() + elimination_.trailing_start();
+  held_ = false;
   if (!lambda_.head(bounded).allFinite()) lambda_.head(bounded).setZero();
   recover_leading();
+  const auto motion = [&](int j) { return schur_.col(j).head(bounded).dot(lambda_.head(bounded)) + d[j]; };
   for (int j = 0; j < bounded; ++j) {
+    if (rows[bounded_[j]].across >= 0) continue;
     const double p = press(rows[bounded_[j]]);
     const double s = schur_(j, j);
-    const double others = schur_.col(j).head(bounded).dot(lambda_.head(bounded)) - s * lambda_[j] + d[j];
+    const double others = motion(j) - s * lambda_[j];
     const double lower = base_lower_[j] - p;
     const double upper = base_upper_[j] + p;
     lambda_[j] = single_row(s, others, lower, upper, viscosity_[j]);
@@ -354,16 +258,28 @@ void BoundedSolver::sweep(std::span<const ContactRow> rows) {
                          : -others < s * lower ? RowState::lower
                                                : RowState::sticking;
   }
+  for (const auto& [j, k] : discs_) {
+    const double s = std::max(schur_(j, j), schur_(k, k));
+    const Eigen::Vector2d sticking(lambda_[j] - motion(j) / s, lambda_[k] - motion(k) / s);
+    const double length = sticking.norm();
+    const double bound = radius(rows, {j, k});
+    const double shortened = length > bound ? bound / length : 1;
+    lambda_[j] = shortened * sticking[0];
+    lambda_[k] = shortened * sticking[1];
+    reduced_states_[j] = reduced_states_[k] = RowState::sticking;
+    yielding_[j] = yielding_[k] = bound > 0 ? s * (1 / shortened - 1) : 0;
+  }
   recover_leading();
 }
 
 /// What the states say about the motion, without its rounding: a caller that adds it up over steps sees no creep of
 /// what sticks, and friction takes energy to the last bit.
-void BoundedSolver::settle_motion() {
+void BoundedSolver::settle_motion(std::span<const ContactRow> rows) {
   for (const int i : leading_) motion_[i] = 0;
   for (std::size_t j = 0; j < bounded_.size(); ++j) {
     double& u = motion_[bounded_[j]];
-    if (reduced_states_[j] == RowState::sticking) u = 0;
+    if (rows[bounded_[j]].across >= 0 && lower_[j] == upper_[j]) continue;  // a disc without radius slides freely
+    if (reduced_states_[j] == RowState::sticking) u = -yielding_[j] * multipliers_[bounded_[j]];
     if (reduced_states_[j] == RowState::upper) u = std::min(u, 0.0);
     if (reduced_states_[j] == RowState::lower) u = std::max(u, 0.0);
   }
@@ -387,7 +303,15 @@ double BoundedSolver::residual(std::span<const ContactRow> rows, Eigen::Ref<cons
     const double yielding = w(i, i) + compliance_[i];
     largest = std::max({largest, std::abs(lambda[i]), std::abs(delta[i]) / yielding});
     double distance = std::abs(u[i]) / yielding;
-    if (!row.bilateral) {
+    if (row.across >= 0) {
+      const int k = row.across;
+      const double softest = std::max(yielding, w(k, k) + compliance_[k]);
+      const Eigen::Vector2d force(lambda[i], lambda[k]);
+      Eigen::Vector2d law = force - Eigen::Vector2d(u[i], u[k]) / softest;
+      const double bound = row.upper + press(row);
+      if (law.norm() > bound) law *= bound / law.norm();
+      distance = (force - law).norm();
+    } else if (!row.bilateral) {
       const double p = press(row);
       const double y = lambda[i] + row.viscosity * u[i];
       const double y_law = std::min(std::max(y - u[i] / yielding, row.lower - p), row.upper + p);

@@ -21,8 +21,9 @@ namespace stylet::physics {
 ///   sticking    lower - P <= lambda <= upper + P,  u = 0
 ///   sliding     lambda = upper + P - k u where u <= 0,  lambda = lower - P - k u where u >= 0
 ///
-/// So a box is mu = 0, Coulomb friction -lower = upper = the adhesion, viscous friction k, a unilateral contact [0,
-/// inf).
+/// Two rows of a disc, across each other, hold |(lambda_1, lambda_2)| <= upper + P instead, and slide against u:
+/// friction of a tip on a surface, the same in all directions. So a box is mu = 0, Coulomb friction -lower = upper =
+/// the adhesion, viscous friction k, a unilateral contact [0, inf).
 struct ContactRow {
   static constexpr int kNone = -1;
 
@@ -34,6 +35,7 @@ struct ContactRow {
   double viscosity = 0;                     ///< k >= 0, N/m: N s/m over the step's time
   double friction = 0;                      ///< mu >= 0
   std::array<int, 2> normal{kNone, kNone};  ///< rows that press this one: two lateral ones, or a unilateral one
+  int across = kNone;  ///< the other row of a disc: named by both, with equal upper, mu and normal rows; k = 0
 };
 
 ContactRow bilateral_row(std::uint64_t id, double compliance = 0);
@@ -43,29 +45,38 @@ ContactRow box_row(std::uint64_t id, double lower, double upper, double complian
 ContactRow friction_row(std::uint64_t id, double adhesion, double friction, std::array<int, 2> normal,
                         double viscosity = 0, double compliance = 0);
 
+/// One of the two rows of a disc; `across` is the index of the other.
+ContactRow disc_row(std::uint64_t id, int across, double adhesion, double friction, std::array<int, 2> normal,
+                    double compliance = 0);
+
 struct BoundedSolveLimits {
-  int pivots = 200;  ///< solves for the states of the bounded rows, all updates of the bounds together
-  int bound_updates = 40;
-  int sweeps = 100;  ///< projected Gauss-Seidel, where the above did not suffice
+  int pivots = 100;  ///< solves for the states of the bounded rows, all updates of the bounds together
+  int bound_updates = 30;
+  int sweeps = 50;  ///< projected Gauss-Seidel, where the above did not suffice
 };
 
 struct BoundedSolveReport {
-  bool solved = false;    ///< false: input not finite or a row without compliance; lambda was left as it was
-  bool fallback = false;  ///< limits reached; lambda is what Gauss-Seidel had after its sweeps
+  bool solved = false;  ///< false: input not finite or a row without compliance; lambda was left as it was
+  /// Limits reached, so solved exactly for bounds held at those of the first guess, the forces of the step before.
+  bool lagged_bounds = false;
+  bool fallback = false;  ///< limits reached there too: lambda is what Gauss-Seidel had after its sweeps
   int pivots = 0;
   int bound_updates = 0;  ///< 0: no bound depends on a multiplier, or the first guess was right
   int softened_rows = 0;  ///< rows that depend on others, made soft
   /// Largest distance of a row from its law, |y - clamp(y - u/w_ii, lower - P, upper + P)| with y = lambda + k u,
-  /// over the largest force, max |lambda_i| and |delta_i| / w_ii. At most 1e-12 where no fall-back was needed.
+  /// over the largest force, max |lambda_i| and |delta_i| / w_ii. At most 1e-12 where neither of the above was
+  /// needed.
   double residual = 0;
 };
 
 /// Eliminates the bilateral rows once (L D L^T), pivots on the Schur complement of the bounded ones (BoxPivoting),
-/// and iterates their bounds, which depend on the multipliers that result, to a fixed point of 1e-12 by Newton's
-/// method. The result is the solution of the equations above and depends neither on the first guess nor on the
-/// limits, unless the report says fall-back. Bounds that depend on multipliers make the problem non-monotone: with
-/// very large mu times coupling there can be several solutions or none, as in Coulomb friction elsewhere; the report
-/// then says fall-back.
+/// and iterates their bounds, which depend on the multipliers that result, to a fixed point of 1e-13 by Newton's
+/// method. A disc is two sticking rows that yield by g, u = -g lambda, with the one g >= 0 that puts |lambda| on the
+/// bound, an unknown of the same Newton steps. The result is the solution of the equations above and depends neither
+/// on the first guess nor on the limits, unless the report says otherwise. With given bounds there is always one
+/// solution. Bounds that depend on multipliers make the problem non-monotone: with large mu times coupling there can
+/// be several solutions or none, as in Coulomb friction elsewhere; the bounds are then held at those of the first
+/// guess.
 class BoundedSolver {
 public:
   /// @param max_rows  capacity; all memory is taken here
@@ -83,8 +94,7 @@ public:
   void forget();
   void set_limits(const BoundedSolveLimits& limits) { limits_ = limits; }
 
-  /// Of the last solve: the relative motion u of every row, m, softening included; 0 in bilateral and sticking rows
-  /// up to rounding.                                                                                   [m]
+  /// Of the last solve: the relative motion u of every row, m; exactly 0 in bilateral and sticking rows.    [m]
   std::span<const double> motion() const { return {motion_.data(), static_cast<std::size_t>(count_)}; }
   /// State of a row, and its compliance with the softening that dependent rows got.
   RowState state(int row) const { return states_[row]; }
@@ -95,15 +105,25 @@ private:
                  Eigen::Ref<const Eigen::VectorXd> delta, BoundedSolveReport& report);
   void recall_states(std::span<const ContactRow> rows);
   void remember_states(std::span<const ContactRow> rows);
-  bool solve_bounds(std::span<const ContactRow> rows, BoundedSolveReport& report);
-  void spread_bounds();
+  bool solve_bounds(std::span<const ContactRow> rows, bool held, BoundedSolveReport& report);
+  void set_bounds(std::span<const ContactRow> rows);
+  bool pivot(BoundedSolveReport& report, int most_pivots);
+  struct BoundError {
+    double error = 0;
+    double scale = 0;
+  };
+  BoundError bound_error(std::span<const ContactRow> rows);
+  void newton_update(std::span<const ContactRow> rows);
+  void plain_update(std::span<const ContactRow> rows);
+  void yield(const std::array<int, 2>& disc, double bound);
+  double radius(std::span<const ContactRow> rows, const std::array<int, 2>& disc) const;
   void recover_leading();
   double press(const ContactRow& row) const;
   void linearise_press(std::span<const ContactRow> rows);
   bool factorise_newton(std::span<const ContactRow> rows);
   void solve_newton(Eigen::VectorXd& x) const;
   void sweep(std::span<const ContactRow> rows);
-  void settle_motion();
+  void settle_motion(std::span<const ContactRow> rows);
   double residual(std::span<const ContactRow> rows, Eigen::Ref<const Eigen::MatrixXd> w,
                   Eigen::Ref<const Eigen::VectorXd> delta);
 
@@ -122,20 +142,26 @@ private:
   Eigen::VectorXd compliance_;  // with softening
   // Bounded rows, in the order of bounded_.
   std::vector<RowState> reduced_states_;
-  std::vector<double> softening_, diagonal_, lower_, upper_, viscosity_, base_lower_, base_upper_;
+  std::vector<double> softening_, diagonal_, lower_, upper_, viscosity_, base_lower_, base_upper_, yielding_;
   Eigen::VectorXd lambda_, u_, press_, pressed_;
+  std::vector<std::array<int, 2>> discs_;
+  bool held_ = false;  // bounds do not follow the multipliers
   // Newton on the bounds.
   Eigen::MatrixXd coupling_;  // (W_nn^-1 W_nt)^T
   bool has_coupling_ = false;
   Eigen::MatrixXd press_gradient_;  // column i: dP_i / dlambda_t
   Eigen::MatrixXd newton_;          // column i: equation i, as L U
   std::vector<int> newton_pivots_;
+  int newton_size_ = 0;
+  bool has_newton_ = false;
+  std::vector<int> sliding_discs_;  // those in the equations, behind the rows
   Eigen::VectorXd newton_step_;
   std::vector<RowState> newton_states_;
   // Warm start.
   std::vector<RowState> states_;  // caller's order
   std::vector<std::uint64_t> remembered_ids_;
   std::vector<RowState> remembered_states_;
+  std::vector<double> remembered_yielding_;
 };
 
 }  // namespace stylet::physics

@@ -25,6 +25,7 @@ BoxPivoting::BoxPivoting(int max_rows)
 int BoxPivoting::load(Eigen::Ref<Eigen::MatrixXd> s, const double* diagonal, double* softening) {
   const int n = static_cast<int>(s.rows());
   std::fill(added_.begin(), added_.end(), kNotInFactor);
+  free_.clear();
   if (n == 0) return 0;
   // What is left of a diagonal after elimination can be rounding alone, so dependence is judged against what it was:
   // first row by row here, then among the rows by the factor of all of them. Conditioning on fewer rows only makes
@@ -49,19 +50,17 @@ int BoxPivoting::load(Eigen::Ref<Eigen::MatrixXd> s, const double* diagonal, dou
     }
   }
   std::fill_n(added_.begin(), n, 0.0);  // the factor of all rows sticking is at hand
-  free_.clear();
   for (int i = 0; i < n; ++i) free_.push_back(i);
   return softened + dependent;
 }
 
-void BoxPivoting::factorise_free(Eigen::Ref<const Eigen::MatrixXd> s, const double* viscosity,
-                                 const RowState* states) {
+void BoxPivoting::factorise_free(Eigen::Ref<const Eigen::MatrixXd> s, const Bounds& bounds, const RowState* states) {
   const int n = static_cast<int>(s.rows());
   bool same = true;
   for (int i = 0; i < n; ++i) {
-    double added = 0;
+    double added = bounds.yielding[i];
     if (states[i] != RowState::sticking) {
-      added = viscosity[i] * s(i, i) > kNoDashpot ? 1 / viscosity[i] : kNotInFactor;
+      added = bounds.viscosity[i] * s(i, i) > kNoDashpot ? 1 / bounds.viscosity[i] : kNotInFactor;
     }
     same = same && added == added_[i];
     added_[i] = added;
@@ -85,7 +84,7 @@ void BoxPivoting::factorise_free(Eigen::Ref<const Eigen::MatrixXd> s, const doub
 void BoxPivoting::solve_states(Eigen::Ref<const Eigen::MatrixXd> s, const double* d, const Bounds& bounds,
                                const RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u) {
   const int n = static_cast<int>(s.rows());
-  factorise_free(s, bounds.viscosity, states);
+  factorise_free(s, bounds, states);
   auto lambda_n = lambda.head(n);
   auto u_n = u.head(n);
   u_n = Eigen::Map<const Eigen::VectorXd>(d, n);

@@ -39,6 +39,7 @@ public:
     const double* lower;      ///< [n] -inf allowed
     const double* upper;      ///< [n] +inf allowed, >= lower
     const double* viscosity;  ///< [n] k, N/m
+    const double* yielding;   ///< [n] g: a row without slip yields u = -g lambda; 0 sticks, m/N
   };
   /// @param d                [n], m
   /// @param[in,out] states   any first guess, then the solution's                        [n]
@@ -51,11 +52,11 @@ public:
 private:
   void solve_states(Eigen::Ref<const Eigen::MatrixXd> s, const double* d, const Bounds& bounds,
                     const RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u);
-  void factorise_free(Eigen::Ref<const Eigen::MatrixXd> s, const double* viscosity, const RowState* states);
+  void factorise_free(Eigen::Ref<const Eigen::MatrixXd> s, const Bounds& bounds, const RowState* states);
 
   PanelLdl factor_;
   std::vector<int> free_;      // rows whose multiplier is unknown: sticking, or sliding with a dashpot
-  std::vector<double> added_;  // 1/k on the diagonal of each row in the factor; -1: not in it
+  std::vector<double> added_;  // g or 1/k on the diagonal of each row in the factor; -1: not in it
   std::vector<double> softening_;
   Eigen::VectorXd x_;
   std::vector<int> wrong_;
