@@ -78,6 +78,8 @@ void BodySurface::find_smooth_patches() {
       for (const int g : around[static_cast<std::size_t>(n)]) {
         if (normal.dot(face_areas_.col(g).normalized()) > kSmooth || g == f) smooth_faces_.push_back(g);
       }
+      const std::size_t smooth = smooth_faces_.size() - static_cast<std::size_t>(smooth_start_.back());
+      creased_.push_back(smooth < around[static_cast<std::size_t>(n)].size() ? 1 : 0);
       smooth_start_.push_back(static_cast<int>(smooth_faces_.size()));
     }
   }
@@ -185,10 +187,15 @@ SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3
       const double squared = (x - at).squaredNorm();
       if (squared > best_squared) continue;
       best_squared = squared;
-      best = {.face = f, .weights = weights, .position = at, .distance = 0};
+      best = {.face = f, .weights = weights, .position = at, .distance = 0, .on_crease = false};
     }
   }
+  if (best.face < 0) return best;
   best.distance = std::sqrt(best_squared);
+  best.on_crease = best.weights.minCoeff() == 0;
+  for (int k = 0; k < 3; ++k) {
+    if (best.weights[k] > 0 && creased_[static_cast<std::size_t>(3 * best.face + k)] == 0) best.on_crease = false;
+  }
   return best;
 }
 

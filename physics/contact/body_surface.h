@@ -17,7 +17,8 @@ struct SurfacePoint {
   int face = -1;  ///< -1: nowhere
   Eigen::Vector3d weights = Eigen::Vector3d::Zero();
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  double distance = 0;  ///< from the point asked for, unsigned, m
+  double distance = 0;     ///< from the point asked for, unsigned, m
+  bool on_crease = false;  ///< on an edge or corner where the surface is not smooth at rest: its rim
 };
 
 /// Closest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5). Weights are >= 0 and sum to 1.
@@ -77,6 +78,7 @@ private:
   // Corner k of face f, c = 3 f + k, is smooth with faces smooth_faces_[smooth_start_[c] .. smooth_start_[c + 1])
   std::vector<int> smooth_start_;
   std::vector<int> smooth_faces_;
+  std::vector<char> creased_;  // [3 faces] the corner has other faces around it too
 };
 
 }  // namespace stylet::physics

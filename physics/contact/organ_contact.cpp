@@ -12,7 +12,10 @@ namespace {
 constexpr double kProximal = 0.02;  // e of eq. 20, of mean(diag H S H^T)
 constexpr int kMaxSweeps = 60;      // of projected Gauss-Seidel; what is left is for the next step
 constexpr double kSettled = 1e-10;  // m: a sweep that moves no point further ends them
-constexpr double kInFront = 0.5;  // cosine between the normal and the way to the nearest point: else it is beside it
+// Cosine between the normal and the way to the nearest point, below which a node is beside the surface, not in front
+// of or behind it. At the rim of the surface, where nodes hang over, nearly 1 unless the node was pressed before.
+constexpr double kInFront = 0.5;
+constexpr double kInFrontOfRim = 0.98;
 constexpr double kOnSurface = 1e-5;  // m: nearer than this the way has no direction
 constexpr int kMaxSubdivision = 6;   // of a face's edge into probe points
 
@@ -80,7 +83,7 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
         bodies_[static_cast<std::size_t>(settings_.pairs[p].nodes_of)].surface->nodes();
     std::vector<NodeContact>& states = nodes_.emplace_back(nodes.size());
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-      const ContactRow row = face_to_face(static_cast<int>(p), nodes[k]);
+      const ContactRow row = face_to_face(static_cast<int>(p), nodes[k], true);
       if (row.support_count > 0) states[k].rest_overlap = std::min(0.0, row.gap);
     }
     capacity += static_cast<std::size_t>(settings_.max_points);
@@ -131,7 +134,7 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
   sum_up(probe);
 }
 
-ContactRow OrganContact::face_to_face(int pair, int node) const {
+ContactRow OrganContact::face_to_face(int pair, int node, bool pressed) const {
   const ContactPair& bodies = settings_.pairs[static_cast<std::size_t>(pair)];
   const Body& body = bodies_[static_cast<std::size_t>(bodies.nodes_of)];
   const BodySurface& surface = *bodies_[static_cast<std::size_t>(bodies.surface_of)].surface;
@@ -142,7 +145,8 @@ ContactRow OrganContact::face_to_face(int pair, int node) const {
   if (nearest.face < 0) return row;
   row.normal = surface.normal(nearest);
   row.gap = (x - nearest.position).dot(row.normal);
-  if (nearest.distance > kOnSurface && std::abs(row.gap) < kInFront * nearest.distance) return row;
+  const double in_front = nearest.on_crease && !pressed ? kInFrontOfRim : kInFront;
+  if (nearest.distance > kOnSurface && std::abs(row.gap) < in_front * nearest.distance) return row;
   row.position = nearest.position;
   row.pair = pair;
   row.supports[0] = {bodies.nodes_of, node, 1};
@@ -165,7 +169,7 @@ void OrganContact::find_pair(int pair) {
   const std::span<const int> nodes = bodies_[static_cast<std::size_t>(settings_.pairs[p].nodes_of)].surface->nodes();
   int found = 0;
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    ContactRow row = face_to_face(pair, nodes[k]);
+    ContactRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0);
     if (row.support_count == 0 || !movable(row)) continue;
     row.gap -= nodes_[p][k].rest_overlap;
     if (row.gap > settings_.reach) continue;

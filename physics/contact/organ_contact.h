@@ -35,9 +35,9 @@ struct ContactPair {
 struct ProbeContactSettings {
   ProbeShape shape;
   int body = 0;
-  double point_spacing = 0.004;    ///< of the material points on the body's faces that feel the probe, at rest, m
+  double point_spacing = 0.005;    ///< of the material points on the body's faces that feel the probe, at rest, m
   double layer_compliance = 5e-8;  ///< yield of skin surface and gel: m per Pa of pressure
-  int max_points = 128;
+  int max_points = 160;
 };
 
 struct OrganContactSettings {
@@ -138,7 +138,7 @@ private:
   void sum_up(const RigidPose* probe);
 
   /// The row of a node against a surface as both are now, without its overlap at rest; support_count = 0: none.
-  ContactRow face_to_face(int pair, int node) const;
+  ContactRow face_to_face(int pair, int node, bool pressed) const;
   bool movable(const ContactRow& row) const;
 
   OrganContactSettings settings_;
