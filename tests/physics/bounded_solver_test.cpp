@@ -7,6 +7,7 @@
 
 #include <Eigen/Dense>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -200,6 +201,77 @@ TEST(BoundedSolver, EqualsTheOnlyChoiceOfStatesThatFits) {
   }
   std::printf("largest distance from the enumerated solution: %.1e\n", worst);
   EXPECT_LT(worst, 1e-11);  // condition 1e2 times rounding, in both
+}
+
+// Six rows, ill-conditioned, from each of the 729 choices of states.
+TEST(BoxPivoting, FindsTheSameStatesFromEveryStart) {
+  Random random(15);
+  constexpr int kRows = 6;
+  BoxPivoting pivoting(kRows);
+  int most = 0;
+  double worst = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const MatrixXd s = random.compliance(kRows, 5);
+    const VectorXd d = 1e-3 * random.vector(kRows);
+    VectorXd lower(kRows), upper(kRows), viscosity(kRows);
+    const VectorXd yielding = VectorXd::Zero(kRows);
+    for (int i = 0; i < kRows; ++i) {
+      lower[i] = -random.uniform(0, 3);
+      upper[i] = random.uniform(0, 3);
+      viscosity[i] = random.integer(0, 1) * std::pow(10.0, random.uniform(0, 5));
+    }
+    VectorXd first;
+    for (int start = 0; start < 729; ++start) {
+      MatrixXd matrix = s;
+      const VectorXd diagonal = s.diagonal();
+      VectorXd softening(kRows), lambda(kRows), u(kRows);
+      ASSERT_EQ(pivoting.load(matrix, diagonal.data(), softening.data()), 0);
+      std::array<RowState, kRows> states{};
+      for (int i = 0, digits = start; i < kRows; ++i, digits /= 3) states[i] = static_cast<RowState>(digits % 3 - 1);
+      int pivots = 0;
+      ASSERT_TRUE(pivoting.solve(matrix, d.data(), {lower.data(), upper.data(), viscosity.data(), yielding.data()},
+                                 states.data(), lambda, u, 1000, pivots));
+      most = std::max(most, pivots);
+      if (start == 0) first = lambda;
+      worst = std::max(worst, (lambda - first).norm() / first.norm());
+    }
+  }
+  std::printf("43740 starts: at most %d pivots, results differ by %.1e\n", most, worst);
+  EXPECT_LT(worst, 1e-9);  // condition 1e5 times the 1e-13 within which a sign counts as right
+}
+
+TEST(PanelLdl, EliminationLeavesTheSchurComplementAndItsCoupling) {
+  Random random(16);
+  for (const auto& [leading, trailing] : {std::pair{8, 8}, {1, 1}, {5, 20}, {37, 3}, {100, 92}}) {
+    const int m = leading + trailing;
+    const MatrixXd w = random.compliance(m, 2);
+    PanelLdl ldl(kMaxRows);
+    ldl.resize(leading, trailing);
+    const auto place = [&, n = leading](int i) { return i < n ? i : ldl.trailing_start() + i - n; };
+    for (int j = 0; j < m; ++j) {
+      for (int i = j; i < m; ++i) ldl.column(place(j))[place(i)] = w(i, j);
+    }
+    VectorXd softening(kMaxRows);
+    ASSERT_EQ(ldl.factorise(softening.data()), 0);
+    const MatrixXd a = w.topLeftCorner(leading, leading);
+    const MatrixXd b = w.bottomLeftCorner(trailing, leading);
+    const MatrixXd solved = a.partialPivLu().solve(b.transpose());
+    const MatrixXd schur = w.bottomRightCorner(trailing, trailing) - b * solved;
+    MatrixXd coupling = MatrixXd::Zero(kMaxRows + 16, kMaxRows + 16);
+    ldl.coupling(coupling);
+    VectorXd x = VectorXd::Zero(ldl.size());
+    const VectorXd right = random.vector(leading);
+    x.head(leading) = right;
+    ldl.forward(x.data());
+    const VectorXd left_over = x.segment(ldl.trailing_start(), trailing);
+    for (int i = 0; i < trailing; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        EXPECT_NEAR(ldl.column(place(leading + j))[place(leading + i)], schur(i, j), 1e-16);
+      }
+      EXPECT_LT((coupling.row(i).head(leading) - solved.col(i).transpose()).norm(), 1e-12);
+      EXPECT_NEAR(left_over[i], -solved.col(i).dot(right), 1e-12);
+    }
+  }
 }
 
 TEST(BoundedSolver, BoundsThatDependOnNormalForcesAreTheFixedPointOfEnumeration) {
