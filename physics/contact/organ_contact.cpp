@@ -9,7 +9,7 @@
 namespace stylet::physics {
 namespace {
 
-constexpr double kProximal = 0.02;  // e of eq. 20, of mean(diag H S H^T)
+constexpr double kProximal = 0.02;  // e of eq. 31, of mean(diag H S H^T)
 constexpr int kMaxSweeps = 60;      // of projected Gauss-Seidel; what is left is for the next step
 constexpr double kSettled = 1e-10;  // m: a sweep that moves no point further ends them
 // Cosine between the normal and the way to the nearest point, below which a node is beside the surface, not in front

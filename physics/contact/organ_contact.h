@@ -1,10 +1,10 @@
 // Contact between deformable bodies, and of the probe with one of them, at the low rate: unilateral, sliding.
 //
-// Part of the simulation's quasi-Newton step (physics/README.md eq. 6-8, 19-20). Each row i has a gap g_i(p), a
+// Part of the simulation's quasi-Newton step (physics/README.md eq. 6-8, 30-31). Each row i has a gap g_i(p), a
 // normal n_i and a multiplier lambda_i >= 0, the force along n_i. At rest, whatever S and the factor:
 //   F_int(p) = H^T lambda + needle,   g_i + c_i lambda_i >= 0,   lambda_i >= 0,   one of the two zero
 // One update a step moves the multipliers as if the bodies were S, their compliance at rest:
-//   find lambda+ >= 0 with  g + c lambda+ + (H S H^T + e)(lambda+ - lambda) >= 0, complementary   (eq. 20)
+//   find lambda+ >= 0 with  g + c lambda+ + (H S H^T + e)(lambda+ - lambda) >= 0, complementary   (eq. 31)
 // which needs no solve with the current factor: the bodies follow in the step's own solve. S and the proximal term e
 // set only the speed. Since e > 0, dependent rows (more contacts than nodes) do no harm.
 #pragma once
@@ -149,7 +149,7 @@ private:
   std::vector<ContactRow> rows_;
   std::vector<int> faces_;  // scratch
   Eigen::MatrixXd w_;       // H S H^T + c + e of rows_
-  Eigen::VectorXd slack_;   // left side of eq. 20
+  Eigen::VectorXd slack_;   // left side of eq. 31
   OrganContactReport report_;
   ProbeContact probe_;
 };
