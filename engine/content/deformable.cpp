@@ -11,9 +11,13 @@
 namespace stylet::content {
 namespace {
 
-std::vector<int> fixed_nodes(const BodyRequest& request, const physics::TetMesh& mesh, std::span<const Organ> organs,
-                             const std::string& scenario, std::vector<std::string>& problems) {
+/// Fills fixed_nodes and held_motion. Where regions overlap, the later one says how its nodes move.
+void hold_nodes(const BodyRequest& request, std::span<const Organ> organs, const std::string& scenario,
+                DeformableBody& body, std::vector<std::string>& problems) {
+  const physics::TetMesh& mesh = body.mesh;
   std::vector<bool> fixed(mesh.nodes.size(), false);
+  std::vector<Eigen::Vector3d> motion(mesh.nodes.size(), Eigen::Vector3d::Zero());
+  bool moves = false;
   for (const FixedRegion& region : request.fixed) {
     std::vector<std::unique_ptr<Solid>> near;
     for (const std::string& id : region.near) {
@@ -38,22 +42,25 @@ std::vector<int> fixed_nodes(const BodyRequest& request, const physics::TetMesh&
         continue;
       }
       fixed[n] = true;
+      motion[n] = region.breathing;
       ++held;
     }
+    moves = moves || !region.breathing.isZero();
     if (held == 0) {
       problems.push_back(
           fmt::format("{}:{}: holds no node of {}; enlarge the region", scenario, region.pointer, request.name));
     }
   }
-  std::vector<int> nodes;
+  std::vector<int>& nodes = body.fixed_nodes;
   for (std::size_t n = 0; n < fixed.size(); ++n) {
-    if (fixed[n]) nodes.push_back(static_cast<int>(n));
+    if (!fixed[n]) continue;
+    nodes.push_back(static_cast<int>(n));
+    if (moves) body.held_motion.push_back(motion[n]);
   }
   if (nodes.size() < 3) {
     problems.push_back(fmt::format("{}:{}/fixed: holds {} nodes of {}, at least 3 are needed or it floats away",
                                    scenario, request.pointer, nodes.size(), request.name));
   }
-  return nodes;
 }
 
 std::vector<std::uint8_t> tet_tissues(const BodyRequest& request, const physics::TetMesh& mesh, const Organ& boundary,
@@ -105,7 +112,7 @@ DeformableBody build_body(const BodyRequest& request, std::span<const Organ> org
     return body;
   }
   body.tet_tissue = tet_tissues(request, body.mesh, *boundary, organs);
-  body.fixed_nodes = fixed_nodes(request, body.mesh, organs, scenario, problems);
+  hold_nodes(request, organs, scenario, body, problems);
   return body;
 }
 

@@ -217,11 +217,14 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   scene.scenario = scenario.path;
   scene.room_from_patient = scenario.room_from_patient;
   scene.probe.pose = scenario.probe_pose;
+  scene.probe.presses = scenario.probe_presses;
   scene.camera = scenario.camera;
   scene.rates = scenario.rates;
   scene.coupling = scenario.coupling;
   scene.contact_spacing = scenario.contact_spacing;
   scene.damping_time_s = scenario.damping_time_s;
+  scene.contacts = scenario.contacts;
+  scene.breathing = scenario.breathing;
   report("ready", 1);
   return scene;
 }

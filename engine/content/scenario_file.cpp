@@ -42,6 +42,26 @@ Eigen::Quaterniond frame(JsonObject& object, const Eigen::Vector3d& axis, const 
   return Eigen::Quaterniond(rotation).normalized();
 }
 
+/// Index of the body that `key` names: `name`, already read.
+int body_named(JsonObject& object, const std::string& key, const std::string& name,
+               const std::vector<BodyRequest>& bodies) {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].name == name) return static_cast<int>(i);
+  }
+  object.problem(key, fmt::format("\"{}\" is not a body of this scenario; write the name of one", name));
+  return -1;
+}
+
+void read_contacts(JsonObject& root, ScenarioFile& scenario) {
+  for (JsonObject& contact : root.objects("contacts", false)) {
+    const int nodes_of = body_named(contact, "nodes_of", contact.text("nodes_of"), scenario.bodies);
+    const int surface_of = body_named(contact, "surface_of", contact.text("surface_of"), scenario.bodies);
+    if (nodes_of == surface_of && nodes_of >= 0) contact.problem("", "names one body twice; name two");
+    if (nodes_of >= 0 && surface_of >= 0) scenario.contacts.push_back({nodes_of, surface_of});
+    contact.finish();
+  }
+}
+
 void read_probe_pose(JsonObject root, ScenarioFile& scenario) {
   auto probe = root.object("probe");
   if (!probe) return;
@@ -56,6 +76,8 @@ void read_probe_pose(JsonObject root, ScenarioFile& scenario) {
   } else if (!quaternion) {
     scenario.probe_pose.orientation = frame(*probe, axis, lateral);
   }
+  const std::string presses = probe->text("presses", "");
+  if (!presses.empty()) scenario.probe_presses = body_named(*probe, "presses", presses, scenario.bodies);
   probe->finish();
 }
 
@@ -98,6 +120,7 @@ FixedRegion read_fixed(JsonObject object) {
   }
   region.near = object.texts("near");
   region.distance = object.number("distance_mm", {0, 200}, 5) * 1e-3;
+  region.breathing = object.vector3("breathing_mm", {-50, 50}, Eigen::Vector3d::Zero()) * 1e-3;
   if (!region.box && !region.outside_box && !region.plane && region.near.empty()) {
     object.problem("", "names no region; add box, outside_box, plane or near");
   }
@@ -188,8 +211,6 @@ ScenarioFile read_scenario_file(JsonFile& file) {
   scenario.tissues = root.file("tissues");
   scenario.needle = root.file("needle");
   scenario.motion = root.file("motion");
-  read_probe_pose(root, scenario);
-  root.ignore("probe");
   for (JsonObject& organ : root.objects("organs")) scenario.organs.push_back(read_organ_file(organ));
 
   std::set<std::string> names;
@@ -204,6 +225,9 @@ ScenarioFile read_scenario_file(JsonFile& file) {
     root.problem("bodies",
                  fmt::format("has {} bodies, the limit is {}", scenario.bodies.size(), physics::kMaxBodies));
   }
+  read_probe_pose(root, scenario);
+  root.ignore("probe");
+  read_contacts(root, scenario);
   for (JsonObject& target : root.objects("targets", false)) scenario.targets.push_back(read_target(target));
 
   // Supine: the patient's front (+Z) is up (+Y) in the room, the head (+Y) points away (-Z).
@@ -226,6 +250,11 @@ ScenarioFile read_scenario_file(JsonFile& file) {
   }
   scenario.coupling = root.choice("coupling", {"paper-frozen", "paper-updated"}, "paper-updated");
   scenario.contact_spacing = root.number("contact_spacing_mm", {1, 100}, 10) * 1e-3;
+  if (auto breathing = root.object("breathing", false)) {
+    scenario.breathing.amplitude = breathing->number("amplitude", {0, 2}, 1);
+    scenario.breathing.period = breathing->number("period_s", {1, 30}, scenario.breathing.period);
+    breathing->finish();
+  }
   scenario.damping_time_s = root.number("damping_time_s", {0, 10}, 0);
   root.finish();
   return scenario;

@@ -34,12 +34,13 @@ struct OrganFile {
 
 /// Nodes of a deformable body that do not move: those that meet every condition given.
 struct FixedRegion {
-  std::string pointer;                                ///< place, for messages
-  std::optional<Eigen::AlignedBox3d> box;             ///< inside
-  std::optional<Eigen::AlignedBox3d> outside_box;     ///< outside
-  std::optional<Eigen::Hyperplane<double, 3>> plane;  ///< on the side of its normal
-  std::vector<std::string> near;                      ///< organs, one of them within `distance`
-  double distance = 0;                                ///< m
+  std::string pointer;                                  ///< place, for messages
+  std::optional<Eigen::AlignedBox3d> box;               ///< inside
+  std::optional<Eigen::AlignedBox3d> outside_box;       ///< outside
+  std::optional<Eigen::Hyperplane<double, 3>> plane;    ///< on the side of its normal
+  std::vector<std::string> near;                        ///< organs, one of them within `distance`
+  double distance = 0;                                  ///< m
+  Eigen::Vector3d breathing = Eigen::Vector3d::Zero();  ///< their displacement at full inspiration, m
 };
 
 /// A deformable body to be made.
@@ -77,6 +78,7 @@ struct ScenarioFile {
   std::filesystem::path probe;
   std::filesystem::path motion;
   physics::RigidPose probe_pose;
+  int probe_presses = -1;  ///< index into bodies, -1: none
   std::vector<OrganFile> organs;
   std::vector<BodyRequest> bodies;
   std::vector<TargetRequest> targets;
@@ -87,6 +89,8 @@ struct ScenarioFile {
   std::string coupling;
   double contact_spacing = 0.010;
   double damping_time_s = 0;
+  std::vector<BodyContact> contacts;
+  Breathing breathing;
 };
 
 /// Problems go to `file`.

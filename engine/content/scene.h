@@ -42,6 +42,19 @@ struct DeformableBody {
   physics::TetMesh mesh;
   std::vector<std::uint8_t> tet_tissue;      ///< [tets] index into Scene::tissues
   std::vector<int> fixed_nodes;              ///< ascending, no duplicates
+  std::vector<Eigen::Vector3d> held_motion;  ///< of the fixed nodes at full inspiration, m; empty: none moves
+};
+
+/// Two bodies that slide on each other and do not pass through: nodes of one against the surface of the other.
+struct BodyContact {
+  int nodes_of = 0;                          ///< index into Scene::bodies
+  int surface_of = 0;
+};
+
+/// Quiet breathing; what it moves is in DeformableBody::held_motion.
+struct Breathing {
+  double amplitude = 0;                      ///< 1: as the bodies say, 0: breath held at end-expiration
+  double period = 4;                         ///< s
 };
 
 /// Where a vertex of a surface sits in a deformable body: x = sum weights[i] * node[nodes[i]].
@@ -97,6 +110,7 @@ struct Probe {
   double dynamic_range_db = 60;
   double gain_db = 0;
   physics::RigidPose pose;                   ///< patient_from_probe
+  int presses = -1;                          ///< deformable body it is held against, -1: none
 };
 
 struct Target {
@@ -148,6 +162,8 @@ struct Scene {
   std::string coupling = "paper-updated";    ///< the scenario's default: paper-frozen or paper-updated
   double contact_spacing = 0.010;            ///< m along the path
   double damping_time_s = 0;                 ///< Kelvin-Voigt: B = damping_time * K
+  std::vector<BodyContact> contacts;
+  Breathing breathing;
 };
 
 }  // namespace stylet::content

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -31,12 +33,37 @@ std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& sce
     physics::SimulationBody& simulated = bodies.emplace_back();
     simulated.mesh = body.mesh;
     simulated.fixed_nodes = body.fixed_nodes;
+    simulated.held_motion = body.held_motion;
     simulated.damping_time_s = scene.damping_time_s;
     for (const std::uint8_t tissue : body.tet_tissue) {
       simulated.tet_materials.push_back(scene.tissues[tissue].mechanics);
     }
   }
   return bodies;
+}
+
+constexpr double kHousing = 0.004;  // m; how much wider the head is than the face that scans
+
+physics::ProbeShape probe_shape(const content::Probe& probe) {
+  physics::ProbeShape shape;
+  shape.face_radius = probe.convex ? probe.radius : 0;
+  shape.half_width = (probe.convex ? probe.radius * probe.field_of_view : probe.width) / 2 + kHousing;
+  return shape;
+}
+
+physics::SimulationLoopSettings simulation_settings(const content::Scene& scene) {
+  physics::SimulationLoopSettings settings;
+  settings.dt = 1.0 / scene.rates.simulation_hz;
+  settings.contact_spacing = scene.contact_spacing;
+  for (const content::BodyContact& contact : scene.contacts) {
+    settings.contact.pairs.push_back({contact.nodes_of, contact.surface_of});
+  }
+  if (scene.probe.presses >= 0) {
+    settings.contact.probe.emplace();
+    settings.contact.probe->shape = probe_shape(scene.probe);
+    settings.contact.probe->body = scene.probe.presses;
+  }
+  return settings;
 }
 
 // The loops' constructors know nothing of files: their complaints are given the place here.
@@ -67,8 +94,7 @@ CoupledLoops::CoupledLoops(const content::Scene& scene, physics::Coupling coupli
     : scene_(scene),
       listeners_(std::move(listeners)),
       haptic_(with_place(scene, [&] { return physics::HapticLoop(haptic_settings(scene, coupling), start); })),
-      simulation_(with_place(scene, [&] { return simulation_bodies(scene); }),
-                  {.dt = 1.0 / scene.rates.simulation_hz, .contact_spacing = scene.contact_spacing}),
+      simulation_(with_place(scene, [&] { return simulation_bodies(scene); }), simulation_settings(scene)),
       haptic_dt_(1.0 / scene.rates.haptic_hz),
       hub_(start) {}
 
@@ -95,19 +121,30 @@ const physics::NeedleState& CoupledLoops::haptic_step(const HapticStepRecord& in
 
 physics::SimulationReport CoupledLoops::simulation_step(double time_s, const physics::NeedleState& needle, bool take,
                                                         bool request, physics::TissuePatch& out) {
-  const physics::SimulationReport report = simulation_.step(
-      {.needle = &needle, .time_s = time_s, .take_factorisation = take, .request_factorisation = request}, out);
+  const physics::RigidPose probe = probe_pose(scene_, time_s);
+  const physics::SimulationReport report = simulation_.step({.needle = &needle,
+                                                             .time_s = time_s,
+                                                             .take_factorisation = take,
+                                                             .request_factorisation = request,
+                                                             .probe = &probe,
+                                                             .held_amplitude = inspiration(scene_.breathing, time_s)},
+                                                            out);
   const SimulationStepRecord record{.step = ++simulation_steps_,
                                     .time_s = time_s,
                                     .needle_step = report.needle_step,
                                     .factor_taken = report.factorisation_taken,
                                     .factor_requested = report.factorisation_requested,
                                     .factor_epoch = report.factor_epoch,
-                                    .probe = probe_pose(scene_, time_s)};
+                                    .probe = probe};
   for (StepListener* listener : listeners_) {
     listener->simulation_stepped(record, report, simulation_.tissue(), needle);
   }
   return report;
+}
+
+double inspiration(const content::Breathing& breathing, double time_s) {
+  const double s = std::sin(std::numbers::pi * time_s / breathing.period);
+  return breathing.amplitude * s * s * s * s;
 }
 
 double insertion_depth(const content::Needle& properties, const physics::NeedleState& needle) {

@@ -53,7 +53,17 @@ TEST(ShippedContent, EveryFolderStatesALicence) {
 
 TEST(ShippedContent, DefaultSceneHasTheAnatomyOfABiopsy) {
   const Scene& scene = default_scene();
-  ASSERT_EQ(scene.bodies.size(), 2u);
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  EXPECT_EQ(scene.bodies[2].name, "kidney");
+  EXPECT_EQ(scene.probe.presses, 0);
+  EXPECT_EQ(scene.contacts.size(), 2u);
+  // Breathing takes the liver along by what a diaphragm moves; the held nodes of the wall stay.
+  ASSERT_EQ(scene.bodies[1].held_motion.size(), scene.bodies[1].fixed_nodes.size());
+  for (const Eigen::Vector3d& motion : scene.bodies[1].held_motion) {
+    EXPECT_GE(motion.norm(), 0.010);
+    EXPECT_LE(motion.norm(), 0.020);
+  }
+  EXPECT_TRUE(scene.bodies[0].held_motion.empty());
   const DeformableBody& liver = scene.bodies[1];
   EXPECT_EQ(liver.name, "liver");
   EXPECT_GE(liver.mesh.nodes.size(), 2000u);
@@ -240,8 +250,9 @@ TEST(Schemas, AgreeWithTheReaders) {
   const char* full = R"({"format": "stylet-scenario", "version": 1, "probe": {},
     "organs": [{"nodes": {"a": {}}}],
     "bodies": [{"mesh": {}, "fixed": [{"box": {}, "outside_box": {}, "plane": {}}]}],
-    "targets": [{}], "labels": {}, "camera": {}, "room_from_patient": {}, "rates": {}})";
-  expect_schema_agrees("scenario", full, 16, [](JsonFile& f) { read_scenario_file(f); });
+    "targets": [{}], "labels": {}, "camera": {}, "room_from_patient": {}, "rates": {},
+    "contacts": [{}], "breathing": {}})";
+  expect_schema_agrees("scenario", full, 18, [](JsonFile& f) { read_scenario_file(f); });
 }
 
 /// A value against the parts of JSON Schema that our schemas of generated files use.
