@@ -23,8 +23,7 @@ using bench::ReferenceInsertion;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kSlowness = 10;  // simulation steps a factorisation
-
-constexpr double kRest = support::kSanitized ? 1 : 3;  // s, after the motion
+constexpr double kRest = 3;    // s, after the motion; several factorisations, however late they come
 
 ReferenceInsertion insertion_at_hand() {
   ReferenceInsertion insertion = support::r1();
