@@ -152,7 +152,8 @@ private:
 /// Reads a whole file. @throws ContentError missing, not a regular file, unreadable, larger than `limit` bytes
 std::string read_file(const std::filesystem::path& path, std::size_t limit);
 
-/// The name among `names` closest to `word` (one starts with the other, or edit distance at most a third of its length, at least 2), or empty.
+/// The name among `names` closest to `word` (one starts with the other, or edit distance at most a third of its
+/// length, at least 2), or empty.
 std::string nearest(const std::string& word, const std::set<std::string>& names);
 
 }  // namespace stylet::content

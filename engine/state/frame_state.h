@@ -11,11 +11,11 @@ namespace stylet::state {
 
 /// Patient frame, metres, newtons. Arrays are sized at load and never grow.
 struct FrameState {
-  double time_s = 0;                                ///< session time
+  double time_s = 0;  ///< session time
   std::uint64_t simulation_step = 0;
   std::uint64_t haptic_step = 0;
-  std::vector<std::vector<Eigen::Vector3f>> bodies; ///< [body][node] deformed positions
-  std::vector<Eigen::Vector3f> needle_positions;    ///< [needle node] hub first
+  std::vector<std::vector<Eigen::Vector3f>> bodies;  ///< [body][node] deformed positions
+  std::vector<Eigen::Vector3f> needle_positions;     ///< [needle node] hub first
   std::vector<Eigen::Quaternionf> needle_orientations;
   Eigen::Vector3f probe_position = Eigen::Vector3f::Zero();
   Eigen::Quaternionf probe_orientation = Eigen::Quaternionf::Identity();

@@ -23,9 +23,7 @@ public:
   /// Writer: the slot to fill. Holds an older value, not the last one published.
   T& back() { return slots_[back_]; }
   /// Writer: makes back() the latest value.
-  void publish() {
-    back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex;
-  }
+  void publish() { back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex; }
   /// Reader: takes the latest value if there is a newer one; true if front() changed.
   bool update() {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
