@@ -83,7 +83,7 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
         bodies_[static_cast<std::size_t>(settings_.pairs[p].nodes_of)].surface->nodes();
     std::vector<NodeContact>& states = nodes_.emplace_back(nodes.size());
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-      const ContactRow row = face_to_face(static_cast<int>(p), nodes[k], true);
+      const SurfaceRow row = face_to_face(static_cast<int>(p), nodes[k], true);
       if (row.support_count > 0) states[k].rest_overlap = std::min(0.0, row.gap);
     }
     capacity += static_cast<std::size_t>(settings_.max_points);
@@ -134,11 +134,11 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
   sum_up(probe);
 }
 
-ContactRow OrganContact::face_to_face(int pair, int node, bool pressed) const {
+SurfaceRow OrganContact::face_to_face(int pair, int node, bool pressed) const {
   const ContactPair& bodies = settings_.pairs[static_cast<std::size_t>(pair)];
   const Body& body = bodies_[static_cast<std::size_t>(bodies.nodes_of)];
   const BodySurface& surface = *bodies_[static_cast<std::size_t>(bodies.surface_of)].surface;
-  ContactRow row;
+  SurfaceRow row;
   const Eigen::Vector3d x = body.positions->col(node);
   if (surface.bounds().squaredExteriorDistance(x) > settings_.reach * settings_.reach) return row;
   const SurfacePoint nearest = surface.closest(x, body.surface->node_normal(node), settings_.search);
@@ -157,7 +157,7 @@ ContactRow OrganContact::face_to_face(int pair, int node, bool pressed) const {
   return row;
 }
 
-bool OrganContact::movable(const ContactRow& row) const {
+bool OrganContact::movable(const SurfaceRow& row) const {
   return std::any_of(row.supports.begin(), row.supports.begin() + row.support_count, [&](const auto& support) {
     const TissueModel& model = *bodies_[static_cast<std::size_t>(support.body)].model;
     return support.weight != 0 && model.free_index[static_cast<std::size_t>(support.node)] >= 0;
@@ -169,7 +169,7 @@ void OrganContact::find_pair(int pair) {
   const std::span<const int> nodes = bodies_[static_cast<std::size_t>(settings_.pairs[p].nodes_of)].surface->nodes();
   int found = 0;
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    ContactRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0);
+    SurfaceRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0);
     if (row.support_count == 0 || !movable(row)) continue;
     row.gap -= nodes_[p][k].rest_overlap;
     if (row.gap > settings_.reach) continue;
@@ -192,7 +192,7 @@ void OrganContact::find_probe(const RigidPose& pose) {
   faces_.clear();
   body.surface->faces_in({pose.position.array() - reach, pose.position.array() + reach}, faces_);
   const auto first = static_cast<std::ptrdiff_t>(rows_.size());
-  std::vector<ContactRow> found;
+  std::vector<SurfaceRow> found;
   for (const int f : faces_) {
     const auto& [a, b, c] = body.surface->face(f);
     const auto& x = *body.positions;
@@ -200,7 +200,7 @@ void OrganContact::find_probe(const RigidPose& pose) {
     for (std::size_t k = 0; k < points_a_face_; ++k) {
       const std::size_t slot = static_cast<std::size_t>(f) * points_a_face_ + k;
       const ProbePoint& point = points_[slot];
-      ContactRow row;
+      SurfaceRow row;
       row.position = point.weights[0] * x.col(a) + point.weights[1] * x.col(b) + point.weights[2] * x.col(c);
       const ProbeShape::Distance distance =
           probe.shape.distance(world_from_probe.transpose() * (row.position - pose.position));
@@ -223,22 +223,22 @@ void OrganContact::find_probe(const RigidPose& pose) {
   if (found.size() > room) {
     std::nth_element(
         found.begin(), found.begin() + probe.max_points, found.end(),
-        [](const ContactRow& a, const ContactRow& b) { return std::pair(a.gap, a.slot) < std::pair(b.gap, b.slot); });
+        [](const SurfaceRow& a, const SurfaceRow& b) { return std::pair(a.gap, a.slot) < std::pair(b.gap, b.slot); });
     report_.left_out += static_cast<int>(found.size() - room);
     found.resize(room);
   }
   rows_.insert(rows_.end(), found.begin(), found.end());
   std::sort(rows_.begin() + first, rows_.end(),
-            [](const ContactRow& a, const ContactRow& b) { return a.slot < b.slot; });
+            [](const SurfaceRow& a, const SurfaceRow& b) { return a.slot < b.slot; });
 }
 
 void OrganContact::learn(int limit, SolveWorkspace& workspace) {
   for (Body& body : bodies_) body.touched.clear();
   for (const bool pressed : {true, false}) {
-    for (const ContactRow& row : rows_) {
+    for (const SurfaceRow& row : rows_) {
       if ((row.lambda > 0) != pressed) continue;
       for (int s = 0; s < row.support_count; ++s) {
-        const ContactRow::Support& support = row.supports[static_cast<std::size_t>(s)];
+        const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
         bodies_[static_cast<std::size_t>(support.body)].touched.push_back(support.node);
       }
     }
@@ -246,7 +246,7 @@ void OrganContact::learn(int limit, SolveWorkspace& workspace) {
   for (Body& body : bodies_) {
     if (body.compliance) body.compliance->learn(body.touched, limit, workspace);
   }
-  std::erase_if(rows_, [&](const ContactRow& row) {  // they come in the next steps
+  std::erase_if(rows_, [&](const SurfaceRow& row) {  // they come in the next steps
     return std::any_of(row.supports.begin(), row.supports.begin() + row.support_count, [&](const auto& support) {
       return !bodies_[static_cast<std::size_t>(support.body)].compliance->known(support.node);
     });
@@ -257,14 +257,14 @@ void OrganContact::assemble() {
   const auto n = static_cast<Eigen::Index>(rows_.size());
   double trace = 0;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const ContactRow& row = rows_[static_cast<std::size_t>(i)];
+    const SurfaceRow& row = rows_[static_cast<std::size_t>(i)];
     for (Eigen::Index j = 0; j <= i; ++j) {
-      const ContactRow& other = rows_[static_cast<std::size_t>(j)];
+      const SurfaceRow& other = rows_[static_cast<std::size_t>(j)];
       double sum = 0;
       for (int a = 0; a < row.support_count; ++a) {
-        const ContactRow::Support& at = row.supports[static_cast<std::size_t>(a)];
+        const SurfaceRow::Support& at = row.supports[static_cast<std::size_t>(a)];
         for (int b = 0; b < other.support_count; ++b) {
-          const ContactRow::Support& from = other.supports[static_cast<std::size_t>(b)];
+          const SurfaceRow::Support& from = other.supports[static_cast<std::size_t>(b)];
           if (at.body != from.body) continue;
           const SurfaceCompliance& compliance = *bodies_[static_cast<std::size_t>(at.body)].compliance;
           sum += at.weight * from.weight * row.normal.dot(compliance.block(at.node, from.node) * other.normal);
@@ -281,7 +281,7 @@ void OrganContact::assemble() {
 void OrganContact::relax() {
   const auto n = static_cast<Eigen::Index>(rows_.size());
   for (Eigen::Index i = 0; i < n; ++i) {
-    const ContactRow& row = rows_[static_cast<std::size_t>(i)];
+    const SurfaceRow& row = rows_[static_cast<std::size_t>(i)];
     slack_[i] = row.gap + row.compliance * row.lambda;
     report_.violation = std::max(report_.violation, std::abs(std::min(slack_[i], w_(i, i) * row.lambda)));
   }
@@ -305,7 +305,7 @@ void OrganContact::keep() {
     for (NodeContact& node : nodes) node.lambda = 0;
   }
   for (ProbePoint& point : points_) point.lambda = 0;
-  for (ContactRow& row : rows_) {
+  for (SurfaceRow& row : rows_) {
     if (!std::isfinite(row.lambda)) row.lambda = 0;
     (row.pair >= 0 ? nodes_[static_cast<std::size_t>(row.pair)][row.slot].lambda : points_[row.slot].lambda) =
         row.lambda;
@@ -315,7 +315,7 @@ void OrganContact::keep() {
 void OrganContact::sum_up(const RigidPose* probe) {
   probe_ = {};
   report_.rows = static_cast<int>(rows_.size());
-  for (const ContactRow& row : rows_) {
+  for (const SurfaceRow& row : rows_) {
     if (row.pair >= 0) report_.deepest = std::max(report_.deepest, -row.gap);
     if (row.lambda <= 0) continue;
     ++report_.pressing;
@@ -333,10 +333,10 @@ void OrganContact::sum_up(const RigidPose* probe) {
 }
 
 void OrganContact::add_forces(int body, Eigen::VectorXd& forces) const {
-  for (const ContactRow& row : rows_) {
+  for (const SurfaceRow& row : rows_) {
     if (row.lambda <= 0) continue;
     for (int s = 0; s < row.support_count; ++s) {
-      const ContactRow::Support& support = row.supports[static_cast<std::size_t>(s)];
+      const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
       if (support.body != body) continue;
       const int i = bodies_[static_cast<std::size_t>(body)].model->free_index[static_cast<std::size_t>(support.node)];
       if (i >= 0) forces.segment<3>(3 * i) += support.weight * row.lambda * row.normal;

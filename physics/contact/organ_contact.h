@@ -50,7 +50,7 @@ struct OrganContactSettings {
 };
 
 /// One unilateral row: force weight * lambda * normal on each node.
-struct ContactRow {
+struct SurfaceRow {
   struct Support {
     int body = -1;
     int node = -1;
@@ -104,7 +104,7 @@ public:
   /// @param forces  [free DOFs of the body], N
   void add_forces(int body, Eigen::VectorXd& forces) const;
 
-  std::span<const ContactRow> rows() const { return rows_; }
+  std::span<const SurfaceRow> rows() const { return rows_; }
   const OrganContactReport& report() const { return report_; }
   const ProbeContact& probe() const { return probe_; }
 
@@ -138,15 +138,15 @@ private:
   void sum_up(const RigidPose* probe);
 
   /// The row of a node against a surface as both are now, without its overlap at rest; support_count = 0: none.
-  ContactRow face_to_face(int pair, int node, bool pressed) const;
-  bool movable(const ContactRow& row) const;
+  SurfaceRow face_to_face(int pair, int node, bool pressed) const;
+  bool movable(const SurfaceRow& row) const;
 
   OrganContactSettings settings_;
   std::vector<Body> bodies_;
   std::vector<std::vector<NodeContact>> nodes_;  // [pairs] [nodes of the pair's body]
   std::vector<ProbePoint> points_;               // face by face
   std::size_t points_a_face_ = 0;
-  std::vector<ContactRow> rows_;
+  std::vector<SurfaceRow> rows_;
   std::vector<int> faces_;  // scratch
   Eigen::MatrixXd w_;       // H S H^T + c + e of rows_
   Eigen::VectorXd slack_;   // left side of eq. 31

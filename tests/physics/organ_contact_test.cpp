@@ -149,8 +149,8 @@ TEST(OrganContact, ForcesAndMomentsOnTheBodiesAreOpposite) {
   Eigen::Vector3d force[2], moment[2];
   for (std::size_t b = 0; b < 2; ++b) {
     force[b] = moment[b] = Eigen::Vector3d::Zero();
-    for (const ContactRow& row : bench.contact().rows()) {
-      for (const ContactRow::Support& support : row.supports) {
+    for (const SurfaceRow& row : bench.contact().rows()) {
+      for (const SurfaceRow::Support& support : row.supports) {
         if (support.body != static_cast<int>(b)) continue;
         const Eigen::Vector3d f = support.weight * row.lambda * row.normal;
         force[b] += f;
@@ -170,7 +170,7 @@ TEST(OrganContact, RowsAreTheGradientOfTheGap) {
   std::vector<Eigen::Matrix3Xd> moved{bench.positions(0), bench.positions(1)};
   SolveWorkspace workspace;
   bench.contact().update(moved, nullptr, workspace);
-  const std::vector<ContactRow> before(bench.contact().rows().begin(), bench.contact().rows().end());
+  const std::vector<SurfaceRow> before(bench.contact().rows().begin(), bench.contact().rows().end());
   ASSERT_GT(before.size(), 20u);
   // Affine motions: faces stay flat, so that their normals are exact.
   const double small = 1e-6;
@@ -180,11 +180,11 @@ TEST(OrganContact, RowsAreTheGradientOfTheGap) {
   for (std::size_t b = 0; b < 2; ++b) moved[b] += change[b];
   bench.contact().update(moved, nullptr, workspace);
   int compared = 0;
-  for (const ContactRow& after : bench.contact().rows()) {
-    for (const ContactRow& row : before) {
+  for (const SurfaceRow& after : bench.contact().rows()) {
+    for (const SurfaceRow& row : before) {
       if (row.slot != after.slot) continue;
       double predicted = 0;
-      for (const ContactRow::Support& support : row.supports) {
+      for (const SurfaceRow::Support& support : row.supports) {
         predicted +=
             support.weight * row.normal.dot(change[static_cast<std::size_t>(support.body)].col(support.node));
       }
