@@ -99,8 +99,8 @@ public:
   int body_count() const { return static_cast<int>(models_.size()); }
   const TissueModel& model(int body) const { return models_[static_cast<std::size_t>(body)]; }
   /// Contact rows of the last step.
-  std::span<const ContactRow> contact_rows() const {
-    return contact_ ? contact_->rows() : std::span<const ContactRow>();
+  std::span<const SurfaceRow> contact_rows() const {
+    return contact_ ? contact_->rows() : std::span<const SurfaceRow>();
   }
 
 private:
