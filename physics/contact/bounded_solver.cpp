@@ -99,8 +99,8 @@ void BoundedSolver::forget() {
   remembered_yielding_.clear();
 }
 
-BoundedSolveReport BoundedSolver::solve(std::span<const ContactRow> rows, Eigen::Ref<const Eigen::MatrixXd> w,
-                                        Eigen::Ref<const Eigen::VectorXd> delta,
+BoundedSolveReport BoundedSolver::solve(std::span<const ContactRow> rows, const Eigen::Ref<const Eigen::MatrixXd>& w,
+                                        const Eigen::Ref<const Eigen::VectorXd>& delta,
                                         Eigen::Ref<Eigen::VectorXd> lambda) noexcept {
   BoundedSolveReport report;
   count_ = 0;
@@ -123,8 +123,8 @@ BoundedSolveReport BoundedSolver::solve(std::span<const ContactRow> rows, Eigen:
   return report;
 }
 
-bool BoundedSolver::eliminate(std::span<const ContactRow> rows, Eigen::Ref<const Eigen::MatrixXd> w,
-                              Eigen::Ref<const Eigen::VectorXd> delta, BoundedSolveReport& report) {
+bool BoundedSolver::eliminate(std::span<const ContactRow> rows, const Eigen::Ref<const Eigen::MatrixXd>& w,
+                              const Eigen::Ref<const Eigen::VectorXd>& delta, BoundedSolveReport& report) {
   leading_.clear();
   bounded_.clear();
   has_coupling_ = false;
@@ -285,8 +285,8 @@ void BoundedSolver::settle_motion(std::span<const ContactRow> rows) {
   }
 }
 
-double BoundedSolver::residual(std::span<const ContactRow> rows, Eigen::Ref<const Eigen::MatrixXd> w,
-                               Eigen::Ref<const Eigen::VectorXd> delta) {
+double BoundedSolver::residual(std::span<const ContactRow> rows, const Eigen::Ref<const Eigen::MatrixXd>& w,
+                               const Eigen::Ref<const Eigen::VectorXd>& delta) {
   const auto lambda = multipliers_.head(count_);
   auto u = motion_.head(count_);
   u = delta + compliance_.head(count_).cwiseProduct(lambda);

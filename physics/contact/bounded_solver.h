@@ -87,8 +87,9 @@ public:
   /// @param delta             relative motion without contact forces                                 [m], m
   /// @param[in,out] lambda    first guess (of the bounds; any will do), then the solution            [m], N
   /// @realtime no allocation; O(m^3 / 6) and O(b^3 / 6) a pivot, b the bounded rows that stick
-  BoundedSolveReport solve(std::span<const ContactRow> rows, Eigen::Ref<const Eigen::MatrixXd> w,
-                           Eigen::Ref<const Eigen::VectorXd> delta, Eigen::Ref<Eigen::VectorXd> lambda) noexcept;
+  BoundedSolveReport solve(std::span<const ContactRow> rows, const Eigen::Ref<const Eigen::MatrixXd>& w,
+                           const Eigen::Ref<const Eigen::VectorXd>& delta,
+                           Eigen::Ref<Eigen::VectorXd> lambda) noexcept;
 
   /// Starts the next solve from all rows sticking.
   void forget();
@@ -101,8 +102,8 @@ public:
   double compliance(int row) const { return compliance_[row]; }
 
 private:
-  bool eliminate(std::span<const ContactRow> rows, Eigen::Ref<const Eigen::MatrixXd> w,
-                 Eigen::Ref<const Eigen::VectorXd> delta, BoundedSolveReport& report);
+  bool eliminate(std::span<const ContactRow> rows, const Eigen::Ref<const Eigen::MatrixXd>& w,
+                 const Eigen::Ref<const Eigen::VectorXd>& delta, BoundedSolveReport& report);
   void recall_states(std::span<const ContactRow> rows);
   void remember_states(std::span<const ContactRow> rows);
   bool solve_bounds(std::span<const ContactRow> rows, bool held, BoundedSolveReport& report);
@@ -124,8 +125,8 @@ private:
   void solve_newton(Eigen::VectorXd& x) const;
   void sweep(std::span<const ContactRow> rows);
   void settle_motion(std::span<const ContactRow> rows);
-  double residual(std::span<const ContactRow> rows, Eigen::Ref<const Eigen::MatrixXd> w,
-                  Eigen::Ref<const Eigen::VectorXd> delta);
+  double residual(std::span<const ContactRow> rows, const Eigen::Ref<const Eigen::MatrixXd>& w,
+                  const Eigen::Ref<const Eigen::VectorXd>& delta);
 
   BoundedSolveLimits limits_;
   int count_ = 0;

@@ -54,7 +54,8 @@ int BoxPivoting::load(Eigen::Ref<Eigen::MatrixXd> s, const double* diagonal, dou
   return softened + dependent;
 }
 
-void BoxPivoting::factorise_free(Eigen::Ref<const Eigen::MatrixXd> s, const Bounds& bounds, const RowState* states) {
+void BoxPivoting::factorise_free(const Eigen::Ref<const Eigen::MatrixXd>& s, const Bounds& bounds,
+                                 const RowState* states) {
   const int n = static_cast<int>(s.rows());
   bool same = true;
   for (int i = 0; i < n; ++i) {
@@ -81,7 +82,7 @@ void BoxPivoting::factorise_free(Eigen::Ref<const Eigen::MatrixXd> s, const Boun
   factor_.factorise(softening_.data());
 }
 
-void BoxPivoting::solve_states(Eigen::Ref<const Eigen::MatrixXd> s, const double* d, const Bounds& bounds,
+void BoxPivoting::solve_states(const Eigen::Ref<const Eigen::MatrixXd>& s, const double* d, const Bounds& bounds,
                                const RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u) {
   const int n = static_cast<int>(s.rows());
   factorise_free(s, bounds, states);
@@ -106,8 +107,8 @@ void BoxPivoting::solve_states(Eigen::Ref<const Eigen::MatrixXd> s, const double
   for (int a = 0; a < count; ++a) u_n[free_[a]] = -added_[free_[a]] * x_[a];  // 0 where it sticks
 }
 
-bool BoxPivoting::solve(Eigen::Ref<const Eigen::MatrixXd> s, const double* d, const Bounds& bounds, RowState* states,
-                        Eigen::VectorXd& lambda, Eigen::VectorXd& u, int most_pivots, int& pivots) {
+bool BoxPivoting::solve(const Eigen::Ref<const Eigen::MatrixXd>& s, const double* d, const Bounds& bounds,
+                        RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u, int most_pivots, int& pivots) {
   const int n = static_cast<int>(s.rows());
   double d_scale = 0;
   double s_scale = 0;

@@ -48,13 +48,13 @@ public:
   /// @param[out] lambda, u   of the last states tried                                     [n], N, m
   /// @param[in,out] pivots   solves so far; ends the search at most_pivots
   /// @return whether the states are right
-  bool solve(Eigen::Ref<const Eigen::MatrixXd> s, const double* d, const Bounds& bounds, RowState* states,
+  bool solve(const Eigen::Ref<const Eigen::MatrixXd>& s, const double* d, const Bounds& bounds, RowState* states,
              Eigen::VectorXd& lambda, Eigen::VectorXd& u, int most_pivots, int& pivots);
 
 private:
-  void solve_states(Eigen::Ref<const Eigen::MatrixXd> s, const double* d, const Bounds& bounds,
+  void solve_states(const Eigen::Ref<const Eigen::MatrixXd>& s, const double* d, const Bounds& bounds,
                     const RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u);
-  void factorise_free(Eigen::Ref<const Eigen::MatrixXd> s, const Bounds& bounds, const RowState* states);
+  void factorise_free(const Eigen::Ref<const Eigen::MatrixXd>& s, const Bounds& bounds, const RowState* states);
 
   PanelLdl factor_;
   std::vector<int> free_;      // rows whose multiplier is unknown: sticking, or sliding with a dashpot
