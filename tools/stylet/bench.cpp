@@ -1,5 +1,6 @@
 // `stylet bench`: measurements of this machine and build, beside published figures and the bounds asked for.
 #include "engine/content/scenario.h"
+#include "tools/bench/line_compliance.h"
 #include "tools/bench/paper.h"
 #include "tools/bench/report.h"
 #include "tools/stylet/commands.h"
@@ -37,6 +38,12 @@ bench::Report run_paper(const BenchOptions& options) {
                              .sofa_style_peer = options.peer == "sofa-style"});
 }
 
+bench::Report run_line_compliance(const BenchOptions& options) {
+  return bench::bench_line_compliance({.reference_insertion = content::content_directory() / "reference" / "r1.json",
+                                       .out = options.out,
+                                       .quick = options.quick});
+}
+
 struct Bench {
   const char* name;
   const char* summary;
@@ -45,6 +52,7 @@ struct Bench {
 
 constexpr std::array kBenches{
     Bench{"paper", "tables and figures of Martin, Zeng, Courtecuisse (IROS 2023) next to ours", run_paper},
+    Bench{"line-compliance", "sub-grid compliance against a resolved needle", run_line_compliance},
 };
 
 const Bench& find_bench(const std::string& name) {
@@ -58,7 +66,7 @@ const Bench& find_bench(const std::string& name) {
 
 void run_bench(const BenchOptions& options) {
   if (options.name.empty()) {
-    for (const Bench& bench : kBenches) fmt::print("{:<10} {}\n", bench.name, bench.summary);
+    for (const Bench& bench : kBenches) fmt::print("{:<16} {}\n", bench.name, bench.summary);
     return;
   }
   const Bench& bench = find_bench(options.name);

@@ -1,0 +1,67 @@
+#include "physics/contact/subgrid_compliance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stylet::physics {
+
+namespace {
+
+using std::numbers::pi;
+
+// Below this logarithm a mesh is as fine as the needle is thick. Some compliance stays, so that contacts that share
+// a tetrahedron keep independent rows.
+constexpr double kLeastLogarithm = 0.1;
+constexpr double kLeastOfTip = 0.05;         // of the compliance of the tip alone, for the same reason
+constexpr double kMeanSquaredWeights = 0.4;  // sum of beta_a^2 of a point anywhere in a tetrahedron
+constexpr double kMeanOnFace = 0.5;          // the same on a face
+constexpr double kMostSpacing = 4;           // length / h up to which the calibration reaches
+
+double shear_modulus(const ElasticMaterial& m) {
+  return m.young_modulus / (2 * (1 + m.poisson_ratio));
+}
+
+double mesh_size(const SubgridSite& site) {
+  return std::cbrt(6 * site.tet_volume);
+}
+
+// How much linear tetrahedra lock: with lambda / mu, 1 + lambda / mu = 1 / (1 - 2 nu). 0 at nu = 0, 3.5 at 0.45.
+double locking(double poisson_ratio) {
+  const double x = -std::log(1 - 2 * std::clamp(poisson_ratio, 0.0, 0.49));
+  return x * std::sqrt(x);
+}
+
+}  // namespace
+
+ShaftCompliance shaft_compliance(const SubgridSite& site, double needle_radius, double length) {
+  const double g = shear_modulus(site.material), nu = site.material.poisson_ratio;
+  const double h = mesh_size(site);
+  const double off_mean = site.barycentric.squaredNorm() - kMeanSquaredWeights;
+  const double lock = locking(nu);
+  const double lateral_alpha = -0.695 + 0.110 * lock + (-2.97 + 0.245 * lock) * off_mean;  // ln alpha
+  const double axial_alpha = -0.515 - 3.1 * off_mean;
+  const double spacing = std::min(length / h, kMostSpacing);
+  const double seen = std::log(h / needle_radius) - 0.03 * spacing * spacing * spacing;
+  return {
+      .lateral = (3 - 4 * nu) / (8 * pi * g * (1 - nu) * length) * std::max(seen + lateral_alpha, kLeastLogarithm),
+      .axial = 1 / (2 * pi * g * length) * std::max(seen + axial_alpha, kLeastLogarithm)};
+}
+
+double surface_tip_compliance(const SubgridSite& site, double needle_radius) {
+  const double g = shear_modulus(site.material), nu = site.material.poisson_ratio;
+  const double punch = (1 - nu) / (4 * g * needle_radius);
+  const double seen = 1.85 + 2.2 * (site.barycentric.squaredNorm() - kMeanOnFace);
+  return std::max(punch - seen * (1 - nu) / (2 * pi * g * mesh_size(site)), kLeastOfTip * punch);
+}
+
+double channel_tip_compliance(const SubgridSite& site, double needle_radius) {
+  const double g = shear_modulus(site.material), nu = site.material.poisson_ratio;
+  const double lock = locking(nu);
+  const double tip = (0.512 + 0.37 * nu) * (1 - nu) / (4 * g * needle_radius);
+  const double seen =
+      1.4 - 0.13 * lock + (2.0 - 0.25 * lock) * (site.barycentric.squaredNorm() - kMeanSquaredWeights);
+  return std::max(tip - seen / (4 * pi * g * mesh_size(site)), kLeastOfTip * tip);
+}
+
+}  // namespace stylet::physics
