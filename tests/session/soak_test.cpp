@@ -26,19 +26,23 @@ constexpr double kRest = 1;  // s, at the end of a pass with the needle outside
 /// The track forwards, backwards, then at rest at its start; again and again.
 class RepeatedMotion final : public haptic::Device {
 public:
-  explicit RepeatedMotion(haptic::RecordedDevice track) : track_(std::move(track)) {}
+  /// @param step_s  of the simulation: a pass takes a whole number of them, so that each lays the same contacts
+  RepeatedMotion(haptic::RecordedDevice track, double step_s)
+      : track_(std::move(track)),
+        pass_s_(std::ceil((2 * (track_.end_s() - track_.start_s()) + kRest) / step_s) * step_s) {}
   std::string name() const override { return "repeated " + track_.name(); }
   haptic::DeviceLimits limits() const override { return track_.limits(); }
   haptic::StylusSample read(double now_s) override {
-    const double t = std::fmod(now_s, pass_s());
+    const double t = std::fmod(now_s, pass_s_);
     const double length = track_.end_s() - track_.start_s();
     return track_.read(track_.start_s() + (t < length ? t : std::max(0.0, 2 * length - t)));
   }
   void write(const Eigen::Vector3d&, const Eigen::Vector3d&) override {}
-  double pass_s() const { return 2 * (track_.end_s() - track_.start_s()) + kRest; }
+  double pass_s() const { return pass_s_; }
 
 private:
   haptic::RecordedDevice track_;
+  double pass_s_;
 };
 
 RepeatedMotion repeated(const content::Scene& scene) {
@@ -46,7 +50,7 @@ RepeatedMotion repeated(const content::Scene& scene) {
   for (const content::MotionSample& sample : scene.motion.stylus) {
     track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
   }
-  return RepeatedMotion(haptic::RecordedDevice(std::move(track)));
+  return RepeatedMotion(haptic::RecordedDevice(std::move(track)), 1 / scene.rates.simulation_hz);
 }
 
 double resident_mib() {
