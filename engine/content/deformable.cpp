@@ -63,39 +63,81 @@ void hold_nodes(const BodyRequest& request, std::span<const Organ> organs, const
   }
 }
 
-std::vector<std::uint8_t> tet_tissues(const BodyRequest& request, const physics::TetMesh& mesh, const Organ& boundary,
-                                      std::span<const Organ> organs) {
+/// Barycentric weights of 20 points spread evenly over a tetrahedron.
+std::vector<Eigen::Vector4d> sample_points() {
+  std::vector<Eigen::Vector4d> points;
+  for (int a = 0; a <= 3; ++a) {
+    for (int b = 0; a + b <= 3; ++b) {
+      for (int c = 0; a + b + c <= 3; ++c)
+        points.emplace_back(Eigen::Vector4d(a, b, c, 3 - a - b - c).array() / 4 + 1.0 / 16);
+    }
+  }
+  return points;
+}
+
+/// Fills tet_tissue by the centroid and tet_mechanics by volume fraction.
+void give_tissues(const BodyRequest& request, const Organ& boundary, std::span<const Organ> organs,
+                  std::span<const Tissue> tissues, DeformableBody& body) {
   struct Region {
     std::uint8_t tissue;
+    bool labels;  // a vessel changes how the tetrahedra around it yield, not what they are called
     Solid solid;
   };
   std::vector<Region> regions;
   for (const Organ& organ : organs) {
-    if (organ.body != request.name || (organ.role != SurfaceRole::region && organ.role != SurfaceRole::target))
-      continue;
-    regions.push_back({static_cast<std::uint8_t>(organ.tissue), Solid(organ.mesh)});
+    const bool part = organ.role == SurfaceRole::region || organ.role == SurfaceRole::target;
+    if (organ.body != request.name || (!part && organ.role != SurfaceRole::vessel)) continue;
+    regions.push_back({static_cast<std::uint8_t>(organ.tissue), part, Solid(organ.mesh)});
   }
-  std::vector<std::uint8_t> tissues;
-  tissues.reserve(mesh.tets.size());
-  for (const auto& tet : mesh.tets) {
-    Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
-    for (const int node : tet) centroid += 0.25 * mesh.nodes[static_cast<std::size_t>(node)];
-    auto tissue = static_cast<std::uint8_t>(boundary.tissue);
-    for (auto region = regions.rbegin(); region != regions.rend(); ++region) {
-      if (region->solid.bounds().contains(centroid) && region->solid.contains(centroid)) {
-        tissue = region->tissue;
+  const std::vector<Eigen::Vector4d> samples = sample_points();
+  enum class Overlap { outside, inside, partly };
+  std::vector<Overlap> overlaps(regions.size());
+  for (const auto& tet : body.mesh.tets) {
+    Eigen::Matrix<double, 3, 4> corners;
+    for (int c = 0; c < 4; ++c)
+      corners.col(c) = body.mesh.nodes[static_cast<std::size_t>(tet[static_cast<std::size_t>(c)])];
+    const Eigen::Vector3d centroid = corners.rowwise().mean();
+    const double radius = (corners.colwise() - centroid).colwise().norm().maxCoeff();
+    const auto whole = static_cast<std::uint8_t>(boundary.tissue);
+    std::uint8_t label = whole;
+    std::uint8_t fills = whole;  // the last region that holds all of it
+    bool mixed = false;
+    for (std::size_t r = 0; r < regions.size(); ++r) {
+      overlaps[r] = Overlap::outside;
+      if (regions[r].solid.bounds().exteriorDistance(centroid) >= radius) continue;
+      const double distance = regions[r].solid.signed_distance(centroid);
+      if (distance < 0 && regions[r].labels) label = regions[r].tissue;
+      if (distance >= radius) continue;
+      overlaps[r] = distance <= -radius ? Overlap::inside : Overlap::partly;
+      mixed = overlaps[r] == Overlap::partly || (mixed && overlaps[r] != Overlap::inside);
+      if (overlaps[r] == Overlap::inside) fills = regions[r].tissue;
+    }
+    body.tet_tissue.push_back(label);
+    if (!mixed) {
+      body.tet_mechanics.push_back(tissues[fills].mechanics);
+      continue;
+    }
+    physics::ElasticMaterial mean{.young_modulus = 0, .poisson_ratio = 0};
+    for (const Eigen::Vector4d& weights : samples) {
+      const Eigen::Vector3d x = corners * weights;
+      std::uint8_t tissue = whole;
+      for (std::size_t r = regions.size(); r-- > 0;) {
+        if (overlaps[r] == Overlap::outside) continue;
+        if (overlaps[r] == Overlap::partly && !regions[r].solid.contains(x)) continue;
+        tissue = regions[r].tissue;
         break;
       }
+      mean.young_modulus += tissues[tissue].mechanics.young_modulus / static_cast<double>(samples.size());
+      mean.poisson_ratio += tissues[tissue].mechanics.poisson_ratio / static_cast<double>(samples.size());
     }
-    tissues.push_back(tissue);
+    body.tet_mechanics.push_back(mean);
   }
-  return tissues;
 }
 
 }  // namespace
 
-DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs, const std::string& scenario,
-                          std::vector<std::string>& problems) {
+DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs, std::span<const Tissue> tissues,
+                          const std::string& scenario, std::vector<std::string>& problems) {
   DeformableBody body;
   body.name = request.name;
   const Organ* boundary = find_organ(organs, request.boundary);
@@ -111,7 +153,7 @@ DeformableBody build_body(const BodyRequest& request, std::span<const Organ> org
     problems.emplace_back(error.what());
     return body;
   }
-  body.tet_tissue = tet_tissues(request, body.mesh, *boundary, organs);
+  give_tissues(request, *boundary, organs, tissues, body);
   hold_nodes(request, organs, scenario, body, problems);
   return body;
 }

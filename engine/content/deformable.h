@@ -12,10 +12,10 @@
 namespace stylet::content {
 
 /// Tetrahedralises the boundary of `request`, gives each tetrahedron the tissue of the last region or target of
-/// the body that contains its centroid (else of the boundary), and marks the fixed nodes. Vessels give no mechanics:
-/// their walls are thinner than any tetrahedron.
-/// What is wrong is appended to `problems`; the body is then not to be used.
-DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs, const std::string& scenario,
-                          std::vector<std::string>& problems);
+/// the body that contains its centroid (else of the boundary), and marks the fixed nodes. The mechanics of a
+/// tetrahedron is the mean over its volume (20 points) of what lies there, vessels included: the last region that
+/// contains a point counts. What is wrong is appended to `problems`; the body is then not to be used.
+DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs, std::span<const Tissue> tissues,
+                          const std::string& scenario, std::vector<std::string>& problems);
 
 }  // namespace stylet::content

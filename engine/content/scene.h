@@ -41,6 +41,7 @@ struct DeformableBody {
   std::string name;
   physics::TetMesh mesh;
   std::vector<std::uint8_t> tet_tissue;      ///< [tets] index into Scene::tissues
+  std::vector<physics::ElasticMaterial> tet_mechanics;  ///< [tets] mean over the volume; empty: of the tissue
   std::vector<int> fixed_nodes;              ///< ascending, no duplicates
   std::vector<Eigen::Vector3d> held_motion;  ///< of the fixed nodes at full inspiration, m; empty: none moves
 };

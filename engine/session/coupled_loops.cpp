@@ -35,6 +35,8 @@ std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& sce
     simulated.fixed_nodes = body.fixed_nodes;
     simulated.held_motion = body.held_motion;
     simulated.damping_time_s = scene.damping_time_s;
+    simulated.tet_materials = body.tet_mechanics;
+    if (!simulated.tet_materials.empty()) continue;
     for (const std::uint8_t tissue : body.tet_tissue) {
       simulated.tet_materials.push_back(scene.tissues[tissue].mechanics);
     }

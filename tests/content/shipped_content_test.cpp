@@ -82,6 +82,20 @@ TEST(ShippedContent, DefaultSceneHasTheAnatomyOfABiopsy) {
   };
   for (const char* name : {"skin", "fat", "muscle"}) EXPECT_TRUE(has_tissue(scene.bodies[0], name)) << name;
   EXPECT_TRUE(has_tissue(liver, "tumour"));
+  // Mechanics by volume: somewhere between the softest and the stiffest that lie in a body; layers thinner than a
+  // tetrahedron count with their share.
+  for (const DeformableBody& body : scene.bodies) {
+    ASSERT_EQ(body.tet_mechanics.size(), body.mesh.tets.size());
+    int mixed = 0;
+    for (std::size_t t = 0; t < body.tet_mechanics.size(); ++t) {
+      const double young = body.tet_mechanics[t].young_modulus;
+      EXPECT_GE(young, 999);
+      EXPECT_LE(young, 200e3 * (1 + 1e-12));
+      if (young != scene.tissues[body.tet_tissue[t]].mechanics.young_modulus) ++mixed;
+    }
+    EXPECT_GT(mixed, 50) << body.name;
+    EXPECT_LT(mixed, static_cast<int>(body.tet_mechanics.size())) << body.name;
+  }
   for (const DeformableBody& body : scene.bodies) {
     EXPECT_GT(body.fixed_nodes.size(), 20u) << body.name;
     EXPECT_LT(body.fixed_nodes.size(), body.mesh.nodes.size() / 3) << body.name;
