@@ -150,7 +150,7 @@ TEST(SimulationContact, ProbePressesThroughTheUpperBlockIntoTheLower) {
   }
   report = run(loop, patch, 100, {.probe = &pose});
   double below = 0;
-  for (const ContactRow& row : loop.contact_rows()) {
+  for (const SurfaceRow& row : loop.contact_rows()) {
     if (row.pair == 0) below += row.lambda * row.normal.z();
   }
   std::printf("[ probe 5 mm deep ] %.3f N on %.0f mm^2, of which %.3f N reach the lower block; residual %.1e N\n",
