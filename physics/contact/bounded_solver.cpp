@@ -27,9 +27,9 @@ bool pressed(const ContactRow& row) {
 }
 
 /// The law solved for one multiplier: lambda with u = r + s lambda.
-double single_row(double s, double r, double lower, double upper, double viscosity) {
+double single_row(double s, double r, double lower, double upper, double viscosity, double viscosity_upper) {
   const double sticking = -r / s;
-  if (sticking > upper) return (upper - viscosity * r) / (1 + viscosity * s);
+  if (sticking > upper) return (upper - viscosity_upper * r) / (1 + viscosity_upper * s);
   if (sticking < lower) return (lower - viscosity * r) / (1 + viscosity * s);
   return sticking;
 }
@@ -80,8 +80,8 @@ BoundedSolver::BoundedSolver(int max_rows) : elimination_(max_rows), pivoting_(m
        {&reduced_, &work_, &multipliers_, &motion_, &compliance_, &lambda_, &u_, &press_, &pressed_, &newton_step_}) {
     *v = Eigen::VectorXd::Zero(padded + max_rows / 2);
   }
-  for (std::vector<double>* v :
-       {&softening_, &diagonal_, &lower_, &upper_, &viscosity_, &base_lower_, &base_upper_, &yielding_}) {
+  for (std::vector<double>* v : {&softening_, &diagonal_, &lower_, &upper_, &viscosity_, &viscosity_upper_,
+                                 &base_lower_, &base_upper_, &yielding_}) {
     v->resize(n + PanelLdl::kPanel);
   }
   for (std::vector<RowState>* v : {&reduced_states_, &newton_states_, &states_}) v->resize(n);
@@ -176,6 +176,7 @@ bool BoundedSolver::eliminate(std::span<const ContactRow> rows, const Eigen::Ref
     base_lower_[j] = row.lower;
     base_upper_[j] = row.upper;
     viscosity_[j] = row.viscosity;
+    viscosity_upper_[j] = row.viscous_upper ? row.viscosity : 0;
   }
   discs_.clear();
   for (int j = 0; j < bounded; ++j) {
@@ -253,7 +254,7 @@ void BoundedSolver::sweep(std::span<const ContactRow> rows) {
     const double others = motion(j) - s * lambda_[j];
     const double lower = base_lower_[j] - p;
     const double upper = base_upper_[j] + p;
-    lambda_[j] = single_row(s, others, lower, upper, viscosity_[j]);
+    lambda_[j] = single_row(s, others, lower, upper, viscosity_[j], viscosity_upper_[j]);
     reduced_states_[j] = -others > s * upper   ? RowState::upper
                          : -others < s * lower ? RowState::lower
                                                : RowState::sticking;
@@ -313,9 +314,10 @@ double BoundedSolver::residual(std::span<const ContactRow> rows, const Eigen::Re
       distance = (force - law).norm();
     } else if (!row.bilateral) {
       const double p = press(row);
-      const double y = lambda[i] + row.viscosity * u[i];
+      const double k = u[i] > 0 || row.viscous_upper ? row.viscosity : 0;
+      const double y = lambda[i] + k * u[i];
       const double y_law = std::min(std::max(y - u[i] / yielding, row.lower - p), row.upper + p);
-      distance = std::abs(y - y_law) / (1 + row.viscosity * yielding);
+      distance = std::abs(y - y_law) / (1 + k * yielding);
     }
     worst = std::max(worst, distance);
   }

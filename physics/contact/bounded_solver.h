@@ -33,6 +33,7 @@ struct ContactRow {
   double lower = 0;                         ///< N
   double upper = 0;                         ///< N
   double viscosity = 0;                     ///< k >= 0, N/m: N s/m over the step's time
+  bool viscous_upper = true;                ///< false: k = 0 at the upper bound (what cuts resists in one direction)
   double friction = 0;                      ///< mu >= 0
   std::array<int, 2> normal{kNone, kNone};  ///< rows that press this one: two lateral ones, or a unilateral one
   int across = kNone;  ///< the other row of a disc: named by both, with equal upper, mu and normal rows; k = 0
@@ -144,6 +145,7 @@ private:
   // Bounded rows, in the order of bounded_.
   std::vector<RowState> reduced_states_;
   std::vector<double> softening_, diagonal_, lower_, upper_, viscosity_, base_lower_, base_upper_, yielding_;
+  std::vector<double> viscosity_upper_;
   Eigen::VectorXd lambda_, u_, press_, pressed_;
   std::vector<std::array<int, 2>> discs_;
   bool held_ = false;  // bounds do not follow the multipliers

@@ -83,8 +83,8 @@ bool BoundedSolver::pivot(BoundedSolveReport& report, int most_pivots) {
   const int bounded = static_cast<int>(bounded_.size());
   const bool found =
       pivoting_.solve(schur_.topLeftCorner(bounded, bounded), reduced_.data() + elimination_.trailing_start(),
-                      {lower_.data(), upper_.data(), viscosity_.data(), yielding_.data()}, reduced_states_.data(),
-                      lambda_, u_, most_pivots, report.pivots);
+                      {lower_.data(), upper_.data(), viscosity_.data(), viscosity_upper_.data(), yielding_.data()},
+                      reduced_states_.data(), lambda_, u_, most_pivots, report.pivots);
   if (found) recover_leading();
   return found;
 }
@@ -207,7 +207,8 @@ bool BoundedSolver::factorise_newton(std::span<const ContactRow> rows) {
     equation.head(bounded).setZero();
     if (rows[bounded_[i]].across < 0) {
       equation.head(bounded) = -static_cast<double>(reduced_states_[i]) * press_gradient_.col(i).head(bounded);
-      if (viscosity_[i] > 0) equation.head(bounded) += viscosity_[i] * schur_.col(i).head(bounded);
+      const double k = reduced_states_[i] == RowState::upper ? viscosity_upper_[i] : viscosity_[i];
+      if (k > 0) equation.head(bounded) += k * schur_.col(i).head(bounded);
     }
     equation[i] += 1;
   }

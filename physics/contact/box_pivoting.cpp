@@ -61,7 +61,8 @@ void BoxPivoting::factorise_free(const Eigen::Ref<const Eigen::MatrixXd>& s, con
   for (int i = 0; i < n; ++i) {
     double added = bounds.yielding[i];
     if (states[i] != RowState::sticking) {
-      added = bounds.viscosity[i] * s(i, i) > kNoDashpot ? 1 / bounds.viscosity[i] : kNotInFactor;
+      const double k = states[i] == RowState::upper ? bounds.viscosity_upper[i] : bounds.viscosity[i];
+      added = k * s(i, i) > kNoDashpot ? 1 / k : kNotInFactor;
     }
     same = same && added == added_[i];
     added_[i] = added;

@@ -16,7 +16,7 @@ enum class RowState : std::int8_t { lower = -1, sticking = 0, upper = 1 };
 /// Finds lambda [n] with u = S lambda + d, S symmetric positive definite, and for every row
 ///
 ///   sticking  lower <= lambda <= upper,  u = 0
-///   upper     lambda = upper - k u,      u <= 0
+///   upper     lambda = upper - k u,      u <= 0     (each bound with its own k)
 ///   lower     lambda = lower - k u,      u >= 0
 ///
 /// that is y = lambda + k u in a box (dry friction) beside a dashpot k >= 0 (viscous friction). In y it is a linear
@@ -38,10 +38,11 @@ public:
   int load(Eigen::Ref<Eigen::MatrixXd> s, const double* diagonal, double* softening);
 
   struct Bounds {
-    const double* lower;      ///< [n] -inf allowed
-    const double* upper;      ///< [n] +inf allowed, >= lower
-    const double* viscosity;  ///< [n] k, N/m
-    const double* yielding;   ///< [n] g: a row without slip yields u = -g lambda; 0 sticks, m/N
+    const double* lower;            ///< [n] -inf allowed
+    const double* upper;            ///< [n] +inf allowed, >= lower
+    const double* viscosity;        ///< [n] k at the lower bound, N/m
+    const double* viscosity_upper;  ///< [n] k at the upper bound, N/m
+    const double* yielding;         ///< [n] g: a row without slip yields u = -g lambda; 0 sticks, m/N
   };
   /// @param d                [n], m
   /// @param[in,out] states   any first guess, then the solution's                        [n]

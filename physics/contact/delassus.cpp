@@ -18,19 +18,23 @@ void Delassus::assemble(const Needle& needle, const TissuePoints& tissue, const 
 }
 
 void Delassus::place_rows(const Needle& needle, const std::vector<ActiveContact>& contacts, int contact_count) {
-  rows_ = 2 * contact_count;
+  contact_count_ = contact_count;
+  rows_ = row_count(contacts, contact_count);
   const int dofs = 6 * needle.node_count();
   for (int r = 0; r < dofs; ++r) std::fill_n(forward_.data() + r * row_stride_, rows_, 0.0);
   for (int c = 0; c < contact_count; ++c) {
     const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
-    for (int side = 0; side < 2; ++side) {
-      const int node = contact.beam + side;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const int node = contact.shaft.beam + static_cast<int>(side);
       if (node == 0 && !needle.base_is_free()) continue;  // a prescribed node does not yield
-      const double weight = side == 0 ? 1 - contact.beam_fraction : contact.beam_fraction;
-      for (int d = 0; d < 3; ++d) {
-        double* row = forward_.data() + (6 * node + d) * row_stride_ + 2 * c;
-        row[0] = weight * contact.directions(d, 0);
-        row[1] = weight * contact.directions(d, 1);
+      const Vector3d& arm = contact.shaft.arms[side];
+      for (int k = 0; k < contact.row_count; ++k) {
+        const Vector3d n = contact.directions.col(k);
+        double* row = forward_.data() + 6 * node * row_stride_ + contact.first_row + k;
+        for (int d = 0; d < 3; ++d) row[d * row_stride_] = contact.shaft.weights[side] * n[d];
+        if (arm.isZero(0)) continue;
+        const Vector3d spin = arm.cross(n);
+        for (int d = 0; d < 3; ++d) row[(3 + d) * row_stride_] = spin[d];
       }
     }
   }
@@ -44,14 +48,18 @@ void Delassus::couple(const Needle& needle, const TissuePoints& tissue, const st
 }
 
 void Delassus::add_tissue(const TissuePoints& tissue, const std::vector<ActiveContact>& contacts) {
-  const int contact_count = rows_ / 2;
-  for (int j = 0; j < contact_count; ++j) {
+  for (int j = 0; j < contact_count_; ++j) {
     const ActiveContact& cj = contacts[static_cast<std::size_t>(j)];
-    for (int i = j; i < contact_count; ++i) {
+    for (int i = j; i < contact_count_; ++i) {
       const ActiveContact& ci = contacts[static_cast<std::size_t>(i)];
       if (tissue.body(ci.point) != tissue.body(cj.point)) continue;
-      const Eigen::Matrix<double, 3, 2> moved = tissue.compliance(ci.point, cj.point) * cj.directions;
-      w_.block<2, 2>(2 * i, 2 * j) += ci.directions.transpose() * moved;
+      const Eigen::Matrix3d compliance = tissue.compliance(ci.point, cj.point);
+      for (int k = 0; k < cj.row_count; ++k) {
+        const Vector3d moved = compliance * cj.directions.col(k);
+        for (int m = 0; m < ci.row_count; ++m) {
+          w_(ci.first_row + m, cj.first_row + k) += ci.directions.col(m).dot(moved);
+        }
+      }
     }
   }
 }
@@ -73,17 +81,24 @@ void Delassus::add_needle(const Needle& needle) {
   }
 }
 
-void free_violation(const NeedleShape& shape, Eigen::Ref<const Eigen::VectorXd> motion, const TissuePoints& tissue,
+int row_count(const std::vector<ActiveContact>& contacts, int contact_count) {
+  if (contact_count == 0) return 0;
+  const ActiveContact& last = contacts[static_cast<std::size_t>(contact_count) - 1];
+  return last.first_row + last.row_count;
+}
+
+void free_violation(Eigen::Ref<const Eigen::VectorXd> motion, const TissuePoints& tissue,
                     const std::vector<ActiveContact>& contacts, int contact_count,
                     Eigen::Ref<Eigen::VectorXd> delta) {
   for (int c = 0; c < contact_count; ++c) {
     const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
-    const int a = contact.beam;
-    const int b = contact.beam + 1;
-    const Vector3d first = shape.positions.col(a) + motion.segment<3>(6 * a);
-    const Vector3d second = shape.positions.col(b) + motion.segment<3>(6 * b);
-    const Vector3d gap = first + contact.beam_fraction * (second - first) - tissue.free_position(contact.point);
-    delta.segment<2>(2 * c) = contact.directions.transpose() * gap;
+    Vector3d gap = contact.shaft.position - tissue.free_position(contact.point);
+    for (std::size_t side = 0; side < 2; ++side) {
+      const Eigen::Index at = 6 * (contact.shaft.beam + static_cast<Eigen::Index>(side));
+      gap += contact.shaft.weights[side] * motion.segment<3>(at);
+      gap += motion.segment<3>(at + 3).cross(contact.shaft.arms[side]);
+    }
+    delta.segment(contact.first_row, contact.row_count) = contact.rows().transpose() * gap;
   }
 }
 
@@ -92,9 +107,12 @@ void needle_load(const std::vector<ActiveContact>& contacts, int contact_count,
   load.setZero();
   for (int c = 0; c < contact_count; ++c) {
     const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
-    const Vector3d force = contact.directions * lambda.segment<2>(2 * c);
-    load.segment<3>(6 * contact.beam) += (1 - contact.beam_fraction) * force;
-    load.segment<3>(6 * (contact.beam + 1)) += contact.beam_fraction * force;
+    const Vector3d force = contact.rows() * lambda.segment(contact.first_row, contact.row_count);
+    for (std::size_t side = 0; side < 2; ++side) {
+      const Eigen::Index at = 6 * (contact.shaft.beam + static_cast<Eigen::Index>(side));
+      load.segment<3>(at) += contact.shaft.weights[side] * force;
+      load.segment<3>(at + 3) += contact.shaft.arms[side].cross(force);
+    }
   }
 }
 

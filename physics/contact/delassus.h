@@ -1,6 +1,7 @@
 // The Delassus operator: how the contact rows influence each other through the needle and the tissue.
 #pragma once
 
+#include "physics/contact/active_contact.h"
 #include "physics/contact/tissue_points.h"
 #include "physics/needle/needle.h"
 
@@ -11,8 +12,8 @@
 namespace stylet::physics {
 
 /// W = H_n A_n^-1 H_n^T + sum over bodies of H_v W_bar H_v^T   (physics/README.md eq. 14, paper eq. 5).
-/// Rows 2c and 2c+1 are the directions n_1, n_2 of contact c:
-///   H_n: (1 - a) n^T on the translation of the edge's first node, a n^T on its second's (straight edges);
+/// A row of a contact with direction n:
+///   H_n: weights[i] n^T on the translation and (arms[i] x n)^T on the spin of the beam's two nodes (ShaftPoint);
 ///   H_v: -n^T times the barycentric weights on the four nodes of the tetrahedron.
 class Delassus {
 public:
@@ -39,6 +40,7 @@ private:
   void add_needle(const Needle& needle);
   void add_tissue(const TissuePoints& tissue, const std::vector<ActiveContact>& contacts);
 
+  int contact_count_ = 0;
   int rows_ = 0;
   double mean_tissue_compliance_ = 0;
   Eigen::MatrixXd w_;
@@ -46,12 +48,15 @@ private:
   int row_stride_;
 };
 
-/// delta = H_n p - H_v x for needle nodes at `nodes` + `motion` and tissue points free of the needle:
-/// the violation after the free motions   (physics/README.md eq. 14, paper eq. 3).
+/// Rows of contacts whose first_row counts up from 0.
+int row_count(const std::vector<ActiveContact>& contacts, int contact_count);
+
+/// delta = H_n p - H_v x for shaft points moved by `motion` and tissue points free of the needle: the violation after
+/// the free motions   (physics/README.md eq. 14, paper eq. 3).
 /// @param motion      translations and spins [6 nodes]
-/// @param[out] delta  [2 contact_count], m
+/// @param[out] delta  [rows], m
 /// @realtime
-void free_violation(const NeedleShape& shape, Eigen::Ref<const Eigen::VectorXd> motion, const TissuePoints& tissue,
+void free_violation(Eigen::Ref<const Eigen::VectorXd> motion, const TissuePoints& tissue,
                     const std::vector<ActiveContact>& contacts, int contact_count, Eigen::Ref<Eigen::VectorXd> delta);
 
 /// load = H_n^T lambda: forces on the needle's nodes [6 nodes].

@@ -38,6 +38,7 @@ ShaftPoint shaft_point(const Eigen::Ref<const Eigen::Matrix3Xd>& nodes, int beam
   const Vector3d edge = nodes.col(beam + 1) - nodes.col(beam);
   result.position = nodes.col(beam) + beam_fraction * edge;
   result.tangent = edge.normalized();
+  result.weights = {1 - beam_fraction, beam_fraction};
   return result;
 }
 

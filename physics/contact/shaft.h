@@ -1,20 +1,26 @@
-// Where a tissue point touches the needle shaft, and the directions of its two lateral constraints.
+// Where a tissue point touches the needle shaft, and the directions of its two lateral constraints: the shaft of the
+// paper, with straight edges. The smooth one is in hermite_shaft.h.
 #pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <array>
+
 namespace stylet::physics {
 
-/// A point of the shaft. The shaft is the polyline of the needle's nodes (straight edges, as in the paper).
+/// A point of the shaft, and how it moves with the two nodes of its beam: for translations u and spins w of those,
+/// by the sum of weights[i] u_i + w_i x arms[i]   (physics/README.md eq. 14).
 struct ShaftPoint {
   int beam = 0;
   double beam_fraction = 0;                            ///< 0 at the beam's first node, 1 at its second
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< patient frame, m
-  Eigen::Vector3d tangent = Eigen::Vector3d::UnitZ();  ///< unit, of the edge, towards the tip
-  double distance = 0;                                 ///< of the projected point from the shaft, m
-  bool ahead_of_tip = false;                           ///< the point lies beyond the tip along the last edge
-  bool behind_hub = false;                             ///< the point lies behind the hub along the first edge
+  Eigen::Vector3d tangent = Eigen::Vector3d::UnitZ();  ///< unit, towards the tip
+  std::array<double, 2> weights{1, 0};
+  std::array<Eigen::Vector3d, 2> arms{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< m
+  double distance = 0;        ///< of the projected point from the shaft, m
+  bool ahead_of_tip = false;  ///< the point lies beyond the tip along the last edge
+  bool behind_hub = false;    ///< the point lies behind the hub along the first edge
 };
 
 /// Closest point of the shaft (nearest over all edges; ties go to the edge nearer the hub).

@@ -37,53 +37,106 @@ bool TissuePoints::load(const TissuePatch& patch) {
     ++skipped[largest];
   }
 
-  std::swap(contacts_, old_contacts_);
-  std::swap(bodies_, old_bodies_);
-  forces_.swap(old_forces_);
-  const int old_count = count_;
-  count_ = 0;
+  keep_old();
   for (int b = 0; b < body_count; ++b) {
     const BodyPatch& body = patch.bodies[b];
-    for (int c = skipped[b]; c < body.contact_count; ++c) {
-      const PatchContact& contact = body.contacts[static_cast<std::size_t>(c)];
-      contacts_[static_cast<std::size_t>(count_)] = contact;
-      bodies_[static_cast<std::size_t>(count_)] = b;
-      Vector3d position = Vector3d::Zero();
-      for (int k = 0; k < 4; ++k)
-        position += contact.barycentric[k] * body.free_positions.col(contact.patch_nodes[k]);
-      free_.col(count_) = position;
-      forces_.col(count_).setZero();
-      for (int o = 0; o < old_count; ++o) {
-        const auto old = static_cast<std::size_t>(o);
-        if (old_bodies_[old] == b && old_contacts_[old].id == contact.id) forces_.col(count_) = old_forces_.col(o);
-      }
-      ++count_;
-    }
+    for (int c = skipped[b]; c < body.contact_count; ++c) add(patch, body.contacts[static_cast<std::size_t>(c)], b);
   }
-  compute_compliance(patch);
+  carry_forces();
+  for (int j = 0; j < count_; ++j) couple(patch, j);
   move_points();
   return fits;
 }
 
-void TissuePoints::compute_compliance(const TissuePatch& patch) {
-  for (int j = 0; j < count_; ++j) {
-    const PatchContact& cj = contact(j);
-    const auto w_bar = patch.bodies[body(j)].w_bar();
-    for (int i = 0; i <= j; ++i) {
-      Matrix3d block = Matrix3d::Zero();
-      if (body(i) == body(j)) {
-        const PatchContact& ci = contact(i);
-        for (int l = 0; l < 4; ++l) {
-          for (int k = 0; k < 4; ++k) {
-            block += (ci.barycentric[k] * cj.barycentric[l]) *
-                     w_bar.block<3, 3>(3 * ci.patch_nodes[k], 3 * cj.patch_nodes[l]);
-          }
-        }
+void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact> contacts,
+                         std::span<const int> bodies) {
+  keep_old();
+  for (std::size_t c = 0; c < contacts.size(); ++c) add(patch, contacts[c], bodies[c]);
+  carry_forces();
+  for (int j = 0; j < count_; ++j) couple(patch, j);
+  move_points();
+}
+
+void TissuePoints::append(const TissuePatch& patch, const PatchContact& contact, int body) {
+  add(patch, contact, body);
+  couple(patch, count_ - 1);
+  move_points();
+}
+
+void TissuePoints::move_last(const TissuePatch& patch, const PatchContact& contact, int body) {
+  const Vector3d force = forces_.col(count_ - 1);
+  --count_;
+  add(patch, contact, body);
+  forces_.col(count_ - 1) = force;
+  couple(patch, count_ - 1);
+  move_points();
+}
+
+void TissuePoints::keep_old() {
+  std::swap(contacts_, old_contacts_);
+  std::swap(bodies_, old_bodies_);
+  forces_.swap(old_forces_);
+  old_count_ = count_;
+  count_ = 0;
+}
+
+void TissuePoints::add(const TissuePatch& patch, const PatchContact& contact, int body) {
+  const auto at = static_cast<std::size_t>(count_);
+  contacts_[at] = contact;
+  bodies_[at] = body;
+  Vector3d position = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) {
+    position += contact.barycentric[k] * patch.bodies[body].free_positions.col(contact.patch_nodes[k]);
+  }
+  free_.col(count_) = position;
+  forces_.col(count_).setZero();
+  ++count_;
+}
+
+void TissuePoints::carry_forces() {
+  for (int i = 0; i < count_; ++i) {
+    const auto now = static_cast<std::size_t>(i);
+    for (int o = 0; o < old_count_; ++o) {
+      const auto old = static_cast<std::size_t>(o);
+      if (old_bodies_[old] == bodies_[now] && old_contacts_[old].id == contacts_[now].id) {
+        forces_.col(i) = old_forces_.col(o);
       }
-      compliance_.block<3, 3>(3 * i, 3 * j) = block;
-      compliance_.block<3, 3>(3 * j, 3 * i) = block.transpose();
     }
   }
+}
+
+void TissuePoints::couple(const TissuePatch& patch, int j) {
+  const PatchContact& cj = contact(j);
+  const auto w_bar = patch.bodies[body(j)].w_bar();
+  for (int i = 0; i <= j; ++i) {
+    Matrix3d block = Matrix3d::Zero();
+    if (body(i) == body(j)) {
+      const PatchContact& ci = contact(i);
+      for (int l = 0; l < 4; ++l) {
+        for (int k = 0; k < 4; ++k) {
+          block += (ci.barycentric[k] * cj.barycentric[l]) *
+                   w_bar.block<3, 3>(3 * ci.patch_nodes[k], 3 * cj.patch_nodes[l]);
+        }
+      }
+    }
+    compliance_.block<3, 3>(3 * i, 3 * j) = block;
+    compliance_.block<3, 3>(3 * j, 3 * i) = block.transpose();
+  }
+}
+
+Vector3d TissuePoints::node_position(const TissuePatch& patch, int body, int patch_node) const {
+  const BodyPatch& nodes = patch.bodies[body];
+  const auto w_bar = nodes.w_bar();
+  Vector3d position = nodes.free_positions.col(patch_node);
+  for (int i = 0; i < count_; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (bodies_[at] != body || forces_.col(i).isZero(0)) continue;
+    for (int k = 0; k < 4; ++k) {
+      position += w_bar.block<3, 3>(3 * patch_node, 3 * contacts_[at].patch_nodes[k]) *
+                  (contacts_[at].barycentric[k] * forces_.col(i));
+    }
+  }
+  return position;
 }
 
 void TissuePoints::apply(const std::vector<ActiveContact>& contacts, int contact_count,
@@ -91,7 +144,7 @@ void TissuePoints::apply(const std::vector<ActiveContact>& contacts, int contact
   forces_.leftCols(count_).setZero();
   for (int c = 0; c < contact_count; ++c) {
     const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
-    forces_.col(contact.point) = -(contact.directions * lambda.segment<2>(2 * c));
+    forces_.col(contact.point) -= contact.rows() * lambda.segment(contact.first_row, contact.row_count);
   }
   move_points();
 }

@@ -2,22 +2,15 @@
 // needle.
 #pragma once
 
+#include "physics/contact/active_contact.h"
 #include "physics/loops/messages.h"
 
 #include <Eigen/Core>
 
+#include <span>
 #include <vector>
 
 namespace stylet::physics {
-
-/// A tissue point in touch with the shaft in this step: one contact, two rows.
-struct ActiveContact {
-  int point = 0;                                      ///< index into TissuePoints
-  int beam = 0;                                       ///< edge of the needle that carries it
-  double beam_fraction = 0;                           ///< 0 at the edge's first node, 1 at its second
-  Eigen::Matrix<double, 3, 2> directions;             ///< [n_1 n_2], unit, normal to the shaft
-  Eigen::Vector3d tangent = Eigen::Vector3d::Zero();  ///< of the edge, unit; `paper_updated` only
-};
 
 /// The contact points of a patch, all bodies together.
 ///
@@ -34,6 +27,16 @@ public:
   /// @return false if contacts were left out
   /// @realtime no allocation; O(points^2)
   bool load(const TissuePatch& patch);
+  /// Takes points of the haptic loop's own, at most kMaxContacts; forces are carried over in the same way.
+  /// @param contacts  id, tet, patch_nodes and barycentric count
+  /// @realtime no allocation; O(points^2)
+  void place(const TissuePatch& patch, std::span<const PatchContact> contacts, std::span<const int> bodies);
+  /// One more point, with no force on it. There must be room.
+  /// @realtime no allocation; O(points)
+  void append(const TissuePatch& patch, const PatchContact& contact, int body);
+  /// Puts the last point elsewhere; its force goes with it.
+  /// @realtime no allocation; O(points)
+  void move_last(const TissuePatch& patch, const PatchContact& contact, int body);
   void clear() { count_ = 0; }
 
   int count() const { return count_; }
@@ -45,24 +48,31 @@ public:
   auto position(int point) const { return current_.col(point); }
   /// Force of the needle on the point, N.
   auto force(int point) const { return forces_.col(point); }
+  /// Position of a node of the patch under the present forces, m.
+  /// @realtime no allocation; O(points)
+  Eigen::Vector3d node_position(const TissuePatch& patch, int body, int patch_node) const;
   /// Displacement of point i per force on point j, m/N [3 x 3]; zero between bodies.
   auto compliance(int i, int j) const { return compliance_.block<3, 3>(3 * i, 3 * j); }
 
   /// Sets the needle's forces f = -D lambda and moves every point accordingly.
-  /// @param lambda  multipliers [2 contacts], N
+  /// @param lambda  multipliers [rows], N
   /// @realtime
   void apply(const std::vector<ActiveContact>& contacts, int contact_count, Eigen::Ref<const Eigen::VectorXd> lambda);
 
 private:
-  void compute_compliance(const TissuePatch& patch);
+  void keep_old();
+  void add(const TissuePatch& patch, const PatchContact& contact, int body);
+  void carry_forces();
+  void couple(const TissuePatch& patch, int point);
   void move_points();
 
   int count_ = 0;
   std::vector<PatchContact> contacts_;        // [count_]
-  std::vector<int> bodies_;                   // [count_] ascending
+  std::vector<int> bodies_;                   // [count_]
   Eigen::Matrix3Xd free_, current_, forces_;  // [3 x count_]
   Eigen::MatrixXd compliance_;                // leading [3 count_ x 3 count_], symmetric
   // of the patch before, while the next one is loaded
+  int old_count_ = 0;
   std::vector<PatchContact> old_contacts_;
   std::vector<int> old_bodies_;
   Eigen::Matrix3Xd old_forces_;

@@ -1,5 +1,6 @@
 #include "physics/loops/haptic_loop.h"
 
+#include "physics/contact/hermite_shaft.h"
 #include "physics/contact/shaft.h"
 #include "physics/needle/rotation_vector.h"
 
@@ -19,9 +20,10 @@ HapticLoop::HapticLoop(const HapticLoopSettings& settings, const StylusPose& ini
       predicted_(shape_),
       hub_{initial_hub_pose.position, initial_hub_pose.orientation.normalized()},
       next_hub_(hub_),
-      contacts_(kMaxContacts),
+      track_(settings.track, 0.5 * settings.needle.outer_diameter, settings.tissues),
       delassus_(needle_.node_count(), kMaxRows),
       solver_(kMaxRows),
+      bounded_(kMaxRows),
       delta_free_(Eigen::VectorXd::Zero(kMaxRows)),
       lambda_(Eigen::VectorXd::Zero(kMaxRows)),
       load_(Eigen::VectorXd::Zero(6 * needle_.node_count())),
@@ -43,19 +45,29 @@ const NeedleState& HapticLoop::step(const StylusPose& hub, double dt, const Tiss
   mark(HapticStage::synchronisation);
   if (!free_motion(dt)) return keep(kNeedleSolveFailed);  // 1 needle free motion
   mark(HapticStage::free_motion);
-  project_contacts();  // 2 contact points, directions, H_n, H_v, delta_free
-  mark(HapticStage::contact_positions);
-  direct_contacts();
-  mark(HapticStage::contact_directions);
-  delassus_.place_rows(needle_, contacts_, active_count_);
+  if (owns_track()) {  // 2 contact points, directions, H_n, H_v, delta_free
+    track_.place(HermiteShaft(predicted_, needle_.beam_length()), tissue_, dt, rows_);
+    mark(HapticStage::contact_positions);
+  } else {
+    project_contacts();
+    mark(HapticStage::contact_positions);
+    direct_contacts();
+    mark(HapticStage::contact_directions);
+  }
+  delassus_.place_rows(needle_, rows_.contacts, rows_.contact_count);
   mark(HapticStage::contact_rows);
-  free_violation(predicted_, free_motion_, tissue_, contacts_, active_count_, delta_free_);
+  free_violation(free_motion_, tissue_, rows_.contacts, rows_.contact_count, delta_free_);
   mark(HapticStage::delta_free);
-  delassus_.couple(needle_, tissue_, contacts_);  // 3 W
+  delassus_.couple(needle_, tissue_, rows_.contacts);  // 3 W
   mark(HapticStage::delassus);
   if (!solve_contacts()) return keep(kNeedleSolveFailed);  // 4 lambda
   mark(HapticStage::solve);
   if (!correct()) return keep(kNeedleNonFinite);  // 5 needle and isolated DOFs
+  if (owns_track() && loaded_epoch_ != 0) {
+    track_.advance(HermiteShaft(shape_, needle_.beam_length()), patch, rows_, bounded_, lambda_, state_.step + 1,
+                   tissue_);
+    flags_ |= track_.flags();
+  }
   mark(HapticStage::correction);
   feel();  // 6 force at the base
   mark(HapticStage::force);
@@ -65,9 +77,11 @@ const NeedleState& HapticLoop::step(const StylusPose& hub, double dt, const Tiss
 }
 
 Eigen::Matrix3Xd HapticLoop::directions() const {
-  Eigen::Matrix3Xd all(3, 2 * active_count_);
-  for (int c = 0; c < active_count_; ++c)
-    all.middleCols<2>(2 * c) = contacts_[static_cast<std::size_t>(c)].directions;
+  Eigen::Matrix3Xd all(3, delassus_.rows());
+  for (int c = 0; c < rows_.contact_count; ++c) {
+    const ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(c)];
+    all.middleCols(contact.first_row, contact.row_count) = contact.rows();
+  }
   return all;
 }
 
@@ -96,11 +110,16 @@ bool HapticLoop::accept(const StylusPose& hub, double dt) {
 
 void HapticLoop::synchronise(const TissuePatch& patch) {
   if (patch.epoch == 0 || patch.body_count == 0) {
+    if (owns_track()) track_.clear(tissue_);
     tissue_.clear();
     loaded_epoch_ = 0;
     patch_fits_ = true;
   } else if (patch.epoch != loaded_epoch_) {
-    patch_fits_ = tissue_.load(patch);
+    if (owns_track()) {
+      track_.load(patch, tissue_);
+    } else {
+      patch_fits_ = tissue_.load(patch);
+    }
     loaded_epoch_ = patch.epoch;
   }
   if (!patch_fits_) flags_ |= kNeedleRowOverflow;
@@ -126,38 +145,56 @@ bool HapticLoop::free_motion(double dt) {
 }
 
 void HapticLoop::project_contacts() {
-  active_count_ = 0;
+  rows_.contact_count = 0;
   const int last_beam = needle_.node_count() - 2;
   for (int point = 0; point < tissue_.count(); ++point) {
-    ActiveContact& contact = contacts_[static_cast<std::size_t>(active_count_)];
+    ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(rows_.contact_count)];
     contact.point = point;
+    contact.first_row = 2 * rows_.contact_count;
+    contact.row_count = 2;
     if (settings_.coupling == Coupling::paper_frozen) {
       const PatchContact& laid = tissue_.contact(point);
-      contact.beam = std::clamp(laid.beam, 0, last_beam);
-      contact.beam_fraction = laid.beam_fraction;
+      contact.shaft = shaft_point(predicted_.nodes(), std::clamp(laid.beam, 0, last_beam), laid.beam_fraction);
     } else {
-      const ShaftPoint on_shaft = project_on_shaft(predicted_.nodes(), tissue_.position(point));
-      if (on_shaft.ahead_of_tip || on_shaft.behind_hub) continue;
-      contact.beam = on_shaft.beam;
-      contact.beam_fraction = on_shaft.beam_fraction;
-      contact.tangent = on_shaft.tangent;
+      contact.shaft = project_on_shaft(predicted_.nodes(), tissue_.position(point));
+      if (contact.shaft.ahead_of_tip || contact.shaft.behind_hub) continue;
     }
-    ++active_count_;
+    ++rows_.contact_count;
   }
 }
 
 void HapticLoop::direct_contacts() {
-  for (int c = 0; c < active_count_; ++c) {
-    ActiveContact& contact = contacts_[static_cast<std::size_t>(c)];
-    contact.directions = settings_.coupling == Coupling::paper_frozen
-                             ? tissue_.contact(contact.point).directions
-                             : lateral_directions(contact.tangent, predicted_.orientation(contact.beam));
+  for (int c = 0; c < rows_.contact_count; ++c) {
+    ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(c)];
+    contact.directions.leftCols<2>() =
+        settings_.coupling == Coupling::paper_frozen
+            ? tissue_.contact(contact.point).directions
+            : lateral_directions(contact.shaft.tangent, predicted_.orientation(contact.shaft.beam));
   }
+}
+
+bool HapticLoop::solve_contacts() {
+  return owns_track() ? solve_bounded() : solve_bilateral();
+}
+
+bool HapticLoop::solve_bounded() {
+  const int rows = delassus_.rows();
+  delta_free_.head(rows) += rows_.slip.head(rows);
+  const double softness = settings_.relative_compliance * delassus_.mean_tissue_compliance();
+  for (int r = 0; r < rows; ++r) {
+    ContactRow& law = rows_.laws[static_cast<std::size_t>(r)];
+    if (law.compliance == 0) law.compliance = softness;
+  }
+  solve_report_ = bounded_.solve({rows_.laws.data(), static_cast<std::size_t>(rows)}, delassus_.matrix(),
+                                 delta_free_.head(rows), lambda_);
+  if (solve_report_.fallback) flags_ |= kNeedleSolveInexact;
+  if (solve_report_.softened_rows > 0) flags_ |= kNeedleRowsDependent;
+  return solve_report_.solved;
 }
 
 // Contacts that the mesh or the beams cannot tell apart leave a row next to nothing to move by: its multiplier is
 // then made of rounding. Such a system is softened, also where the exact one was asked for, and the step flagged.
-bool HapticLoop::solve_contacts() {
+bool HapticLoop::solve_bilateral() {
   constexpr double kDependent = 1e-2;  // smallest pivot over the tissue's own compliance
   constexpr double kSoftened = 1e-3;
   const double scale = delassus_.mean_tissue_compliance();
@@ -173,9 +210,9 @@ bool HapticLoop::solve_contacts() {
 // x = A_n^-1 (b + H_n^T lambda) for the needle, translations and rotations; x = x_free + W_bar H_v^T lambda for the
 // tissue (paper eq. 4, 7).
 bool HapticLoop::correct() {
-  needle_load(contacts_, active_count_, lambda_, load_);
+  needle_load(rows_.contacts, rows_.contact_count, lambda_, load_);
   needle_.solve(load_, motion_);
-  if (!motion_.allFinite() || !lambda_.head(2 * active_count_).allFinite()) return false;
+  if (!motion_.allFinite() || !lambda_.head(delassus_.rows()).allFinite()) return false;
 
   double largest = 0;
   for (int i = 0; i < needle_.node_count(); ++i) largest = std::max(largest, motion_.segment<3>(6 * i + 3).norm());
@@ -187,8 +224,10 @@ bool HapticLoop::correct() {
   } else {
     move(shape_, motion_);
   }
+  hub_translation_ = next_hub_.position - hub_.position;
+  hub_rotation_ = logarithm(next_hub_.orientation * hub_.orientation.conjugate());
   hub_ = next_hub_;
-  tissue_.apply(contacts_, active_count_, lambda_);
+  tissue_.apply(rows_.contacts, rows_.contact_count, lambda_);
   return true;
 }
 
@@ -198,8 +237,11 @@ bool HapticLoop::correct() {
 void HapticLoop::feel() {
   const Vector6d reaction = needle_.base_reaction(load_, motion_);
   const Vector3d lever = predicted_.positions.col(0) - hub_.position;
+  const Wrench before = state_.wrench;
   state_.wrench.force = -reaction.head<3>();
   state_.wrench.moment = -reaction.tail<3>() + lever.cross(state_.wrench.force);
+  state_.hand_work -= 0.5 * (before.force + state_.wrench.force).dot(hub_translation_) +
+                      0.5 * (before.moment + state_.wrench.moment).dot(hub_rotation_);
 }
 
 const NeedleState& HapticLoop::keep(std::uint32_t reason) {
@@ -227,18 +269,25 @@ void HapticLoop::publish_shape() {
 }
 
 void HapticLoop::publish_contacts() {
-  state_.contact_count = active_count_;
-  const auto arc = [&](const ActiveContact& c) { return (c.beam + c.beam_fraction) * needle_.beam_length(); };
+  if (owns_track()) {
+    track_.publish(tissue_, needle_.beam_length(), needle_.rest_length(), state_);
+    return;
+  }
+  state_.contact_count = rows_.contact_count;
+  state_.track_count = rows_.contact_count;
+  const auto arc = [&](const ActiveContact& c) {
+    return (c.shaft.beam + c.shaft.beam_fraction) * needle_.beam_length();
+  };
   const ActiveContact* deepest = nullptr;
-  for (int c = 0; c < active_count_; ++c) {
-    const ActiveContact& contact = contacts_[static_cast<std::size_t>(c)];
+  for (int c = 0; c < rows_.contact_count; ++c) {
+    const ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(c)];
     const PatchContact& laid = tissue_.contact(contact.point);
     state_.contacts[static_cast<std::size_t>(c)] = {.id = laid.id,
                                                     .body = tissue_.body(contact.point),
                                                     .tet = laid.tet,
                                                     .barycentric = laid.barycentric,
-                                                    .beam = contact.beam,
-                                                    .beam_fraction = contact.beam_fraction,
+                                                    .beam = contact.shaft.beam,
+                                                    .beam_fraction = contact.shaft.beam_fraction,
                                                     .position = tissue_.position(contact.point),
                                                     .force = tissue_.force(contact.point)};
     if (deepest == nullptr || arc(contact) > arc(*deepest)) deepest = &contact;
@@ -248,8 +297,8 @@ void HapticLoop::publish_contacts() {
   state_.tip = deepest == nullptr ? TipState::outside : TipState::inside;
   state_.tip_body = deepest == nullptr ? -1 : tissue_.body(deepest->point);
   state_.tip_depth = 0;
-  for (int c = 0; c < active_count_; ++c) {
-    const ActiveContact& contact = contacts_[static_cast<std::size_t>(c)];
+  for (int c = 0; c < rows_.contact_count; ++c) {
+    const ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(c)];
     if (tissue_.body(contact.point) != state_.tip_body) continue;
     state_.tip_depth = std::max(state_.tip_depth, needle_.rest_length() - arc(contact));
   }
@@ -257,14 +306,12 @@ void HapticLoop::publish_contacts() {
 
 void HapticLoop::publish_forces(const TissuePatch& patch) {
   state_.force_count = 0;
-  int point = 0;
-  while (point < tissue_.count()) {  // points are sorted by body
-    const int body = tissue_.body(point);
+  for (int body = 0; body < patch.body_count && tissue_.count() > 0; ++body) {
     const BodyPatch& nodes = patch.bodies[static_cast<std::size_t>(body)];
     node_forces_.leftCols(nodes.node_count).setZero();
     std::fill_n(node_touched_.begin(), nodes.node_count, false);
-    for (; point < tissue_.count() && tissue_.body(point) == body; ++point) {
-      if (tissue_.force(point).isZero(0)) continue;
+    for (int point = 0; point < tissue_.count(); ++point) {
+      if (tissue_.body(point) != body || tissue_.force(point).isZero(0)) continue;
       const PatchContact& contact = tissue_.contact(point);
       for (int k = 0; k < 4; ++k) {
         const int node = contact.patch_nodes[static_cast<std::size_t>(k)];

@@ -2,8 +2,11 @@
 // 1).
 #pragma once
 
+#include "physics/contact/bounded_solver.h"
 #include "physics/contact/constraint_solver.h"
 #include "physics/contact/delassus.h"
+#include "physics/contact/needle_track.h"
+#include "physics/contact/tissue_map.h"
 #include "physics/contact/tissue_points.h"
 #include "physics/loops/haptic_stage_clock.h"
 #include "physics/loops/messages.h"
@@ -13,23 +16,29 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace stylet::physics {
 
-/// How contacts follow the needle between two simulation steps.
+/// How contacts follow the needle between two simulation steps. In the paper's couplings the simulation loop lays
+/// them.
 enum class Coupling {
   paper_frozen,   ///< locations on the needle and directions as the simulation step laid them (Peterlik 2011)
   paper_updated,  ///< tissue points projected anew on the shaft and directions updated every haptic step (the paper)
+  stylet,  ///< smooth shaft; contacts laid, cut and broken through in the haptic loop, which owns the needle's track
 };
 
 struct HapticLoopSettings {
   NeedleProperties needle;
   NeedleBase base;
   Coupling coupling = Coupling::paper_updated;
+  NeedleTrackSettings track{};                 ///< `stylet` only
+  std::shared_ptr<const TissueMap> tissues{};  ///< what resists the needle, `stylet` only; null: nothing does
   /// Compliance of every row as a fraction of mean(diag W_v). Contacts that share a tetrahedron and an edge of the
   /// needle make rows of W nearly dependent (condition 1e19 at 5 mm spacing on a coarse mesh, and forces of hundreds
   /// of newtons from rounding); this bounds them at a cost of 0.1 % of softness. 0 is the paper's exact system.
+  /// `stylet` has it only in rows without sub-grid compliance.
   double relative_compliance = 1e-3;
   double max_base_translation =
       1e-3;                          ///< m a step; more is spread over the next steps (one Newton step must suffice)
@@ -57,9 +66,11 @@ public:
 
   // For benches and experiments: the contact system of the last step, (W + c I) lambda = -delta_free.
   const Delassus& delassus() const { return delassus_; }
-  auto delta_free() const { return delta_free_.head(2 * active_count_); }  ///< [rows], m
-  auto lambda() const { return lambda_.head(2 * active_count_); }          ///< [rows], N
-  Eigen::Matrix3Xd directions() const;                                     ///< [3 x rows], unit
+  auto delta_free() const { return delta_free_.head(delassus_.rows()); }  ///< [rows], m
+  auto lambda() const { return lambda_.head(delassus_.rows()); }          ///< [rows], N
+  Eigen::Matrix3Xd directions() const;                                    ///< [3 x rows], unit
+  /// Of the last step; `stylet` only.
+  const BoundedSolveReport& solve_report() const { return solve_report_; }
   /// Has every further step timed by stage; null ends it. Costs some 20 ns a stage, and nothing when null.
   void time_stages(HapticStageClock* clock) { clock_ = clock; }
 
@@ -73,12 +84,15 @@ private:
   void project_contacts();
   void direct_contacts();
   bool solve_contacts();
+  bool solve_bilateral();
+  bool solve_bounded();
   bool correct();
   void feel();
   const NeedleState& keep(std::uint32_t reason);
   void publish(double dt, const TissuePatch& patch);
   void publish_shape();
   void publish_contacts();
+  bool owns_track() const { return settings_.coupling == Coupling::stylet; }
   void publish_forces(const TissuePatch& patch);
 
   HapticLoopSettings settings_;
@@ -87,17 +101,21 @@ private:
   NeedleShape predicted_;  // moved rigidly with the hub: where this step is linearised
   StylusPose hub_;         // reached by the base at the end of the last step
   StylusPose next_hub_;
+  Eigen::Vector3d hub_translation_ = Eigen::Vector3d::Zero();  // of this step
+  Eigen::Vector3d hub_rotation_ = Eigen::Vector3d::Zero();
   std::uint32_t flags_ = 0;
 
   TissuePoints tissue_;
   std::uint64_t loaded_epoch_ = 0;
   bool patch_fits_ = true;
-  std::vector<ActiveContact> contacts_;  // of this step, [active_count_]
-  int active_count_ = 0;
+  NeedleTrack track_;
+  TrackRows rows_;  // contacts of this step
   Delassus delassus_;
   ConstraintSolver solver_;
-  Eigen::VectorXd delta_free_;   // [2 active_count_]
-  Eigen::VectorXd lambda_;       // [2 active_count_]
+  BoundedSolver bounded_;
+  BoundedSolveReport solve_report_;
+  Eigen::VectorXd delta_free_;   // [rows]
+  Eigen::VectorXd lambda_;       // [rows]
   Eigen::VectorXd load_;         // [6 nodes] H_n^T lambda
   Eigen::VectorXd free_motion_;  // [6 nodes]
   Eigen::VectorXd motion_;       // [6 nodes]

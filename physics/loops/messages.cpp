@@ -7,10 +7,12 @@ namespace stylet::physics {
 BodyPatch::BodyPatch()
     : node_ids(kMaxPatchNodes),
       free_positions(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
+      rest_positions(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
       rotations(kMaxPatchNodes, Eigen::Quaterniond::Identity()),
       contacts(kMaxContacts),
       tet_ids(kMaxPatchTets),
       tet_nodes(kMaxPatchTets),
+      tet_neighbours(kMaxPatchTets),
       tet_materials(kMaxPatchTets) {}
 
 NeedleState::NeedleState()
@@ -31,10 +33,14 @@ void copy_state(const NeedleState& from, NeedleState& to) {
   to.tip_body = from.tip_body;
   to.tip_depth = from.tip_depth;
   to.contact_count = from.contact_count;
-  std::copy_n(from.contacts.begin(), from.contact_count, to.contacts.begin());
+  to.track_count = from.track_count;
+  std::copy_n(from.contacts.begin(), std::max(from.contact_count, from.track_count), to.contacts.begin());
+  to.puncture_count = from.puncture_count;
+  to.last_puncture = from.last_puncture;
   to.force_count = from.force_count;
   std::copy_n(from.forces.begin(), from.force_count, to.forces.begin());
   to.wrench = from.wrench;
+  to.hand_work = from.hand_work;
 }
 
 }  // namespace stylet::physics

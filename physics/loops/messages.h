@@ -26,7 +26,9 @@ inline constexpr int kMaxBeams = 64;
 inline constexpr int kMaxNeedleNodes = kMaxBeams + 1;
 inline constexpr int kMaxPatchNodes = 256;                                            ///< isolated nodes of one body
 inline constexpr std::size_t kMaxWBarValues = 9UL * kMaxPatchNodes * kMaxPatchNodes;  ///< (3 kMaxPatchNodes)^2
-inline constexpr int kMaxPatchTets = 512;                                             ///< tetrahedra of one patch
+inline constexpr int kMaxPatchTets = 1024;                                            ///< tetrahedra of one patch
+inline constexpr int kBeyondSurface = -1;       ///< no tetrahedron there: the body ends
+inline constexpr int kBeyondPatch = -2;         ///< a tetrahedron that is not in the patch
 inline constexpr int kMaxPatchInterfaces = 16;  ///< surfaces met ahead of the tip
 
 /// Pose of the needle's hub as asked for by the stylus: position of the hub, rotation needle frame -> patient frame
@@ -60,12 +62,15 @@ struct PatchContact {
   Eigen::Matrix<double, 3, 2> directions = Eigen::Matrix<double, 3, 2>::Zero();
 };
 
-/// A surface (skin, capsule, vessel, tumour) crossed by the needle's axis ahead of the tip.
+/// A body's surface crossed by the needle's axis ahead of the tip. (What lies inside a body, the haptic loop reads
+/// from the TissueMap.)
 struct PatchInterface {
-  double distance_ahead = 0;                         ///< from the tip along its axis, m
+  double distance_ahead = 0;  ///< from the tip along its axis, m; a little below 0: only just passed
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< outward normal of the surface
   int body = -1;                                     ///< body entered (or left, see entering)
   bool entering = true;
+  int patch_tet = -1;                                     ///< tetrahedron crossed, in the body's patch; -1: not in it
+  Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();  ///< of the crossing in it
 };
 
 /// One body's share of a TissuePatch.
@@ -76,6 +81,7 @@ struct BodyPatch {
   std::vector<int> node_ids;                  ///< [node_count] isolated nodes, ascending     capacity kMaxPatchNodes
   Eigen::Matrix3Xd free_positions;            ///< [3 x node_count] all needle force removed, linearised at the
                                               ///< current state, m
+  Eigen::Matrix3Xd rest_positions;            ///< [3 x node_count] m
   std::vector<Eigen::Quaterniond> rotations;  ///< [node_count] node rotation since the factorisation
   /// W_bar, column after column without gaps: the haptic side reads 3x3 blocks all over it, which a stride of the
   /// capacity would spread over as many pages. Sized to (3 kMaxPatchNodes)^2 for the bodies in use, at load.
@@ -88,8 +94,11 @@ struct BodyPatch {
   std::vector<PatchContact> contacts;  ///< [contact_count] from entry to tip
 
   int tet_count = 0;
-  std::vector<int> tet_ids;                    ///< [tet_count] tetrahedra whose four nodes are all in node_ids
-  std::vector<std::array<int, 4>> tet_nodes;   ///< [tet_count] as indices into node_ids
+  std::vector<int> tet_ids;  ///< [tet_count] tetrahedra whose four nodes are all in node_ids, ascending
+  std::vector<std::array<int, 4>> tet_nodes;  ///< [tet_count] as indices into node_ids
+  /// [tet_count] tetrahedron beyond the face opposite each node, as indices into tet_ids, kBeyondSurface or
+  /// kBeyondPatch.
+  std::vector<std::array<int, 4>> tet_neighbours;
   std::vector<ElasticMaterial> tet_materials;  ///< [tet_count]
 };
 
@@ -113,7 +122,17 @@ enum PatchFlag : std::uint32_t {
   kPatchTetOverflow = 1u << 2,      ///< tetrahedra beyond capacity were left out
 };
 
+/// Where the tip is. Indenting: it presses on a surface that it has not broken through.
 enum class TipState : std::uint8_t { outside, indenting, inside };
+
+/// The needle breaks through a surface.
+struct Puncture {
+  std::uint64_t step = 0;  ///< haptic step
+  int body = -1;
+  int from = 0;      ///< tissue left, index into the TissueMap
+  int to = 0;        ///< tissue entered
+  double force = 0;  ///< on the tip, along the shaft, N
+};
 
 /// A contact as the haptic loop solved it.
 struct NeedleContact {
@@ -140,6 +159,8 @@ enum NeedleFlag : std::uint32_t {
   kNeedleSolveFailed = 1u << 2,    ///< a factorisation failed (not SPD); the previous contact forces were kept
   kNeedleNonFinite = 1u << 3,      ///< a non-finite input was refused; the previous state was kept
   kNeedleStepShortened = 1u << 4,  ///< the Newton step turned a node too far and was shortened; the next ones go on
+  kNeedlePatchLeft = 1u << 6,      ///< the tip is beyond the patch: the tissue there is not known yet
+  kNeedleSolveInexact = 1u << 7,   ///< the bounded solver used its fall-back
   kNeedleRowsDependent = 1u << 5,  ///< contacts too dense for mesh or beams; their rows were softened, README eq. 18
 };
 
@@ -158,10 +179,14 @@ struct NeedleState {
   int tip_body = -1;     ///< body the tip is in, -1 outside
   double tip_depth = 0;  ///< arc length of needle inside tip_body, m
   int contact_count = 0;
-  std::vector<NeedleContact> contacts;  ///< [contact_count]                        capacity kMaxContacts
+  std::vector<NeedleContact> contacts;  ///< [contact_count] in touch, then up to track_count  capacity kMaxContacts
+  int track_count = 0;                  ///< contacts, then points of the track that the needle is withdrawn from
+  std::uint32_t puncture_count = 0;     ///< since the start
+  Puncture last_puncture;
   int force_count = 0;
   std::vector<NodeForce> forces;  ///< [force_count] by body then node id      capacity kMaxBodies*kMaxPatchNodes
   Wrench wrench;                  ///< given to the device: what the hand feels, about the hub
+  double hand_work = 0;           ///< of the hand on the needle since the start, J: tells whether energy was made
 };
 
 /// Copies the active part of a state into one of the same capacity.

@@ -1,5 +1,7 @@
 #include "physics/loops/simulation_loop.h"
 
+#include "physics/contact/corridor.h"
+#include "physics/loops/tissue_patch.h"
 #include "physics/tissue/corotational.h"
 
 #include <algorithm>
@@ -374,10 +376,18 @@ void SimulationLoop::free_motion(SimulationReport& report) {
 
 void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out) {
   out.flags = 0;
-  if (needle != nullptr) out.flags = path_.update(*needle, {tissue_.positions.data(), models_.size()});
+  if (needle != nullptr && settings_.lay_contacts) {
+    out.flags = path_.update(*needle, {tissue_.positions.data(), models_.size()});
+  }
   for (std::size_t b = 0; b < models_.size(); ++b) {
     BodyState& body = bodies_[b];
-    body.nodes = path_.isolated_nodes(static_cast<int>(b));
+    if (settings_.lay_contacts) {
+      body.nodes = path_.isolated_nodes(static_cast<int>(b));
+    } else if (needle != nullptr) {
+      body.nodes = corridor_nodes(models_[b], tissue_.positions[b], *needle, static_cast<int>(b),
+                                  settings_.patch_range, kMaxPatchNodes);
+      std::sort(body.nodes.begin(), body.nodes.end());
+    }
     FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
     report.new_isolated_nodes += factorised.isolated.isolate(body.nodes, models_[b], factorised.factor, workspace_);
     report.isolated_nodes += static_cast<int>(body.nodes.size());
@@ -403,7 +413,10 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, const N
     request.bodies[b].foreseen_nodes.clear();
     if (needle == nullptr) continue;
     request.bodies[b].foreseen_nodes =
-        path_.nodes_ahead(static_cast<int>(b), *needle, tissue_.positions[b], settings_.look_ahead);
+        settings_.lay_contacts
+            ? path_.nodes_ahead(static_cast<int>(b), *needle, tissue_.positions[b], settings_.look_ahead)
+            : corridor_nodes(models_[b], tissue_.positions[b], *needle, static_cast<int>(b), settings_.look_ahead,
+                             kMaxPatchNodes);
   }
   worker_.submit();
   factorisation_outstanding_ = true;
@@ -426,84 +439,18 @@ void SimulationLoop::fill_patch(const NeedleState* needle, TissuePatch& out) {
   out.needle_step = tissue_.needle_step;
   out.time_s = tissue_.time_s;
   out.body_count = body_count();
-  for (std::size_t b = 0; b < models_.size(); ++b) fill_body(b, out.bodies[b], out.flags);
-  out.interface_count = 0;
-  if (needle != nullptr) find_interfaces(*needle, out);
-}
-
-void SimulationLoop::fill_body(std::size_t b, BodyPatch& out, std::uint32_t& flags) const {
-  const TissueModel& model = models_[b];
-  const BodyState& body = bodies_[b];
-  const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
-  const std::vector<int>& nodes = body.nodes;
-  const auto place = [&](int node) {  // in nodes, -1
-    const auto at = std::lower_bound(nodes.begin(), nodes.end(), node);
-    return at != nodes.end() && *at == node ? static_cast<int>(at - nodes.begin()) : -1;
-  };
-
-  out.node_count = static_cast<int>(nodes.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    out.node_ids[i] = nodes[i];
-    out.free_positions.col(static_cast<Eigen::Index>(i)) = body.free_positions.col(static_cast<Eigen::Index>(i));
-    out.rotations[i] = node_rotation(model, nodes[i], factorised.rotations, body.rotations);
-  }
-  if (out.w_bar_values.size() < kMaxWBarValues) out.w_bar_values.assign(kMaxWBarValues, 0.0);
-  factorised.isolated.gather(nodes, out.w_bar());
-
-  out.contact_count = 0;
-  for (const PathContact& contact : path_.contacts(static_cast<int>(b))) {
-    PatchContact& to = out.contacts[static_cast<std::size_t>(out.contact_count++)];
-    to.id = contact.id;
-    to.tet = contact.point.tet;
-    for (std::size_t a = 0; a < 4; ++a) to.patch_nodes[a] = place(model.topology.nodes(to.tet)[a]);
-    to.barycentric = contact.point.barycentric;
-    to.beam = contact.beam;
-    to.beam_fraction = contact.beam_fraction;
-    to.directions = contact.directions;
-  }
-
-  out.tet_count = 0;
-  for (const int node : nodes) {
-    const auto n = static_cast<std::size_t>(node);
-    for (int k = model.incident_start[n]; k < model.incident_start[n + 1]; ++k) {
-      const int t = model.incident_tets[static_cast<std::size_t>(k)];
-      const auto& corners = model.topology.nodes(t);
-      if (node != *std::min_element(corners.begin(), corners.end())) continue;  // each tetrahedron once
-      std::array<int, 4> places{};
-      std::transform(corners.begin(), corners.end(), places.begin(), place);
-      if (*std::min_element(places.begin(), places.end()) < 0) continue;
-      if (out.tet_count == kMaxPatchTets) {
-        flags |= kPatchTetOverflow;
-        return;
-      }
-      const auto i = static_cast<std::size_t>(out.tet_count++);
-      out.tet_ids[i] = t;
-      out.tet_nodes[i] = places;
-      out.tet_materials[i] = model.materials[static_cast<std::size_t>(t)];
-    }
-  }
-}
-
-void SimulationLoop::find_interfaces(const NeedleState& needle, TissuePatch& out) const {
-  const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
-  const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
-  std::vector<PatchInterface> found;
-  std::vector<SurfaceCrossing> crossings;
   for (std::size_t b = 0; b < models_.size(); ++b) {
-    crossings.clear();
-    models_[b].topology.crossings(tissue_.positions[b], tip, axis, settings_.interface_range, crossings);
-    for (const SurfaceCrossing& crossing : crossings) {
-      found.push_back({.distance_ahead = crossing.distance,
-                       .normal = crossing.normal,
-                       .body = static_cast<int>(b),
-                       .entering = crossing.entering});
-    }
+    fill_body_patch({.model = models_[b],
+                     .factorised = worker_.latest().bodies[b],
+                     .nodes = bodies_[b].nodes,
+                     .free_positions = bodies_[b].free_positions,
+                     .rotations = bodies_[b].rotations,
+                     .contacts = path_.contacts(static_cast<int>(b))},
+                    out.bodies[b], out.flags);
   }
-  std::stable_sort(found.begin(), found.end(), [](const PatchInterface& a, const PatchInterface& b) {
-    return a.distance_ahead < b.distance_ahead;
-  });
-  out.interface_count = static_cast<int>(std::min<std::size_t>(found.size(), kMaxPatchInterfaces));
-  std::copy_n(found.begin(), out.interface_count, out.interfaces.begin());
+  out.interface_count = 0;
+  if (needle == nullptr) return;
+  fill_interfaces(models_, {tissue_.positions.data(), models_.size()}, *needle, settings_.interface_range, out);
 }
 
 }  // namespace stylet::physics

@@ -38,8 +38,12 @@ struct SimulationLoopSettings {
   double contact_spacing = 0.010;    ///< between contact points along the path, m
   double removal_hysteresis = 2e-4;  ///< how far the tip withdraws past a contact before it is removed, m
   double interface_range = 0.030;    ///< how far ahead of the tip surfaces are reported, m
-  double look_ahead = 0.040;         ///< how far ahead of the tip nodes are prepared with a factorisation, m
-  OrganContactSettings contact{};    ///< between the bodies, and of the probe; none: no pairs, no probe
+  /// The paper's couplings: contacts are laid here. Else (`stylet`) the haptic loop lays them, and a patch holds the
+  /// nodes around the needle's track and `patch_range` ahead of its tip.
+  bool lay_contacts = true;
+  double patch_range = 0.012;      ///< m
+  double look_ahead = 0.040;       ///< how far ahead of the tip nodes are prepared with a factorisation, m
+  OrganContactSettings contact{};  ///< between the bodies, and of the probe; none: no pairs, no probe
 };
 
 /// What a step consumes. The flags are true in live mode ("if there is one", "if the worker is free"); a replay sets
@@ -114,8 +118,6 @@ private:
   void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
   void request_factorisation(const SimulationInput& input, const NeedleState* needle, SimulationReport& report);
   void fill_patch(const NeedleState* needle, TissuePatch& out);
-  void fill_body(std::size_t body, BodyPatch& out, std::uint32_t& flags) const;
-  void find_interfaces(const NeedleState& needle, TissuePatch& out) const;
 
   /// Mutable data of a body.
   struct BodyState {

@@ -99,7 +99,8 @@ struct Scene {
     EXPECT_TRUE(tissue.load(patch));
     for (int i = 0; i < tissue.count(); ++i) {
       const ShaftPoint p = project_on_shaft(shape.nodes(), tissue.position(i));
-      contacts.push_back({i, p.beam, p.beam_fraction, lateral_directions(p.tangent, shape.orientation(p.beam))});
+      contacts.push_back(
+          lateral_contact(i, 2 * i, p, lateral_directions(p.tangent, shape.orientation(p.beam))));
     }
   }
 };
@@ -183,7 +184,7 @@ TEST(TissuePoints, MoveAsTheIsolatedNodesUnderThem) {
     VectorXd f = VectorXd::Zero(3 * n);
     for (int k = 0; k < body.contact_count; ++k) {
       const int row = 2 * (point + k);
-      const Vector3d force = -(scene.contacts[point + k].directions * lambda.segment<2>(row));
+      const Vector3d force = -(scene.contacts[point + k].rows() * lambda.segment<2>(row));
       for (int v = 0; v < 4; ++v) {
         f.segment<3>(3 * body.contacts[k].patch_nodes[v]) += body.contacts[k].barycentric[v] * force;
       }

@@ -94,7 +94,7 @@ public:
     std::vector<ActiveContact> active;
     for (int c = 0; c < points_.count(); ++c) {
       const Eigen::Matrix3d frame = Eigen::Quaterniond(vector<4>().normalized()).toRotationMatrix();
-      active.push_back({.point = c, .directions = frame.leftCols<2>()});
+      active.push_back(physics::lateral_contact(c, 2 * c, {}, frame.leftCols<2>()));
     }
     delassus_.assemble(needle_, points_, active, points_.count());
     const MatrixXd w = MatrixXd(delassus_.matrix()).selfadjointView<Eigen::Lower>();
@@ -104,7 +104,7 @@ public:
       const physics::PatchContact& contact = contacts_[std::size_t(c)];
       for (int a = 0; a < 4; ++a) {
         h.block<2, 3>(2 * c, 3 * mesh_.tets[std::size_t(contact.tet)][std::size_t(a)]) -=
-            contact.barycentric[a] * active[std::size_t(c)].directions.transpose();
+            contact.barycentric[a] * active[std::size_t(c)].rows().transpose();
       }
     }
     const MatrixXd h_free = h(Eigen::all, dense_.free_dofs());

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <stdexcept>
 
 namespace stylet::bench {
@@ -78,13 +79,24 @@ ReferenceExperiment::ReferenceExperiment(const ReferenceInsertion& insertion, co
   bodies.push_back(insertion.body());
   simulation_ = std::make_unique<physics::SimulationLoop>(
       std::move(bodies), physics::SimulationLoopSettings{.dt = 1 / insertion.simulation_hz,
-                                                         .contact_spacing = insertion.contact_spacing});
+                                                         .contact_spacing = insertion.contact_spacing,
+                                                         .lay_contacts = run.coupling != physics::Coupling::stylet});
   physics::HapticLoopSettings settings;
   settings.needle = insertion.needle;
   settings.coupling = run.coupling;
   settings.relative_compliance = run.relative_compliance;
-  haptic_ = std::make_unique<physics::HapticLoop>(settings, insertion.base(0));
+  settings.track = run.track;
+  settings.track.spacing = insertion.contact_spacing;
+  settings.tissues = run.tissues;
+  haptic_ = std::make_unique<physics::HapticLoop>(settings, base());
   for (int i = 0; i <= run.latency_steps; ++i) patches_.push_back(simulation_->make_patch());
+}
+
+physics::StylusPose ReferenceExperiment::base() const {
+  physics::StylusPose pose = insertion_.base(time_s());
+  pose.orientation *=
+      Eigen::Quaterniond(Eigen::AngleAxisd(run_.roll_deg * std::numbers::pi / 180, Eigen::Vector3d::UnitZ()));
+  return pose;
 }
 
 double ReferenceExperiment::time_s() const {
@@ -107,8 +119,7 @@ void ReferenceExperiment::simulation_step() {
 
 void ReferenceExperiment::haptic_step() {
   ++haptic_step_;
-  const physics::NeedleState& state =
-      haptic_->step(insertion_.base(time_s()), 1 / insertion_.haptic_hz, patch_in_use());
+  const physics::NeedleState& state = haptic_->step(base(), 1 / insertion_.haptic_hz, patch_in_use());
   forces_.push_back(state.wrench.force);
   most_contacts_ = std::max(most_contacts_, state.contact_count);
   needle_flags_ |= state.flags;

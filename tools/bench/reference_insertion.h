@@ -41,9 +41,12 @@ ReferenceInsertion read_reference_insertion(const std::filesystem::path& file);
 /// How a run of a reference insertion is set up.
 struct ReferenceRun {
   physics::Coupling coupling = physics::Coupling::paper_updated;
-  double relative_compliance = 0;  ///< of the constraint rows; 0: the paper's exact system
-  int latency_steps = 0;           ///< simulation steps between a patch's making and its use
-  int worker_period = 1;           ///< the worker runs after every so many simulation steps; 0: never
+  double relative_compliance = 0;                       ///< of the constraint rows; 0: the paper's exact system
+  physics::NeedleTrackSettings track{};                   ///< coupling `stylet`; its spacing is the insertion's
+  std::shared_ptr<const physics::TissueMap> tissues{};  ///< coupling `stylet`; null: nothing resists the needle
+  double roll_deg = 0;                                  ///< of the needle about its axis
+  int latency_steps = 0;                                ///< simulation steps between a patch's making and its use
+  int worker_period = 1;  ///< the worker runs after every so many simulation steps; 0: never
 };
 
 /// The two loops in lockstep: one simulation step, then its haptic steps.
@@ -73,6 +76,8 @@ public:
   std::uint32_t needle_flags() const { return needle_flags_; }
 
 private:
+  physics::StylusPose base() const;
+
   ReferenceInsertion insertion_;
   ReferenceRun run_;
   std::unique_ptr<physics::SimulationLoop> simulation_;

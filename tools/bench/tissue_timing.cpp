@@ -51,7 +51,7 @@ public:
     points_.load(patch);
     for (int i = 0; i < points_.count(); ++i) {
       const auto c = static_cast<std::size_t>(i);
-      contacts_[c] = {.point = i, .beam = 0, .beam_fraction = 0.5, .directions = points_.contact(i).directions};
+      contacts_[c] = physics::lateral_contact(i, 2 * i, shaft_, points_.contact(i).directions);
     }
   }
   /// H_v W_bar H_v^T. With it goes the W_n of a single edge, a fraction of the time: an upper bound.
@@ -66,6 +66,7 @@ private:
   physics::Needle edge_;
   physics::Delassus delassus_;
   physics::TissuePoints points_;
+  physics::ShaftPoint shaft_{.weights = {0.5, 0.5}};
   std::vector<physics::ActiveContact> contacts_;
 };
 

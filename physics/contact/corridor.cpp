@@ -1,0 +1,79 @@
+#include "physics/contact/corridor.h"
+
+#include <algorithm>
+
+namespace stylet::physics {
+namespace {
+
+constexpr double kStride = 2e-3;  // m along the line: less than a tetrahedron
+
+/// Distinct nodes in the order they came.
+class NodeList {
+public:
+  NodeList(const TissueModel& model, std::size_t most)
+      : model_(model), most_(most), known_(model.mesh.nodes.size()) {}
+  void add(int tet) {
+    if (tet < 0) return;
+    for (const int node : model_.topology.nodes(tet)) {
+      const auto n = static_cast<std::size_t>(node);
+      if (known_[n] || nodes_.size() == most_) continue;
+      known_[n] = true;
+      nodes_.push_back(node);
+    }
+  }
+  void add_with_neighbours(int tet) {
+    add(tet);
+    for (int face = 0; face < 4; ++face) add(model_.topology.neighbour(tet, face));
+  }
+  std::vector<int> take() { return std::move(nodes_); }
+
+private:
+  const TissueModel& model_;
+  std::size_t most_;
+  std::vector<bool> known_;
+  std::vector<int> nodes_;
+};
+
+}  // namespace
+
+std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                                const NeedleState& needle, int body, double range, std::size_t most) {
+  NodeList nodes(model, most);
+  int hint = -1;  // the end of the track, if it is in this body
+  Eigen::Vector3d end = Eigen::Vector3d::Zero();
+  for (int i = 0; i < needle.track_count; ++i) {
+    const NeedleContact& contact = needle.contacts[static_cast<std::size_t>(i)];
+    if (contact.body != body || contact.tet < 0 || contact.tet >= model.tet_count()) continue;
+    nodes.add(contact.tet);
+    if (contact.id != 0) continue;
+    hint = contact.tet;
+    end = contact.position;
+  }
+  const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
+  const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
+  double s = 0;
+  if (hint >= 0) {
+    nodes.add_with_neighbours(hint);
+    // The needle may have gone on since the track's end was known: from there to the tip, too.
+    s = std::min(0.0, (end - tip).dot(axis));
+  }
+  if (hint < 0) {
+    std::vector<SurfaceCrossing> crossings;
+    model.topology.crossings(positions, tip - kPassed * axis, axis, range + kPassed, crossings);
+    const auto entry =
+        std::find_if(crossings.begin(), crossings.end(), [](const SurfaceCrossing& c) { return c.entering; });
+    if (entry == crossings.end()) return nodes.take();
+    nodes.add_with_neighbours(entry->point.tet);
+    hint = entry->point.tet;
+    s = entry->distance - kPassed + kStride;
+  }
+  for (; s <= range; s += kStride) {
+    const TetPoint point = model.topology.locate(positions, tip + s * axis, hint);
+    if (point.tet < 0) break;
+    nodes.add_with_neighbours(point.tet);
+    hint = point.tet;
+  }
+  return nodes.take();
+}
+
+}  // namespace stylet::physics

@@ -1,0 +1,51 @@
+// What resists the needle where: the tissues of the patient in rest space, read at haptic rate.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <vector>
+
+namespace stylet::physics {
+
+/// How a tissue resists the needle. SI.
+struct InsertionResistance {
+  double puncture_force = 0;        ///< on the tip, that breaks through its surface, N
+  double cutting_force = 0;         ///< on the tip, that makes the track longer, N
+  double cutting_viscosity = 0;     ///< what cutting takes more per speed, N s/m
+  double friction_per_length = 0;   ///< Coulomb, on the shaft, N/m
+  double friction_coefficient = 0;  ///< Coulomb, of the lateral force between shaft and tissue, -
+  double viscous_friction = 0;      ///< per length of shaft and speed, N s/m^2
+
+  bool resists_sliding() const { return friction_per_length > 0 || friction_coefficient > 0 || viscous_friction > 0; }
+  bool resists_cutting() const { return cutting_force > 0 || cutting_viscosity > 0; }
+};
+
+/// The surface between two tissues where it is tougher or weaker than the rule of puncture_force() says.
+struct TissueSurface {
+  int from = 0;  ///< either way
+  int to = 0;
+  double puncture_force = 0;  ///< N
+};
+
+/// Tissues by voxel in rest space, 0 outside the patient, and how each resists. Without voxels, everything inside a
+/// body is tissue 1 of two. Never changes after load: every thread may read it.
+struct TissueMap {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< centre of voxel (0, 0, 0), patient frame at rest, m
+  double spacing = 1e-3;                             ///< m
+  Eigen::Vector3i size = Eigen::Vector3i::Zero();
+  std::vector<std::uint8_t> labels;                  ///< x fastest; empty: one tissue
+  std::vector<InsertionResistance> tissues{{}, {}};  ///< by label
+  std::vector<TissueSurface> surfaces;
+
+  /// Tissue at a rest position inside a body; never 0: where the voxels say outside, the nearest tissue within two
+  /// voxels, else `inside`. @realtime
+  int at(const Eigen::Vector3d& rest, int inside) const;
+  const InsertionResistance& resistance(int tissue) const { return tissues[static_cast<std::size_t>(tissue)]; }
+  /// Force on the tip that breaks through from one tissue to another, N: as `surfaces` say; from outside that of the
+  /// tissue entered; else the smaller of the two, since an inclusion's membrane is the same from both sides.
+  /// @realtime
+  double puncture_force(int from, int to) const;
+};
+
+}  // namespace stylet::physics

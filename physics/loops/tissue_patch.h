@@ -1,0 +1,35 @@
+// How the simulation loop fills a TissuePatch.
+#pragma once
+
+#include "physics/contact/insertion_path.h"
+#include "physics/loops/messages.h"
+#include "physics/tissue/factorisation_worker.h"
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/Core>
+
+#include <span>
+#include <vector>
+
+namespace stylet::physics {
+
+/// What a body's patch is cut from.
+struct PatchSource {
+  const TissueModel& model;
+  const FactorisedTissue::Body& factorised;          ///< with the nodes isolated
+  std::span<const int> nodes;                        ///< isolated, ascending
+  const Eigen::Matrix3Xd& free_positions;            ///< [3 x nodes isolated], m
+  const std::vector<Eigen::Quaterniond>& rotations;  ///< [tets] rest -> now
+  std::span<const PathContact> contacts;             ///< of the simulation loop's path; none in coupling `stylet`
+};
+
+/// Fills a body's patch whole; kPatchTetOverflow in `flags` where its tetrahedra do not fit.
+void fill_body_patch(const PatchSource& source, BodyPatch& out, std::uint32_t& flags);
+
+/// The surfaces that the needle's axis crosses ahead of its tip, nearest first, found in the patches of their bodies.
+/// @param positions  deformed bodies [3 x nodes], m
+/// @param range      m
+void fill_interfaces(std::span<const TissueModel> models, std::span<const Eigen::Matrix3Xd> positions,
+                     const NeedleState& needle, double range, TissuePatch& out);
+
+}  // namespace stylet::physics

@@ -1,0 +1,283 @@
+// Coupling `stylet` on the reference insertion: smooth where nothing resists, and where tissue does, the curve that a
+// needle is known by: rise, drop at puncture, friction that grows with depth, hysteresis, a lower second insertion.
+#include "tests/support/r1.h"
+#include "tests/support/sanitized.h"
+#include "tools/bench/reference_insertion.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+namespace stylet::bench {
+namespace {
+
+using physics::Coupling;
+using physics::TipState;
+using support::r1;
+
+/// Liver and its capsule, after Okamura et al. 2004.
+physics::InsertionResistance liver() {
+  return {.puncture_force = 1.8, .cutting_force = 0.94, .cutting_viscosity = 2, .friction_per_length = 18};
+}
+
+std::shared_ptr<const physics::TissueMap> tissue(const physics::InsertionResistance& resistance) {
+  auto map = std::make_shared<physics::TissueMap>();
+  map->tissues[1] = resistance;
+  return map;
+}
+
+/// Straight on, without the sideways motion; back out altogether or in part, and in again.
+ReferenceInsertion there_and_back(double depth, double back_to) {
+  ReferenceInsertion insertion = r1();
+  insertion.lateral_amplitude = 0;
+  const double v = 0.045;
+  const double in = depth / v, out = (depth - back_to) / v;
+  insertion.axial_speed = {{0, v},
+                           {in, v},
+                           {in + 0.02, -v},
+                           {in + out, -v},
+                           {in + out + 0.02, v},
+                           {in + 2 * out, v},
+                           {in + 2 * out + 0.02, 0},
+                           {in + 2 * out + 0.2, 0}};
+  insertion.duration = in + 2 * out + 0.2;
+  return insertion;
+}
+
+struct Sample {
+  double time = 0, force = 0, tip = 0, depth = 0, work = 0;  // force on the hand along -x: positive pushes back
+  TipState state = TipState::outside;
+  std::uint32_t punctures = 0;
+};
+
+std::vector<Sample> run(const ReferenceInsertion& insertion, const ReferenceRun& settings) {
+  ReferenceExperiment experiment(insertion, settings);
+  std::vector<Sample> samples;
+  while (experiment.time_s() < insertion.duration - 1e-9) {
+    experiment.simulation_step();
+    for (int i = 0; i < insertion.haptic_steps_per_simulation_step(); ++i) {
+      experiment.haptic_step();
+      const physics::NeedleState& s = experiment.needle();
+      samples.push_back({.time = experiment.time_s(),
+                         .force = -s.wrench.force.x(),
+                         .tip = s.positions(0, s.node_count - 1),
+                         .depth = s.tip_depth,
+                         .work = s.hand_work,
+                         .state = s.tip,
+                         .punctures = s.puncture_count});
+    }
+  }
+  EXPECT_EQ(experiment.needle_flags(), 0U);
+  return samples;
+}
+
+/// The deepest sample of the first way in.
+std::vector<Sample>::const_iterator turning_point(const std::vector<Sample>& samples) {
+  return std::adjacent_find(samples.begin() + 200, samples.end(),
+                            [](const Sample& a, const Sample& b) { return b.tip < a.tip - 1e-5; });
+}
+
+struct Smoothness {
+  double jump = 0, roughness = 0, kink = 0;
+};
+Smoothness axial(const ReferenceRun& settings, double simulation_hz) {
+  ReferenceInsertion insertion = r1();
+  insertion.simulation_hz = simulation_hz;
+  ReferenceExperiment experiment(insertion, settings);
+  while (experiment.time_s() < insertion.duration) experiment.advance();
+  const auto& f = experiment.forces();
+  Smoothness s{.jump = jump(f, 0), .roughness = roughness(f, 0)};
+  for (std::size_t k = 2; k < f.size(); ++k) {
+    s.kink = std::max(s.kink, (f[k] - 2 * f[k - 1] + f[k - 2]).cwiseAbs().maxCoeff());
+  }
+  EXPECT_EQ(experiment.most_contacts(), 8);
+  EXPECT_EQ(experiment.needle_flags(), 0U);
+  return s;
+}
+
+TEST(NeedleTrack, CrossesBeamNodesWithoutAJumpOfTheAxialForce) {
+  const Smoothness straight = axial({.coupling = Coupling::paper_updated}, 50);
+  const Smoothness smooth = axial({.coupling = Coupling::stylet, .track = {.subgrid_compliance = false}}, 50);
+  std::printf("axial jump %.3f mN with straight edges, %.3f mN smooth; roughness %.2e and %.2e N\n",
+              1e3 * straight.jump, 1e3 * smooth.jump, straight.roughness, smooth.roughness);
+  EXPECT_LT(smooth.jump, 0.2e-3);
+  EXPECT_LT(smooth.roughness, straight.roughness / 20);
+}
+
+TEST(NeedleTrack, ASlowAndLateSimulationIsNotFelt) {
+  const Smoothness s = axial({.coupling = Coupling::stylet, .latency_steps = 1}, 25);
+  std::printf("largest second difference %.4f mN at 25 Hz, one step late\n", 1e3 * s.kink);
+  EXPECT_LT(s.kink, 1e-3);
+}
+
+TEST(NeedleTrack, PeakForceDoesNotDependOnTheMesh) {
+  std::vector<double> peaks;
+  for (const int nodes : support::kSanitized ? std::vector{7, 10} : std::vector{7, 10, 12, 14}) {
+    ReferenceInsertion insertion = r1();
+    insertion.nodes_per_edge = nodes;
+    ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
+    double peak = 0;
+    while (experiment.time_s() < insertion.duration) experiment.advance();
+    for (const auto& f : experiment.forces()) peak = std::max(peak, f.norm());
+    peaks.push_back(peak);
+    std::printf("%d nodes an edge: peak %.4f N\n", nodes, peak);
+  }
+  const auto [low, high] = std::minmax_element(peaks.begin(), peaks.end());
+  double mean = 0;
+  for (const double peak : peaks) mean += peak / static_cast<double>(peaks.size());
+  EXPECT_LT((*high - *low) / mean, 0.03);
+}
+
+TEST(NeedleTrack, ForceOverDepthHasThePublishedShape) {
+  const auto samples = run(there_and_back(0.075, 0.030), {.coupling = Coupling::stylet, .tissues = tissue(liver())});
+  const auto puncture =
+      std::find_if(samples.begin(), samples.end(), [](const Sample& s) { return s.state == TipState::inside; });
+  ASSERT_NE(puncture, samples.end());
+  EXPECT_NEAR(puncture->force, 1.8, 0.02);  // rises to the capsule's strength and no further
+  for (auto s = samples.begin(); s + 1 < puncture; ++s) EXPECT_GE((s + 1)->force, s->force - 1e-3);
+
+  double lowest = 10;
+  auto at = puncture;
+  for (; at->time < puncture->time + 0.25; ++at) lowest = std::min(lowest, at->force);
+  std::printf("puncture at %.2f N, then %.2f N\n", puncture->force, lowest);
+  EXPECT_LT(lowest, 0.9 * puncture->force);
+
+  // Steady cutting: friction grows by 18 N/m of depth.
+  const auto sample_at = [&](double tip, auto from) {
+    return std::find_if(from, samples.end(), [&](const Sample& s) { return s.tip >= tip; });
+  };
+  const auto shallow = sample_at(0.045, at);
+  const auto deep = sample_at(0.065, at);
+  const double slope = (deep->force - shallow->force) / (deep->depth - shallow->depth);
+  std::printf("friction grows by %.1f N/m\n", slope);
+  EXPECT_NEAR(slope, 18, 2);
+
+  // On the way back the force changes its sign, and nothing is cut: smaller than on the way in.
+  const auto turned = turning_point(samples);
+  const auto back = std::find_if(turned, samples.end(), [](const Sample& s) { return s.tip <= 0.045; });
+  ASSERT_NE(back, samples.end());
+  std::printf("at 45 mm: %.2f N in, %.2f N out", shallow->force, back->force);
+  EXPECT_LT(back->force, -0.3);
+  EXPECT_LT(-back->force, shallow->force);
+
+  // The second way in follows the same channel: friction only.
+  const auto again =
+      sample_at(0.055, std::find_if(back, samples.end(), [](const Sample& s) { return s.tip < 0.04; }));
+  ASSERT_NE(again, samples.end());
+  const auto first = sample_at(0.055, at);
+  std::printf("; at 55 mm: %.2f N the first time, %.2f N the second\n", first->force, again->force);
+  EXPECT_LT(again->force, first->force - 0.5 * 0.94);
+  EXPECT_EQ(samples.back().punctures, 1U);
+}
+
+TEST(NeedleTrack, NoMotionThereAndBackGivesEnergy) {
+  const auto samples = run(there_and_back(0.060, 0.0), {.coupling = Coupling::stylet, .tissues = tissue(liver())});
+  double least = 0;
+  for (const Sample& s : samples) least = std::min(least, s.work);
+  std::printf("work of the hand: never below %.2e J, %.4f J in the end\n", least, samples.back().work);
+  EXPECT_GT(least, -1e-6);
+  EXPECT_GT(samples.back().work, 0.01);
+}
+
+TEST(NeedleTrack, TissueIsDraggedAlongBeforeTheShaftSlips) {
+  const auto samples = run(there_and_back(0.060, 0.050),
+                           {.coupling = Coupling::stylet, .tissues = tissue({.friction_per_length = 18})});
+  const auto turned = turning_point(samples);
+  const auto later = turned + 60;  // 2 mm further back
+  std::printf("tip moved back %.2f mm, in the tissue %.2f mm\n", 1e3 * (turned->tip - later->tip),
+              1e3 * (turned->depth - later->depth));
+  EXPECT_LT(turned->depth - later->depth, 0.5 * (turned->tip - later->tip));
+}
+
+TEST(NeedleTrack, ForceDoesNotDependOnTheHapticRate) {
+  std::vector<std::vector<Sample>> at_rate;
+  for (const int khz : {1, 2, 4}) {
+    ReferenceInsertion insertion = there_and_back(0.050, 0.030);
+    insertion.haptic_hz = 1000.0 * khz;
+    std::vector<Sample> all = run(insertion, {.coupling = Coupling::stylet, .tissues = tissue(liver())});
+    std::vector<Sample> each_ms;
+    for (std::size_t i = static_cast<std::size_t>(khz) - 1; i < all.size(); i += static_cast<std::size_t>(khz)) {
+      each_ms.push_back(all[i]);
+    }
+    at_rate.push_back(each_ms);
+  }
+  const auto& fine = at_rate.back();
+  const auto puncture =
+      std::find_if(fine.begin(), fine.end(), [](const Sample& s) { return s.state == TipState::inside; });
+  ASSERT_NE(puncture, fine.end());
+  double peak = 0;
+  for (const Sample& s : fine) peak = std::max(peak, std::abs(s.force));
+  for (std::size_t r = 0; r + 1 < at_rate.size(); ++r) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t k = 0; k < std::min(fine.size(), at_rate[r].size()); ++k) {
+      if (std::abs(fine[k].time - puncture->time) < 0.020) continue;
+      const double difference = at_rate[r][k].force - fine[k].force;
+      sum += difference * difference;
+      ++count;
+    }
+    const double rms = std::sqrt(sum / count);
+    std::printf("%d kHz against 4 kHz: RMS difference %.2f %% of the peak\n", 1 << r, 100 * rms / peak);
+    EXPECT_LT(rms, 0.02 * peak);
+  }
+}
+
+TEST(NeedleTrack, ABevelSteersAndSteersBackWhenTurned) {
+  std::vector<double> deflection;
+  for (const double roll : {0.0, 180.0}) {
+    ReferenceInsertion insertion = there_and_back(0.090, 0.089);
+    ReferenceRun settings{.coupling = Coupling::stylet, .track = {.bevel_ratio = 0.3}, .tissues = tissue(liver())};
+    settings.roll_deg = roll;
+    ReferenceExperiment experiment(insertion, settings);
+    double half = 0;
+    while (experiment.time_s() < insertion.duration) {
+      experiment.advance();
+      if (experiment.time_s() < 1.2) half = experiment.needle().positions(2, 8) - insertion.tip_start.z();
+    }
+    const auto& s = experiment.needle();
+    deflection.push_back(s.positions(2, s.node_count - 1) - insertion.tip_start.z());
+    std::printf("rolled by %3.0f: off by %.2f mm half way, %.2f mm at the end\n", roll, 1e3 * half,
+                1e3 * deflection.back());
+  }
+  EXPECT_LT(deflection[0] * deflection[1], 0);
+  EXPECT_GT(std::abs(deflection[0] - deflection[1]), 2e-3);
+}
+
+TEST(NeedleTrack, PushedAgainstWhatItCannotBreakTheNeedleBucklesAndStaysFinite) {
+  ReferenceInsertion insertion = there_and_back(0.060, 0.0);
+  insertion.material.young_modulus = 500e3;
+  ReferenceExperiment experiment(insertion,
+                                 {.coupling = Coupling::stylet, .tissues = tissue({.puncture_force = 1e3})});
+  double most_force = 0, most_bend = 0;
+  while (experiment.time_s() < insertion.duration) {
+    experiment.advance();
+    const auto& s = experiment.needle();
+    ASSERT_TRUE(s.positions.leftCols(s.node_count).allFinite());
+    most_force = std::max(most_force, s.wrench.force.norm());
+    most_bend = std::max(most_bend, std::abs(s.positions(2, 4) - insertion.tip_start.z()) +
+                                        std::abs(s.positions(1, 4) - insertion.tip_start.y()));
+  }
+  // Clamped at the hub, pinned at the tip: 20.19 EI / L^2 = 18.6 N.
+  std::printf("at most %.1f N, bent aside by %.1f mm\n", most_force, 1e3 * most_bend);
+  EXPECT_GT(most_bend, 5e-3);
+  EXPECT_LT(most_force, 1.3 * 18.6);
+}
+
+TEST(NeedleTrack, TwoRunsGiveTheSameBits) {
+  const ReferenceInsertion insertion = there_and_back(0.030, 0.020);
+  const ReferenceRun settings{.coupling = Coupling::stylet, .tissues = tissue(liver()), .worker_period = 3};
+  ReferenceExperiment one(insertion, settings), two(insertion, settings);
+  while (one.time_s() < insertion.duration) {
+    one.advance();
+    two.advance();
+  }
+  ASSERT_EQ(one.forces().size(), two.forces().size());
+  for (std::size_t k = 0; k < one.forces().size(); ++k) ASSERT_EQ(one.forces()[k], two.forces()[k]) << "step " << k;
+}
+
+}  // namespace
+}  // namespace stylet::bench
