@@ -182,9 +182,9 @@ void NeedleTrack::add_tip(const HermiteShaft& shaft, double dt, TrackRows& out) 
   out.laws[row] = box_row(0, -holds * norm, 0, compliance);
   if (tip_.barrier <= 0) out.laws[row].viscosity = resistance.cutting_viscosity / dt;
   out.laws[row].viscous_upper = false;  // nothing is cut on the way back
-  for (std::size_t k = 1; k < 3; ++k) {
-    out.laws[row + k] = friction_row(k, 0, settings_.tip_friction, {out.row_count, ContactRow::kNone}, 0, compliance);
-  }
+  const std::array<int, 2> pressed{out.row_count, ContactRow::kNone};
+  out.laws[row + 1] = disc_row(1, out.row_count + 2, 0, settings_.tip_friction, pressed, compliance);
+  out.laws[row + 2] = disc_row(2, out.row_count + 1, 0, settings_.tip_friction, pressed, compliance);
   out.slip.segment<3>(out.row_count).setZero();
   out.row_count += 3;
 }

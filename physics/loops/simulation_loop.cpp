@@ -393,7 +393,9 @@ void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report
     report.isolated_nodes += static_cast<int>(body.nodes.size());
     free_isolated(b);
   }
-  report.contact_count = path_.contact_count();
+  report.contact_count = settings_.lay_contacts ? path_.contact_count()
+                         : needle != nullptr    ? needle->contact_count
+                                                : 0;
 }
 
 void SimulationLoop::request_factorisation(const SimulationInput& input, const NeedleState* needle,
