@@ -107,15 +107,14 @@ void TissuePoints::carry_forces() {
 
 void TissuePoints::couple(const TissuePatch& patch, int j) {
   const PatchContact& cj = contact(j);
-  const auto w_bar = patch.bodies[body(j)].w_bar();
+  const BodyPatch& nodes = patch.bodies[body(j)];
   for (int i = 0; i <= j; ++i) {
     Matrix3d block = Matrix3d::Zero();
     if (body(i) == body(j)) {
       const PatchContact& ci = contact(i);
       for (int l = 0; l < 4; ++l) {
         for (int k = 0; k < 4; ++k) {
-          block += (ci.barycentric[k] * cj.barycentric[l]) *
-                   w_bar.block<3, 3>(3 * ci.patch_nodes[k], 3 * cj.patch_nodes[l]);
+          block += (ci.barycentric[k] * cj.barycentric[l]) * nodes.w_bar(ci.patch_nodes[k], cj.patch_nodes[l]);
         }
       }
     }
@@ -126,14 +125,13 @@ void TissuePoints::couple(const TissuePatch& patch, int j) {
 
 Vector3d TissuePoints::node_position(const TissuePatch& patch, int body, int patch_node) const {
   const BodyPatch& nodes = patch.bodies[body];
-  const auto w_bar = nodes.w_bar();
   Vector3d position = nodes.free_positions.col(patch_node);
   for (int i = 0; i < count_; ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (bodies_[at] != body || forces_.col(i).isZero(0)) continue;
     for (int k = 0; k < 4; ++k) {
-      position += w_bar.block<3, 3>(3 * patch_node, 3 * contacts_[at].patch_nodes[k]) *
-                  (contacts_[at].barycentric[k] * forces_.col(i));
+      position +=
+          nodes.w_bar(patch_node, contacts_[at].patch_nodes[k]) * (contacts_[at].barycentric[k] * forces_.col(i));
     }
   }
   return position;

@@ -15,6 +15,21 @@ BodyPatch::BodyPatch()
       tet_neighbours(kMaxPatchTets),
       tet_materials(kMaxPatchTets) {}
 
+Eigen::MatrixXd BodyPatch::w_bar() const {
+  Eigen::MatrixXd w(3 * node_count, 3 * node_count);
+  for (int j = 0; j < node_count; ++j) {
+    for (int i = 0; i < node_count; ++i) w.block<3, 3>(3 * i, 3 * j) = w_bar(i, j);
+  }
+  return w;
+}
+
+void BodyPatch::set_w_bar(const Eigen::MatrixXd& w) {
+  if (w_bar_values.size() < kMaxWBarValues) w_bar_values.assign(kMaxWBarValues, 0.0);
+  for (int j = 0; j < node_count; ++j) {
+    for (int i = 0; i < node_count; ++i) w_bar(i, j) = w.block<3, 3>(3 * i, 3 * j);
+  }
+}
+
 NeedleState::NeedleState()
     : positions(Eigen::Matrix3Xd::Zero(3, kMaxNeedleNodes)),
       orientations(kMaxNeedleNodes, Eigen::Quaterniond::Identity()),

@@ -14,6 +14,7 @@
 #include <Eigen/Geometry>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -83,12 +84,17 @@ struct BodyPatch {
                                               ///< current state, m
   Eigen::Matrix3Xd rest_positions;            ///< [3 x node_count] m
   std::vector<Eigen::Quaterniond> rotations;  ///< [node_count] node rotation since the factorisation
-  /// W_bar, column after column without gaps: the haptic side reads 3x3 blocks all over it, which a stride of the
-  /// capacity would spread over as many pages. Sized to (3 kMaxPatchNodes)^2 for the bodies in use, at load.
+  /// W_bar [3 node_count x 3 node_count], the compliance of the isolated DOFs, symmetric positive definite, m/N; by
+  /// blocks of two nodes without gaps, because that is how the haptic side reads it, all over the place: a block is
+  /// then one or two cache lines, not three. Sized to (3 kMaxPatchNodes)^2 for the bodies in use, at load.
   std::vector<double> w_bar_values;
-  /// Compliance of the isolated DOFs, symmetric positive definite [3 node_count x 3 node_count], m/N.
-  Eigen::Map<Eigen::MatrixXd> w_bar() { return {w_bar_values.data(), 3 * node_count, 3 * node_count}; }
-  Eigen::Map<const Eigen::MatrixXd> w_bar() const { return {w_bar_values.data(), 3 * node_count, 3 * node_count}; }
+  auto w_bar(int i, int j) { return Eigen::Map<Eigen::Matrix3d>(w_bar_values.data() + block_start(i, j)); }
+  auto w_bar(int i, int j) const {
+    return Eigen::Map<const Eigen::Matrix3d>(w_bar_values.data() + block_start(i, j));
+  }
+  /// All of it as a matrix, and from one: for tests and experiments, they allocate.
+  Eigen::MatrixXd w_bar() const;
+  void set_w_bar(const Eigen::MatrixXd& w);
 
   int contact_count = 0;
   std::vector<PatchContact> contacts;  ///< [contact_count] from entry to tip
@@ -100,6 +106,9 @@ struct BodyPatch {
   /// kBeyondPatch.
   std::vector<std::array<int, 4>> tet_neighbours;
   std::vector<ElasticMaterial> tet_materials;  ///< [tet_count]
+
+private:
+  std::ptrdiff_t block_start(int i, int j) const { return 9 * (i + static_cast<std::ptrdiff_t>(node_count) * j); }
 };
 
 /// Simulation -> haptic: everything of the tissue that the haptic loop needs for a step.

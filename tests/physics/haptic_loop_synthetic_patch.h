@@ -66,15 +66,14 @@ inline void lay_synthetic_body(BodyPatch& body, const NeedleState& needle, int c
 
   Eigen::MatrixXd mixing(3 * n, 6);
   for (int i = 0; i < mixing.size(); ++i) mixing.data()[i] = u(engine);
-  body.w_bar_values.assign(kMaxWBarValues, 0.0);
-  auto w_bar = body.w_bar();
-  w_bar = 0.05 * scale * mixing * mixing.transpose();
+  Eigen::MatrixXd w_bar = 0.05 * scale * mixing * mixing.transpose();
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
       const double distance = (rest.col(i) - rest.col(j)).norm();
       w_bar.block<3, 3>(3 * i, 3 * j).diagonal().array() += scale * std::exp(-distance / 0.02);
     }
   }
+  body.set_w_bar(w_bar);
 }
 
 /// A patch with one such body.

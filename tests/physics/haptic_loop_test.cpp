@@ -403,8 +403,8 @@ TEST(HapticLoop, RefusesNonFiniteInputAndGoesOn) {
   EXPECT_TRUE(finite(bent.loop.state()));
   poisoned = bent.patch;
   poisoned.epoch = 3;
-  poisoned.bodies[0].w_bar()(4, 4) = -1;
-  poisoned.bodies[0].w_bar()(5, 2) = poisoned.bodies[0].w_bar()(2, 5) = inf;
+  poisoned.bodies[0].w_bar(1, 1)(1, 1) = -1;
+  poisoned.bodies[0].w_bar(1, 0)(2, 2) = poisoned.bodies[0].w_bar(0, 1)(2, 2) = inf;
   EXPECT_NE(bent.loop.step(swept_hub(1), kDt, poisoned).flags, 0u);
   EXPECT_TRUE(finite(bent.loop.state()));
 

@@ -45,7 +45,6 @@ public:
         dense_(mesh_, materials_, fixed_),
         needle_(properties_, {}) {
     patch_.body_count = 1;
-    patch_.bodies[0].w_bar_values.resize(physics::kMaxWBarValues);
     needle_.linearise(physics::straight_needle(properties_, {}), {}, 1e-3);
     add();
     refactorise();
@@ -145,7 +144,9 @@ private:
     ++patch_.epoch;
     body.node_count = int(nodes.size());
     std::copy(nodes.begin(), nodes.end(), body.node_ids.begin());
-    isolated_.gather(nodes, body.w_bar());
+    MatrixXd w_bar(3 * body.node_count, 3 * body.node_count);
+    isolated_.gather(nodes, w_bar);
+    body.set_w_bar(w_bar);
     body.contact_count = int(contacts_.size());
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
       for (std::size_t a = 0; a < 4; ++a) {
