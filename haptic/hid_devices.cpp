@@ -12,7 +12,7 @@ namespace {
 std::string utf8(const wchar_t* text) {
   std::string out;
   for (; text != nullptr && *text != 0; ++text) {
-    const auto c = static_cast<std::uint32_t>(*text);
+    const auto c = static_cast<std::uint32_t>(*text);  // NOLINT(bugprone-signed-char-misuse): 32 bits
     const auto put = [&out](std::uint32_t byte) { out.push_back(static_cast<char>(byte)); };
     if (c < 0x80) {
       put(c);

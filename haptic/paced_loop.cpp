@@ -24,7 +24,7 @@ double LoopStatistics::actual_rate_hz() const {
 }
 
 void run_paced(PacingClock& clock, std::int64_t period_ns, const std::function<void(const StepTiming&)>& step,
-               std::stop_token stop, LoopStatistics& statistics) {
+               const std::stop_token& stop, LoopStatistics& statistics) {
   const std::int64_t origin = clock.now_ns();
   std::int64_t grid_index = 0;
   std::uint64_t executed = 0;

@@ -51,6 +51,6 @@ struct LoopStatistics {
 /// the next one in the future.
 /// @realtime itself: no allocation, no lock; system calls are the clock and the sleep
 void run_paced(PacingClock& clock, std::int64_t period_ns, const std::function<void(const StepTiming&)>& step,
-               std::stop_token stop, LoopStatistics& statistics);
+               const std::stop_token& stop, LoopStatistics& statistics);
 
 }  // namespace stylet::haptic

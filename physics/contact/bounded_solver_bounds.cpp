@@ -7,11 +7,11 @@
 namespace stylet::physics {
 namespace {
 
-constexpr double kTolerance = 1e-13;  // of the largest bound's variable part
-constexpr double kStall = 1e-10;      // where rounding may end the gains
-constexpr double kRounding = 1e-15;   // of the largest force
-constexpr double kChordRate = 1e-2;   // a Newton matrix is kept while each step gains this much
-constexpr double kGain = 0.9;         // what a step has to gain for the next to be Newton's
+constexpr double kTolerance = 1e-13;      // of the largest bound's variable part
+constexpr double kStall = 1e-10;          // where rounding may end the gains
+constexpr double kForceRounding = 1e-15;  // of the largest force
+constexpr double kChordRate = 1e-2;       // a Newton matrix is kept while each step gains this much
+constexpr double kGain = 0.9;             // what a step has to gain for the next to be Newton's
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -106,7 +106,7 @@ BoundedSolver::BoundError BoundedSolver::bound_error(std::span<const ContactRow>
     e.error = std::max(e.error, error);
     e.scale = std::max(e.scale, bound);
   }
-  if (e.scale > 0) e.scale += kRounding / kTolerance * multipliers_.head(count_).lpNorm<Eigen::Infinity>();
+  if (e.scale > 0) e.scale += kForceRounding / kTolerance * multipliers_.head(count_).lpNorm<Eigen::Infinity>();
   return e;
 }
 

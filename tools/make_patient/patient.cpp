@@ -86,11 +86,13 @@ std::vector<Organ> make_organs() {
                 vessel_surface(vessels.middle_left_hepatic, 10000)};
   append(hepatic.mesh, vessel_surface(vessels.right_hepatic, 7000));
   organs.push_back(std::move(hepatic));
-  const Vector3 reach = Vector3::Constant(15.0_mm);
-  organs.push_back(
-      {"tumour", "target", "tumour", liver,
-       contour(anatomy::tumour, {anatomy::tumour_centre() - reach, anatomy::tumour_centre() + reach}, 2.2_mm)});
+  organs.push_back({"tumour", "target", "tumour", liver, tumour_surface()});
   return organs;
+}
+
+content::TriangleMesh tumour_surface() {
+  const Vector3 reach = Vector3::Constant(15.0_mm);
+  return contour(anatomy::tumour, {anatomy::tumour_centre() - reach, anatomy::tumour_centre() + reach}, 2.2_mm);
 }
 
 Procedure make_procedure() {

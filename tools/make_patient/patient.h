@@ -14,6 +14,9 @@ namespace stylet::patient {
 /// Outer to inner: where two overlap, the later one counts.
 std::vector<Organ> make_organs();
 
+/// The mesh of the organ "tumour", the smallest one that is contoured.
+content::TriangleMesh tumour_surface();
+
 /// A probe pose: patient_from_probe, see scene.h (origin on the face, +Z into the body, +X image right, +Y
 /// elevation).
 struct View {
