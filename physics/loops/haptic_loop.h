@@ -17,6 +17,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace stylet::physics {
@@ -69,6 +70,8 @@ public:
   auto delta_free() const { return delta_free_.head(delassus_.rows()); }  ///< [rows], m
   auto lambda() const { return lambda_.head(delassus_.rows()); }          ///< [rows], N
   Eigen::Matrix3Xd directions() const;                                    ///< [3 x rows], unit
+  /// Laws of the rows, with the compliances C that they were solved with [rows]; `stylet` only.
+  std::span<const ContactRow> laws() const { return {rows_.laws.data(), static_cast<std::size_t>(rows_.row_count)}; }
   /// Of the last step; `stylet` only.
   const BoundedSolveReport& solve_report() const { return solve_report_; }
   /// Has every further step timed by stage; null ends it. Costs some 20 ns a stage, and nothing when null.

@@ -2,11 +2,15 @@
 #include "physics/loops/haptic_loop.h"
 #include "tests/physics/haptic_loop_synthetic_patch.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/r1.h"
+#include "tools/bench/reference_insertion.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace stylet::physics {
 namespace {
@@ -53,6 +57,33 @@ TEST(HapticLoopRealtime, StepTakesNoMemory) {
       }
     }
   }
+}
+
+/// Coupling `stylet` through R1 with all that tissue does to a needle: points laid, cut, broken through, slid past,
+/// left behind and met again.
+TEST(HapticLoopRealtime, TheReferenceInsertionTakesNoMemory) {
+  bench::ReferenceInsertion insertion = support::r1();
+  auto tissues = std::make_shared<TissueMap>();
+  tissues->tissues[1] = {
+      .puncture_force = 0.3, .cutting_force = 0.2, .cutting_viscosity = 2, .friction_per_length = 5};
+  bench::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet, .tissues = tissues});
+  const double dt = 1 / insertion.haptic_hz;
+  int step = 0, allocations = 0, most_contacts = 0;
+  while (step * dt < insertion.duration) {
+    experiment.simulation_step();
+    for (int i = 0; i < insertion.haptic_steps_per_simulation_step(); ++i) {
+      const StylusPose hub = insertion.base(++step * dt);
+      const TissuePatch& patch = experiment.patch_in_use();
+      const tests::AllocationCount count;
+      experiment.haptic().step(hub, dt, patch);
+      allocations += count.value();
+      most_contacts = std::max(most_contacts, experiment.needle().contact_count);
+    }
+  }
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GE(most_contacts, 6);
+  EXPECT_EQ(experiment.needle().puncture_count, 1U);
+  EXPECT_EQ(experiment.needle().flags, 0U);
 }
 
 TEST(HapticLoopRealtime, RefusalsTakeNoMemory) {
