@@ -1,5 +1,6 @@
 // `stylet bench`: measurements of this machine and build, beside published figures and the bounds asked for.
 #include "engine/content/scenario.h"
+#include "tools/bench/coupling.h"
 #include "tools/bench/line_compliance.h"
 #include "tools/bench/paper.h"
 #include "tools/bench/report.h"
@@ -44,6 +45,12 @@ bench::Report run_line_compliance(const BenchOptions& options) {
                                        .quick = options.quick});
 }
 
+bench::Report run_coupling(const BenchOptions& options) {
+  return bench::bench_coupling({.reference_insertion = content::content_directory() / "reference" / "r1.json",
+                                .out = options.out,
+                                .quick = options.quick});
+}
+
 struct Bench {
   const char* name;
   const char* summary;
@@ -52,6 +59,7 @@ struct Bench {
 
 constexpr std::array kBenches{
     Bench{"paper", "tables and figures of Martin, Zeng, Courtecuisse (IROS 2023) next to ours", run_paper},
+    Bench{"coupling", "what the coupling stylet gains: smoothness, meshes, resistance, speed", run_coupling},
     Bench{"line-compliance", "sub-grid compliance against a resolved needle", run_line_compliance},
 };
 

@@ -1,0 +1,66 @@
+#include "tools/bench/coupling.h"
+
+#include "tools/bench/coupling_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+
+namespace stylet::bench {
+
+Report bench_coupling(const CouplingOptions& options) {
+  const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
+  const CouplingPart part{.out = options.out, .quick = options.quick};
+  struct Part {
+    const char* name;
+    Report (*run)(const ReferenceInsertion&, const CouplingPart&);
+  };
+  constexpr std::array kParts{
+      Part{"shaft", coupling_shaft},
+      Part{"synchronisation", coupling_synchronisation},
+      Part{"sub-grid compliance", coupling_subgrid},
+      Part{"W_bar", coupling_w_bar},
+      Part{"resistance", coupling_resistance},
+      Part{"speed", coupling_speed},
+  };
+  Report report;
+  for (const Part& p : kParts) {
+    std::fprintf(stderr, "bench coupling: %s\n", p.name);
+    report.append(p.run(insertion, part));
+  }
+  return report;
+}
+
+std::shared_ptr<const physics::TissueMap> one_tissue(const physics::InsertionResistance& resistance) {
+  auto map = std::make_shared<physics::TissueMap>();
+  map->tissues[1] = resistance;
+  return map;
+}
+
+physics::InsertionResistance liver_resistance() {
+  return {.puncture_force = 1.8, .cutting_force = 0.94, .cutting_viscosity = 2, .friction_per_length = 18};
+}
+
+double relative_spread(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  double mean = 0;
+  for (const double v : values) mean += v / static_cast<double>(values.size());
+  return (*high - *low) / mean;
+}
+
+std::vector<double> component(const std::vector<Eigen::Vector3d>& vectors, int axis, double scale) {
+  std::vector<double> values;
+  values.reserve(vectors.size());
+  for (const Eigen::Vector3d& v : vectors) values.push_back(scale * v[axis]);
+  return values;
+}
+
+session::PlotSeries plot_line(std::string label, std::vector<double> x, std::vector<double> y, int index) {
+  return {.label = std::move(label),
+          .x = std::move(x),
+          .y = std::move(y),
+          .colour = session::plot_colour(index, session::PlotTheme::light)};
+}
+
+}  // namespace stylet::bench

@@ -1,0 +1,299 @@
+// Puncture, cutting and friction: force over depth, energy, other haptic rates, and the classical models beside.
+#include "tools/bench/classical_forces.h"
+#include "tools/bench/coupling_parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace stylet::bench {
+namespace {
+
+using physics::Coupling;
+using physics::TipState;
+
+constexpr double kSpeed = 0.045;        // m/s
+constexpr double kTurn = 0.02;          // s to reverse
+constexpr double kAroundEvents = 0.02;  // s left out of the comparison of rates
+constexpr double kRateBound = 2;        // % of the peak
+constexpr double kPercent = 100;
+constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
+
+/// Straight in to `depth`, back until the tip is at `back_to`, in again.
+ReferenceInsertion there_and_back(const ReferenceInsertion& insertion, double depth, double back_to, double speed) {
+  ReferenceInsertion motion = insertion;
+  motion.lateral_amplitude = 0;
+  const double in = depth / speed, out = (depth - back_to) / speed;
+  motion.axial_speed = {{0, speed},
+                        {in, speed},
+                        {in + kTurn, -speed},
+                        {in + out, -speed},
+                        {in + out + kTurn, speed},
+                        {in + 2 * out, speed},
+                        {in + 2 * out + kTurn, 0},
+                        {in + 2 * out + 0.2, 0}};
+  motion.duration = in + 2 * out + 0.2;
+  return motion;
+}
+
+/// In to `depth` and out altogether, back to where it began.
+ReferenceInsertion closed_path(const ReferenceInsertion& insertion, double depth) {
+  ReferenceInsertion motion = insertion;
+  motion.lateral_amplitude = 0;
+  const double way = depth / kSpeed;
+  motion.axial_speed = {{0, 0},
+                        {kTurn, kSpeed},
+                        {way, kSpeed},
+                        {way + kTurn, 0},
+                        {way + 2 * kTurn, -kSpeed},
+                        {2 * way + kTurn, -kSpeed},
+                        {2 * way + 2 * kTurn, 0}};
+  motion.duration = 2 * way + 0.1;
+  return motion;
+}
+
+struct Sample {
+  double time = 0;   // s
+  double force = 0;  // on the hand along -x, N: positive pushes the needle out
+  double tip = 0;    // x, m: the surface at rest is at 0
+  double depth = 0;  // of needle inside, m
+  double work = 0;   // of the hand, J
+  TipState state = TipState::outside;
+};
+
+struct Run {
+  std::vector<Sample> samples;
+  std::uint32_t flags = 0;
+};
+
+Run run(const ReferenceInsertion& motion, const physics::InsertionResistance& resistance) {
+  ReferenceExperiment experiment(motion, {.coupling = Coupling::stylet, .tissues = one_tissue(resistance)});
+  Run result;
+  while (experiment.time_s() < motion.duration - 1e-9) {
+    experiment.simulation_step();
+    for (int i = 0; i < motion.haptic_steps_per_simulation_step(); ++i) {
+      experiment.haptic_step();
+      const physics::NeedleState& needle = experiment.needle();
+      result.samples.push_back({.time = experiment.time_s(),
+                                .force = -needle.wrench.force.x(),
+                                .tip = needle.positions(0, needle.node_count - 1),
+                                .depth = needle.tip_depth,
+                                .work = needle.hand_work,
+                                .state = needle.tip});
+    }
+  }
+  result.flags = experiment.needle_flags();
+  return result;
+}
+
+using Place = std::vector<Sample>::const_iterator;
+
+/// First sample from `from` on with the tip at x or deeper (shallower where `outwards`).
+Place at_tip(const std::vector<Sample>& samples, Place from, double x, bool outwards = false) {
+  return std::find_if(from, samples.end(), [&](const Sample& s) { return outwards ? s.tip <= x : s.tip >= x; });
+}
+
+double force_at(const std::vector<Sample>& samples, Place at) {
+  return at == samples.end() ? kUndefined : at->force;
+}
+
+/// Least-squares slope of force over depth of needle inside, N/m.
+double slope(Place from, Place to) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (Place s = from; s < to; ++s) {
+    n += 1;
+    x += s->depth;
+    y += s->force;
+    xx += s->depth * s->depth;
+    xy += s->depth * s->force;
+  }
+  return (n * xy - x * y) / (n * xx - x * x);
+}
+
+/// What a classical model makes of the recorded motion, N on the hand.
+std::vector<double> classical(const ClassicalModel& model, const std::vector<Sample>& samples, double dt,
+                              double diameter) {
+  TrackState state;
+  std::vector<double> forces;
+  double last_tip = samples.front().tip;
+  for (const Sample& s : samples) {
+    const NeedleMotion motion{.depth = s.tip,
+                              .velocity = (s.tip - last_tip) / dt,
+                              .inserted_length = s.depth,
+                              .deviation = Eigen::Vector2d::Zero(),
+                              .diameter = diameter,
+                              .dt = dt};
+    last_tip = s.tip;
+    forces.push_back(model.force(motion, state).axial);
+  }
+  return forces;
+}
+
+std::vector<double> forces_of(const std::vector<Sample>& samples) {
+  std::vector<double> forces;
+  for (const Sample& s : samples) forces.push_back(s.force);
+  return forces;
+}
+
+void report_curve(const std::vector<Sample>& samples, const physics::InsertionResistance& liver, double depth,
+                  double back_to, Report& report) {
+  const Place puncture =
+      std::find_if(samples.begin(), samples.end(), [](const Sample& s) { return s.state == TipState::inside; });
+  if (puncture == samples.end()) {
+    report.add({"resistance.puncture.peak", kUndefined, "N", liver.puncture_force, {}, {}});
+    return;
+  }
+  const Place settled =
+      std::find_if(puncture, samples.end(), [&](const Sample& s) { return s.time > puncture->time + 0.25; });
+  double peak = 0;
+  for (Place s = samples.begin(); s <= puncture; ++s) peak = std::max(peak, s->force);
+  const Place lowest =
+      std::min_element(puncture, settled, [](const Sample& a, const Sample& b) { return a.force < b.force; });
+  report.add({"resistance.puncture.peak", peak, "N", liver.puncture_force, {}, {}});
+  // The tissue springs back along the needle, faster than the hand goes in, and the track grows at that speed.
+  const Place highest =
+      std::max_element(puncture, settled, [](const Sample& a, const Sample& b) { return a.force < b.force; });
+  report.add({"resistance.puncture.after", highest->force, "N", {}, {}, {}});
+  report.add({"resistance.puncture.drop", peak - lowest->force, "N", {}, {}, {}});
+  report.add({"resistance.puncture.indentation", puncture->tip, "m", {}, {}, {}});
+
+  // Away from the puncture, where the track grows steadily.
+  const double shallow = 0.6 * depth, deep = 0.9 * depth, middle = back_to + 0.5 * (depth - back_to);
+  const Place from = at_tip(samples, settled, shallow), to = at_tip(samples, from, deep);
+  report.add({"resistance.friction.slope", slope(from, to), "N/m", liver.friction_per_length, {}, {}});
+  const Place turned =
+      std::adjacent_find(to, samples.end(), [](const Sample& a, const Sample& b) { return b.tip < a.tip - 1e-6; });
+  const Place back = at_tip(samples, turned, middle, true);
+  const Place shallowest =
+      std::min_element(back, samples.end(), [](const Sample& a, const Sample& b) { return a.tip < b.tip; });
+  const Place first = at_tip(samples, settled, middle), again = at_tip(samples, shallowest, middle);
+  report.add({"resistance.first_insertion", force_at(samples, first), "N", {}, {}, {}});
+  report.add(at_most("resistance.withdrawal", force_at(samples, back), "N", 0));
+  report.add({"resistance.second_insertion", force_at(samples, again), "N", {}, {}, {}});
+  // Nothing is cut the second time.
+  report.add(at_least("resistance.second_insertion.less", force_at(samples, first) - force_at(samples, again), "N",
+                      0.5 * liver.cutting_force));
+}
+
+/// RMS difference of the forces at full milliseconds, over the peak, without what is near a puncture in either, %.
+double rate_difference(const std::vector<Sample>& coarse, int coarse_khz, const std::vector<Sample>& fine,
+                       int fine_khz) {
+  const auto puncture_time = [](const std::vector<Sample>& samples) {
+    const auto at =
+        std::find_if(samples.begin(), samples.end(), [](const Sample& s) { return s.state == TipState::inside; });
+    return at == samples.end() ? -1.0 : at->time;
+  };
+  const double events[2] = {puncture_time(coarse), puncture_time(fine)};
+  double peak = 0, sum = 0, count = 0;
+  for (const Sample& s : fine) peak = std::max(peak, std::abs(s.force));
+  const auto n = static_cast<std::size_t>(coarse_khz), m = static_cast<std::size_t>(fine_khz);
+  for (std::size_t k = 1; k * n <= coarse.size() && k * m <= fine.size(); ++k) {
+    const Sample& a = coarse[k * n - 1];
+    const Sample& b = fine[k * m - 1];
+    if (std::abs(a.time - events[0]) < kAroundEvents || std::abs(a.time - events[1]) < kAroundEvents) continue;
+    sum += (a.force - b.force) * (a.force - b.force);
+    count += 1;
+  }
+  return kPercent * std::sqrt(sum / count) / peak;
+}
+
+std::vector<double> tips_of(const std::vector<Sample>& samples) {
+  std::vector<double> tip_mm;
+  for (const Sample& s : samples) tip_mm.push_back(1e3 * s.tip);
+  return tip_mm;
+}
+
+void draw(const std::filesystem::path& out, const std::vector<Sample>& fast, const std::vector<Sample>& slow,
+          const std::vector<std::pair<std::string, std::vector<double>>>& models) {
+  std::vector<double> time, depth_mm;
+  for (const Sample& s : slow) {
+    time.push_back(s.time);
+    depth_mm.push_back(1e3 * s.depth);
+  }
+  const session::PlotPanel curve{.title = "Force on the hand over the depth of the tip, 45 mm/s",
+                                 .x = {.label = "tip below the surface at rest, mm"},
+                                 .y = {.label = "axial force, N"},
+                                 .series = {plot_line("coupled", tips_of(fast), forces_of(fast), 0)},
+                                 .markers = {},
+                                 .dots = {}};
+  session::PlotPanel beside{.title = "The classical models on the same recorded motion, 5 mm/s",
+                            .x = {.label = "time, s", .min = 0, .max = time.back()},
+                            .y = {.label = "axial force, N"},
+                            .series = {plot_line("coupled", time, forces_of(slow), 0)},
+                            .markers = {},
+                            .dots = {}};
+  std::vector<FigureColumn> columns{
+      {"time_s", time}, {"tip_mm", tips_of(slow)}, {"depth_mm", depth_mm}, {"coupled_n", forces_of(slow)}};
+  int index = 1;
+  for (const auto& [name, forces] : models) {
+    beside.series.push_back(plot_line(name, time, forces, index++));
+    columns.push_back({name + "_n", forces});
+  }
+  const std::array panels{curve, beside};
+  const std::array caption{
+      std::string("In, partly out, in again; 1.8 N at puncture, 0.94 N cutting, 18 N/m friction."),
+      std::string(
+          "The classical models know the motion alone: no tissue moves in them, and they have their own constants.")};
+  write_figure(out, "coupling_resistance", panels, caption, columns);
+}
+
+}  // namespace
+
+Report coupling_resistance(const ReferenceInsertion& insertion, const CouplingPart& part) {
+  constexpr double kDepth = 0.075, kBackTo = 0.030;  // m
+  const physics::InsertionResistance liver = liver_resistance();
+  Report report;
+  const Run curve = run(there_and_back(insertion, kDepth, kBackTo, kSpeed), liver);
+  report_curve(curve.samples, liver, kDepth, kBackTo, report);
+
+  const Run closed = run(closed_path(insertion, 0.060), liver);
+  double least = 0;
+  for (const Sample& s : closed.samples) least = std::min(least, s.work);
+  report.add(at_least("resistance.work.closed_path", closed.samples.back().work, "J", 0));
+  // Below zero on the way: energy that the hand got before it gave any. Rounding and quadrature leave a trace.
+  report.add(at_least("resistance.work.least", least, "J", -1e-6));
+
+  const int finest = part.quick ? 2 : 4;
+  const auto at_rate = [&](int khz) {
+    ReferenceInsertion motion = there_and_back(insertion, 0.050, 0.030, kSpeed);
+    motion.haptic_hz = 1000.0 * khz;
+    return run(motion, liver);
+  };
+  const Run fine = at_rate(finest);
+  std::uint32_t flags = curve.flags | closed.flags | fine.flags;
+  for (int khz = 1; khz < finest; khz *= 2) {
+    const Run coarse = at_rate(khz);
+    flags |= coarse.flags;
+    report.add(at_most(fmt::format("resistance.rate.{}_against_{}_khz", khz, finest),
+                       rate_difference(coarse.samples, khz, fine.samples, finest), "%", kRateBound));
+  }
+  report.add({"resistance.flags", static_cast<double>(flags), "1", {}, {}, {}});
+
+  // The constants of the classical models are those of a needle at 5 mm/s.
+  constexpr double kSlow = 0.005;
+  const Run slow = run(there_and_back(insertion, kDepth, kBackTo, kSlow), liver);
+  std::vector<std::pair<std::string, std::vector<double>>> models;
+  for (const ClassicalModel& model : classical_models()) {
+    std::vector<double> forces =
+        classical(model, slow.samples, 1 / insertion.haptic_hz, insertion.needle.outer_diameter);
+    double sum = 0;
+    for (std::size_t k = 0; k < forces.size(); ++k) {
+      sum += (forces[k] - slow.samples[k].force) * (forces[k] - slow.samples[k].force);
+    }
+    const std::string prefix = fmt::format("resistance.classical.{}.", model.name);
+    report.add({prefix + "peak", *std::max_element(forces.begin(), forces.end()), "N", {}, {}, {}});
+    report.add({prefix + "rms_difference", std::sqrt(sum / static_cast<double>(forces.size())), "N", {}, {}, {}});
+    models.emplace_back(model.name, std::move(forces));
+  }
+  if (!part.out.empty()) draw(part.out, curve.samples, slow.samples, models);
+  return report;
+}
+
+}  // namespace stylet::bench
