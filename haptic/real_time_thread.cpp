@@ -69,11 +69,11 @@ RealTimeThread::RealTimeThread(const RealTimeSettings& settings, std::function<v
   std::promise<std::string> configured;
   std::future<std::string> refused = configured.get_future();
   thread_ = std::jthread([this, settings, period_ns, step = std::move(step),
-                          configured = std::move(configured)](std::stop_token stop) mutable {
+                          configured = std::move(configured)](const std::stop_token& stop) mutable {
     const FlushDenormals flush;
     configured.set_value(configure_thread(settings));
     MonotonicClock clock;
-    run_paced(clock, period_ns, step, std::move(stop), statistics_);
+    run_paced(clock, period_ns, step, stop, statistics_);
   });
   warning_ = refused.get();
 }

@@ -154,8 +154,10 @@ private:
     for (const PlotMarker& marker : panel_.markers) {
       if (!std::isfinite(marker.x)) continue;
       const double x = std::floor(pixel(marker.x, y_.min).x) + 0.5;
-      for (double y = box_.top; y < box_.bottom; y += 8) {
+      double y = box_.top;
+      while (y < box_.bottom) {
         canvas_.line({x, y}, {x, std::min(y + 4, box_.bottom)}, 1, colours_.marker);
+        y += 8;
       }
       const double height = 0.8 * text_;
       canvas_.text(font_, marker.label, {x - 0.55 * height, box_.top + 0.4 * text_}, height, colours_.text,

@@ -124,7 +124,7 @@ void RecordingWriter::write(std::span<const std::uint8_t> bytes) {
 }
 
 void RecordingWriter::start_background() {
-  background_ = std::jthread([this](std::stop_token stop) {
+  background_ = std::jthread([this](const std::stop_token& stop) {
     std::mutex pause_mutex;
     std::condition_variable_any pause;
     while (!stop.stop_requested()) {

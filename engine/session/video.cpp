@@ -75,6 +75,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoSettings&
       "-an", "-c:v", "libx264", "-preset", "veryfast", "-crf", std::to_string(settings.quality), "-pix_fmt",
       "yuv420p", "-movflags", "+faststart", "-f", "mp4", part_.string()};
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
 

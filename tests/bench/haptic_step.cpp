@@ -87,8 +87,7 @@ struct Stage {
     tissue.load(patch);
     for (int i = 0; i < count; ++i) {
       const ShaftPoint p = project_on_shaft(shape.nodes(), tissue.position(i));
-      contacts.push_back(
-          lateral_contact(i, 2 * i, p, lateral_directions(p.tangent, shape.orientation(p.beam))));
+      contacts.push_back(lateral_contact(i, 2 * i, p, lateral_directions(p.tangent, shape.orientation(p.beam))));
     }
     needle.linearise(shape, StylusPose{}, 1e-3);
     delassus.assemble(needle, tissue, contacts, count);

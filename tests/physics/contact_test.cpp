@@ -99,8 +99,7 @@ struct Scene {
     EXPECT_TRUE(tissue.load(patch));
     for (int i = 0; i < tissue.count(); ++i) {
       const ShaftPoint p = project_on_shaft(shape.nodes(), tissue.position(i));
-      contacts.push_back(
-          lateral_contact(i, 2 * i, p, lateral_directions(p.tangent, shape.orientation(p.beam))));
+      contacts.push_back(lateral_contact(i, 2 * i, p, lateral_directions(p.tangent, shape.orientation(p.beam))));
     }
   }
 };

@@ -179,6 +179,7 @@ TEST_F(Command, RefusesOrgansThatAreNone) {
   expect_refused(scenario([](json& s) {
                    s["bodies"][1]["name"] = "gallbladder";
                    s["bodies"][1]["mesh"] = {{"cell_mm", 100}};
+                   s.erase("contacts");  // of the liver
                  }).string(),
                  "abdomen.glb:/nodes/", "cell size");
 }

@@ -42,7 +42,7 @@ ReferenceInsertion read_reference_insertion(const std::filesystem::path& file);
 struct ReferenceRun {
   physics::Coupling coupling = physics::Coupling::paper_updated;
   double relative_compliance = 0;                       ///< of the constraint rows; 0: the paper's exact system
-  physics::NeedleTrackSettings track{};                   ///< coupling `stylet`; its spacing is the insertion's
+  physics::NeedleTrackSettings track{};                 ///< coupling `stylet`; its spacing is the insertion's
   std::shared_ptr<const physics::TissueMap> tissues{};  ///< coupling `stylet`; null: nothing resists the needle
   double roll_deg = 0;                                  ///< of the needle about its axis
   int latency_steps = 0;                                ///< simulation steps between a patch's making and its use
