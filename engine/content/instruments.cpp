@@ -23,6 +23,7 @@ Needle read_needle(JsonFile& file) {
   needle.young_modulus = root.number("young_modulus_pa", {1e6, 1e12});
   needle.poisson_ratio = root.number("poisson_ratio", {0, 0.49});
   needle.beams = root.integer("beams", 1, physics::kMaxBeams, needle.beams);
+  needle.bevel_force_ratio = root.number("bevel_force_ratio", {0, 1}, 0);
   root.ignore("licence");
   root.ignore("source");
   root.finish();

@@ -180,7 +180,11 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
 
   Scene scene;
   // Files whose path is wrong were already reported by the scenario.
-  if (!scenario.tissues.empty()) scene.tissues = read_json(scenario.tissues, read_tissues, problems);
+  if (!scenario.tissues.empty()) {
+    TissueTable table = read_json(scenario.tissues, read_tissues, problems);
+    scene.tissues = std::move(table.tissues);
+    scene.tissue_surfaces = std::move(table.surfaces);
+  }
   if (!scenario.needle.empty()) scene.needle = read_json(scenario.needle, read_needle, problems);
   if (!scenario.probe.empty()) scene.probe = read_json(scenario.probe, read_probe, problems);
   if (!scenario.motion.empty()) {

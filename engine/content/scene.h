@@ -1,6 +1,7 @@
 // What a scenario becomes once it is loaded: everything the loops and the pictures need, in memory.
 #pragma once
 
+#include "physics/contact/tissue_map.h"
 #include "physics/loops/messages.h"
 #include "physics/tissue/tet_mesh.h"
 
@@ -31,8 +32,7 @@ struct Tissue {
   physics::ElasticMaterial mechanics;
   double density = 1000;                     ///< kg/m^3
   Acoustics acoustics;
-  double puncture_force_n = 0;               ///< axial force at which the needle breaks through its surface, 0: none
-  double friction_n_per_m = 0;               ///< axial friction per length of shaft inside
+  physics::InsertionResistance needle;       ///< how it resists the needle
   std::array<float, 4> colour{0.8F, 0.8F, 0.8F, 1.0F};  ///< linear RGB, opacity in the 3-D view
 };
 
@@ -96,6 +96,7 @@ struct Needle {
   double young_modulus = 200e9;
   double poisson_ratio = 0.3;
   int beams = 8;
+  double bevel_force_ratio = 0;              ///< lateral over axial force on the tip that cuts, away from the bevel
 };
 
 struct Probe {
@@ -151,6 +152,7 @@ struct Scene {
   std::filesystem::path scenario;            ///< file it came from
   Eigen::Isometry3d room_from_patient = Eigen::Isometry3d::Identity();
   std::vector<Tissue> tissues;               ///< [0] is "outside" (air / gel)
+  std::vector<physics::TissueSurface> tissue_surfaces;  ///< between two tissues, where the table says so
   std::vector<DeformableBody> bodies;        ///< at most physics::kMaxBodies
   std::vector<Surface> surfaces;
   LabelVolume labels;
@@ -160,7 +162,7 @@ struct Scene {
   Camera camera;
   Motion motion;
   LoopRates rates;
-  std::string coupling = "paper-updated";    ///< the scenario's default: paper-frozen or paper-updated
+  std::string coupling = "stylet";           ///< the scenario's default: stylet, paper-updated or paper-frozen
   double contact_spacing = 0.010;            ///< m along the path
   double damping_time_s = 0;                 ///< Kelvin-Voigt: B = damping_time * K
   std::vector<BodyContact> contacts;

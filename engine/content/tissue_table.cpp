@@ -8,7 +8,7 @@
 namespace stylet::content {
 namespace {
 
-constexpr std::array<TissueKey, 10> kKeys{{
+constexpr std::array<TissueKey, 14> kKeys{{
     {"mechanics",
      "young_modulus_pa",
      "youngsModulus",
@@ -24,12 +24,36 @@ constexpr std::array<TissueKey, 10> kKeys{{
      "puncture_force_n",
      "punctureForce",
      {0, 100},
-     [](Tissue& t) -> double& { return t.puncture_force_n; }},
+     [](Tissue& t) -> double& { return t.needle.puncture_force; }},
     {"needle",
      "friction_n_per_m",
      "frictionPerLength",
      {0, 10000},
-     [](Tissue& t) -> double& { return t.friction_n_per_m; }},
+     [](Tissue& t) -> double& { return t.needle.friction_per_length; }},
+    {"needle",
+     "cutting_force_n",
+     "cuttingForce",
+     {0, 100},
+     [](Tissue& t) -> double& { return t.needle.cutting_force; },
+     false},
+    {"needle",
+     "cutting_viscosity_n_s_per_m",
+     "cuttingViscosity",
+     {0, 1000},
+     [](Tissue& t) -> double& { return t.needle.cutting_viscosity; },
+     false},
+    {"needle",
+     "friction_coefficient",
+     "frictionCoefficient",
+     {0, 2},
+     [](Tissue& t) -> double& { return t.needle.friction_coefficient; },
+     false},
+    {"needle",
+     "viscous_friction_n_s_per_m2",
+     "viscousFrictionPerLength",
+     {0, 10000},
+     [](Tissue& t) -> double& { return t.needle.viscous_friction; },
+     false},
     {"acoustics",
      "impedance_rayl",
      "impedance",
@@ -60,7 +84,8 @@ Tissue read_row(const std::string& name, JsonObject row) {
     for (const TissueKey& key : kKeys) {
       if (key.group != group) continue;
       if (!key.alias.empty()) values->alias(std::string(key.key), std::string(key.alias));
-      key.of(tissue) = values->number(std::string(key.key), key.range);
+      const std::string number(key.key);
+      key.of(tissue) = key.required ? values->number(number, key.range) : values->number(number, key.range, 0);
     }
     values->finish();
   }
@@ -71,17 +96,41 @@ Tissue read_row(const std::string& name, JsonObject row) {
   return tissue;
 }
 
+physics::TissueSurface read_surface(JsonObject& object, const std::vector<Tissue>& tissues) {
+  physics::TissueSurface surface;
+  const std::vector<std::string> between = object.texts("between");
+  if (between.size() == 2 && between[0] != between[1]) {
+    const std::array<int*, 2> sides{&surface.from, &surface.to};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const int tissue = find_tissue(tissues, between[i]);
+      if (tissue < 0) {
+        object.problem("between",
+                       fmt::format("names the tissue \"{}\", which is not in this table; correct it", between[i]));
+      }
+      *sides[i] = std::max(tissue, 0);
+    }
+  } else if (!between.empty()) {
+    object.problem("between", "is not two different tissues");
+  }
+  surface.puncture_force = object.number("puncture_force_n", {0, 100});
+  object.ignore("source");
+  object.finish();
+  return surface;
+}
+
 }  // namespace
 
 std::span<const TissueKey> tissue_keys() {
   return kKeys;
 }
 
-std::vector<Tissue> read_tissues(JsonFile& file) {
+TissueTable read_tissues(JsonFile& file) {
   JsonObject root = file.root("stylet-tissues", 1);
   root.ignore("licence");
   root.ignore("note");
-  std::vector<Tissue> tissues(1);
+  TissueTable read;
+  std::vector<Tissue>& tissues = read.tissues;
+  tissues.resize(1);
   tissues[0].name = "outside";
   bool outside = false;
   if (auto table = root.object("tissues")) {
@@ -98,8 +147,9 @@ std::vector<Tissue> read_tissues(JsonFile& file) {
     // A label is a byte, and glTF materials may add rows.
     if (tissues.size() > 200) table->problem("", fmt::format("has {} tissues, the limit is 200", tissues.size()));
   }
+  for (JsonObject& object : root.objects("surfaces", false)) read.surfaces.push_back(read_surface(object, tissues));
   root.finish();
-  return tissues;
+  return read;
 }
 
 TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& warnings) {

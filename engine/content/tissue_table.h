@@ -21,13 +21,20 @@ struct TissueKey {
   std::string_view alias;  ///< OpenUSD deformable proposal and its sibling blocks; empty: none
   Range range;
   double& (*of)(Tissue&);
+  bool required = true;  ///< else 0 where the table leaves it out
+};
+
+/// The table, and what surfaces between its tissues hold where the rule (TissueMap::puncture_force) does not fit.
+struct TissueTable {
+  std::vector<Tissue> tissues;
+  std::vector<physics::TissueSurface> surfaces;
 };
 
 /// Every number a tissue has, by group.
 std::span<const TissueKey> tissue_keys();
 
 /// Reads a tissue table: row 0 is "outside", the others follow by name. Problems go to `file`.
-std::vector<Tissue> read_tissues(JsonFile& file);
+TissueTable read_tissues(JsonFile& file);
 
 /// Reads the object extras.tissue of a material. Unknown keys become warnings: other tools write their own.
 TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& warnings);

@@ -15,6 +15,28 @@ namespace stylet::session {
 
 namespace {
 
+// What resists the needle, by voxel. It touches deformable bodies only: voxels of anything else are where a mesh's
+// surface is not quite the organ's, and count as outside (TissueMap::at then looks around).
+std::shared_ptr<const physics::TissueMap> tissue_map(const content::Scene& scene) {
+  auto map = std::make_shared<physics::TissueMap>();
+  const content::LabelVolume& volume = scene.labels;
+  if (volume.labels.empty()) {
+    if (scene.tissues.size() > 1) map->tissues[1] = scene.tissues[1].needle;
+    return map;
+  }
+  map->origin = volume.origin.cast<double>();
+  map->spacing = volume.spacing;
+  map->size = volume.size;
+  map->labels = volume.labels;
+  for (std::size_t v = 0; v < map->labels.size(); ++v) {
+    if (volume.bodies[v] < 0) map->labels[v] = 0;
+  }
+  map->tissues.clear();
+  for (const content::Tissue& tissue : scene.tissues) map->tissues.push_back(tissue.needle);
+  map->surfaces = scene.tissue_surfaces;
+  return map;
+}
+
 physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics::Coupling coupling) {
   physics::HapticLoopSettings settings;
   settings.needle = {.length = scene.needle.length,
@@ -24,6 +46,9 @@ physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics
                      .poisson_ratio = scene.needle.poisson_ratio,
                      .beams = scene.needle.beams};
   settings.coupling = coupling;
+  settings.track.spacing = scene.contact_spacing;
+  settings.track.bevel_ratio = scene.needle.bevel_force_ratio;
+  if (coupling == physics::Coupling::stylet) settings.tissues = tissue_map(scene);
   return settings;
 }
 
@@ -53,10 +78,11 @@ physics::ProbeShape probe_shape(const content::Probe& probe) {
   return shape;
 }
 
-physics::SimulationLoopSettings simulation_settings(const content::Scene& scene) {
+physics::SimulationLoopSettings simulation_settings(const content::Scene& scene, physics::Coupling coupling) {
   physics::SimulationLoopSettings settings;
   settings.dt = 1.0 / scene.rates.simulation_hz;
   settings.contact_spacing = scene.contact_spacing;
+  settings.lay_contacts = coupling != physics::Coupling::stylet;
   for (const content::BodyContact& contact : scene.contacts) {
     settings.contact.pairs.push_back({contact.nodes_of, contact.surface_of});
   }
@@ -81,14 +107,23 @@ auto with_place(const content::Scene& scene, const Make& make) {
 }  // namespace
 
 const char* coupling_name(physics::Coupling coupling) {
-  return coupling == physics::Coupling::paper_frozen ? "paper-frozen" : "paper-updated";
+  switch (coupling) {
+    case physics::Coupling::stylet:
+      return "stylet";
+    case physics::Coupling::paper_updated:
+      return "paper-updated";
+    case physics::Coupling::paper_frozen:
+      return "paper-frozen";
+  }
+  return "?";
 }
 
 physics::Coupling coupling_from_name(const std::string& name) {
-  for (const auto coupling : {physics::Coupling::paper_frozen, physics::Coupling::paper_updated}) {
+  for (const auto coupling :
+       {physics::Coupling::stylet, physics::Coupling::paper_updated, physics::Coupling::paper_frozen}) {
     if (name == coupling_name(coupling)) return coupling;
   }
-  throw content::ContentError(fmt::format("coupling \"{}\": there is paper-frozen and paper-updated", name));
+  throw content::ContentError(fmt::format("coupling \"{}\": there is stylet, paper-updated and paper-frozen", name));
 }
 
 CoupledLoops::CoupledLoops(const content::Scene& scene, physics::Coupling coupling, const physics::StylusPose& start,
@@ -96,7 +131,7 @@ CoupledLoops::CoupledLoops(const content::Scene& scene, physics::Coupling coupli
     : scene_(scene),
       listeners_(std::move(listeners)),
       haptic_(with_place(scene, [&] { return physics::HapticLoop(haptic_settings(scene, coupling), start); })),
-      simulation_(with_place(scene, [&] { return simulation_bodies(scene); }), simulation_settings(scene)),
+      simulation_(with_place(scene, [&] { return simulation_bodies(scene); }), simulation_settings(scene, coupling)),
       haptic_dt_(1.0 / scene.rates.haptic_hz),
       hub_(start) {}
 

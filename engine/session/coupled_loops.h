@@ -24,7 +24,7 @@ public:
                                   const physics::TissueState&, const physics::NeedleState&) {}
 };
 
-/// Name of a coupling on the command line and in recordings: "paper-frozen", "paper-updated".
+/// Name of a coupling on the command line and in recordings: "stylet", "paper-updated", "paper-frozen".
 const char* coupling_name(physics::Coupling coupling);
 /// @throws content::ContentError  not a coupling; lists those there are
 physics::Coupling coupling_from_name(const std::string& name);

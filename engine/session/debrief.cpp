@@ -3,9 +3,11 @@
 #include "engine/session/frame_clock.h"
 #include "engine/session/frame_publisher.h"
 #include "engine/session/pictures.h"
+#include "engine/session/puncture_event.h"
 #include "engine/session/video.h"
 #include "engine/view/panes.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -13,10 +15,34 @@ namespace stylet::session {
 
 namespace {
 
+/// Each puncture under the name of the tissue entered; without any (the paper's couplings) the bodies entered and
+/// left.
 std::vector<TraceEvent> trace_events(const Recording& recording) {
   std::vector<TraceEvent> events;
-  for (const EventRecord& event : recording.events) events.push_back({event.time_s, event.name});
+  for (const PunctureEvent& puncture : punctures(recording)) events.push_back({puncture.time_s, puncture.to});
+  const bool punctured = !events.empty();
+  for (const EventRecord& event : recording.events) {
+    const bool body = event.name == "entered" || event.name == "left";
+    if (event.name == kPunctureEvent || (punctured && body)) continue;
+    events.push_back({event.time_s, event.name});
+  }
   return events;
+}
+
+/// What lies closer together than its names are wide in a figure gets one mark.
+std::vector<TraceEvent> figure_marks(std::vector<TraceEvent> events, double duration_s) {
+  constexpr double kWidth = 0.012;  // of the time axis
+  std::stable_sort(events.begin(), events.end(),
+                   [](const TraceEvent& a, const TraceEvent& b) { return a.time_s < b.time_s; });
+  std::vector<TraceEvent> marks;
+  for (TraceEvent& event : events) {
+    if (!marks.empty() && event.time_s < marks.back().time_s + kWidth * duration_s) {
+      marks.back().name += ", " + event.name;
+    } else {
+      marks.push_back(std::move(event));
+    }
+  }
+  return marks;
 }
 
 }  // namespace
@@ -29,8 +55,10 @@ Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, g
   };
   const Font font = Font::load();
   const RecordedSettings recorded = recorded_settings(recording);
-  write_force_csv(out.staged("force.csv"), trace);
-  view::write_png(out.staged("force.png"), draw_force_figure(trace, trace_events(recording), font));
+  const std::vector<TraceEvent> events = trace_events(recording);
+  write_force_csv(out.staged("force.csv"), trace, events);
+  view::write_png(out.staged("force.png"),
+                  draw_force_figure(trace, figure_marks(events, trace.summary().duration_s), font));
 
   const int width = settings.video_width;
   const int height = settings.video_height;

@@ -28,6 +28,13 @@ void append(PlotSeries& series, double x, double y) {
   series.y.push_back(y);
 }
 
+/// A field of RFC 4180, quoted because an event may hold any text.
+std::string csv_field(const std::string& text) {
+  std::string field = "\"";
+  for (const char c : text) field.append(c == '"' ? 2 : 1, c);
+  return field + '"';
+}
+
 /// Axial and lateral force against depth.
 std::array<PlotSeries, 2> depth_curves(std::span<const ForceSample> samples, PlotTheme theme) {
   std::array curves{series_of("axial (against insertion)", plot_colour(0, theme), samples.size()),
@@ -83,15 +90,24 @@ ForceSummary ForceTrace::summary() const {
   return out;
 }
 
-void write_force_csv(const std::filesystem::path& path, const ForceTrace& trace) {
+void write_force_csv(const std::filesystem::path& path, const ForceTrace& trace, std::span<const TraceEvent> events) {
+  std::vector<TraceEvent> coming(events.begin(), events.end());
+  std::stable_sort(coming.begin(), coming.end(),
+                   [](const TraceEvent& a, const TraceEvent& b) { return a.time_s < b.time_s; });
+  auto next = coming.begin();
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out,
                  "time_s,hub_x_m,hub_y_m,hub_z_m,depth_m,force_x_n,force_y_n,force_z_n,force_axial_n,"
-                 "force_lateral_n\r\n");
+                 "force_lateral_n,event\r\n");
   for (const ForceSample& s : trace.samples()) {
-    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{}\r\n", s.time_s, s.hub.x(), s.hub.y(), s.hub.z(), s.depth,
-                   s.force.x(), s.force.y(), s.force.z(), s.axial, s.lateral);
+    std::string names;
+    for (; next != coming.end() && next->time_s <= s.time_s; ++next) {
+      names += (names.empty() ? "" : "; ") + next->name;
+    }
+    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}\r\n", s.time_s, s.hub.x(), s.hub.y(), s.hub.z(), s.depth,
+                   s.force.x(), s.force.y(), s.force.z(), s.axial, s.lateral,
+                   names.empty() ? names : csv_field(names));
   }
   std::FILE* file = std::fopen(path.c_str(), "wb");
   const bool written = file != nullptr && std::fwrite(text.data(), 1, text.size(), file) == text.size();

@@ -66,10 +66,12 @@ private:
   std::vector<ForceSample> samples_;
 };
 
-/// force.csv: RFC 4180, one header line with units in the names, numbers that read back to the same bits. A file
-/// that could not be written whole is removed.
+/// force.csv: RFC 4180, one header line with units in the names, numbers that read back to the same bits; the last
+/// column names the events (in order of time or not) of the row, "; " between them. A file that could not be written
+/// whole is removed.
 /// @throws content::ContentError  when the file cannot be written
-void write_force_csv(const std::filesystem::path& path, const ForceTrace& trace);
+void write_force_csv(const std::filesystem::path& path, const ForceTrace& trace,
+                     std::span<const TraceEvent> events = {});
 
 /// force.png: components and norm against time with events above, axial and lateral force against depth below.
 view::Picture draw_force_figure(const ForceTrace& trace, std::span<const TraceEvent> events, const Font& font,

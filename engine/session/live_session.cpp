@@ -35,7 +35,7 @@ LiveSession::LiveSession(const content::Scene& scene, haptic::Device& device, co
       settings_(settings),
       start_(first_pose(device)),
       writer_(settings.recording, recording_header(scene, device, settings, start_)),
-      recorder_(writer_, hash_),
+      recorder_(writer_, hash_, scene),
       force_(scene, std::min(settings.duration_s, kLongestTrace)),
       frames_(scene),
       loops_(scene, settings.coupling, start_, {&hash_, &recorder_, &force_, &frames_}) {}

@@ -19,7 +19,7 @@
 namespace stylet::session {
 
 struct LiveSettings {
-  physics::Coupling coupling = physics::Coupling::paper_updated;
+  physics::Coupling coupling = physics::Coupling::stylet;
   double duration_s = 0;  ///< infinity: until stop()
   bool lockstep = false;
   std::filesystem::path recording{};  ///< file to write

@@ -1,5 +1,7 @@
 #include "engine/session/recorder.h"
 
+#include "engine/session/puncture_event.h"
+
 namespace stylet::session {
 
 void Recorder::haptic_stepped(const HapticStepRecord& record, const physics::NeedleState& needle) {
@@ -9,9 +11,15 @@ void Recorder::haptic_stepped(const HapticStepRecord& record, const physics::Nee
   if (record.step % kHapticStepsPerHash == 0) {
     channel.add(HashRecord{.loop = LoopName::haptic, .step = record.step, .hash = hash_.haptic()});
   }
-  if (needle.tip != tip_) {
-    channel.add_event(record.time_s, record.step, needle.tip == physics::TipState::inside ? "entered" : "left");
-    tip_ = needle.tip;
+  if (needle.puncture_count != punctures_) {
+    PunctureText memory;
+    channel.add_event(record.time_s, record.step, kPunctureEvent,
+                      puncture_detail(scene_, needle.last_puncture, memory));
+    punctures_ = needle.puncture_count;
+  }
+  if (const bool inside = needle.tip == physics::TipState::inside; inside != inside_) {
+    channel.add_event(record.time_s, record.step, inside ? "entered" : "left");
+    inside_ = inside;
   }
   if (record.buttons != buttons_) {
     channel.add_event(record.time_s, record.step, "buttons");

@@ -8,13 +8,14 @@
 namespace stylet::session {
 
 /// Writes every step, and the chained hash of each loop every so many steps. `hash` must be told of a step before
-/// this.
+/// this. Events: "entered" and "left" (a body), "puncture" (puncture_event.h), "buttons".
 class Recorder final : public StepListener {
 public:
   static constexpr std::uint64_t kHapticStepsPerHash = 100;
   static constexpr std::uint64_t kSimulationStepsPerHash = 10;
 
-  Recorder(RecordingWriter& writer, const StepHash& hash) : writer_(writer), hash_(hash) {}
+  Recorder(RecordingWriter& writer, const StepHash& hash, const content::Scene& scene)
+      : writer_(writer), hash_(hash), scene_(scene) {}
 
   void haptic_stepped(const HapticStepRecord& record, const physics::NeedleState& needle) override;
   void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport& report,
@@ -25,9 +26,11 @@ public:
 private:
   RecordingWriter& writer_;
   const StepHash& hash_;
+  const content::Scene& scene_;
   std::uint64_t haptic_step_ = 0;
   std::uint64_t simulation_step_ = 0;
-  physics::TipState tip_ = physics::TipState::outside;
+  bool inside_ = false;
+  std::uint32_t punctures_ = 0;
   std::uint32_t buttons_ = 0;
 };
 

@@ -36,7 +36,7 @@ ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepH
 
 /// Settings of the session that made a recording.
 struct RecordedSettings {
-  physics::Coupling coupling = physics::Coupling::paper_updated;
+  physics::Coupling coupling = physics::Coupling::stylet;
   std::string mode{};  ///< "threaded" or "lockstep"
   std::string device{};
   physics::StylusPose start{};  ///< of the hub before the first step

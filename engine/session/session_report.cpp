@@ -59,6 +59,10 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
       {"blas", report.blas},
       {"gpu", report.gpu},
       {"gpu_driver", report.gpu_driver}};
+  json["punctures"] = nlohmann::ordered_json::array();
+  for (const PunctureEvent& p : report.punctures) {
+    json["punctures"].push_back({{"time_s", p.time_s}, {"from", p.from}, {"to", p.to}, {"force_n", p.force_n}});
+  }
   if (std::isfinite(report.closest_target_distance)) {
     json["closest_target_distance_m"] = report.closest_target_distance;
   }
@@ -95,6 +99,11 @@ std::string main_figures(const SessionReport& report) {
   text += fmt::format("  {:<16} peak {:.2f} N (axial {:.2f}, lateral {:.2f}); deepest {:.0f} mm\n", "force",
                       report.force.peak_force, report.force.peak_axial, report.force.peak_lateral,
                       report.force.max_depth * 1e3);
+  for (std::size_t i = 0; i < report.punctures.size(); ++i) {
+    const PunctureEvent& p = report.punctures[i];
+    text += fmt::format("  {:<16} {} to {} at {:.2f} s, {:.2f} N\n", i == 0 ? "punctures" : "", p.from, p.to,
+                        p.time_s, p.force_n);
+  }
   if (std::isfinite(report.closest_target_distance)) {
     text += fmt::format("  {:<16} {:.1f} mm from its centre at the closest\n", "target",
                         report.closest_target_distance * 1e3);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/session/force_trace.h"
+#include "engine/session/puncture_event.h"
 #include "engine/session/run_statistics.h"
 
 #include <nlohmann/json.hpp>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace stylet::session {
 
@@ -23,6 +25,7 @@ struct SessionReport {
   std::string blas{};
   RunStatistics run{};
   ForceSummary force{};
+  std::vector<PunctureEvent> punctures{};
   double closest_target_distance = 0;  ///< m; infinite without a target
   std::uint64_t state_hash = 0;
   std::optional<bool> replay_identical{};  ///< not set: the recording was not replayed

@@ -6,7 +6,7 @@
 
 namespace stylet::session {
 
-/// Hashes what each loop hands on: the needle's poses, forces and wrench; the tissue's positions.
+/// Hashes what each loop hands on: the needle's poses, forces, wrench and punctures; the tissue's positions.
 class StepHash final : public StepListener {
 public:
   void haptic_stepped(const HapticStepRecord& record, const physics::NeedleState& needle) override {
@@ -22,6 +22,14 @@ public:
     haptic_.add({needle.wrench.force.data(), 3});
     haptic_.add({needle.wrench.moment.data(), 3});
     haptic_.add(std::uint64_t{needle.flags});
+    haptic_.add(needle.hand_work);
+    haptic_.add(static_cast<std::uint64_t>(needle.track_count));
+    haptic_.add(std::uint64_t{needle.puncture_count});
+    if (needle.puncture_count == 0) return;
+    haptic_.add(needle.last_puncture.step);
+    haptic_.add(static_cast<std::uint64_t>(needle.last_puncture.from));
+    haptic_.add(static_cast<std::uint64_t>(needle.last_puncture.to));
+    haptic_.add(needle.last_puncture.force);
   }
   void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport&,
                           const physics::TissueState& tissue, const physics::NeedleState&) override {

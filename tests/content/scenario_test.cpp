@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <cstdlib>
 #include <functional>
 #include <numeric>
@@ -199,7 +201,7 @@ INSTANTIATE_TEST_SUITE_P(
                     },
                     "scenario.json:/rates: haptic_hz is not a whole multiple"},
         BadScenario{"UnknownCoupling", [](auto& s) { s.scenario["coupling"] = "magic"; },
-                    "scenario.json:/coupling: is \"magic\", accepted is one of: paper-frozen, paper-updated"},
+                    "scenario.json:/coupling: is \"magic\", accepted is one of: stylet, paper-updated, paper-frozen"},
         BadScenario{"FillerWithoutWall", [](auto& s) { s.scenario["labels"]["filler"] = "liver"; },
                     "scenario.json:/labels: has only one of filler and behind"},
         BadScenario{
@@ -214,6 +216,16 @@ INSTANTIATE_TEST_SUITE_P(
         BadScenario{"TissueMissingNumber",
                     [](auto& s) { s.tissues["tissues"]["bone"]["acoustics"].erase("impedance_rayl"); },
                     "tissues.json:/tissues/bone/acoustics/impedance_rayl: is missing"},
+        BadScenario{"SurfaceOfUnknownTissue",
+                    [](auto& s) {
+                      s.tissues["surfaces"] = {{{"between", {"liver", "livre"}}, {"puncture_force_n", 1}}};
+                    },
+                    "tissues.json:/surfaces/0/between: names the tissue \"livre\""},
+        BadScenario{"SurfaceOfOneTissue",
+                    [](auto& s) {
+                      s.tissues["surfaces"] = {{{"between", {"liver", "liver"}}, {"puncture_force_n", 1}}};
+                    },
+                    "tissues.json:/surfaces/0/between: is not two different tissues"},
         BadScenario{"NoOutside", [](auto& s) { s.tissues["tissues"].erase("outside"); },
                     "tissues.json:/tissues/outside: is missing"},
         BadScenario{
@@ -245,6 +257,32 @@ INSTANTIATE_TEST_SUITE_P(
             },
             "organs.glb:/nodes/0"}),
     [](const auto& test) { return std::string(test.param.name); });
+
+TEST(Scenario, NeedleForcesAndSurfacesOfTheTableAreRead) {
+  SmallScenario small;
+  small.tissues["tissues"]["liver"]["needle"]["cutting_force_n"] = 0.94;
+  small.tissues["tissues"]["liver"]["needle"]["friction_coefficient"] = 0.2;
+  small.tissues["surfaces"] = {{{"between", {"liver", "tumour"}}, {"puncture_force_n", 1.5}}};
+  small.needle["bevel_force_ratio"] = 0.05;
+  const Scene scene = load_scene(small.write());
+  const auto index = [&](const char* name) {
+    const auto at = std::find_if(scene.tissues.begin(), scene.tissues.end(),
+                                 [&](const Tissue& tissue) { return tissue.name == name; });
+    return static_cast<int>(at - scene.tissues.begin());
+  };
+  const physics::InsertionResistance& liver = scene.tissues[static_cast<std::size_t>(index("liver"))].needle;
+  EXPECT_EQ(liver.puncture_force, 1);
+  EXPECT_EQ(liver.friction_per_length, 20);
+  EXPECT_EQ(liver.cutting_force, 0.94);
+  EXPECT_EQ(liver.friction_coefficient, 0.2);
+  EXPECT_EQ(liver.cutting_viscosity, 0) << "absent: nothing";
+  ASSERT_EQ(scene.tissue_surfaces.size(), 1U);
+  EXPECT_EQ(scene.tissue_surfaces[0].from, index("liver"));
+  EXPECT_EQ(scene.tissue_surfaces[0].to, index("tumour"));
+  EXPECT_EQ(scene.tissue_surfaces[0].puncture_force, 1.5);
+  EXPECT_EQ(scene.needle.bevel_force_ratio, 0.05);
+  EXPECT_EQ(scene.coupling, "stylet") << "the default";
+}
 
 TEST(Scenario, ValidateListsAllProblemsOfAllFilesAtOnce) {
   SmallScenario small;

@@ -36,7 +36,7 @@ void claim_scenario(JsonFile& file) {
 }
 
 void claim_tissues(JsonFile& file) {
-  for (content::Tissue& tissue : content::read_tissues(file)) {
+  for (content::Tissue& tissue : content::read_tissues(file).tissues) {
     for (const content::TissueKey& key : content::tissue_keys()) {
       fuzz::claim(std::isfinite(key.of(tissue)), "tissue values are finite");
     }

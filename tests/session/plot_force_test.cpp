@@ -95,12 +95,16 @@ TEST(ForceTrace, KeepsOneInSoManyAndCountsWhatDoesNotFit) {
 TEST(ForceCsv, ReadsBackToTheSameBits) {
   const Folder folder;
   const ForceTrace trace = insertion(500);
-  write_force_csv(folder / "force.csv", trace);
+  // Between two samples, as is one of a thinned trace; two at once; one after the end.
+  const double first = trace.samples()[10].time_s, second = trace.samples()[20].time_s;
+  const TraceEvent events[] = {{second, "liver"}, {first - 1e-9, "a \"b\""}, {second, "tumour"}, {1e9, "late"}};
+  write_force_csv(folder / "force.csv", trace, events);
   std::ifstream file(folder / "force.csv", std::ios::binary);
   std::string line;
   ASSERT_TRUE(std::getline(file, line));
   EXPECT_EQ(line,
-            "time_s,hub_x_m,hub_y_m,hub_z_m,depth_m,force_x_n,force_y_n,force_z_n,force_axial_n,force_lateral_n\r");
+            "time_s,hub_x_m,hub_y_m,hub_z_m,depth_m,force_x_n,force_y_n,force_z_n,force_axial_n,force_lateral_n,"
+            "event\r");
   for (const ForceSample& s : trace.samples()) {
     ASSERT_TRUE(std::getline(file, line));
     ASSERT_EQ(line.back(), '\r');
@@ -111,6 +115,9 @@ TEST(ForceCsv, ReadsBackToTheSameBits) {
       ASSERT_TRUE(std::getline(fields, field, ','));
       ASSERT_EQ(std::strtod(field.c_str(), nullptr), expected);
     }
+    std::string event;
+    std::getline(fields, event);
+    ASSERT_EQ(event, s.time_s == first ? "\"a \"\"b\"\"\"\r" : s.time_s == second ? "\"liver; tumour\"\r" : "\r");
   }
   EXPECT_FALSE(std::getline(file, line));
 }

@@ -88,27 +88,39 @@ TEST(Lockstep, NeedleBendsTheTissueAndTheHandFeelsIt) {
   EXPECT_EQ(outcome.run.needle_flags & physics::kNeedleSolveFailed, 0u);
 }
 
+TEST(Couplings, AreFoundByTheirNames) {
+  for (const char* name : {"stylet", "paper-updated", "paper-frozen"}) {
+    EXPECT_STREQ(coupling_name(coupling_from_name(name)), name);
+  }
+  EXPECT_THROW(coupling_from_name("spring"), content::ContentError);
+}
+
 TEST(Lockstep, CouplingsDiffer) {
   const content::Scene scene = tests::cube_scene();
   const Outcome updated = record(scene, temporary("updated"), Mode::lockstep, 0.4);
   const Outcome frozen = record(scene, temporary("frozen"), Mode::lockstep, 0.4, physics::Coupling::paper_frozen);
+  const Outcome stylet = record(scene, temporary("stylet"), Mode::lockstep, 0.4, physics::Coupling::stylet);
   EXPECT_NE(updated.hash, frozen.hash);
+  EXPECT_NE(updated.hash, stylet.hash);
 }
 
-TEST(Replay, LockstepRecordingReplaysBitForBit) {
+class EachCoupling : public ::testing::TestWithParam<physics::Coupling> {};
+
+TEST_P(EachCoupling, LockstepRecordingReplaysBitForBit) {
   const content::Scene scene = tests::cube_scene();
-  const auto path = temporary("lockstep");
-  const Outcome recorded = record(scene, path, Mode::lockstep, 1.4);
+  const auto path = temporary(std::string("lockstep-") + coupling_name(GetParam()));
+  const Outcome recorded = record(scene, path, Mode::lockstep, 1.4, GetParam());
+  EXPECT_EQ(recorded.run.needle_flags, 0u);
   const auto [result, hash] = replay_file(scene, read_recording(path));
   EXPECT_TRUE(result.identical());
   EXPECT_EQ(hash, recorded.hash);
   EXPECT_EQ(result.run.haptic.steps, recorded.run.haptic.steps);
 }
 
-TEST(ThreadedSession, RecordingReplaysBitForBit) {
+TEST_P(EachCoupling, ThreadedRecordingReplaysBitForBit) {
   const content::Scene scene = tests::cube_scene();
-  const auto path = temporary("threaded");
-  const Outcome recorded = record(scene, path, Mode::threaded, 1.4);
+  const auto path = temporary(std::string("threaded-") + coupling_name(GetParam()));
+  const Outcome recorded = record(scene, path, Mode::threaded, 1.4, GetParam());
   const Recording recording = read_recording(path);
   ASSERT_TRUE(recording.complete()) << recording.condition();
   EXPECT_EQ(recording.haptic.size(), recorded.run.haptic.steps);
@@ -117,6 +129,15 @@ TEST(ThreadedSession, RecordingReplaysBitForBit) {
   ASSERT_FALSE(result.divergence) << "step " << result.divergence->step;
   EXPECT_EQ(hash, recorded.hash);
 }
+
+INSTANTIATE_TEST_SUITE_P(Session, EachCoupling,
+                         ::testing::Values(physics::Coupling::stylet, physics::Coupling::paper_updated,
+                                           physics::Coupling::paper_frozen),
+                         [](const auto& tested) {
+                           std::string name = coupling_name(tested.param);
+                           std::erase(name, '-');
+                           return name;
+                         });
 
 TEST(Replay, SeesAChangedInput) {
   const content::Scene scene = tests::cube_scene();

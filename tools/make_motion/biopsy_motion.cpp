@@ -39,7 +39,7 @@ double tremor(double t, double phase) {
 
 content::Motion biopsy_motion(const BiopsyPlan& plan) {
   const double depth = (plan.target - plan.entry).norm();
-  const double first = depth - 0.012;  // the first pass stops short of the tumour's middle
+  const double first = depth - 0.003;  // the first pass stops short of the tumour's middle
   const double back = first - 0.030;
   const std::vector<Stroke> strokes{
       {-0.045, -0.045, 0, 0.3, 0},  {-0.045, -0.004, 0.042, 0, 0}, {-0.004, -0.004, 0, 0.3, 0},

@@ -35,6 +35,6 @@ physics::Coupling chosen_coupling(const std::string& name, const content::Scene&
 
 inline constexpr const char* kDeviceHelp =
     "Stylus: recorded:FILE (a motion file), scripted, or mouse; default: the scenario's recorded motion";
-inline constexpr const char* kCouplingHelp = "paper-frozen or paper-updated; default: the scenario's";
+inline constexpr const char* kCouplingHelp = "stylet, paper-updated or paper-frozen; default: the scenario's";
 
 }  // namespace stylet::tools

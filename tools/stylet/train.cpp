@@ -125,6 +125,7 @@ int train(const TrainOptions& options) {
   report.state_hash = live.state_hash();
 
   const session::Recording recording = session::read_recording(recording_file);
+  report.punctures = session::punctures(recording);
   session::Debrief debrief;
   try {
     debrief = session::write_debrief(out, scene, gpu, recording, live.force(), {.stereo = options.stereo},

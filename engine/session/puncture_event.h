@@ -1,0 +1,37 @@
+// A puncture as a session keeps it: written as an event by the haptic thread, read back from the recording.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/session/recording.h"
+#include "physics/loops/messages.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stylet::session {
+
+inline constexpr std::string_view kPunctureEvent = "puncture";
+
+/// The needle broke through from one tissue into another.
+struct PunctureEvent {
+  double time_s = 0;
+  std::string from{};  ///< tissues by name
+  std::string to{};
+  double force_n = 0;  ///< on the tip, along the shaft
+};
+
+/// Memory for the text of one event, so that the haptic thread takes none.
+struct PunctureText {
+  char text[kMaxEventText];
+};
+
+/// Detail of the event, e.g. "fat > muscle, 0.8000 N".
+/// @realtime no allocation
+std::string_view puncture_detail(const content::Scene& scene, const physics::Puncture& puncture,
+                                 PunctureText& memory);
+
+/// The punctures of a recording, in order. Events that are not written as above are left out.
+std::vector<PunctureEvent> punctures(const Recording& recording);
+
+}  // namespace stylet::session

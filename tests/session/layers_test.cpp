@@ -1,0 +1,125 @@
+// A needle through wall, liver and tumour: what it breaks through, in order, and what the hand feels of it.
+#include "engine/session/live_session.h"
+#include "engine/session/puncture_event.h"
+#include "engine/session/session_report.h"
+#include "haptic/recorded_device.h"
+#include "tests/session/layered_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stylet::session {
+namespace {
+
+struct Felt {
+  std::vector<PunctureEvent> punctures;
+  std::vector<ForceSample> force;
+  RunStatistics run;
+  double closest = 0;
+};
+
+Felt feel(content::Scene scene, double haptic_hz) {
+  scene.rates.haptic_hz = haptic_hz;
+  std::vector<haptic::StylusSample> track;
+  for (const content::MotionSample& sample : scene.motion.stylus) {
+    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
+  }
+  haptic::RecordedDevice device(std::move(track));
+  const auto path = std::filesystem::path(::testing::TempDir()) / "stylet_layers.rec";
+  LiveSession session(scene, device, {.duration_s = 2.0, .lockstep = true, .recording = path, .build = "test"});
+  Felt felt;
+  felt.run = session.run_in_lockstep();
+  felt.punctures = punctures(read_recording(path));
+  felt.force.assign(session.force().samples().begin(), session.force().samples().end());
+  felt.closest = session.closest_target_distance();
+  return felt;
+}
+
+/// Largest and then smallest axial force around a time, N: how much a puncture is felt.
+double drop_at(const Felt& felt, double time_s) {
+  double before = -100, after = 100;
+  for (const ForceSample& s : felt.force) {
+    if (s.time_s > time_s - 0.010 && s.time_s <= time_s) before = std::max(before, s.axial);
+    if (s.time_s > time_s && s.time_s < time_s + 0.060) after = std::min(after, s.axial);
+  }
+  return before - after;
+}
+
+TEST(Layers, EachIsBrokenThroughInOrderAtItsOwnForce) {
+  const Felt felt = feel(tests::layered_scene(), 1000);
+  struct Expected {
+    const char* from;
+    const char* to;
+    double force;
+    bool dulls;  ///< what lies behind is softer at once: the hand feels it give way
+  };
+  const Expected expected[] = {{"outside", "skin", 3.0, true},
+                               {"skin", "fat", 0.2, false},
+                               {"fat", "muscle", 1.2, true},
+                               {"outside", "liver", 1.8, true},
+                               {"liver", "tumour", 1.5, true}};
+  for (const PunctureEvent& p : felt.punctures) {
+    std::printf("%-8s to %-8s at %.3f s, %.2f N; the hand feels %.2f N less\n", p.from.c_str(), p.to.c_str(),
+                p.time_s, p.force_n, drop_at(felt, p.time_s));
+  }
+  ASSERT_EQ(felt.punctures.size(), std::size(expected));
+  for (std::size_t i = 0; i < std::size(expected); ++i) {
+    const PunctureEvent& p = felt.punctures[i];
+    EXPECT_EQ(p.from, expected[i].from);
+    EXPECT_EQ(p.to, expected[i].to);
+    EXPECT_NEAR(p.force_n, expected[i].force, 1e-3) << p.to;
+    if (expected[i].dulls) {
+      EXPECT_GT(drop_at(felt, p.time_s), 0.15) << p.to;
+    }
+  }
+  EXPECT_EQ(felt.run.needle_flags, 0U);
+  EXPECT_LT(felt.closest, tests::kTumourRadius);
+}
+
+TEST(Layers, AtFourKilohertzTheSameLayersAreFelt) {
+  const Felt slow = feel(tests::layered_scene(), 1000);
+  const Felt fast = feel(tests::layered_scene(), 4000);
+  ASSERT_EQ(fast.force.size(), 4 * slow.force.size());
+  ASSERT_EQ(fast.punctures.size(), slow.punctures.size());
+  for (std::size_t i = 0; i < fast.punctures.size(); ++i) {
+    EXPECT_EQ(fast.punctures[i].to, slow.punctures[i].to);
+    EXPECT_NEAR(fast.punctures[i].time_s, slow.punctures[i].time_s, 0.010) << fast.punctures[i].to;
+  }
+}
+
+TEST(PunctureEvent, IsReadBackFromItsText) {
+  content::Scene scene;
+  scene.tissues.resize(2);
+  scene.tissues[0].name = "fat";
+  scene.tissues[1].name = std::string(300, 'x');  // longer than an event may be
+  Recording recording;
+  PunctureText memory;
+  const auto add = [&](const physics::Puncture& puncture) {
+    recording.events.push_back({.time_s = 1.5,
+                                .step = 3,
+                                .name = std::string(kPunctureEvent),
+                                .detail = std::string(puncture_detail(scene, puncture, memory))});
+  };
+  add({.from = 1, .to = 1, .force = 1.25});
+  add({.from = 7, .to = 1, .force = 0.5});  // no such tissue
+  recording.events.push_back({.time_s = 2, .step = 4, .name = std::string(kPunctureEvent), .detail = "nonsense"});
+  recording.events.push_back({.time_s = 2, .step = 4, .name = "buttons", .detail = "a > b, 1 N"});
+  const std::vector<PunctureEvent> read = punctures(recording);
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(read[0].time_s, 1.5);
+  EXPECT_EQ(read[0].to.substr(0, 10), "xxxxxxxxxx");
+  EXPECT_EQ(read[0].force_n, 1.25);
+  EXPECT_EQ(read[1].from, "?");
+  EXPECT_EQ(read[1].force_n, 0.5);
+  const SessionReport report{.punctures = read};
+  EXPECT_EQ(to_json(report)["punctures"][0]["force_n"], 1.25);
+}
+
+}  // namespace
+}  // namespace stylet::session

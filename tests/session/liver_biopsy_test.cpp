@@ -1,0 +1,58 @@
+// The shipped scenario with its recorded hand: every layer down to the tumour is felt, and the tip gets there.
+#include "engine/content/scenario.h"
+#include "engine/session/live_session.h"
+#include "engine/session/puncture_event.h"
+#include "haptic/recorded_device.h"
+#include "tests/support/sanitized.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stylet::session {
+namespace {
+
+TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
+  if (support::kSanitized) GTEST_SKIP() << "minutes long with a sanitizer; the layers of layers_test.cpp are not";
+  const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  ASSERT_EQ(scene.coupling, "stylet");
+  std::vector<haptic::StylusSample> track;
+  for (const content::MotionSample& sample : scene.motion.stylus) {
+    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
+  }
+  haptic::RecordedDevice device(std::move(track));
+  const auto path = std::filesystem::path(::testing::TempDir()) / "stylet_liver_biopsy.rec";
+  LiveSession session(
+      scene, device,
+      {.duration_s = scene.motion.stylus.back().time_s, .lockstep = true, .recording = path, .build = "test"});
+  const RunStatistics run = session.run_in_lockstep();
+  EXPECT_EQ(run.needle_flags, 0U);
+  EXPECT_EQ(run.patch_flags, 0U);
+  // The capsule gives way at once: the tissue's way back is longer than one step may be.
+  EXPECT_EQ(run.simulation_flags & ~std::uint32_t{physics::kSimulationStepLimited}, 0U);
+
+  const std::vector<PunctureEvent> felt = punctures(read_recording(path));
+  auto from = felt.begin();
+  double deepest = -1;
+  for (const char* layer : {"skin", "fat", "muscle", "liver", "tumour"}) {
+    const auto at = std::find_if(from, felt.end(), [&](const PunctureEvent& p) { return p.to == layer; });
+    ASSERT_NE(at, felt.end()) << layer << " was not broken through after what lies before it";
+    EXPECT_GT(at->time_s, deepest);
+    deepest = at->time_s;
+    from = at;
+    std::printf("%-8s at %.2f s, %.2f N\n", layer, at->time_s, at->force_n);
+  }
+  const ForceSummary force = session.force().summary();
+  std::printf("peak %.2f N; tip %.1f mm from the target's centre\n", force.peak_force,
+              1e3 * session.closest_target_distance());
+  EXPECT_GT(force.peak_axial, 2);  // what 18G needles are felt with, skin and 60 mm of tissue: 2 to 6 N
+  EXPECT_LT(force.peak_force, 6);
+  EXPECT_LT(session.closest_target_distance(), 0.5 * scene.targets.front().radius);
+}
+
+}  // namespace
+}  // namespace stylet::session
