@@ -19,20 +19,20 @@ namespace stylet::content {
 
 /// Acoustic properties of a tissue at body temperature; sources in content/tissues.json.
 struct Acoustics {
-  double impedance_rayl = 1.63e6;            ///< characteristic impedance, Pa s/m
-  double speed_of_sound = 1540;              ///< m/s
-  double attenuation_db_per_cm_mhz = 0.5;    ///< one way
-  double backscatter_db = 0;                 ///< relative to liver
-  double texture_db = 0;                     ///< rms of the slow brightness variation
+  double impedance_rayl = 1.63e6;          ///< characteristic impedance, Pa s/m
+  double speed_of_sound = 1540;            ///< m/s
+  double attenuation_db_per_cm_mhz = 0.5;  ///< one way
+  double backscatter_db = 0;               ///< relative to liver
+  double texture_db = 0;                   ///< rms of the slow brightness variation
 };
 
 /// One row of content/tissues.json, as a scene uses it. Index in Scene::tissues = label in LabelVolume.
 struct Tissue {
   std::string name;
   physics::ElasticMaterial mechanics;
-  double density = 1000;                     ///< kg/m^3
+  double density = 1000;  ///< kg/m^3
   Acoustics acoustics;
-  physics::InsertionResistance needle;       ///< how it resists the needle
+  physics::InsertionResistance needle;                  ///< how it resists the needle
   std::array<float, 4> colour{0.8F, 0.8F, 0.8F, 1.0F};  ///< linear RGB, opacity in the 3-D view
 };
 
@@ -40,79 +40,79 @@ struct Tissue {
 struct DeformableBody {
   std::string name;
   physics::TetMesh mesh;
-  std::vector<std::uint8_t> tet_tissue;      ///< [tets] index into Scene::tissues
+  std::vector<std::uint8_t> tet_tissue;                 ///< [tets] index into Scene::tissues
   std::vector<physics::ElasticMaterial> tet_mechanics;  ///< [tets] mean over the volume; empty: of the tissue
-  std::vector<int> fixed_nodes;              ///< ascending, no duplicates
+  std::vector<int> fixed_nodes;                         ///< ascending, no duplicates
   std::vector<Eigen::Vector3d> held_motion;  ///< of the fixed nodes at full inspiration, m; empty: none moves
 };
 
 /// Two bodies that slide on each other and do not pass through: nodes of one against the surface of the other.
 struct BodyContact {
-  int nodes_of = 0;                          ///< index into Scene::bodies
+  int nodes_of = 0;  ///< index into Scene::bodies
   int surface_of = 0;
 };
 
 /// Quiet breathing; what it moves is in DeformableBody::held_motion.
 struct Breathing {
-  double amplitude = 0;                      ///< 1: as the bodies say, 0: breath held at end-expiration
-  double period = 4;                         ///< s
+  double amplitude = 0;  ///< 1: as the bodies say, 0: breath held at end-expiration
+  double period = 4;     ///< s
 };
 
 /// Where a vertex of a surface sits in a deformable body: x = sum weights[i] * node[nodes[i]].
 struct Embedding {
   std::array<std::uint32_t, 4> nodes{};
-  std::array<float, 4> weights{};            ///< sum 1; may be slightly outside [0,1] at the boundary
+  std::array<float, 4> weights{};  ///< sum 1; may be slightly outside [0,1] at the boundary
 };
 
 enum class SurfaceRole : std::uint8_t { boundary, region, vessel, target, visual };
 
 /// A closed triangle surface of the patient, for pictures and labels.
 struct Surface {
-  std::string name;                          ///< glTF node name
-  int tissue = 0;                            ///< index into Scene::tissues
+  std::string name;  ///< glTF node name
+  int tissue = 0;    ///< index into Scene::tissues
   SurfaceRole role = SurfaceRole::boundary;
-  int body = -1;                             ///< deformable body that carries it, -1: rigid
-  std::vector<Eigen::Vector3f> positions;    ///< rest, patient frame, m
-  std::vector<Eigen::Vector3f> normals;      ///< unit, outward, same size
-  std::vector<std::uint32_t> indices;        ///< triangles, counter-clockwise from outside
-  std::vector<Embedding> embedding;          ///< same size as positions where body >= 0, else empty
+  int body = -1;                           ///< deformable body that carries it, -1: rigid
+  std::vector<Eigen::Vector3f> positions;  ///< rest, patient frame, m
+  std::vector<Eigen::Vector3f> normals;    ///< unit, outward, same size
+  std::vector<std::uint32_t> indices;      ///< triangles, counter-clockwise from outside
+  std::vector<Embedding> embedding;        ///< same size as positions where body >= 0, else empty
 };
 
 /// Anatomy in rest space: the tissue at each voxel centre. x fastest; voxel (i,j,k) centre =
 /// origin + spacing * (i,j,k).
 struct LabelVolume {
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
-  float spacing = 0.001F;                    ///< m, isotropic
+  float spacing = 0.001F;  ///< m, isotropic
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
-  std::vector<std::uint8_t> labels;          ///< index into Scene::tissues
-  std::vector<std::int8_t> bodies;           ///< deformable body of the voxel's tissue, -1: none. Same size as labels
+  std::vector<std::uint8_t> labels;  ///< index into Scene::tissues
+  std::vector<std::int8_t> bodies;   ///< deformable body of the voxel's tissue, -1: none. Same size as labels
 };
 
 struct Needle {
   std::string name;
-  double length = 0.150;                     ///< hub to tip, m
+  double length = 0.150;  ///< hub to tip, m
   double outer_diameter = 1.27e-3;
-  double inner_diameter = 0.838e-3;          ///< 0: solid
+  double inner_diameter = 0.838e-3;  ///< 0: solid
   double young_modulus = 200e9;
   double poisson_ratio = 0.3;
   int beams = 8;
-  double bevel_force_ratio = 0;              ///< lateral over axial force on the tip that cuts, away from the bevel
+  double bevel_force_ratio = 0;  ///< lateral over axial force on the tip that cuts, away from the bevel
 };
 
 struct Probe {
   std::string name;
   bool convex = true;
-  double radius = 0.060;                     ///< of the face (convex), m
-  double field_of_view = 1.15;               ///< rad (convex)
-  double width = 0.040;                      ///< of the face (linear), m
-  double depth = 0.160;                      ///< m below the face
+  double radius = 0.060;        ///< of the face (convex), m
+  double field_of_view = 1.15;  ///< rad (convex)
+  double width = 0.040;         ///< of the face (linear), m
+  double depth = 0.160;         ///< m below the face
   double frequency_hz = 3.5e6;
   int scan_lines = 192;
   int samples = 512;
   double dynamic_range_db = 60;
   double gain_db = 0;
-  physics::RigidPose pose;                   ///< patient_from_probe
-  int presses = -1;                          ///< deformable body it is held against, -1: none
+  physics::RigidPose pose;  ///< patient_from_probe
+  int presses = -1;         ///< deformable body it is held against, -1: none
 };
 
 struct Target {
@@ -126,7 +126,7 @@ struct Camera {
   Eigen::Vector3d eye = Eigen::Vector3d::Zero();
   Eigen::Vector3d look_at = Eigen::Vector3d::Zero();
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();
-  double vertical_fov = 0.6;                 ///< rad
+  double vertical_fov = 0.6;  ///< rad
 };
 
 /// One sample of the stylus (or probe) in a motion file.
@@ -137,8 +137,8 @@ struct MotionSample {
 };
 
 struct Motion {
-  std::vector<MotionSample> stylus;          ///< strictly increasing times
-  std::vector<MotionSample> probe;           ///< may be empty: the probe stays at Probe::pose
+  std::vector<MotionSample> stylus;  ///< strictly increasing times
+  std::vector<MotionSample> probe;   ///< may be empty: the probe stays at Probe::pose
 };
 
 struct LoopRates {
@@ -148,12 +148,12 @@ struct LoopRates {
 
 struct Scene {
   std::string name;
-  std::string title;                         ///< one line for people
-  std::filesystem::path scenario;            ///< file it came from
+  std::string title;               ///< one line for people
+  std::filesystem::path scenario;  ///< file it came from
   Eigen::Isometry3d room_from_patient = Eigen::Isometry3d::Identity();
-  std::vector<Tissue> tissues;               ///< [0] is "outside" (air / gel)
+  std::vector<Tissue> tissues;                          ///< [0] is "outside" (air / gel)
   std::vector<physics::TissueSurface> tissue_surfaces;  ///< between two tissues, where the table says so
-  std::vector<DeformableBody> bodies;        ///< at most physics::kMaxBodies
+  std::vector<DeformableBody> bodies;                   ///< at most physics::kMaxBodies
   std::vector<Surface> surfaces;
   LabelVolume labels;
   Needle needle;
@@ -162,9 +162,9 @@ struct Scene {
   Camera camera;
   Motion motion;
   LoopRates rates;
-  std::string coupling = "stylet";           ///< the scenario's default: stylet, paper-updated or paper-frozen
-  double contact_spacing = 0.010;            ///< m along the path
-  double damping_time_s = 0;                 ///< Kelvin-Voigt: B = damping_time * K
+  std::string coupling = "stylet";  ///< the scenario's default: stylet, paper-updated or paper-frozen
+  double contact_spacing = 0.010;   ///< m along the path
+  double damping_time_s = 0;        ///< Kelvin-Voigt: B = damping_time * K
   std::vector<BodyContact> contacts;
   Breathing breathing;
 };
