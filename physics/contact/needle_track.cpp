@@ -95,7 +95,11 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
     point.active = point.arc <= shaft.length() + (was_active ? kWithdrawn : 0.0) && point.arc >= 0;
     if (point.active && !was_active) point.held_arc = point.arc;
   }
-  share_shaft(shaft.length());
+  double reach = shaft.length();  // the shaft is in the tissue up to the track's end, a little behind a tip that cuts
+  if (tip_.state == TipState::inside && tip_.end.point >= 0) {
+    reach += std::min(0.0, (tissue.position(tip_.end.point) - shaft.tip()).dot(shaft.tip_tangent()));
+  }
+  share_shaft(reach);
   for (int i = 0; i < count_; ++i) {
     const TrackPoint& point = points_[static_cast<std::size_t>(i)];
     if (point.active) add_contact(shaft, point, at[static_cast<std::size_t>(i)], dt, out);
@@ -103,13 +107,13 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
   if (tip_.state != TipState::outside && tip_.end.point >= 0) add_tip(shaft, dt, out);
 }
 
-void NeedleTrack::share_shaft(double length) {
+void NeedleTrack::share_shaft(double reach) {
   for (int body = 0; body < kMaxBodies; ++body) {
     TrackPoint* previous = nullptr;
     TrackPoint* last = last_active(body);
     if (last == nullptr) continue;
     const bool tip_here = tip_.state == TipState::inside && tip_.end.body == body;
-    const double overhang = std::max(0.0, tip_here ? length - last->arc : overhang_[static_cast<std::size_t>(body)]);
+    const double overhang = std::max(0.0, tip_here ? reach - last->arc : overhang_[static_cast<std::size_t>(body)]);
     for (TrackPoint& point : points()) {
       if (point.body != body || !point.active) continue;
       point.share = 0;
@@ -243,6 +247,8 @@ void NeedleTrack::touch(const HermiteShaft& shaft, const TissuePatch& patch, Tis
       const bool same = first != points().end() && first->point >= 0 && ends_[b].patch_tet >= 0 &&
                         (tissue.position(first->point) - shaft.tip()).norm() < settings_.reentry_distance;
       if (same) {
+        first->active = true;
+        first->arc = first->held_arc = shaft.length();
         tip_ = {.state = TipState::inside, .end = ends_[b]};
         place_points(patch, tissue);
         return;

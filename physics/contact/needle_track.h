@@ -94,7 +94,7 @@ private:
 
   bool find(const TissuePatch& patch, TrackPoint& point) const;
   void place_points(const TissuePatch& patch, TissuePoints& tissue);
-  void share_shaft(double length);
+  void share_shaft(double reach);
   void add_contact(const HermiteShaft& shaft, const TrackPoint& point, const ShaftPoint& at, double dt,
                    TrackRows& out) const;
   void add_tip(const HermiteShaft& shaft, double dt, TrackRows& out) const;

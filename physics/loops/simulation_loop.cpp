@@ -451,8 +451,10 @@ void SimulationLoop::fill_patch(const NeedleState* needle, TissuePatch& out) {
                     out.bodies[b], out.flags);
   }
   out.interface_count = 0;
-  if (needle == nullptr) return;
-  fill_interfaces(models_, {tissue_.positions.data(), models_.size()}, *needle, settings_.interface_range, out);
+  if (needle != nullptr) {
+    fill_interfaces(models_, {tissue_.positions.data(), models_.size()}, *needle, settings_.interface_range, out);
+  }
+  for (std::size_t b = 0; b < models_.size(); ++b) fill_w_bar(worker_.latest().bodies[b].isolated, out.bodies[b]);
 }
 
 }  // namespace stylet::physics

@@ -60,19 +60,6 @@ void fill_body_patch(const PatchSource& source, BodyPatch& out, std::uint32_t& f
     out.rest_positions.col(column) = source.model.mesh.nodes[static_cast<std::size_t>(nodes[i])];
     out.rotations[i] = node_rotation(source.model, nodes[i], source.factorised.rotations, source.rotations);
   }
-  if (out.w_bar_values.size() < kMaxWBarValues) out.w_bar_values.assign(kMaxWBarValues, 0.0);
-  const IsolatedDofs& isolated = source.factorised.isolated;
-  for (int b = 0; b < out.node_count; ++b) {
-    for (int a = 0; a < out.node_count; ++a) {
-      const int row = out.node_ids[static_cast<std::size_t>(a)];
-      const int column = out.node_ids[static_cast<std::size_t>(b)];
-      if (isolated.known(row) && isolated.known(column)) {
-        out.w_bar(a, b) = isolated.block(row, column);
-      } else {
-        out.w_bar(a, b).setZero();  // a held node
-      }
-    }
-  }
 
   out.contact_count = 0;
   for (const PathContact& contact : source.contacts) {
@@ -86,6 +73,21 @@ void fill_body_patch(const PatchSource& source, BodyPatch& out, std::uint32_t& f
     to.directions = contact.directions;
   }
   fill_tets(source, out, flags);
+}
+
+void fill_w_bar(const IsolatedDofs& isolated, BodyPatch& out) {
+  if (out.w_bar_values.size() < kMaxWBarValues) out.w_bar_values.assign(kMaxWBarValues, 0.0);
+  for (int b = 0; b < out.node_count; ++b) {
+    for (int a = 0; a < out.node_count; ++a) {
+      const int row = out.node_ids[static_cast<std::size_t>(a)];
+      const int column = out.node_ids[static_cast<std::size_t>(b)];
+      if (isolated.known(row) && isolated.known(column)) {
+        out.w_bar(a, b) = isolated.block(row, column);
+      } else {
+        out.w_bar(a, b).setZero();  // a held node
+      }
+    }
+  }
 }
 
 void fill_interfaces(std::span<const TissueModel> models, std::span<const Eigen::Matrix3Xd> positions,

@@ -23,8 +23,10 @@ struct PatchSource {
   std::span<const PathContact> contacts;             ///< of the simulation loop's path; none in coupling `stylet`
 };
 
-/// Fills a body's patch whole; kPatchTetOverflow in `flags` where its tetrahedra do not fit.
+/// Fills a body's patch but for W_bar; kPatchTetOverflow in `flags` where its tetrahedra do not fit.
 void fill_body_patch(const PatchSource& source, BodyPatch& out, std::uint32_t& flags);
+/// Last of all, so that the haptic side finds it in a cache: W_bar is most of what it reads.
+void fill_w_bar(const IsolatedDofs& isolated, BodyPatch& out);
 
 /// The surfaces that the needle's axis crosses ahead of its tip, nearest first, found in the patches of their bodies.
 /// @param positions  deformed bodies [3 x nodes], m
