@@ -53,7 +53,7 @@ ShaftPoint HermiteShaft::project(const Vector3d& point, double guess, double& ar
   constexpr double kConverged = 1e-10;  // of a beam
   const double l = beam_length_;
   const double last = beams();
-  double s = std::clamp(guess / l, 0.0, last);  // in beams
+  double s = guess > 0 ? std::min(guess / l, last) : 0;  // in beams; a guess that is no number is none
   ShaftPoint p;
   for (int i = 0; i < kMostIterations; ++i) {
     const int beam = std::min(static_cast<int>(s), beams() - 1);

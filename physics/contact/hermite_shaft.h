@@ -33,6 +33,7 @@ public:
   ShaftPoint at(int beam, double beam_fraction) const;
   ShaftPoint at_tip() const { return at(beams() - 1, 1); }
   /// The point of the shaft whose normal plane holds `point`: Newton from a guess, over the ends of beams.
+  /// @param point     finite
   /// @param guess     arc length, m
   /// @param[out] arc  arc length; beyond the tip (or behind the hub) it goes on along the end's tangent, while the
   ///                  point returned is the end

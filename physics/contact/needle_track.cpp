@@ -85,7 +85,7 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
   std::array<ShaftPoint, kMostPoints> at;
   for (int i = 0; i < count_; ++i) {
     TrackPoint& point = points_[static_cast<std::size_t>(i)];
-    if (point.point < 0) {
+    if (point.point < 0 || !tissue.position(point.point).allFinite()) {
       point.active = false;
       continue;
     }

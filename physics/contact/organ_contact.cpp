@@ -167,21 +167,17 @@ bool OrganContact::movable(const SurfaceRow& row) const {
 void OrganContact::find_pair(int pair) {
   const auto p = static_cast<std::size_t>(pair);
   const std::span<const int> nodes = bodies_[static_cast<std::size_t>(settings_.pairs[p].nodes_of)].surface->nodes();
-  int found = 0;
+  std::vector<SurfaceRow> found;
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     SurfaceRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0);
     if (row.support_count == 0 || !movable(row)) continue;
     row.gap -= nodes_[p][k].rest_overlap;
     if (row.gap > settings_.reach) continue;
-    if (found == settings_.max_points) {
-      ++report_.left_out;
-      continue;
-    }
-    ++found;
     row.lambda = nodes_[p][k].lambda;
     row.slot = k;
-    rows_.push_back(row);
+    found.push_back(row);
   }
+  take_deepest(found, settings_.max_points);
 }
 
 void OrganContact::find_probe(const RigidPose& pose) {
@@ -191,7 +187,6 @@ void OrganContact::find_probe(const RigidPose& pose) {
   const double reach = probe.shape.reach(settings_.search) + settings_.reach;
   faces_.clear();
   body.surface->faces_in({pose.position.array() - reach, pose.position.array() + reach}, faces_);
-  const auto first = static_cast<std::ptrdiff_t>(rows_.size());
   std::vector<SurfaceRow> found;
   for (const int f : faces_) {
     const auto& [a, b, c] = body.surface->face(f);
@@ -219,17 +214,20 @@ void OrganContact::find_probe(const RigidPose& pose) {
       if (movable(row)) found.push_back(row);
     }
   }
-  const auto room = static_cast<std::size_t>(probe.max_points);
+  take_deepest(found, probe.max_points);
+}
+
+void OrganContact::take_deepest(std::vector<SurfaceRow>& found, int most) {
+  const auto room = static_cast<std::size_t>(most);
   if (found.size() > room) {
-    std::nth_element(
-        found.begin(), found.begin() + probe.max_points, found.end(),
-        [](const SurfaceRow& a, const SurfaceRow& b) { return std::pair(a.gap, a.slot) < std::pair(b.gap, b.slot); });
+    std::nth_element(found.begin(), found.begin() + most, found.end(), [](const SurfaceRow& a, const SurfaceRow& b) {
+      return std::pair(a.gap, a.slot) < std::pair(b.gap, b.slot);
+    });
     report_.left_out += static_cast<int>(found.size() - room);
     found.resize(room);
   }
+  std::sort(found.begin(), found.end(), [](const SurfaceRow& a, const SurfaceRow& b) { return a.slot < b.slot; });
   rows_.insert(rows_.end(), found.begin(), found.end());
-  std::sort(rows_.begin() + first, rows_.end(),
-            [](const SurfaceRow& a, const SurfaceRow& b) { return a.slot < b.slot; });
 }
 
 void OrganContact::learn(int limit, SolveWorkspace& workspace) {

@@ -42,7 +42,7 @@ struct ProbeContactSettings {
 
 struct OrganContactSettings {
   std::vector<ContactPair> pairs;
-  int max_points = 64;    ///< of a pair: the most even ones count
+  int max_points = 64;    ///< of a pair: those with the smallest gaps count
   double reach = 0.002;   ///< nodes further than this from the other surface have no row, m
   double search = 0.015;  ///< how deep below a surface a node is still found, m
   int learn_limit = 12;   ///< nodes of a body whose compliance one step may compute (three solves each)
@@ -131,6 +131,8 @@ private:
   // The stages of update(), in order.
   void find_pair(int pair);
   void find_probe(const RigidPose& pose);
+  /// Into rows_, those with the smallest gaps if there are more than `most`.
+  void take_deepest(std::vector<SurfaceRow>& found, int most);
   void learn(int limit, SolveWorkspace& workspace);
   void assemble();
   void relax();

@@ -10,9 +10,7 @@ Function find(const char* symbol) {
   return reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, symbol));
 }
 
-}  // namespace
-
-BlasLibrary use_single_threaded_blas() {
+BlasLibrary set_to_one_thread() {
   // Found at run time: BLAS is chosen by the system's alternatives, not when we link.
   if (const auto set_threads = find<void (*)(int)>("openblas_set_num_threads")) {
     set_threads(1);
@@ -29,6 +27,13 @@ BlasLibrary use_single_threaded_blas() {
   }
   if (find<void (*)()>("ATL_buildinfo") != nullptr) return {"ATLAS", false};
   return {"reference BLAS", true};
+}
+
+}  // namespace
+
+const BlasLibrary& single_threaded_blas() {
+  static const BlasLibrary blas = set_to_one_thread();
+  return blas;
 }
 
 void disable_openmp_teams() {

@@ -10,8 +10,9 @@ struct BlasLibrary {
   bool slow_reference = false;  ///< not known to be an optimised BLAS: factorisation 15-20 times slower; warn
 };
 
-/// Names the BLAS and sets it to one thread (the same bits every run; the loops own the cores). Call once at start.
-BlasLibrary use_single_threaded_blas();
+/// The BLAS of this process, set to one thread at the first call (the same bits every run; the loops own the cores).
+/// Every SolveWorkspace begins with it. Any thread.
+const BlasLibrary& single_threaded_blas();
 
 /// Keeps OpenMP regions entered by the calling thread to that thread. CHOLMOD opens some inside a factorisation:
 /// their teams would spin on the cores of the haptic loop.

@@ -77,6 +77,7 @@ struct PlainCommon {
 }  // namespace
 
 SolveWorkspace::SolveWorkspace() : common_(std::make_unique<cholmod_common>()) {
+  single_threaded_blas();
   cholmod_start(common_.get());
   common_->print = 0;
   common_->supernodal = CHOLMOD_SUPERNODAL;

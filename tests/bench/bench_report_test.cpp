@@ -1,4 +1,5 @@
 // What a bench reports: the shape of its JSON, the table, the quantiles; and `stylet bench paper` as a user runs it.
+#include "tests/support/temporary_folder.h"
 #include "tools/bench/gauss_seidel.h"
 #include "tools/bench/haptic_cost.h"
 #include "tools/bench/report.h"
@@ -97,9 +98,7 @@ TEST(HapticCost, GrowsCubicallyWithTheRowsAndLinearlyWithTheBeams) {
 
 /// `stylet bench paper --quick`: what a user runs, shortened.
 TEST(BenchCommand, WritesTheNumbersOfThePaperAsJson) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "stylet_bench";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
+  const support::TemporaryFolder folder;
   const std::filesystem::path file = folder / "paper.json";
   const std::string command =
       std::string("'") + STYLET_COMMAND + "' bench paper --quick --peer sofa-style --json '" + file.string() + "'";

@@ -1,4 +1,6 @@
 // `stylet bench coupling` as a user runs it, shortened: its numbers, and that they are of this coupling.
+#include "tests/support/temporary_folder.h"
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -15,11 +17,10 @@ namespace {
 using nlohmann::json;
 
 TEST(CouplingBench, MeasuresWhatTheCouplingGains) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "stylet_bench_coupling";
-  std::filesystem::remove_all(folder);
+  const support::TemporaryFolder folder;
   const std::filesystem::path file = folder / "coupling.json";
   const std::string command = std::string("'") + STYLET_COMMAND + "' bench coupling --quick --out '" +
-                              folder.string() + "' --json '" + file.string() + "'";
+                              folder.path().string() + "' --json '" + file.string() + "'";
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::ifstream in(file);
   const json list = json::parse(in);

@@ -446,7 +446,7 @@ void register_all() {
 }  // namespace stylet::physics
 
 int main(int argc, char** argv) {
-  const stylet::physics::BlasLibrary blas = stylet::physics::use_single_threaded_blas();
+  const stylet::physics::BlasLibrary blas = stylet::physics::single_threaded_blas();
   std::printf("flags: %s; BLAS: %s\n", STYLET_FLAGS, blas.name.c_str());
   stylet::physics::register_all();
   benchmark::Initialize(&argc, argv);

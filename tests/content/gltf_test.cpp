@@ -2,6 +2,7 @@
 
 #include "engine/content/surface_mesh.h"
 #include "tests/content/glb.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -293,7 +294,7 @@ TEST(Gltf, EveryTruncationOfAFileIsRefused) {
 }
 
 TEST(Gltf, ExternalBuffersComeFromTheFolderOfTheFileOnly) {
-  test::TemporaryFolder folder;
+  support::TemporaryFolder folder;
   Glb glb = one_tetrahedron();
   std::filesystem::create_directory(folder.path() / "organs");
   folder.write("organs/data.bin", glb.bin);

@@ -1,6 +1,7 @@
 #include "engine/content/json_reader.h"
 
 #include "tests/content/glb.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -152,7 +153,7 @@ TEST(JsonReader, QuaternionsComeOutNormalised) {
 }
 
 TEST(JsonReader, PathsAreRelativeToTheFileThatNamesThem) {
-  test::TemporaryFolder folder;
+  support::TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "sub");
   folder.write("other.json", "{}");
   const auto path = folder.write("sub/a.json", R"({"f": "../other.json", "g": "gone.json"})");

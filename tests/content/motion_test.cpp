@@ -1,6 +1,7 @@
 #include "engine/content/motion.h"
 
 #include "tests/content/glb.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +12,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string motion_error(const std::string& stylus) {
-  test::TemporaryFolder folder;
+  support::TemporaryFolder folder;
   const auto path =
       folder.write("m.json", R"({"format": "stylet-motion", "version": 1, "tracks": {"stylus": )" + stylus + "}}");
   try {
@@ -30,7 +31,7 @@ TEST(Motion, WhatIsWrittenIsReadBack) {
     motion.stylus.push_back({t, {{0.1 * t, -0.2, t * t}, q}, i > 30 ? 1u : 0u});
     motion.probe.push_back({t, {{0, 0.01 * t, 0}, Eigen::Quaterniond::Identity()}, 0});
   }
-  test::TemporaryFolder folder;
+  support::TemporaryFolder folder;
   write_motion(motion, "a \"name\"", folder.path() / "m.json");
   const Motion back = read_motion(folder.path() / "m.json");
   ASSERT_EQ(back.stylus.size(), motion.stylus.size());

@@ -1,6 +1,7 @@
 #include "engine/content/scenario.h"
 
 #include "tests/content/small_scenario.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -325,7 +326,7 @@ TEST(Scenario, ListingFindsScenariosOnly) {
 }
 
 TEST(Scenario, ContentFolderFollowsTheEnvironment) {
-  const test::TemporaryFolder folder;
+  const support::TemporaryFolder folder;
   ASSERT_EQ(::setenv("STYLET_CONTENT", folder.path().c_str(), 1), 0);
   EXPECT_EQ(content_directory(), folder.path());
   ASSERT_EQ(::setenv("STYLET_CONTENT", "/nowhere", 1), 0);

@@ -9,6 +9,7 @@
 #include "engine/content/tissue_table.h"
 #include "tests/content/glb.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
 #include "tools/make_motion/biopsy_motion.h"
 
 #include <gmock/gmock.h>
@@ -48,7 +49,7 @@ const Scene& default_scene_of_any_mesh() {
     absolute(scenario["organs"][0]["file"]);
     for (json& body : scenario["bodies"]) body["mesh"] = {{"target_nodes", 300}};
     scenario["labels"]["spacing_mm"] = 4;
-    const test::TemporaryFolder folder;
+    const support::TemporaryFolder folder;
     return load_scene(folder.write("scenario.json", scenario.dump(1)));
   }();
   return scene;

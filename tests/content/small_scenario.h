@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tests/content/glb.h"
+#include "tests/support/temporary_folder.h"
 
 #include <nlohmann/json.hpp>
 
@@ -11,7 +12,7 @@ namespace stylet::content::test {
 
 /// A ball of liver (50 mm) held by a ball of bone, with a tumour (10 mm) inside. Edit the members, then write().
 struct SmallScenario {
-  TemporaryFolder folder;
+  support::TemporaryFolder folder;
   Glb organs;
   nlohmann::json scenario;
   nlohmann::json tissues;

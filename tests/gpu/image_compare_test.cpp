@@ -1,5 +1,6 @@
 // The comparator must see what a wrong pass does to a picture and forgive what another CPU's last bits do.
 #include "tests/support/image_compare.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -67,7 +68,8 @@ TEST(ImageCompare, MissingGoldenFailsAndSaysHowToMakeIt) {
 }
 
 TEST(ImageCompare, PngKeepsEveryByte) {
-  const auto file = std::filesystem::temp_directory_path() / "stylet_png_keeps_every_byte.png";
+  const support::TemporaryFolder folder;
+  const auto file = folder / "speckled.png";
   Picture picture = speckled();
   for (std::size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = static_cast<std::uint8_t>(i / 4);
   view::write_png(file, picture);

@@ -4,6 +4,7 @@
 #include "engine/session/session_report.h"
 #include "haptic/recorded_device.h"
 #include "tests/session/layered_scene.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +32,8 @@ Felt feel(content::Scene scene, double haptic_hz) {
     track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
   }
   haptic::RecordedDevice device(std::move(track));
-  const auto path = std::filesystem::path(::testing::TempDir()) / "stylet_layers.rec";
+  const support::TemporaryFolder folder;
+  const auto path = folder / "layers.rec";
   LiveSession session(scene, device, {.duration_s = 2.0, .lockstep = true, .recording = path, .build = "test"});
   Felt felt;
   felt.run = session.run_in_lockstep();

@@ -4,6 +4,7 @@
 #include "engine/session/puncture_event.h"
 #include "haptic/recorded_device.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +26,8 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
     track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
   }
   haptic::RecordedDevice device(std::move(track));
-  const auto path = std::filesystem::path(::testing::TempDir()) / "stylet_liver_biopsy.rec";
+  const support::TemporaryFolder folder;
+  const auto path = folder / "liver_biopsy.rec";
   LiveSession session(
       scene, device,
       {.duration_s = scene.motion.stylus.back().time_s, .lockstep = true, .recording = path, .build = "test"});

@@ -2,9 +2,9 @@
 #include "engine/session/force_trace.h"
 #include "engine/session/video.h"
 #include "engine/view/picture.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
 #include <chrono>
@@ -20,21 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using content::ContentError;
-
-/// A folder that is gone after the test.
-class Folder {
-public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "stylet-test-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path_); }
-  fs::path operator/(const char* name) const { return path_ / name; }
-  bool empty() const { return fs::is_empty(path_); }
-
-private:
-  fs::path path_;
-};
 
 /// Insertion, withdrawal, second insertion with a force like friction and a spring.
 ForceTrace insertion(int samples = 4000) {
@@ -93,7 +78,7 @@ TEST(ForceTrace, KeepsOneInSoManyAndCountsWhatDoesNotFit) {
 }
 
 TEST(ForceCsv, ReadsBackToTheSameBits) {
-  const Folder folder;
+  const support::TemporaryFolder folder;
   const ForceTrace trace = insertion(500);
   // Between two samples, as is one of a thinned trace; two at once; one after the end.
   const double first = trace.samples()[10].time_s, second = trace.samples()[20].time_s;
@@ -133,7 +118,7 @@ TEST(ForceCsv, UnwritablePathIsOneLine) {
 }
 
 TEST(ForceFigure, IsWrittenAsPngAndGrowsWithTheData) {
-  const Folder folder;
+  const support::TemporaryFolder folder;
   const Font font = Font::load();
   const TraceEvent events[] = {{1.0, "skin"}, {6.0, "withdrawal"}, {8.0, "second advance"}};
   const view::Picture figure = draw_force_figure(insertion(), events, font);
@@ -191,7 +176,7 @@ void paint(view::Picture& image, int frame) {
 }
 
 TEST(Video, HasTheFramesAndTheDurationItWasGiven) {
-  const Folder folder;
+  const support::TemporaryFolder folder;
   const fs::path path = folder / "clip.mp4";
   VideoWriter video(path, {.width = 160, .height = 120, .frames_per_second = 30});
   view::Picture image(160, 120);
@@ -214,7 +199,7 @@ TEST(Video, HasTheFramesAndTheDurationItWasGiven) {
 }
 
 TEST(Video, FramesComeBackAsTheyWentIn) {
-  const Folder folder;
+  const support::TemporaryFolder folder;
   const fs::path path = folder / "clip.mp4";
   VideoWriter video(path, {.width = 64, .height = 48});
   view::Picture image(64, 48);  // red above, blue below: rows must not be flipped, channels not swapped
@@ -235,7 +220,7 @@ TEST(Video, FramesComeBackAsTheyWentIn) {
 }
 
 TEST(Video, MissingCommandIsOneLineThatNamesIt) {
-  const Folder folder;
+  const support::TemporaryFolder folder;
   try {
     VideoWriter video(folder / "clip.mp4", {.width = 16, .height = 16, .encoder = "no-such-ffmpeg"});
     FAIL();
@@ -248,7 +233,7 @@ TEST(Video, MissingCommandIsOneLineThatNamesIt) {
 }
 
 TEST(Video, EncoderThatDiesIsAnErrorAndNoSignal) {
-  const Folder folder;
+  const support::TemporaryFolder folder;
   VideoWriter video(folder / "clip.mp4", {.width = 640, .height = 480, .encoder = "false"});
   const view::Picture image(640, 480);
   EXPECT_THROW(
@@ -260,7 +245,7 @@ TEST(Video, EncoderThatDiesIsAnErrorAndNoSignal) {
 }
 
 TEST(Video, ErrorOfTheEncoderIsPassedOn) {
-  const Folder folder;
+  const support::TemporaryFolder folder;
   VideoWriter video(folder / "missing/clip.mp4", {.width = 64, .height = 64});
   try {
     const view::Picture image(64, 64);
@@ -273,7 +258,7 @@ TEST(Video, ErrorOfTheEncoderIsPassedOn) {
 }
 
 TEST(Video, LeavesNothingBehindWithoutFinish) {
-  const Folder folder;
+  const support::TemporaryFolder folder;
   {
     VideoWriter video(folder / "clip.mp4", {.width = 64, .height = 64});
     const view::Picture image(64, 64);
@@ -283,7 +268,7 @@ TEST(Video, LeavesNothingBehindWithoutFinish) {
 }
 
 TEST(Video, RefusesOddSizesAndWrongFrames) {
-  const Folder folder;
+  const support::TemporaryFolder folder;
   EXPECT_THROW(VideoWriter(folder / "a.mp4", {.width = 63, .height = 64}), ContentError);
   EXPECT_THROW(VideoWriter(folder / "a.mp4", {.width = 0, .height = 64}), ContentError);
   VideoWriter video(folder / "a.mp4", {.width = 64, .height = 64});

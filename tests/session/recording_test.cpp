@@ -4,9 +4,9 @@
 #include "engine/session/recording_writer.h"
 #include "engine/session/state_hash.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -53,9 +53,6 @@ RecordingHeader header() {
 
 class RecordingFile : public testing::Test {
 protected:
-  RecordingFile() : path_(fs::temp_directory_path() / ("stylet-" + std::to_string(getpid()) + ".rec")) {}
-  ~RecordingFile() override { fs::remove(path_); }
-
   /// A whole session of so many simulation steps, drained after each.
   void write_session(std::uint64_t simulation_steps) {
     RecordingWriter writer(path_, header());
@@ -75,7 +72,8 @@ protected:
     return {std::istreambuf_iterator<char>(file), {}};
   }
 
-  fs::path path_;
+  const support::TemporaryFolder folder_;
+  const fs::path path_ = folder_ / "session.rec";
 };
 
 TEST_F(RecordingFile, ComesBackBitForBit) {

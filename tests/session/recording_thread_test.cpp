@@ -1,8 +1,8 @@
 #include "engine/session/recording.h"
 #include "engine/session/recording_writer.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <thread>
@@ -11,8 +11,8 @@ namespace stylet::session {
 namespace {
 
 TEST(RecordingWriter, TwoThreadsAndTheBackgroundLoseNothing) {
-  const std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("stylet-threads-" + std::to_string(getpid()) + ".rec");
+  const support::TemporaryFolder folder;
+  const std::filesystem::path path = folder / "threads.rec";
   constexpr std::uint64_t kSteps = 20'000;
   {
     RecordingWriter writer(path, {}, std::size_t{4} << 20);
@@ -37,7 +37,6 @@ TEST(RecordingWriter, TwoThreadsAndTheBackgroundLoseNothing) {
     writer.finish();
   }
   const Recording r = read_recording(path);
-  std::filesystem::remove(path);
   EXPECT_TRUE(r.complete()) << r.condition();
   ASSERT_EQ(r.haptic.size(), kSteps);
   ASSERT_EQ(r.simulation.size(), kSteps / 20);

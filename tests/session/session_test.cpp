@@ -8,6 +8,7 @@
 #include "engine/session/step_hash.h"
 #include "haptic/recorded_device.h"
 #include "tests/session/cube_scene.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -24,10 +25,6 @@ haptic::RecordedDevice device_of(const content::Scene& scene) {
     track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
   }
   return haptic::RecordedDevice(std::move(track));
-}
-
-std::filesystem::path temporary(const std::string& name) {
-  return std::filesystem::path(::testing::TempDir()) / ("stylet_session_" + name + ".rec");
 }
 
 struct Outcome {
@@ -73,15 +70,17 @@ std::pair<ReplayResult, std::uint64_t> replay_file(const content::Scene& scene, 
 
 TEST(Lockstep, TwoRunsGiveTheSameBits) {
   const content::Scene scene = tests::cube_scene();
-  const Outcome one = record(scene, temporary("one"), Mode::lockstep, 0.8);
-  const Outcome two = record(scene, temporary("two"), Mode::lockstep, 0.8);
+  const support::TemporaryFolder folder;
+  const Outcome one = record(scene, folder / "one", Mode::lockstep, 0.8);
+  const Outcome two = record(scene, folder / "two", Mode::lockstep, 0.8);
   EXPECT_EQ(one.hash, two.hash);
   EXPECT_GT(one.run.factorisations, 2u);
 }
 
 TEST(Lockstep, NeedleBendsTheTissueAndTheHandFeelsIt) {
   const content::Scene scene = tests::cube_scene();
-  const Outcome outcome = record(scene, temporary("force"), Mode::lockstep, 0.8);
+  const support::TemporaryFolder folder;
+  const Outcome outcome = record(scene, folder / "force", Mode::lockstep, 0.8);
   EXPECT_GT(outcome.peak_force, 0.02) << "a 4 mm swing of an 18G needle in 10 kPa gel";
   EXPECT_LT(outcome.peak_force, 10.0);
   EXPECT_LT(outcome.closest, 0.010) << "the tip ends 5 mm above the target";
@@ -97,9 +96,10 @@ TEST(Couplings, AreFoundByTheirNames) {
 
 TEST(Lockstep, CouplingsDiffer) {
   const content::Scene scene = tests::cube_scene();
-  const Outcome updated = record(scene, temporary("updated"), Mode::lockstep, 0.4);
-  const Outcome frozen = record(scene, temporary("frozen"), Mode::lockstep, 0.4, physics::Coupling::paper_frozen);
-  const Outcome stylet = record(scene, temporary("stylet"), Mode::lockstep, 0.4, physics::Coupling::stylet);
+  const support::TemporaryFolder folder;
+  const Outcome updated = record(scene, folder / "updated", Mode::lockstep, 0.4);
+  const Outcome frozen = record(scene, folder / "frozen", Mode::lockstep, 0.4, physics::Coupling::paper_frozen);
+  const Outcome stylet = record(scene, folder / "stylet", Mode::lockstep, 0.4, physics::Coupling::stylet);
   EXPECT_NE(updated.hash, frozen.hash);
   EXPECT_NE(updated.hash, stylet.hash);
 }
@@ -108,7 +108,8 @@ class EachCoupling : public ::testing::TestWithParam<physics::Coupling> {};
 
 TEST_P(EachCoupling, LockstepRecordingReplaysBitForBit) {
   const content::Scene scene = tests::cube_scene();
-  const auto path = temporary(std::string("lockstep-") + coupling_name(GetParam()));
+  const support::TemporaryFolder folder;
+  const auto path = folder / (std::string("lockstep-") + coupling_name(GetParam()));
   const Outcome recorded = record(scene, path, Mode::lockstep, 1.4, GetParam());
   EXPECT_EQ(recorded.run.needle_flags, 0u);
   const auto [result, hash] = replay_file(scene, read_recording(path));
@@ -119,7 +120,8 @@ TEST_P(EachCoupling, LockstepRecordingReplaysBitForBit) {
 
 TEST_P(EachCoupling, ThreadedRecordingReplaysBitForBit) {
   const content::Scene scene = tests::cube_scene();
-  const auto path = temporary(std::string("threaded-") + coupling_name(GetParam()));
+  const support::TemporaryFolder folder;
+  const auto path = folder / (std::string("threaded-") + coupling_name(GetParam()));
   const Outcome recorded = record(scene, path, Mode::threaded, 1.4, GetParam());
   const Recording recording = read_recording(path);
   ASSERT_TRUE(recording.complete()) << recording.condition();
@@ -141,7 +143,8 @@ INSTANTIATE_TEST_SUITE_P(Session, EachCoupling,
 
 TEST(Replay, SeesAChangedInput) {
   const content::Scene scene = tests::cube_scene();
-  const auto path = temporary("changed");
+  const support::TemporaryFolder folder;
+  const auto path = folder / "changed";
   record(scene, path, Mode::lockstep, 0.6);
   Recording recording = read_recording(path);
   recording.haptic[300].pose.position.x() += 1e-12;
@@ -152,7 +155,8 @@ TEST(Replay, SeesAChangedInput) {
 
 TEST(Replay, RefusesAScheduleThatCannotBe) {
   const content::Scene scene = tests::cube_scene();
-  const auto path = temporary("impossible");
+  const support::TemporaryFolder folder;
+  const auto path = folder / "impossible";
   record(scene, path, Mode::lockstep, 0.2);
   Recording recording = read_recording(path);
   recording.simulation[3].needle_step = 100000;

@@ -1,5 +1,6 @@
 #include "engine/content/motion.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
 
 #include <sys/wait.h>
 
@@ -54,14 +55,6 @@ std::string read_text(const fs::path& path) {
 
 class Command : public ::testing::Test {
 protected:
-  Command()
-      : folder_(fs::path(::testing::TempDir()) /
-                (std::string("stylet_command_") + ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~Command() override { fs::remove_all(folder_); }
-
   fs::path out() const { return folder_ / "out"; }
 
   // The default scenario with a change, written where its relative paths still hold.
@@ -109,12 +102,12 @@ protected:
     EXPECT_NE(message.find(where), std::string::npos) << message;
     EXPECT_NE(message.find(what), std::string::npos) << message;
     EXPECT_FALSE(fs::exists(out()));
-    for (const auto& entry : fs::directory_iterator(folder_)) {
+    for (const auto& entry : fs::directory_iterator(folder_.path())) {
       EXPECT_EQ(entry.path().filename().string().find("partial"), std::string::npos) << entry.path();
     }
   }
 
-  fs::path folder_;
+  const support::TemporaryFolder folder_;
 
 private:
   static std::string absolute(const json& relative) {
@@ -244,14 +237,16 @@ TEST_F(Command, TrainLeavesACompleteResultThatReplays) {
 TEST_F(Command, AnInterruptEndsTheSessionAndKeepsIt) {
   const fs::path motion = short_motion(4.0, 14.0);
   const std::string scenario_name = default_scenario();
-  const auto entries = [&] { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}); };
+  const auto entries = [&] {
+    return std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator{});
+  };
   const auto before = entries();
-  const Outcome ended =
-      run(fmt::format("train {} --view headless --device recorded:{} --out {} 2>&1 & "
-                      "session=$!; until [ -s {}/.out.partial-$session/session.rec ]; do sleep 0.1; done; sleep 0.5; "
-                      "kill -INT $session; until [ -s {}/.out.partial-$session/force.png ]; do sleep 0.1; done; "
-                      "kill -INT $session; wait $session",
-                      scenario_name, motion.string(), out().string(), folder_.string(), folder_.string()));
+  const Outcome ended = run(
+      fmt::format("train {} --view headless --device recorded:{} --out {} 2>&1 & "
+                  "session=$!; until [ -s {}/.out.partial-$session/session.rec ]; do sleep 0.1; done; sleep 0.5; "
+                  "kill -INT $session; until [ -s {}/.out.partial-$session/force.png ]; do sleep 0.1; done; "
+                  "kill -INT $session; wait $session",
+                  scenario_name, motion.string(), out().string(), folder_.path().string(), folder_.path().string()));
   EXPECT_EQ(ended.exit_code, 130) << ended.output;
   EXPECT_NE(ended.output.find("session ended early"), std::string::npos) << ended.output;
   const json session = json::parse(read_text(out() / "session.json"));

@@ -1,6 +1,5 @@
 // A factorisation that takes ten simulation steps: nobody waits for it, and the rest is the same equilibrium.
 #include "physics/loops/latest_value.h"
-#include "physics/tissue/blas.h"
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
 #include "tests/validation/coupling_monolithic.h"
@@ -51,7 +50,6 @@ double median_ms(std::vector<double> seconds) {
 }
 
 TEST(SlowWorker, LockstepLoopTakesEveryStepWithTheFactorItHasAndReportsItsAge) {
-  physics::use_single_threaded_blas();
   const ReferenceInsertion insertion = insertion_at_hand();
   ReferenceExperiment experiment(insertion, {.worker_period = kSlowness});
   std::uint64_t steps = 0;
@@ -104,7 +102,6 @@ private:
 // The worker gives each factor only once the simulation has taken ten more steps: were one step to wait for it, the
 // test would never end. The haptic loop runs freely beside both; the stylus moves by the clock of the simulation.
 TEST(SlowWorker, ThreadedLoopsNeverWaitAndComeToRestInTheSameEquilibrium) {
-  physics::use_single_threaded_blas();
   const ReferenceInsertion insertion = insertion_at_hand();
   std::vector<physics::SimulationBody> bodies;
   bodies.push_back(insertion.body());

@@ -9,12 +9,11 @@
 
 namespace stylet::bench {
 
-Report bench_coupling(const CouplingOptions& options) {
+Report bench_coupling(const BenchOptions& options) {
   const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
-  const CouplingPart part{.out = options.out, .quick = options.quick};
   struct Part {
     const char* name;
-    Report (*run)(const ReferenceInsertion&, const CouplingPart&);
+    Report (*run)(const ReferenceInsertion&, const BenchOptions&);
   };
   constexpr std::array kParts{
       Part{"shaft", coupling_shaft},
@@ -27,7 +26,7 @@ Report bench_coupling(const CouplingOptions& options) {
   Report report;
   for (const Part& p : kParts) {
     std::fprintf(stderr, "bench coupling: %s\n", p.name);
-    report.append(p.run(insertion, part));
+    report.append(p.run(insertion, options));
   }
   return report;
 }

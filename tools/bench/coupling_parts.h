@@ -1,36 +1,31 @@
 // The parts of `stylet bench coupling`, each with its rows and, where there is a folder, its figure.
 #pragma once
 
+#include "tools/bench/bench_options.h"
 #include "tools/bench/figure_files.h"
 #include "tools/bench/reference_insertion.h"
 #include "tools/bench/report.h"
 
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace stylet::bench {
 
-struct CouplingPart {
-  std::filesystem::path out;  ///< folder of the figures; empty: none
-  bool quick = false;
-};
-
 /// R1 with straight edges (paper_updated) and with the cubic shaft, sub-grid compliance and friction off: shaft.*
-Report coupling_shaft(const ReferenceInsertion& insertion, const CouplingPart& part);
+Report coupling_shaft(const ReferenceInsertion& insertion, const BenchOptions& options);
 /// R1 at 25 Hz, one step late, everything on but friction: sync.*
-Report coupling_synchronisation(const ReferenceInsertion& insertion, const CouplingPart& part);
+Report coupling_synchronisation(const ReferenceInsertion& insertion, const BenchOptions& options);
 /// R1 over meshes and contact spacings with and without sub-grid compliance, condition of the contact system, and the
 /// indentation at puncture: subgrid.*
-Report coupling_subgrid(const ReferenceInsertion& insertion, const CouplingPart& part);
+Report coupling_subgrid(const ReferenceInsertion& insertion, const BenchOptions& options);
 /// W_bar from the trailing block of the factor: time, error against full solves, and what warping gains: w_bar.*
-Report coupling_w_bar(const ReferenceInsertion& insertion, const CouplingPart& part);
+Report coupling_w_bar(const ReferenceInsertion& insertion, const BenchOptions& options);
 /// Force over depth with puncture, cutting and friction, the work done, other haptic rates, and the classical models
 /// on the same motion: resistance.*
-Report coupling_resistance(const ReferenceInsertion& insertion, const CouplingPart& part);
+Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptions& options);
 /// Time of the haptic step and of the solver: speed.*
-Report coupling_speed(const ReferenceInsertion& insertion, const CouplingPart& part);
+Report coupling_speed(const ReferenceInsertion& insertion, const BenchOptions& options);
 
 /// A tissue map of one tissue.
 std::shared_ptr<const physics::TissueMap> one_tissue(const physics::InsertionResistance& resistance);

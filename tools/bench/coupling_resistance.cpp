@@ -246,7 +246,7 @@ void draw(const std::filesystem::path& out, const std::vector<Sample>& fast, con
 
 }  // namespace
 
-Report coupling_resistance(const ReferenceInsertion& insertion, const CouplingPart& part) {
+Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptions& options) {
   constexpr double kDepth = 0.075, kBackTo = 0.030;  // m
   const physics::InsertionResistance liver = liver_resistance();
   Report report;
@@ -260,7 +260,7 @@ Report coupling_resistance(const ReferenceInsertion& insertion, const CouplingPa
   // Below zero on the way: energy that the hand got before it gave any. Rounding and quadrature leave a trace.
   report.add(at_least("resistance.work.least", least, "J", -1e-6));
 
-  const int finest = part.quick ? 2 : 4;
+  const int finest = options.quick ? 2 : 4;
   const auto at_rate = [&](int khz) {
     ReferenceInsertion motion = there_and_back(insertion, 0.050, 0.030, kSpeed);
     motion.haptic_hz = 1000.0 * khz;
@@ -292,7 +292,7 @@ Report coupling_resistance(const ReferenceInsertion& insertion, const CouplingPa
     report.add({prefix + "rms_difference", std::sqrt(sum / static_cast<double>(forces.size())), "N", {}, {}, {}});
     models.emplace_back(model.name, std::move(forces));
   }
-  if (!part.out.empty()) draw(part.out, curve.samples, slow.samples, models);
+  if (!options.out.empty()) draw(options.out, curve.samples, slow.samples, models);
   return report;
 }
 

@@ -51,7 +51,7 @@ std::vector<double> differences(const std::vector<Eigen::Vector3d>& forces, int 
 
 }  // namespace
 
-Report coupling_shaft(const ReferenceInsertion& insertion, const CouplingPart& part) {
+Report coupling_shaft(const ReferenceInsertion& insertion, const BenchOptions& options) {
   const ForceTrace straight = trace(insertion, {.coupling = Coupling::paper_updated});
   const ForceTrace hermite = trace(insertion, {.coupling = Coupling::stylet, .track = {.subgrid_compliance = false}});
   constexpr int kAxial = 0;
@@ -73,7 +73,7 @@ Report coupling_shaft(const ReferenceInsertion& insertion, const CouplingPart& p
   report.add({"shaft.kink.hermite", kink_hermite, "N", {}, {}, {}});
   report.add({"shaft.kink.ratio", kink_straight / kink_hermite, "1", {}, {}, {}});
   report.add({"shaft.flags", static_cast<double>(straight.flags | hermite.flags), "1", {}, {}, {}});
-  if (part.out.empty()) return report;
+  if (options.out.empty()) return report;
 
   const session::PlotPanel force{
       .title = "Axial force on the hand, R1, no friction",
@@ -100,11 +100,11 @@ Report coupling_shaft(const ReferenceInsertion& insertion, const CouplingPart& p
   const std::array columns{FigureColumn{"time_s", straight.time_s},
                            FigureColumn{"axial_straight_n", component(straight.forces, kAxial)},
                            FigureColumn{"axial_hermite_n", component(hermite.forces, kAxial)}};
-  write_figure(part.out, "coupling_shaft", panels, caption, columns);
+  write_figure(options.out, "coupling_shaft", panels, caption, columns);
   return report;
 }
 
-Report coupling_synchronisation(const ReferenceInsertion& insertion, const CouplingPart& part) {
+Report coupling_synchronisation(const ReferenceInsertion& insertion, const BenchOptions& options) {
   ReferenceInsertion slow = insertion;
   slow.simulation_hz = 25;
   const ForceTrace late = trace(slow, {.coupling = Coupling::stylet, .latency_steps = 1});
@@ -116,7 +116,7 @@ Report coupling_synchronisation(const ReferenceInsertion& insertion, const Coupl
   report.add(at_most("sync.kink", worst(late), "N", kKinkBound));
   report.add({"sync.kink.paper", worst(paper), "N", {}, {}, {}});
   report.add({"sync.flags", static_cast<double>(late.flags), "1", {}, {}, {}});
-  if (part.out.empty()) return report;
+  if (options.out.empty()) return report;
 
   constexpr int kLateral = 1;
   const session::PlotPanel force{
@@ -134,7 +134,7 @@ Report coupling_synchronisation(const ReferenceInsertion& insertion, const Coupl
   const std::array columns{FigureColumn{"time_s", late.time_s},
                            FigureColumn{"force_y_stylet_n", component(late.forces, kLateral)},
                            FigureColumn{"force_y_paper_n", component(paper.forces, kLateral)}};
-  write_figure(part.out, "coupling_synchronisation", panels, caption, columns);
+  write_figure(options.out, "coupling_synchronisation", panels, caption, columns);
   return report;
 }
 

@@ -204,9 +204,9 @@ SolverTimes time_solver(int rows, int solves) {
 
 }  // namespace
 
-Report coupling_speed(const ReferenceInsertion& insertion, const CouplingPart& part) {
+Report coupling_speed(const ReferenceInsertion& insertion, const BenchOptions& options) {
   Report report;
-  const double duration = part.quick ? 2.4 : 6;
+  const double duration = options.quick ? 2.4 : 6;
   report_steps("speed.9_nodes.16_rows", time_steps(insertion, {.duration = duration}), 40, report);
   report_steps("speed.33_nodes.64_rows",
                time_steps(insertion, {.slabs = 3,
@@ -221,7 +221,7 @@ Report coupling_speed(const ReferenceInsertion& insertion, const CouplingPart& p
 
   std::vector<double> sizes, medians, p99s;
   for (const int rows : {16, 32, 64, 96, 128, 160, 192}) {
-    const SolverTimes solver = time_solver(rows, part.quick ? 300 : 5000);
+    const SolverTimes solver = time_solver(rows, options.quick ? 300 : 5000);
     const std::string name = fmt::format("speed.solver.{}_rows", rows);
     report.add({name + ".median", solver.times.median(), "us", {}, {}, {}});
     report.add({name + ".p99", solver.times.p99(), "us", {}, {}, {}});
@@ -231,7 +231,7 @@ Report coupling_speed(const ReferenceInsertion& insertion, const CouplingPart& p
     medians.push_back(solver.times.median());
     p99s.push_back(solver.times.p99());
   }
-  if (part.out.empty()) return report;
+  if (options.out.empty()) return report;
   const std::array panels{session::PlotPanel{
       .title = "One solve of the contact system, from the step before",
       .x = {.label = "rows: half bilateral, a quarter friction, a quarter unilateral", .min = 0},
@@ -242,7 +242,7 @@ Report coupling_speed(const ReferenceInsertion& insertion, const CouplingPart& p
   const std::array caption{fmt::format("192 rows: median {:.0f} us.", medians.back())};
   const std::array columns{FigureColumn{"rows", sizes}, FigureColumn{"median_us", medians},
                            FigureColumn{"p99_us", p99s}};
-  write_figure(part.out, "coupling_solver", panels, caption, columns);
+  write_figure(options.out, "coupling_solver", panels, caption, columns);
   return report;
 }
 

@@ -127,10 +127,10 @@ session::PlotPanel panel(const std::string& title, const std::string& x_label, c
 
 }  // namespace
 
-Report coupling_subgrid(const ReferenceInsertion& insertion, const CouplingPart& part) {
-  const std::vector<int> meshes = part.quick ? std::vector{7, 10} : std::vector{7, 10, 12, 14, 17};
+Report coupling_subgrid(const ReferenceInsertion& insertion, const BenchOptions& options) {
+  const std::vector<int> meshes = options.quick ? std::vector{7, 10} : std::vector{7, 10, 12, 14, 17};
   const std::vector<double> spacings =
-      part.quick ? std::vector{0.010, 0.005} : std::vector{0.010, 0.005, 0.0025, 0.00125};
+      options.quick ? std::vector{0.010, 0.005} : std::vector{0.010, 0.005, 0.0025, 0.00125};
 
   Report report;
   Pair peaks, depths;
@@ -195,7 +195,7 @@ Report coupling_subgrid(const ReferenceInsertion& insertion, const CouplingPart&
   report.add({"subgrid.indentation.spread.off", kPercent * relative_spread(depths.off), "%", {}, {}, {}});
   report.add(at_most("subgrid.indentation.spread.on", kPercent * relative_spread(depths.on), "%", kTipBound));
 
-  if (part.out.empty()) return report;
+  if (options.out.empty()) return report;
   const std::array panels{
       panel("Peak force on the hand, R1", "nodes per edge", "N", nodes, peaks, 1),
       panel("Indentation at puncture (0.05 N)", "nodes per edge", "mm", nodes, depths, 1e3),
@@ -207,7 +207,7 @@ Report coupling_subgrid(const ReferenceInsertion& insertion, const CouplingPart&
   const std::array columns{FigureColumn{"nodes_per_edge", nodes}, FigureColumn{"peak_off_n", peaks.off},
                            FigureColumn{"peak_on_n", peaks.on}, FigureColumn{"indentation_off_m", depths.off},
                            FigureColumn{"indentation_on_m", depths.on}};
-  write_figure(part.out, "coupling_subgrid", panels, caption, columns);
+  write_figure(options.out, "coupling_subgrid", panels, caption, columns);
   // Single points leave the plot where their rows become dependent.
   const std::array spacing_panels{
       panel("Peak force by contact spacing, 7 nodes per edge", "spacing, mm", "N", spacing_mm, by_spacing, 1)};
@@ -216,7 +216,7 @@ Report coupling_subgrid(const ReferenceInsertion& insertion, const CouplingPart&
                                                kPercent * relative_spread(by_spacing.on))};
   const std::array spacing_columns{FigureColumn{"spacing_mm", spacing_mm}, FigureColumn{"peak_off_n", by_spacing.off},
                                    FigureColumn{"peak_on_n", by_spacing.on}};
-  write_figure(part.out, "coupling_spacing", spacing_panels, spacing_caption, spacing_columns);
+  write_figure(options.out, "coupling_spacing", spacing_panels, spacing_caption, spacing_columns);
   return report;
 }
 

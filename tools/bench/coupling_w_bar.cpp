@@ -176,20 +176,20 @@ Report warped(const ReferenceInsertion& insertion, bool quick) {
 
 }  // namespace
 
-Report coupling_w_bar(const ReferenceInsertion& insertion, const CouplingPart& part) {
+Report coupling_w_bar(const ReferenceInsertion& insertion, const BenchOptions& options) {
   struct Mesh {
     int nodes_per_edge;
     double bound_ms;
     int repetitions;
   };
   const std::vector<Mesh> meshes =
-      part.quick ? std::vector<Mesh>{{8, 0, 20}} : std::vector<Mesh>{{18, 1, 200}, {27, 15, 200}};
+      options.quick ? std::vector<Mesh>{{8, 0, 20}} : std::vector<Mesh>{{18, 1, 200}, {27, 15, 200}};
   Report report;
   for (const Mesh& mesh : meshes) {
     std::fprintf(stderr, "bench coupling: W_bar, %d nodes an edge\n", mesh.nodes_per_edge);
     report.append(trailing_block(insertion, mesh.nodes_per_edge, mesh.bound_ms, mesh.repetitions));
   }
-  report.append(warped(insertion, part.quick));
+  report.append(warped(insertion, options.quick));
   return report;
 }
 

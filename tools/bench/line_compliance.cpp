@@ -134,7 +134,7 @@ void study_spacing(MeshedCube& mesh, int nodes, Report& report) {
 
 }  // namespace
 
-Report bench_line_compliance(const LineComplianceOptions& options) {
+Report bench_line_compliance(const BenchOptions& options) {
   const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
   const ResolvedCube cube = cube_of(insertion);
   Report report;

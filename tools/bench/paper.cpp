@@ -11,7 +11,7 @@
 
 namespace stylet::bench {
 
-Report bench_paper(const PaperOptions& options) {
+Report bench_paper(const BenchOptions& options) {
   Report report;
   std::fputs("bench paper: Table I\n", stderr);
   report.append(paper_table1(options));
@@ -25,11 +25,10 @@ Report bench_paper(const PaperOptions& options) {
   report.append(paper_table2(meshes));
   report.append(paper_isodofs_gain(meshes));
   report.append(paper_lowrate(meshes));
-  const FigureOptions figures{.out = options.out, .quick = options.quick};
   std::fputs("bench paper: Fig. 2 and 3\n", stderr);
-  report.append(paper_figures_2_and_3(insertion, figures));
+  report.append(paper_figures_2_and_3(insertion, options));
   std::fputs("bench paper: Fig. 4\n", stderr);
-  report.append(paper_figure_4(insertion, figures));
+  report.append(paper_figure_4(insertion, options));
   return report;
 }
 

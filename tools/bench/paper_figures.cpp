@@ -281,7 +281,7 @@ void draw_figure_3(const std::filesystem::path& out, const TracePair& lockstep, 
 
 }  // namespace
 
-Report paper_figures_2_and_3(const ReferenceInsertion& insertion, const FigureOptions& options) {
+Report paper_figures_2_and_3(const ReferenceInsertion& insertion, const BenchOptions& options) {
   Report report;
   const int worker_period = options.quick ? 10 : 1;
   ReferenceInsertion straight_motion = insertion;
@@ -305,7 +305,7 @@ Report paper_figures_2_and_3(const ReferenceInsertion& insertion, const FigureOp
   return report;
 }
 
-Report paper_figure_4(const ReferenceInsertion& insertion, const FigureOptions& options) {
+Report paper_figure_4(const ReferenceInsertion& insertion, const BenchOptions& options) {
   // The factor is renewed about as often as a worker manages at 50 Hz.
   struct Mesh {
     int nodes_per_edge;

@@ -53,7 +53,7 @@ constexpr int kMostSweeps = 20000;
 
 }  // namespace
 
-Report paper_peer(const PaperOptions& options) {
+Report paper_peer(const BenchOptions& options) {
   const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
   ReferenceExperiment experiment(insertion, {});
   const double duration = options.quick ? 0.5 * insertion.duration : insertion.duration;

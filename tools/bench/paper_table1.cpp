@@ -149,7 +149,7 @@ Samples time_rows(ReferenceInsertion insertion, int rows, int steps) {
 
 }  // namespace
 
-Report paper_table1(const PaperOptions& options) {
+Report paper_table1(const BenchOptions& options) {
   const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
   // Quick: until the first rows of Table I have been there for a while.
   const Run run = options.quick ? Run{0.6 * insertion.duration, 1} : Run{insertion.duration, 3};

@@ -69,7 +69,7 @@ Machine this_machine(std::string build) {
   machine.build = std::move(build);
   machine.compiler = "g++ " __VERSION__;
   machine.flags = STYLET_BENCH_FLAGS;
-  machine.blas = physics::use_single_threaded_blas().name;
+  machine.blas = physics::single_threaded_blas().name;
   return machine;
 }
 

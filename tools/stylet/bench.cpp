@@ -22,45 +22,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct BenchOptions {
+struct Request {
   std::string name;
   std::string json;
   std::string out;
   std::string peer;
-  bool quick = false;
-  bool full = false;
+  bench::BenchOptions options;
 };
-
-bench::Report run_paper(const BenchOptions& options) {
-  return bench::bench_paper({.reference_insertion = content::content_directory() / "reference" / "r1.json",
-                             .out = options.out,
-                             .quick = options.quick,
-                             .full = options.full,
-                             .sofa_style_peer = options.peer == "sofa-style"});
-}
-
-bench::Report run_line_compliance(const BenchOptions& options) {
-  return bench::bench_line_compliance({.reference_insertion = content::content_directory() / "reference" / "r1.json",
-                                       .out = options.out,
-                                       .quick = options.quick});
-}
-
-bench::Report run_coupling(const BenchOptions& options) {
-  return bench::bench_coupling({.reference_insertion = content::content_directory() / "reference" / "r1.json",
-                                .out = options.out,
-                                .quick = options.quick});
-}
 
 struct Bench {
   const char* name;
   const char* summary;
-  bench::Report (*run)(const BenchOptions&);
+  bench::Report (*run)(const bench::BenchOptions&);
 };
 
 constexpr std::array kBenches{
-    Bench{"paper", "tables and figures of Martin, Zeng, Courtecuisse (IROS 2023) next to ours", run_paper},
-    Bench{"coupling", "what the coupling stylet gains: smoothness, meshes, resistance, speed", run_coupling},
-    Bench{"line-compliance", "sub-grid compliance against a resolved needle", run_line_compliance},
+    Bench{"paper", "tables and figures of Martin, Zeng, Courtecuisse (IROS 2023) next to ours", bench::bench_paper},
+    Bench{"coupling", "what the coupling stylet gains: smoothness, meshes, resistance, speed", bench::bench_coupling},
+    Bench{"line-compliance", "sub-grid compliance against a resolved needle", bench::bench_line_compliance},
 };
 
 const Bench& find_bench(const std::string& name) {
@@ -72,46 +51,50 @@ const Bench& find_bench(const std::string& name) {
   throw std::runtime_error(fmt::format("there is no bench {}; there are: {}", name, names));
 }
 
-void run_bench(const BenchOptions& options) {
-  if (options.name.empty()) {
+void run_bench(Request request) {
+  if (request.name.empty()) {
     for (const Bench& bench : kBenches) fmt::print("{:<16} {}\n", bench.name, bench.summary);
     return;
   }
-  const Bench& bench = find_bench(options.name);
+  const Bench& bench = find_bench(request.name);
   // Everything that can be refused is refused before minutes of measuring.
-  if (!options.out.empty()) fs::create_directories(options.out);
+  if (!request.out.empty()) fs::create_directories(request.out);
   std::ofstream json;
-  if (!options.json.empty()) {
-    json.open(options.json);
-    if (!json) throw std::runtime_error(options.json + ": cannot be written; name a file in an existing folder");
+  if (!request.json.empty()) {
+    json.open(request.json);
+    if (!json) throw std::runtime_error(request.json + ": cannot be written; name a file in an existing folder");
   }
   const bench::Machine machine = bench::this_machine(build_name());
-  const bench::Report report = bench.run(options);
+  request.options.reference_insertion = content::content_directory() / "reference" / "r1.json";
+  request.options.out = request.out;
+  request.options.sofa_style_peer = request.peer == "sofa-style";
+  const bench::Report report = bench.run(request.options);
   fmt::print("{}", bench::to_table(report, machine));
-  if (options.json.empty()) return;
+  if (request.json.empty()) return;
   json << bench::to_json(report);
   json.close();
-  if (!json) throw std::runtime_error(options.json + ": could not be written whole; is the disk full?");
+  if (!json) throw std::runtime_error(request.json + ": could not be written whole; is the disk full?");
 }
 
 }  // namespace
 
 void add_bench(CLI::App& app, int& /*exit_code*/) {
   CLI::App* command = app.add_subcommand("bench", "Measure, next to published figures and the targets set");
-  auto options = std::make_shared<BenchOptions>();
-  command->add_option("NAME", options->name, "Which bench; without it they are listed");
-  command->add_option("--json", options->json,
+  auto request = std::make_shared<Request>();
+  command->add_option("NAME", request->name, "Which bench; without it they are listed");
+  command->add_option("--json", request->json,
                       "Write the numbers as a list of {name, value, unit, reference, target, met}");
-  command->add_option("--out", options->out, "Folder for plots (PNG) and data (CSV)");
-  command->add_option("--peer", options->peer, "Also do the work as another simulator does: sofa-style")
+  command->add_option("--out", request->out, "Folder for plots (PNG) and data (CSV)");
+  command->add_option("--peer", request->peer, "Also do the work as another simulator does: sofa-style")
       ->check(CLI::IsMember({"sofa-style"}));
-  command->add_flag("--quick", options->quick, "Short runs and small meshes: a check that it works, not a result");
-  command->add_flag("--full", options->full, "Also the largest mesh (50,653 nodes): minutes more");
+  command->add_flag("--quick", request->options.quick,
+                    "Short runs and small meshes: a check that it works, not a result");
+  command->add_flag("--full", request->options.full, "Also the largest mesh (50,653 nodes): minutes more");
   command->footer(
       "Prints machine, compiler, flags and commit, then every number. A missed target says MISSED.\n"
       "Leave the machine alone meanwhile: other work shows in the maxima.\n"
       "Exit code 0: measured, whatever came out.");
-  command->callback([options] { run_bench(*options); });
+  command->callback([request] { run_bench(*request); });
 }
 
 }  // namespace stylet::tools

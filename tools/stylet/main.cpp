@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.set_version_flag(
       "--version", [] { return tools::version_text(); }, "Versions, libraries, commit and licence");
-  if (physics::use_single_threaded_blas().slow_reference) {
+  if (physics::single_threaded_blas().slow_reference) {
     std::fputs(
         "stylet: BLAS is the slow reference library, factorisations take 15 times longer; install "
         "libopenblas0-pthread\n",

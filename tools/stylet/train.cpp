@@ -99,7 +99,7 @@ int train(const TrainOptions& options) {
                                 .device = stylus.device->name(),
                                 .gpu = gpu.identity().name,
                                 .gpu_driver = gpu.identity().driver,
-                                .blas = physics::use_single_threaded_blas().name};
+                                .blas = physics::single_threaded_blas().name};
   if (options.lockstep) {
     report.run = live.run_in_lockstep([&](double share) {
       throw_if_interrupted();

@@ -27,7 +27,7 @@ std::string version_text() {
   vkEnumerateInstanceVersion(&vulkan);
   std::string text = fmt::format("stylet {}\n", build_name());
   text += fmt::format("built     {} {}, g++ {}\n", STYLET_BUILD_TYPE, STYLET_ARCHITECTURE, __VERSION__);
-  text += fmt::format("BLAS      {}\n", physics::use_single_threaded_blas().name);
+  text += fmt::format("BLAS      {}\n", physics::single_threaded_blas().name);
   text += fmt::format(
       "libraries Eigen {}.{}.{}, CHOLMOD {}.{}.{}, Vulkan loader {}.{}.{}, GLFW {}, hidapi {}, tinygltf, OpenMesh "
       "{}.{}, Dear ImGui {}, CLI11 {}, fmt {}, nlohmann-json {}.{}.{}\n",
