@@ -158,7 +158,10 @@ bool BoundedSolver::eliminate(std::span<const ContactRow> rows, const Eigen::Ref
 
   const int softened = elimination_.factorise(softening_.data());
   if (softened < 0) return false;
-  for (int j = 0; j < leading; ++j) compliance_[leading_[j]] += softening_[j];
+  for (int j = 0; j < leading; ++j) {
+    compliance_[leading_[j]] += softening_[j];
+    report.smallest_pivot = std::min(report.smallest_pivot, elimination_.pivot(j));
+  }
   for (int j = 0; j < bounded; ++j) {
     const double* column = elimination_.column(start + j) + start;
     for (int i = j; i < bounded; ++i) schur_(i, j) = schur_(j, i) = column[i];

@@ -64,6 +64,9 @@ struct BoundedSolveReport {
   int pivots = 0;
   int bound_updates = 0;  ///< 0: no bound depends on a multiplier, or the first guess was right
   int softened_rows = 0;  ///< rows that depend on others, made soft
+  /// Of the bilateral rows, m/N: what the row that depends most on those before it has left to move by. +inf without
+  /// any.
+  double smallest_pivot = std::numeric_limits<double>::infinity();
   /// Largest distance of a row from its law, |y - clamp(y - u/w_ii, lower - P, upper + P)| with y = lambda + k u,
   /// over the largest force, max |lambda_i| and |delta_i| / w_ii. At most 1e-12 where neither of the above was
   /// needed.

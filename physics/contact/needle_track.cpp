@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace stylet::physics {
@@ -12,9 +13,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostPoints = 60;          // three rows each, and three of the tip
-constexpr double kSmallestShare = 1e-6;  // m: a contact that has only just been laid
-constexpr double kWithdrawn = 2e-4;      // m the tip goes back past a point before it lets go of it
+constexpr int kMostPoints = 60;  // three rows each, and three of the tip
+constexpr int kNearTip = 8;      // points laid last, which stay when others have to go
+/// Share of the spacing, at least, by which a contact is held: a softer one holds nothing that a hand could feel, and
+/// C ~ 1/share is the condition of W + C.
+constexpr double kLeastShare = 1.0 / 300;
+constexpr double kSoonGone = 0.1;    // part of its share that a point may have left when it goes
+constexpr double kWithdrawn = 2e-4;  // m the tip goes back past a point before it lets go of it
 constexpr std::uint64_t kRowsOfId = 4;
 
 }  // namespace
@@ -32,6 +37,7 @@ NeedleTrack::NeedleTrack(const NeedleTrackSettings& settings, double needle_radi
 
 void NeedleTrack::clear(TissuePoints& tissue) {
   count_ = 0;
+  leaving_ = 0;
   tip_ = {};
   threaded_.fill(false);
   tissue.clear();
@@ -126,7 +132,67 @@ void NeedleTrack::share_shaft(double reach) {
       previous = &point;
     }
     last->share += overhang;
+    if (tip_here && leaving_ != 0) left_ = std::max(left_, std::min(1.0, overhang / settings_.spacing));
   }
+  if (leaving_ == 0) return;
+  for (int body = 0; body < kMaxBodies; ++body) share_out_leaving(body);
+}
+
+void NeedleTrack::share_out_leaving(int body) {
+  TrackPoint* before = nullptr;
+  TrackPoint* leaving = nullptr;
+  TrackPoint* behind = nullptr;
+  for (TrackPoint& point : points()) {
+    if (point.body != body || !point.active || behind != nullptr) continue;
+    (point.place.id == leaving_ ? leaving : leaving == nullptr ? before : behind) = &point;
+  }
+  if (leaving == nullptr || before == nullptr) return;
+  const double gap_before = std::max(0.0, leaving->arc - before->arc);
+  const double gap_behind = behind != nullptr ? std::max(0.0, behind->arc - leaving->arc) : 0;
+  const double given = left_ * leaving->share;
+  // What is left when it has gone is half way between the two.
+  const double to_before =
+      behind == nullptr ? given : given * gap_behind / std::max(gap_before + gap_behind, 1e-3 * settings_.spacing);
+  leaving->share -= given;
+  before->share += to_before;
+  if (behind != nullptr) behind->share += given - to_before;
+}
+
+// The point with the least between its neighbours; of equal ones the oldest.
+void NeedleTrack::choose_leaving() {
+  constexpr double kEqual = 0.1;  // of the spacing
+  leaving_ = 0;
+  left_ = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < count_ - kNearTip; ++i) {
+    const TrackPoint& point = points_[static_cast<std::size_t>(i)];
+    const TrackPoint* before = nullptr;
+    const TrackPoint* behind = nullptr;
+    for (int k = 0; k < count_; ++k) {
+      const TrackPoint& other = points_[static_cast<std::size_t>(k)];
+      if (other.body != point.body) continue;
+      if (k < i) before = &other;
+      if (k > i && behind == nullptr) behind = &other;
+    }
+    if (before == nullptr || behind == nullptr) continue;
+    const double gap = behind->arc - before->arc;
+    if (gap < least - kEqual * settings_.spacing) {
+      least = gap;
+      leaving_ = point.place.id;
+    }
+  }
+}
+
+// For one more point, at once.
+bool NeedleTrack::make_room() {
+  if (count_ < kMostPoints) return true;
+  if (leaving_ == 0) choose_leaving();
+  const auto rest = std::remove_if(points_.begin(), points_.begin() + count_,
+                                   [&](const TrackPoint& point) { return point.place.id == leaving_; });
+  if (left_ < 1 - kSoonGone || leaving_ == 0) flags_ |= kNeedleRowOverflow;  // that is felt
+  count_ = static_cast<int>(rest - points_.begin());
+  leaving_ = 0;
+  return count_ < kMostPoints;
 }
 
 void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point, const ShaftPoint& at, double dt,
@@ -138,9 +204,10 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
   contact.row_count = resistance.resists_sliding() ? 3 : 2;
   contact.shaft = at;
   contact.directions << shaft.lateral_directions(at), at.tangent;
-  const double share = std::max(point.share, kSmallestShare);
+  const double share = point.share;
+  const double held_by = std::hypot(share, kLeastShare * settings_.spacing);
   const ShaftCompliance soft =
-      settings_.subgrid_compliance ? shaft_compliance(point.site, radius_, share) : ShaftCompliance{};
+      settings_.subgrid_compliance ? shaft_compliance(point.site, radius_, held_by) : ShaftCompliance{};
   const std::uint64_t id = kRowsOfId * point.place.id;
   const auto row = static_cast<std::size_t>(out.row_count);
   out.laws[row] = bilateral_row(id, soft.lateral);
@@ -238,7 +305,7 @@ void NeedleTrack::touch(const HermiteShaft& shaft, const TissuePatch& patch, Tis
           surface.barycentric[static_cast<Eigen::Index>(k)] * tissue.node_position(patch, surface.body, nodes[k]);
     }
     const Vector3d gap = shaft.tip() - crossing;
-    if (gap.norm() > kNear || gap.dot(surface.normal) > 0) continue;
+    if (!(gap.norm() <= kNear) || !(gap.dot(surface.normal) <= 0)) continue;
 
     const auto b = static_cast<std::size_t>(surface.body);
     if (threaded_[b]) {  // its old hole?
@@ -272,6 +339,10 @@ void NeedleTrack::touch(const HermiteShaft& shaft, const TissuePatch& patch, Tis
     tip_.end.tissue = tip_.beyond;
     tip_.barrier = tissues_->puncture_force(0, tip_.beyond);
     place_points(patch, tissue);
+    if (tissue.finite()) return;
+    flags_ |= kNeedleNonFinite;  // the patch is no good there: not met yet
+    tip_ = {};
+    place_points(patch, tissue);
     return;
   }
 }
@@ -297,7 +368,7 @@ void NeedleTrack::advance_tip(const HermiteShaft& shaft, const TissuePatch& patc
       if (solver.state(row) == RowState::lower) enter(step, -lambda[row]);
     }
     if (tip_.state != TipState::inside) return;
-    if (count_ < kMostPoints) {  // the hole in the surface is the track's first point
+    if (make_room()) {  // the hole in the surface is the track's first point
       TrackPoint& first = points_[static_cast<std::size_t>(count_++)];
       first = tip_.end;
       first.place.id = next_id_++;
@@ -363,13 +434,18 @@ void NeedleTrack::move_end(const HermiteShaft& shaft, const Vector3d& target, co
   }
   const BodyPatch& body = patch.bodies[static_cast<std::size_t>(end.body)];
   const bool moved_on = at.patch_tet != end.patch_tet;
+  const TrackPoint before = end;
   end.patch_tet = at.patch_tet;
   end.place.tet = body.tet_ids[static_cast<std::size_t>(at.patch_tet)];
   end.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(at.patch_tet)];
   end.place.barycentric = at.barycentric;
   if (moved_on) describe(patch, end);
   end.site.barycentric = end.place.barycentric;
-  tissue.move_last(patch, end.place, end.body);
+  if (!tissue.move_last(patch, end.place, end.body)) {
+    flags_ |= kNeedleNonFinite;
+    end = before;
+    return;
+  }
   meet_tissue(patch);
 }
 
@@ -386,15 +462,13 @@ void NeedleTrack::lay(const HermiteShaft& shaft, const TissuePatch& patch, Tissu
   const double arc = shaft.length() + (tissue.position(tip_.end.point) - shaft.tip()).dot(shaft.tip_tangent());
   // Withdrawn, the end is ahead of the tip, and the points up to there are laid already.
   if (last == nullptr || arc > shaft.length() + kWithdrawn || arc - last->arc < settings_.spacing) return;
-  if (count_ == kMostPoints) {
-    flags_ |= kNeedleRowOverflow;
-    return;
-  }
+  if (!make_room()) return;
   TrackPoint& point = points_[static_cast<std::size_t>(count_++)];
   point = tip_.end;
   point.place.id = next_id_++;
   point.active = true;
   point.arc = point.held_arc = arc;
+  if (count_ == kMostPoints) choose_leaving();
   place_points(patch, tissue);
 }
 

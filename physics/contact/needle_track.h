@@ -48,7 +48,10 @@ struct TrackRows {
 ///
 /// A contact stands for the shaft half way to its neighbours, the last one also for what is between it and the tip.
 /// A new one is laid at the tip, on the shaft, and takes its share over as the tip goes on: its compliance
-/// (per length, eq. 19) starts infinite and its friction zero, so neither birth nor removal is felt.
+/// (per length, eq. 19) starts so large and its friction at zero that neither birth nor removal is felt.
+///
+/// When all places are taken, a point far behind the tip gives its share to its neighbours while the tip goes on to
+/// the next point to lay, and makes room for that: every second one first, so the track gets coarser from the hub on.
 /// One thread; no allocation after the constructor.
 class NeedleTrack {
 public:
@@ -95,6 +98,9 @@ private:
   bool find(const TissuePatch& patch, TrackPoint& point) const;
   void place_points(const TissuePatch& patch, TissuePoints& tissue);
   void share_shaft(double reach);
+  void share_out_leaving(int body);
+  void choose_leaving();
+  bool make_room();
   void add_contact(const HermiteShaft& shaft, const TrackPoint& point, const ShaftPoint& at, double dt,
                    TrackRows& out) const;
   void add_tip(const HermiteShaft& shaft, double dt, TrackRows& out) const;
@@ -121,6 +127,8 @@ private:
   std::vector<TrackPoint> points_;  // [count_] in the order of laying
   int count_ = 0;
   std::uint32_t next_id_ = 1;
+  std::uint32_t leaving_ = 0;  // point that makes room for the next one to lay; 0: none has to
+  double left_ = 0;            // part of its share that its neighbours have
   Tip tip_;
   std::array<TrackPoint, kMaxBodies> ends_;    // of tracks that the tip is not in
   std::array<bool, kMaxBodies> threaded_{};    // the body has a track

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 
 #include <array>
+#include <cmath>
 
 namespace stylet::physics {
 
@@ -25,6 +26,10 @@ PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Ve
     Matrix3d edges;
     edges << corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0];
     const Vector3d weights = edges.inverse() * (x - corner[0]);
+    if (!std::isfinite(weights.sum())) {
+      walk.left = PatchWalk::Left::patch;
+      break;
+    }
     walk.barycentric << 1 - weights.sum(), weights;
     int face = 0;
     const double least = walk.barycentric.minCoeff(&face);

@@ -14,12 +14,13 @@ namespace stylet::physics {
 struct PatchWalk {
   enum class Left : std::uint8_t { nothing, body, patch };  ///< what the point lies outside of
   int patch_tet = -1;  ///< tetrahedron of the patch that holds the point, or the last one before leaving
-  Eigen::Vector4d barycentric =
-      Eigen::Vector4d::Zero();  ///< in it, no entry below 0: on its face where the point left
+  /// In it, no entry below 0: on its face where the point left. Always finite.
+  Eigen::Vector4d barycentric = Eigen::Vector4d::Constant(0.25);
   Left left = Left::nothing;
 };
 
 /// Walks from a tetrahedron of the patch towards `x`, through the face it lies farthest beyond, at most 64 steps.
+/// Ends as if the patch did where the patch is not finite or a tetrahedron flat.
 /// @param tissue  the points whose forces deform the patch
 /// @realtime no allocation; O(steps points)
 PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Eigen::Vector3d& x,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace stylet::physics {
 
@@ -43,7 +44,8 @@ bool TissuePoints::load(const TissuePatch& patch) {
     for (int c = skipped[b]; c < body.contact_count; ++c) add(patch, body.contacts[static_cast<std::size_t>(c)], b);
   }
   carry_forces();
-  for (int j = 0; j < count_; ++j) couple(patch, j);
+  finite_ = true;
+  for (int j = 0; j < count_; ++j) finite_ = couple(patch, j) && finite_;
   move_points();
   return fits;
 }
@@ -53,23 +55,31 @@ void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact>
   keep_old();
   for (std::size_t c = 0; c < contacts.size(); ++c) add(patch, contacts[c], bodies[c]);
   carry_forces();
-  for (int j = 0; j < count_; ++j) couple(patch, j);
+  finite_ = true;
+  for (int j = 0; j < count_; ++j) finite_ = couple(patch, j) && finite_;
   move_points();
 }
 
 void TissuePoints::append(const TissuePatch& patch, const PatchContact& contact, int body) {
   add(patch, contact, body);
-  couple(patch, count_ - 1);
+  finite_ = couple(patch, count_ - 1) && finite_;
   move_points();
 }
 
-void TissuePoints::move_last(const TissuePatch& patch, const PatchContact& contact, int body) {
+bool TissuePoints::move_last(const TissuePatch& patch, const PatchContact& contact, int body) {
   const Vector3d force = forces_.col(count_ - 1);
-  --count_;
-  add(patch, contact, body);
-  forces_.col(count_ - 1) = force;
-  couple(patch, count_ - 1);
+  const PatchContact before = contacts_[static_cast<std::size_t>(count_ - 1)];
+  const int body_before = bodies_[static_cast<std::size_t>(count_ - 1)];
+  const auto put = [&](const PatchContact& at, int in) {
+    --count_;
+    add(patch, at, in);
+    forces_.col(count_ - 1) = force;
+    return couple(patch, count_ - 1);
+  };
+  const bool moved = put(contact, body);
+  if (!moved) put(before, body_before);
   move_points();
+  return moved;
 }
 
 void TissuePoints::keep_old() {
@@ -105,9 +115,10 @@ void TissuePoints::carry_forces() {
   }
 }
 
-void TissuePoints::couple(const TissuePatch& patch, int j) {
+bool TissuePoints::couple(const TissuePatch& patch, int j) {
   const PatchContact& cj = contact(j);
   const BodyPatch& nodes = patch.bodies[body(j)];
+  double sum = free_.col(j).sum();  // finite if its terms are
   for (int i = 0; i <= j; ++i) {
     Matrix3d block = Matrix3d::Zero();
     if (body(i) == body(j)) {
@@ -120,7 +131,9 @@ void TissuePoints::couple(const TissuePatch& patch, int j) {
     }
     compliance_.block<3, 3>(3 * i, 3 * j) = block;
     compliance_.block<3, 3>(3 * j, 3 * i) = block.transpose();
+    sum += block.sum();
   }
+  return std::isfinite(sum);
 }
 
 Vector3d TissuePoints::node_position(const TissuePatch& patch, int body, int patch_node) const {

@@ -35,11 +35,17 @@ public:
   /// @realtime no allocation; O(points)
   void append(const TissuePatch& patch, const PatchContact& contact, int body);
   /// Puts the last point elsewhere; its force goes with it.
+  /// @return false if the patch is not finite there: nothing was moved
   /// @realtime no allocation; O(points)
-  void move_last(const TissuePatch& patch, const PatchContact& contact, int body);
-  void clear() { count_ = 0; }
+  bool move_last(const TissuePatch& patch, const PatchContact& contact, int body);
+  void clear() {
+    count_ = 0;
+    finite_ = true;
+  }
 
   int count() const { return count_; }
+  /// Whether the patch is finite where the points are. If not, their forces are all that is worth keeping.
+  bool finite() const { return finite_; }
   int body(int point) const { return bodies_[static_cast<std::size_t>(point)]; }
   const PatchContact& contact(int point) const { return contacts_[static_cast<std::size_t>(point)]; }
   /// Position with all needle force removed, m.
@@ -63,10 +69,11 @@ private:
   void keep_old();
   void add(const TissuePatch& patch, const PatchContact& contact, int body);
   void carry_forces();
-  void couple(const TissuePatch& patch, int point);
+  bool couple(const TissuePatch& patch, int point);
   void move_points();
 
   int count_ = 0;
+  bool finite_ = true;
   std::vector<PatchContact> contacts_;        // [count_]
   std::vector<int> bodies_;                   // [count_]
   Eigen::Matrix3Xd free_, current_, forces_;  // [3 x count_]

@@ -13,6 +13,14 @@ namespace stylet::physics {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
+namespace {
+
+// Smallest pivot over the tissue's own compliance below which rows count as dependent, and what they then get of it.
+constexpr double kDependent = 1e-2;
+constexpr double kSoftened = 1e-3;
+
+}  // namespace
+
 HapticLoop::HapticLoop(const HapticLoopSettings& settings, const StylusPose& initial_hub_pose)
     : settings_(settings),
       needle_(settings.needle, settings.base),
@@ -41,7 +49,7 @@ HapticLoop::HapticLoop(const HapticLoopSettings& settings, const StylusPose& ini
 const NeedleState& HapticLoop::step(const StylusPose& hub, double dt, const TissuePatch& patch) {
   if (clock_ != nullptr) clock_->start();
   if (!accept(hub, dt)) return keep(kNeedleNonFinite);
-  synchronise(patch);
+  if (!synchronise(patch)) return keep(kNeedleNonFinite);
   mark(HapticStage::synchronisation);
   if (!free_motion(dt)) return keep(kNeedleSolveFailed);  // 1 needle free motion
   mark(HapticStage::free_motion);
@@ -108,12 +116,13 @@ bool HapticLoop::accept(const StylusPose& hub, double dt) {
   return true;
 }
 
-void HapticLoop::synchronise(const TissuePatch& patch) {
+// Forces are carried over by contact, so points loaded from a patch that is no good lose nothing.
+bool HapticLoop::synchronise(const TissuePatch& patch) {
   if (patch.epoch == 0 || patch.body_count == 0) {
     if (owns_track()) track_.clear(tissue_);
     tissue_.clear();
     loaded_epoch_ = 0;
-    patch_fits_ = true;
+    patch_fits_ = patch_finite_ = true;
   } else if (patch.epoch != loaded_epoch_) {
     if (owns_track()) {
       track_.load(patch, tissue_);
@@ -121,8 +130,14 @@ void HapticLoop::synchronise(const TissuePatch& patch) {
       patch_fits_ = tissue_.load(patch);
     }
     loaded_epoch_ = patch.epoch;
+    patch_finite_ = tissue_.finite();
+    for (int b = 0; b < patch.body_count; ++b) {
+      const BodyPatch& body = patch.bodies[static_cast<std::size_t>(b)];
+      patch_finite_ = patch_finite_ && body.free_positions.leftCols(body.node_count).allFinite();
+    }
   }
   if (!patch_fits_) flags_ |= kNeedleRowOverflow;
+  return patch_finite_;
 }
 
 // The needle first follows the hub rigidly, which is exact in the air whatever the rotation, and is linearised there:
@@ -177,16 +192,28 @@ bool HapticLoop::solve_contacts() {
   return owns_track() ? solve_bounded() : solve_bilateral();
 }
 
+// Rows without sub-grid compliance are softened by `relative_compliance` of the tissue's own, and where they depend
+// on each other, as in solve_bilateral().
 bool HapticLoop::solve_bounded() {
   const int rows = delassus_.rows();
+  const std::span<ContactRow> laws(rows_.laws.data(), static_cast<std::size_t>(rows));
   delta_free_.head(rows) += rows_.slip.head(rows);
-  const double softness = settings_.relative_compliance * delassus_.mean_tissue_compliance();
-  for (int r = 0; r < rows; ++r) {
-    ContactRow& law = rows_.laws[static_cast<std::size_t>(r)];
+  const double scale = delassus_.mean_tissue_compliance();
+  const double softness = settings_.relative_compliance * scale;
+  bool stiff = false;
+  for (ContactRow& law : laws) {
+    stiff = stiff || law.compliance == 0;
     if (law.compliance == 0) law.compliance = softness;
   }
-  solve_report_ = bounded_.solve({rows_.laws.data(), static_cast<std::size_t>(rows)}, delassus_.matrix(),
-                                 delta_free_.head(rows), lambda_);
+  solve_report_ = bounded_.solve(laws, delassus_.matrix(), delta_free_.head(rows), lambda_);
+  if (stiff && (!solve_report_.solved || solve_report_.smallest_pivot < kDependent * scale)) {
+    flags_ |= kNeedleRowsDependent;
+    if (softness < kSoftened * scale) {
+      for (ContactRow& law : laws) law.compliance = std::max(law.compliance, kSoftened * scale);
+      lambda_.head(rows).setZero();  // made of rounding: no guess
+      solve_report_ = bounded_.solve(laws, delassus_.matrix(), delta_free_.head(rows), lambda_);
+    }
+  }
   if (solve_report_.fallback) flags_ |= kNeedleSolveInexact;
   if (solve_report_.softened_rows > 0) flags_ |= kNeedleRowsDependent;
   return solve_report_.solved;
@@ -195,8 +222,6 @@ bool HapticLoop::solve_bounded() {
 // Contacts that the mesh or the beams cannot tell apart leave a row next to nothing to move by: its multiplier is
 // then made of rounding. Such a system is softened, also where the exact one was asked for, and the step flagged.
 bool HapticLoop::solve_bilateral() {
-  constexpr double kDependent = 1e-2;  // smallest pivot over the tissue's own compliance
-  constexpr double kSoftened = 1e-3;
   const double scale = delassus_.mean_tissue_compliance();
   const double compliance = settings_.relative_compliance * scale;
   const auto delta_free = delta_free_.head(delassus_.rows());

@@ -56,7 +56,8 @@ public:
 
   /// One step: quasi-static needle and isolated tissue, coupled exactly at the linearisation of the step.
   /// A patch with epoch 0 or no body means "no tissue". The returned state is valid until the next call.
-  /// Whatever the inputs, the state stays finite; what was refused or limited is in its flags (NeedleFlag).
+  /// Whatever the inputs, the state stays finite; what was refused or limited is in its flags (NeedleFlag). A patch
+  /// that is not finite holds the state, flagged, until the next one comes.
   /// @param hub  pose asked for by the stylus
   /// @param dt   duration of the step, s
   /// @realtime   no allocation, lock or exception; O(beams rows^2 + rows^3)
@@ -82,7 +83,7 @@ private:
     if (clock_ != nullptr) clock_->mark(stage);
   }
   bool accept(const StylusPose& hub, double dt);
-  void synchronise(const TissuePatch& patch);
+  bool synchronise(const TissuePatch& patch);
   bool free_motion(double dt);
   void project_contacts();
   void direct_contacts();
@@ -111,6 +112,7 @@ private:
   TissuePoints tissue_;
   std::uint64_t loaded_epoch_ = 0;
   bool patch_fits_ = true;
+  bool patch_finite_ = true;
   NeedleTrack track_;
   TrackRows rows_;  // contacts of this step
   Delassus delassus_;

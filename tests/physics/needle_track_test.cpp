@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -112,6 +114,57 @@ TEST(NeedleTrack, ASlowAndLateSimulationIsNotFelt) {
   const Smoothness s = axial({.coupling = Coupling::stylet, .latency_steps = 1}, 25);
   std::printf("largest second difference %.4f mN at 25 Hz, one step late\n", 1e3 * s.kink);
   EXPECT_LT(s.kink, 1e-3);
+}
+
+/// Largest over smallest eigenvalue of W + C of the last step.
+double condition(const physics::HapticLoop& haptic) {
+  const int rows = haptic.delassus().rows();
+  Eigen::MatrixXd system = haptic.delassus().matrix();
+  for (int r = 0; r < rows; ++r) system(r, r) += haptic.laws()[static_cast<std::size_t>(r)].compliance;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(system, Eigen::EigenvaluesOnly);  // reads the lower half
+  return eigen.eigenvalues().maxCoeff() / eigen.eigenvalues().minCoeff();
+}
+
+// 78 mm of track every 1.25 mm are more points than there is room for: every second one makes room.
+TEST(NeedleTrack, ContactsAtAnySpacingGiveTheSameForceAndAWellConditionedSystem) {
+  double first = 0;
+  for (const double spacing : support::kSanitized ? std::vector{0.005} : std::vector{0.010, 0.0025, 0.00125}) {
+    ReferenceInsertion insertion = r1();
+    insertion.contact_spacing = spacing;
+    ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
+    double worst = 1, peak = 0, kink = 0;
+    for (int step = 0; experiment.time_s() < insertion.duration; ++step) {
+      experiment.advance();
+      if (experiment.haptic().delassus().rows() > 0) worst = std::max(worst, condition(experiment.haptic()));
+    }
+    const auto& f = experiment.forces();
+    for (std::size_t k = 2; k < f.size(); ++k) {
+      peak = std::max(peak, f[k].norm());
+      kink = std::max(kink, (f[k] - 2 * f[k - 1] + f[k - 2]).cwiseAbs().maxCoeff());
+    }
+    std::printf("every %.2f mm: peak %.4f N, condition %.0f, largest second difference %.4f mN, %d contacts\n",
+                1e3 * spacing, peak, worst, 1e3 * kink, experiment.most_contacts());
+    EXPECT_LT(worst, 1e3);
+    EXPECT_LT(kink, 0.2e-3);
+    EXPECT_EQ(experiment.needle_flags(), 0U);
+    if (first == 0) first = peak;
+    EXPECT_NEAR(peak, first, 0.02 * first);
+  }
+}
+
+TEST(NeedleTrack, DenseContactsWithoutAnyComplianceStayFiniteAndAreFlagged) {
+  ReferenceInsertion insertion = r1();
+  insertion.contact_spacing = support::kSanitized ? 0.005 : 0.0025;
+  ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet, .track = {.subgrid_compliance = false}});
+  double peak = 0;
+  while (experiment.time_s() < insertion.duration) experiment.advance();
+  for (const auto& force : experiment.forces()) {
+    ASSERT_TRUE(force.allFinite());
+    peak = std::max(peak, force.norm());
+  }
+  std::printf("peak %.4f N, flags %u\n", peak, experiment.needle_flags());
+  EXPECT_LT(peak, 1);  // 0.84 N with contacts every 10 mm
+  EXPECT_EQ(experiment.needle_flags(), physics::kNeedleRowsDependent);
 }
 
 TEST(NeedleTrack, PeakForceDoesNotDependOnTheMesh) {

@@ -30,8 +30,8 @@ int worker_period(int nodes_per_edge) {
 /// Largest condition numbers over a run.
 struct Condition {
   double plain = 1;
-  /// With every row scaled to a diagonal of 1: a contact just laid stands for no shaft, so its compliance is large by
-  /// design, which is no loss of digits.
+  /// With every row scaled to a diagonal of 1: a contact just laid stands for little shaft, so its compliance is
+  /// large by design, which is no loss of digits.
   double scaled = 1;
 };
 
