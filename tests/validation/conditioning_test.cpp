@@ -27,7 +27,10 @@ using support::kSanitized;
 ReferenceInsertion r1(double contact_spacing) {
   ReferenceInsertion insertion = support::r1();
   insertion.contact_spacing = contact_spacing;
-  if (kSanitized) insertion.duration = 1.4;  // until the first withdrawal
+  if (kSanitized) {
+    insertion.duration = 0.9;  // five rows of contacts deep
+    insertion.haptic_hz = 250;
+  }
   return insertion;
 }
 

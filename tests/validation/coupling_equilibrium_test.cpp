@@ -25,11 +25,12 @@ using support::kSanitized;
 constexpr int kNodesPerEdge = kSanitized ? 4 : 7;  // of the cube, where a test has no mesh of its own
 const std::vector<int> kOtherNodesPerEdge = kSanitized ? std::vector{5} : std::vector{5, 8};
 constexpr double kRest = kSanitized ? 1 : 3;  // s, after the motion
-constexpr int kHapticStepsWithoutDrift = kSanitized ? 4000 : 100000;
+constexpr int kHapticStepsWithoutDrift = kSanitized ? 1000 : 100000;
 
 ReferenceInsertion r1(int nodes_per_edge = kNodesPerEdge) {
   ReferenceInsertion insertion = support::r1();
   insertion.nodes_per_edge = nodes_per_edge;
+  if (kSanitized) insertion.haptic_hz = 250;  // the rest knows no rate
   // At least a tetrahedron's edge a contact, so that the exact rows are independent.
   insertion.contact_spacing = std::max(0.010, insertion.cube_edge / (nodes_per_edge - 1) * 0.6);
   return insertion;

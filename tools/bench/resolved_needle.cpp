@@ -174,17 +174,21 @@ ElementMatrix element_stiffness(const RingMesh& mesh, const ElementNodes& elemen
   for (int a = 0; a < kElementNodes; ++a) {
     x.col(a) = mesh.nodes[static_cast<std::size_t>(element[static_cast<std::size_t>(a)])];
   }
-  ElementMatrix k = ElementMatrix::Zero();
-  for (const Quadrature& q : kPoints) {
+  // With g_a the gradient of a node's shape function, k_ab is the integral of
+  // lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I: all of it in the integral of g_a g_b^T.
+  Eigen::Matrix<double, 3 * kElementNodes, 27> gradients;  // a column a point, with the root of its weight
+  for (std::size_t p = 0; p < kPoints.size(); ++p) {
+    const Quadrature& q = kPoints[p];
     const Matrix3d jacobian = x * q.gradients.transpose();
     const Eigen::Matrix<double, 3, kElementNodes> g = jacobian.transpose().inverse() * q.gradients;
-    const double w = q.weight * std::abs(jacobian.determinant());
-    for (int b = 0; b < kElementNodes; ++b) {
-      for (int a = 0; a < kElementNodes; ++a) {
-        k.block<3, 3>(3 * a, 3 * b) +=
-            w * (lambda * g.col(a) * g.col(b).transpose() + mu * g.col(b) * g.col(a).transpose() +
-                 mu * g.col(a).dot(g.col(b)) * Matrix3d::Identity());
-      }
+    gradients.col(static_cast<Eigen::Index>(p)) =
+        std::sqrt(q.weight * std::abs(jacobian.determinant())) * g.reshaped();
+  }
+  ElementMatrix k = gradients * gradients.transpose();
+  for (int b = 0; b < kElementNodes; ++b) {
+    for (int a = 0; a < kElementNodes; ++a) {
+      const Matrix3d s = k.block<3, 3>(3 * a, 3 * b);
+      k.block<3, 3>(3 * a, 3 * b) = lambda * s + mu * s.transpose() + mu * s.trace() * Matrix3d::Identity();
     }
   }
   return k;
