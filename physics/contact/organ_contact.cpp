@@ -18,6 +18,7 @@ constexpr double kInFront = 0.5;
 constexpr double kInFrontOfRim = 0.98;
 constexpr double kOnSurface = 1e-5;  // m: nearer than this the way has no direction
 constexpr int kMaxSubdivision = 6;   // of a face's edge into probe points
+constexpr double kAtLimit = 1e-9;    // relative: friction nearer to its limit than this slides
 
 void check(std::span<const TissueModel> models, const OrganContactSettings& settings) {
   const auto exists = [&](int body) { return body >= 0 && body < static_cast<int>(models.size()); };
@@ -45,6 +46,23 @@ std::vector<Eigen::Vector3d> face_points(int n) {
     }
   }
   return points;
+}
+
+/// Two unit vectors across a unit vector and each other.
+std::array<Eigen::Vector3d, 2> across(const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d first = normal.unitOrthogonal();
+  return {first, normal.cross(first)};
+}
+
+/// The nearest vector that is no longer than `limit`.
+Eigen::Vector2d within(const Eigen::Vector2d& v, double limit) {
+  const double length = v.norm();
+  return length > limit ? Eigen::Vector2d(limit / length * v) : v;
+}
+
+/// Larger eigenvalue of a symmetric matrix.
+double stiffest(const Eigen::Matrix2d& m) {
+  return 0.5 * (m.trace() + std::hypot(m(0, 0) - m(1, 1), 2 * m(0, 1)));
 }
 
 double mean_edge(const BodySurface& surface, const TissueModel& model) {
@@ -75,9 +93,11 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
     bodies_[b].surface = std::make_unique<BodySurface>(models[b]);
     bodies_[b].compliance = std::make_unique<SurfaceCompliance>(models[b], *rest[b], bodies_[b].surface->nodes());
     bodies_[b].positions = &at_rest[b];
+    bodies_[b].force = bodies_[b].motion = Eigen::Matrix3Xd::Zero(3, models[b].node_count());
   }
 
   std::size_t capacity = 0;
+  Eigen::Index unknowns = 0;
   for (std::size_t p = 0; p < settings_.pairs.size(); ++p) {
     const std::span<const int> nodes =
         bodies_[static_cast<std::size_t>(settings_.pairs[p].nodes_of)].surface->nodes();
@@ -87,6 +107,7 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
       if (row.support_count > 0) states[k].rest_overlap = std::min(0.0, row.gap);
     }
     capacity += static_cast<std::size_t>(settings_.max_points);
+    unknowns += settings_.max_points;
   }
   if (settings_.probe) {
     const BodySurface& surface = *bodies_[static_cast<std::size_t>(settings_.probe->body)].surface;
@@ -97,17 +118,16 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
     points_a_face_ = points.size();
     for (int f = 0; f < surface.face_count(); ++f) {
       for (const Eigen::Vector3d& weights : points) {
-        points_.push_back({.face = f,
-                           .weights = weights,
-                           .area = surface.rest_area(f) / static_cast<double>(points.size()),
-                           .lambda = 0});
+        points_.push_back(
+            {.face = f, .weights = weights, .area = surface.rest_area(f) / static_cast<double>(points.size())});
       }
     }
     capacity += static_cast<std::size_t>(settings_.probe->max_points);
+    unknowns += static_cast<Eigen::Index>(settings_.probe->friction > 0 ? 3 : 1) * settings_.probe->max_points;
   }
   rows_.reserve(capacity);
-  w_.resize(static_cast<Eigen::Index>(capacity), static_cast<Eigen::Index>(capacity));
-  slack_.resize(static_cast<Eigen::Index>(capacity));
+  w_.resize(unknowns, unknowns);
+  slack_.resize(unknowns);
 
   // What touches at rest is learnt here, so that the first steps need not.
   SolveWorkspace workspace;
@@ -130,7 +150,7 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
   learn(settings_.learn_limit, workspace);
   assemble();
   relax();
-  keep();
+  keep(probe);
   sum_up(probe);
 }
 
@@ -194,11 +214,11 @@ void OrganContact::find_probe(const RigidPose& pose) {
     const Eigen::Vector3d outward = (x.col(b) - x.col(a)).cross(x.col(c) - x.col(a));
     for (std::size_t k = 0; k < points_a_face_; ++k) {
       const std::size_t slot = static_cast<std::size_t>(f) * points_a_face_ + k;
-      const ProbePoint& point = points_[slot];
+      ProbePoint& point = points_[slot];
       SurfaceRow row;
       row.position = point.weights[0] * x.col(a) + point.weights[1] * x.col(b) + point.weights[2] * x.col(c);
-      const ProbeShape::Distance distance =
-          probe.shape.distance(world_from_probe.transpose() * (row.position - pose.position));
+      const Eigen::Vector3d in_probe = world_from_probe.transpose() * (row.position - pose.position);
+      const ProbeShape::Distance distance = probe.shape.distance(in_probe);
       if (distance.value > settings_.reach) continue;
       row.normal = world_from_probe * distance.gradient;
       if (outward.dot(row.normal) >= 0) continue;  // the far side of a thin body
@@ -211,7 +231,9 @@ void OrganContact::find_probe(const RigidPose& pose) {
       for (std::size_t n = 0; n < 3; ++n) {
         row.supports[n] = {probe.body, body.surface->face(f)[n], point.weights[static_cast<int>(n)]};
       }
-      if (movable(row)) found.push_back(row);
+      if (!movable(row)) continue;
+      if (probe.friction > 0) hold(row, point, in_probe, world_from_probe);
+      found.push_back(row);
     }
   }
   take_deepest(found, probe.max_points);
@@ -251,62 +273,184 @@ void OrganContact::learn(int limit, SolveWorkspace& workspace) {
   });
 }
 
-void OrganContact::assemble() {
-  const auto n = static_cast<Eigen::Index>(rows_.size());
-  double trace = 0;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const SurfaceRow& row = rows_[static_cast<std::size_t>(i)];
-    for (Eigen::Index j = 0; j <= i; ++j) {
-      const SurfaceRow& other = rows_[static_cast<std::size_t>(j)];
-      double sum = 0;
-      for (int a = 0; a < row.support_count; ++a) {
-        const SurfaceRow::Support& at = row.supports[static_cast<std::size_t>(a)];
-        for (int b = 0; b < other.support_count; ++b) {
-          const SurfaceRow::Support& from = other.supports[static_cast<std::size_t>(b)];
-          if (at.body != from.body) continue;
-          const SurfaceCompliance& compliance = *bodies_[static_cast<std::size_t>(at.body)].compliance;
-          sum += at.weight * from.weight * row.normal.dot(compliance.block(at.node, from.node) * other.normal);
-        }
-      }
-      w_(i, j) = w_(j, i) = sum;
+void OrganContact::hold(SurfaceRow& row, ProbePoint& point, const Eigen::Vector3d& in_probe,
+                        const Eigen::Matrix3d& world_from_probe) {
+  const ProbeContactSettings& probe = *settings_.probe;
+  row.limit = probe.friction * point.lambda;
+  if (row.limit <= 0) return;  // nothing pressed it here yet
+  row.across = across(row.normal);
+  row.shear_compliance = probe.shear_compliance / point.area;
+  const auto along = [&](const Eigen::Vector3d& v) {
+    const Eigen::Vector3d world = world_from_probe * v;
+    return Eigen::Vector2d(row.across[0].dot(world), row.across[1].dot(world));
+  };
+  row.tangential = within(along(point.friction), row.limit);
+  row.offset = along(in_probe - point.anchor);
+}
+
+Eigen::Matrix3d OrganContact::compliance_between(const SurfaceRow& row, const SurfaceRow& other) const {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (int a = 0; a < row.support_count; ++a) {
+    const SurfaceRow::Support& at = row.supports[static_cast<std::size_t>(a)];
+    for (int b = 0; b < other.support_count; ++b) {
+      const SurfaceRow::Support& from = other.supports[static_cast<std::size_t>(b)];
+      if (at.body != from.body) continue;
+      const SurfaceCompliance& compliance = *bodies_[static_cast<std::size_t>(at.body)].compliance;
+      sum += at.weight * from.weight * compliance.block(at.node, from.node);
     }
-    trace += w_(i, i);
   }
-  const double proximal = n > 0 ? kProximal * trace / static_cast<double>(n) : 0;
-  for (Eigen::Index i = 0; i < n; ++i) w_(i, i) += proximal + rows_[static_cast<std::size_t>(i)].compliance;
+  return sum;
+}
+
+void OrganContact::assemble() {
+  unknowns_ = 0;
+  for (SurfaceRow& row : rows_) {
+    row.first = static_cast<int>(unknowns_);
+    unknowns_ += row.unknowns();
+  }
+  const auto directions = [](const SurfaceRow& row) {
+    Eigen::Matrix3d d;
+    d << row.normal, row.across[0], row.across[1];
+    return d;
+  };
+  double trace = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const SurfaceRow& row = rows_[i];
+    for (std::size_t j = 0; j <= i; ++j) {
+      const SurfaceRow& other = rows_[j];
+      const Eigen::Matrix3d yields = compliance_between(row, other);
+      if (row.unknowns() == 1 && other.unknowns() == 1) {
+        w_(row.first, other.first) = w_(other.first, row.first) = row.normal.dot(yields * other.normal);
+        continue;
+      }
+      const Eigen::Matrix3d block = directions(row).transpose() * yields * directions(other);
+      const int m = row.unknowns(), n = other.unknowns();
+      w_.block(row.first, other.first, m, n) = block.topLeftCorner(m, n);
+      w_.block(other.first, row.first, n, m) = block.topLeftCorner(m, n).transpose();
+    }
+    trace += w_(row.first, row.first);
+  }
+  const double proximal = rows_.empty() ? 0 : kProximal * trace / static_cast<double>(rows_.size());
+  for (const SurfaceRow& row : rows_) {
+    w_(row.first, row.first) += proximal + row.compliance;
+    for (int k = 1; k < row.unknowns(); ++k) {
+      w_(row.first + k, row.first + k) += proximal + row.shear_compliance;
+    }
+  }
+}
+
+void OrganContact::foresee_turn() {
+  // The bodies rest under the forces of the last update. The same multipliers on the rows of now are other forces:
+  // normals have turned, points have moved to other faces, some are gone. What the bodies do about that comes before
+  // what a change of the multipliers does. Left out, a point stuck on a round rim would swing for ever.
+  for (SurfaceRow& row : rows_) {
+    for (int s = 0; s < row.support_count; ++s) {
+      const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
+      Body& body = bodies_[static_cast<std::size_t>(support.body)];
+      body.force.col(support.node) -= support.weight * row.force();  // what is lost
+      body.loaded.push_back(support.node);
+    }
+  }
+  for (Body& body : bodies_) {
+    if (!body.surface) continue;
+    std::sort(body.loaded.begin(), body.loaded.end());
+    body.loaded.erase(std::unique(body.loaded.begin(), body.loaded.end()), body.loaded.end());
+    std::sort(body.touched.begin(), body.touched.end());
+    body.touched.erase(std::unique(body.touched.begin(), body.touched.end()), body.touched.end());
+    for (const int node : body.touched) {
+      auto motion = body.motion.col(node);
+      motion.setZero();
+      if (!body.compliance->known(node)) continue;
+      for (const int from : body.loaded) motion -= body.compliance->block(node, from) * body.force.col(from);
+    }
+    for (const int node : body.loaded) body.force.col(node).setZero();
+    body.loaded.clear();
+  }
+  for (const SurfaceRow& row : rows_) {
+    Eigen::Vector3d motion = Eigen::Vector3d::Zero();
+    for (int s = 0; s < row.support_count; ++s) {
+      const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
+      motion += support.weight * bodies_[static_cast<std::size_t>(support.body)].motion.col(support.node);
+    }
+    slack_[row.first] += row.normal.dot(motion);
+    for (int k = 1; k < row.unknowns(); ++k) {
+      slack_[row.first + k] += row.across[static_cast<std::size_t>(k - 1)].dot(motion);
+    }
+  }
 }
 
 void OrganContact::relax() {
-  const auto n = static_cast<Eigen::Index>(rows_.size());
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const SurfaceRow& row = rows_[static_cast<std::size_t>(i)];
-    slack_[i] = row.gap + row.compliance * row.lambda;
-    report_.violation = std::max(report_.violation, std::abs(std::min(slack_[i], w_(i, i) * row.lambda)));
+  // The force across the normal that the slack of the row asks for, its limit aside; and how it yields.
+  const auto sideways = [&](const SurfaceRow& row, double& yields) {
+    yields = stiffest(w_.block<2, 2>(row.first + 1, row.first + 1));
+    return Eigen::Vector2d(row.tangential - slack_.segment<2>(row.first + 1) / yields);
+  };
+  for (const SurfaceRow& row : rows_) {
+    slack_[row.first] = row.gap + row.compliance * row.lambda;
+    report_.violation =
+        std::max(report_.violation, std::abs(std::min(slack_[row.first], w_(row.first, row.first) * row.lambda)));
+    if (row.limit <= 0) continue;
+    slack_.segment<2>(row.first + 1) = row.offset + row.shear_compliance * row.tangential;
+    double yields = 0;
+    const Eigen::Vector2d wrong = within(sideways(row, yields), row.limit) - row.tangential;
+    report_.violation = std::max(report_.violation, wrong.norm() * yields);
   }
+  foresee_turn();
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     double moved = 0;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      double& lambda = rows_[static_cast<std::size_t>(i)].lambda;
-      const double next = std::max(0.0, lambda - slack_[i] / w_(i, i));
-      const double change = next - lambda;
-      if (change == 0) continue;
-      lambda = next;
-      slack_.head(n) += change * w_.col(i).head(n);
-      moved = std::max(moved, std::abs(change) * w_(i, i));
+    for (SurfaceRow& row : rows_) {
+      const double next = std::max(0.0, row.lambda - slack_[row.first] / w_(row.first, row.first));
+      if (const double change = next - row.lambda; change != 0) {
+        row.lambda = next;
+        slack_.head(unknowns_) += change * w_.col(row.first).head(unknowns_);
+        moved = std::max(moved, std::abs(change) * w_(row.first, row.first));
+      }
+      if (row.limit <= 0) continue;
+      // The limit is that of the step before: what is solved is convex, and has one solution.
+      double yields = 0;
+      const Eigen::Vector2d force = within(sideways(row, yields), row.limit);
+      const Eigen::Vector2d change = force - row.tangential;
+      row.tangential = force;
+      slack_.head(unknowns_) += w_.middleCols<2>(row.first + 1).topRows(unknowns_) * change;
+      moved = std::max(moved, change.norm() * yields);
     }
     if (moved < kSettled) break;
   }
 }
 
-void OrganContact::keep() {
+void OrganContact::keep(const RigidPose* probe) {
+  const Eigen::Matrix3d probe_from_world = probe != nullptr
+                                               ? Eigen::Matrix3d(probe->orientation.toRotationMatrix().transpose())
+                                               : Eigen::Matrix3d::Identity();
   for (std::vector<NodeContact>& nodes : nodes_) {
     for (NodeContact& node : nodes) node.lambda = 0;
   }
   for (ProbePoint& point : points_) point.lambda = 0;
   for (SurfaceRow& row : rows_) {
     if (!std::isfinite(row.lambda)) row.lambda = 0;
-    (row.pair >= 0 ? nodes_[static_cast<std::size_t>(row.pair)][row.slot].lambda : points_[row.slot].lambda) =
-        row.lambda;
+    if (!row.tangential.allFinite()) row.tangential.setZero();
+    if (row.pair >= 0) {
+      nodes_[static_cast<std::size_t>(row.pair)][row.slot].lambda = row.lambda;
+      continue;
+    }
+    ProbePoint& point = points_[row.slot];
+    point.lambda = row.lambda;
+    if (row.limit > 0) {
+      // Where friction is at its limit and the point would be held more still, it slides along its force: the anchor
+      // follows by what the law leaves over.
+      const double strength = row.tangential.norm();
+      if (strength >= (1 - kAtLimit) * row.limit) {
+        const Eigen::Vector2d direction = row.tangential / strength;
+        const double slip = std::max(0.0, -direction.dot(slack_.segment<2>(row.first + 1)));
+        point.anchor -= slip * (probe_from_world * (direction[0] * row.across[0] + direction[1] * row.across[1]));
+      }
+      // No more than this step's normal force allows, either.
+      row.tangential = within(row.tangential, settings_.probe->friction * row.lambda);
+      point.friction = probe_from_world * (row.tangential[0] * row.across[0] + row.tangential[1] * row.across[1]);
+    } else {
+      point.friction.setZero();
+      point.anchor = probe_from_world * (row.position - probe->position);
+    }
   }
 }
 
@@ -314,6 +458,12 @@ void OrganContact::sum_up(const RigidPose* probe) {
   probe_ = {};
   report_.rows = static_cast<int>(rows_.size());
   for (const SurfaceRow& row : rows_) {
+    for (int s = 0; s < row.support_count && row.lambda > 0; ++s) {
+      const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
+      Body& body = bodies_[static_cast<std::size_t>(support.body)];
+      body.force.col(support.node) += support.weight * row.force();
+      body.loaded.push_back(support.node);
+    }
     if (row.pair >= 0) report_.deepest = std::max(report_.deepest, -row.gap);
     if (row.lambda <= 0) continue;
     ++report_.pressing;
@@ -324,7 +474,9 @@ void OrganContact::sum_up(const RigidPose* probe) {
     ++probe_.points;
     probe_.area += row.area;
     probe_.depth = std::max(probe_.depth, -row.gap);
-    const Eigen::Vector3d force = -row.lambda * row.normal;
+    const double strength = row.tangential.norm();
+    if (strength > 0 && strength >= (1 - kAtLimit) * settings_.probe->friction * row.lambda) ++probe_.sliding;
+    const Eigen::Vector3d force = -row.force();
     probe_.wrench.force += force;
     probe_.wrench.moment += (row.position - probe->position).cross(force);
   }
@@ -337,7 +489,7 @@ void OrganContact::add_forces(int body, Eigen::VectorXd& forces) const {
       const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
       if (support.body != body) continue;
       const int i = bodies_[static_cast<std::size_t>(body)].model->free_index[static_cast<std::size_t>(support.node)];
-      if (i >= 0) forces.segment<3>(3 * i) += support.weight * row.lambda * row.normal;
+      if (i >= 0) forces.segment<3>(3 * i) += support.weight * row.force();
     }
   }
 }

@@ -1,12 +1,17 @@
-// Contact between deformable bodies, and of the probe with one of them, at the low rate: unilateral, sliding.
+// Contact between deformable bodies, and of the probe with one of them, at the low rate: unilateral; bodies slide on
+// each other, under the probe there is friction.
 //
-// Part of the simulation's quasi-Newton step (physics/README.md eq. 6-8, 30-31). Each row i has a gap g_i(p), a
+// Part of the simulation's quasi-Newton step (physics/README.md eq. 6-8, 30-33). Each row i has a gap g_i(p), a
 // normal n_i and a multiplier lambda_i >= 0, the force along n_i. At rest, whatever S and the factor:
 //   F_int(p) = H^T lambda + needle,   g_i + c_i lambda_i >= 0,   lambda_i >= 0,   one of the two zero
 // One update a step moves the multipliers as if the bodies were S, their compliance at rest:
-//   find lambda+ >= 0 with  g + c lambda+ + (H S H^T + e)(lambda+ - lambda) >= 0, complementary   (eq. 31)
-// which needs no solve with the current factor: the bodies follow in the step's own solve. S and the proximal term e
-// set only the speed. Since e > 0, dependent rows (more contacts than nodes) do no harm.
+//   find lambda+ >= 0 with  g + c lambda+ + H S (H^T lambda+ - f) + e (lambda+ - lambda) >= 0, complementary   (eq.
+//   31)
+// f being the forces of the update before, along the normals of then. That needs no solve with the current factor:
+// the bodies follow in the step's own solve. S and the proximal term e set only the speed. Since e > 0, dependent
+// rows (more contacts than nodes) do no harm. A point under the probe also has a force t across the normal, in the
+// same update:
+//   |t| <= mu lambda;  s + c_t t = 0 where it sticks, s its motion on the face since it was anchored there   (eq. 33)
 #pragma once
 
 #include "physics/contact/body_surface.h"
@@ -33,10 +38,12 @@ struct ContactPair {
 
 /// The probe and the body it is pressed on.
 struct ProbeContactSettings {
-  ProbeShape shape;
+  ProbeShape shape{};
   int body = 0;
-  double point_spacing = 0.005;    ///< of the material points on the body's faces that feel the probe, at rest, m
-  double layer_compliance = 5e-8;  ///< yield of skin surface and gel: m per Pa of pressure
+  double point_spacing = 0.005;      ///< of the material points on the body's faces that feel the probe, at rest, m
+  double layer_compliance = 5e-8;    ///< yield of skin surface and gel: m per Pa of pressure
+  double friction = 0;               ///< Coulomb, of the head on the skin
+  double shear_compliance = 1.5e-7;  ///< yield of the same layer sideways (an incompressible one: 3 times): m per Pa
   int max_points = 160;
 };
 
@@ -49,7 +56,7 @@ struct OrganContactSettings {
   std::optional<ProbeContactSettings> probe{};
 };
 
-/// One unilateral row: force weight * lambda * normal on each node.
+/// One point of contact: force weight * force() on each node.
 struct SurfaceRow {
   struct Support {
     int body = -1;
@@ -66,6 +73,20 @@ struct SurfaceRow {
   double lambda = 0;                                   ///< normal force, N
   int pair = -1;                                       ///< index of the ContactPair, -1: probe
   std::size_t slot = 0;                                ///< of its multiplier between steps
+
+  // Friction, where the point may have any (limit > 0).
+  std::array<Eigen::Vector3d, 2> across{};               ///< unit, normal to each other and to the normal
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();      ///< s, along `across`, m
+  Eigen::Vector2d tangential = Eigen::Vector2d::Zero();  ///< t, along `across`, N
+  double shear_compliance = 0;                           ///< c_t, m/N
+  double limit = 0;                                      ///< mu times the normal force of the step before, N
+  int first = 0;                                         ///< of its unknowns: lambda, then t
+  int unknowns() const { return limit > 0 ? 3 : 1; }
+  Eigen::Vector3d force() const {
+    Eigen::Vector3d f = lambda * normal;
+    if (limit > 0) f += tangential[0] * across[0] + tangential[1] * across[1];
+    return f;
+  }
 };
 
 /// What the probe does to the patient, and feels.
@@ -73,6 +94,7 @@ struct ProbeContact {
   int points = 0;    ///< that carry force
   double area = 0;   ///< skin they stand for, m^2
   double depth = 0;  ///< largest overlap of head and undeformed layer, m
+  int sliding = 0;   ///< points whose friction is at its limit
   Wrench wrench;     ///< on the probe, about the centre of its face
 };
 
@@ -83,7 +105,8 @@ struct OrganContactReport {
   int left_out = 0;      ///< points in reach beyond the capacities
   double force_n = 0;    ///< sum of the normal forces between bodies, N
   double deepest = 0;    ///< largest overlap of two bodies, rest overlap excepted, m
-  double violation = 0;  ///< largest |min(g + c lambda, S_ii lambda)|: how far from complementarity, m
+  double violation = 0;  ///< largest |min(g + c lambda, S_ii lambda)|: how far from complementarity, m; of friction,
+                         ///< how far the point is from where its force would be right
 };
 
 class OrganContact {
@@ -114,6 +137,9 @@ private:
     std::unique_ptr<BodySurface> surface;
     std::unique_ptr<SurfaceCompliance> compliance;
     std::vector<int> touched;                     // nodes of the rows, those under force first
+    std::vector<int> loaded;                      // nodes that the last update put a force on
+    Eigen::Matrix3Xd force;                       // [3 x nodes] that force, zero elsewhere, N
+    Eigen::Matrix3Xd motion;                      // [3 x nodes] scratch: foreseen, of the touched nodes, m
     const Eigen::Matrix3Xd* positions = nullptr;  // during update()
   };
   /// A node's state between steps.
@@ -126,6 +152,8 @@ private:
     Eigen::Vector3d weights = Eigen::Vector3d::Zero();
     double area = 0;  // rest, m^2
     double lambda = 0;
+    Eigen::Vector3d friction = Eigen::Vector3d::Zero();  // on the skin, probe frame, N
+    Eigen::Vector3d anchor = Eigen::Vector3d::Zero();    // where it sticks, probe frame; while lambda > 0
   };
 
   // The stages of update(), in order.
@@ -135,9 +163,16 @@ private:
   void take_deepest(std::vector<SurfaceRow>& found, int most);
   void learn(int limit, SolveWorkspace& workspace);
   void assemble();
+  void foresee_turn();
   void relax();
-  void keep();
+  void keep(const RigidPose* probe);
   void sum_up(const RigidPose* probe);
+
+  /// s, t and their limit, from what the point keeps in the probe's frame; where it slides its anchor follows.
+  void hold(SurfaceRow& row, ProbePoint& point, const Eigen::Vector3d& in_probe,
+            const Eigen::Matrix3d& world_from_probe);
+  /// Motion of one row's point per force on another's, m/N.
+  Eigen::Matrix3d compliance_between(const SurfaceRow& row, const SurfaceRow& other) const;
 
   /// The row of a node against a surface as both are now, without its overlap at rest; support_count = 0: none.
   SurfaceRow face_to_face(int pair, int node, bool pressed) const;
@@ -149,9 +184,10 @@ private:
   std::vector<ProbePoint> points_;               // face by face
   std::size_t points_a_face_ = 0;
   std::vector<SurfaceRow> rows_;
-  std::vector<int> faces_;  // scratch
-  Eigen::MatrixXd w_;       // H S H^T + c + e of rows_
-  Eigen::VectorXd slack_;   // left side of eq. 31
+  std::vector<int> faces_;     // scratch
+  Eigen::Index unknowns_ = 0;  // of rows_
+  Eigen::MatrixXd w_;          // [unknowns x unknowns] H S H^T + c + e
+  Eigen::VectorXd slack_;      // left side of eq. 31 and 33
   OrganContactReport report_;
   ProbeContact probe_;
 };
