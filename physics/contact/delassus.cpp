@@ -1,15 +1,56 @@
 #include "physics/contact/delassus.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace stylet::physics {
 
 using Eigen::Vector3d;
 
+namespace {
+
+constexpr int kTileRows = 8;
+constexpr int kTileColumns = 4;
+
+int whole_tiles(int rows) {
+  return (rows + kTileRows - 1) / kTileRows * kTileRows;
+}
+
+/// C += A^T B for a tile of 8 x 4, which stays in registers: A and B are rows of eight and four values, `stride`
+/// apart. Eigen's packets because -ffp-contract=off keeps the compiler from fusing.
+void add_tile(double* c, int c_stride, const double* a, const double* b, int depth, int stride) {
+  using Packet = Eigen::internal::packet_traits<double>::type;
+  constexpr int kLanes = Eigen::internal::packet_traits<double>::size;
+  constexpr int kPackets = kTileRows / kLanes;
+  Packet sum[kTileColumns][kPackets];
+  for (auto& column : sum) {
+    for (Packet& p : column) p = Eigen::internal::pset1<Packet>(0.0);
+  }
+  for (int k = 0; k < depth; ++k, a += stride, b += stride) {
+    Packet left[kPackets];
+    for (int p = 0; p < kPackets; ++p) left[p] = Eigen::internal::ploadu<Packet>(a + p * kLanes);
+    for (int j = 0; j < kTileColumns; ++j) {
+      const Packet right = Eigen::internal::pset1<Packet>(b[j]);
+      for (int p = 0; p < kPackets; ++p) sum[j][p] = Eigen::internal::pmadd(left[p], right, sum[j][p]);
+    }
+  }
+  for (int j = 0; j < kTileColumns; ++j) {
+    double* target = c + static_cast<Eigen::Index>(j) * c_stride;
+    for (int p = 0; p < kPackets; ++p) {
+      const Packet before = Eigen::internal::ploadu<Packet>(target + p * kLanes);
+      Eigen::internal::pstoreu(target + p * kLanes, Eigen::internal::padd(before, sum[j][p]));
+    }
+  }
+}
+
+}  // namespace
+
 Delassus::Delassus(int node_count, int max_rows)
-    : w_(Eigen::MatrixXd::Zero(max_rows, max_rows)),
-      forward_(static_cast<std::size_t>(6 * node_count) * static_cast<std::size_t>(max_rows)),
-      row_stride_(max_rows) {}
+    : w_(Eigen::MatrixXd::Zero(whole_tiles(max_rows), whole_tiles(max_rows))),
+      forward_(static_cast<std::size_t>(6 * node_count) * static_cast<std::size_t>(whole_tiles(max_rows))),
+      row_stride_(whole_tiles(max_rows)),
+      first_node_(static_cast<std::size_t>(row_stride_)),
+      reached_(static_cast<std::size_t>(node_count)) {}
 
 void Delassus::assemble(const Needle& needle, const TissuePoints& tissue, const std::vector<ActiveContact>& contacts,
                         int contact_count) {
@@ -21,9 +62,14 @@ void Delassus::place_rows(const Needle& needle, const std::vector<ActiveContact>
   contact_count_ = contact_count;
   rows_ = row_count(contacts, contact_count);
   const int dofs = 6 * needle.node_count();
-  for (int r = 0; r < dofs; ++r) std::fill_n(forward_.data() + r * row_stride_, rows_, 0.0);
+  for (int r = 0; r < dofs; ++r) std::fill_n(forward_.data() + r * row_stride_, whole_tiles(rows_), 0.0);
+  std::fill(reached_.begin(), reached_.end(), 0);
+  std::fill(first_node_.begin(), first_node_.end(), needle.node_count());
   for (int c = 0; c < contact_count; ++c) {
     const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
+    std::fill_n(first_node_.begin() + contact.first_row, contact.row_count, contact.shaft.beam);
+    int& reached = reached_[static_cast<std::size_t>(contact.shaft.beam)];
+    reached = std::max(reached, contact.first_row + contact.row_count);
     for (std::size_t side = 0; side < 2; ++side) {
       const int node = contact.shaft.beam + static_cast<int>(side);
       if (node == 0 && !needle.base_is_free()) continue;  // a prescribed node does not yield
@@ -38,10 +84,11 @@ void Delassus::place_rows(const Needle& needle, const std::vector<ActiveContact>
       }
     }
   }
+  std::partial_sum(reached_.begin(), reached_.end(), reached_.begin(), [](int a, int b) { return std::max(a, b); });
 }
 
 void Delassus::couple(const Needle& needle, const TissuePoints& tissue, const std::vector<ActiveContact>& contacts) {
-  w_.topLeftCorner(rows_, rows_).setZero();
+  w_.topLeftCorner(whole_tiles(rows_), whole_tiles(rows_)).setZero();
   add_tissue(tissue, contacts);
   mean_tissue_compliance_ = rows_ > 0 ? w_.topLeftCorner(rows_, rows_).diagonal().mean() : 0.0;
   add_needle(needle);
@@ -64,19 +111,20 @@ void Delassus::add_tissue(const TissuePoints& tissue, const std::vector<ActiveCo
   }
 }
 
+// W_n = Y^T Y with L Y = H_n^T, in tiles of the lower triangle; Y is zero where a contact lies beyond the node.
 void Delassus::add_needle(const Needle& needle) {
-  using Row = Eigen::Map<const Eigen::ArrayXd>;
-  needle.factor().forward_solve(forward_.data(), rows_, row_stride_);
-
-  // W_n = Y^T Y, six DOFs (a node) at a time; Y is zero where a contact lies beyond the node.
-  for (int node = 0; node < needle.node_count(); ++node) {
-    const double* y = forward_.data() + 6 * node * row_stride_;
-    for (int j = 0; j < rows_; ++j) {
-      const double* column = y + j;
-      const auto tail = [&](int d) { return Row(column + d * row_stride_, rows_ - j); };
-      const auto a = [&](int d) { return column[d * row_stride_]; };
-      w_.col(j).segment(j, rows_ - j).array() +=
-          a(0) * tail(0) + a(1) * tail(1) + a(2) * tail(2) + a(3) * tail(3) + a(4) * tail(4) + a(5) * tail(5);
+  needle.factor().forward_solve(forward_.data(), reached_, row_stride_);
+  const int rows = whole_tiles(rows_);
+  const auto first_of = [&](int start, int count) {
+    return *std::min_element(first_node_.begin() + start, first_node_.begin() + start + count);
+  };
+  for (int c = 0; c < rows_; c += kTileColumns) {
+    const int first_of_columns = first_of(c, kTileColumns);
+    for (int r = c / kTileRows * kTileRows; r < rows; r += kTileRows) {
+      const int first = std::max(first_of_columns, first_of(r, kTileRows));
+      const int depth = 6 * (needle.node_count() - first);
+      const double* y = forward_.data() + static_cast<Eigen::Index>(6) * first * row_stride_;
+      add_tile(w_.col(c).data() + r, row_stride_, y + r, y + c, depth, row_stride_);
     }
   }
 }

@@ -22,7 +22,7 @@ public:
   Delassus(int node_count, int max_rows);
 
   /// Assembles W at the last linearisation of the needle: place_rows(), then couple().
-  /// @realtime no allocation; O(nodes rows^2)
+  /// @realtime no allocation; O(nodes rows^2), a third of that for contacts in order from hub to tip along the needle
   void assemble(const Needle& needle, const TissuePoints& tissue, const std::vector<ActiveContact>& contacts,
                 int contact_count);
   /// H_n^T of the contacts. H_v is not stored: it is the directions and the patch's barycentric weights.
@@ -43,9 +43,11 @@ private:
   int contact_count_ = 0;
   int rows_ = 0;
   double mean_tissue_compliance_ = 0;
-  Eigen::MatrixXd w_;
-  std::vector<double> forward_;  // H_n^T, then L^-1 H_n^T, row-major [6 node_count x max_rows]
-  int row_stride_;
+  Eigen::MatrixXd w_;            // [row_stride_ x row_stride_]
+  std::vector<double> forward_;  // H_n^T, then L^-1 H_n^T, row-major [6 node_count x row_stride_]
+  int row_stride_;               // whole tiles
+  std::vector<int> first_node_;  // [row_stride_] of a row's non-zeros in L^-1 H_n^T: that of its beam
+  std::vector<int> reached_;     // [node_count] rows that may be non-zero up to a node, the first ones
 };
 
 /// Rows of contacts whose first_row counts up from 0.

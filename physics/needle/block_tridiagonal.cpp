@@ -81,10 +81,12 @@ void BlockTridiagonal::solve(Eigen::Ref<Eigen::VectorXd> x) const {
   }
 }
 
-void BlockTridiagonal::forward_solve(double* y, int columns, int row_stride) const {
+void BlockTridiagonal::forward_solve(double* y, std::span<const int> columns, int row_stride) const {
   using Row = Eigen::Map<Eigen::ArrayXd>;
-  const auto row = [=](int i) { return Row(y + static_cast<std::ptrdiff_t>(i) * row_stride, columns); };
   for (int block = 0; block < block_count(); ++block) {
+    const int count = columns[static_cast<std::size_t>(block)];
+    if (count == 0) continue;
+    const auto row = [=](int i) { return Row(y + static_cast<std::ptrdiff_t>(i) * row_stride, count); };
     const Block& g = diagonal_[block];
     for (int r = 0; r < kSize; ++r) {
       Row target = row(kSize * block + r);
@@ -95,7 +97,7 @@ void BlockTridiagonal::forward_solve(double* y, int columns, int row_stride) con
                   u(5) * row(p + 5);
       }
       for (int c = 0; c < r; ++c) target -= g(r, c) * row(kSize * block + c);
-      target /= g(r, r);
+      target *= 1 / g(r, r);
     }
   }
 }

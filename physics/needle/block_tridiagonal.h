@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include <span>
 #include <vector>
 
 namespace stylet::physics {
@@ -35,9 +36,10 @@ public:
 
   /// Y <- L^-1 Y for many right-hand sides at once, one a column, a DOF's values contiguous.
   /// @param y        [6 block_count x columns], row-major, row stride >= columns
-  /// @param columns  number of right-hand sides
+  /// @param columns  number of right-hand sides that are not all zero up to a block, the first ones, for every block;
+  ///                 never less than for the block before                                            [block_count]
   /// @realtime no allocation; O(block_count columns)
-  void forward_solve(double* y, int columns, int row_stride) const;
+  void forward_solve(double* y, std::span<const int> columns, int row_stride) const;
 
 private:
   std::vector<Block> diagonal_;  // D_i, then G_i (lower triangle)

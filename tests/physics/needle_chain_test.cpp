@@ -7,9 +7,11 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <cstdio>
 #include <random>
 #include <stdexcept>
+#include <vector>
 
 namespace stylet::physics {
 namespace {
@@ -46,9 +48,15 @@ TEST(BlockTridiagonal, ForwardSolvesGiveTheCompliance) {
     const int columns = 13, stride = 20;
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     RowMajor y = RowMajor::Constant(6 * blocks, stride, 7.0);
-    const MatrixXd b = MatrixXd::Random(6 * blocks, columns);
+    // The last columns begin further down.
+    MatrixXd b = MatrixXd::Random(6 * blocks, columns);
+    std::vector<int> reached(static_cast<std::size_t>(blocks));
+    for (int i = 0; i < blocks; ++i) {
+      reached[static_cast<std::size_t>(i)] = std::min(columns, 5 + i);
+      b.block(6 * i, 0, 6, columns).rightCols(columns - reached[static_cast<std::size_t>(i)]).setZero();
+    }
     y.leftCols(columns) = b;
-    d.system.forward_solve(y.data(), columns, stride);
+    d.system.forward_solve(y.data(), reached, stride);
     const MatrixXd w = y.leftCols(columns).transpose() * y.leftCols(columns);
     const MatrixXd exact = b.transpose() * d.a.inverse() * b;
     EXPECT_LT((w - exact).norm(), 1e-12 * exact.norm());

@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace stylet::physics {
 namespace {
@@ -118,7 +119,7 @@ TEST(BlockTridiagonal, ComplianceOfNeedlesAgreesWithDenseCholesky) {
       h(6 * node + 7 + c % 2, c) = 0.7;
     }
     RowMajor y = h;
-    system.forward_solve(y.data(), 16, 16);
+    system.forward_solve(y.data(), std::vector<int>(static_cast<std::size_t>(beams), 16), 16);
     const MatrixXd w = y.transpose() * y;
     const MatrixXd dense = h.transpose() * a.llt().solve(h);
     report_residual("|W - dense| / |W|, " + std::to_string(beams) + " beams", (w - dense).norm() / dense.norm(),
