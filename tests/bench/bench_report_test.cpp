@@ -1,4 +1,5 @@
 // What a bench reports: the shape of its JSON, the table, the quantiles; and `stylet bench paper` as a user runs it.
+#include "tests/bench/short_insertion.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/bench/gauss_seidel.h"
 #include "tools/bench/haptic_cost.h"
@@ -100,8 +101,8 @@ TEST(HapticCost, GrowsCubicallyWithTheRowsAndLinearlyWithTheBeams) {
 TEST(BenchCommand, WritesTheNumbersOfThePaperAsJson) {
   const support::TemporaryFolder folder;
   const std::filesystem::path file = folder / "paper.json";
-  const std::string command =
-      std::string("'") + STYLET_COMMAND + "' bench paper --quick --peer sofa-style --json '" + file.string() + "'";
+  const std::string command = short_insertion(folder, 3.2, 250) + "'" + STYLET_COMMAND +
+                              "' bench paper --quick --peer sofa-style --json '" + file.string() + "'";
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::ifstream in(file);
   const json list = json::parse(in);

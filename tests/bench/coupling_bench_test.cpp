@@ -1,4 +1,5 @@
 // `stylet bench coupling` as a user runs it, shortened: its numbers, and that they are of this coupling.
+#include "tests/bench/short_insertion.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -19,8 +20,9 @@ using nlohmann::json;
 TEST(CouplingBench, MeasuresWhatTheCouplingGains) {
   const support::TemporaryFolder folder;
   const std::filesystem::path file = folder / "coupling.json";
-  const std::string command = std::string("'") + STYLET_COMMAND + "' bench coupling --quick --out '" +
-                              folder.path().string() + "' --json '" + file.string() + "'";
+  const std::string command = short_insertion(folder, 1.2, 500) + "'" + STYLET_COMMAND +
+                              "' bench coupling --quick --out '" + folder.path().string() + "' --json '" +
+                              file.string() + "'";
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::ifstream in(file);
   const json list = json::parse(in);

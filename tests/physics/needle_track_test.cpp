@@ -19,7 +19,14 @@ namespace {
 
 using physics::Coupling;
 using physics::TipState;
-using support::r1;
+using support::kSanitized;
+
+/// With a sanitizer R1 until before its first withdrawal.
+ReferenceInsertion r1() {
+  ReferenceInsertion insertion = support::r1();
+  if (kSanitized) insertion.duration = 1.2;
+  return insertion;
+}
 
 /// Liver and its capsule, after Okamura et al. 2004.
 physics::InsertionResistance liver() {
@@ -96,7 +103,7 @@ Smoothness axial(const ReferenceRun& settings, double simulation_hz) {
   for (std::size_t k = 2; k < f.size(); ++k) {
     s.kink = std::max(s.kink, (f[k] - 2 * f[k - 1] + f[k - 2]).cwiseAbs().maxCoeff());
   }
-  EXPECT_EQ(experiment.most_contacts(), 8);
+  EXPECT_EQ(experiment.most_contacts(), kSanitized ? 6 : 8);
   EXPECT_EQ(experiment.needle_flags(), 0U);
   return s;
 }
@@ -228,7 +235,8 @@ TEST(NeedleTrack, ForceOverDepthHasThePublishedShape) {
 }
 
 TEST(NeedleTrack, NoMotionThereAndBackGivesEnergy) {
-  const auto samples = run(there_and_back(0.060, 0.0), {.coupling = Coupling::stylet, .tissues = tissue(liver())});
+  const auto samples = run(there_and_back(kSanitized ? 0.030 : 0.060, 0.0),
+                           {.coupling = Coupling::stylet, .tissues = tissue(liver())});
   double least = 0;
   for (const Sample& s : samples) least = std::min(least, s.work);
   std::printf("work of the hand: never below %.2e J, %.4f J in the end\n", least, samples.back().work);
@@ -248,7 +256,7 @@ TEST(NeedleTrack, TissueIsDraggedAlongBeforeTheShaftSlips) {
 
 TEST(NeedleTrack, ForceDoesNotDependOnTheHapticRate) {
   std::vector<std::vector<Sample>> at_rate;
-  for (const int khz : {1, 2, 4}) {
+  for (const int khz : kSanitized ? std::vector{1, 2} : std::vector{1, 2, 4}) {
     ReferenceInsertion insertion = there_and_back(0.050, 0.030);
     insertion.haptic_hz = 1000.0 * khz;
     std::vector<Sample> all = run(insertion, {.coupling = Coupling::stylet, .tissues = tissue(liver())});
@@ -274,7 +282,7 @@ TEST(NeedleTrack, ForceDoesNotDependOnTheHapticRate) {
       ++count;
     }
     const double rms = std::sqrt(sum / count);
-    std::printf("%d kHz against 4 kHz: RMS difference %.2f %% of the peak\n", 1 << r, 100 * rms / peak);
+    std::printf("%d kHz against the fastest: RMS difference %.2f %% of the peak\n", 1 << r, 100 * rms / peak);
     EXPECT_LT(rms, 0.02 * peak);
   }
 }

@@ -29,7 +29,7 @@ TEST(Imager, AgreesWithTheReference) {
   gpu::Device device;
   for (const bool convex : {true, false}) {
     for (const int looks : {1, 3}) {
-      if (support::kSanitized && convex == (looks == 1)) continue;  // both probes, both numbers of looks all the same
+      if (support::kSanitized && (!convex || looks == 1)) continue;  // a quarter of a minute each
       content::Scene scene = small_tour();
       scene.probe.convex = convex;
       ImagerSettings settings = kSmall;

@@ -130,8 +130,9 @@ TEST(SpeckleField, IsCorrelatedOverItsWidthAndPeriodic) {
 }
 
 TEST(SpeckleField, FollowsItsSeed) {
-  EXPECT_EQ(SpeckleField(3).texels, SpeckleField(3).texels);
-  EXPECT_NE(SpeckleField(3).texels, SpeckleField(4).texels);
+  const SpeckleField field(3);
+  EXPECT_EQ(field.texels, SpeckleField(3).texels);
+  EXPECT_NE(field.texels, SpeckleField(4).texels);
 }
 
 TEST(PlaneSlice, FindsEveryPointOfADeformedBlockWhereItWasAtRest) {
