@@ -222,6 +222,7 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   scene.room_from_patient = scenario.room_from_patient;
   scene.probe.pose = scenario.probe_pose;
   scene.probe.presses = scenario.probe_presses;
+  scene.probe.gel = scenario.probe_gel;
   scene.camera = scenario.camera;
   scene.rates = scenario.rates;
   scene.coupling = scenario.coupling;

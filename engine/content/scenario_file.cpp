@@ -1,6 +1,7 @@
 #include "engine/content/scenario_file.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <numbers>
@@ -12,6 +13,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr Range kCoordinate{-kPatientExtent, kPatientExtent};
 constexpr Range kComponent{-1e3, 1e3};
+constexpr double kLongestSession = 86400;  // s
 
 /// A direction; normalised.
 Eigen::Vector3d direction(JsonObject& object, const std::string& key, const Eigen::Vector3d& fallback) {
@@ -78,6 +80,7 @@ void read_probe_pose(JsonObject root, ScenarioFile& scenario) {
   }
   const std::string presses = probe->text("presses", "");
   if (!presses.empty()) scenario.probe_presses = body_named(*probe, "presses", presses, scenario.bodies);
+  scenario.probe_gel = probe->boolean("gel", true);
   probe->finish();
 }
 
@@ -183,6 +186,27 @@ Camera read_camera(JsonObject object, const Eigen::Isometry3d& room_from_patient
   return camera;
 }
 
+std::vector<std::array<double, 2>> read_holds(JsonObject& breathing) {
+  std::vector<std::array<double, 2>> holds;
+  const nlohmann::json* list = breathing.array("holds", false);
+  if (list == nullptr) return holds;
+  double last = 0;
+  for (const nlohmann::json& entry : *list) {
+    const bool pair = entry.is_array() && entry.size() == 2 && entry[0].is_number() && entry[1].is_number();
+    const double from = pair ? entry[0].get<double>() : 0;
+    const double to = pair ? entry[1].get<double>() : 0;
+    if (!pair || !(from >= last) || !(to > from) || to > kLongestSession) {
+      breathing.problem("holds", fmt::format("entry {} is not [from_s, to_s] between the hold before it and {:.0f}; "
+                                             "correct it",
+                                             holds.size(), kLongestSession));
+      return {};
+    }
+    holds.push_back({from, to});
+    last = to;
+  }
+  return holds;
+}
+
 LabelRequest read_labels(JsonObject object) {
   LabelRequest labels;
   labels.spacing = object.number("spacing_mm", {0.3, 20}, 1) * 1e-3;
@@ -253,6 +277,7 @@ ScenarioFile read_scenario_file(JsonFile& file) {
   if (auto breathing = root.object("breathing", false)) {
     scenario.breathing.amplitude = breathing->number("amplitude", {0, 2}, 1);
     scenario.breathing.period = breathing->number("period_s", {1, 30}, scenario.breathing.period);
+    scenario.breathing.holds = read_holds(*breathing);
     breathing->finish();
   }
   scenario.damping_time_s = root.number("damping_time_s", {0, 10}, 0);

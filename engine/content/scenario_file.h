@@ -79,6 +79,7 @@ struct ScenarioFile {
   std::filesystem::path motion;
   physics::RigidPose probe_pose;
   int probe_presses = -1;  ///< index into bodies, -1: none
+  bool probe_gel = true;
   std::vector<OrganFile> organs;
   std::vector<BodyRequest> bodies;
   std::vector<TargetRequest> targets;

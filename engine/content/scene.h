@@ -56,6 +56,8 @@ struct BodyContact {
 struct Breathing {
   double amplitude = 0;  ///< 1: as the bodies say, 0: breath held at end-expiration
   double period = 4;     ///< s
+  /// Spells of held breath at end-expiration, from and to, s; ascending and apart.
+  std::vector<std::array<double, 2>> holds{};
 };
 
 /// Where a vertex of a surface sits in a deformable body: x = sum weights[i] * node[nodes[i]].
@@ -113,6 +115,7 @@ struct Probe {
   double gain_db = 0;
   physics::RigidPose pose;  ///< patient_from_probe
   int presses = -1;         ///< deformable body it is held against, -1: none
+  bool gel = true;          ///< between head and skin
 };
 
 struct Target {

@@ -2,12 +2,12 @@
 
 #include "engine/content/error.h"
 #include "engine/content/motion.h"
+#include "engine/session/breathing.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -70,6 +70,10 @@ std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& sce
 }
 
 constexpr double kHousing = 0.004;  // m; how much wider the head is than the face that scans
+// Friction of a smooth head on skin: dry skin against hard polymers 0.3 to 0.7 (Derler and Gerhardt 2012); under gel
+// the film carries, which leaves a tenth of it or less.
+constexpr double kDryFriction = 0.5;
+constexpr double kGelFriction = 0.05;
 
 physics::ProbeShape probe_shape(const content::Probe& probe) {
   physics::ProbeShape shape;
@@ -90,6 +94,7 @@ physics::SimulationLoopSettings simulation_settings(const content::Scene& scene,
     settings.contact.probe.emplace();
     settings.contact.probe->shape = probe_shape(scene.probe);
     settings.contact.probe->body = scene.probe.presses;
+    settings.contact.probe->friction = scene.probe.gel ? kGelFriction : kDryFriction;
   }
   return settings;
 }
@@ -177,11 +182,6 @@ physics::SimulationReport CoupledLoops::simulation_step(double time_s, const phy
     listener->simulation_stepped(record, report, simulation_.tissue(), needle);
   }
   return report;
-}
-
-double inspiration(const content::Breathing& breathing, double time_s) {
-  const double s = std::sin(std::numbers::pi * time_s / breathing.period);
-  return breathing.amplitude * s * s * s * s;
 }
 
 double insertion_depth(const content::Needle& properties, const physics::NeedleState& needle) {

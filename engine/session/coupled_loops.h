@@ -74,8 +74,4 @@ double insertion_depth(const content::Needle& properties, const physics::NeedleS
 /// Pose of the probe at a time: the motion's probe track where there is one, else the scene's.
 physics::RigidPose probe_pose(const content::Scene& scene, double time_s);
 
-/// Share of a full inspiration at a time: 0 at end-expiration, where a quiet breath rests longest; times the scene's
-/// amplitude. Lujan et al. 1999: sin^4 over a period.
-double inspiration(const content::Breathing& breathing, double time_s);
-
 }  // namespace stylet::session

@@ -96,6 +96,7 @@ int main(int argc, char** argv) {
   scene.breathing.amplitude = 0;
   run(scene, "contact, breath held", seconds);
   scene.breathing.amplitude = 1;
+  scene.breathing.holds.clear();
   run(scene, "contact, breathing", seconds);
   // The probe pushed 10 mm further in over the first seconds.
   content::MotionSample still;

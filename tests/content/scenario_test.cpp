@@ -63,6 +63,18 @@ TEST(Scenario, LoadsWhatItsFilesSay) {
   EXPECT_LT((scene.room_from_patient * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitY()).norm(), 1e-12);
 }
 
+TEST(Scenario, SaysWhetherThereIsGelAndWhenTheBreathIsHeld) {
+  SmallScenario small;
+  EXPECT_TRUE(load_scene(small.write()).probe.gel) << "unless said otherwise";
+  small.scenario["probe"]["gel"] = false;
+  small.scenario["breathing"] = {{"amplitude", 0.5}, {"holds", json::parse("[[2, 6.5], [6.5, 8]]")}};
+  const Scene scene = load_scene(small.write());
+  EXPECT_FALSE(scene.probe.gel);
+  ASSERT_THAT(scene.breathing.holds, SizeIs(2));
+  EXPECT_THAT(scene.breathing.holds[0], ElementsAre(2, 6.5));
+  EXPECT_THAT(scene.breathing.holds[1], ElementsAre(6.5, 8));
+}
+
 TEST(Scenario, LoadsTheSameBitsTwice) {
   const SmallScenario small;
   const Scene a = load_scene(small.write());
@@ -201,6 +213,16 @@ INSTANTIATE_TEST_SUITE_P(
                       s.scenario["rates"] = {{"haptic_hz", 1000}, {"simulation_hz", 333}};
                     },
                     "scenario.json:/rates: haptic_hz is not a whole multiple"},
+        BadScenario{
+            "HoldsThatOverlap", [](auto& s) { s.scenario["breathing"]["holds"] = json::parse("[[1, 4], [3, 5]]"); },
+            "scenario.json:/breathing/holds: entry 1 is not [from_s, to_s] between the hold before it and 86400; "
+            "correct it"},
+        BadScenario{
+            "HoldWithoutEnd", [](auto& s) { s.scenario["breathing"]["holds"] = json::parse(R"([[1, "end"]])"); },
+            "scenario.json:/breathing/holds: entry 0 is not [from_s, to_s] between the hold before it and 86400; "
+            "correct it"},
+        BadScenario{"GelOfText", [](auto& s) { s.scenario["probe"]["gel"] = "dry"; },
+                    "scenario.json:/probe/gel: is a text, expected true or false"},
         BadScenario{"UnknownCoupling", [](auto& s) { s.scenario["coupling"] = "magic"; },
                     "scenario.json:/coupling: is \"magic\", accepted is one of: stylet, paper-updated, paper-frozen"},
         BadScenario{"FillerWithoutWall", [](auto& s) { s.scenario["labels"]["filler"] = "liver"; },

@@ -97,13 +97,19 @@ TEST(ShippedContent, DefaultSceneHasTheAnatomyOfABiopsy) {
   EXPECT_EQ(scene.bodies[2].name, "kidney");
   EXPECT_EQ(scene.probe.presses, 0);
   EXPECT_EQ(scene.contacts.size(), 2u);
-  // Breathing takes the liver along by what a diaphragm moves; the held nodes of the wall stay.
+  // Breathing takes the liver along by what a diaphragm moves; the wall rises a little.
   ASSERT_EQ(scene.bodies[1].held_motion.size(), scene.bodies[1].fixed_nodes.size());
   for (const Eigen::Vector3d& motion : scene.bodies[1].held_motion) {
     EXPECT_GE(motion.norm(), 0.010);
     EXPECT_LE(motion.norm(), 0.020);
   }
-  EXPECT_TRUE(scene.bodies[0].held_motion.empty());
+  double largest = 0;
+  for (const Eigen::Vector3d& motion : scene.bodies[0].held_motion) {
+    EXPECT_EQ(motion.head<2>().norm(), 0) << "the wall rises";
+    largest = std::max(largest, motion.z());
+  }
+  EXPECT_GE(largest, 0.002);
+  EXPECT_LE(largest, 0.005);
   const DeformableBody& liver = scene.bodies[1];
   EXPECT_EQ(liver.name, "liver");
   EXPECT_GE(liver.mesh.nodes.size(), 2000u);

@@ -1,14 +1,18 @@
 // The shipped scenario with its recorded hand: every layer down to the tumour is felt, and the tip gets there.
 #include "engine/content/scenario.h"
 #include "engine/session/live_session.h"
+#include "engine/session/lockstep.h"
 #include "engine/session/puncture_event.h"
 #include "haptic/recorded_device.h"
+#include "tests/session/target_watch.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -21,6 +25,7 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   if (support::kSanitized) GTEST_SKIP() << "minutes long with a sanitizer; the layers of layers_test.cpp are not";
   const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
   ASSERT_EQ(scene.coupling, "stylet");
+  ASSERT_FALSE(scene.breathing.holds.empty());
   std::vector<haptic::StylusSample> track;
   for (const content::MotionSample& sample : scene.motion.stylus) {
     track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
@@ -48,12 +53,42 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
     from = at;
     std::printf("%-8s at %.2f s, %.2f N\n", layer, at->time_s, at->force_n);
   }
+  EXPECT_GT(felt.front().time_s, scene.breathing.holds[0][0]) << "while the breath is held";
   const ForceSummary force = session.force().summary();
   std::printf("peak %.2f N; tip %.1f mm from the target's centre\n", force.peak_force,
               1e3 * session.closest_target_distance());
   EXPECT_GT(force.peak_axial, 2);  // what 18G needles are felt with, skin and 60 mm of tissue: 2 to 6 N
   EXPECT_LT(force.peak_force, 6);
   EXPECT_LT(session.closest_target_distance(), 0.5 * scene.targets.front().radius);
+}
+
+TEST(LiverBiopsy, TheTargetGoesWithTheBreathAndRestsInTheHold) {
+  if (support::kSanitized) GTEST_SKIP() << "minutes long with a sanitizer; breathing_test.cpp is not";
+  const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  ASSERT_EQ(scene.breathing.holds.size(), 1U);
+  const auto [from, to] = scene.breathing.holds[0];
+  EXPECT_GT(to, scene.motion.stylus.back().time_s);
+  tests::TargetWatch watch(scene);
+  physics::StylusPose away;  // no needle
+  away.position = {0, 0, 1};
+  CoupledLoops loops(scene, physics::Coupling::stylet, away, {&watch});
+  physics::TissuePatch patch = loops.make_patch();
+  const int steps = static_cast<int>(std::lround((from + 0.5) * scene.rates.simulation_hz));
+  for (int step = 0; step < steps; ++step) {
+    loops.simulation_step(step / scene.rates.simulation_hz, loops.needle(), true, true, patch);
+    if (step % kLockstepFactorisationSteps == 0) loops.worker().step();
+  }
+  const double largest = watch.largest(), held = watch.largest_from(from);
+  double support = 0;  // what the diaphragm moves by
+  for (const Eigen::Vector3d& motion : scene.bodies[1].held_motion) support = std::max(support, motion.norm());
+  support *= scene.breathing.amplitude;
+  std::printf("diaphragm %.1f mm, target %.1f mm, in the hold %.4f mm; overlap of organs up to %.2f mm\n",
+              1e3 * support, 1e3 * largest, 1e3 * held, 1e3 * watch.overlap);
+  EXPECT_NEAR(largest, support, 0.2 * support);
+  EXPECT_GE(largest, 0.010);
+  EXPECT_LT(held, 1e-4);
+  EXPECT_LT(watch.overlap, 5e-4);
+  EXPECT_EQ(watch.flags & ~std::uint32_t{physics::kSimulationStepLimited}, 0U);
 }
 
 }  // namespace

@@ -208,7 +208,7 @@ TEST_F(Command, RenderGivesTheSameFramesTwice) {
 }
 
 TEST_F(Command, TrainLeavesACompleteResultThatReplays) {
-  const fs::path motion = short_motion(4.0, 4.4);
+  const fs::path motion = short_motion(7.9, 8.3);
   const Outcome trained = run(fmt::format("train {} --view headless --device recorded:{} --out {}",
                                           default_scenario(), motion.string(), out().string()));
   ASSERT_EQ(trained.exit_code, 0) << trained.output;
@@ -235,7 +235,7 @@ TEST_F(Command, TrainLeavesACompleteResultThatReplays) {
 }
 
 TEST_F(Command, AnInterruptEndsTheSessionAndKeepsIt) {
-  const fs::path motion = short_motion(4.0, 14.0);
+  const fs::path motion = short_motion(7.9, 14.6);
   const std::string scenario_name = default_scenario();
   const auto entries = [&] {
     return std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator{});

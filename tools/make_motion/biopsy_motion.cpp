@@ -42,9 +42,9 @@ content::Motion biopsy_motion(const BiopsyPlan& plan) {
   const double first = depth - 0.003;  // the first pass stops short of the tumour's middle
   const double back = first - 0.030;
   const std::vector<Stroke> strokes{
-      {-0.045, -0.045, 0, 0.3, 0},  {-0.045, -0.004, 0.042, 0, 0}, {-0.004, -0.004, 0, 0.3, 0},
-      {-0.004, first, 0.040, 0, 1}, {first, first, 0, 0.4, 0},     {first, back, 0.036, 0, 0},
-      {back, back, 0, 0.4, 0},      {back, depth, 0.030, 0, -0.6}, {depth, depth, 0, 0.9, 0},
+      {-0.045, -0.045, 0, plan.wait, 0}, {-0.045, -0.004, 0.042, 0, 0}, {-0.004, -0.004, 0, 0.3, 0},
+      {-0.004, first, 0.040, 0, 1},      {first, first, 0, 0.4, 0},     {first, back, 0.036, 0, 0},
+      {back, back, 0, 0.4, 0},           {back, depth, 0.030, 0, -0.6}, {depth, depth, 0, 0.9, 0},
   };
   double total = 0;
   for (const Stroke& stroke : strokes) total += stroke.duration();

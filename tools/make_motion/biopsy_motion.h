@@ -13,12 +13,13 @@ struct BiopsyPlan {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();  ///< where the tip ends
   double needle_length = 0.150;                      ///< hub to tip
   double sample_hz = 250;
+  double wait = 4.2;       ///< s, at the start: until the patient has breathed out and begins to hold
   double lateral = 0.009;  ///< largest sideways excursion of the hub during the insertion
 };
 
-/// Approach, S-shaped insertion to short of the target, withdrawal by 30 mm, second advance into the target, trigger.
-/// Every stroke is a minimum-jerk profile (Flash and Hogan 1985) with a peak of 30 to 42 mm/s; a tremor of 0.04 mm at
-/// 7 to 11 Hz lies on top. Deterministic.
+/// Wait, approach, S-shaped insertion to short of the target, withdrawal by 30 mm, second advance into the target,
+/// trigger. Every stroke is a minimum-jerk profile (Flash and Hogan 1985) with a peak of 30 to 42 mm/s; a tremor of
+/// 0.04 mm at 7 to 11 Hz lies on top. Deterministic.
 content::Motion biopsy_motion(const BiopsyPlan& plan);
 
 }  // namespace stylet::motion
