@@ -7,6 +7,7 @@
 #include "haptic/recorded_device.h"
 #include "tests/session/layered_scene.h"
 #include "tests/session/target_watch.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -68,8 +69,8 @@ content::Scene breathing_scene() {
   content::Scene scene = tests::layered_scene();
   scene.contacts.push_back({.nodes_of = 1, .surface_of = 0});
   scene.bodies[1].held_motion.assign(scene.bodies[1].fixed_nodes.size(), Eigen::Vector3d(0.012, 0, 0));
-  scene.breathing = {.amplitude = 1, .period = 1.2, .holds = {{1.5, 4}}};
-  for (content::MotionSample& sample : scene.motion.stylus) sample.time_s += 1.5;
+  scene.breathing = {.amplitude = 1, .period = 0.6, .holds = {{0.8, 4}}};
+  for (content::MotionSample& sample : scene.motion.stylus) sample.time_s += 0.8;
   return scene;
 }
 
@@ -81,11 +82,11 @@ TEST(Breathing, MovesTheTargetByItsAmplitudeAndHoldsItStillForTheNeedle) {
   away.position = {0, 0, 1};
   CoupledLoops loops(scene, physics::Coupling::stylet, away, {&watch});
   physics::TissuePatch patch = loops.make_patch();
-  for (double t = 0; t < 2.5; t += 1 / scene.rates.simulation_hz) {
+  for (double t = 0; t < 1.2; t += 1 / scene.rates.simulation_hz) {
     loops.simulation_step(t, loops.needle(), true, true, patch);
     loops.worker().step();
   }
-  const double largest = watch.largest(), held = watch.largest_from(1.5);
+  const double largest = watch.largest(), held = watch.largest_from(0.8);
   std::printf("[ breath ] target moves %.2f mm, in the hold %.4f mm\n", 1e3 * largest, 1e3 * held);
   EXPECT_NEAR(largest, 0.012, 0.2 * 0.012);
   EXPECT_LT(held, 1e-4);
@@ -100,7 +101,9 @@ TEST(Breathing, IsReplayedToTheSameBits) {
   haptic::RecordedDevice device(std::move(track));
   const support::TemporaryFolder folder;
   const auto path = folder / "breath.rec";
-  LiveSession session(scene, device, {.duration_s = 1.8, .lockstep = true, .recording = path, .build = "test"});
+  LiveSession session(
+      scene, device,
+      {.duration_s = support::kSanitized ? 0.2 : 1.1, .lockstep = true, .recording = path, .build = "test"});
   (void)session.run_in_lockstep();
   const Recording recording = read_recording(path);
   const RecordedSettings settings = recorded_settings(recording);
