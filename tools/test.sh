@@ -50,7 +50,7 @@ skipped() { cat build/*/ctest-*.log 2>/dev/null | grep -c '\*\*\*Skipped' || tru
 rm -f build/*/ctest-*.log
 data=-DSTYLET_TEST_DATA=${STYLET_TEST_DATA:-}
 
-stage "Build release" build release all -DBUILD_TESTING=ON "$data"
+stage "Build release" build release all_tests -DBUILD_TESTING=ON "$data"
 stage "Test release" run_tests release all || status=1
 stage "Build asan" build asan all_tests "$data"
 stage "Test asan" run_tests asan cpu -LE gpu || status=1

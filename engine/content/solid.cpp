@@ -1,5 +1,7 @@
 #include "engine/content/solid.h"
 
+#include "engine/content/nearest_on_triangle.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,44 +11,6 @@ namespace stylet::content {
 namespace {
 
 constexpr std::uint32_t kLeafTriangles = 4;
-
-enum class Feature : std::uint8_t { face, edge, vertex };
-
-struct TrianglePoint {
-  Eigen::Vector3d point;
-  Feature feature;
-  int index;  // edge i runs from corner i to i+1
-};
-
-// Ericson, "Real-Time Collision Detection", 5.1.5: the Voronoi region of the triangle decides.
-TrianglePoint nearest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                  const Eigen::Vector3d& c) {
-  const Eigen::Vector3d ab = b - a;
-  const Eigen::Vector3d ac = c - a;
-  const Eigen::Vector3d ap = p - a;
-  const double d1 = ab.dot(ap);
-  const double d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return {a, Feature::vertex, 0};
-  const Eigen::Vector3d bp = p - b;
-  const double d3 = ab.dot(bp);
-  const double d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return {b, Feature::vertex, 1};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + ab * (d1 / (d1 - d3)), Feature::edge, 0};
-  const Eigen::Vector3d cp = p - c;
-  const double d5 = ab.dot(cp);
-  const double d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return {c, Feature::vertex, 2};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + ac * (d2 / (d2 - d6)), Feature::edge, 2};
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    return {b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), Feature::edge, 1};
-  }
-  const double sum = va + vb + vc;
-  if (!(sum > 0)) return {a, Feature::vertex, 0};
-  return {a + ab * (vb / sum) + ac * (vc / sum), Feature::face, 0};
-}
 
 }  // namespace
 
@@ -128,7 +92,7 @@ std::uint32_t Solid::build(std::uint32_t first, std::uint32_t count, const std::
 
 Solid::Nearest Solid::nearest(const Eigen::Vector3d& point) const {
   double best = std::numeric_limits<double>::infinity();
-  TrianglePoint hit{point, Feature::face, 0};
+  TrianglePoint hit{point, TriangleFeature::face, 0};
   std::uint32_t triangle = 0;
   std::array<std::uint32_t, 64> stack;  // depth of a median-split tree: log2 of the triangles
   int top = 0;
@@ -161,15 +125,15 @@ Solid::Nearest Solid::nearest(const Eigen::Vector3d& point) const {
   const auto& v = surface_.triangles[triangle];
   Nearest nearest{hit.point, Eigen::Vector3d::Zero(), triangle, std::sqrt(best)};
   switch (hit.feature) {
-    case Feature::face:
+    case TriangleFeature::face:
       nearest.normal = (surface_.vertices[v[1]] - surface_.vertices[v[0]])
                            .cross(surface_.vertices[v[2]] - surface_.vertices[v[0]])
                            .stableNormalized();
       break;
-    case Feature::edge:
+    case TriangleFeature::edge:
       nearest.normal = edge_normals_[triangle][hit.index];
       break;
-    case Feature::vertex:
+    case TriangleFeature::vertex:
       nearest.normal = vertex_normals_[v[hit.index]];
       break;
   }

@@ -86,12 +86,12 @@ TEST(Patient, CommittedFilesAreWhatTheGeneratorMakes) {
     expect_same(torso::rib(torso::kFirstRib), organ("rib_right_" + std::to_string(torso::kFirstRib)).mesh);
     return;
   }
-  Colours colours;
+  content::TissueColours colours;
   const nlohmann::json table = tissue_table();
   for (const auto& [name, tissue] : table.items()) {
     colours[name] = tissue.at("colour").get<std::array<float, 4>>();
   }
-  const auto glb = write_glb(make_organs(), colours, "Apache-2.0, Stylet contributors");
+  const auto glb = patient_glb(colours);
   const std::string made(reinterpret_cast<const char*>(glb.data()), glb.size());
   EXPECT_TRUE(same_or_a_micrometre_apart(made, read_bytes(kContent / "organs/abdomen.glb")))
       << "run stylet-make-patient and look at what changed";

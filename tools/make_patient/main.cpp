@@ -15,10 +15,10 @@ namespace {
 
 using namespace stylet;
 
-patient::Colours read_colours(const std::filesystem::path& path) {
+content::TissueColours read_colours(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) throw std::runtime_error(fmt::format("{}: cannot be read", path.string()));
-  patient::Colours colours;
+  content::TissueColours colours;
   const nlohmann::json table = nlohmann::json::parse(file);
   for (const auto& [name, tissue] : table.at("tissues").items()) {
     colours[name] = tissue.at("colour").get<std::array<float, 4>>();
@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     const std::vector<patient::Organ> organs = patient::make_organs();
-    const auto glb = patient::write_glb(organs, read_colours(tissues), "Apache-2.0, Stylet contributors");
+    const auto glb = patient::patient_glb(read_colours(tissues));
     const std::string json = patient::procedure_json(patient::make_procedure());
     std::filesystem::create_directories(out);
     write(out / "abdomen.glb", reinterpret_cast<const char*>(glb.data()), glb.size());

@@ -90,6 +90,12 @@ std::vector<Organ> make_organs() {
   return organs;
 }
 
+std::vector<std::byte> patient_glb(const content::TissueColours& colours) {
+  return content::write_glb(
+      make_organs(), colours,
+      {.generator = "stylet-make-patient", .copyright = "Apache-2.0, Stylet contributors", .scene = "abdomen"});
+}
+
 content::TriangleMesh tumour_surface() {
   const Vector3 reach = Vector3::Constant(15.0_mm);
   return contour(anatomy::tumour, {anatomy::tumour_centre() - reach, anatomy::tumour_centre() + reach}, 2.2_mm);

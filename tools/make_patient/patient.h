@@ -1,7 +1,7 @@
 // The default patient: all organs as closed surfaces, and where to put needle and probe.
 #pragma once
 
-#include "tools/make_patient/glb.h"
+#include "engine/content/gltf_writer.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -11,8 +11,13 @@
 
 namespace stylet::patient {
 
+using Organ = content::AnnotatedSurface;
+
 /// Outer to inner: where two overlap, the later one counts.
 std::vector<Organ> make_organs();
+
+/// abdomen.glb. @param colours  of the tissue table
+std::vector<std::byte> patient_glb(const content::TissueColours& colours);
 
 /// The mesh of the organ "tumour", the smallest one that is contoured.
 content::TriangleMesh tumour_surface();

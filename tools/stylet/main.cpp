@@ -26,6 +26,7 @@ constexpr const char* kFooter =
     "  stylet train liver_biopsy --device mouse        drive the needle yourself\n"
     "  stylet replay out/demo/session.rec              check that the recording replays bit for bit\n"
     "  stylet render liver_biopsy --out frames         deterministic PNG frames, no display needed\n"
+    "  stylet import liver.stl --out organs            a mesh becomes an organ with tetrahedra\n"
     "  stylet validate content/scenarios/liver_biopsy.json\n"
     "  stylet bench paper                              the paper's tables and figures next to ours\n"
     "`stylet COMMAND --help` explains a command.";
@@ -50,6 +51,7 @@ int main(int argc, char** argv) {
   tools::add_train(app, exit_code);
   tools::add_render(app, exit_code);
   tools::add_replay(app, exit_code);
+  tools::add_import(app, exit_code);
   tools::add_validate(app, exit_code);
   tools::add_bench(app, exit_code);
   try {

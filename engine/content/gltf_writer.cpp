@@ -1,4 +1,4 @@
-#include "tools/make_patient/glb.h"
+#include "engine/content/gltf_writer.h"
 
 #include <tiny_gltf.h>
 
@@ -7,7 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace stylet::patient {
+namespace stylet::content {
 namespace {
 
 template <typename T>
@@ -24,7 +24,7 @@ int add_view(tinygltf::Model& model, const std::vector<T>& data, int target) {
   return static_cast<int>(model.bufferViews.size()) - 1;
 }
 
-tinygltf::Value::Object organ_extras(const Organ& organ) {
+tinygltf::Value::Object organ_extras(const AnnotatedSurface& organ) {
   tinygltf::Value::Object annotation;
   annotation["id"] = tinygltf::Value(organ.name);
   annotation["role"] = tinygltf::Value(organ.role);
@@ -40,7 +40,7 @@ tinygltf::Value::Object tissue_extras(const std::string& preset) {
   return {{"tissue", tinygltf::Value(annotation)}};
 }
 
-int add_mesh(tinygltf::Model& model, const Organ& organ, int material) {
+int add_mesh(tinygltf::Model& model, const AnnotatedSurface& organ, int material) {
   std::vector<float> positions;
   std::vector<double> low(3, INFINITY);
   std::vector<double> high(3, -INFINITY);
@@ -84,27 +84,28 @@ int add_mesh(tinygltf::Model& model, const Organ& organ, int material) {
 
 }  // namespace
 
-std::vector<std::byte> write_glb(const std::vector<Organ>& organs, const Colours& colours,
-                                 const std::string& copyright) {
+std::vector<std::byte> write_glb(std::span<const AnnotatedSurface> organs, const TissueColours& colours,
+                                 const GlbAsset& asset) {
   tinygltf::Model model;
   model.asset.version = "2.0";
-  model.asset.generator = "stylet-make-patient";
-  model.asset.copyright = copyright;
+  model.asset.generator = asset.generator;
+  model.asset.copyright = asset.copyright;
   model.buffers.emplace_back();
   tinygltf::Scene scene;
-  scene.name = "abdomen";
+  scene.name = asset.scene;
   std::map<std::string, int> material_of;
-  for (const Organ& organ : organs) {
+  for (const AnnotatedSurface& organ : organs) {
     const auto [entry, fresh] = material_of.try_emplace(organ.tissue, static_cast<int>(model.materials.size()));
     if (fresh) {
-      const auto& colour = colours.at(organ.tissue);
+      const auto known = colours.find(organ.tissue);
+      const std::array<float, 4> colour = known != colours.end() ? known->second : std::array{0.8F, 0.8F, 0.8F, 1.0F};
       tinygltf::Material material;
       material.name = organ.tissue;
       material.pbrMetallicRoughness.baseColorFactor = {colour[0], colour[1], colour[2], colour[3]};
       material.pbrMetallicRoughness.metallicFactor = 0;
       material.pbrMetallicRoughness.roughnessFactor = 0.5;
       if (colour[3] < 1) material.alphaMode = "BLEND";
-      material.extras = tinygltf::Value(tissue_extras(organ.tissue));
+      if (!organ.tissue.empty()) material.extras = tinygltf::Value(tissue_extras(organ.tissue));
       model.materials.push_back(material);
     }
     tinygltf::Node node;
@@ -126,4 +127,4 @@ std::vector<std::byte> write_glb(const std::vector<Organ>& organs, const Colours
   return bytes;
 }
 
-}  // namespace stylet::patient
+}  // namespace stylet::content

@@ -1,0 +1,40 @@
+// The solid of some labels in a volume.
+#pragma once
+
+#include "engine/import/nifti.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <span>
+#include <vector>
+
+namespace stylet::import {
+
+/// Signed distance to the surface between voxels with and without these labels. The share of the labels in a voxel
+/// (1 or 0) is smoothed by a binomial filter of one voxel, which takes the stairs off and keeps volume and position,
+/// then turned into a distance near its level 1/2; further away the distance to the nearest voxel of the other side.
+class LabelSolid {
+public:
+  /// @throws content::ContentError  none of the labels occurs
+  LabelSolid(const LabelImage& image, std::span<const int> labels);
+
+  /// Metres, negative inside. Outside the volume: positive.
+  double signed_distance(const Eigen::Vector3d& point) const;
+  /// Of the voxels, m^3.
+  double volume() const { return volume_; }
+  const Eigen::AlignedBox3d& bounds() const { return bounds_; }
+  /// A voxel of the labels lies on the rim of the volume.
+  bool touches_rim() const { return touches_rim_; }
+
+private:
+  Eigen::Affine3d voxel_from_patient_;
+  Eigen::Vector3i first_;  // voxel of the image that distance_ begins at
+  Eigen::Vector3i size_;
+  std::vector<float> distance_;  // [voxels of the part around the labels] signed, m
+  Eigen::AlignedBox3d bounds_;   // patient frame
+  double volume_ = 0;
+  bool touches_rim_ = false;
+};
+
+}  // namespace stylet::import

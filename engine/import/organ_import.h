@@ -1,0 +1,65 @@
+// From the parts of an organ to what the simulation needs: one closed surface, tetrahedra, and an account of both.
+#pragma once
+
+#include "engine/content/tet_quality.h"
+#include "engine/content/triangle_mesh.h"
+#include "engine/import/organ_source.h"
+#include "physics/tissue/tet_mesh.h"
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stylet::import {
+
+struct ImportSettings {
+  double cell = 0;              ///< of the lattice, m; 0: for what follows
+  int target_nodes = 0;         ///< 0: for the volume error
+  double volume_error = 0.03;   ///< relative
+  std::optional<double> gap{};  ///< widest opening that is closed, m; absent: the smallest that encloses something
+};
+
+/// How the inside of an organ was found.
+enum class SolidFrom {
+  closed_surface,  ///< closed and consistently oriented: exact
+  enclosure,       ///< what cannot be reached from outside (enclosed_solid.h)
+  labels,          ///< voxels
+};
+
+/// What was found, repaired and guessed. Lengths in m, volumes in m^3.
+struct ImportReport {
+  int parts = 0;
+  std::size_t triangles_read = 0;
+  std::size_t triangles = 0;  ///< after welding and cleaning
+  std::size_t dropped = 0;    ///< degenerate or duplicate
+  int boundary_edges = 0;     ///< of the welded surface
+  int non_manifold_edges = 0;
+  int components = 0;
+  double welded_volume = 0;  ///< enclosed by the welded surface; 0 where it is not closed
+  SolidFrom from = SolidFrom::closed_surface;
+  double gap = 0;     ///< closed; 0: none
+  double volume = 0;  ///< of the solid
+  double cell = 0;
+  std::size_t nodes = 0, tetrahedra = 0;
+  content::TetQuality quality;
+  std::vector<int> dihedral_histogram;  ///< tetrahedra by their smallest dihedral angle, 5 degrees a bin from 0
+  std::vector<std::string> notes;       ///< what an author should know, one line each
+
+  double volume_error() const { return volume > 0 ? quality.volume / volume - 1 : 0; }
+};
+
+struct ImportedOrgan {
+  std::string id;
+  content::TriangleMesh surface;  ///< closed, outward, patient frame
+  physics::TetMesh mesh;
+  ImportReport report;
+};
+
+/// Called with what is being done.
+using ImportProgress = std::function<void(const std::string& task)>;
+
+/// @throws content::ContentError  no inside, and why; a mesh that cannot be made good
+ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress);
+
+}  // namespace stylet::import

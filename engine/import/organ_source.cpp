@@ -1,0 +1,233 @@
+#include "engine/import/organ_source.h"
+
+#include "engine/content/error.h"
+#include "engine/content/json_reader.h"
+#include "engine/content/surface_mesh.h"
+#include "engine/import/obj.h"
+#include "engine/import/stl.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+#include <string_view>
+
+namespace stylet::import {
+namespace {
+
+using content::ContentError;
+
+constexpr std::size_t kFileBytes = 512u << 20;
+constexpr double kLargestOrgan = 3.0;    // m
+constexpr double kSmallestOrgan = 1e-3;  // m
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+/// A name that can be an id and a file name.
+std::string id_of(std::string_view name) {
+  std::string id;
+  for (const char c : lower(name)) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0;
+    if (plain) {
+      id += c;
+    } else if (!id.empty() && id.back() != '_') {
+      id += '_';
+    }
+  }
+  while (!id.empty() && id.back() == '_') id.pop_back();
+  return id.empty() ? "organ" : id.substr(0, 60);
+}
+
+/// `pattern` with * and ? against the whole of `text`, without regard to case.
+bool fits(std::string_view pattern, std::string_view text) {
+  const std::string p = lower(pattern), t = lower(text);
+  std::size_t i = 0, j = 0, star = std::string::npos, mark = 0;
+  while (j < t.size()) {
+    if (i < p.size() && (p[i] == '?' || p[i] == t[j])) {
+      ++i;
+      ++j;
+    } else if (i < p.size() && p[i] == '*') {
+      star = i++;
+      mark = j;
+    } else if (star != std::string::npos) {
+      i = star + 1;
+      j = ++mark;
+    } else {
+      return false;
+    }
+  }
+  while (i < p.size() && p[i] == '*') ++i;
+  return i == p.size();
+}
+
+SourceFile from_gltf(std::span<const std::byte> bytes, const std::filesystem::path& path) {
+  SourceFile file{.path = path, .format = "glTF", .parts = {}, .image = {}, .assumptions = {}, .warnings = {}};
+  content::GltfScene scene = content::read_gltf(bytes, path);
+  for (content::GltfOrgan& organ : scene.organs) {
+    file.parts.push_back({.name = std::move(organ.name),
+                          .place = path.string() + ":/" + organ.place,
+                          .mesh = std::move(organ.mesh),
+                          .organ = std::move(organ.organ),
+                          .tissue = std::move(organ.tissue),
+                          .colour = organ.colour});
+  }
+  file.warnings = std::move(scene.warnings);
+  return file;
+}
+
+SourceFile from_surfaces(SurfaceFile&& surfaces, const std::filesystem::path& path, const std::string& format,
+                         const SourceSettings& settings) {
+  SourceFile file{.path = path, .format = format, .parts = {}, .image = {}, .assumptions = {}, .warnings = {}};
+  const Axes axes = settings.axes.value_or(surfaces.axes.value_or(Axes::lps));
+  const char* name = axes == Axes::lps ? "LPS" : axes == Axes::ras ? "RAS" : "patient";
+  const double unit = settings.metres_per_unit.value_or(1e-3);
+  const char* origin = settings.axes ? "as asked" : surfaces.axes ? "as the file says" : "assumed; --axes changes it";
+  file.assumptions.push_back(fmt::format("axes {} ({})", name, origin));
+  file.assumptions.push_back(fmt::format("one unit is {:g} mm ({})", unit * 1e3,
+                                         settings.metres_per_unit ? "as asked" : "assumed; --unit changes it"));
+  const Eigen::Affine3d patient = patient_from_file(axes, unit);
+  for (SourceSurface& surface : surfaces.surfaces) {
+    for (Eigen::Vector3d& vertex : surface.mesh.vertices) vertex = patient * vertex;
+    file.parts.push_back({.name = surface.name,
+                          .place = fmt::format("{}:{}", path.string(), surface.name),
+                          .mesh = std::move(surface.mesh),
+                          .organ = {},
+                          .tissue = {}});
+  }
+  file.warnings = std::move(surfaces.warnings);
+  return file;
+}
+
+SourceFile from_labels(LabelImage&& image, const std::filesystem::path& path) {
+  SourceFile file{.path = path, .format = "NIfTI", .parts = {}, .image = {}, .assumptions = {}, .warnings = {}};
+  for (const auto& [label, voxels] : image.counts()) {
+    if (label == 0) continue;  // background
+    const std::string name = fmt::format("label_{}", label);
+    file.parts.push_back({.name = name,
+                          .place = fmt::format("{}:{}", path.string(), name),
+                          .mesh = {},
+                          .organ = {},
+                          .tissue = {},
+                          .label = label});
+  }
+  if (file.parts.empty()) throw ContentError(path.string() + ": every voxel is background (0)");
+  file.warnings = std::move(image.warnings);
+  file.image = std::move(image);
+  return file;
+}
+
+void check_sizes(SourceFile& file) {
+  Eigen::AlignedBox3d box;
+  for (const SourcePart& part : file.parts) {
+    for (const Eigen::Vector3d& vertex : part.mesh.vertices) box.extend(vertex);
+  }
+  if (box.isEmpty()) return;
+  const double size = box.sizes().maxCoeff();
+  if (size > kLargestOrgan) {
+    file.warnings.push_back(
+        fmt::format("{}: is {:.3g} m wide: are its numbers millimetres? --unit mm", file.path.string(), size));
+  } else if (size < kSmallestOrgan) {
+    file.warnings.push_back(
+        fmt::format("{}: is {:.3g} mm wide: are its numbers metres? --unit m", file.path.string(), size * 1e3));
+  }
+}
+
+std::string names_of(const std::vector<SourceFile>& files) {
+  std::string names;
+  for (const SourceFile& file : files) {
+    for (const SourcePart& part : file.parts) {
+      if (names.size() > 300) return names + ", ...";
+      names += (names.empty() ? "" : ", ") + part.name;
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+SourceFile read_source(const std::filesystem::path& path, const SourceSettings& settings) {
+  const std::string text = content::read_file(path, kFileBytes);
+  const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
+  const std::string ending = lower(path.extension().string());
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  SourceFile file;
+  if (text.starts_with("glTF") || (first != std::string::npos && text[first] == '{')) {
+    file = from_gltf(bytes, path);
+  } else if (looks_like_nifti(bytes)) {
+    file = from_labels(read_nifti_labels(bytes, path), path);
+  } else if (looks_like_stl(bytes)) {
+    file = from_surfaces(read_stl(bytes, path), path, "STL", settings);
+  } else if (ending == ".stl") {
+    file = from_surfaces(read_stl(bytes, path), path, "STL", settings);  // says what is wrong with it
+  } else if (ending == ".obj" || text.starts_with("v ") || text.find("\nv ") != std::string::npos) {
+    file = from_surfaces(read_obj(bytes, path), path, "OBJ", settings);
+  } else {
+    throw ContentError(path.string() + ": is neither glTF, STL, OBJ nor NIfTI; export it as one of these");
+  }
+  check_sizes(file);
+  return file;
+}
+
+std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
+                                     const std::vector<OrganRequest>& requests) {
+  std::vector<OrganParts> organs;
+  std::map<std::pair<const SourceFile*, std::string>, std::size_t> index;
+  const auto add = [&](const SourceFile& file, const std::string& id, const SourcePart& part) {
+    const auto [found, is_new] = index.try_emplace({&file, id}, organs.size());
+    if (is_new) organs.push_back({.id = id, .file = &file, .parts = {}});
+    organs[found->second].parts.push_back(&part);
+  };
+  for (const OrganRequest& request : requests) {
+    for (const std::string& pattern : request.patterns) {
+      bool fitted = false;
+      for (const SourceFile& file : files) {
+        for (const SourcePart& part : file.parts) {
+          if (!fits(pattern, part.name)) continue;
+          add(file, request.id, part);
+          fitted = true;
+        }
+      }
+      if (!fitted) {
+        throw ContentError(
+            fmt::format("organ {}: no part is called \"{}\"; there are {}", request.id, pattern, names_of(files)));
+      }
+    }
+  }
+  if (!requests.empty()) return organs;
+
+  for (const SourceFile& file : files) {
+    const bool annotated = std::any_of(file.parts.begin(), file.parts.end(),
+                                       [](const SourcePart& part) { return !part.organ.id.empty(); });
+    std::vector<const SourcePart*> patches;
+    for (const SourcePart& part : file.parts) {
+      if (annotated) {
+        if (!part.organ.id.empty() && part.organ.role != "ignore") add(file, part.organ.id, part);
+        continue;
+      }
+      bool whole = part.label >= 0;
+      if (!whole) {
+        try {
+          content::solid_surface(part.mesh, part.place);
+          whole = true;
+        } catch (const ContentError&) {
+          whole = false;  // a patch of something
+        }
+      }
+      if (whole) {
+        add(file, id_of(part.name), part);
+      } else {
+        patches.push_back(&part);
+      }
+    }
+    for (const SourcePart* part : patches) add(file, id_of(file.path.stem().string()), *part);
+  }
+  return organs;
+}
+
+}  // namespace stylet::import

@@ -1,0 +1,64 @@
+// What an author gives: files of surfaces or labels, and which parts of them make which organ.
+#pragma once
+
+#include "engine/content/gltf.h"
+#include "engine/import/nifti.h"
+#include "engine/import/source_surface.h"
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stylet::import {
+
+/// A part of a file: a glTF node, an STL solid, an OBJ object, or one label of a volume.
+struct SourcePart {
+  std::string name;
+  std::string place;               ///< file:place, for messages
+  content::TriangleMesh mesh;      ///< patient frame, m; not welded; empty for a label
+  content::OrganAnnotation organ;  ///< glTF extras
+  std::optional<content::TissueAnnotation> tissue;
+  std::array<float, 4> colour{0.8F, 0.8F, 0.8F, 1.0F};
+  int label = -1;  ///< of `image`
+};
+
+struct SourceFile {
+  std::filesystem::path path;
+  std::string format;  ///< glTF, STL, OBJ, NIfTI
+  std::vector<SourcePart> parts;
+  std::optional<LabelImage> image;
+  std::vector<std::string> assumptions;  ///< about unit and axes, one line each
+  std::vector<std::string> warnings;     ///< one line each
+};
+
+/// How files without unit and axes of their own are meant. STL and OBJ: what they say, else this; glTF has both.
+struct SourceSettings {
+  std::optional<Axes> axes;                 ///< absent: as the file says, else LPS
+  std::optional<double> metres_per_unit{};  ///< absent: millimetres
+};
+
+/// Reads a file, whatever its name ends with. @throws content::ContentError
+SourceFile read_source(const std::filesystem::path& path, const SourceSettings& settings);
+
+/// Parts that make one organ.
+struct OrganRequest {
+  std::string id;
+  std::vector<std::string> patterns;  ///< of part names: `*` any text, `?` a character; the case does not count
+};
+
+/// An organ to be made.
+struct OrganParts {
+  std::string id;
+  const SourceFile* file = nullptr;
+  std::vector<const SourcePart*> parts;
+};
+
+/// Which parts make which organ. With requests: those, in their order. Without: parts with the same extras.organ.id
+/// belong together; if no part has one, parts that are closed by themselves are an organ each, and the others of
+/// their file one together, named after the file.
+/// @throws content::ContentError  a pattern that fits nothing, with the names there are
+std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files, const std::vector<OrganRequest>& requests);
+
+}  // namespace stylet::import

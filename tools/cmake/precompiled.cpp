@@ -1,0 +1,1 @@
+// Holds the precompiled headers of stylet.cmake; nothing else.

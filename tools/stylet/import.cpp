@@ -1,0 +1,263 @@
+// `stylet import`: meshes and label volumes of other programs become organs that can be simulated.
+#include "engine/content/error.h"
+#include "engine/content/gltf_writer.h"
+#include "engine/content/json_reader.h"
+#include "engine/content/scenario.h"
+#include "engine/content/tissue_table.h"
+#include "engine/import/organ_files.h"
+#include "engine/import/organ_import.h"
+#include "engine/import/organ_picture.h"
+#include "engine/import/organ_source.h"
+#include "engine/session/output_directory.h"
+#include "tools/stylet/commands.h"
+#include "tools/stylet/interrupt.h"
+#include "tools/stylet/progress.h"
+#include "tools/stylet/version.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace stylet::tools {
+namespace {
+
+using content::ContentError;
+
+struct ImportOptions {
+  std::vector<std::string> files;
+  std::string out;
+  std::vector<std::string> organs;   // ID=PATTERN,PATTERN
+  std::vector<std::string> tissues;  // ID=PRESET
+  double cell_mm = 0;
+  int nodes = 0;
+  double volume_error_percent = 3;
+  double gap_mm = 0;
+  std::string axes;
+  std::string unit;
+  bool list = false;
+};
+
+/// "ID=rest" of an option that can be given several times.
+std::pair<std::string, std::string> split(const std::string& option, const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
+    throw ContentError(fmt::format("{} {}: give {}", option, text,
+                                   option == "--organ" ? "ID=PATTERN[,PATTERN...], such as liver=liver_*,bare_area*"
+                                                       : "ID=TISSUE, such as liver=liver"));
+  }
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+std::vector<import::OrganRequest> organ_requests(const ImportOptions& options) {
+  std::vector<import::OrganRequest> requests;
+  for (const std::string& text : options.organs) {
+    auto [id, patterns] = split("--organ", text);
+    if (id.find('/') != std::string::npos || id.starts_with('.')) {
+      throw ContentError(
+          fmt::format("--organ {}: an id is the name of a folder too; no slash, no leading dot", text));
+    }
+    import::OrganRequest request{.id = id, .patterns = {}};
+    std::istringstream list(patterns);
+    for (std::string pattern; std::getline(list, pattern, ',');) {
+      if (!pattern.empty()) request.patterns.push_back(pattern);
+    }
+    requests.push_back(std::move(request));
+  }
+  return requests;
+}
+
+import::SourceSettings source_settings(const ImportOptions& options){import::SourceSettings settings;
+if (options.axes == "lps") settings.axes = import::Axes::lps;
+if (options.axes == "ras") settings.axes = import::Axes::ras;
+if (options.axes == "patient") settings.axes = import::Axes::patient;
+if (options.unit == "mm") settings.metres_per_unit = 1e-3;
+if (options.unit == "cm") settings.metres_per_unit = 1e-2;
+if (options.unit == "m") settings.metres_per_unit = 1;
+return settings;
+}  // namespace
+
+/// The tissue of an organ: asked for, annotated, or the one whose name its id holds; empty: none of these.
+std::string tissue_of(const import::OrganParts& organ, const std::map<std::string, std::string>& asked,
+                      const std::vector<content::Tissue>& table, std::vector<std::string>& notes) {
+  const auto found = asked.find(organ.id);
+  if (found != asked.end()) return found->second;
+  for (const import::SourcePart* part : organ.parts) {
+    if (part->tissue && !part->tissue->preset.empty()) return part->tissue->preset;
+  }
+  std::string longest;
+  for (const content::Tissue& tissue : table) {
+    const std::string stem = tissue.name.substr(0, tissue.name.find('_'));
+    if (organ.id.find(stem) != std::string::npos && stem.size() > longest.size()) longest = tissue.name;
+  }
+  notes.push_back(
+      longest.empty()
+          ? fmt::format("no tissue is known for it: say --tissue {}=NAME", organ.id)
+          : fmt::format("its tissue is guessed from its name: {}; --tissue {}=NAME changes it", longest, organ.id));
+  return longest;
+}
+
+void print_parts(const std::vector<import::SourceFile>& files) {
+  for (const import::SourceFile& file : files) {
+    fmt::print("{} ({}), {} part(s)\n", file.path.string(), file.format, file.parts.size());
+    for (const std::string& assumption : file.assumptions) fmt::print("  {}\n", assumption);
+    fmt::print("  {:<40} {:>9} {:>22}  {}\n", "part", "triangles", "size, mm", "organ");
+    const auto voxels = file.image ? file.image->counts() : std::map<std::uint16_t, std::size_t>{};
+    for (const import::SourcePart& part : file.parts) {
+      if (part.label >= 0) {
+        const double voxel = std::abs(file.image->patient_from_voxel.linear().determinant());
+        const std::size_t count = voxels.at(static_cast<std::uint16_t>(part.label));
+        fmt::print("  {:<40} {:>9} {:>19.4g} ml\n", part.name, count, 1e6 * voxel * static_cast<double>(count));
+        continue;
+      }
+      Eigen::AlignedBox3d box;
+      for (const Eigen::Vector3d& v : part.mesh.vertices) box.extend(v);
+      const Eigen::Vector3d size = box.sizes() * 1e3;
+      fmt::print("  {:<40} {:>9} {:>22}  {}\n", part.name, part.mesh.triangles.size(),
+                 fmt::format("{:.0f} x {:.0f} x {:.0f}", size.x(), size.y(), size.z()), part.organ.id);
+    }
+  }
+}
+
+void write(const std::filesystem::path& path, const char* data, std::size_t size) {
+  std::ofstream file(path, std::ios::binary);
+  if (!file.write(data, static_cast<std::streamsize>(size)).flush()) {
+    throw ContentError(path.string() + ": cannot be written; is the disk full?");
+  }
+}
+
+void write_organ(const import::ImportedOrgan& organ, const import::OrganParts& parts, const std::string& tissue,
+                 const content::TissueColours& colours, const std::filesystem::path& folder) {
+  session::OutputDirectory out(folder);
+  const std::vector<content::AnnotatedSurface> surfaces{
+      {.name = organ.id, .role = "boundary", .tissue = tissue, .body = organ.id, .mesh = organ.surface}};
+  const auto glb = content::write_glb(
+      surfaces, colours, {.generator = "stylet import " + build_name(), .copyright = {}, .scene = organ.id});
+  write(out.staged("surface.glb"), reinterpret_cast<const char*>(glb.data()), glb.size());
+  const auto text = [&](const char* name, const std::string& bytes) {
+    write(out.staged(name), bytes.data(), bytes.size());
+  };
+  text("tetrahedra.vtk", import::tetrahedra_vtk(organ));
+  text("report.json", import::report_json(organ, parts));
+  text("report.txt", import::report_text(organ, parts));
+  view::write_png(out.staged("picture.png"), import::organ_picture(organ));
+  out.commit();
+}
+
+int run(const ImportOptions& options) {
+  const import::SourceSettings settings = source_settings(options);
+  const std::vector<import::OrganRequest> requests = organ_requests(options);
+  std::map<std::string, std::string> asked;
+  for (const std::string& text : options.tissues) asked.insert(split("--tissue", text));
+  content::JsonFile table_file(content::content_directory() / "tissues.json");
+  const content::TissueTable table = content::read_tissues(table_file);
+  table_file.throw_problems();
+  content::TissueColours colours;
+  for (const content::Tissue& tissue : table.tissues) colours[tissue.name] = tissue.colour;
+  for (const auto& [id, tissue] : asked) {
+    if (!colours.contains(tissue)) {
+      throw ContentError(fmt::format("--tissue {}={}: there is no such tissue in content/tissues.json", id, tissue));
+    }
+  }
+
+  std::vector<import::SourceFile> files;
+  for (const std::string& path : options.files) {
+    files.push_back(import::read_source(path, settings));
+    for (const std::string& warning : files.back().warnings) fmt::print(stderr, "warning: {}\n", warning);
+  }
+  if (options.list) {
+    print_parts(files);
+    return kExitYes;
+  }
+  if (options.out.empty()) throw ContentError("--out: give the folder for the organs, or --list to see the parts");
+
+  Progress progress;
+  int exit_code = kExitYes;
+  for (const import::OrganParts& parts : import::assign_parts(files, requests)) {
+    const std::filesystem::path folder = std::filesystem::path(options.out) / parts.id;
+    try {
+      import::ImportedOrgan organ = import::import_organ(
+          parts,
+          {.cell = options.cell_mm * 1e-3,
+           .target_nodes = options.nodes,
+           .volume_error = options.volume_error_percent / 100,
+           .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt},
+          [&](const std::string& task) {
+            throw_if_interrupted();
+      progress.show(task, 0);
+    });
+    progress.done();
+    const std::string tissue = tissue_of(parts, asked, table.tissues, organ.report.notes);
+    write_organ(organ, parts, tissue, colours, folder);
+    const import::ImportReport& r = organ.report;
+    fmt::print("{}: {:.4g} ml, {} nodes, {} tetrahedra, volume {:+.2f} %, smallest dihedral angle {:.1f} degrees\n",
+               folder.string(), r.volume * 1e6, r.nodes, r.tetrahedra, 100 * r.volume_error(),
+               r.quality.min_dihedral_deg);
+    for (const std::string& note : r.notes) fmt::print("  {}\n", note);
+  }
+  catch (const ContentError& error) {
+    progress.done();
+    fmt::print(stderr, "{}\n", error.what());
+    exit_code = kExitBadInput;
+  }
+}
+return exit_code;
+}  // namespace stylet::tools
+
+}  // namespace
+
+void add_import(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("import", "Turn meshes and label volumes into organs that can be simulated");
+  auto options = std::make_shared<ImportOptions>();
+  command->add_option("FILE", options->files, "glTF (.glb, .gltf), STL, OBJ, or a NIfTI label volume (.nii, .nii.gz)")
+      ->required();
+  command->add_option("--out", options->out, "Folder for the results: one folder an organ");
+  command->add_flag("--list", options->list, "Only list the parts of the files");
+  command->add_option(
+      "--organ", options->organs,
+      "ID=PATTERN[,PATTERN...]: the parts whose names fit (* and ?) make the organ ID; may be repeated");
+  command->add_option("--tissue", options->tissues, "ID=TISSUE: a row of content/tissues.json; may be repeated");
+  CLI::Option* cell = command->add_option("--cell", options->cell_mm, "Edge of the tetrahedra's lattice, mm")
+                          ->check(CLI::Range(0.1, 200.0));
+  command->add_option("--nodes", options->nodes, "Nodes wanted, within 5 %")
+      ->check(CLI::Range(50, 200000))
+      ->excludes(cell);
+  command
+      ->add_option("--volume-error", options->volume_error_percent,
+                   "Without --cell and --nodes: the cell grows while the volume is off by less, %")
+      ->check(CLI::Range(0.1, 20.0))
+      ->capture_default_str();
+  command
+      ->add_option("--gap", options->gap_mm, "Widest opening that is closed, mm; without it the smallest that works")
+      ->check(CLI::Range(0.1, 50.0));
+  command
+      ->add_option("--axes", options->axes, "Of STL and OBJ: lps, ras or patient (+X left, +Y superior, +Z anterior)")
+      ->check(CLI::IsMember({"lps", "ras", "patient"}));
+  command->add_option("--unit", options->unit, "Of STL and OBJ: mm, cm or m")
+      ->check(CLI::IsMember({"mm", "cm", "m"}));
+  command->footer(
+      "An organ is a set of parts (glTF nodes, STL solids, OBJ objects, labels). Without --organ: the parts with "
+      "the\n"
+      "same extras.organ.id; in files without any, each closed part is an organ, and the others make one together.\n"
+      "The parts are welded and cleaned; where they do not close, the inside is what cannot be reached from "
+      "outside.\n"
+      "Each organ's folder holds\n"
+      "  surface.glb      its closed surface, annotated, for scenarios\n"
+      "  tetrahedra.vtk   its tetrahedra, for ParaView, Gmsh and SOFA\n"
+      "  report.txt, .json  what was read, repaired and guessed\n"
+      "  picture.png      surface and a cut through the tetrahedra, to look at\n"
+      "Examples:\n"
+      "  stylet import liver.stl --out organs\n"
+      "  stylet import VH_M_Liver.glb --list\n"
+      "  stylet import VH_F_Liver.glb --organ 'liver=liver_capsule*,bare_area*' --nodes 5000 --out organs\n"
+      "Exit code 0: every organ was made; 2: one was refused, the others were made.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace stylet::tools
