@@ -1,0 +1,269 @@
+#include "physics/contact/needle_tip.h"
+
+#include "physics/contact/patch_walk.h"
+#include "physics/contact/subgrid_compliance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace stylet::physics {
+
+using Eigen::Vector3d;
+
+NeedleTip::NeedleTip(const NeedleTrackSettings& settings, std::shared_ptr<const TissueMap> tissues)
+    : settings_(settings), tissues_(std::move(tissues)) {}
+
+void NeedleTip::clear() {
+  leave();
+  threaded_.fill(false);
+}
+
+void NeedleTip::leave() {
+  state_ = TipState::outside;
+  end_ = {};
+  barrier_ = 0;
+  beyond_ = 0;
+  inward_.setZero();
+}
+
+bool NeedleTip::find(const TissuePatch& patch) {
+  const bool found = outside() || find_in_patch(patch, end_);
+  for (TrackPoint& end : ends_) {
+    if (end.body >= 0) find_in_patch(patch, end);
+  }
+  return found;
+}
+
+double NeedleTip::overhang(const TrackPoint& last, double reach) const {
+  const bool here = state_ == TipState::inside && end_.body == last.body;
+  return std::max(0.0, here ? reach - last.arc : overhang_[static_cast<std::size_t>(last.body)]);
+}
+
+void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) const {
+  const InsertionResistance& resistance = tissues_->resistance(end_.tissue);
+  const bool indenting = state_ == TipState::indenting;
+  if (!indenting && barrier_ <= 0 && !resistance.resists_cutting()) return;
+  ActiveContact& contact = out.contacts[static_cast<std::size_t>(out.contact_count++)];
+  contact.point = end_.point;
+  contact.first_row = out.row_count;
+  contact.row_count = 3;
+  contact.shaft = shaft.at_tip();
+  double norm = 1;
+  if (indenting) {
+    contact.directions.col(0) = inward_;
+  } else {
+    contact.directions.col(0) = contact.shaft.tangent + settings_.bevel_ratio * shaft.tip_bevel();
+    norm = contact.directions.col(0).norm();
+    contact.directions.col(0) /= norm;
+  }
+  contact.directions.col(1) = contact.directions.col(0).unitOrthogonal();
+  contact.directions.col(2) = contact.directions.col(0).cross(contact.directions.col(1));
+
+  // A tip that is pressed on something is held sideways by it.
+  const auto row = static_cast<std::size_t>(out.row_count);
+  double compliance = 0;
+  if (settings_.subgrid_compliance) {
+    compliance = indenting ? surface_tip_compliance(end_.site, settings_.tip_radius)
+                           : channel_tip_compliance(end_.site, settings_.tip_radius);
+  }
+  const double holds = barrier_ > 0 ? barrier_ : resistance.cutting_force;
+  out.laws[row] = box_row(0, -holds * norm, 0, compliance);
+  if (barrier_ <= 0) out.laws[row].viscosity = resistance.cutting_viscosity / dt;
+  out.laws[row].viscous_upper = false;  // nothing is cut on the way back
+  const std::array<int, 2> pressed{out.row_count, ContactRow::kNone};
+  out.laws[row + 1] = disc_row(1, out.row_count + 2, 0, settings_.tip_friction, pressed, compliance);
+  out.laws[row + 2] = disc_row(2, out.row_count + 1, 0, settings_.tip_friction, pressed, compliance);
+  out.slip.segment<3>(out.row_count).setZero();
+  out.row_count += 3;
+}
+
+// A tip that went through a body is in it again when it is back where it left.
+void NeedleTip::come_back(TrackPoints& points, double length) {
+  for (int body = 0; body < kMaxBodies; ++body) {
+    const auto b = static_cast<std::size_t>(body);
+    const TrackPoint* last = points.last_active(body);
+    if (last == nullptr || !threaded_[b] || length - last->arc > overhang_[b]) continue;
+    leave();
+    state_ = TipState::inside;
+    end_ = ends_[b];
+    end_.point = -1;  // known to the tissue points from the next patch on
+  }
+}
+
+// A tip in the air meets the surfaces that the simulation has seen ahead of it.
+bool NeedleTip::touch(const HermiteShaft& shaft, const TissuePatch& patch, const TissuePoints& tissue,
+                      TrackPoints& points) {
+  constexpr double kNear = 8e-3;  // m: beyond, the surface is no longer the plane through the crossing
+  for (int i = 0; i < patch.interface_count; ++i) {
+    const PatchInterface& surface = patch.interfaces[static_cast<std::size_t>(i)];
+    if (!surface.entering || surface.patch_tet < 0 || points.last_active(surface.body) != nullptr) continue;
+    const BodyPatch& body = patch.bodies[static_cast<std::size_t>(surface.body)];
+    const auto& nodes = body.tet_nodes[static_cast<std::size_t>(surface.patch_tet)];
+    Vector3d crossing = Vector3d::Zero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      crossing +=
+          surface.barycentric[static_cast<Eigen::Index>(k)] * tissue.node_position(patch, surface.body, nodes[k]);
+    }
+    const Vector3d gap = shaft.tip() - crossing;
+    if (!(gap.norm() <= kNear) || !(gap.dot(surface.normal) <= 0)) continue;
+
+    const auto b = static_cast<std::size_t>(surface.body);
+    if (threaded_[b]) {  // its old hole?
+      TrackPoint* first = points.first(surface.body);
+      const bool same = first != nullptr && first->point >= 0 && ends_[b].patch_tet >= 0 &&
+                        (tissue.position(first->point) - shaft.tip()).norm() < settings_.reentry_distance;
+      if (same) {
+        first->active = true;
+        first->arc = first->held_arc = shaft.length();
+        leave();
+        state_ = TipState::inside;
+        end_ = ends_[b];
+        return true;
+      }
+      points.forget(surface.body);
+      threaded_[b] = false;
+    }
+    const PatchWalk at = walk_patch(patch, surface.body, surface.patch_tet, shaft.tip(), tissue);
+    leave();
+    state_ = TipState::indenting;
+    inward_ = -surface.normal;
+    end_.body = surface.body;
+    end_.patch_tet = at.patch_tet;
+    end_.place = {
+        .id = 0, .tet = body.tet_ids[static_cast<std::size_t>(at.patch_tet)], .barycentric = at.barycentric};
+    end_.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(at.patch_tet)];
+    end_.site = site_in_patch(patch, end_);
+    beyond_ = tissues_->at(rest_position(patch, end_.body, end_.place), 1);
+    end_.tissue = beyond_;
+    barrier_ = tissues_->puncture_force(0, beyond_);
+    return true;
+  }
+  return false;
+}
+
+bool NeedleTip::withdraw(TrackPoints& points) {
+  if (state_ != TipState::inside || points.last_active(end_.body) != nullptr) return false;
+  ends_[static_cast<std::size_t>(end_.body)] = end_;
+  leave();
+  return true;
+}
+
+bool NeedleTip::advance(const HermiteShaft& shaft, const TissuePatch& patch, const TrackRows& rows,
+                        const BoundedSolver& solver, const Eigen::Ref<const Eigen::VectorXd>& lambda,
+                        std::uint64_t step, TissuePoints& tissue, TrackPoints& points) {
+  if (outside() || end_.point < 0) return false;
+  const ActiveContact* contact = nullptr;  // the tip's own; null: nothing resists, or it has only just been laid
+  if (rows.contact_count > 0) {
+    const ActiveContact& last = rows.contacts[static_cast<std::size_t>(rows.contact_count) - 1];
+    if (last.point == end_.point) contact = &last;
+  }
+  if (state_ == TipState::indenting) return press_on(solver, contact, lambda, shaft.length(), step, points);
+
+  if (contact == nullptr) {
+    const Vector3d ahead = shaft.tip() - tissue.position(end_.point);
+    return ahead.dot(shaft.tip_tangent()) > 0 && move_end(shaft, shaft.tip(), patch, tissue, points);
+  }
+  const int row = contact->first_row;
+  if (solver.state(row) != RowState::lower) return false;
+  if (barrier_ > 0) {
+    record(step, beyond_, -lambda[row]);
+    end_.tissue = beyond_;
+    barrier_ = 0;
+  }
+  // The new end has u = 0: it is off the tip by what the tissue next to it gives way. Sideways that fades as the
+  // tip goes on: new tissue has not been pushed yet.
+  const double faded = std::exp(-solver.motion()[static_cast<std::size_t>(row)] / settings_.side_length);
+  Vector3d give = solver.compliance(row) * lambda[row] * contact->directions.col(0);
+  for (int k = 1; k < 3; ++k) {
+    give += faded * solver.compliance(row + k) * lambda[row + k] * contact->directions.col(k);
+  }
+  return move_end(shaft, shaft.tip() + give, patch, tissue, points);
+}
+
+bool NeedleTip::press_on(const BoundedSolver& solver, const ActiveContact* contact,
+                         const Eigen::Ref<const Eigen::VectorXd>& lambda, double length, std::uint64_t step,
+                         TrackPoints& points) {
+  if (barrier_ <= 0) {
+    enter(step, 0);
+  } else if (contact != nullptr) {
+    const int row = contact->first_row;
+    if (solver.state(row) == RowState::upper) {  // let go of
+      state_ = TipState::outside;
+      return true;
+    }
+    if (solver.state(row) == RowState::lower) enter(step, -lambda[row]);
+  }
+  if (state_ != TipState::inside) return false;
+  if (!points.lay(end_, length)) flags_ |= kNeedleRowOverflow;  // the hole in the surface is the track's first point
+  return true;
+}
+
+void NeedleTip::enter(std::uint64_t step, double force) {
+  record(step, beyond_, force);
+  end_.tissue = beyond_;
+  state_ = TipState::inside;
+  barrier_ = 0;
+  threaded_[static_cast<std::size_t>(end_.body)] = true;
+}
+
+void NeedleTip::record(std::uint64_t step, int to, double force) {
+  const int from = state_ == TipState::indenting ? 0 : end_.tissue;
+  if (force <= 0) return;  // nothing there to break
+  ++punctures_;
+  last_puncture_ = {.step = step, .body = end_.body, .from = from, .to = to, .force = force};
+}
+
+bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, const TissuePatch& patch,
+                         TissuePoints& tissue, TrackPoints& points) {
+  if ((target - tissue.position(end_.point)).dot(shaft.tip_tangent()) <= 0) return false;
+  const PatchWalk at = walk_patch(patch, end_.body, end_.patch_tet, target, tissue);
+  if (at.left == PatchWalk::Left::patch) {
+    flags_ |= kNeedlePatchLeft;
+    return false;
+  }
+  if (at.left == PatchWalk::Left::body) {
+    const TrackPoint* last = points.last_active(end_.body);
+    overhang_[static_cast<std::size_t>(end_.body)] = last != nullptr ? shaft.length() - last->arc : 0;
+    ends_[static_cast<std::size_t>(end_.body)] = end_;
+    leave();
+    return true;
+  }
+  const BodyPatch& body = patch.bodies[static_cast<std::size_t>(end_.body)];
+  const bool moved_on = at.patch_tet != end_.patch_tet;
+  const TrackPoint before = end_;
+  end_.patch_tet = at.patch_tet;
+  end_.place.tet = body.tet_ids[static_cast<std::size_t>(at.patch_tet)];
+  end_.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(at.patch_tet)];
+  end_.place.barycentric = at.barycentric;
+  if (moved_on) end_.site = site_in_patch(patch, end_);
+  end_.site.barycentric = end_.place.barycentric;
+  if (!tissue.move_last(patch, end_.place, end_.body)) {
+    flags_ |= kNeedleNonFinite;
+    end_ = before;
+    return false;
+  }
+  meet_tissue(patch);
+  return false;
+}
+
+void NeedleTip::meet_tissue(const TissuePatch& patch) {
+  const int here = tissues_->at(rest_position(patch, end_.body, end_.place), end_.tissue);
+  if (here == end_.tissue || barrier_ > 0) return;
+  barrier_ = tissues_->puncture_force(end_.tissue, here);
+  beyond_ = here;
+  if (barrier_ <= 0) end_.tissue = here;
+}
+
+void NeedleTip::publish(NeedleState& out) const {
+  out.tip = state_;
+  out.tip_body = outside() ? -1 : end_.body;
+  out.puncture_count = punctures_;
+  out.last_puncture = last_puncture_;
+}
+
+std::uint32_t NeedleTip::take_flags() {
+  return std::exchange(flags_, 0U);
+}
+
+}  // namespace stylet::physics

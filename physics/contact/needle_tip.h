@@ -1,0 +1,95 @@
+// The tip of the needle: what it presses on, cuts and breaks through (coupling `stylet`).
+#pragma once
+
+#include "physics/contact/bounded_solver.h"
+#include "physics/contact/hermite_shaft.h"
+#include "physics/contact/tissue_map.h"
+#include "physics/contact/tissue_points.h"
+#include "physics/contact/track_points.h"
+#include "physics/contact/track_rows.h"
+#include "physics/loops/messages.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+namespace stylet::physics {
+
+/// State of the tip and the end of its track, with what it left behind in bodies that it went through or out of:
+///
+///   outside ── touch() ──▶ indenting ── advance(): the surface breaks ──▶ inside ── advance(): the end moves by
+///      ▲                       │                                            │        cutting; surfaces in the way
+///      ├──── advance(): lets go of ◀┘                                       │        are barriers until they break
+///      └──── withdraw() past the hole, or advance() out of the body ◀───────┘
+///   outside ── touch() near its old hole, or come_back() through a body it had gone through ──▶ inside
+///
+/// Where a call returns true, the end is another point than before: it must be made known to the tissue points again.
+/// @realtime nothing after the constructor allocates
+class NeedleTip {
+public:
+  NeedleTip(const NeedleTrackSettings& settings, std::shared_ptr<const TissueMap> tissues);
+
+  /// There is no tissue: forgets everything but the punctures counted.
+  void clear();
+  /// Finds the ends of tracks in a new patch. @return false if the tip's own is not in it
+  bool find(const TissuePatch& patch);
+
+  TipState state() const { return state_; }
+  bool outside() const { return state_ == TipState::outside; }
+  /// Inside, with its end in the patch.
+  bool inside() const { return state_ == TipState::inside && end_.point >= 0; }
+  /// Where the track ends; indenting: the surface point pressed on. With its index into the tissue points.
+  TrackPoint& end() { return end_; }
+  const TrackPoint& end() const { return end_; }
+  /// Shaft in a body beyond its last contact, m.
+  /// @param last   that contact
+  /// @param reach  of the shaft in the tissue that the tip is in, m
+  double overhang(const TrackPoint& last, double reach) const;
+
+  /// Row along what the tip presses on or cuts, and two across; none where nothing resists.   (README eq. 25, 26)
+  void add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) const;
+
+  void come_back(TrackPoints& points, double length);
+  bool touch(const HermiteShaft& shaft, const TissuePatch& patch, const TissuePoints& tissue, TrackPoints& points);
+  bool withdraw(TrackPoints& points);
+  /// After a solve that the tip's rows were part of, if its contact was there.
+  /// @param step    haptic step
+  bool advance(const HermiteShaft& shaft, const TissuePatch& patch, const TrackRows& rows,
+               const BoundedSolver& solver, const Eigen::Ref<const Eigen::VectorXd>& lambda, std::uint64_t step,
+               TissuePoints& tissue, TrackPoints& points);
+  /// Outside again: what it has just met cannot be used.
+  void let_go() { leave(); }
+
+  void publish(NeedleState& out) const;
+  /// NeedleFlag bits since the last call.
+  std::uint32_t take_flags();
+
+private:
+  void leave();
+  bool press_on(const BoundedSolver& solver, const ActiveContact* contact,
+                const Eigen::Ref<const Eigen::VectorXd>& lambda, double length, std::uint64_t step,
+                TrackPoints& points);
+  void enter(std::uint64_t step, double force);
+  bool move_end(const HermiteShaft& shaft, const Eigen::Vector3d& target, const TissuePatch& patch,
+                TissuePoints& tissue, TrackPoints& points);
+  void meet_tissue(const TissuePatch& patch);
+  void record(std::uint64_t step, int to, double force);
+
+  NeedleTrackSettings settings_;
+  std::shared_ptr<const TissueMap> tissues_;
+  TipState state_ = TipState::outside;
+  TrackPoint end_;
+  double barrier_ = 0;                                // a surface at the end that holds up to this force, N; 0: none
+  int beyond_ = 0;                                    // tissue behind the barrier
+  Eigen::Vector3d inward_ = Eigen::Vector3d::Zero();  // indenting: minus the surface's normal
+  std::array<TrackPoint, kMaxBodies> ends_;           // of tracks that the tip is not in
+  std::array<bool, kMaxBodies> threaded_{};           // the body has a track
+  std::array<double, kMaxBodies> overhang_{};         // shaft between the last contact and where the tip left, m
+  std::uint32_t flags_ = 0;
+  std::uint32_t punctures_ = 0;
+  Puncture last_puncture_;
+};
+
+}  // namespace stylet::physics

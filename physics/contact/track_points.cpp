@@ -1,0 +1,153 @@
+#include "physics/contact/track_points.h"
+
+#include "physics/contact/patch_walk.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace stylet::physics {
+namespace {
+
+constexpr int kNearTip = 8;        // points laid last, which stay when others have to go
+constexpr double kSoonGone = 0.1;  // part of its share that a point may have left when it goes
+
+}  // namespace
+
+bool find_in_patch(const TissuePatch& patch, TrackPoint& point) {
+  const BodyPatch& body = patch.bodies[static_cast<std::size_t>(point.body)];
+  const auto end = body.tet_ids.begin() + body.tet_count;
+  const auto at = std::lower_bound(body.tet_ids.begin(), end, point.place.tet);
+  point.patch_tet = at != end && *at == point.place.tet ? static_cast<int>(at - body.tet_ids.begin()) : -1;
+  if (point.patch_tet >= 0) point.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(point.patch_tet)];
+  return point.patch_tet >= 0;
+}
+
+SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point) {
+  const BodyPatch& body = patch.bodies[static_cast<std::size_t>(point.body)];
+  return {.tet_volume = tet_volume(body, point.patch_tet),
+          .material = body.tet_materials[static_cast<std::size_t>(point.patch_tet)],
+          .barycentric = point.place.barycentric};
+}
+
+TrackPoints::TrackPoints(double spacing) : spacing_(spacing), points_(kMost) {}
+
+TrackPoint* TrackPoints::first(int body) {
+  const auto points = all();
+  const auto found =
+      std::find_if(points.begin(), points.end(), [&](const TrackPoint& point) { return point.body == body; });
+  return found != points.end() ? &*found : nullptr;
+}
+
+TrackPoint* TrackPoints::last_active(int body) {
+  TrackPoint* last = nullptr;
+  for (TrackPoint& point : all()) {
+    if (point.body == body && point.active) last = &point;
+  }
+  return last;
+}
+
+void TrackPoints::clear() {
+  count_ = 0;
+  leaving_ = 0;
+}
+
+void TrackPoints::forget(int body) {
+  const auto rest = std::remove_if(points_.begin(), points_.begin() + count_,
+                                   [&](const TrackPoint& point) { return point.body == body; });
+  count_ = static_cast<int>(rest - points_.begin());
+}
+
+bool TrackPoints::lay(const TrackPoint& end, double arc) {
+  const bool unfelt = make_room();
+  TrackPoint& point = points_[static_cast<std::size_t>(count_++)];
+  point = end;
+  point.place.id = next_id_++;
+  point.active = true;
+  point.arc = point.held_arc = arc;
+  if (count_ == kMost) choose_leaving();
+  return unfelt;
+}
+
+void TrackPoints::share_shaft(int body, double overhang) {
+  TrackPoint* previous = nullptr;
+  TrackPoint* last = last_active(body);
+  if (last == nullptr) return;
+  for (TrackPoint& point : all()) {
+    if (point.body != body || !point.active) continue;
+    point.share = 0;
+    if (previous != nullptr) {
+      const double gap = std::max(0.0, point.arc - previous->arc);
+      const double grown = &point == last ? std::min(1.0, overhang / spacing_) : 1.0;
+      point.share = 0.5 * grown * gap;
+      previous->share += gap - point.share;
+    }
+    previous = &point;
+  }
+  last->share += overhang;
+}
+
+void TrackPoints::fade_leaving(double overhang) {
+  if (leaving_ != 0) left_ = std::max(left_, std::min(1.0, overhang / spacing_));
+}
+
+void TrackPoints::share_out_leaving() {
+  for (int body = 0; leaving_ != 0 && body < kMaxBodies; ++body) share_out_leaving(body);
+}
+
+void TrackPoints::share_out_leaving(int body) {
+  TrackPoint* before = nullptr;
+  TrackPoint* leaving = nullptr;
+  TrackPoint* behind = nullptr;
+  for (TrackPoint& point : all()) {
+    if (point.body != body || !point.active || behind != nullptr) continue;
+    (point.place.id == leaving_ ? leaving : leaving == nullptr ? before : behind) = &point;
+  }
+  if (leaving == nullptr || before == nullptr) return;
+  const double gap_before = std::max(0.0, leaving->arc - before->arc);
+  const double gap_behind = behind != nullptr ? std::max(0.0, behind->arc - leaving->arc) : 0;
+  const double given = left_ * leaving->share;
+  // What is left when it has gone is half way between the two.
+  const double to_before =
+      behind == nullptr ? given : given * gap_behind / std::max(gap_before + gap_behind, 1e-3 * spacing_);
+  leaving->share -= given;
+  before->share += to_before;
+  if (behind != nullptr) behind->share += given - to_before;
+}
+
+// The point with the least between its neighbours; of equal ones the oldest.
+void TrackPoints::choose_leaving() {
+  constexpr double kEqual = 0.1;  // of the spacing
+  leaving_ = 0;
+  left_ = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < count_ - kNearTip; ++i) {
+    const TrackPoint& point = points_[static_cast<std::size_t>(i)];
+    const TrackPoint* before = nullptr;
+    const TrackPoint* behind = nullptr;
+    for (int k = 0; k < count_; ++k) {
+      const TrackPoint& other = points_[static_cast<std::size_t>(k)];
+      if (other.body != point.body) continue;
+      if (k < i) before = &other;
+      if (k > i && behind == nullptr) behind = &other;
+    }
+    if (before == nullptr || behind == nullptr) continue;
+    const double gap = behind->arc - before->arc;
+    if (gap < least - kEqual * spacing_) {
+      least = gap;
+      leaving_ = point.place.id;
+    }
+  }
+}
+
+// With four bodies at most, there are always points between two others.
+bool TrackPoints::make_room() {
+  if (count_ < kMost) return true;
+  if (leaving_ == 0) choose_leaving();
+  const auto rest = std::remove_if(points_.begin(), points_.begin() + count_,
+                                   [&](const TrackPoint& point) { return point.place.id == leaving_; });
+  count_ = static_cast<int>(rest - points_.begin());
+  leaving_ = 0;
+  return left_ >= 1 - kSoonGone;
+}
+
+}  // namespace stylet::physics

@@ -1,0 +1,79 @@
+// The material points that the needle passes, in the order in which they were laid.
+#pragma once
+
+#include "physics/contact/subgrid_compliance.h"
+#include "physics/loops/messages.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace stylet::physics {
+
+/// A material point of the needle's track.
+struct TrackPoint {
+  PatchContact place;  ///< id, tetrahedron, patch nodes, barycentric
+  int body = -1;
+  int tissue = 0;       ///< index into the map
+  int patch_tet = -1;   ///< -1: not in the patch
+  int point = -1;       ///< index into TissuePoints
+  bool active = false;  ///< the shaft is there
+  double arc = 0;       ///< of the shaft at the point, m
+  double held_arc = 0;  ///< needle material that sticks to the point, m
+  double share = 0;     ///< of the shaft, m
+  SubgridSite site{};   ///< what the mesh is like there
+};
+
+/// Looks a point up in a patch. @return whether it is there
+bool find_in_patch(const TissuePatch& patch, TrackPoint& point);
+/// What the mesh is like at a point that is in the patch.
+SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point);
+
+/// Points `spacing` apart, all bodies together, and the share of the shaft that each stands for.
+///
+/// When all places are taken, a point far behind the tip gives its share to its neighbours while the tip goes on to
+/// the next point to lay, and makes room for that: every second one first, so the track gets coarser from the hub on.
+/// @realtime nothing after the constructor allocates
+class TrackPoints {
+public:
+  static constexpr int kMost = 60;  ///< three rows each, and three of the tip
+
+  /// @param spacing  between two of them, m
+  explicit TrackPoints(double spacing);
+
+  std::span<TrackPoint> all() { return {points_.data(), static_cast<std::size_t>(count_)}; }
+  std::span<const TrackPoint> all() const { return {points_.data(), static_cast<std::size_t>(count_)}; }
+  /// The first one of a body, and the last one that the shaft reaches; null: none.
+  TrackPoint* first(int body);
+  TrackPoint* last_active(int body);
+
+  void clear();
+  void forget(int body);
+  /// One more, active, with an id of its own. Where no point has gone yet to make room, one goes at once, which is
+  /// felt.
+  /// @param end  where the track ends; arc: of the shaft there, m
+  /// @return whether there was room without that
+  bool lay(const TrackPoint& end, double arc);
+
+  /// Shares of a body's active points: the shaft half way to the neighbours. The last one has the overhang too, and
+  /// takes half of the gap before it over as that grows to `spacing`.
+  /// @param overhang  of the shaft beyond the last one, m
+  void share_shaft(int body, double overhang);
+  /// How far the tip is beyond the last point: what makes room goes in proportion.
+  void fade_leaving(double overhang);
+  void share_out_leaving();
+
+private:
+  void share_out_leaving(int body);
+  void choose_leaving();
+  bool make_room();
+
+  double spacing_;
+  std::vector<TrackPoint> points_;  // [count_]
+  int count_ = 0;
+  std::uint32_t next_id_ = 1;
+  std::uint32_t leaving_ = 0;  // point that makes room for the next one to lay; 0: none has to
+  double left_ = 0;            // part of its share that its neighbours have
+};
+
+}  // namespace stylet::physics

@@ -1,0 +1,35 @@
+// What the needle's track brings to the contact system of a step, and how it is set up.
+#pragma once
+
+#include "physics/contact/active_contact.h"
+#include "physics/contact/bounded_solver.h"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace stylet::physics {
+
+struct NeedleTrackSettings {
+  double spacing = 0.010;          ///< between contact points along the shaft, m
+  bool subgrid_compliance = true;  ///< of shaft and tip, README eq. 19-21
+  double bevel_ratio = 0;   ///< lateral over axial force on the tip that cuts; pushes away from the bevel's face
+  double tip_friction = 1;  ///< Coulomb, sideways, of a tip that presses on something
+  /// Of the area that a tip presses on, m. More than the needle's: a capsule and the stiffening of strained tissue
+  /// spread the load, and neither is modelled.
+  double tip_radius = 5e-3;
+  double side_length = 2e-3;       ///< over which a tip that cuts loses what presses it sideways, m
+  double reentry_distance = 2e-3;  ///< a tip that touches a body this close to its old hole goes in there, m
+};
+
+/// The contact system of a step, filled by NeedleTrack::place(). All memory is taken in the constructor.
+struct TrackRows {
+  TrackRows();
+  int contact_count = 0;
+  int row_count = 0;
+  std::vector<ActiveContact> contacts;  ///< [contact_count] hub to tip, the tip's own last
+  std::vector<ContactRow> laws;         ///< [row_count]
+  Eigen::VectorXd slip;                 ///< [row_count] how far needle material has slid past the point so far, m
+};
+
+}  // namespace stylet::physics
