@@ -16,6 +16,10 @@ constexpr double kLeastShare = 1.0 / 300;
 constexpr double kWithdrawn = 2e-4;  // m the tip goes back past a point before it lets go of it
 constexpr std::uint64_t kRowsOfId = 4;
 
+double held_share(const TrackPoint& point, double spacing) {
+  return std::hypot(point.share, kLeastShare * spacing);
+}
+
 }  // namespace
 
 TrackRows::TrackRows() : contacts(kMaxContacts), laws(kMaxRows), slip(Eigen::VectorXd::Zero(kMaxRows)) {}
@@ -60,6 +64,7 @@ void NeedleTrack::place_points(const TissuePatch& patch, TissuePoints& tissue) {
 
 void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, double dt, TrackRows& out) {
   flags_ &= kNeedlePatchLeft;
+  dt_ = dt;
   out.contact_count = 0;
   out.row_count = 0;
   std::array<ShaftPoint, TrackPoints::kMost> at;
@@ -73,7 +78,10 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
     at[i] = shaft.project(tissue.position(point.point), point.arc, point.arc);
     const bool was_active = point.active;
     point.active = point.arc <= shaft.length() + (was_active ? kWithdrawn : 0.0) && point.arc >= 0;
-    if (point.active && !was_active) point.held_arc = point.arc;
+    if (point.active && !was_active) {
+      point.held_arc = point.arc;
+      point.bristles = {};
+    }
   }
   double reach = shaft.length();  // the shaft is in the tissue up to the track's end, a little behind a tip that cuts
   if (tip_.inside()) {
@@ -107,7 +115,7 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
   contact.shaft = at;
   contact.directions << shaft.lateral_directions(at), at.tangent;
   const double share = point.share;
-  const double held_by = std::hypot(share, kLeastShare * settings_.spacing);
+  const double held_by = held_share(point, settings_.spacing);
   const ShaftCompliance soft =
       settings_.subgrid_compliance ? shaft_compliance(point.site, radius_, held_by) : ShaftCompliance{};
   const std::uint64_t id = kRowsOfId * point.place.id;
@@ -115,7 +123,11 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
   out.laws[row] = bilateral_row(id, soft.lateral);
   out.laws[row + 1] = bilateral_row(id + 1, soft.lateral);
   out.slip.segment<3>(out.row_count).setZero();
-  if (contact.row_count == 3) {
+  if (contact.row_count == 3 && settings_.friction == ShaftFriction::lugre) {
+    const LugreRow bristles = lugre_row(point);
+    out.laws[row + 2] = bilateral_row(id + 2, soft.axial + bristles.compliance);
+    out.slip[out.row_count + 2] = point.held_arc - point.arc + bristles.offset;
+  } else if (contact.row_count == 3) {
     out.laws[row + 2] =
         friction_row(id + 2, share * resistance.friction_per_length, resistance.friction_coefficient,
                      {out.row_count, out.row_count + 1}, share * resistance.viscous_friction / dt, soft.axial);
@@ -124,14 +136,30 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
   out.row_count += contact.row_count;
 }
 
-void NeedleTrack::slide(const TrackRows& rows, const BoundedSolver& solver) {
+// Its Coulomb friction is of the force that presses the shaft on the tissue in the step before.
+LugreRow NeedleTrack::lugre_row(const TrackPoint& point) const {
+  const InsertionResistance& resistance = tissues_->resistance(point.tissue);
+  const double length = held_share(point, settings_.spacing);
+  return {settings_.lugre,
+          length * resistance.friction_per_length + resistance.friction_coefficient * point.pressed,
+          length * resistance.viscous_friction,
+          length,
+          point.bristles,
+          dt_};
+}
+
+void NeedleTrack::slide(const TrackRows& rows, const BoundedSolver& solver,
+                        const Eigen::Ref<const Eigen::VectorXd>& lambda) {
   for (int c = 0; c < rows.contact_count; ++c) {
     const ActiveContact& contact = rows.contacts[static_cast<std::size_t>(c)];
     if (contact.row_count != 3) continue;
     const int row = contact.first_row + 2;
     for (TrackPoint& point : points_.all()) {
       if (point.point != contact.point || !point.active) continue;
-      if (solver.state(row) != RowState::sticking) {
+      if (settings_.friction == ShaftFriction::lugre) {
+        point.held_arc -= lugre_row(point).advance(lambda[row], dt_, point.bristles);
+        point.pressed = std::hypot(lambda[row - 2], lambda[row - 1]);
+      } else if (solver.state(row) != RowState::sticking) {
         point.held_arc -= solver.motion()[static_cast<std::size_t>(row)];
       }
     }
@@ -141,7 +169,7 @@ void NeedleTrack::slide(const TrackRows& rows, const BoundedSolver& solver) {
 void NeedleTrack::advance(const HermiteShaft& shaft, const TissuePatch& patch, const TrackRows& rows,
                           const BoundedSolver& solver, const Eigen::Ref<const Eigen::VectorXd>& lambda,
                           std::uint64_t step, TissuePoints& tissue) {
-  slide(rows, solver);
+  slide(rows, solver, lambda);
   if (tip_.outside()) tip_.come_back(points_, shaft.length());
   if (tip_.outside() && tip_.touch(shaft, patch, tissue, points_)) {
     place_points(patch, tissue);

@@ -53,7 +53,8 @@ private:
   void share_shaft(double reach);
   void add_contact(const HermiteShaft& shaft, const TrackPoint& point, const ShaftPoint& at, double dt,
                    TrackRows& out) const;
-  void slide(const TrackRows& rows, const BoundedSolver& solver);
+  LugreRow lugre_row(const TrackPoint& point) const;
+  void slide(const TrackRows& rows, const BoundedSolver& solver, const Eigen::Ref<const Eigen::VectorXd>& lambda);
   void lay(const HermiteShaft& shaft, const TissuePatch& patch, TissuePoints& tissue);
 
   NeedleTrackSettings settings_;
@@ -61,6 +62,7 @@ private:
   std::shared_ptr<const TissueMap> tissues_;
   TrackPoints points_;
   NeedleTip tip_;
+  double dt_ = 0;  // of the step placed, s
   std::uint32_t flags_ = 0;
   std::vector<PatchContact> scratch_contacts_;
   std::vector<int> scratch_bodies_;

@@ -64,6 +64,7 @@ bool TrackPoints::lay(const TrackPoint& end, double arc) {
   point.place.id = next_id_++;
   point.active = true;
   point.arc = point.held_arc = arc;
+  point.bristles = {};
   if (count_ == kMost) choose_leaving();
   return unfelt;
 }

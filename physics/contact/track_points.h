@@ -1,6 +1,7 @@
 // The material points that the needle passes, in the order in which they were laid.
 #pragma once
 
+#include "physics/contact/lugre.h"
 #include "physics/contact/subgrid_compliance.h"
 #include "physics/loops/messages.h"
 
@@ -22,6 +23,8 @@ struct TrackPoint {
   double held_arc = 0;  ///< needle material that sticks to the point, m
   double share = 0;     ///< of the shaft, m
   SubgridSite site{};   ///< what the mesh is like there
+  Bristles bristles{};  ///< with ShaftFriction::lugre
+  double pressed = 0;   ///< lateral force of the last step there, N
 };
 
 /// Looks a point up in a patch. @return whether it is there

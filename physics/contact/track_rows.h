@@ -3,12 +3,17 @@
 
 #include "physics/contact/active_contact.h"
 #include "physics/contact/bounded_solver.h"
+#include "physics/contact/lugre.h"
 
 #include <Eigen/Core>
 
+#include <cstdint>
 #include <vector>
 
 namespace stylet::physics {
+
+/// Of the shaft in tissue: sticks until a bound is reached, or is held by bristles that bend and slip all the time.
+enum class ShaftFriction : std::uint8_t { coulomb, lugre };
 
 struct NeedleTrackSettings {
   double spacing = 0.010;          ///< between contact points along the shaft, m
@@ -20,6 +25,8 @@ struct NeedleTrackSettings {
   double tip_radius = 5e-3;
   double side_length = 2e-3;       ///< over which a tip that cuts loses what presses it sideways, m
   double reentry_distance = 2e-3;  ///< a tip that touches a body this close to its old hole goes in there, m
+  ShaftFriction friction = ShaftFriction::coulomb;
+  LugreConstants lugre{};
 };
 
 /// The contact system of a step, filled by NeedleTrack::place(). All memory is taken in the constructor.

@@ -244,6 +244,29 @@ TEST(NeedleTrack, NoMotionThereAndBackGivesEnergy) {
   EXPECT_GT(samples.back().work, 0.01);
 }
 
+// The bristles slide at the same friction, and only give way a little before; so does the tissue anyway.
+TEST(NeedleTrack, BristlesWithoutStictionMakeTheForceOfCoulombFriction) {
+  const ReferenceInsertion insertion = there_and_back(0.060, 0.030);
+  ReferenceRun settings{.coupling = Coupling::stylet, .tissues = tissue(liver())};
+  const auto coulomb = run(insertion, settings);
+  settings.track.friction = physics::ShaftFriction::lugre;
+  settings.track.lugre.stiction = 1;
+  const auto lugre = run(insertion, settings);
+  ASSERT_EQ(coulomb.size(), lugre.size());
+  double sum = 0, peak = 0, least = 0;
+  for (std::size_t k = 0; k < coulomb.size(); ++k) {
+    peak = std::max(peak, std::abs(coulomb[k].force));
+    least = std::min(least, lugre[k].work);
+    sum += (lugre[k].force - coulomb[k].force) * (lugre[k].force - coulomb[k].force);
+  }
+  const double rms = std::sqrt(sum / static_cast<double>(coulomb.size()));
+  std::printf("LuGre against Coulomb: RMS difference %.2f %% of the peak of %.2f N\n", 100 * rms / peak, peak);
+  EXPECT_LT(rms, 0.05 * peak);
+  EXPECT_GT(rms, 1e-4 * peak) << "another model";
+  EXPECT_GT(least, -1e-6);
+  EXPECT_EQ(lugre.back().punctures, 1U);
+}
+
 TEST(NeedleTrack, TissueIsDraggedAlongBeforeTheShaftSlips) {
   const auto samples = run(there_and_back(0.060, 0.050),
                            {.coupling = Coupling::stylet, .tissues = tissue({.friction_per_length = 18})});

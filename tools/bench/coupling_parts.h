@@ -21,8 +21,8 @@ Report coupling_synchronisation(const ReferenceInsertion& insertion, const Bench
 Report coupling_subgrid(const ReferenceInsertion& insertion, const BenchOptions& options);
 /// W_bar from the trailing block of the factor: time, error against full solves, and what warping gains: w_bar.*
 Report coupling_w_bar(const ReferenceInsertion& insertion, const BenchOptions& options);
-/// Force over depth with puncture, cutting and friction, the work done, other haptic rates, and the classical models
-/// on the same motion: resistance.*
+/// Force over depth with puncture, cutting and friction, the work done, LuGre beside Coulomb friction, other haptic
+/// rates, and the classical models on the same motion: resistance.*
 Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptions& options);
 /// Time of the haptic step and of the solver: speed.*
 Report coupling_speed(const ReferenceInsertion& insertion, const BenchOptions& options);

@@ -73,8 +73,10 @@ struct Run {
   std::uint32_t flags = 0;
 };
 
-Run run(const ReferenceInsertion& motion, const physics::InsertionResistance& resistance) {
-  ReferenceExperiment experiment(motion, {.coupling = Coupling::stylet, .tissues = one_tissue(resistance)});
+Run run(const ReferenceInsertion& motion, const physics::InsertionResistance& resistance,
+        const physics::NeedleTrackSettings& track = {}) {
+  ReferenceExperiment experiment(motion,
+                                 {.coupling = Coupling::stylet, .track = track, .tissues = one_tissue(resistance)});
   Run result;
   while (experiment.time_s() < motion.duration - 1e-9) {
     experiment.simulation_step();
@@ -204,6 +206,37 @@ double rate_difference(const std::vector<Sample>& coarse, int coarse_khz, const 
   return kPercent * std::sqrt(sum / count) / peak;
 }
 
+double least_work(const std::vector<Sample>& samples) {
+  double least = 0;
+  for (const Sample& s : samples) least = std::min(least, s.work);
+  return least;
+}
+
+/// LuGre bristles on the shaft beside Coulomb friction, on the same motion: without stiction both slide at the same
+/// force, so what differs is how the shaft gives way before it slides.
+Report lugre_beside_coulomb(const ReferenceInsertion& motion, const physics::InsertionResistance& liver,
+                            const std::vector<Sample>& coulomb) {
+  physics::NeedleTrackSettings track{.friction = physics::ShaftFriction::lugre};
+  const Run bristles = run(motion, liver, track);
+  track.lugre.stiction = 1;
+  const Run slippery = run(motion, liver, track);
+  const auto peak = [](const std::vector<Sample>& samples) {
+    double most = 0;
+    for (const Sample& s : samples) most = std::max(most, s.force);
+    return most;
+  };
+  Report report;
+  report.add({"resistance.lugre.peak", peak(bristles.samples), "N", {}, {}, {}});
+  report.add({"resistance.lugre.peak.coulomb", peak(coulomb), "N", {}, {}, {}});
+  report.add({"resistance.lugre.difference", rate_difference(bristles.samples, 1, coulomb, 1), "%", {}, {}, {}});
+  report.add(
+      {"resistance.lugre.difference.no_stiction", rate_difference(slippery.samples, 1, coulomb, 1), "%", {}, {}, {}});
+  report.add(at_least("resistance.lugre.work.least",
+                      std::min(least_work(bristles.samples), least_work(slippery.samples)), "J", -1e-6));
+  report.add({"resistance.lugre.flags", static_cast<double>(bristles.flags | slippery.flags), "1", {}, {}, {}});
+  return report;
+}
+
 std::vector<double> tips_of(const std::vector<Sample>& samples) {
   std::vector<double> tip_mm;
   for (const Sample& s : samples) tip_mm.push_back(1e3 * s.tip);
@@ -255,11 +288,10 @@ Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptio
   report_curve(curve.samples, liver, kDepth, kBackTo, report);
 
   const Run closed = run(closed_path(insertion, 0.060), liver);
-  double least = 0;
-  for (const Sample& s : closed.samples) least = std::min(least, s.work);
   report.add(at_least("resistance.work.closed_path", closed.samples.back().work, "J", 0));
   // Below zero on the way: energy that the hand got before it gave any. Rounding and quadrature leave a trace.
-  report.add(at_least("resistance.work.least", least, "J", -1e-6));
+  report.add(at_least("resistance.work.least", least_work(closed.samples), "J", -1e-6));
+  report.append(lugre_beside_coulomb(there_and_back(insertion, kDepth, kBackTo, kSpeed), liver, curve.samples));
 
   const int finest = options.quick ? 2 : 4;
   const auto at_rate = [&](int khz) {
