@@ -15,7 +15,7 @@ export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1:allocator_may_return_n
 
 summary=()
 status=0
-for name in gltf scenario_files recording; do
+for name in gltf scenario_files organ_files recording; do
   corpus=$folder/corpus/$name
   log=$folder/$name.log
   mkdir -p "$corpus"

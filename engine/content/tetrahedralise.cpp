@@ -71,10 +71,10 @@ double cell_for_volume(const SolidShape& solid, const TetrahedraliseSettings& se
     if (std::abs(tet_quality(mesh).volume - solid.volume) <= settings.volume_error * solid.volume) return cell;
     if (mesh.nodes.size() > kManyNodes) break;
   }
-  throw ContentError(
-      fmt::format("{}: a cell of {:.3g} mm still misses its volume by more than {:g} %; it is thinner than that, "
-                  "choose a cell size yourself",
-                  settings.where, cell * 1e3, 100 * settings.volume_error));
+  throw ContentError(fmt::format(
+      "{}: with a cell of {:.3g} mm the mesh still misses the volume by more than {:g} %: it is thinner than "
+      "that, or in several pieces, of which the largest is kept; choose a cell size yourself",
+      settings.where, cell * 1e3, 100 * settings.volume_error));
 }
 
 }  // namespace

@@ -93,6 +93,9 @@ SourceFile from_surfaces(SurfaceFile&& surfaces, const std::filesystem::path& pa
                                          settings.metres_per_unit ? "as asked" : "assumed; --unit changes it"));
   const Eigen::Affine3d patient = patient_from_file(axes, unit);
   for (SourceSurface& surface : surfaces.surfaces) {
+    for (char& c : surface.name) {
+      if (static_cast<unsigned char>(c) < 0x20) c = '?';
+    }
     for (Eigen::Vector3d& vertex : surface.mesh.vertices) vertex = patient * vertex;
     file.parts.push_back({.name = surface.name,
                           .place = fmt::format("{}:{}", path.string(), surface.name),

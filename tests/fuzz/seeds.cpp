@@ -1,10 +1,14 @@
-// Writes what the fuzzers start from: fuzz_seeds DIR makes DIR/{gltf,scenario_files,recording}/ and DIR/json.dict.
+// Writes what the fuzzers start from: fuzz_seeds DIR makes DIR/{gltf,scenario_files,organ_files,recording}/ and
+// DIR/json.dict.
 #include "engine/session/recording_writer.h"
 #include "tests/content/glb.h"
 
 #include <nlohmann/json.hpp>
 
+#include <array>
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <fstream>
 #include <iterator>
@@ -130,6 +134,34 @@ void write_recording(const fs::path& path) {
   writer.finish();
 }
 
+/// A tetrahedron as STL and OBJ, and a volume of eight voxels.
+void write_organ_files(const fs::path& folder, std::set<std::string>& words) {
+  write(folder / "text.stl",
+        "solid liver SPACE=LPS\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1e-1 0\n"
+        "endloop\nendfacet\nendsolid\n");
+  std::string binary(80 + 4 + 50, '\0');
+  binary[80] = 1;
+  const std::array corners{0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F};
+  std::memcpy(binary.data() + 84 + 12, corners.data(), sizeof corners);
+  write(folder / "binary.stl", binary);
+  write(folder / "faces.obj",
+        "# SPACE=RAS\no liver\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1/1/1 2//2 3\nf -1 -2 -3 -4\n");
+  std::string volume(352 + 8, '\0');
+  const auto set = [&](std::size_t offset, auto value) { std::memcpy(volume.data() + offset, &value, sizeof value); };
+  set(0, std::int32_t{348});
+  for (const std::size_t offset : {40u, 42u, 44u, 46u}) set(offset, static_cast<std::int16_t>(offset == 40 ? 3 : 2));
+  set(70, std::int16_t{2});
+  for (const std::size_t offset : {80u, 84u, 88u, 280u, 300u, 320u}) set(offset, 1.0F);
+  set(108, 352.0F);
+  set(254, std::int16_t{1});
+  std::memcpy(volume.data() + 344, "n+1", 4);
+  volume[355] = 7;
+  write(folder / "volume.nii", volume);
+  for (const char* word : {"solid", "facet", "vertex", "endloop", "endsolid", "SPACE=LPS", "SPACE=RAS"}) {
+    words.insert(word);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -141,6 +173,7 @@ int main(int argc, char** argv) try {
   std::set<std::string> words;
   write_scenario_files(out / "scenario_files", words);
   write_gltf(out / "gltf", words);
+  write_organ_files(out / "organ_files", words);
   write_recording(out / "recording" / "short.rec");
   write_dictionary(words, out / "json.dict");
   return 0;
