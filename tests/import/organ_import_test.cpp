@@ -128,9 +128,12 @@ TEST(ImportOrgan, PatchesThatDoNotQuiteMeetAreEnclosed) {
 }
 
 TEST(ImportOrgan, NodesComeWithinFivePerCent) {
-  const std::vector<SourceFile> files{file_of({part("ball", icosphere({0, 0, 0}, 0.04, 4))})};
-  const int wanted = support::kSanitized ? 500 : 3000;
+  TriangleMesh egg = icosphere({0, 0, 0}, 0.04, 4);  // in a ball, nodes come by whole shells of the lattice
+  for (Eigen::Vector3d& v : egg.vertices) v = v.cwiseProduct(Eigen::Vector3d(1, 0.83, 0.61));
+  const std::vector<SourceFile> files{file_of({part("egg", egg)})};
+  const int wanted = support::kSanitized ? 800 : 3000;
   const ImportedOrgan organ = import_organ(assign_parts(files, {})[0], {.target_nodes = wanted}, kQuiet);
+  std::printf("  %zu nodes for %d\n", organ.report.nodes, wanted);
   EXPECT_NEAR(static_cast<double>(organ.report.nodes), wanted, 0.05 * wanted);
 }
 
