@@ -22,11 +22,10 @@ target_compile_options(stylet_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow 
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>  # gcc 12 sees ghosts inside Eigen and OpenMesh
   -Werror -march=${STYLET_ARCH} -ffp-contract=off)
 if(STYLET_SANITIZE)
-  # AddressSanitizer meets null and foreign objects itself, and x86 reads what is not aligned: without these checks of
-  # UBSan everything that uses Eigen compiles in two thirds of the time. The fuzzers keep them.
+  # AddressSanitizer meets null and foreign objects itself. The fuzzers keep these checks of UBSan.
   target_compile_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE} -fno-omit-frame-pointer -O1 -g1
     -fno-sanitize-recover=all
-    $<IF:$<BOOL:${STYLET_FUZZ}>,-fsanitize=fuzzer-no-link,-fno-sanitize=null$<COMMA>alignment$<COMMA>vptr$<COMMA>object-size>)
+    $<IF:$<BOOL:${STYLET_FUZZ}>,-fsanitize=fuzzer-no-link,-fno-sanitize=null$<COMMA>vptr$<COMMA>object-size>)
   target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})
 endif()
 if(STYLET_ASSERTIONS)
