@@ -2,9 +2,9 @@
 #include "engine/session/breathing.h"
 
 #include "engine/session/live_session.h"
+#include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
 #include "engine/session/step_hash.h"
-#include "haptic/recorded_device.h"
 #include "tests/session/layered_scene.h"
 #include "tests/session/target_watch.h"
 #include "tests/support/sanitized.h"
@@ -94,11 +94,7 @@ TEST(Breathing, MovesTheTargetByItsAmplitudeAndHoldsItStillForTheNeedle) {
 
 TEST(Breathing, IsReplayedToTheSameBits) {
   const content::Scene scene = breathing_scene();
-  std::vector<haptic::StylusSample> track;
-  for (const content::MotionSample& sample : scene.motion.stylus) {
-    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
-  }
-  haptic::RecordedDevice device(std::move(track));
+  haptic::RecordedDevice device = recorded_stylus(scene.motion);
   const support::TemporaryFolder folder;
   const auto path = folder / "breath.rec";
   LiveSession session(

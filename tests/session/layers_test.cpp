@@ -1,8 +1,8 @@
 // A needle through wall, liver and tumour: what it breaks through, in order, and what the hand feels of it.
 #include "engine/session/live_session.h"
 #include "engine/session/puncture_event.h"
+#include "engine/session/recorded_stylus.h"
 #include "engine/session/session_report.h"
-#include "haptic/recorded_device.h"
 #include "tests/session/layered_scene.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -28,11 +28,7 @@ struct Felt {
 
 Felt feel(content::Scene scene, double haptic_hz) {
   scene.rates.haptic_hz = haptic_hz;
-  std::vector<haptic::StylusSample> track;
-  for (const content::MotionSample& sample : scene.motion.stylus) {
-    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
-  }
-  haptic::RecordedDevice device(std::move(track));
+  haptic::RecordedDevice device = recorded_stylus(scene.motion);
   const support::TemporaryFolder folder;
   const auto path = folder / "layers.rec";
   LiveSession session(scene, device, {.duration_s = 2.0, .lockstep = true, .recording = path, .build = "test"});

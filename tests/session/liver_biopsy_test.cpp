@@ -3,7 +3,7 @@
 #include "engine/session/live_session.h"
 #include "engine/session/lockstep.h"
 #include "engine/session/puncture_event.h"
-#include "haptic/recorded_device.h"
+#include "engine/session/recorded_stylus.h"
 #include "tests/session/target_watch.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -26,11 +26,7 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
   ASSERT_EQ(scene.coupling, "stylet");
   ASSERT_FALSE(scene.breathing.holds.empty());
-  std::vector<haptic::StylusSample> track;
-  for (const content::MotionSample& sample : scene.motion.stylus) {
-    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
-  }
-  haptic::RecordedDevice device(std::move(track));
+  haptic::RecordedDevice device = recorded_stylus(scene.motion);
   const support::TemporaryFolder folder;
   const auto path = folder / "liver_biopsy.rec";
   LiveSession session(

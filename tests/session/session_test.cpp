@@ -4,9 +4,9 @@
 #include "engine/session/frame_publisher.h"
 #include "engine/session/live_session.h"
 #include "engine/session/lockstep.h"
+#include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
 #include "engine/session/step_hash.h"
-#include "haptic/recorded_device.h"
 #include "tests/session/cube_scene.h"
 #include "tests/support/temporary_folder.h"
 
@@ -18,14 +18,6 @@
 
 namespace stylet::session {
 namespace {
-
-haptic::RecordedDevice device_of(const content::Scene& scene) {
-  std::vector<haptic::StylusSample> track;
-  for (const content::MotionSample& sample : scene.motion.stylus) {
-    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
-  }
-  return haptic::RecordedDevice(std::move(track));
-}
 
 struct Outcome {
   std::uint64_t hash = 0;
@@ -39,7 +31,7 @@ enum class Mode { lockstep, threaded };
 // Runs the cube scene and records it.
 Outcome record(const content::Scene& scene, const std::filesystem::path& path, Mode mode, double duration_s,
                physics::Coupling coupling = physics::Coupling::paper_updated) {
-  haptic::RecordedDevice device = device_of(scene);
+  haptic::RecordedDevice device = recorded_stylus(scene.motion);
   LiveSession session(scene, device,
                       {.coupling = coupling,
                        .duration_s = duration_s,
@@ -165,7 +157,7 @@ TEST(Replay, RefusesAScheduleThatCannotBe) {
 
 TEST(FrameClock, DrawsEveryFrameOnceAtItsTime) {
   const content::Scene scene = tests::cube_scene();
-  haptic::RecordedDevice device = device_of(scene);
+  haptic::RecordedDevice device = recorded_stylus(scene.motion);
   const haptic::StylusSample first = device.read(0);
   FramePublisher frames(scene);
   std::vector<double> times;

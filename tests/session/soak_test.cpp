@@ -5,7 +5,7 @@
 #include "engine/content/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/lockstep.h"
-#include "haptic/recorded_device.h"
+#include "engine/session/recorded_stylus.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -46,11 +46,7 @@ private:
 };
 
 RepeatedMotion repeated(const content::Scene& scene) {
-  std::vector<haptic::StylusSample> track;
-  for (const content::MotionSample& sample : scene.motion.stylus) {
-    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
-  }
-  return RepeatedMotion(haptic::RecordedDevice(std::move(track)), 1 / scene.rates.simulation_hz);
+  return RepeatedMotion(recorded_stylus(scene.motion), 1 / scene.rates.simulation_hz);
 }
 
 double resident_mib() {

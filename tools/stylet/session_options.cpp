@@ -4,8 +4,8 @@
 #include "engine/content/motion.h"
 #include "engine/content/scenario.h"
 #include "engine/session/coupled_loops.h"
+#include "engine/session/recorded_stylus.h"
 #include "haptic/mouse_device.h"
-#include "haptic/recorded_device.h"
 #include "haptic/scripted_device.h"
 #include "tools/stylet/interrupt.h"
 
@@ -20,11 +20,7 @@ namespace stylet::tools {
 namespace {
 
 Stylus recorded(const content::Motion& motion, std::string name) {
-  std::vector<haptic::StylusSample> track;
-  for (const content::MotionSample& sample : motion.stylus) {
-    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
-  }
-  auto device = std::make_unique<haptic::RecordedDevice>(std::move(track), haptic::DeviceLimits{}, std::move(name));
+  auto device = std::make_unique<haptic::RecordedDevice>(session::recorded_stylus(motion, std::move(name)));
   const double end_s = device->end_s();
   return {.device = std::move(device), .duration_s = end_s};
 }
