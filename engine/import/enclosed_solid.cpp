@@ -11,6 +11,8 @@ namespace stylet::import {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::max();
+constexpr double kBand = 1.8;        // spacings from a triangle within which nodes are told of it: past a diagonal
+constexpr double kMostWork = 100e6;  // nodes told, beyond those of points: seconds, where large triangles take hours
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 /// Nodes of a regular grid, x fastest.
@@ -111,7 +113,7 @@ private:
 /// The nearest points of a surface, offered to the nodes around each triangle.
 NearestPoints nearest_on_surface(const content::TriangleMesh& soup, const Grid& grid) {
   NearestPoints wall(grid);
-  const double band = 1.8 * static_cast<double>(grid.spacing);
+  const double band = kBand * static_cast<double>(grid.spacing);
   for (const auto& [u, v, w] : soup.triangles) {
     const Eigen::Vector3d& a = soup.vertices[u];
     const Eigen::Vector3d& b = soup.vertices[v];
@@ -160,6 +162,17 @@ std::vector<char> flood(const NearestPoints& wall, const Grid& grid, float radiu
   return outside;
 }
 
+/// Nodes that nearest_on_surface() looks at, all triangles together, beyond those that points would take.
+double nodes_to_look_at(const content::TriangleMesh& soup, double spacing) {
+  double sum = 0;
+  for (const auto& [u, v, w] : soup.triangles) {
+    const Eigen::Vector3d &a = soup.vertices[u], &b = soup.vertices[v], &c = soup.vertices[w];
+    const Eigen::Array3d extent = a.cwiseMax(b).cwiseMax(c) - a.cwiseMin(b).cwiseMin(c);
+    sum += (extent / spacing + 2 * kBand).prod() - 8 * kBand * kBand * kBand;
+  }
+  return sum;
+}
+
 }  // namespace
 
 EnclosedSolid::EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing)
@@ -168,7 +181,7 @@ EnclosedSolid::EnclosedSolid(const content::TriangleMesh& soup, double gap, doub
   // The rim lies outside the ball around every triangle.
   for (;; spacing_ *= 1.05, gap_ = std::max(gap_, 2 * spacing_)) {
     size_ = ((bounds_.sizes().array() + gap_) / spacing_).ceil().cast<int>() + 5;
-    if (size_.cast<double>().prod() <= kMostNodes) break;
+    if (size_.cast<double>().prod() <= kMostNodes && nodes_to_look_at(soup, spacing_) <= kMostWork) break;
   }
   origin_ = (bounds_.center() - spacing_ / 2 * (size_.cast<double>().array() - 1).matrix()).cast<float>();
   const Grid grid{.origin = origin_, .spacing = static_cast<float>(spacing_), .size = size_};
@@ -183,7 +196,7 @@ EnclosedSolid::EnclosedSolid(const content::TriangleMesh& soup, double gap, doub
       for (int i = 0; i < size_.x(); ++i) {
         const std::size_t n = grid.node(i, j, k);
         const float to_wall = wall.distance(n);
-        if (outside[n] == 0 || to_wall > radius + 1.8F * grid.spacing) continue;
+        if (outside[n] == 0 || to_wall > radius + static_cast<float>(kBand) * grid.spacing) continue;
         const Eigen::Vector3f x = grid.position(i, j, k);
         rim.offer(n, x, wall.point(n) + (radius / to_wall) * (x - wall.point(n)));
       }

@@ -23,7 +23,8 @@ class EnclosedSolid {
 public:
   /// @param soup     any triangles, not empty; not kept
   /// @param gap      at least 2 spacing, m
-  /// @param spacing  between nodes, m; grows until the grid has at most kMostNodes nodes, and the gap with it
+  /// @param spacing  between nodes, m; it grows, and the gap with it, until there are at most kMostNodes nodes and
+  ///                 telling them of the triangles takes seconds
   EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing);
 
   /// Metres, negative inside; a fraction of the spacing wrong. Outside the grid: positive.

@@ -80,7 +80,8 @@ std::string report_json(const ImportedOrgan& organ, const OrganParts& parts) {
                         {"max_dihedral_deg", r.quality.max_dihedral_deg},
                         {"min_dihedral_histogram_5deg", r.dihedral_histogram}};
   json["notes"] = r.notes;
-  return json.dump(1) + "\n";
+  // Names of parts come from files and need not be UTF-8.
+  return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string report_text(const ImportedOrgan& organ, const OrganParts& parts) {

@@ -6,6 +6,8 @@
 #include "engine/import/obj.h"
 #include "engine/import/stl.h"
 
+#include <fnmatch.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,7 +31,8 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-/// A name that can be an id and a file name.
+/// A name that can be an id and the name of a folder, whatever the file says: lower-case letters, digits,
+/// underscores.
 std::string id_of(std::string_view name) {
   std::string id;
   for (const char c : lower(name)) {
@@ -45,25 +48,8 @@ std::string id_of(std::string_view name) {
 }
 
 /// `pattern` with * and ? against the whole of `text`, without regard to case.
-bool fits(std::string_view pattern, std::string_view text) {
-  const std::string p = lower(pattern), t = lower(text);
-  std::size_t i = 0, j = 0, star = std::string::npos, mark = 0;
-  while (j < t.size()) {
-    if (i < p.size() && (p[i] == '?' || p[i] == t[j])) {
-      ++i;
-      ++j;
-    } else if (i < p.size() && p[i] == '*') {
-      star = i++;
-      mark = j;
-    } else if (star != std::string::npos) {
-      i = star + 1;
-      j = ++mark;
-    } else {
-      return false;
-    }
-  }
-  while (i < p.size() && p[i] == '*') ++i;
-  return i == p.size();
+bool fits(const std::string& pattern, const std::string& text) {
+  return ::fnmatch(pattern.c_str(), text.c_str(), FNM_CASEFOLD) == 0;
 }
 
 SourceFile from_gltf(std::span<const std::byte> bytes, const std::filesystem::path& path) {
@@ -180,11 +166,18 @@ SourceFile read_source(const std::filesystem::path& path, const SourceSettings& 
 std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
                                      const std::vector<OrganRequest>& requests) {
   std::vector<OrganParts> organs;
-  std::map<std::pair<const SourceFile*, std::string>, std::size_t> index;
+  std::map<std::string, std::size_t> index;
   const auto add = [&](const SourceFile& file, const std::string& id, const SourcePart& part) {
-    const auto [found, is_new] = index.try_emplace({&file, id}, organs.size());
+    const auto [found, is_new] = index.try_emplace(id, organs.size());
     if (is_new) organs.push_back({.id = id, .file = &file, .parts = {}});
-    organs[found->second].parts.push_back(&part);
+    OrganParts& organ = organs[found->second];
+    if (organ.file != &file) {
+      throw ContentError(
+          fmt::format("organ {}: has parts in {} and in {}; import one file at a time, or tell them apart "
+                      "with --organ",
+                      id, organ.file->path.string(), file.path.string()));
+    }
+    organ.parts.push_back(&part);
   };
   for (const OrganRequest& request : requests) {
     for (const std::string& pattern : request.patterns) {
@@ -210,7 +203,7 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
     std::vector<const SourcePart*> patches;
     for (const SourcePart& part : file.parts) {
       if (annotated) {
-        if (!part.organ.id.empty() && part.organ.role != "ignore") add(file, part.organ.id, part);
+        if (!part.organ.id.empty() && part.organ.role != "ignore") add(file, id_of(part.organ.id), part);
         continue;
       }
       bool whole = part.label >= 0;

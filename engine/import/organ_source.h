@@ -45,7 +45,7 @@ SourceFile read_source(const std::filesystem::path& path, const SourceSettings& 
 /// Parts that make one organ.
 struct OrganRequest {
   std::string id;
-  std::vector<std::string> patterns;  ///< of part names: `*` any text, `?` a character; the case does not count
+  std::vector<std::string> patterns;  ///< of part names: fnmatch, `*` and `?`; the case does not count
 };
 
 /// An organ to be made.
@@ -55,10 +55,11 @@ struct OrganParts {
   std::vector<const SourcePart*> parts;
 };
 
-/// Which parts make which organ. With requests: those, in their order. Without: parts with the same extras.organ.id
-/// belong together; if no part has one, parts that are closed by themselves are an organ each, and the others of
-/// their file one together, named after the file.
-/// @throws content::ContentError  a pattern that fits nothing, with the names there are
+/// Which parts make which organ. Ids that come from a file become lower-case letters, digits and underscores. With
+/// requests: those, in their order. Without: parts with the same extras.organ.id belong together; if no part has one,
+/// parts that are closed by themselves are an organ each, and the others of their file one together, named after the
+/// file.
+/// @throws content::ContentError  a pattern that fits nothing, with the names there are; an organ in two files
 std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files, const std::vector<OrganRequest>& requests);
 
 }  // namespace stylet::import
