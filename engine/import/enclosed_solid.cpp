@@ -11,8 +11,7 @@ namespace stylet::import {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::max();
-constexpr double kBand = 1.8;        // spacings from a triangle within which nodes are told of it: past a diagonal
-constexpr double kMostWork = 100e6;  // nodes told, beyond those of points: seconds, where large triangles take hours
+constexpr double kBand = 1.8;  // spacings from a triangle within which nodes are told of it: past a diagonal
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 /// Nodes of a regular grid, x fastest.
@@ -118,6 +117,10 @@ NearestPoints nearest_on_surface(const content::TriangleMesh& soup, const Grid& 
     const Eigen::Vector3d& a = soup.vertices[u];
     const Eigen::Vector3d& b = soup.vertices[v];
     const Eigen::Vector3d& c = soup.vertices[w];
+    // Most nodes around a large triangle are far from its plane. The slack makes this hold for slivers, whose normal
+    // is rounding.
+    const Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
+    const double far = band * (1 + 1e-9) + std::max(std::abs(normal.dot(b - a)), std::abs(normal.dot(c - a)));
     const Eigen::Array3d origin = grid.origin.cast<double>();
     const Eigen::Array3d least = (a.cwiseMin(b).cwiseMin(c).array() - band - origin) / grid.spacing;
     const Eigen::Array3d most = (a.cwiseMax(b).cwiseMax(c).array() + band - origin) / grid.spacing;
@@ -127,8 +130,10 @@ NearestPoints nearest_on_surface(const content::TriangleMesh& soup, const Grid& 
       for (int j = low.y(); j <= high.y(); ++j) {
         for (int i = low.x(); i <= high.x(); ++i) {
           const Eigen::Vector3f x = grid.position(i, j, k);
-          const Eigen::Vector3d nearest = content::nearest_on_triangle(x.cast<double>(), a, b, c).point;
-          if ((x.cast<double>() - nearest).norm() <= band) wall.offer(grid.node(i, j, k), x, nearest.cast<float>());
+          const Eigen::Vector3d p = x.cast<double>();
+          if (std::abs(normal.dot(p - a)) > far) continue;
+          const Eigen::Vector3d nearest = content::nearest_on_triangle(p, a, b, c).point;
+          if ((p - nearest).norm() <= band) wall.offer(grid.node(i, j, k), x, nearest.cast<float>());
         }
       }
     }
@@ -175,13 +180,13 @@ double nodes_to_look_at(const content::TriangleMesh& soup, double spacing) {
 
 }  // namespace
 
-EnclosedSolid::EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing)
+EnclosedSolid::EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing, const Limits& limits)
     : gap_(std::max(gap, 2 * spacing)), spacing_(spacing) {
   for (const Eigen::Vector3d& vertex : soup.vertices) bounds_.extend(vertex);
   // The rim lies outside the ball around every triangle.
   for (;; spacing_ *= 1.05, gap_ = std::max(gap_, 2 * spacing_)) {
     size_ = ((bounds_.sizes().array() + gap_) / spacing_).ceil().cast<int>() + 5;
-    if (size_.cast<double>().prod() <= kMostNodes && nodes_to_look_at(soup, spacing_) <= kMostWork) break;
+    if (size_.cast<double>().prod() <= limits.nodes && nodes_to_look_at(soup, spacing_) <= limits.work) break;
   }
   origin_ = (bounds_.center() - spacing_ / 2 * (size_.cast<double>().array() - 1).matrix()).cast<float>();
   const Grid grid{.origin = origin_, .spacing = static_cast<float>(spacing_), .size = size_};

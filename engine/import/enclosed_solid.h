@@ -21,11 +21,18 @@ namespace stylet::import {
 /// fraction of the spacing.
 class EnclosedSolid {
 public:
+  /// What bounds memory and time, whatever the file.
+  struct Limits {
+    double nodes = 8e6;
+    double work = 100e6;  ///< nodes looked at, all triangles together, beyond those of points: seconds, not hours
+  };
+
   /// @param soup     any triangles, not empty; not kept
   /// @param gap      at least 2 spacing, m
-  /// @param spacing  between nodes, m; it grows, and the gap with it, until there are at most kMostNodes nodes and
-  ///                 telling them of the triangles takes seconds
-  EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing);
+  /// @param spacing  between nodes, m; it grows, and the gap with it, until the limits hold
+  EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing, const Limits& limits);
+  EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing)
+      : EnclosedSolid(soup, gap, spacing, Limits{}) {}
 
   /// Metres, negative inside; a fraction of the spacing wrong. Outside the grid: positive.
   double signed_distance(const Eigen::Vector3d& point) const;
@@ -38,8 +45,6 @@ public:
   double depth() const;
   /// Of the soup; contains the solid.
   const Eigen::AlignedBox3d& bounds() const { return bounds_; }
-
-  static constexpr double kMostNodes = 8e6;
 
 private:
   Eigen::AlignedBox3d bounds_;
