@@ -60,7 +60,7 @@ ShapeOfOrgan enclose(const OrganParts& organ, const TriangleMesh& soup, const Su
   const double diagonal = surface.bounds.sizes().norm();
   std::vector<double> gaps(kGaps.begin(), kGaps.end());
   if (settings.gap) gaps = {*settings.gap};
-  double deepest = 0;
+  double deepest = 0, widest = 0;
   for (const double gap : gaps) {
     if (!settings.gap && gap > 0.05 * diagonal) break;
     progress(fmt::format("{}: looking for its inside, gaps of {:g} mm closed", organ.id, gap * 1e3));
@@ -68,6 +68,7 @@ ShapeOfOrgan enclose(const OrganParts& organ, const TriangleMesh& soup, const Su
         std::min(std::max(diagonal / kSpacings, kFinestSpacing), std::max(gap, 4 * kFinestSpacing));
     auto solid = std::make_shared<EnclosedSolid>(soup, gap, spacing);
     deepest = std::max(deepest, solid->depth());
+    widest = std::max(widest, solid->gap());
     if (solid->depth() < kLeastDepth * diagonal) continue;
     report.from = SolidFrom::enclosure;
     report.gap = solid->gap();
@@ -88,9 +89,9 @@ ShapeOfOrgan enclose(const OrganParts& organ, const TriangleMesh& soup, const Su
                     where, organ.id, surface.volume * 1e6, surface.area * 1e4));
   }
   throw ContentError(fmt::format(
-      "{}: {} has no inside: {}; deepest point {:.2g} mm from outside with gaps of {:g} mm closed; add the "
+      "{}: {} has no inside: {}; deepest point {:.2g} mm from outside with gaps of {:.2g} mm closed; add the "
       "parts that close it, or raise --gap",
-      where, organ.id, describe(surface), deepest * 1e3, gaps.back() * 1e3));
+      where, organ.id, describe(surface), deepest * 1e3, widest * 1e3));
 }
 
 ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& settings,

@@ -1,6 +1,7 @@
 // Label volumes: every number type, byte order and orientation gives the same labels at the same place.
 #include "engine/import/nifti.h"
 #include "engine/content/error.h"
+#include "engine/import/label_solid.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -8,9 +9,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace stylet::import {
 namespace {
@@ -141,6 +144,96 @@ TEST(Nifti, QuaternionAndRowsSayTheSame) {
   expect_volume(read_nifti_labels(bytes_of(v.with_voxels<std::uint8_t>(2)), "a.nii"));
 }
 
+/// The label of a place in RAS, mm: a lopsided lump that no turn or mirror brings onto itself.
+std::uint8_t lump(const Eigen::Vector3d& ras) {
+  const Eigen::Vector3d x = ras - Eigen::Vector3d(30, -50, 70);
+  const bool body = x.cwiseQuotient(Eigen::Vector3d(13, 9, 7)).norm() < 1;
+  const bool horn = (x - Eigen::Vector3d(8, 5, 4)).norm() < 6;
+  return body || horn ? 3 : 0;
+}
+
+TEST(Nifti, EveryOrientationIsTheSameSolidAtTheSamePlace) {
+  const Eigen::Vector3d first(10, -70, 55), spacing(2, 1.5, 1);  // RAS, mm
+  const Eigen::Vector3i count(22, 30, 34);
+  // The same samples summed up here, in the patient frame: (-x, z, y).
+  double volume = 0;
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  for (int k = 0; k < count.z(); ++k) {
+    for (int j = 0; j < count.y(); ++j) {
+      for (int i = 0; i < count.x(); ++i) {
+        const Eigen::Vector3d ras = first + spacing.cwiseProduct(Eigen::Vector3d(i, j, k));
+        if (lump(ras) == 0) continue;
+        volume += 1;
+        centroid += Eigen::Vector3d(-ras.x(), ras.z(), ras.y()) * 1e-3;
+      }
+    }
+  }
+  centroid /= volume;
+  volume *= spacing.prod() * 1e-9;
+
+  std::vector<double> distances;  // of the first orientation
+  std::array<int, 3> axes{0, 1, 2};
+  do {
+    for (int flips = 0; flips < 8; ++flips) {
+      // Voxel axis a runs along RAS axis axes[a], backwards where its bit of `flips` is set.
+      Volume v;
+      Eigen::Matrix<double, 3, 4> ras_from_voxel = Eigen::Matrix<double, 3, 4>::Zero();
+      ras_from_voxel.col(3) = first;
+      std::array<int, 3> size{};
+      for (int a = 0; a < 3; ++a) {
+        const int r = axes[static_cast<std::size_t>(a)];
+        const bool backwards = (flips >> a & 1) != 0;
+        size[static_cast<std::size_t>(a)] = count[r];
+        v.set<std::int16_t>(42 + 2 * static_cast<std::size_t>(a), static_cast<std::int16_t>(count[r]));
+        ras_from_voxel(r, a) = backwards ? -spacing[r] : spacing[r];
+        if (backwards) ras_from_voxel(r, 3) += spacing[r] * (count[r] - 1);
+      }
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 4; ++c) {
+          v.set<float>(280 + 4 * static_cast<std::size_t>(4 * r + c), static_cast<float>(ras_from_voxel(r, c)));
+        }
+      }
+      v.set<std::int16_t>(70, 2);
+      std::string file = v.header;
+      for (int k = 0; k < size[2]; ++k) {
+        for (int j = 0; j < size[1]; ++j) {
+          for (int i = 0; i < size[0]; ++i) {
+            file += static_cast<char>(lump(ras_from_voxel * Eigen::Vector4d(i, j, k, 1)));
+          }
+        }
+      }
+
+      const LabelImage image = read_nifti_labels(bytes_of(file), "a.nii");
+      const std::array labels{3};
+      const LabelSolid solid(image, labels);
+      EXPECT_NEAR(solid.volume(), volume, 1e-9 * volume);
+      EXPECT_FALSE(solid.touches_rim());
+      // Probes of a lattice that has nothing to do with the voxels.
+      Eigen::Vector3d inside = Eigen::Vector3d::Zero();
+      double inner = 0;
+      std::vector<double> probed;
+      for (int k = -10; k <= 10; ++k) {
+        for (int j = -10; j <= 10; ++j) {
+          for (int i = -10; i <= 10; ++i) {
+            const Eigen::Vector3d x = centroid + 1.7e-3 * Eigen::Vector3d(i, j, k);
+            const double d = solid.signed_distance(x);
+            probed.push_back(d);
+            if (d >= 0) continue;
+            inside += x;
+            inner += 1;
+          }
+        }
+      }
+      // A third of a voxel: smoothing rounds the horn off, and about a thousand probes are inside.
+      EXPECT_LT((inside / inner - centroid).norm(), 0.5e-3) << axes[0] << axes[1] << axes[2] << " " << flips;
+      if (distances.empty()) distances = probed;
+      double apart = 0;
+      for (std::size_t p = 0; p < probed.size(); ++p) apart = std::max(apart, std::abs(probed[p] - distances[p]));
+      EXPECT_LT(apart, 1e-6) << "rounding of floats, m: " << axes[0] << axes[1] << axes[2] << " " << flips;
+    }
+  } while (std::next_permutation(axes.begin(), axes.end()));
+}
+
 TEST(Nifti, SaysWhatItAssumes) {
   Volume v;
   v.set<std::int16_t>(254, 0);
@@ -177,6 +270,18 @@ TEST(Nifti, RefusesWhatIsWrongInOneLine) {
   scaled.set<float>(112, 0.5F);
   EXPECT_NE(refusal(scaled.with_voxels<std::uint8_t>(2)).find("looks like an image"), std::string::npos);
   EXPECT_NE(refusal(Volume().with_voxels<float>(128)).find("type 128"), std::string::npos);
+  // Said of the header alone: neither file has that many voxels.
+  const auto sized = [&](std::int16_t x, std::int16_t y, std::int16_t z) {
+    return changed([&](Volume& v) {
+      v.set<std::int16_t>(42, x);
+      v.set<std::int16_t>(44, y);
+      v.set<std::int16_t>(46, z);
+    });
+  };
+  const std::string large = sized(500, 400, 250);
+  EXPECT_NE(large.find("a.nii: has 5e+07 voxels, accepted are 4e+07"), std::string::npos) << large;
+  EXPECT_NE(large.find("crop or resample it"), std::string::npos) << large;
+  EXPECT_NE(sized(500, 320, 250).find("announces 4e+07 voxels"), std::string::npos);  // as many as are accepted
   NiftiLimits few;
   few.labels = 3;
   EXPECT_NE(refusal(good, few).find("5 different values"), std::string::npos);
