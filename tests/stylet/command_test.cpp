@@ -1,4 +1,6 @@
 #include "engine/content/motion.h"
+#include "tests/content/glb.h"
+#include "tests/content/shapes.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
@@ -10,6 +12,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -17,6 +21,8 @@
 #include <functional>
 #include <iterator>
 #include <memory>
+#include <numbers>
+#include <set>
 #include <string>
 
 namespace stylet {
@@ -51,6 +57,29 @@ Outcome run(const std::string& arguments) {
 std::string read_text(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Relative to the folder.
+std::set<std::string> files_below(const fs::path& folder) {
+  std::set<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files.insert(fs::relative(entry.path(), folder).string());
+  }
+  return files;
+}
+
+std::string binary_stl(const content::TriangleMesh& mesh) {
+  std::string bytes(80, ' ');
+  const auto append = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  append(static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const auto& triangle : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) append(0.0F);  // the normal
+    for (const std::uint32_t corner : triangle) {
+      for (int axis = 0; axis < 3; ++axis) append(static_cast<float>(mesh.vertices[corner][axis]));
+    }
+    append(std::uint16_t{0});
+  }
+  return bytes;
 }
 
 class Command : public ::testing::Test {
@@ -118,7 +147,7 @@ private:
 TEST_F(Command, HelpAndVersionTeach) {
   const Outcome help = run("--help");
   EXPECT_EQ(help.exit_code, 0);
-  for (const char* word : {"train", "render", "replay", "validate", "Start here"}) {
+  for (const char* word : {"train", "render", "replay", "import", "validate", "Start here"}) {
     EXPECT_NE(help.output.find(word), std::string::npos) << word;
   }
   const Outcome version = run("--version");
@@ -187,6 +216,64 @@ TEST_F(Command, ValidateNamesEveryProblem) {
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.output.find("/rates/haptic_hz"), std::string::npos) << outcome.output;
   EXPECT_NE(outcome.output.find("/contact_spacing_mm"), std::string::npos) << outcome.output;
+}
+
+TEST_F(Command, ImportLeavesAnOrganInANewFolder) {
+  const fs::path ball = folder_.write("ball.stl", binary_stl(content::test::icosphere({30, 20, 10}, 40, 3)));  // mm
+  const fs::path organs = folder_ / "nested" / "new" / "dir";
+  const Outcome outcome = run(fmt::format("import {} --cell 20 --out {}", ball.string(), organs.string()));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(files_below(folder_ / "nested"),
+            (std::set<std::string>{"new/dir/ball/picture.png", "new/dir/ball/report.json", "new/dir/ball/report.txt",
+                                   "new/dir/ball/surface.glb", "new/dir/ball/tetrahedra.vtk"}));
+  const fs::path made = organs / "ball";
+  const json report = json::parse(read_text(made / "report.json"));
+  EXPECT_EQ(report["organ"], "ball");
+  EXPECT_NEAR(report["solid"]["volume_m3"].get<double>(), 4.0 / 3 * std::numbers::pi * std::pow(0.04, 3), 6e-6);
+  EXPECT_TRUE(read_text(made / "surface.glb").starts_with("glTF"));
+  EXPECT_TRUE(read_text(made / "tetrahedra.vtk").starts_with("# vtk DataFile"));
+  EXPECT_TRUE(read_text(made / "picture.png").starts_with("\x89PNG"));
+  EXPECT_TRUE(read_text(made / "report.txt").starts_with("ball\n====\n"));
+}
+
+TEST_F(Command, ImportRefusesABrokenFileInOneLine) {
+  const std::string sound = binary_stl(content::test::icosphere({0, 0, 0}, 40, 1));
+  const fs::path broken = folder_.write("broken.stl", sound.substr(0, sound.size() / 2));
+  // Two faces of a tetrahedron: nothing is wrong with the file, and there is no organ in it.
+  const fs::path open = folder_.write("open.obj",
+                                      "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\n"
+                                      "f 1 2 4\nf 1 4 3\n");
+  for (const fs::path& file : {broken, open}) {
+    const fs::path said = folder_ / "stdout", refused = folder_ / "stderr";
+    const Outcome outcome = run(fmt::format("import {} --out {} >{} 2>{}; exit $?", file.string(), out().string(),
+                                            said.string(), refused.string()));
+    EXPECT_EQ(outcome.exit_code, 2) << file;
+    const std::string everything = read_text(refused);
+    const auto begin = everything.find("stylet: ");
+    ASSERT_NE(begin, std::string::npos) << everything;
+    EXPECT_TRUE(begin == 0 || file == open) << "progress before it: " << everything;
+    const std::string message = everything.substr(begin);
+    EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 1) << message;
+    EXPECT_NE(message.find(file.filename().string()), std::string::npos) << message;
+    EXPECT_EQ(read_text(said), "");
+    EXPECT_EQ(files_below(folder_.path()), (std::set<std::string>{"broken.stl", "open.obj", "stderr", "stdout"}));
+    EXPECT_FALSE(fs::exists(out()));
+  }
+}
+
+TEST_F(Command, ImportStaysInsideItsFolderWhateverAFileCallsAnOrgan) {
+  content::test::Glb glb;
+  glb.add("part", content::test::icosphere({0, 0, 0}, 0.04, 2), {{"id", "../../etc/x y"}});
+  const fs::path file = folder_.write("bad.glb", glb.bytes());
+  fs::create_directories(folder_ / "a" / "b");  // so that going two folders up ends where it is seen
+  const Outcome outcome =
+      run(fmt::format("import {} --cell 20 --out {}", file.string(), (folder_ / "a" / "b" / "out").string()));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const std::set<std::string> files = files_below(folder_.path());
+  EXPECT_EQ(files.size(), 6u) << outcome.output;
+  for (const std::string& made : files) {
+    EXPECT_TRUE(made == "bad.glb" || made.starts_with("a/b/out/etc_x_y/")) << made;
+  }
 }
 
 TEST_F(Command, RenderGivesTheSameFramesTwice) {

@@ -29,6 +29,10 @@ namespace stylet::tools {
 namespace {
 
 using content::ContentError;
+// A line that begins with import:: is a module to clang-format.
+using import::ImportedOrgan;
+using import::OrganRequest;
+using import::SourceSettings;
 
 struct ImportOptions {
   std::vector<std::string> files;
@@ -55,15 +59,15 @@ std::pair<std::string, std::string> split(const std::string& option, const std::
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-std::vector<import::OrganRequest> organ_requests(const ImportOptions& options) {
-  std::vector<import::OrganRequest> requests;
+std::vector<OrganRequest> organ_requests(const ImportOptions& options) {
+  std::vector<OrganRequest> requests;
   for (const std::string& text : options.organs) {
     auto [id, patterns] = split("--organ", text);
     if (id.find('/') != std::string::npos || id.starts_with('.')) {
       throw ContentError(
           fmt::format("--organ {}: an id is the name of a folder too; no slash, no leading dot", text));
     }
-    import::OrganRequest request{.id = id, .patterns = {}};
+    OrganRequest request{.id = id, .patterns = {}};
     std::istringstream list(patterns);
     for (std::string pattern; std::getline(list, pattern, ',');) {
       if (!pattern.empty()) request.patterns.push_back(pattern);
@@ -73,15 +77,16 @@ std::vector<import::OrganRequest> organ_requests(const ImportOptions& options) {
   return requests;
 }
 
-import::SourceSettings source_settings(const ImportOptions& options){import::SourceSettings settings;
-if (options.axes == "lps") settings.axes = import::Axes::lps;
-if (options.axes == "ras") settings.axes = import::Axes::ras;
-if (options.axes == "patient") settings.axes = import::Axes::patient;
-if (options.unit == "mm") settings.metres_per_unit = 1e-3;
-if (options.unit == "cm") settings.metres_per_unit = 1e-2;
-if (options.unit == "m") settings.metres_per_unit = 1;
-return settings;
-}  // namespace
+SourceSettings source_settings(const ImportOptions& options) {
+  SourceSettings settings;
+  if (options.axes == "lps") settings.axes = import::Axes::lps;
+  if (options.axes == "ras") settings.axes = import::Axes::ras;
+  if (options.axes == "patient") settings.axes = import::Axes::patient;
+  if (options.unit == "mm") settings.metres_per_unit = 1e-3;
+  if (options.unit == "cm") settings.metres_per_unit = 1e-2;
+  if (options.unit == "m") settings.metres_per_unit = 1;
+  return settings;
+}
 
 /// The tissue of an organ: asked for, annotated, or the one whose name its id holds; empty: none of these.
 std::string tissue_of(const import::OrganParts& organ, const std::map<std::string, std::string>& asked,
@@ -132,7 +137,7 @@ void write(const std::filesystem::path& path, const char* data, std::size_t size
   }
 }
 
-void write_organ(const import::ImportedOrgan& organ, const import::OrganParts& parts, const std::string& tissue,
+void write_organ(const ImportedOrgan& organ, const import::OrganParts& parts, const std::string& tissue,
                  const content::TissueColours& colours, const std::filesystem::path& folder) {
   session::OutputDirectory out(folder);
   const std::vector<content::AnnotatedSurface> surfaces{
@@ -151,8 +156,8 @@ void write_organ(const import::ImportedOrgan& organ, const import::OrganParts& p
 }
 
 int run(const ImportOptions& options) {
-  const import::SourceSettings settings = source_settings(options);
-  const std::vector<import::OrganRequest> requests = organ_requests(options);
+  const SourceSettings settings = source_settings(options);
+  const std::vector<OrganRequest> requests = organ_requests(options);
   std::map<std::string, std::string> asked;
   for (const std::string& text : options.tissues) asked.insert(split("--tissue", text));
   content::JsonFile table_file(content::content_directory() / "tissues.json");
@@ -182,33 +187,32 @@ int run(const ImportOptions& options) {
   for (const import::OrganParts& parts : import::assign_parts(files, requests)) {
     const std::filesystem::path folder = std::filesystem::path(options.out) / parts.id;
     try {
-      import::ImportedOrgan organ = import::import_organ(
-          parts,
-          {.cell = options.cell_mm * 1e-3,
-           .target_nodes = options.nodes,
-           .volume_error = options.volume_error_percent / 100,
-           .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt},
-          [&](const std::string& task) {
-            throw_if_interrupted();
-      progress.show(task, 0);
-    });
-    progress.done();
-    const std::string tissue = tissue_of(parts, asked, table.tissues, organ.report.notes);
-    write_organ(organ, parts, tissue, colours, folder);
-    const import::ImportReport& r = organ.report;
-    fmt::print("{}: {:.4g} ml, {} nodes, {} tetrahedra, volume {:+.2f} %, smallest dihedral angle {:.1f} degrees\n",
-               folder.string(), r.volume * 1e6, r.nodes, r.tetrahedra, 100 * r.volume_error(),
-               r.quality.min_dihedral_deg);
-    for (const std::string& note : r.notes) fmt::print("  {}\n", note);
+      ImportedOrgan organ =
+          import::import_organ(parts,
+                               {.cell = options.cell_mm * 1e-3,
+                                .target_nodes = options.nodes,
+                                .volume_error = options.volume_error_percent / 100,
+                                .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt},
+                               [&](const std::string& task) {
+                                 throw_if_interrupted();
+                                 progress.show(task, 0);
+                               });
+      progress.done();
+      const std::string tissue = tissue_of(parts, asked, table.tissues, organ.report.notes);
+      write_organ(organ, parts, tissue, colours, folder);
+      const import::ImportReport& r = organ.report;
+      fmt::print("{}: {:.4g} ml, {} nodes, {} tetrahedra, volume {:+.2f} %, smallest dihedral angle {:.1f} degrees\n",
+                 folder.string(), r.volume * 1e6, r.nodes, r.tetrahedra, 100 * r.volume_error(),
+                 r.quality.min_dihedral_deg);
+      for (const std::string& note : r.notes) fmt::print("  {}\n", note);
+    } catch (const ContentError& error) {
+      progress.done();
+      fmt::print(stderr, "stylet: {}\n", error.what());
+      exit_code = kExitBadInput;
+    }
   }
-  catch (const ContentError& error) {
-    progress.done();
-    fmt::print(stderr, "{}\n", error.what());
-    exit_code = kExitBadInput;
-  }
+  return exit_code;
 }
-return exit_code;
-}  // namespace stylet::tools
 
 }  // namespace
 
