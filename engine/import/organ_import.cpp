@@ -31,7 +31,6 @@ constexpr double kFinestSpacing = 0.25e-3;  // m
 constexpr double kSpacings = 250;           // of the enclosure along the diagonal of the organ, at least
 // A solid is deeper than this share of its box's diagonal; walls and sheets are not.
 constexpr double kLeastDepth = 0.012;
-constexpr double kSurfaceCells = 70;  // of the new surface along the diagonal
 
 struct ShapeOfOrgan {
   SolidShape shape;
@@ -157,7 +156,7 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
 
   if (shape.surface.triangles.empty()) {
     progress(fmt::format("{}: new surface", organ.id));
-    const double cell = shape.shape.box.sizes().norm() / kSurfaceCells;
+    const double cell = shape.shape.box.sizes().norm() / settings.surface_cells;
     out.surface = content::boundary_surface(content::stuff(shape.shape.distance, shape.shape.box, cell, 2)).mesh;
     if (out.surface.triangles.empty()) {
       throw ContentError(fmt::format("{}: {} is thinner than {:.2g} mm everywhere; there is nothing to fill",

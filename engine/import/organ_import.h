@@ -17,6 +17,7 @@ struct ImportSettings {
   double cell = 0;              ///< of the lattice, m; 0: for what follows
   int target_nodes = 0;         ///< 0: for the volume error
   double volume_error = 0.03;   ///< relative
+  double surface_cells = 70;    ///< along the diagonal, of a new surface where the given one is none
   std::optional<double> gap{};  ///< widest opening that is closed, m; absent: the smallest that encloses something
 };
 

@@ -47,6 +47,9 @@ SourceFile file_of(std::vector<SourcePart> parts) {
 constexpr double kRadius = support::kSanitized ? 0.01 : 0.04;
 constexpr int kLevel = support::kSanitized ? 3 : 4;
 
+/// A new surface of a fifth of the cells.
+constexpr double kSurfaceCells = support::kSanitized ? 40 : 70;
+
 /// The part of a sphere on one side of a plane through its middle, cut along its edges.
 TriangleMesh half_sphere(double sign) {
   TriangleMesh mesh = icosphere({0, 0, 0}, kRadius, kLevel);
@@ -123,7 +126,7 @@ TEST(ImportOrgan, PatchesThatDoNotQuiteMeetAreEnclosed) {
   TriangleMesh lower = half_sphere(-1);
   for (Eigen::Vector3d& v : lower.vertices) v.z() -= 0.4e-3;
   const std::vector<SourceFile> files{file_of({part("upper", half_sphere(1)), part("lower", lower)})};
-  const ImportedOrgan organ = import_organ(assign_parts(files, {})[0], {}, kQuiet);
+  const ImportedOrgan organ = import_organ(assign_parts(files, {})[0], {.surface_cells = kSurfaceCells}, kQuiet);
   EXPECT_EQ(organ.report.from, SolidFrom::enclosure);
   EXPECT_LE(organ.report.gap, 2e-3);
   EXPECT_NEAR(organ.report.volume, 4.0 / 3 * std::numbers::pi * std::pow(kRadius, 3), 0.02 * organ.report.volume);
@@ -180,8 +183,8 @@ TEST(ImportOrgan, LabelsBecomeASolidWhereTheyAre) {
   const std::vector<SourceFile> files{file};
   for (const auto& [patterns, radius] : {std::pair{std::vector<std::string>{"label_5"}, 0.03},
                                          std::pair{std::vector<std::string>{"label_*"}, 0.035}}) {
-    const ImportedOrgan organ =
-        import_organ(assign_parts(files, {{.id = "ball", .patterns = patterns}})[0], {}, kQuiet);
+    const ImportedOrgan organ = import_organ(assign_parts(files, {{.id = "ball", .patterns = patterns}})[0],
+                                             {.surface_cells = kSurfaceCells}, kQuiet);
     EXPECT_EQ(organ.report.from, SolidFrom::labels);
     EXPECT_NEAR(organ.report.volume, 4.0 / 3 * std::numbers::pi * std::pow(radius, 3), 0.01 * organ.report.volume);
     expect_sound(organ);
