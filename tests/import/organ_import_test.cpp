@@ -149,6 +149,7 @@ TEST(ImportOrgan, RefusesWhatHasNoInsideAndSaysWhy) {
   TriangleMesh inner = half_sphere(1);
   for (Eigen::Vector3d& v : inner.vertices) v *= 0.995;
   append(cup, inner, true);  // a thin cup, open at its rim
+  for (Eigen::Vector3d& v : cup.vertices) v *= 0.01 / kRadius;
   const std::vector<SourceFile> files{file_of({part("cup", cup)})};
   const std::string why = refusal(assign_parts(files, {})[0]);
   EXPECT_NE(why.find("has no inside"), std::string::npos) << why;
@@ -156,7 +157,7 @@ TEST(ImportOrgan, RefusesWhatHasNoInsideAndSaysWhy) {
   // The widest that was tried, a twentieth of its size at most.
   const std::size_t gaps = why.find("with gaps of ");
   ASSERT_NE(gaps, std::string::npos) << why;
-  EXPECT_LE(std::stod(why.substr(gaps + 13)) * 1e-3, 0.05 * 3 * kRadius) << why;
+  EXPECT_LE(std::stod(why.substr(gaps + 13)) * 1e-3, 0.05 * 3 * 0.01) << why;
 }
 
 TEST(ImportOrgan, LabelsBecomeASolidWhereTheyAre) {
