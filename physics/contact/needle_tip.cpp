@@ -230,14 +230,12 @@ bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, cons
     return true;
   }
   const BodyPatch& body = patch.bodies[static_cast<std::size_t>(end_.body)];
-  const bool moved_on = at.patch_tet != end_.patch_tet;
   const TrackPoint before = end_;
   end_.patch_tet = at.patch_tet;
   end_.place.tet = body.tet_ids[static_cast<std::size_t>(at.patch_tet)];
   end_.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(at.patch_tet)];
   end_.place.barycentric = at.barycentric;
-  if (moved_on) end_.site = site_in_patch(patch, end_);
-  end_.site.barycentric = end_.place.barycentric;
+  end_.site = site_in_patch(patch, end_);
   if (!tissue.move_last(patch, end_.place, end_.body)) {
     flags_ |= kNeedleNonFinite;
     end_ = before;

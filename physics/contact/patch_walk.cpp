@@ -55,13 +55,4 @@ Vector3d rest_position(const TissuePatch& patch, int body, const PatchContact& p
   return rest;
 }
 
-double tet_volume(const BodyPatch& body, int patch_tet) {
-  const auto& n = body.tet_nodes[static_cast<std::size_t>(patch_tet)];
-  const Vector3d first = body.rest_positions.col(n[0]);
-  const Vector3d a = body.rest_positions.col(n[1]) - first;
-  const Vector3d b = body.rest_positions.col(n[2]) - first;
-  const Vector3d c = body.rest_positions.col(n[3]) - first;
-  return a.cross(b).dot(c) / 6;
-}
-
 }  // namespace stylet::physics

@@ -29,7 +29,4 @@ PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Ei
 /// Rest position of a material point of a patch, m.
 Eigen::Vector3d rest_position(const TissuePatch& patch, int body, const PatchContact& point);
 
-/// Rest volume of a tetrahedron of a patch, m^3.
-double tet_volume(const BodyPatch& body, int patch_tet);
-
 }  // namespace stylet::physics

@@ -10,7 +10,8 @@ namespace stylet::physics {
 /// Where on the mesh the needle is tied to the tissue. A mesh yields more under a point near a node, where one node
 /// takes the force, than in the middle of a tetrahedron: hence the weights.
 struct SubgridSite {
-  double tet_volume = 0;  ///< at rest, m^3; its size is h = (6 V)^(1/3): the edge of the cell for Kuhn tetrahedra
+  double tet_volume = 0;  ///< of the tetrahedra there, at rest, m^3; their size is h = (6 V)^(1/3): the edge of the
+                          ///< cell for Kuhn tetrahedra
   ElasticMaterial material;
   Eigen::Vector4d barycentric = Eigen::Vector4d::Constant(0.25);
 };

@@ -24,9 +24,20 @@ bool find_in_patch(const TissuePatch& patch, TrackPoint& point) {
 
 SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point) {
   const BodyPatch& body = patch.bodies[static_cast<std::size_t>(point.body)];
-  return {.tet_volume = tet_volume(body, point.patch_tet),
-          .material = body.tet_materials[static_cast<std::size_t>(point.patch_tet)],
-          .barycentric = point.place.barycentric};
+  const auto& nodes = body.tet_nodes[static_cast<std::size_t>(point.patch_tet)];
+  SubgridSite site{
+      .tet_volume = 0, .material = {.young_modulus = 0, .poisson_ratio = 0}, .barycentric = point.place.barycentric};
+  // A point a little outside is taken on the face.
+  const Eigen::Vector4d inside = site.barycentric.cwiseMax(0.0);
+  const Eigen::Vector4d weights = inside / inside.sum();
+  for (std::size_t k = 0; k < 4; ++k) {
+    const NodeSurroundings& around = body.surroundings[static_cast<std::size_t>(nodes[k])];
+    const double weight = weights[static_cast<Eigen::Index>(k)];
+    site.tet_volume += weight * around.tet_volume;
+    site.material.young_modulus += weight * around.material.young_modulus;
+    site.material.poisson_ratio += weight * around.material.poisson_ratio;
+  }
+  return site;
 }
 
 TrackPoints::TrackPoints(double spacing) : spacing_(spacing), points_(kMost) {}

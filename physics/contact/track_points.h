@@ -29,7 +29,7 @@ struct TrackPoint {
 
 /// Looks a point up in a patch. @return whether it is there
 bool find_in_patch(const TissuePatch& patch, TrackPoint& point);
-/// What the mesh is like at a point that is in the patch.
+/// What the mesh is like at a point that is in the patch: continuous along the track.
 SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point);
 
 /// Points `spacing` apart, all bodies together, and the share of the shaft that each stands for.

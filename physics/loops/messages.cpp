@@ -9,11 +9,11 @@ BodyPatch::BodyPatch()
       free_positions(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
       rest_positions(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
       rotations(kMaxPatchNodes, Eigen::Quaterniond::Identity()),
+      surroundings(kMaxPatchNodes),
       contacts(kMaxContacts),
       tet_ids(kMaxPatchTets),
       tet_nodes(kMaxPatchTets),
-      tet_neighbours(kMaxPatchTets),
-      tet_materials(kMaxPatchTets) {}
+      tet_neighbours(kMaxPatchTets) {}
 
 Eigen::MatrixXd BodyPatch::w_bar() const {
   Eigen::MatrixXd w(3 * node_count, 3 * node_count);

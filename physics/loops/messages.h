@@ -79,11 +79,12 @@ struct BodyPatch {
   BodyPatch();
 
   int node_count = 0;
-  std::vector<int> node_ids;                  ///< [node_count] isolated nodes, ascending     capacity kMaxPatchNodes
-  Eigen::Matrix3Xd free_positions;            ///< [3 x node_count] all needle force removed, linearised at the
-                                              ///< current state, m
-  Eigen::Matrix3Xd rest_positions;            ///< [3 x node_count] m
-  std::vector<Eigen::Quaterniond> rotations;  ///< [node_count] node rotation since the factorisation
+  std::vector<int> node_ids;                   ///< [node_count] isolated nodes, ascending     capacity kMaxPatchNodes
+  Eigen::Matrix3Xd free_positions;             ///< [3 x node_count] all needle force removed, linearised at the
+                                               ///< current state, m
+  Eigen::Matrix3Xd rest_positions;             ///< [3 x node_count] m
+  std::vector<Eigen::Quaterniond> rotations;   ///< [node_count] node rotation since the factorisation
+  std::vector<NodeSurroundings> surroundings;  ///< [node_count]
   /// W_bar [3 node_count x 3 node_count], the compliance of the isolated DOFs, symmetric positive definite, m/N; by
   /// blocks of two nodes without gaps, because that is how the haptic side reads it, all over the place: a block is
   /// then one or two cache lines, not three. Sized to (3 kMaxPatchNodes)^2 for the bodies in use, at load.
@@ -105,7 +106,6 @@ struct BodyPatch {
   /// [tet_count] tetrahedron beyond the face opposite each node, as indices into tet_ids, kBeyondSurface or
   /// kBeyondPatch.
   std::vector<std::array<int, 4>> tet_neighbours;
-  std::vector<ElasticMaterial> tet_materials;  ///< [tet_count]
 
 private:
   std::ptrdiff_t block_start(int i, int j) const { return 9 * (i + static_cast<std::ptrdiff_t>(node_count) * j); }

@@ -44,7 +44,6 @@ void fill_tets(const PatchSource& source, BodyPatch& out, std::uint32_t& flags) 
       const int at = beyond < 0 ? kBeyondSurface : place_in(ids, beyond);
       out.tet_neighbours[i][a] = beyond >= 0 && at < 0 ? kBeyondPatch : at;
     }
-    out.tet_materials[i] = model.materials[static_cast<std::size_t>(ids[i])];
   }
 }
 
@@ -58,6 +57,7 @@ void fill_body_patch(const PatchSource& source, BodyPatch& out, std::uint32_t& f
     out.node_ids[i] = nodes[i];
     out.free_positions.col(column) = source.free_positions.col(column);
     out.rest_positions.col(column) = source.model.mesh.nodes[static_cast<std::size_t>(nodes[i])];
+    out.surroundings[i] = source.model.surroundings[static_cast<std::size_t>(nodes[i])];
     out.rotations[i] = node_rotation(source.model, nodes[i], source.factorised.rotations, source.rotations);
   }
 

@@ -21,4 +21,11 @@ struct ElasticMaterial {
   double poisson_ratio = 0.45;    ///< nu, -
 };
 
+/// What a mesh is like around a node: means over its tetrahedra. Interpolated between nodes they are continuous,
+/// which the values of tetrahedra are not.
+struct NodeSurroundings {
+  double tet_volume = 0;       ///< at rest, m^3
+  ElasticMaterial material{};  ///< by volume, as the stiffness of the node is made
+};
+
 }  // namespace stylet::physics

@@ -98,6 +98,24 @@ TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet
       incident_tets[static_cast<std::size_t>(next[static_cast<std::size_t>(n)]++)] = t;
     }
   }
+  find_surroundings();
+}
+
+void TissueModel::find_surroundings() {
+  surroundings.resize(mesh.nodes.size());
+  for (std::size_t n = 0; n < surroundings.size(); ++n) {
+    NodeSurroundings mean{.tet_volume = 0, .material = {.young_modulus = 0, .poisson_ratio = 0}};
+    for (int k = incident_start[n]; k < incident_start[n + 1]; ++k) {
+      const auto t = static_cast<std::size_t>(incident_tets[static_cast<std::size_t>(k)]);
+      mean.tet_volume += tets[t].volume;
+      mean.material.young_modulus += tets[t].volume * materials[t].young_modulus;
+      mean.material.poisson_ratio += tets[t].volume * materials[t].poisson_ratio;
+    }
+    mean.material.young_modulus /= mean.tet_volume;
+    mean.material.poisson_ratio /= mean.tet_volume;
+    mean.tet_volume /= incident_start[n + 1] - incident_start[n];
+    surroundings[n] = mean;
+  }
 }
 
 Eigen::Matrix3Xd rest_positions(const TissueModel& model) {

@@ -43,6 +43,10 @@ struct TissueModel {
   // Nodes -> incident tetrahedra, compressed: incident_tets[incident_start[n] .. incident_start[n+1])
   std::vector<int> incident_start;
   std::vector<int> incident_tets;
+  std::vector<NodeSurroundings> surroundings;  ///< [nodes]
+
+private:
+  void find_surroundings();
 };
 
 /// Rest positions as the loops carry them [3 x nodes], m.

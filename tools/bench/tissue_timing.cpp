@@ -158,7 +158,7 @@ private:
     std::copy_n(from.contacts.begin(), from.contact_count, to.contacts.begin());
     std::copy_n(from.tet_ids.begin(), from.tet_count, to.tet_ids.begin());
     std::copy_n(from.tet_nodes.begin(), from.tet_count, to.tet_nodes.begin());
-    std::copy_n(from.tet_materials.begin(), from.tet_count, to.tet_materials.begin());
+    std::copy_n(from.surroundings.begin(), from.node_count, to.surroundings.begin());
     const NeedleState& needle = needles_.front();
     const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
     const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
