@@ -16,7 +16,8 @@ Vector3d transport(const Vector3d& v, const Vector3d& from, const Vector3d& to) 
 
 }  // namespace
 
-HermiteShaft::HermiteShaft(const NeedleShape& shape, double beam_length) : shape_(shape), beam_length_(beam_length) {
+HermiteShaft::HermiteShaft(const NeedleShape& shape, double beam_length, bool straight_edges)
+    : shape_(shape), beam_length_(beam_length), straight_edges_(straight_edges) {
   for (int i = 0; i < shape.node_count; ++i) {
     const auto n = static_cast<std::size_t>(i);
     tangents_[n] = shape.orientation(i) * Vector3d::UnitZ();
@@ -31,6 +32,7 @@ Vector3d HermiteShaft::tip_bevel() const {
 }
 
 ShaftPoint HermiteShaft::at(int beam, double beam_fraction) const {
+  if (straight_edges_) return shaft_point(shape_.nodes(), beam, beam_fraction);
   const double x = beam_fraction;
   const double y = 1 - x;
   const double l = beam_length_;
@@ -53,6 +55,12 @@ ShaftPoint HermiteShaft::project(const Vector3d& point, double guess, double& ar
   constexpr double kConverged = 1e-10;  // of a beam
   const double l = beam_length_;
   const double last = beams();
+  if (straight_edges_) {
+    const ShaftPoint nearest = project_on_shaft(shape_.nodes(), point);
+    arc = arc_length(nearest);
+    if (nearest.ahead_of_tip || nearest.behind_hub) arc += (point - nearest.position).dot(nearest.tangent);
+    return nearest;
+  }
   double s = guess > 0 ? std::min(guess / l, last) : 0;  // in beams; a guess that is no number is none
   ShaftPoint p;
   for (int i = 0; i < kMostIterations; ++i) {

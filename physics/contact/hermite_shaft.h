@@ -18,8 +18,9 @@ namespace stylet::physics {
 /// @realtime everything here: no allocation
 class HermiteShaft {
 public:
-  /// @param beam_length  rest length of a beam, m
-  HermiteShaft(const NeedleShape& shape, double beam_length);
+  /// @param beam_length     rest length of a beam, m
+  /// @param straight_edges  between the nodes, as the paper has them: to show what the curve is worth
+  HermiteShaft(const NeedleShape& shape, double beam_length, bool straight_edges = false);
 
   int beams() const { return shape_.node_count - 1; }
   double length() const { return beams() * beam_length_; }
@@ -46,6 +47,7 @@ private:
 
   const NeedleShape& shape_;
   double beam_length_;
+  bool straight_edges_;
   std::array<Eigen::Vector3d, kMaxNeedleNodes> tangents_;  // unit
   std::array<Eigen::Vector3d, kMaxNeedleNodes> normals_;   // the first direction, transported from node to node
 };

@@ -17,6 +17,7 @@ enum class ShaftFriction : std::uint8_t { coulomb, lugre };
 
 struct NeedleTrackSettings {
   double spacing = 0.010;          ///< between contact points along the shaft, m
+  bool straight_edges = false;     ///< of the shaft, as the paper has them: to show what the cubic one is worth
   bool subgrid_compliance = true;  ///< of shaft and tip, README eq. 19-21
   double bevel_ratio = 0;   ///< lateral over axial force on the tip that cuts; pushes away from the bevel's face
   double tip_friction = 1;  ///< Coulomb, sideways, of a tip that presses on something

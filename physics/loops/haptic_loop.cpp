@@ -54,7 +54,7 @@ const NeedleState& HapticLoop::step(const StylusPose& hub, double dt, const Tiss
   if (!free_motion(dt)) return keep(kNeedleSolveFailed);  // 1 needle free motion
   mark(HapticStage::free_motion);
   if (owns_track()) {  // 2 contact points, directions, H_n, H_v, delta_free
-    track_.place(HermiteShaft(predicted_, needle_.beam_length()), tissue_, dt, rows_);
+    track_.place(HermiteShaft(predicted_, needle_.beam_length(), settings_.track.straight_edges), tissue_, dt, rows_);
     mark(HapticStage::contact_positions);
   } else {
     project_contacts();
@@ -72,8 +72,8 @@ const NeedleState& HapticLoop::step(const StylusPose& hub, double dt, const Tiss
   mark(HapticStage::solve);
   if (!correct()) return keep(kNeedleNonFinite);  // 5 needle and isolated DOFs
   if (owns_track() && loaded_epoch_ != 0) {
-    track_.advance(HermiteShaft(shape_, needle_.beam_length()), patch, rows_, bounded_, lambda_, state_.step + 1,
-                   tissue_);
+    track_.advance(HermiteShaft(shape_, needle_.beam_length(), settings_.track.straight_edges), patch, rows_,
+                   bounded_, lambda_, state_.step + 1, tissue_);
     flags_ |= track_.flags();
   }
   mark(HapticStage::correction);

@@ -38,6 +38,8 @@ TEST(CouplingBench, MeasuresWhatTheCouplingGains) {
     return values.contains(name) ? values[name] : std::nan("");
   };
   EXPECT_LT(value("shaft.jump.hermite"), 0.5 * value("shaft.jump.straight"));
+  EXPECT_LT(value("shaft.discontinuity.hermite"), 0.05 * value("shaft.discontinuity.straight"));
+  EXPECT_GT(value("shaft.discontinuity.paper"), value("shaft.discontinuity.hermite"));
   EXPECT_LT(value("sync.kink"), 1e-3);
   EXPECT_LT(value("subgrid.spread.on"), 0.5 * value("subgrid.spread.off"));
   EXPECT_LT(value("subgrid.indentation.spread.on"), value("subgrid.indentation.spread.off"));

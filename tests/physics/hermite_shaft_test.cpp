@@ -114,5 +114,32 @@ TEST(HermiteShaft, ProjectionFindsThePointFromAnyGuess) {
   EXPECT_NEAR(arc_length, shaft.length() + 2e-3, 1e-12);
 }
 
+// The edges of the paper under the rows of this coupling, to compare with.
+TEST(HermiteShaft, WithStraightEdgesIsThePapersShaft) {
+  const double curvature = 5;
+  const NeedleShape shape = arc(curvature);
+  const HermiteShaft shaft(shape, kBeam, true);
+  for (int beam = 0; beam < shaft.beams(); ++beam) {
+    const Vector3d edge = shape.positions.col(beam + 1) - shape.positions.col(beam);
+    const ShaftPoint at = shaft.at(beam, 0.3);
+    EXPECT_LT((at.position - shape.positions.col(beam) - 0.3 * edge).norm(), 1e-15);
+    EXPECT_LT(at.tangent.cross(edge).norm(), 1e-15);
+    EXPECT_EQ(at.arms[0].norm() + at.arms[1].norm(), 0);  // loads the nodes with forces alone
+    const auto across = shaft.lateral_directions(at);
+    EXPECT_LT((across.transpose() * edge).norm(), 1e-15);
+    double arc_length = 0;
+    shaft.project(at.position + 1e-3 * across.col(0), 0.1, arc_length);
+    EXPECT_NEAR(arc_length, (beam + 0.3) * kBeam, 1e-12);
+  }
+  for (int node = 1; node < shaft.beams(); ++node) {  // a kink at every node, by the angle between two chords
+    const double angle = std::acos(shaft.at(node - 1, 1).tangent.dot(shaft.at(node, 0).tangent));
+    EXPECT_NEAR(angle, curvature * kBeam, 1e-6);
+  }
+  const Vector3d along = shaft.at_tip().tangent;
+  double arc_length = 0;
+  EXPECT_TRUE(shaft.project(shaft.tip() + 2e-3 * along, 0, arc_length).ahead_of_tip);
+  EXPECT_NEAR(arc_length, shaft.length() + 2e-3, 1e-12);
+}
+
 }  // namespace
 }  // namespace stylet::physics

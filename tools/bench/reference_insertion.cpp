@@ -133,6 +133,16 @@ double jump(const std::vector<Eigen::Vector3d>& forces, int axis) {
   return largest;
 }
 
+double discontinuity(const std::vector<Eigen::Vector3d>& forces, int axis) {
+  double largest = 0;
+  for (std::size_t k = 1; k + 2 < forces.size(); ++k) {
+    const double before = forces[k][axis] + (forces[k][axis] - forces[k - 1][axis]) / 2;
+    const double behind = forces[k + 1][axis] - (forces[k + 2][axis] - forces[k + 1][axis]) / 2;
+    largest = std::max(largest, std::abs(behind - before));
+  }
+  return largest;
+}
+
 double roughness(const std::vector<Eigen::Vector3d>& forces, int axis) {
   double sum = 0;
   for (std::size_t k = 2; k < forces.size(); ++k) {

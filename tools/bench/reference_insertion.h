@@ -93,6 +93,10 @@ private:
 
 /// max |F(k+1) - F(k)| of a component, N a sample.
 double jump(const std::vector<Eigen::Vector3d>& forces, int axis);
+/// The largest step of a component that is not its slope, N: max |F(k+1) - F(k) - (F(k) - F(k-1) + F(k+2) -
+/// F(k+1))/2|, what is left between two samples once either side is extrapolated in a straight line to half way
+/// between them. A step by J gives J at any slope, a smooth force O(dt^3).
+double discontinuity(const std::vector<Eigen::Vector3d>& forces, int axis);
 /// RMS of F(k+1) - 2 F(k) + F(k-1) of a component, N.
 double roughness(const std::vector<Eigen::Vector3d>& forces, int axis);
 
