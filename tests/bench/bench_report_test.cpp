@@ -1,5 +1,6 @@
 // What a bench reports: the shape of its JSON, the table, the quantiles; and `stylet bench paper` as a user runs it.
 #include "tests/bench/short_insertion.h"
+#include "tests/support/dense_algebra.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/bench/gauss_seidel.h"
 #include "tools/bench/haptic_cost.h"
@@ -73,7 +74,7 @@ TEST(GaussSeidel, ComesToTheDirectSolutionAsTheToleranceFalls) {
   const Eigen::MatrixXd factor = Eigen::MatrixXd::Identity(8, 8) + 0.3 * Eigen::MatrixXd::Ones(8, 8);
   const Eigen::MatrixXd w = factor * factor.transpose();
   const Eigen::VectorXd delta = Eigen::VectorXd::LinSpaced(8, -1, 2);
-  const Eigen::VectorXd exact = w.llt().solve(-delta);
+  const Eigen::VectorXd exact = support::solve(w, -delta);
   double last = std::numeric_limits<double>::infinity();
   int last_sweeps = 0;
   for (const double tolerance : {1e-2, 1e-5, 1e-10}) {

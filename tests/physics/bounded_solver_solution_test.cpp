@@ -1,5 +1,6 @@
 // The solve of bilateral and bounded rows, against enumeration of all states, closed forms and the laws themselves.
 #include "tests/physics/random_contact_problem.h"
+#include "tests/support/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -51,7 +52,7 @@ std::optional<VectorXd> enumerate(const Problem& p, const VectorXd& pressed) {
       b[i] = bound - row.viscosity * p.delta[i];
     }
     if (!possible) continue;
-    const VectorXd lambda = a.partialPivLu().solve(b);
+    const VectorXd lambda = support::solve(a, b);
     const VectorXd u = w * lambda + p.delta;
     for (std::size_t k = 0; k < bounded.size() && possible; ++k) {
       const int i = bounded[k];
@@ -213,7 +214,7 @@ TEST(BoundedSolver, DiscSlidesAgainstItsForceInEveryDirection) {
     p.delta = 1e-3 * random.vector(2);
     BoundedSolver solver(kMaxRows);
     const VectorXd lambda = solve(solver, p, VectorXd::Zero(2));
-    const VectorXd sticking = p.w.ldlt().solve(-p.delta);
+    const VectorXd sticking = support::solve(p.w, -p.delta);
     if (sticking.norm() <= bound) {
       worst = std::max(worst, (lambda - sticking).norm());
       EXPECT_EQ(solver.state(0), RowState::sticking);

@@ -2,12 +2,11 @@
 #include "physics/loops/haptic_loop.h"
 #include "physics/needle/rotation_vector.h"
 #include "tests/physics/haptic_loop_synthetic_patch.h"
+#include "tests/support/dense_algebra.h"
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
 
 #include <gtest/gtest.h>
-
-#include <Eigen/Dense>
 
 #include <cstdio>
 #include <limits>
@@ -117,15 +116,16 @@ Reference monolithic_step(const HapticLoopSettings& settings, const NeedleState&
     }
   }
   const LongMatrix w_bar = body.w_bar().cast<long double>();
-  const LongMatrix wv = hv.cast<long double>() * w_bar * hv.cast<long double>().transpose();
-  const long double compliance = settings.relative_compliance * wv.diagonal().mean();
+  const Eigen::MatrixXd wv = support::product(hv, support::product(body.w_bar(), hv.transpose()));
+  const double compliance = settings.relative_compliance * wv.diagonal().mean();
 
   const int free_dofs = dofs - 6;
   const int size = free_dofs + tissue + rows;
   LongMatrix kkt = LongMatrix::Zero(size, size);
   LongVector right = LongVector::Zero(size);
   kkt.topLeftCorner(free_dofs, free_dofs) = a.bottomRightCorner(free_dofs, free_dofs).cast<long double>();
-  kkt.block(free_dofs, free_dofs, tissue, tissue) = w_bar.inverse();
+  kkt.block(free_dofs, free_dofs, tissue, tissue) =
+      support::solve_extended(w_bar, LongMatrix::Identity(tissue, tissue));
   kkt.block(0, free_dofs + tissue, free_dofs, rows) = -hn.rightCols(free_dofs).transpose().cast<long double>();
   kkt.block(free_dofs, free_dofs + tissue, tissue, rows) = -hv.transpose().cast<long double>();
   kkt.block(free_dofs + tissue, 0, rows, free_dofs) = hn.rightCols(free_dofs).cast<long double>();
@@ -133,7 +133,7 @@ Reference monolithic_step(const HapticLoopSettings& settings, const NeedleState&
   kkt.bottomRightCorner(rows, rows).diagonal().setConstant(compliance);
   right.head(free_dofs) = -f.tail(free_dofs).cast<long double>();
   right.tail(rows) = -gap.cast<long double>();
-  const LongVector solution = kkt.fullPivLu().solve(right);
+  const LongVector solution = support::solve_extended(kkt, right);
 
   Reference reference;
   reference.lambda = solution.tail(rows);

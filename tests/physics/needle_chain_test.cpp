@@ -2,10 +2,10 @@
 #include "physics/needle/block_tridiagonal.h"
 #include "physics/needle/needle.h"
 #include "physics/needle/rotation_vector.h"
+#include "tests/support/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cstdio>
@@ -33,7 +33,7 @@ Dense random_system(int blocks, unsigned seed) {
     l.block<6, 6>(6 * i, 6 * i) = MatrixXd::Random(6, 6) + 3 * MatrixXd::Identity(6, 6);
     if (i > 0) l.block<6, 6>(6 * i, 6 * (i - 1)) = MatrixXd::Random(6, 6);
   }
-  result.a = l * l.transpose();
+  result.a = support::product(l, l.transpose());
   for (int i = 0; i < blocks; ++i) {
     result.system.diagonal(i) = result.a.block<6, 6>(6 * i, 6 * i);
     if (i + 1 < blocks) result.system.upper(i) = result.a.block<6, 6>(6 * i, 6 * (i + 1));
@@ -58,7 +58,7 @@ TEST(BlockTridiagonal, ForwardSolvesGiveTheCompliance) {
     y.leftCols(columns) = b;
     d.system.forward_solve(y.data(), reached, stride);
     const MatrixXd w = y.leftCols(columns).transpose() * y.leftCols(columns);
-    const MatrixXd exact = b.transpose() * d.a.inverse() * b;
+    const MatrixXd exact = support::product(b.transpose(), support::solve(d.a, b));
     EXPECT_LT((w - exact).norm(), 1e-12 * exact.norm());
     EXPECT_EQ((y.rightCols(stride - columns).array() - 7.0).abs().maxCoeff(), 0) << "wrote beyond its columns";
   }
@@ -134,7 +134,7 @@ TEST(Needle, FactorMatchesDenseAssembly) {
   const VectorXd load = VectorXd::Random(54);
   VectorXd motion(54);
   needle.solve(load, motion);
-  const VectorXd exact = k.bottomRightCorner(48, 48).partialPivLu().solve((load - f).tail(48));
+  const VectorXd exact = support::solve(k.bottomRightCorner(48, 48), (load - f).tail(48));
   std::printf("relative difference %.1e\n", (motion.tail(48) - exact).norm() / exact.norm());
   EXPECT_LT((motion.tail(48) - exact).norm(), 1e-9 * exact.norm());  // condition of A_n is about 1e9
   EXPECT_EQ(motion.head(6).norm(), 0);

@@ -1,12 +1,11 @@
 // Coupling `stylet` on the reference insertion: smooth where nothing resists, and where tissue does, the curve that a
 // needle is known by: rise, drop at puncture, friction that grows with depth, hysteresis, a lower second insertion.
+#include "tests/support/dense_algebra.h"
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
 #include "tools/bench/reference_insertion.h"
 
 #include <gtest/gtest.h>
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -145,8 +144,8 @@ double condition(const physics::HapticLoop& haptic) {
   const int rows = haptic.delassus().rows();
   Eigen::MatrixXd system = haptic.delassus().matrix();
   for (int r = 0; r < rows; ++r) system(r, r) += haptic.laws()[static_cast<std::size_t>(r)].compliance;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(system, Eigen::EigenvaluesOnly);  // reads the lower half
-  return eigen.eigenvalues().maxCoeff() / eigen.eigenvalues().minCoeff();
+  const Eigen::VectorXd eigenvalues = support::symmetric_eigenvalues(system);
+  return eigenvalues.maxCoeff() / eigenvalues.minCoeff();
 }
 
 // 78 mm of track every 1.25 mm are more points than there is room for: every second one makes room.

@@ -2,6 +2,7 @@
 #include "physics/contact/organ_contact.h"
 
 #include "tests/physics/contact_bench.h"
+#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
 #include "tests/support/kuhn_box.h"
 
@@ -251,7 +252,7 @@ double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, c
         reduced(i, j) = stiffness(dofs[static_cast<std::size_t>(i)], dofs[static_cast<std::size_t>(j)]);
       }
     }
-    const Eigen::VectorXd step = reduced.llt().solve(right);
+    const Eigen::VectorXd step = support::solve(reduced, right);
     for (Eigen::Index i = 0; i < n; ++i) p[dofs[static_cast<std::size_t>(i)]] += step[i];
     if (step.cwiseAbs().maxCoeff() < 1e-10) break;
   }

@@ -1,6 +1,7 @@
 // Contacts laid along the needle's path, and what the patch tells of them.
 #include "physics/contact/insertion_path.h"
 #include "physics/loops/simulation_loop.h"
+#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
 #include "tests/support/kuhn_box.h"
 
@@ -153,7 +154,7 @@ TEST(SimulationLoop, PatchHoldsTheComplianceOfTheDenseInverse) {
   Scene scene(one_cube());
   const SimulationBody body = one_cube()[0];
   const support::DenseTissue dense(body.mesh, body.tet_materials, body.fixed_nodes);
-  const Eigen::MatrixXd inverse = dense.free_stiffness(dense.rest()).inverse();
+  const Eigen::MatrixXd inverse = support::inverse(dense.free_stiffness(dense.rest()));
   double worst = 0;
   int computed = 0;
   for (double tip = 0.001; tip < 0.09; tip += 0.004) {

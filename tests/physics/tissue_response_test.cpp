@@ -1,6 +1,7 @@
 // What spares the simulation step its solves: single precision, nodes prepared ahead of the tip.
 #include "physics/contact/insertion_path.h"
 #include "physics/tissue/factorisation.h"
+#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
 #include "tests/support/kuhn_box.h"
 
@@ -28,7 +29,7 @@ struct FactorisedCube {
     pattern.assemble(model, rest, 1, values);
     EXPECT_TRUE(factor.factorise(pattern, values, workspace));
     const support::DenseTissue dense(mesh, materials, fixed);
-    inverse = dense.free_stiffness(dense.rest()).inverse();
+    inverse = support::inverse(dense.free_stiffness(dense.rest()));
   }
   TetMesh mesh = make_mesh();
   std::vector<int> fixed = support::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });

@@ -2,12 +2,12 @@
 // ones.
 #include "physics/contact/delassus.h"
 #include "physics/contact/shaft.h"
+#include "tests/support/dense_algebra.h"
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
 #include "tests/validation/residual.h"
 
 #include <gtest/gtest.h>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -87,7 +87,7 @@ TEST(Conditioning, DelassusOperatorIsSymmetricPositiveDefiniteAllAlongTheReferen
       const Eigen::MatrixXd w = delassus_at(experiment, points);
       asymmetry = std::max(asymmetry, (w - w.transpose()).norm() / w.norm());
       const Eigen::MatrixXd symmetric = 0.5 * (w + w.transpose());
-      const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric).eigenvalues();
+      const Eigen::VectorXd eigenvalues = support::symmetric_eigenvalues(symmetric);
       smallest = std::min(smallest, eigenvalues[0] / eigenvalues[eigenvalues.size() - 1]);
       ++checked;
     }

@@ -1,4 +1,5 @@
 #include "tests/validation/coupling_monolithic.h"
+#include "tests/support/dense_algebra.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -99,7 +100,7 @@ double Monolithic::newton() {
   system.block(free_beam + n_tissue, 0, rows, free_beam) = h_n;
   system.block(free_beam + n_tissue, free_beam, rows, n_tissue) = h_free;
 
-  const Eigen::VectorXd x = system.partialPivLu().solve(right);
+  const Eigen::VectorXd x = support::solve(system, right);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(6 * needle_.node_count());
   step.tail(free_beam) = x.head(free_beam);
   const double largest = x.head(free_beam + n_tissue).cwiseAbs().maxCoeff();

@@ -1,11 +1,11 @@
 #include "tools/bench/tied_needle.h"
+#include "tests/support/dense_algebra.h"
 
 #include "physics/contact/delassus.h"
 #include "physics/contact/shaft.h"
 #include "tests/support/kuhn_box.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -52,8 +52,8 @@ MatrixXd rows_of(const MatrixXd& compliance, const std::vector<int>& axes) {
 }
 
 double condition_of(const MatrixXd& w) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(w, Eigen::EigenvaluesOnly);
-  const double least = eigen.eigenvalues().minCoeff(), most = eigen.eigenvalues().maxCoeff();
+  const VectorXd eigenvalues = support::symmetric_eigenvalues(w);
+  const double least = eigenvalues.minCoeff(), most = eigenvalues.maxCoeff();
   return least > most * std::numeric_limits<double>::epsilon() ? most / least
                                                                : std::numeric_limits<double>::infinity();
 }
@@ -201,7 +201,7 @@ double fitted_log_alpha(const MeshedCube& mesh, const TiedNeedle& needle, Needle
     const double middle = 0.5 * (low + high);
     MatrixXd softened = w;
     softened.diagonal().array() += k / needle.spacing * middle;
-    (d.dot(softened.llt().solve(d)) > target ? low : high) = middle;
+    (d.dot(support::solve(softened, d).col(0)) > target ? low : high) = middle;
   }
   return 0.5 * (low + high) - size;
 }
