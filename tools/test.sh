@@ -7,8 +7,8 @@ usage: tools/test.sh [--all]
 
 Installs what is missing (Debian 12), then builds and runs through CTest:
   release   every test, Vulkan validation and synchronisation validation on
-  asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviourSanitizer
-  tsan      the tests with threads, under ThreadSanitizer
+  asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviourSanitizer, by clang
+  tsan      the tests with threads, under ThreadSanitizer, by clang
 --all adds the benchmarks, a soak of the default scenario (STYLET_SOAK_MINUTES of session time, 10), coverage-guided
 fuzzing of every reader (STYLET_FUZZ_SECONDS each, 600), clang-format and clang-tidy on every file.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.

@@ -275,7 +275,9 @@ private:
     }
     if (ins == 0) return;
     if (outs == 0) {
-      emit(lattice_node(tet[0]), lattice_node(tet[1]), lattice_node(tet[2]), lattice_node(tet[3]));
+      Corners corners{};  // numbered in a stated order, which the arguments of a call do not have
+      for (int i = 3; i >= 0; --i) corners[i] = lattice_node(tet[i]);
+      emit(corners[0], corners[1], corners[2], corners[3]);
     } else if (ins == 1) {
       Corners corners{};
       int count = 0;

@@ -8,7 +8,6 @@ ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const cont
                          const ThreadedSettings& settings)
     : loops_(loops),
       device_(device),
-      scene_(scene),
       settings_(settings),
       patches_(loops.make_patch()),
       guard_({.limits = device.limits()}) {

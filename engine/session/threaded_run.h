@@ -47,7 +47,6 @@ private:
 
   CoupledLoops& loops_;
   haptic::Device& device_;
-  const content::Scene& scene_;
   ThreadedSettings settings_;
   haptic::MonotonicClock clock_;
   std::int64_t begin_ns_ = 0;

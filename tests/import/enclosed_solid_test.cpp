@@ -78,7 +78,7 @@ TEST(EnclosedSolid, ClosesSlitsUpToTheGapAndNoWider) {
   TriangleMesh hole = clean;  // one without its cap: an opening of 0.4 radii
   std::erase_if(hole.triangles,
                 [&](const auto& t) { return (hole.vertices[t[0]] - kCentre).normalized().z() > std::cos(0.2); });
-  const EnclosedSolid open(hole, 4e-3, kSpacing);
+  const EnclosedSolid open(hole, 2.0 / 15 * kRadius, kSpacing);
   EXPECT_LT(open.depth(), 3e-3);  // the wall's own closing
   const EnclosedSolid bridged(hole, 8.0 / 15 * kRadius, kSpacing);
   EXPECT_NEAR(bridged.volume() / volume_of(clean), 1, 0.03);

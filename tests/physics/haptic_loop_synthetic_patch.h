@@ -29,7 +29,10 @@ inline void lay_synthetic_body(BodyPatch& body, const NeedleState& needle, int c
   }
   std::mt19937 engine(seed);
   std::uniform_real_distribution<double> u(-1, 1);
-  const auto random = [&] { return Eigen::Vector3d(u(engine), u(engine), u(engine)); };
+  const auto random = [&] {  // one after the other: arguments have no order
+    const double z = u(engine), y = u(engine), x = u(engine);
+    return Eigen::Vector3d(x, y, z);
+  };
   const auto nodes = needle.positions.leftCols(needle.node_count);
   const int beams = needle.node_count - 1;
 

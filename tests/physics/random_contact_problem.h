@@ -6,7 +6,6 @@
 #include "physics/loops/messages.h"
 #include "tests/support/dense_algebra.h"
 
-
 #include <algorithm>
 #include <array>
 #include <cmath>

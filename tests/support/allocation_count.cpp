@@ -12,7 +12,7 @@ void count() {
 }
 }  // namespace
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef STYLET_SANITIZED
 
 namespace {
 void* allocate(std::size_t size) {

@@ -5,7 +5,7 @@ namespace stylet::support {
 
 /// A long test keeps its claim there and makes it of less: a coarser mesh, fewer steps. What a sanitizer looks for
 /// depends on neither.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef STYLET_SANITIZED
 inline constexpr bool kSanitized = true;
 #else
 inline constexpr bool kSanitized = false;

@@ -203,8 +203,8 @@ TEST(Contrast, GreyTargetsShowTheBackscatterTheyHave) {
   image.make();
   PhantomImage plain(uniform(test::kBackground));
   plain.make();
-  for (const auto& [centre, contrast] : {std::pair{-0.02, 6.0}, std::pair{0.02, -8.0}}) {
-    const auto inside = [&](const Eigen::Vector2d& p) {
+  for (const auto& [x, contrast] : {std::pair{-0.02, 6.0}, std::pair{0.02, -8.0}}) {
+    const auto inside = [centre = x](const Eigen::Vector2d& p) {
       return std::abs(p.x() - centre) < 0.0055 && p.y() > 0.055 && p.y() < 0.085;
     };
     EXPECT_NEAR(decibels(image.power(inside) / plain.power(inside)), contrast, 1.0);

@@ -20,6 +20,7 @@ target_include_directories(stylet_flags INTERFACE ${CMAKE_SOURCE_DIR})
 # -ffp-contract=off: the same bits whatever the optimiser does (design: Determinism).
 target_compile_options(stylet_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>  # gcc 12 sees ghosts inside Eigen and OpenMesh
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-missing-field-initializers>  # anywhere, as engine/gpu says
   -Werror -march=${STYLET_ARCH} -ffp-contract=off)
 if(STYLET_SANITIZE)
   # AddressSanitizer meets null and foreign objects itself. The fuzzers keep these checks of UBSan. That of alignment,
@@ -28,6 +29,7 @@ if(STYLET_SANITIZE)
     -fno-sanitize-recover=all
     $<IF:$<BOOL:${STYLET_FUZZ}>,-fsanitize=fuzzer-no-link,-fno-sanitize=null$<COMMA>vptr$<COMMA>object-size>
     $<$<BOOL:$<TARGET_PROPERTY:STYLET_TEST>>:-fno-sanitize=alignment>)
+  target_compile_definitions(stylet_flags INTERFACE STYLET_SANITIZED)
   target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})
 endif()
 if(STYLET_ASSERTIONS)
