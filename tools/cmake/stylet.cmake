@@ -11,8 +11,10 @@ endif()
 
 find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  # The sloppiness is what ccache asks for to cache files that use a precompiled header.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
+  # The sloppiness is what ccache asks for to cache files that use a precompiled header; by dependencies it need not
+  # preprocess a file before it compiles it.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+    CCACHE_DEPEND=1 ${CCACHE})
 endif()
 
 add_library(stylet_flags INTERFACE)
@@ -41,6 +43,8 @@ target_link_libraries(stylet_flags INTERFACE Eigen3::Eigen Threads::Threads)
 # its own does not compile.
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   add_compile_options(-fpch-preprocess)  # for ccache
+elseif(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+  add_compile_options("SHELL:-Xclang -fno-pch-timestamp")  # for ccache
 endif()
 add_library(stylet_headers STATIC ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)
 target_link_libraries(stylet_headers PRIVATE stylet_flags)
