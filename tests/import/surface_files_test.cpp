@@ -3,6 +3,7 @@
 #include "engine/content/surface_mesh.h"
 #include "engine/import/obj.h"
 #include "engine/import/stl.h"
+#include "tests/import/stl_bytes.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -22,19 +23,8 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 const std::vector<Eigen::Vector3d> kCorners{{0, 0, 0}, {10, 0, 0}, {0, 20, 0}, {0, 0, 30}};
 const std::vector<std::array<std::uint32_t, 3>> kFaces{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
 
-std::string binary_stl(std::string header = "tetrahedron") {
-  header.resize(80, ' ');
-  std::string out = header;
-  const auto append = [&](const auto& value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  append(static_cast<std::uint32_t>(kFaces.size()));
-  for (const auto& face : kFaces) {
-    for (int i = 0; i < 3; ++i) append(0.0F);  // normals that say nothing
-    for (const std::uint32_t c : face) {
-      for (int axis = 0; axis < 3; ++axis) append(static_cast<float>(kCorners[c][axis]));
-    }
-    append(std::uint16_t{0});
-  }
-  return out;
+std::string binary_stl(const std::string& header = "tetrahedron") {
+  return test::binary_stl({.vertices = kCorners, .triangles = kFaces}, header);
 }
 
 std::string text_stl(const std::string& name = "liver") {

@@ -1,6 +1,7 @@
 #include "engine/content/motion.h"
 #include "tests/content/glb.h"
 #include "tests/content/shapes.h"
+#include "tests/import/stl_bytes.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
@@ -66,20 +67,6 @@ std::set<std::string> files_below(const fs::path& folder) {
     if (entry.is_regular_file()) files.insert(fs::relative(entry.path(), folder).string());
   }
   return files;
-}
-
-std::string binary_stl(const content::TriangleMesh& mesh) {
-  std::string bytes(80, ' ');
-  const auto append = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  append(static_cast<std::uint32_t>(mesh.triangles.size()));
-  for (const auto& triangle : mesh.triangles) {
-    for (int i = 0; i < 3; ++i) append(0.0F);  // the normal
-    for (const std::uint32_t corner : triangle) {
-      for (int axis = 0; axis < 3; ++axis) append(static_cast<float>(mesh.vertices[corner][axis]));
-    }
-    append(std::uint16_t{0});
-  }
-  return bytes;
 }
 
 class Command : public ::testing::Test {
@@ -219,7 +206,8 @@ TEST_F(Command, ValidateNamesEveryProblem) {
 }
 
 TEST_F(Command, ImportLeavesAnOrganInANewFolder) {
-  const fs::path ball = folder_.write("ball.stl", binary_stl(content::test::icosphere({30, 20, 10}, 40, 3)));  // mm
+  const fs::path ball =
+      folder_.write("ball.stl", import::test::binary_stl(content::test::icosphere({30, 20, 10}, 40, 3)));  // mm
   const fs::path organs = folder_ / "nested" / "new" / "dir";
   const Outcome outcome = run(fmt::format("import {} --cell 20 --out {}", ball.string(), organs.string()));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
@@ -237,7 +225,7 @@ TEST_F(Command, ImportLeavesAnOrganInANewFolder) {
 }
 
 TEST_F(Command, ImportRefusesABrokenFileInOneLine) {
-  const std::string sound = binary_stl(content::test::icosphere({0, 0, 0}, 40, 1));
+  const std::string sound = import::test::binary_stl(content::test::icosphere({0, 0, 0}, 40, 1));
   const fs::path broken = folder_.write("broken.stl", sound.substr(0, sound.size() / 2));
   // Two faces of a tetrahedron: nothing is wrong with the file, and there is no organ in it.
   const fs::path open = folder_.write("open.obj",

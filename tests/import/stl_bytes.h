@@ -1,0 +1,27 @@
+// A binary STL file in memory.
+#pragma once
+
+#include "engine/content/triangle_mesh.h"
+
+#include <cstdint>
+#include <string>
+
+namespace stylet::import::test {
+
+/// @param header  what stands first, 80 bytes of it
+inline std::string binary_stl(const content::TriangleMesh& mesh, std::string header = "ball") {
+  header.resize(80, ' ');
+  std::string out = header;
+  const auto append = [&](const auto& value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  append(static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const auto& triangle : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) append(0.0F);  // normals that say nothing
+    for (const std::uint32_t corner : triangle) {
+      for (int axis = 0; axis < 3; ++axis) append(static_cast<float>(mesh.vertices[corner][axis]));
+    }
+    append(std::uint16_t{0});
+  }
+  return out;
+}
+
+}  // namespace stylet::import::test
