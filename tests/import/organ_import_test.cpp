@@ -44,15 +44,15 @@ SourceFile file_of(std::vector<SourcePart> parts) {
 }
 
 // Of spheres that are enclosed, m: a grid for them has a thirtieth of the nodes under a sanitizer.
-constexpr double kRadius = support::kSanitized ? 0.01 : 0.04;
-constexpr int kLevel = support::kSanitized ? 3 : 4;
+constexpr double kOrganRadius = support::kSanitized ? 0.01 : 0.04;
+constexpr int kOrganLevel = support::kSanitized ? 3 : 4;
 
 /// A new surface of a fifth of the cells.
 constexpr double kSurfaceCells = support::kSanitized ? 40 : 70;
 
 /// The part of a sphere on one side of a plane through its middle, cut along its edges.
 TriangleMesh half_sphere(double sign) {
-  TriangleMesh mesh = icosphere({0, 0, 0}, kRadius, kLevel);
+  TriangleMesh mesh = icosphere({0, 0, 0}, kOrganRadius, kOrganLevel);
   std::erase_if(mesh.triangles, [&](const auto& t) {
     const double z = mesh.vertices[t[0]].z() + mesh.vertices[t[1]].z() + mesh.vertices[t[2]].z();
     return sign * z < 0 || (sign < 0 && z == 0);
@@ -130,7 +130,7 @@ TEST(ImportOrgan, PatchesThatDoNotQuiteMeetAreEnclosed) {
   const ImportedOrgan organ = import_organ(assign_parts(files, {})[0], {.surface_cells = kSurfaceCells}, kQuiet);
   EXPECT_EQ(organ.report.from, SolidFrom::enclosure);
   EXPECT_LE(organ.report.gap, 2e-3);
-  const double expected = std::numbers::pi * kRadius * kRadius * (4.0 / 3 * kRadius + kSlit);
+  const double expected = std::numbers::pi * kOrganRadius * kOrganRadius * (4.0 / 3 * kOrganRadius + kSlit);
   EXPECT_NEAR(organ.report.volume, expected, 0.02 * expected);
   EXPECT_EQ(organ.report.notes.size(), 1u);
   expect_sound(organ);
@@ -151,7 +151,7 @@ TEST(ImportOrgan, RefusesWhatHasNoInsideAndSaysWhy) {
   TriangleMesh inner = half_sphere(1);
   for (Eigen::Vector3d& v : inner.vertices) v *= 0.995;
   append(cup, inner, true);  // a thin cup, open at its rim
-  for (Eigen::Vector3d& v : cup.vertices) v *= 0.01 / kRadius;
+  for (Eigen::Vector3d& v : cup.vertices) v *= 0.01 / kOrganRadius;
   const std::vector<SourceFile> files{file_of({part("cup", cup)})};
   const std::string why = refusal(assign_parts(files, {})[0]);
   EXPECT_NE(why.find("has no inside"), std::string::npos) << why;

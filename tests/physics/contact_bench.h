@@ -107,6 +107,8 @@ private:
   std::optional<OrganContact> contact_;
 };
 
+inline constexpr double kYoung = 10e3;  // Pa
+
 /// A block of 60 x 60 x 40 mm with its lower side at `z`.
 inline TetMesh block(double z, int cells, double width = 0.06) {
   return support::kuhn_box({-width / 2, -width / 2, z}, {width / 2, width / 2, z + 0.04}, {cells, cells, cells});

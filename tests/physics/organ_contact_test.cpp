@@ -16,10 +16,10 @@
 namespace stylet::physics {
 namespace {
 
-constexpr double kYoung = 10e3;
 using Bench = tests::ContactBench;
 using tests::at_height;
 using tests::block;
+using tests::kYoung;
 
 /// Two blocks, one on the other, held at the bottom and the top; body 1 is above.
 void stack(Bench& bench, int lower_cells, int upper_cells, const ElasticMaterial& lower, const ElasticMaterial& upper,

@@ -13,9 +13,9 @@
 namespace stylet::physics {
 namespace {
 
-constexpr double kYoung = 10e3;
 using tests::at_height;
 using tests::block;
+using tests::kYoung;
 using Bench = tests::ContactBench;
 
 /// Face downwards at a place.

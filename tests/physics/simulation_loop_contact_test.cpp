@@ -1,7 +1,7 @@
 // The simulation loop with several bodies: contact, the probe, and supports that move (breathing).
 #include "physics/loops/simulation_loop.h"
 
-#include "tests/support/kuhn_box.h"
+#include "tests/physics/contact_bench.h"
 
 #include <gtest/gtest.h>
 
@@ -13,16 +13,13 @@
 namespace stylet::physics {
 namespace {
 
-constexpr double kYoung = 10e3;
-
-std::vector<int> at_height(const TetMesh& mesh, double z) {
-  return support::nodes_where(mesh, [&](const Eigen::Vector3d& x) { return std::abs(x.z() - z) < 1e-9; });
-}
+using tests::at_height;
+using tests::kYoung;
 
 /// A block 40 mm high standing on z, held at `held`.
-SimulationBody block(double z, int cells, double held, double poisson = 0.4, double width = 0.06) {
+SimulationBody held_block(double z, int cells, double held, double poisson = 0.4, double width = 0.06) {
   SimulationBody body;
-  body.mesh = support::kuhn_box({-width / 2, -width / 2, z}, {width / 2, width / 2, z + 0.04}, {cells, cells, cells});
+  body.mesh = tests::block(z, cells, width);
   body.tet_materials.assign(body.mesh.tets.size(), {kYoung, poisson});
   body.fixed_nodes = at_height(body.mesh, held);
   return body;
@@ -32,8 +29,8 @@ SimulationBody block(double z, int cells, double held, double poisson = 0.4, dou
 /// narrower: it stays on the lower one.
 std::vector<SimulationBody> stack(const Eigen::Vector3d& motion, double poisson, int lower = 4, int upper = 4) {
   std::vector<SimulationBody> bodies;
-  bodies.push_back(block(0, lower, 0, poisson));
-  bodies.push_back(block(0.04, upper, 0.08, poisson, upper == lower ? 0.06 : 0.04));
+  bodies.push_back(held_block(0, lower, 0, poisson));
+  bodies.push_back(held_block(0.04, upper, 0.08, poisson, upper == lower ? 0.06 : 0.04));
   bodies.back().held_motion.assign(bodies.back().fixed_nodes.size(), motion);
   return bodies;
 }
@@ -110,7 +107,7 @@ TEST(SimulationContact, BodyFollowsARigidMotionOfItsSupportAndComesBack) {
 TEST(SimulationContact, ShearedSupportReachesTheEquilibriumOfItsPositionWhateverTheWay) {
   // Half the held nodes move: the body deforms. At once or in small steps, with renewed factors or without.
   std::vector<SimulationBody> bodies;
-  bodies.push_back(block(0, 4, 0));
+  bodies.push_back(held_block(0, 4, 0));
   for (const int n : at_height(bodies[0].mesh, 0.04)) bodies[0].fixed_nodes.push_back(n);
   const std::size_t below = bodies[0].fixed_nodes.size() / 2;
   bodies[0].held_motion.assign(bodies[0].fixed_nodes.size(), Eigen::Vector3d::Zero());
@@ -131,8 +128,8 @@ TEST(SimulationContact, ProbePressesThroughTheUpperBlockIntoTheLower) {
   // The upper block stands loose on the lower but for its sides, so that the probe's force passes through the
   // contact.
   std::vector<SimulationBody> bodies;
-  bodies.push_back(block(0, 4, 0));
-  bodies.push_back(block(0.04, 5, 0.04, 0.4, 0.04));
+  bodies.push_back(held_block(0, 4, 0));
+  bodies.push_back(held_block(0.04, 5, 0.04, 0.4, 0.04));
   bodies[1].fixed_nodes =
       support::nodes_where(bodies[1].mesh, [](const Eigen::Vector3d& x) { return std::abs(x.x()) > 0.02 - 1e-9; });
   SimulationLoopSettings settings = touching();

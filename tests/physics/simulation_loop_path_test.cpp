@@ -53,14 +53,14 @@ struct Scene {
   SimulationReport report;
 };
 
-std::vector<SimulationBody> one_cube() {
+std::vector<SimulationBody> path_cube() {
   std::vector<SimulationBody> bodies;
   bodies.push_back(box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {6, 6, 6}));
   return bodies;
 }
 
 TEST(InsertionPath, FirstContactIsAtTheEntryThenOneEverySpacing) {
-  Scene scene(one_cube());
+  Scene scene(path_cube());
   EXPECT_EQ(scene.go_to(-0.001).contact_count, 0);
   int expected = 1;
   std::set<std::uint32_t> ids;
@@ -92,7 +92,7 @@ TEST(InsertionPath, FirstContactIsAtTheEntryThenOneEverySpacing) {
 }
 
 TEST(InsertionPath, WithdrawalRemovesContactsPassedByTheTip) {
-  Scene scene(one_cube());
+  Scene scene(path_cube());
   scene.go_to(0.0451);
   ASSERT_EQ(scene.patch.bodies[0].contact_count, 5);
   const std::uint32_t first = scene.patch.bodies[0].contacts[0].id;
@@ -133,7 +133,7 @@ TEST(InsertionPath, PassesThroughOneBodyIntoTheNext) {
 }
 
 TEST(InsertionPath, DirectionsAreOrthogonalToTheShaft) {
-  Scene scene(one_cube());
+  Scene scene(path_cube());
   const BodyPatch& body = scene.go_to(0.09, 0.005);
   const NeedleState needle = needle_to(0.09, 0.005);
   ASSERT_GT(body.contact_count, 6);
@@ -151,8 +151,8 @@ TEST(InsertionPath, DirectionsAreOrthogonalToTheShaft) {
 }
 
 TEST(SimulationLoop, PatchHoldsTheComplianceOfTheDenseInverse) {
-  Scene scene(one_cube());
-  const SimulationBody body = one_cube()[0];
+  Scene scene(path_cube());
+  const SimulationBody body = path_cube()[0];
   const support::DenseTissue dense(body.mesh, body.tet_materials, body.fixed_nodes);
   const Eigen::MatrixXd inverse = support::inverse(dense.free_stiffness(dense.rest()));
   double worst = 0;
@@ -193,7 +193,7 @@ TEST(SimulationLoop, PatchHoldsTheComplianceOfTheDenseInverse) {
 }
 
 TEST(InsertionPath, ContactsBeyondCapacityAreMergedIntoTheLast) {
-  Scene scene(one_cube(), 0.0005);
+  Scene scene(path_cube(), 0.0005);
   scene.go_to(0.0402);
   EXPECT_EQ(scene.patch.flags, 0U);
   EXPECT_EQ(scene.patch.bodies[0].contact_count, 81);

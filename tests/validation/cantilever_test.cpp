@@ -21,7 +21,7 @@ namespace {
 using validation::report_residual;
 using validation::StaticBody;
 
-constexpr double kYoung = 1e6;
+constexpr double kBarYoung = 1e6;
 
 /// A bar of unit length along x, clamped at x = 0, with a load shared by the nodes of its end.
 struct Cantilever {
@@ -47,7 +47,7 @@ private:
   static StaticBody make(double thickness, std::array<int, 3> cells, double poisson_ratio) {
     TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), {1, thickness, thickness}, cells);
     const auto clamped = support::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.x() < 1e-9; });
-    const std::vector<ElasticMaterial> materials(mesh.tets.size(), {kYoung, poisson_ratio});
+    const std::vector<ElasticMaterial> materials(mesh.tets.size(), {kBarYoung, poisson_ratio});
     return StaticBody(TissueModel(std::move(mesh), materials, clamped));
   }
 };
@@ -56,8 +56,8 @@ private:
 double deflection_ratio(int n, double poisson_ratio) {
   Cantilever bar(0.2, {5 * n, n, n}, poisson_ratio);
   const double deflection = bar.end_mean(bar.body.linear_answer(bar.end_load(1))).z();
-  const double shear_modulus = kYoung / (2 * (1 + poisson_ratio));
-  const double timoshenko = 1 / (3 * kYoung * std::pow(0.2, 4) / 12) + 1 / (5.0 / 6.0 * shear_modulus * 0.04);
+  const double shear_modulus = kBarYoung / (2 * (1 + poisson_ratio));
+  const double timoshenko = 1 / (3 * kBarYoung * std::pow(0.2, 4) / 12) + 1 / (5.0 / 6.0 * shear_modulus * 0.04);
   return deflection / timoshenko;
 }
 
@@ -103,10 +103,10 @@ TEST(Cantilever, ConvergesToTimoshenkoWithAlmostSecondOrder) {
 Eigen::Vector3d beam_tip(double thickness, double force) {
   const double area = thickness * thickness, inertia = area * area / 12;
   auto chain = support::BeamChain::straight(128, 1,
-                                            {.axial = kYoung * area,
-                                             .shear = 5.0 / 6.0 * 0.5 * kYoung * area,
-                                             .bending = kYoung * inertia,
-                                             .torsion = kYoung * inertia});
+                                            {.axial = kBarYoung * area,
+                                             .shear = 5.0 / 6.0 * 0.5 * kBarYoung * area,
+                                             .bending = kBarYoung * inertia,
+                                             .torsion = kBarYoung * inertia});
   Vector6d load = Vector6d::Zero();
   for (int step = 1; step <= 10; ++step) {
     load[2] = force * step / 10;
@@ -127,7 +127,7 @@ TEST(Cantilever, ConvergesToTheElasticaWithSecondOrder) {
                     {5, {.612372, 0, .713792}},
                     {10, {.445004, 0, .810609}}};
   const std::span rows(all_rows, support::kSanitized ? 1 : std::size(all_rows));
-  const double thickness = 0.1, bending = kYoung * std::pow(thickness, 4) / 12;
+  const double thickness = 0.1, bending = kBarYoung * std::pow(thickness, 4) / 12;
   for (const int n : {2, 4}) {
     Cantilever bar(thickness, {20 * n, 2 * n, 2 * n}, 0);
     const Eigen::Vector3d centre(0, 0.5 * thickness, 0.5 * thickness);

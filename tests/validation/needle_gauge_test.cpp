@@ -69,12 +69,12 @@ constexpr std::array<Gauge, 4> kGauges{{{17, 1.473, 1.067, .0335, 29.8, 3.67, 30
                                         {18, 1.270, .838, .0207, 18.4, 2.27, 18.6, .0062},
                                         {20, .908, .603, .00538, 4.78, .59, 4.83, .0016},
                                         {22, .718, .413, .00232, 2.06, .25, 2.08, .0007}}};
-constexpr double kLength = 0.150;
+constexpr double kNeedleLength = 0.150;
 
 /// Load at which a chain, compressed by it, turns unstable with its tip free or pinned.
 double buckling_load(const SectionStiffness& s, int beams, bool pinned, double high) {
   const auto stable = [&](double p) {
-    auto chain = support::BeamChain::straight(beams, kLength, s);
+    auto chain = support::BeamChain::straight(beams, kNeedleLength, s);
     for (auto& node : chain.nodes) node.position *= 1 - p / s.axial;
     if (!pinned) return chain.is_stable();
     Eigen::MatrixXd k;
@@ -94,7 +94,7 @@ double buckling_load(const SectionStiffness& s, int beams, bool pinned, double h
 TEST(NeedleGauges, StiffnessIsTheTables) {
   for (const Gauge& g : kGauges) {
     const NeedleProperties steel{
-        .length = kLength, .outer_diameter = 1e-3 * g.outer_mm, .inner_diameter = 1e-3 * g.inner_mm};
+        .length = kNeedleLength, .outer_diameter = 1e-3 * g.outer_mm, .inner_diameter = 1e-3 * g.inner_mm};
     const auto section = [&](double young) {
       return tube_section(steel.outer_diameter, steel.inner_diameter, young, steel.poisson_ratio);
     };

@@ -18,8 +18,8 @@ namespace {
 using Eigen::Vector3d;
 using validation::report_residual;
 
-constexpr double kLength = 0.508, kWidth = 12.377e-3, kThickness = 3.2024e-3;  // m
-constexpr double kYoung = 71.7e9, kPoisson = 0.31, kTorsion = 3.10380;         // Pa, -, N m^2
+constexpr double kStripLength = 0.508, kWidth = 12.377e-3, kThickness = 3.2024e-3;  // m
+constexpr double kStripYoung = 71.7e9, kPoisson = 0.31, kTorsion = 3.10380;         // Pa, -, N m^2
 constexpr std::array<double, 3> kLoads{4.448, 8.896, 13.345};                  // N
 
 /// Motion of the tip: along the axis, along the wide side (stiff), across it (soft), m; twist, degrees.
@@ -44,16 +44,16 @@ constexpr std::array<Row, 7> kExact{{
 /// at the wide side's radius of gyration carry what the stiff one has beyond it, as the section's own fibres do. The
 /// fibres resist a change of the mean curvature alone: exact in the limit, with second order.
 support::BeamChain princeton_beam(int count) {
-  const double area = kWidth * kThickness, shear_modulus = kYoung / (2 * (1 + kPoisson));
-  const double soft = kYoung * kWidth * std::pow(kThickness, 3) / 12;
-  const double stiff = kYoung * kThickness * std::pow(kWidth, 3) / 12;
+  const double area = kWidth * kThickness, shear_modulus = kStripYoung / (2 * (1 + kPoisson));
+  const double soft = kStripYoung * kWidth * std::pow(kThickness, 3) / 12;
+  const double stiff = kStripYoung * kThickness * std::pow(kWidth, 3) / 12;
   const double in_fibres = 1 - soft / stiff;
-  auto chain = support::BeamChain::straight(count, kLength,
-                                            {.axial = (1 - in_fibres) * kYoung * area,
+  auto chain = support::BeamChain::straight(count, kStripLength,
+                                            {.axial = (1 - in_fibres) * kStripYoung * area,
                                              .shear = 5.0 / 6.0 * shear_modulus * area,
                                              .bending = soft,
                                              .torsion = kTorsion});
-  const SectionStiffness fibre{.axial = 0.5 * in_fibres * kYoung * area, .shear = 1, .bending = 0, .torsion = 0};
+  const SectionStiffness fibre{.axial = 0.5 * in_fibres * kStripYoung * area, .shear = 1, .bending = 0, .torsion = 0};
   for (const double side : {-1, 1}) chain.add_fibre(side * kWidth / std::sqrt(12) * Vector3d::UnitY(), fibre);
   return chain;
 }
@@ -70,7 +70,7 @@ std::array<TipMotion, 3> tip_motions(int count, double angle_deg) {
     EXPECT_LE(chain.solve(load, 1e-9), 15);
     const Eigen::Matrix3d& r = chain.nodes.back().orientation;
     const double twist = std::atan2(r(2, 1) - r(1, 2), r(1, 1) + r(2, 2)) * 180 / std::numbers::pi;
-    tips[i] = {chain.tip().x() - kLength, chain.tip().y(), chain.tip().z(), twist};
+    tips[i] = {chain.tip().x() - kStripLength, chain.tip().y(), chain.tip().z(), twist};
   }
   return tips;
 }

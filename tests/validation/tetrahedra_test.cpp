@@ -18,7 +18,7 @@ namespace {
 using validation::report_residual;
 using validation::StaticBody;
 
-constexpr double kYoung = 10e3, kEdge = 0.1;
+constexpr double kTissueYoung = 10e3, kEdge = 0.1;
 
 Eigen::Matrix3d some_rotation() {
   return Eigen::AngleAxisd(2.2, Eigen::Vector3d(0.3, -0.8, 0.52).normalized()).toRotationMatrix();
@@ -29,7 +29,7 @@ StaticBody irregular_cube(int cells, double poisson_ratio, bool (*is_fixed)(cons
   TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kEdge), {cells, cells, cells});
   support::jitter_inner_nodes(mesh, 0.2 * kEdge / cells, 11);
   const auto fixed = support::nodes_where(mesh, is_fixed);
-  const std::vector<ElasticMaterial> materials(mesh.tets.size(), {kYoung, poisson_ratio});
+  const std::vector<ElasticMaterial> materials(mesh.tets.size(), {kTissueYoung, poisson_ratio});
   return StaticBody(TissueModel(std::move(mesh), materials, fixed));
 }
 
@@ -63,7 +63,7 @@ TEST(Tetrahedra, PatchTestHoldsOnIrregularMesh) {
 TEST(Tetrahedra, RigidMotionMakesNoForce) {
   StaticBody body = irregular_cube(4, 0.45, is_bottom);
   body.positions = ((some_rotation() * body.positions).colwise() + Eigen::Vector3d(0.1, 0.2, -0.3)).eval();
-  const double scale = kYoung * std::pow(kEdge / 4, 2);  // Young's modulus times the area of an element's face
+  const double scale = kTissueYoung * std::pow(kEdge / 4, 2);  // Young's modulus times the area of an element's face
   report_residual("force of a rigid motion / E h^2", body.forces().cwiseAbs().maxCoeff() / scale, 1e-12);
   EXPECT_EQ(body.inverted_count(), 0);
 }

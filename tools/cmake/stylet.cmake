@@ -71,8 +71,7 @@ add_custom_target(thread_tests)
 function(stylet_test name)
   cmake_parse_arguments(arg "" "TIMEOUT;LABEL" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
-  # Test files repeat small names in their anonymous namespaces, and one replaces operator new: each stays alone.
-  set_target_properties(${name} PROPERTIES STYLET_TEST ON UNITY_BUILD OFF)
+  set_target_properties(${name} PROPERTIES STYLET_TEST ON)
   target_precompile_headers(${name} REUSE_FROM stylet_test_headers)
   target_link_libraries(${name} PRIVATE ${arg_LINK} stylet_flags GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
