@@ -2,6 +2,8 @@
 
 #include "engine/content/error.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -45,7 +47,7 @@ void transform_line(std::vector<double>& f, double step, std::vector<double>& ou
 
 }  // namespace
 
-LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels)
+LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std::size_t most_voxels)
     : voxel_from_patient_(image.patient_from_voxel.inverse()) {
   std::vector<bool> wanted(std::size_t{1} << 16, false);
   for (const int label : labels) wanted[static_cast<std::size_t>(label)] = true;
@@ -77,6 +79,12 @@ LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels)
                (static_cast<std::size_t>(j) + static_cast<std::size_t>(size_.y()) * static_cast<std::size_t>(k));
   };
   const std::size_t total = index(0, 0, size_.z());
+  if (total > most_voxels) {
+    throw content::ContentError(
+        fmt::format("the box around its labels has {} x {} x {} voxels, {:.3g} in all, accepted "
+                    "are {:.3g}; resample the volume to larger voxels",
+                    size_.x(), size_.y(), size_.z(), static_cast<double>(total), static_cast<double>(most_voxels)));
+  }
 
   // Share of the labels, smoothed along each axis by [1 2 1] / 4.
   std::vector<float> share(total, 0);

@@ -16,8 +16,10 @@ namespace stylet::import {
 /// then turned into a distance near its level 1/2; further away the distance to the nearest voxel of the other side.
 class LabelSolid {
 public:
-  /// @throws content::ContentError  none of the labels occurs
-  LabelSolid(const LabelImage& image, std::span<const int> labels);
+  /// Voxels of the box around the labels, 20 bytes each while it is made: below 1 GB.
+  static constexpr std::size_t kMostVoxels = 40'000'000;
+  /// @throws content::ContentError  none of the labels occurs; their box has more than `most_voxels`
+  LabelSolid(const LabelImage& image, std::span<const int> labels, std::size_t most_voxels = kMostVoxels);
 
   /// Metres, negative inside. Outside the volume: positive.
   double signed_distance(const Eigen::Vector3d& point) const;

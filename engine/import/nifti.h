@@ -27,9 +27,9 @@ struct LabelImage {
 
 /// Caps that keep a bad file from exhausting memory or time.
 struct NiftiLimits {
-  std::size_t file_bytes = 512u << 20;
-  std::size_t voxels = 40'000'000;  ///< the distance to a label takes 20 bytes a voxel: below 1 GB
-  std::size_t labels = 2000;        ///< different ones: more is an image, not a segmentation
+  std::size_t file_bytes = 1024u << 20;
+  std::size_t voxels = 250'000'000;  ///< two bytes each in memory; a whole body at 0.8 x 0.8 x 1 mm is 200 million
+  std::size_t labels = 2000;         ///< different ones: more is an image, not a segmentation
 };
 
 /// Whether these bytes are a NIfTI file, gzipped or not (a gzipped file counts).

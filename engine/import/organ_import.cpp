@@ -35,7 +35,7 @@ constexpr double kLeastDepth = 0.012;
 struct ShapeOfOrgan {
   SolidShape shape;
   TriangleMesh surface;          // empty: to be made from the shape
-  std::shared_ptr<void> holder;  // what the distance stands on
+  std::shared_ptr<const void> holder;  // what the distance stands on
 };
 
 TriangleMesh merged(const OrganParts& organ) {
@@ -93,6 +93,16 @@ ShapeOfOrgan enclose(const OrganParts& organ, const TriangleMesh& soup, const Su
       where, organ.id, describe(surface), deepest * 1e3, widest * 1e3));
 }
 
+std::shared_ptr<const LabelSolid> solid_of_labels(const OrganParts& organ) {
+  std::vector<int> labels;
+  for (const SourcePart* part : organ.parts) labels.push_back(part->label);
+  try {
+    return std::make_shared<const LabelSolid>(*organ.file->image, labels);
+  } catch (const ContentError& error) {
+    throw ContentError(fmt::format("{}: {}: {}", organ.parts.front()->place, organ.id, error.what()));
+  }
+}
+
 ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& settings,
                                const ImportProgress& progress, ImportReport& report) {
   progress(fmt::format("{}: welding {} parts", organ.id, organ.parts.size()));
@@ -135,9 +145,7 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   ShapeOfOrgan shape;
   if (organ.file->image) {
     progress(fmt::format("{}: distance to its voxels", organ.id));
-    std::vector<int> labels;
-    for (const SourcePart* part : organ.parts) labels.push_back(part->label);
-    auto solid = std::make_shared<LabelSolid>(*organ.file->image, labels);
+    const std::shared_ptr<const LabelSolid> solid = solid_of_labels(organ);
     report.from = SolidFrom::labels;
     shape = {
         .shape = {.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },

@@ -2,6 +2,7 @@
 #include "engine/import/nifti.h"
 #include "engine/content/error.h"
 #include "engine/import/label_solid.h"
+#include "tests/import/file_bytes.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -19,6 +20,7 @@ namespace stylet::import {
 namespace {
 
 using content::ContentError;
+using test::bytes_of;
 
 constexpr std::array<std::int16_t, 3> kSize{4, 3, 2};
 
@@ -60,10 +62,6 @@ struct Volume {
     return out;
   }
 };
-
-std::span<const std::byte> bytes_of(const std::string& text) {
-  return std::as_bytes(std::span(text.data(), text.size()));
-}
 
 std::string gzipped(const std::string& text) {
   z_stream stream{};
@@ -242,6 +240,26 @@ TEST(Nifti, SaysWhatItAssumes) {
   EXPECT_EQ(image.warnings.size(), 2u);  // unit, orientation
 }
 
+// A scan may be large where an organ is not: what counts is the box around the labels, here 2 + 6 voxels wide.
+TEST(LabelSolid, CountsTheVoxelsAroundItsLabels) {
+  LabelImage image;
+  image.size = Eigen::Vector3i(40, 40, 40);
+  image.patient_from_voxel.linear() *= 1e-3;
+  image.labels.assign(64'000, 0);
+  for (const std::size_t v : {20UL, 21UL}) image.labels[20 + 40 * (20 + 40 * v)] = 3;
+  const std::array labels{3};
+  EXPECT_NEAR(LabelSolid(image, labels, 7 * 7 * 8).volume(), 2e-9, 1e-15);
+  try {
+    LabelSolid(image, labels, 7 * 7 * 8 - 1);
+    FAIL() << "one voxel too many";
+  } catch (const content::ContentError& e) {
+    EXPECT_STREQ(
+        e.what(),
+        "the box around its labels has 7 x 7 x 8 voxels, 392 in all, accepted are 391; resample the volume to "
+        "larger voxels");
+  }
+}
+
 TEST(Nifti, RefusesWhatIsWrongInOneLine) {
   const std::string good = Volume().with_voxels<std::uint8_t>(2);
   EXPECT_NE(refusal(good.substr(0, 370)).find("ends too early"), std::string::npos);
@@ -278,10 +296,10 @@ TEST(Nifti, RefusesWhatIsWrongInOneLine) {
       v.set<std::int16_t>(46, z);
     });
   };
-  const std::string large = sized(500, 400, 250);
-  EXPECT_NE(large.find("a.nii: has 5e+07 voxels, accepted are 4e+07"), std::string::npos) << large;
+  const std::string large = sized(1000, 1000, 300);
+  EXPECT_NE(large.find("a.nii: has 3e+08 voxels, accepted are 2.5e+08"), std::string::npos) << large;
   EXPECT_NE(large.find("crop or resample it"), std::string::npos) << large;
-  EXPECT_NE(sized(500, 320, 250).find("announces 4e+07 voxels"), std::string::npos);  // as many as are accepted
+  EXPECT_NE(sized(1000, 1000, 250).find("announces 2.5e+08 voxels"), std::string::npos);  // as many as are accepted
   NiftiLimits few;
   few.labels = 3;
   EXPECT_NE(refusal(good, few).find("5 different values"), std::string::npos);

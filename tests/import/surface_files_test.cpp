@@ -3,7 +3,7 @@
 #include "engine/content/surface_mesh.h"
 #include "engine/import/obj.h"
 #include "engine/import/stl.h"
-#include "tests/import/stl_bytes.h"
+#include "tests/import/file_bytes.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,10 +15,7 @@ namespace stylet::import {
 namespace {
 
 using content::ContentError;
-
-std::span<const std::byte> bytes_of(const std::string& text) {
-  return std::as_bytes(std::span(text.data(), text.size()));
-}
+using test::bytes_of;
 
 const std::vector<Eigen::Vector3d> kCorners{{0, 0, 0}, {10, 0, 0}, {0, 20, 0}, {0, 0, 30}};
 const std::vector<std::array<std::uint32_t, 3>> kFaces{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};

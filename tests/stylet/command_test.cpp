@@ -1,7 +1,7 @@
 #include "engine/content/motion.h"
 #include "tests/content/glb.h"
 #include "tests/content/shapes.h"
-#include "tests/import/stl_bytes.h"
+#include "tests/import/file_bytes.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,13 +1,20 @@
-// A binary STL file in memory.
+// Files in memory.
 #pragma once
 
 #include "engine/content/triangle_mesh.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 
 namespace stylet::import::test {
 
+inline std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+/// A binary STL.
 /// @param header  what stands first, 80 bytes of it
 inline std::string binary_stl(const content::TriangleMesh& mesh, std::string header = "ball") {
   header.resize(80, ' ');
