@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace stylet::physics {
@@ -15,6 +16,17 @@ constexpr double kSameCrossing = 1e-9;  // m; hits on an edge shared by two face
 
 double triple(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   return a.dot(b.cross(c));
+}
+
+/// Which of the six planes of a box a point is outside of, a bit each (Cohen and Sutherland): what has a bit in
+/// common is all on the far side of that plane.
+std::uint8_t outcode(const Eigen::Vector3d& x, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  unsigned code = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    code |= static_cast<unsigned>(x[axis] < low[axis]) << (2 * axis);
+    code |= static_cast<unsigned>(x[axis] > high[axis]) << (2 * axis + 1);
+  }
+  return static_cast<std::uint8_t>(code);
 }
 
 }  // namespace
@@ -46,14 +58,17 @@ TetTopology::TetTopology(const TetMesh& mesh)
       neighbours_[static_cast<std::size_t>(other.tet)][static_cast<std::size_t>(other.face)] = face.tet;
       continue;
     }
-    BoundaryFace boundary;
-    boundary.tet = face.tet;
-    boundary.corners = kFaceCorners[static_cast<std::size_t>(face.face)];
+    std::array<int, 3> corners{};
     for (std::size_t k = 0; k < 3; ++k) {
-      boundary.nodes[k] = tets_[static_cast<std::size_t>(face.tet)][static_cast<std::size_t>(boundary.corners[k])];
+      const int corner = kFaceCorners[static_cast<std::size_t>(face.face)][k];
+      corners[k] = tets_[static_cast<std::size_t>(face.tet)][static_cast<std::size_t>(corner)];
     }
-    surface_.push_back(boundary);
+    surface_faces_.push_back(corners);
+    surface_tets_.push_back({face.tet, face.face});
+    surface_nodes_.insert(surface_nodes_.end(), corners.begin(), corners.end());
   }
+  std::sort(surface_nodes_.begin(), surface_nodes_.end());
+  surface_nodes_.erase(std::unique(surface_nodes_.begin(), surface_nodes_.end()), surface_nodes_.end());
 }
 
 Eigen::Vector4d TetTopology::barycentric(const Eigen::Matrix3Xd& positions, int tet, const Eigen::Vector3d& x) const {
@@ -116,13 +131,15 @@ void TetTopology::crossings(const Eigen::Matrix3Xd& positions, const Eigen::Vect
   const Eigen::Vector3d end = origin + length * direction;
   const Eigen::Vector3d low = origin.cwiseMin(end);
   const Eigen::Vector3d high = origin.cwiseMax(end);
-  for (const BoundaryFace& face : surface_) {
-    const Eigen::Vector3d a = positions.col(face.nodes[0]);
-    const Eigen::Vector3d b = positions.col(face.nodes[1]);
-    const Eigen::Vector3d c = positions.col(face.nodes[2]);
-    const Eigen::Vector3d face_low = a.cwiseMin(b).cwiseMin(c);
-    const Eigen::Vector3d face_high = a.cwiseMax(b).cwiseMax(c);
-    if ((face_high.array() < low.array()).any() || (face_low.array() > high.array()).any()) continue;
+  std::vector<std::uint8_t> outside(static_cast<std::size_t>(positions.cols()));
+  for (const int n : surface_nodes_) outside[static_cast<std::size_t>(n)] = outcode(positions.col(n), low, high);
+  const auto outside_of = [&](int node) { return outside[static_cast<std::size_t>(node)]; };
+  for (std::size_t f = 0; f < surface_faces_.size(); ++f) {
+    const std::array<int, 3>& nodes = surface_faces_[f];
+    if ((outside_of(nodes[0]) & outside_of(nodes[1]) & outside_of(nodes[2])) != 0) continue;
+    const Eigen::Vector3d a = positions.col(nodes[0]);
+    const Eigen::Vector3d b = positions.col(nodes[1]);
+    const Eigen::Vector3d c = positions.col(nodes[2]);
     const Eigen::Vector3d ab = b - a;
     const Eigen::Vector3d ac = c - a;
     const Eigen::Vector3d area = ab.cross(ac);
@@ -139,10 +156,12 @@ void TetTopology::crossings(const Eigen::Matrix3Xd& positions, const Eigen::Vect
     if (std::min({weight_a, weight_b, weight_c}) < kInside) continue;
     SurfaceCrossing crossing;
     crossing.distance = s;
-    crossing.point.tet = face.tet;
-    crossing.point.barycentric[face.corners[0]] = weight_a;
-    crossing.point.barycentric[face.corners[1]] = weight_b;
-    crossing.point.barycentric[face.corners[2]] = weight_c;
+    const FaceOfTet& hit_face = surface_tets_[f];
+    const std::array<int, 3>& corners = kFaceCorners[static_cast<std::size_t>(hit_face.face)];
+    crossing.point.tet = hit_face.tet;
+    crossing.point.barycentric[corners[0]] = weight_a;
+    crossing.point.barycentric[corners[1]] = weight_b;
+    crossing.point.barycentric[corners[2]] = weight_c;
     crossing.normal = area.normalized();
     crossing.entering = facing > 0;
     out.push_back(crossing);

@@ -53,14 +53,16 @@ public:
   }
 
 private:
-  struct BoundaryFace {
+  struct FaceOfTet {
     int tet = -1;
-    std::array<int, 3> nodes{};    // outward: counter-clockwise from outside
-    std::array<int, 3> corners{};  // their places in the tetrahedron
+    int face = 0;
   };
   std::vector<std::array<int, 4>> tets_;
   std::vector<std::array<int, 4>> neighbours_;
-  std::vector<BoundaryFace> surface_;
+  // The surface; what a search reads of it, and what it tells of a hit.
+  std::vector<std::array<int, 3>> surface_faces_;  // nodes, counter-clockwise from outside
+  std::vector<FaceOfTet> surface_tets_;
+  std::vector<int> surface_nodes_;  // ascending
 };
 
 }  // namespace stylet::physics
