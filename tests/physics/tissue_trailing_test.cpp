@@ -22,13 +22,13 @@ namespace stylet::physics {
 namespace {
 
 /// A jittered cube held at its bottom.
-struct Cube {
+struct JitteredCube {
   static TetMesh make_mesh(int cells) {
     TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {cells, cells, cells});
     support::jitter_inner_nodes(mesh, 0.01 / cells, 3);
     return mesh;
   }
-  explicit Cube(int cells) : mesh(make_mesh(cells)) {
+  explicit JitteredCube(int cells) : mesh(make_mesh(cells)) {
     const std::vector<Eigen::Quaterniond> rest(model.tets.size(), Eigen::Quaterniond::Identity());
     pattern.assemble(model, rest, 1, values);
   }
@@ -83,7 +83,7 @@ TEST(TriangularInverse, TimesTheFactorIsTheIdentity) {
 
 TEST(Factorisation, TrailingComplianceIsTheBlockOfTheDenseInverse) {
   // Also where the trailing nodes cut the rest in two, or leave only a node of it.
-  Cube cube(4);
+  JitteredCube cube(4);
   const Eigen::MatrixXd inverse = cube.dense_inverse();
   const auto near = [](double a, double b) { return std::abs(a - b) < 0.013; };
   std::vector<std::vector<int>> sets{
@@ -113,7 +113,7 @@ TEST(Factorisation, TrailingComplianceIsTheBlockOfTheDenseInverse) {
 }
 
 TEST(Factorisation, CorridorOfAThousandNodesEqualsFullSolves) {
-  Cube cube(9);
+  JitteredCube cube(9);
   const std::size_t fill = [&] {
     EXPECT_TRUE(cube.factor.factorise(cube.pattern, cube.values, cube.workspace));
     return cube.factor.factor_nonzeros();
@@ -137,7 +137,7 @@ TEST(Factorisation, CorridorOfAThousandNodesEqualsFullSolves) {
 }
 
 TEST(Factorisation, HalvesMakeAWholeAndForcesOnTrailingNodesStayInDouble) {
-  Cube cube(4);
+  JitteredCube cube(4);
   const std::vector<int> nodes{50, 60, 70, 71};
   cube.factorise(nodes);
   const std::vector<int> dofs = cube.dofs(nodes);
@@ -161,7 +161,7 @@ TEST(Factorisation, HalvesMakeAWholeAndForcesOnTrailingNodesStayInDouble) {
 
 TEST(IsolatedDofs, NodesInsideAndOutsideTheCorridorMatchTheDenseInverse) {
   // Through changes of corridor and overflow of the capacity; the solution at the nodes comes along.
-  Cube cube(4);
+  JitteredCube cube(4);
   const Eigen::MatrixXd inverse = cube.dense_inverse();
   IsolatedDofs isolated(cube.model.node_count(), 16);
   std::mt19937 random(5);
@@ -208,7 +208,7 @@ TEST(IsolatedDofs, NodesInsideAndOutsideTheCorridorMatchTheDenseInverse) {
 
 TEST(IsolatedDofsDeathTest, RefusesACorridorThatIsNotTheFactors) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  Cube cube(3);
+  JitteredCube cube(3);
   cube.factorise({40, 41});
   IsolatedDofs isolated(cube.model.node_count(), 16);
   const std::vector<int> other{40, 42};
@@ -219,7 +219,7 @@ TEST(IsolatedDofsDeathTest, RefusesACorridorThatIsNotTheFactors) {
 
 /// W_bar of the body in state `positions`, and the node rotations to it from rest.
 struct CorridorState {
-  CorridorState(Cube& cube, const std::vector<int>& nodes, const Eigen::Matrix3Xd& positions) {
+  CorridorState(JitteredCube& cube, const std::vector<int>& nodes, const Eigen::Matrix3Xd& positions) {
     const std::vector<Eigen::Quaterniond> rest(cube.model.tets.size(), Eigen::Quaterniond::Identity());
     std::vector<Eigen::Quaterniond> now = rest;
     update_rotations(cube.model, positions, now);
@@ -234,7 +234,7 @@ struct CorridorState {
 };
 
 TEST(WarpedCompliance, IsExactForABodyThatTurnsAsOne) {
-  Cube cube(4);
+  JitteredCube cube(4);
   const std::vector<int> nodes{50, 62, 70, 71};
   const Eigen::Matrix3Xd rest = rest_positions(cube.model);
   Eigen::MatrixXd w_bar = CorridorState(cube, nodes, rest).w_bar;
@@ -249,7 +249,7 @@ TEST(WarpedCompliance, IsExactForABodyThatTurnsAsOne) {
 
 TEST(WarpedCompliance, IsCloserThanTheFrozenOneWhereTheBodyIsTwisted) {
   // Held at its bottom, twisted about z: every layer has its own angle, so what remains is the strain.
-  Cube cube(6);
+  JitteredCube cube(6);
   const std::vector<int> nodes = cube.nodes_where(
       [](const Eigen::Vector3d& x) { return std::abs(x.y() - 0.05) < 0.02 && std::abs(x.z() - 0.05) < 0.02; });
   const Eigen::Matrix3Xd rest = rest_positions(cube.model);
@@ -274,7 +274,7 @@ TEST(WarpedCompliance, IsCloserThanTheFrozenOneWhereTheBodyIsTwisted) {
 TEST(FactorisationWorker, CorridorCoversTheIsolatedNodesAndRarelyChanges) {
   // A needle goes 70 mm in at 0.9 mm a step; the worker answers every fifth step.
   SimulationBody body;
-  body.mesh = Cube::make_mesh(8);
+  body.mesh = JitteredCube::make_mesh(8);
   body.tet_materials.assign(body.mesh.tets.size(), {10e3, 0.45});
   body.fixed_nodes = support::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
   std::vector<SimulationBody> bodies;

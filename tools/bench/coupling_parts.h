@@ -12,6 +12,8 @@
 
 namespace stylet::bench {
 
+inline constexpr double kPercent = 100;
+
 /// R1 with straight edges (paper_updated) and with the cubic shaft, sub-grid compliance and friction off: shaft.*
 Report coupling_shaft(const ReferenceInsertion& insertion, const BenchOptions& options);
 /// R1 at 25 Hz, one step late, everything on but friction: sync.*

@@ -19,11 +19,10 @@ namespace {
 using physics::Coupling;
 using physics::TipState;
 
-constexpr double kSpeed = 0.045;        // m/s
-constexpr double kTurn = 0.02;          // s to reverse
-constexpr double kAroundEvents = 0.02;  // s left out of the comparison of rates
-constexpr double kRateBound = 2;        // % of the peak
-constexpr double kPercent = 100;
+constexpr double kInsertionSpeed = 0.045;  // m/s
+constexpr double kTurn = 0.02;             // s to reverse
+constexpr double kAroundEvents = 0.02;     // s left out of the comparison of rates
+constexpr double kRateBound = 2;           // % of the peak
 constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 /// Straight in to `depth`, back until the tip is at `back_to`, in again.
@@ -47,13 +46,13 @@ ReferenceInsertion there_and_back(const ReferenceInsertion& insertion, double de
 ReferenceInsertion closed_path(const ReferenceInsertion& insertion, double depth) {
   ReferenceInsertion motion = insertion;
   motion.lateral_amplitude = 0;
-  const double way = depth / kSpeed;
+  const double way = depth / kInsertionSpeed;
   motion.axial_speed = {{0, 0},
-                        {kTurn, kSpeed},
-                        {way, kSpeed},
+                        {kTurn, kInsertionSpeed},
+                        {way, kInsertionSpeed},
                         {way + kTurn, 0},
-                        {way + 2 * kTurn, -kSpeed},
-                        {2 * way + kTurn, -kSpeed},
+                        {way + 2 * kTurn, -kInsertionSpeed},
+                        {2 * way + kTurn, -kInsertionSpeed},
                         {2 * way + 2 * kTurn, 0}};
   motion.duration = 2 * way + 0.1;
   return motion;
@@ -284,18 +283,19 @@ Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptio
   constexpr double kDepth = 0.075, kBackTo = 0.030;  // m
   const physics::InsertionResistance liver = liver_resistance();
   Report report;
-  const Run curve = run(there_and_back(insertion, kDepth, kBackTo, kSpeed), liver);
+  const Run curve = run(there_and_back(insertion, kDepth, kBackTo, kInsertionSpeed), liver);
   report_curve(curve.samples, liver, kDepth, kBackTo, report);
 
   const Run closed = run(closed_path(insertion, 0.060), liver);
   report.add(at_least("resistance.work.closed_path", closed.samples.back().work, "J", 0));
   // Below zero on the way: energy that the hand got before it gave any. Rounding and quadrature leave a trace.
   report.add(at_least("resistance.work.least", least_work(closed.samples), "J", -1e-6));
-  report.append(lugre_beside_coulomb(there_and_back(insertion, kDepth, kBackTo, kSpeed), liver, curve.samples));
+  report.append(
+      lugre_beside_coulomb(there_and_back(insertion, kDepth, kBackTo, kInsertionSpeed), liver, curve.samples));
 
   const int finest = options.quick ? 2 : 4;
   const auto at_rate = [&](int khz) {
-    ReferenceInsertion motion = there_and_back(insertion, 0.050, 0.030, kSpeed);
+    ReferenceInsertion motion = there_and_back(insertion, 0.050, 0.030, kInsertionSpeed);
     motion.haptic_hz = 1000.0 * khz;
     return run(motion, liver);
   };
@@ -310,7 +310,7 @@ Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptio
   report.add({"resistance.flags", static_cast<double>(flags), "1", {}, {}, {}});
 
   // The constants of the classical models are those of a needle at 5 mm/s, which takes half a minute.
-  const double slow_speed = options.quick ? kSpeed : 0.005;
+  const double slow_speed = options.quick ? kInsertionSpeed : 0.005;
   const Run slow = options.quick ? curve : run(there_and_back(insertion, kDepth, kBackTo, slow_speed), liver);
   std::vector<std::pair<std::string, std::vector<double>>> models;
   for (const ClassicalModel& model : classical_models()) {

@@ -20,7 +20,6 @@ using physics::TipState;
 constexpr double kMeshBound = 3;         // % spread of the peak force
 constexpr double kTipBound = 10;         // % spread of the indentation
 constexpr double kConditionBound = 1e3;  // of W + C
-constexpr double kPercent = 100;
 
 /// How often the worker delivers a factor: about what it manages at 50 Hz.
 int worker_period(int nodes_per_edge) {
