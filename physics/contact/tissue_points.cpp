@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 
 namespace stylet::physics {
@@ -9,13 +10,26 @@ namespace stylet::physics {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+namespace {
+
+constexpr Eigen::Index kStride = 3 * kMaxContacts;  // with room for all points
+
+Vector3d free_position_of(const PatchContact& contact, const BodyPatch& body) {
+  Vector3d position = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) position += contact.barycentric[k] * body.free_positions.col(contact.patch_nodes[k]);
+  return position;
+}
+
+}  // namespace
+
 TissuePoints::TissuePoints()
     : contacts_(kMaxContacts),
       bodies_(kMaxContacts),
       free_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
       current_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
       forces_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
-      compliance_(Eigen::MatrixXd::Zero(3 * kMaxContacts, 3 * kMaxContacts)),
+      compliance_(Eigen::VectorXd::Zero(kStride * kStride)),
+      stride_(kStride),
       old_contacts_(kMaxContacts),
       old_bodies_(kMaxContacts),
       old_forces_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)) {}
@@ -41,11 +55,30 @@ bool TissuePoints::load(const TissuePatch& patch) {
   keep_old();
   for (int b = 0; b < body_count; ++b) {
     const BodyPatch& body = patch.bodies[b];
-    for (int c = skipped[b]; c < body.contact_count; ++c) add(patch, body.contacts[static_cast<std::size_t>(c)], b);
+    for (int c = skipped[b]; c < body.contact_count; ++c) {
+      const PatchContact& contact = body.contacts[static_cast<std::size_t>(c)];
+      add(contact, b, contact.free_position);
+    }
   }
   carry_forces();
-  finite_ = true;
-  for (int j = 0; j < count_; ++j) finite_ = couple(patch, j) && finite_;
+  stride_ = 3 * count_;
+  double sum = free_.leftCols(count_).sum();  // finite if its terms are
+  int first = 0;                              // point of the body
+  for (int j = 0; j < count_; ++j) {
+    if (body(j) != body(first)) first = j;
+    for (int i = 0; i < first; ++i) {
+      block(i, j).setZero();
+      block(j, i).setZero();
+    }
+    const int skip = skipped[static_cast<std::size_t>(body(j))] - first;
+    for (int i = first; i <= j; ++i) {
+      const auto laid = patch.bodies[body(j)].contact_compliance(skip + i, skip + j);
+      block(i, j) = laid;
+      block(j, i) = laid.transpose();
+      sum += laid.sum();
+    }
+  }
+  finite_ = std::isfinite(sum);
   move_points();
   return fits;
 }
@@ -53,15 +86,19 @@ bool TissuePoints::load(const TissuePatch& patch) {
 void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact> contacts,
                          std::span<const int> bodies) {
   keep_old();
-  for (std::size_t c = 0; c < contacts.size(); ++c) add(patch, contacts[c], bodies[c]);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    add(contacts[c], bodies[c], free_position_of(contacts[c], patch.bodies[bodies[c]]));
+  }
   carry_forces();
+  stride_ = kStride;
   finite_ = true;
   for (int j = 0; j < count_; ++j) finite_ = couple(patch, j) && finite_;
   move_points();
 }
 
 void TissuePoints::append(const TissuePatch& patch, const PatchContact& contact, int body) {
-  add(patch, contact, body);
+  assert(stride_ == kStride);
+  add(contact, body, free_position_of(contact, patch.bodies[body]));
   finite_ = couple(patch, count_ - 1) && finite_;
   move_points();
 }
@@ -72,7 +109,7 @@ bool TissuePoints::move_last(const TissuePatch& patch, const PatchContact& conta
   const int body_before = bodies_[static_cast<std::size_t>(count_ - 1)];
   const auto put = [&](const PatchContact& at, int in) {
     --count_;
-    add(patch, at, in);
+    add(at, in, free_position_of(at, patch.bodies[in]));
     forces_.col(count_ - 1) = force;
     return couple(patch, count_ - 1);
   };
@@ -90,15 +127,11 @@ void TissuePoints::keep_old() {
   count_ = 0;
 }
 
-void TissuePoints::add(const TissuePatch& patch, const PatchContact& contact, int body) {
+void TissuePoints::add(const PatchContact& contact, int body, const Vector3d& free_position) {
   const auto at = static_cast<std::size_t>(count_);
   contacts_[at] = contact;
   bodies_[at] = body;
-  Vector3d position = Vector3d::Zero();
-  for (int k = 0; k < 4; ++k) {
-    position += contact.barycentric[k] * patch.bodies[body].free_positions.col(contact.patch_nodes[k]);
-  }
-  free_.col(count_) = position;
+  free_.col(count_) = free_position;
   forces_.col(count_).setZero();
   ++count_;
 }
@@ -120,18 +153,18 @@ bool TissuePoints::couple(const TissuePatch& patch, int j) {
   const BodyPatch& nodes = patch.bodies[body(j)];
   double sum = free_.col(j).sum();  // finite if its terms are
   for (int i = 0; i <= j; ++i) {
-    Matrix3d block = Matrix3d::Zero();
+    Matrix3d sum_of_nodes = Matrix3d::Zero();
     if (body(i) == body(j)) {
       const PatchContact& ci = contact(i);
       for (int l = 0; l < 4; ++l) {
         for (int k = 0; k < 4; ++k) {
-          block += (ci.barycentric[k] * cj.barycentric[l]) * nodes.w_bar(ci.patch_nodes[k], cj.patch_nodes[l]);
+          sum_of_nodes += (ci.barycentric[k] * cj.barycentric[l]) * nodes.w_bar(ci.patch_nodes[k], cj.patch_nodes[l]);
         }
       }
     }
-    compliance_.block<3, 3>(3 * i, 3 * j) = block;
-    compliance_.block<3, 3>(3 * j, 3 * i) = block.transpose();
-    sum += block.sum();
+    block(i, j) = sum_of_nodes;
+    block(j, i) = sum_of_nodes.transpose();
+    sum += sum_of_nodes.sum();
   }
   return std::isfinite(sum);
 }
@@ -165,7 +198,7 @@ void TissuePoints::move_points() {
   Eigen::Map<Eigen::VectorXd> x(current_.data(), 3 * count_);
   for (int j = 0; j < count_; ++j) {
     if (forces_.col(j).isZero(0)) continue;
-    for (int d = 0; d < 3; ++d) x += forces_(d, j) * compliance_.col(3 * j + d).head(3 * count_);
+    for (int d = 0; d < 3; ++d) x += forces_(d, j) * compliance_.segment((3 * j + d) * stride_, 3 * count_);
   }
 }
 

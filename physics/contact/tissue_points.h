@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -31,7 +32,7 @@ public:
   /// @param contacts  id, tet, patch_nodes and barycentric count
   /// @realtime no allocation; O(points^2)
   void place(const TissuePatch& patch, std::span<const PatchContact> contacts, std::span<const int> bodies);
-  /// One more point, with no force on it. There must be room.
+  /// One more point, with no force on it, after place(). There must be room.
   /// @realtime no allocation; O(points)
   void append(const TissuePatch& patch, const PatchContact& contact, int body);
   /// Puts the last point elsewhere; its force goes with it.
@@ -58,7 +59,10 @@ public:
   /// @realtime no allocation; O(points)
   Eigen::Vector3d node_position(const TissuePatch& patch, int body, int patch_node) const;
   /// Displacement of point i per force on point j, m/N [3 x 3]; zero between bodies.
-  auto compliance(int i, int j) const { return compliance_.block<3, 3>(3 * i, 3 * j); }
+  auto compliance(int i, int j) const {
+    return Eigen::Map<const Eigen::Matrix3d, 0, Eigen::OuterStride<>>(
+        compliance_.data() + 3 * i + std::ptrdiff_t{3} * j * stride_, Eigen::OuterStride<>(stride_));
+  }
 
   /// Sets the needle's forces f = -D lambda and moves every point accordingly.
   /// @param lambda  multipliers [rows], N
@@ -66,8 +70,12 @@ public:
   void apply(const std::vector<ActiveContact>& contacts, int contact_count, Eigen::Ref<const Eigen::VectorXd> lambda);
 
 private:
+  auto block(int i, int j) {
+    return Eigen::Map<Eigen::Matrix3d, 0, Eigen::OuterStride<>>(
+        compliance_.data() + 3 * i + std::ptrdiff_t{3} * j * stride_, Eigen::OuterStride<>(stride_));
+  }
   void keep_old();
-  void add(const TissuePatch& patch, const PatchContact& contact, int body);
+  void add(const PatchContact& contact, int body, const Eigen::Vector3d& free_position);
   void carry_forces();
   bool couple(const TissuePatch& patch, int point);
   void move_points();
@@ -77,7 +85,10 @@ private:
   std::vector<PatchContact> contacts_;        // [count_]
   std::vector<int> bodies_;                   // [count_]
   Eigen::Matrix3Xd free_, current_, forces_;  // [3 x count_]
-  Eigen::MatrixXd compliance_;                // leading [3 count_ x 3 count_], symmetric
+  // [3 count_ x 3 count_] symmetric, columns stride_ apart: no further than needed where the points stay as they are,
+  // because another core's step has left nothing of it in a cache.
+  Eigen::VectorXd compliance_;
+  Eigen::Index stride_ = 0;
   // of the patch before, while the next one is loaded
   int old_count_ = 0;
   std::vector<PatchContact> old_contacts_;

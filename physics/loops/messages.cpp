@@ -30,6 +30,28 @@ void BodyPatch::set_w_bar(const Eigen::MatrixXd& w) {
   }
 }
 
+void BodyPatch::condense() {
+  if (contact_values.size() < kMaxContactValues) contact_values.assign(kMaxContactValues, 0.0);
+  for (int j = 0; j < contact_count; ++j) {
+    PatchContact& cj = contacts[static_cast<std::size_t>(j)];
+    cj.free_position.setZero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      cj.free_position += cj.barycentric[static_cast<int>(k)] * free_positions.col(cj.patch_nodes[k]);
+    }
+    for (int i = 0; i <= j; ++i) {
+      const PatchContact& ci = contacts[static_cast<std::size_t>(i)];
+      Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
+      for (std::size_t l = 0; l < 4; ++l) {
+        for (std::size_t k = 0; k < 4; ++k) {
+          const double weight = ci.barycentric[static_cast<int>(k)] * cj.barycentric[static_cast<int>(l)];
+          block += weight * w_bar(ci.patch_nodes[k], cj.patch_nodes[l]);
+        }
+      }
+      contact_compliance(i, j) = block;
+    }
+  }
+}
+
 NeedleState::NeedleState()
     : positions(Eigen::Matrix3Xd::Zero(3, kMaxNeedleNodes)),
       orientations(kMaxNeedleNodes, Eigen::Quaterniond::Identity()),

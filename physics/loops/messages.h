@@ -27,10 +27,12 @@ inline constexpr int kMaxBeams = 64;
 inline constexpr int kMaxNeedleNodes = kMaxBeams + 1;
 inline constexpr int kMaxPatchNodes = 256;                                            ///< isolated nodes of one body
 inline constexpr std::size_t kMaxWBarValues = 9UL * kMaxPatchNodes * kMaxPatchNodes;  ///< (3 kMaxPatchNodes)^2
-inline constexpr int kMaxPatchTets = 1024;                                            ///< tetrahedra of one patch
-inline constexpr int kBeyondSurface = -1;       ///< no tetrahedron there: the body ends
-inline constexpr int kBeyondPatch = -2;         ///< a tetrahedron that is not in the patch
-inline constexpr int kMaxPatchInterfaces = 16;  ///< surfaces met ahead of the tip
+inline constexpr std::size_t kMaxContactValues =
+    9UL * kMaxContacts * (kMaxContacts + 1) / 2;  ///< of pairs of contacts
+inline constexpr int kMaxPatchTets = 1024;        ///< tetrahedra of one patch
+inline constexpr int kBeyondSurface = -1;         ///< no tetrahedron there: the body ends
+inline constexpr int kBeyondPatch = -2;           ///< a tetrahedron that is not in the patch
+inline constexpr int kMaxPatchInterfaces = 16;    ///< surfaces met ahead of the tip
 
 /// Pose of the needle's hub as asked for by the stylus: position of the hub, rotation needle frame -> patient frame
 /// (needle +Z from hub to tip, +X the bevel normal).
@@ -53,10 +55,11 @@ struct Wrench {
 
 /// A contact point as the simulation loop lays it: a material point of the tissue that the needle passes through.
 struct PatchContact {
-  std::uint32_t id = 0;                                   ///< stable over the life of the contact
-  int tet = -1;                                           ///< tetrahedron of the body
-  std::array<int, 4> patch_nodes{};                       ///< its nodes, as indices into BodyPatch::node_ids
-  Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();  ///< weights of those nodes, sum 1
+  std::uint32_t id = 0;                                     ///< stable over the life of the contact
+  int tet = -1;                                             ///< tetrahedron of the body
+  std::array<int, 4> patch_nodes{};                         ///< its nodes, as indices into BodyPatch::node_ids
+  Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();    ///< weights of those nodes, sum 1
+  Eigen::Vector3d free_position = Eigen::Vector3d::Zero();  ///< all needle force removed, m; see BodyPatch::condense
   // The linearisation by the simulation loop (coupling `paper-frozen`): where on the needle, and the two directions.
   int beam = 0;              ///< beam that carries the point
   double beam_fraction = 0;  ///< 0 at the beam's first node, 1 at its second
@@ -99,6 +102,17 @@ struct BodyPatch {
 
   int contact_count = 0;
   std::vector<PatchContact> contacts;  ///< [contact_count] from entry to tip
+  /// B W_bar B^T of the contacts, B their barycentric weights: all that a loop which takes them as they are reads of
+  /// W_bar. Blocks i <= j, m/N; sized as w_bar_values is.
+  std::vector<double> contact_values;
+  auto contact_compliance(int i, int j) {
+    return Eigen::Map<Eigen::Matrix3d>(contact_values.data() + contact_block_start(i, j));
+  }
+  auto contact_compliance(int i, int j) const {
+    return Eigen::Map<const Eigen::Matrix3d>(contact_values.data() + contact_block_start(i, j));
+  }
+  /// Fills it and the contacts' free positions, from those of the nodes.
+  void condense();
 
   int tet_count = 0;
   std::vector<int> tet_ids;  ///< [tet_count] tetrahedra whose four nodes are all in node_ids, ascending
@@ -109,6 +123,9 @@ struct BodyPatch {
 
 private:
   std::ptrdiff_t block_start(int i, int j) const { return 9 * (i + static_cast<std::ptrdiff_t>(node_count) * j); }
+  static std::ptrdiff_t contact_block_start(int i, int j) {
+    return 9 * (i + static_cast<std::ptrdiff_t>(j) * (j + 1) / 2);
+  }
 };
 
 /// Simulation -> haptic: everything of the tissue that the haptic loop needs for a step.

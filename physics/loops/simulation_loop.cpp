@@ -430,6 +430,7 @@ TissuePatch SimulationLoop::make_patch() const {
   patch.body_count = body_count();
   for (std::size_t b = 0; b < models_.size(); ++b) {
     patch.bodies[b].w_bar_values.assign(kMaxWBarValues, 0.0);
+    patch.bodies[b].contact_values.assign(kMaxContactValues, 0.0);
   }
   return patch;
 }
@@ -454,7 +455,10 @@ void SimulationLoop::fill_patch(const NeedleState* needle, TissuePatch& out) {
   if (needle != nullptr) {
     fill_interfaces(models_, {tissue_.positions.data(), models_.size()}, *needle, settings_.interface_range, out);
   }
-  for (std::size_t b = 0; b < models_.size(); ++b) fill_w_bar(worker_.latest().bodies[b].isolated, out.bodies[b]);
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    fill_w_bar(worker_.latest().bodies[b].isolated, out.bodies[b]);
+    out.bodies[b].condense();
+  }
 }
 
 }  // namespace stylet::physics

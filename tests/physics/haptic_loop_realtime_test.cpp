@@ -90,6 +90,7 @@ TEST(HapticLoopRealtime, RefusalsTakeNoMemory) {
   HapticLoop loop({}, {});
   TissuePatch patch = testing::synthetic_patch(loop.state(), 8);
   patch.bodies[0].w_bar(0, 0)(0, 0) = -1;
+  patch.bodies[0].condense();
   StylusPose hub;
   hub.position.y() = 1.0;  // limited base motion, failed solve
   EXPECT_EQ(allocations_in_steps(loop, hub, patch), 0);

@@ -77,6 +77,7 @@ inline void lay_synthetic_body(BodyPatch& body, const NeedleState& needle, int c
     }
   }
   body.set_w_bar(w_bar);
+  body.condense();
 }
 
 /// A patch with one such body.

@@ -424,6 +424,7 @@ void survives_poison(HapticLoop loop, const StylusPose& rest, TissuePatch& patch
       if (poison == Poison::own_compliance) body.w_bar(node, node)(2, 2) = inf;
       if (poison == Poison::shared_compliance) body.w_bar(node, 0)(1, 2) = body.w_bar(0, node)(2, 1) = nan;
       if (poison == Poison::not_positive) body.w_bar(node, node)(1, 1) = -1;
+      body.condense();
 
       HapticLoop held = loop;
       const NeedleState& s = held.step(rest, kDt, poisoned);
@@ -459,6 +460,7 @@ void survives_poison(HapticLoop loop, const StylusPose& rest, TissuePatch& patch
 
       body.free_positions = patch.bodies[0].free_positions;
       body.w_bar_values = patch.bodies[0].w_bar_values;
+      body.contact_values = patch.bodies[0].contact_values;
     }
   }
   std::printf("%d of %d spoilt patches refused\n", refused, tried);

@@ -156,6 +156,7 @@ private:
       }
       body.contacts[c] = contacts_[c];
     }
+    body.condense();
   }
 
   std::mt19937 random_;

@@ -47,8 +47,8 @@ public:
     }
   }
 
-  void load(const TissuePatch& patch) {
-    points_.load(patch);
+  void load(const TissuePatch& patch) { points_.load(patch); }
+  void place_rows() {
     for (int i = 0; i < points_.count(); ++i) {
       const auto c = static_cast<std::size_t>(i);
       contacts_[c] = physics::lateral_contact(i, 2 * i, shaft_, points_.contact(i).directions);
@@ -107,6 +107,7 @@ public:
       patches_.update();
       kernels_.load(patches_.front());
     });
+    kernels_.place_rows();
     if (!timed) return;
     update_rotations(simulation_.model(0), simulation_.tissue().positions[0], rotations_);
     timing_.simulation_exchange.time([&] { hand_over(); });
