@@ -11,8 +11,10 @@ namespace stylet::validation {
 using physics::NeedleContact;
 
 Monolithic::Monolithic(const bench::ReferenceInsertion& insertion, const physics::StylusPose& hub,
-                       const physics::NeedleState& state)
-    : hub_(hub),
+                       const physics::NeedleState& state, ShaftCurve curve)
+    : curve_(curve),
+      beam_length_(insertion.needle.length / insertion.needle.beams),
+      hub_(hub),
       needle_(insertion.needle, {}),
       shape_(physics::straight_needle(insertion.needle, hub_)),
       body_(insertion.body()),
@@ -31,6 +33,62 @@ Eigen::Vector3d Monolithic::support_reaction() const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const int n : body_.fixed_nodes) sum += forces.segment<3>(3 * n);
   return sum;
+}
+
+Monolithic::OnShaft Monolithic::nearest_edge(const Eigen::Vector3d& x) const {
+  OnShaft at;
+  double nearest = 1e300;
+  for (int b = 0; b + 1 < shape_.node_count; ++b) {
+    const Eigen::Vector3d p = shape_.positions.col(b);
+    const Eigen::Vector3d e = shape_.positions.col(b + 1) - p;
+    const double u = std::min(1.0, std::max(0.0, (x - p).dot(e) / e.squaredNorm()));
+    if ((p + u * e - x).norm() >= nearest) continue;
+    nearest = (p + u * e - x).norm();
+    at.first = b;
+    at.share = {1 - u, u};
+    at.position = p + u * e;
+    at.slope = e;
+  }
+  return at;
+}
+
+// Hermite's cubic by its definition: positions and slopes (the tangents times the rest length) at both ends.
+Monolithic::OnShaft Monolithic::cubic_at(double s) const {
+  OnShaft at;
+  at.first = std::min(std::max(static_cast<int>(s), 0), shape_.node_count - 2);
+  const double u = s - at.first;
+  Eigen::Matrix<double, 3, 2> x;
+  for (int end = 0; end < 2; ++end) {
+    x.col(end) = shape_.positions.col(at.first + end);
+    at.arm.col(end) = beam_length_ * (shape_.orientation(at.first + end) * Eigen::Vector3d::UnitZ());
+  }
+  const Eigen::Vector2d slope_share(6 * u * u - 6 * u, 6 * u - 6 * u * u);
+  const Eigen::Vector2d slope_arm(3 * u * u - 4 * u + 1, 3 * u * u - 2 * u);
+  at.slope = x * slope_share + at.arm * slope_arm;
+  at.share = {2 * u * u * u - 3 * u * u + 1, 3 * u * u - 2 * u * u * u};
+  at.arm.col(0) *= u * u * u - 2 * u * u + u;
+  at.arm.col(1) *= u * u * u - u * u;
+  at.position = x * at.share + at.arm.rowwise().sum();
+  return at;
+}
+
+// The nearest of many points, then bisection of what lies ahead of the curve's normal plane.
+Monolithic::OnShaft Monolithic::nearest_on_cubic(const Eigen::Vector3d& x) const {
+  constexpr int kPointsPerBeam = 32;
+  const double end = shape_.node_count - 1;
+  double best = 0;
+  for (int i = 1; i <= kPointsPerBeam * (shape_.node_count - 1); ++i) {
+    const double s = double(i) / kPointsPerBeam;
+    if ((cubic_at(s).position - x).norm() < (cubic_at(best).position - x).norm()) best = s;
+  }
+  double low = std::max(0.0, best - 1.0 / kPointsPerBeam);
+  double high = std::min(end, best + 1.0 / kPointsPerBeam);
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    const OnShaft at = cubic_at(middle);
+    (at.slope.dot(x - at.position) > 0 ? low : high) = middle;
+  }
+  return cubic_at((low + high) / 2);
 }
 
 double Monolithic::newton() {
@@ -66,32 +124,21 @@ double Monolithic::newton() {
     const auto& tet = body_.mesh.tets[std::size_t(contact.tet)];
     Eigen::Vector3d x = Eigen::Vector3d::Zero();
     for (int a = 0; a < 4; ++a) x += contact.barycentric[a] * tissue_.segment<3>(3 * tet[std::size_t(a)]);
-    // Nearest edge of the needle.
-    int beam = 0;
-    double fraction = 0;
-    double nearest = 1e300;
-    for (int b = 0; b + 1 < shape_.node_count; ++b) {
-      const Eigen::Vector3d p = shape_.positions.col(b);
-      const Eigen::Vector3d e = shape_.positions.col(b + 1) - p;
-      const double u = std::min(1.0, std::max(0.0, (x - p).dot(e) / e.squaredNorm()));
-      if ((p + u * e - x).norm() < nearest) {
-        nearest = (p + u * e - x).norm();
-        beam = b;
-        fraction = u;
-      }
-    }
-    const Eigen::Vector3d on_shaft =
-        (1 - fraction) * shape_.positions.col(beam) + fraction * shape_.positions.col(beam + 1);
-    const Eigen::Vector3d edge = (shape_.positions.col(beam + 1) - shape_.positions.col(beam)).normalized();
+    const OnShaft at = curve_ == ShaftCurve::cubic ? nearest_on_cubic(x) : nearest_edge(x);
+    const Eigen::Vector3d edge = at.slope.normalized();
     const Eigen::Vector3d n1 = edge.unitOrthogonal();
     const Eigen::Vector3d normals[2] = {n1, edge.cross(n1)};
     for (int d = 0; d < 2; ++d) {
       const Eigen::Index row = 2 * c + d;
       const Eigen::RowVector3d n = normals[d].transpose();
-      if (beam > 0) h_n.block<1, 3>(row, 6 * (beam - 1)) = (1 - fraction) * n;
-      h_n.block<1, 3>(row, 6 * beam) = fraction * n;
+      for (int end = 0; end < 2; ++end) {
+        if (at.first + end == 0) continue;  // prescribed
+        const int dof = 6 * (at.first + end - 1);
+        h_n.block<1, 3>(row, dof) = at.share[end] * n;
+        h_n.block<1, 3>(row, dof + 3) = at.arm.col(end).cross(normals[d]).transpose();  // n . (w x arm)
+      }
       for (int a = 0; a < 4; ++a) h_v.block<1, 3>(row, 3 * tet[std::size_t(a)]) = -contact.barycentric[a] * n;
-      right[free_beam + n_tissue + row] = -n.dot(on_shaft - x);
+      right[free_beam + n_tissue + row] = -n.dot(at.position - x);
     }
   }
   const Eigen::MatrixXd h_free = h_v(Eigen::all, dense_.free_dofs());
@@ -111,8 +158,9 @@ double Monolithic::newton() {
 }
 
 Distance distance_from_equilibrium(const bench::ReferenceInsertion& insertion, const physics::StylusPose& hub,
-                                   const physics::NeedleState& needle, const Eigen::Matrix3Xd& tissue) {
-  Monolithic exact(insertion, hub, needle);
+                                   const physics::NeedleState& needle, const Eigen::Matrix3Xd& tissue,
+                                   ShaftCurve curve) {
+  Monolithic exact(insertion, hub, needle, curve);
   Distance distance;
   distance.newton = exact.solve();
   const Eigen::MatrixXd nodes = needle.positions.leftCols(needle.node_count);

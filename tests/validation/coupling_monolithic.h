@@ -12,6 +12,10 @@
 
 namespace stylet::validation {
 
+/// The shaft between two nodes of the needle: a straight edge (the paper), or the cubic with the nodes' own tangents
+/// (coupling `stylet`).
+enum class ShaftCurve { straight, cubic };
+
 /// Newton's method on the saddle-point system
 ///   [A_n  0  H_n^T; 0  K  H_v^T; H_n  H_v  0],
 /// for the contact points of a NeedleState. The coupling and the tissue are written anew here; of the needle only its
@@ -21,7 +25,7 @@ public:
   /// @param hub    pose of the base, prescribed
   /// @param state  whose contacts (tetrahedron, barycentric weights) tie needle and tissue; bilateral, exact
   Monolithic(const bench::ReferenceInsertion& insertion, const physics::StylusPose& hub,
-             const physics::NeedleState& state);
+             const physics::NeedleState& state, ShaftCurve curve = ShaftCurve::straight);
 
   /// @return length of the last Newton step, m and rad; the solution is reached where it is below 1e-12
   double solve();
@@ -32,8 +36,22 @@ public:
   Eigen::Vector3d support_reaction() const;
 
 private:
+  /// The point of the shaft nearest to a tissue point: r = sum of share[i] x_i + arm[i], where arm[i] turns with node
+  /// first + i.
+  struct OnShaft {
+    int first = 0;
+    Eigen::Vector2d share = Eigen::Vector2d::Zero();
+    Eigen::Matrix<double, 3, 2> arm = Eigen::Matrix<double, 3, 2>::Zero();  // m
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    Eigen::Vector3d slope = Eigen::Vector3d::Zero();  // not unit
+  };
+  OnShaft nearest_edge(const Eigen::Vector3d& x) const;
+  OnShaft cubic_at(double beams_from_hub) const;
+  OnShaft nearest_on_cubic(const Eigen::Vector3d& x) const;
   double newton();
 
+  ShaftCurve curve_;
+  double beam_length_;
   physics::StylusPose hub_;
   physics::Needle needle_;
   physics::NeedleShape shape_;
@@ -54,6 +72,7 @@ struct Distance {
 
 /// @param tissue  positions of the body's nodes as the simulation loop has them [3 x nodes], m
 Distance distance_from_equilibrium(const bench::ReferenceInsertion& insertion, const physics::StylusPose& hub,
-                                   const physics::NeedleState& needle, const Eigen::Matrix3Xd& tissue);
+                                   const physics::NeedleState& needle, const Eigen::Matrix3Xd& tissue,
+                                   ShaftCurve curve = ShaftCurve::straight);
 
 }  // namespace stylet::validation
