@@ -48,6 +48,7 @@ Report paper_table2(std::span<const TissueTiming> meshes) {
     report.add(at_most(name("x_iso"), mesh.x_iso.median(), "us", 2, reference(&PaperColumn::x_iso)));
     report.add(at_most(name("synchronisation.simulation"), mesh.simulation_exchange.median(), "us", 100,
                        reference(&PaperColumn::synchronisation)));
+    report.add({name("w_bar"), mesh.w_bar.median(), "us", {}, {}, {}});
     report.add(at_most(name("synchronisation.haptic"), mesh.haptic_exchange.median(), "us", 5,
                        reference(&PaperColumn::synchronisation)));
     report.add({name("haptic_step"), mesh.haptic_step.median(), "us", {}, {}, {}});

@@ -8,8 +8,9 @@
 
 namespace stylet::bench {
 
-/// table2.<nodes>.isodofs, .w_v, .x_iso, .synchronisation.simulation, .synchronisation.haptic, .haptic_step: medians,
-/// us; table2.haptic_step.ratio: the largest mesh over the smallest.
+/// table2.<nodes>.isodofs, .w_v, .x_iso, .synchronisation.simulation, .w_bar, .synchronisation.haptic, .haptic_step:
+/// medians, us; table2.haptic_step.ratio: the largest mesh over the smallest. What the simulation loop does to hand a
+/// step over is .synchronisation.simulation, with W_bar left out, and .w_bar, which writes it in place.
 Report paper_table2(std::span<const TissueTiming> meshes);
 
 /// isodofs.<nodes>.row_solves, .from_scratch, .incremental, .unchanged: medians, us; .gain: row_solves over

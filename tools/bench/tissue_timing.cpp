@@ -3,6 +3,7 @@
 #include "physics/contact/delassus.h"
 #include "physics/contact/tissue_points.h"
 #include "physics/loops/latest_value.h"
+#include "physics/loops/tissue_patch.h"
 #include "physics/tissue/blas.h"
 #include "physics/tissue/corotational.h"
 
@@ -81,6 +82,7 @@ public:
         haptic_({.needle = insertion.needle, .base = {}, .relative_compliance = 0}, insertion.base(0)),
         kernels_(insertion.needle, insertion.base(0), 1 / insertion.haptic_hz),
         patches_(simulation_.make_patch()),
+        exchanged_(simulation_.make_patch().bodies[0]),
         rotations_(simulation_.model(0).tets.size(), Eigen::Quaterniond::Identity()) {
     timing.nodes = simulation_.model(0).node_count();
   }
@@ -111,6 +113,8 @@ public:
     if (!timed) return;
     update_rotations(simulation_.model(0), simulation_.tissue().positions[0], rotations_);
     timing_.simulation_exchange.time([&] { hand_over(); });
+    timing_.w_bar.time([&] { fill_compliance(); });
+    exchanged_.publish();
   }
 
   void haptic_steps() {
@@ -142,7 +146,7 @@ private:
 
   /// What a simulation step does to hand its state over, W_bar aside: a patch is filled in place inside step(), so
   /// the same is done here into a patch of its own: positions and rotations of the isolated nodes, contacts,
-  /// tetrahedra, surfaces ahead of the tip, and the swap of the buffer.
+  /// tetrahedra, surfaces ahead of the tip. The swap of the buffer behind both parts is one atomic exchange.
   void hand_over() {
     const physics::TissueModel& model = simulation_.model(0);
     const Eigen::Matrix3Xd& positions = simulation_.tissue().positions[0];
@@ -165,7 +169,12 @@ private:
     const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
     crossings_.clear();
     model.topology.crossings(positions, tip, axis, physics::SimulationLoopSettings{}.interface_range, crossings_);
-    exchanged_.publish();
+  }
+
+  /// The rest: W_bar of the nodes handed over, in place, and of their contacts.
+  void fill_compliance() {
+    fill_w_bar(simulation_.worker().latest().bodies[0].isolated, exchanged_.back());
+    exchanged_.back().condense();
   }
 
   ReferenceInsertion insertion_;

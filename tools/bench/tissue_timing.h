@@ -28,6 +28,7 @@ struct TissueTiming {
   Samples haptic_step;
   // Simulation side.
   Samples simulation_exchange;  ///< needle state in, patch out, without W_bar; 12 to 16 rows
+  Samples w_bar;                ///< W_bar of that patch written in place, and condensed onto its contacts
   Samples step_alone;           ///< SimulationLoop::step() with 16 rows, no other thread
   Samples step_with_worker;     ///< the same beside the factorisation worker, as in a session
   Samples factorisation;        ///< FactorisationWorker::step()
