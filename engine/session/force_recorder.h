@@ -15,7 +15,8 @@ public:
 
   void haptic_stepped(const HapticStepRecord& record, const physics::NeedleState& needle) override {
     const Eigen::Vector3d axis = needle.orientations.front() * Eigen::Vector3d::UnitZ();
-    trace_.add(record.time_s, needle.positions.col(0), axis, insertion_depth(needle_, needle), needle.wrench.force);
+    trace_.add(record.time_s, needle.positions.col(0), axis, insertion_depth(needle_, needle), needle.wrench.force,
+               needle.hand_work);
   }
 
   const ForceTrace& trace() const { return trace_; }

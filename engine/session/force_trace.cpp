@@ -53,7 +53,8 @@ ForceTrace::ForceTrace(std::size_t capacity, int every) : capacity_(capacity), e
 }
 
 bool ForceTrace::add(double time_s, const Eigen::Vector3d& hub, const Eigen::Vector3d& needle_axis, double depth,
-                     const Eigen::Vector3d& force) {
+                     const Eigen::Vector3d& force, double work) {
+  least_work_ = std::min(least_work_, work);
   if (seen_++ % static_cast<std::size_t>(every_) != 0) return true;
   if (samples_.size() >= capacity_) {
     ++dropped_;
@@ -65,13 +66,15 @@ bool ForceTrace::add(double time_s, const Eigen::Vector3d& hub, const Eigen::Vec
                       .depth = depth,
                       .force = force,
                       .axial = -along,
-                      .lateral = (force - along * needle_axis).norm()});
+                      .lateral = (force - along * needle_axis).norm(),
+                      .work = work});
   return true;
 }
 
 ForceSummary ForceTrace::summary() const {
   ForceSummary out;
   out.samples = samples_.size();
+  out.least_work = least_work_;
   if (samples_.empty()) return out;
   out.duration_s = samples_.back().time_s - samples_.front().time_s;
   out.peak_force_time_s = samples_.front().time_s;
@@ -99,14 +102,14 @@ void write_force_csv(const std::filesystem::path& path, const ForceTrace& trace,
   const auto out = std::back_inserter(text);
   fmt::format_to(out,
                  "time_s,hub_x_m,hub_y_m,hub_z_m,depth_m,force_x_n,force_y_n,force_z_n,force_axial_n,"
-                 "force_lateral_n,event\r\n");
+                 "force_lateral_n,work_j,event\r\n");
   for (const ForceSample& s : trace.samples()) {
     std::string names;
     for (; next != coming.end() && next->time_s <= s.time_s; ++next) {
       names += (names.empty() ? "" : "; ") + next->name;
     }
-    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}\r\n", s.time_s, s.hub.x(), s.hub.y(), s.hub.z(), s.depth,
-                   s.force.x(), s.force.y(), s.force.z(), s.axial, s.lateral,
+    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{}\r\n", s.time_s, s.hub.x(), s.hub.y(), s.hub.z(), s.depth,
+                   s.force.x(), s.force.y(), s.force.z(), s.axial, s.lateral, s.work,
                    names.empty() ? names : csv_field(names));
   }
   std::FILE* file = std::fopen(path.c_str(), "wb");

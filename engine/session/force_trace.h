@@ -21,6 +21,7 @@ struct ForceSample {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< on the hand, N
   double axial = 0;                                 ///< N, positive: pushes the needle out, against insertion
   double lateral = 0;                               ///< N, norm of the part across the needle
+  double work = 0;                                  ///< of the hand on the needle since the start, J
 };
 
 /// The main figures.
@@ -33,6 +34,9 @@ struct ForceSummary {
   double peak_lateral = 0;  ///< N
   double max_depth = 0;     ///< m
   double max_jump = 0;      ///< N, greatest |F(k+1) - F(k)| between neighbouring samples kept
+  /// J, the least that the hand had done at any step, kept or not; 0 at the start. Below zero is energy given to a
+  /// hand that had not put it in: made by the coupling, where nothing else (breathing) moves the tissue.
+  double least_work = 0;
 };
 
 /// A named moment to mark in figures.
@@ -49,10 +53,11 @@ public:
   explicit ForceTrace(std::size_t capacity, int every = 1);
 
   /// @param needle_axis  unit, from hub to tip
+  /// @param work         physics::NeedleState::hand_work, J
   /// @return false when the capacity is used up (the sample is counted in dropped())
   /// @realtime no allocation; one thread
   bool add(double time_s, const Eigen::Vector3d& hub, const Eigen::Vector3d& needle_axis, double depth,
-           const Eigen::Vector3d& force);
+           const Eigen::Vector3d& force, double work = 0);
 
   std::span<const ForceSample> samples() const { return samples_; }
   std::size_t dropped() const { return dropped_; }
@@ -63,6 +68,7 @@ private:
   int every_;
   std::size_t seen_ = 0;
   std::size_t dropped_ = 0;
+  double least_work_ = 0;
   std::vector<ForceSample> samples_;
 };
 

@@ -55,6 +55,7 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
       {"peak_axial_force_n", report.force.peak_axial},
       {"peak_lateral_force_n", report.force.peak_lateral},
       {"max_depth_m", report.force.max_depth},
+      {"least_work_j", report.force.least_work},
       {"state_hash", hash_text(report.state_hash)},
       {"blas", report.blas},
       {"gpu", report.gpu},

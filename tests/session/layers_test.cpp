@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -23,6 +24,7 @@ struct Felt {
   std::vector<PunctureEvent> punctures;
   std::vector<ForceSample> force;
   RunStatistics run;
+  ForceSummary summary;
   double closest = 0;
 };
 
@@ -36,6 +38,7 @@ Felt feel(content::Scene scene, double haptic_hz) {
   felt.run = session.run_in_lockstep();
   felt.punctures = punctures(read_recording(path));
   felt.force.assign(session.force().samples().begin(), session.force().samples().end());
+  felt.summary = session.force().summary();
   felt.closest = session.closest_target_distance();
   return felt;
 }
@@ -79,6 +82,31 @@ TEST(Layers, EachIsBrokenThroughInOrderAtItsOwnForce) {
   }
   EXPECT_EQ(felt.run.needle_flags, 0U);
   EXPECT_LT(felt.closest, tests::kTumourRadius);
+}
+
+// The passivity observer. Nothing but the hand moves this patient: what comes back is less than what was put in.
+TEST(Layers, TheHandIsNeverGivenMoreThanItPutIn) {
+  const Felt felt = feel(tests::layered_scene(), 1000);
+  double most = 0, least = 0;
+  for (const ForceSample& s : felt.force) {
+    most = std::max(most, s.work);
+    least = std::min(least, s.work);
+  }
+  std::printf("work of the hand: %.2f mJ at most, %.3e mJ at least, %.2f mJ at the end\n", 1e3 * most, 1e3 * least,
+              1e3 * felt.force.back().work);
+  EXPECT_GT(most, 5e-3);
+  EXPECT_GE(felt.summary.least_work, -1e-9 * most);  // rounding
+  EXPECT_EQ(felt.summary.least_work, least);
+  // Anew from what is in the file: force and hub; the needle is not turned.
+  double work = 0, furthest = 0;
+  for (std::size_t i = 1; i < felt.force.size(); ++i) {
+    const ForceSample &a = felt.force[i - 1], &b = felt.force[i];
+    work -= 0.5 * (a.force + b.force).dot(b.hub - a.hub);
+    furthest = std::max(furthest, std::abs(work - b.work));
+  }
+  EXPECT_LT(furthest, 1e-2 * most);
+  const SessionReport report{.force = felt.summary};
+  EXPECT_EQ(to_json(report)["least_work_j"], felt.summary.least_work);
 }
 
 TEST(Layers, AtFourKilohertzTheSameLayersAreFelt) {

@@ -26,7 +26,7 @@ ForceTrace insertion(int samples = 4000) {
   ForceTrace trace(static_cast<std::size_t>(samples));
   const Eigen::Vector3d axis = Eigen::Vector3d(0.3, -0.2, -0.9).normalized();
   const Eigen::Vector3d across = Eigen::Vector3d(0.2, 0.3, 0).normalized();  // axis.dot(across) = 0
-  double last = 0;
+  double last = 0, work = 0;
   for (int i = 0; i < samples; ++i) {
     const double t = 12.0 * i / samples;
     const double depth = std::max(0.0, t < 6   ? 0.012 * (t - 1)
@@ -36,7 +36,8 @@ ForceTrace insertion(int samples = 4000) {
     last = depth;
     const double friction = depth > 0 ? std::copysign(0.2 + 8 * depth, speed) : 0;
     const double axial = 6 * depth + friction + 0.02 * std::sin(40 * t);
-    trace.add(t, axis * depth, axis, depth, -axial * axis + 0.9 * std::sin(0.9 * t) * (depth > 0) * across);
+    work += axial * speed;
+    trace.add(t, axis * depth, axis, depth, -axial * axis + 0.9 * std::sin(0.9 * t) * (depth > 0) * across, work);
   }
   return trace;
 }
@@ -67,6 +68,16 @@ TEST(ForceTrace, SummaryHoldsTheGreatestOfEach) {
   EXPECT_EQ(ForceTrace(3).summary().peak_force, 0);
 }
 
+TEST(ForceTrace, LeastWorkIsOfAllStepsAlsoThoseNotKept) {
+  ForceTrace trace(2, 2);  // steps 0 and 2 are kept, 4 does not fit
+  for (const double work : {0.1, 0.02, 0.3, 0.2, 0.4}) trace.add(0, {}, {0, 0, 1}, 0, {0, 0, 0}, work);
+  EXPECT_EQ(trace.summary().least_work, 0) << "nothing was done before the start";
+  trace.add(0, {}, {0, 0, 1}, 0, {0, 0, 0}, -0.005);
+  trace.add(0, {}, {0, 0, 1}, 0, {0, 0, 0}, -0.001);
+  EXPECT_EQ(trace.summary().least_work, -0.005);
+  EXPECT_EQ(trace.samples()[1].work, 0.3);
+}
+
 TEST(ForceTrace, KeepsOneInSoManyAndCountsWhatDoesNotFit) {
   ForceTrace trace(5, 10);
   int refused = 0;
@@ -89,13 +100,13 @@ TEST(ForceCsv, ReadsBackToTheSameBits) {
   ASSERT_TRUE(std::getline(file, line));
   EXPECT_EQ(line,
             "time_s,hub_x_m,hub_y_m,hub_z_m,depth_m,force_x_n,force_y_n,force_z_n,force_axial_n,force_lateral_n,"
-            "event\r");
+            "work_j,event\r");
   for (const ForceSample& s : trace.samples()) {
     ASSERT_TRUE(std::getline(file, line));
     ASSERT_EQ(line.back(), '\r');
     std::istringstream fields(line);
     for (const double expected : {s.time_s, s.hub.x(), s.hub.y(), s.hub.z(), s.depth, s.force.x(), s.force.y(),
-                                  s.force.z(), s.axial, s.lateral}) {
+                                  s.force.z(), s.axial, s.lateral, s.work}) {
       std::string field;
       ASSERT_TRUE(std::getline(fields, field, ','));
       ASSERT_EQ(std::strtod(field.c_str(), nullptr), expected);
