@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 
 namespace stylet::content {
 
@@ -28,20 +29,35 @@ fs::path content_directory() {
                                  source.string()));
 }
 
+namespace {
+
+/// Nothing where the file says that it is of another kind.
+std::optional<ScenarioEntry> scenario_entry(const fs::path& path) {
+  const std::string stem = path.stem().string();
+  try {
+    JsonFile file(path);
+    if (file.tree().is_object()) {
+      const auto format = file.tree().find("format");
+      if (format != file.tree().end() && format->is_string() && *format != "stylet-scenario") return std::nullopt;
+    }
+    JsonObject root = file.root("stylet-scenario", 1);
+    const std::string name = root.text("name");
+    const std::string title = root.text("title", name);
+    file.throw_problems();
+    return ScenarioEntry{path, name, title, {}};
+  } catch (const ContentError& error) {
+    return ScenarioEntry{path, stem, stem, error.what()};
+  }
+}
+
+}  // namespace
+
 std::vector<ScenarioEntry> list_scenarios(const fs::path& folder) {
   std::vector<ScenarioEntry> entries;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().extension() != ".json") continue;
-    try {
-      JsonFile file(entry.path());
-      JsonObject root = file.root("stylet-scenario", 1);
-      const std::string name = root.text("name");
-      entries.push_back({entry.path(), name, root.text("title", name)});
-      if (!file.problems().empty()) entries.pop_back();
-    } catch (const ContentError&) {
-      continue;  // `validate` says what is wrong with it
-    }
+  for (const auto& file : fs::directory_iterator(folder, error)) {
+    if (file.path().extension() != ".json") continue;
+    if (auto entry = scenario_entry(file.path())) entries.push_back(std::move(*entry));
   }
   std::sort(entries.begin(), entries.end(),
             [](const ScenarioEntry& a, const ScenarioEntry& b) { return a.path < b.path; });
@@ -55,7 +71,7 @@ fs::path find_scenario(const std::string& path_or_name) {
   std::vector<std::string> names;
   for (const ScenarioEntry& entry : entries) {
     if (entry.name == path_or_name || entry.path.stem() == path_or_name) return entry.path;
-    names.push_back(entry.name);
+    if (entry.unreadable_because.empty()) names.push_back(entry.name);
   }
   throw ContentError(
       fmt::format("{}: there is no such file or scenario; name one of: {}", path_or_name, fmt::join(names, ", ")));

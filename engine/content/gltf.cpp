@@ -214,15 +214,18 @@ private:
 
   void annotate_node(std::size_t index, GltfOrgan& organ) {
     const auto* extras = extras_of("nodes", index);
-    if (extras == nullptr || !extras->contains("organ") || !(*extras)["organ"].is_object()) return;
-    JsonObject object = document_.object_at(fmt::format("/nodes/{}/extras/organ", index));
+    if (extras == nullptr || !extras->contains("organ")) return;
+    const std::string pointer = fmt::format("/nodes/{}/extras/organ", index);
+    if (!(*extras)["organ"].is_object()) {
+      add_unknown({document_.line(pointer, "is not an object; write {\"id\": ...}")});
+      return;
+    }
+    JsonObject object = document_.object_at(pointer);
     organ.organ.id = object.text("id", "");
     organ.organ.role = object.choice("role", {"boundary", "region", "vessel", "target", "visual", "ignore"}, "");
     organ.organ.body = object.text("body", "");
     organ.organ.deformable = object.boolean("deformable", false);
-    for (const std::string& key : object.unknown_keys()) {
-      warn(fmt::format("nodes/{}/extras/organ/{}", index, key), "is not a known key; it is ignored");
-    }
+    add_unknown(object.unknown_keys());
   }
 
   void annotate_material(int index, GltfOrgan& organ) {
@@ -237,9 +240,23 @@ private:
     }
     const auto* extras = extras_of("materials", static_cast<std::size_t>(index));
     if (extras == nullptr) return;
-    if (extras->contains("tissue") && (*extras)["tissue"].is_object()) {
-      organ.tissue = read_tissue_annotation(document_.object_at(fmt::format("/materials/{}/extras/tissue", index)),
-                                            scene_.warnings);
+    if (!extras->contains("tissue")) return;
+    const std::string pointer = fmt::format("/materials/{}/extras/tissue", index);
+    std::vector<std::string> unknown;
+    if ((*extras)["tissue"].is_object()) {
+      organ.tissue = read_tissue_annotation(document_.object_at(pointer), unknown);
+    } else {
+      unknown.push_back(document_.line(pointer, "is not an object; write {\"preset\": ...}"));
+    }
+    add_unknown(unknown);
+  }
+
+  /// Once each: nodes share materials.
+  void add_unknown(const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) {
+      if (known_unknowns_.size() < 100 && known_unknowns_.insert(line).second) {
+        scene_.unknown_annotations.push_back(line);
+      }
     }
   }
 
@@ -271,6 +288,7 @@ private:
   std::vector<bool> visited_;
   std::size_t instances_ = 0;
   std::size_t elements_ = 0;
+  std::set<std::string> known_unknowns_;
   GltfScene scene_;
 };
 

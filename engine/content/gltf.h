@@ -62,6 +62,9 @@ struct GltfOrgan {
 struct GltfScene {
   std::vector<GltfOrgan> organs;      ///< in the order of the node graph, depth first
   std::vector<std::string> warnings;  ///< one line each
+  /// What extras.organ and extras.tissue hold that no reader knows, one line each. A scenario refuses it; elsewhere
+  /// it is worth a warning: other programs write their own keys.
+  std::vector<std::string> unknown_annotations;
 };
 
 /// Reads a file; external buffers only from its own folder. @throws ContentError

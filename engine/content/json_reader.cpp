@@ -176,7 +176,11 @@ JsonObject JsonFile::root(std::string_view format, int version) {
 }
 
 void JsonFile::add_problem(const std::string& pointer, const std::string& what) {
-  problems_.push_back(fmt::format("{}:{}: {}", path_.string(), pointer.empty() ? "/" : pointer, what));
+  problems_.push_back(line(pointer, what));
+}
+
+std::string JsonFile::line(const std::string& pointer, const std::string& what) const {
+  return fmt::format("{}:{}: {}", path_.string(), pointer.empty() ? "/" : pointer, what);
 }
 
 void JsonFile::throw_problems() const {
@@ -416,21 +420,28 @@ std::vector<std::pair<std::string, JsonObject>> JsonObject::entries() {
   return out;
 }
 
-std::vector<std::string> JsonObject::unknown_keys() const {
-  std::vector<std::string> unknown;
-  if (value_ == nullptr) return unknown;
-  for (const auto& [key, value] : value_->items()) {
-    if (!asked_.contains(key)) unknown.push_back(printable(key));
+template <typename Found>
+void JsonObject::each_unknown_key(Found&& found) const {
+  if (value_ == nullptr) return;
+  for (const auto& [name, value] : value_->items()) {
+    if (asked_.contains(name)) continue;
+    const std::string key = printable(name);
+    const std::string close = nearest(key, asked_);
+    found(key, close.empty() ? fmt::format("is not a known key; remove it (known: {})", fmt::join(asked_, ", "))
+                             : fmt::format("is not a known key; did you mean \"{}\"?", close));
   }
-  return unknown;
+}
+
+std::vector<std::string> JsonObject::unknown_keys() const {
+  std::vector<std::string> lines;
+  each_unknown_key([&](const std::string& key, const std::string& what) {
+    lines.push_back(file_->line(pointer_ + "/" + escaped(key), what));
+  });
+  return lines;
 }
 
 void JsonObject::finish() {
-  for (const std::string& key : unknown_keys()) {
-    const std::string close = nearest(key, asked_);
-    problem(key, close.empty() ? fmt::format("is not a known key; remove it (known: {})", fmt::join(asked_, ", "))
-                               : fmt::format("is not a known key; did you mean \"{}\"?", close));
-  }
+  each_unknown_key([&](const std::string& key, const std::string& what) { problem(key, what); });
 }
 
 }  // namespace stylet::content

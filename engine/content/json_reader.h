@@ -71,6 +71,8 @@ public:
   const std::filesystem::path& path() const { return path_; }
   /// Adds "file:pointer: what".
   void add_problem(const std::string& pointer, const std::string& what);
+  /// "file:pointer: what", noted nowhere.
+  std::string line(const std::string& pointer, const std::string& what) const;
   const std::vector<std::string>& problems() const { return problems_; }
   /// @throws ContentError with the first problem, if there is one.
   void throw_problems() const;
@@ -130,7 +132,7 @@ public:
   void problem(const std::string& key, const std::string& what);
   /// Notes every key that was never asked for, with the nearest that was.
   void finish();
-  /// Keys that were never asked for, for readers that only warn.
+  /// The same as lines "file:pointer: what", noted nowhere: for readers that may only warn.
   std::vector<std::string> unknown_keys() const;
 
   const std::string& pointer() const { return pointer_; }
@@ -140,6 +142,9 @@ private:
   JsonObject(JsonFile& file, const nlohmann::json* value, std::string pointer, std::string pattern);
   const nlohmann::json* find(const std::string& key, bool required);
   std::optional<double> checked_number(const nlohmann::json& value, const std::string& key, Range range);
+  /// Calls `found` with the key and what is wrong with it, for every key that was never asked for.
+  template <typename Found>
+  void each_unknown_key(Found&& found) const;
 
   JsonFile* file_;
   const nlohmann::json* value_;  ///< nullptr after a problem: every getter returns its fallback in silence

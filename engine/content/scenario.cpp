@@ -44,12 +44,16 @@ auto read_json(const std::filesystem::path& path, Reader&& reader, Problems& pro
   return result;
 }
 
-std::vector<GltfScene> read_organs(const ScenarioFile& scenario, Problems& problems) {
+std::vector<GltfScene> read_organs(const ScenarioFile& scenario, Problems& problems, Problems& warnings) {
   std::vector<GltfScene> files(scenario.organs.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (scenario.organs[i].path.empty()) continue;
     try {
       files[i] = read_gltf(scenario.organs[i].path);
+      warnings.insert(warnings.end(), files[i].warnings.begin(), files[i].warnings.end());
+      // The file is part of a scenario: a key that nothing reads is a value its author thinks is in use.
+      const Problems& unknown = files[i].unknown_annotations;
+      problems.insert(problems.end(), unknown.begin(), unknown.end());
     } catch (const ContentError& error) {
       problems.emplace_back(error.what());
     }
@@ -170,7 +174,8 @@ std::vector<Target> build_targets(const ScenarioFile& scenario, const std::vecto
 }
 
 /// Everything load_scene() and validate() do. Steps that need sound input are left out after a problem.
-std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgress& progress, Problems& problems) {
+std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgress& progress, Problems& problems,
+                              Problems& warnings) {
   const auto report = [&](const std::string& doing, double share) {
     if (progress) progress(doing, share);
   };
@@ -192,7 +197,7 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
         scenario.motion, [](JsonFile& file) { return read_motion(file); }, problems, kMotionLimits);
   }
   report("reading the organs", 0.02);
-  const std::vector<GltfScene> files = read_organs(scenario, problems);
+  const std::vector<GltfScene> files = read_organs(scenario, problems, warnings);
   if (!problems.empty()) return std::nullopt;
 
   report("checking the surfaces", 0.1);
@@ -235,9 +240,13 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
 }
 
 /// A glTF file on its own: readable, and each annotated organ is what its role asks for.
-void validate_gltf(const std::filesystem::path& path, Problems& problems) {
+void validate_gltf(const std::filesystem::path& path, Problems& problems, Problems& warnings) {
   try {
-    for (const GltfOrgan& organ : read_gltf(path).organs) {
+    const GltfScene file = read_gltf(path);
+    for (const Problems* lines : {&file.warnings, &file.unknown_annotations}) {
+      warnings.insert(warnings.end(), lines->begin(), lines->end());
+    }
+    for (const GltfOrgan& organ : file.organs) {
       if (organ.organ.role == "ignore" || organ.organ.id.empty()) continue;
       try {
         const std::string place = fmt::format("{}:/{}", path.string(), organ.place);
@@ -253,9 +262,11 @@ void validate_gltf(const std::filesystem::path& path, Problems& problems) {
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress) {
+Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress,
+                 std::vector<std::string>* warnings) {
   Problems problems;
-  std::optional<Scene> scene = assemble(scenario, progress, problems);
+  Problems unwanted;
+  std::optional<Scene> scene = assemble(scenario, progress, problems, warnings != nullptr ? *warnings : unwanted);
   if (!problems.empty()) {
     throw ContentError(problems.size() == 1 ? problems.front()
                                             : fmt::format("{} (and {} more; `stylet validate {}` lists them)",
@@ -264,12 +275,15 @@ Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& prog
   return std::move(*scene);
 }
 
-std::vector<std::string> validate(const std::filesystem::path& path, std::optional<Scene>* scene) {
+std::vector<std::string> validate(const std::filesystem::path& path, std::optional<Scene>* scene,
+                                  std::vector<std::string>* warnings) {
   Problems problems;
+  Problems unwanted;
+  Problems& odd = warnings != nullptr ? *warnings : unwanted;
   try {
     const std::string extension = path.extension().string();
     if (extension == ".glb" || extension == ".gltf") {
-      validate_gltf(path, problems);
+      validate_gltf(path, problems, odd);
       return problems;
     }
     std::string format;
@@ -280,7 +294,7 @@ std::vector<std::string> validate(const std::filesystem::path& path, std::option
       }
     }
     if (format == "stylet-scenario") {
-      std::optional<Scene> assembled = assemble(path, {}, problems);
+      std::optional<Scene> assembled = assemble(path, {}, problems, odd);
       if (scene != nullptr) *scene = std::move(assembled);
     } else if (format == "stylet-tissues") {
       read_json(path, read_tissues, problems);

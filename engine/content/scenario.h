@@ -17,21 +17,29 @@ using LoadProgress = std::function<void(const std::string& doing, double share)>
 
 /// Reads a scenario and every file it names, tetrahedralises the deformable bodies, embeds the surfaces and voxelises
 /// the labels. Deterministic: the same files give the same bits.
+/// @param warnings  appended to: what is odd but no reason to refuse, one line each, "file:place: what"
 /// @throws ContentError  the first problem as one line; nothing half-loaded comes out
-Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress = {});
+Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress = {},
+                 std::vector<std::string>* warnings = nullptr);
 
 /// All problems of a content file at once, one line each; empty: it is sound. The kind of file is taken from its
 /// "format" key, or from its bytes for glTF. A scenario is checked with every file it names, and its organs are
 /// tetrahedralised. Never throws for what the file does wrong.
 /// @param scene  filled where the file is a sound scenario
-std::vector<std::string> validate(const std::filesystem::path& path, std::optional<Scene>* scene = nullptr);
+/// @param warnings  appended to, as by load_scene()
+std::vector<std::string> validate(const std::filesystem::path& path, std::optional<Scene>* scene = nullptr,
+                                  std::vector<std::string>* warnings = nullptr);
 
-/// The scenarios (*.json whose "format" is stylet-scenario) of a folder, by file name. Unreadable files are left out.
+/// A *.json of a folder that is a scenario, or was to be one.
 struct ScenarioEntry {
   std::filesystem::path path;
-  std::string name;
-  std::string title;  ///< one line for people
+  std::string name;                ///< the file's, without .json, where it is unreadable
+  std::string title;               ///< one line for people
+  std::string unreadable_because;  ///< one line, "file:place: what is wrong"; empty: it can be read
 };
+
+/// The scenarios of a folder, by file name. Files that say they are another kind ("format") are left out; those that
+/// cannot be read are listed with the cause.
 std::vector<ScenarioEntry> list_scenarios(const std::filesystem::path& folder);
 
 /// The folder with organs, scenarios, tissues, ...: the environment variable STYLET_CONTENT, else
@@ -39,7 +47,8 @@ std::vector<ScenarioEntry> list_scenarios(const std::filesystem::path& folder);
 /// @throws ContentError  none of them is a folder
 std::filesystem::path content_directory();
 
-/// A scenario as a user names it: a path to a file, or the name of one in content_directory()/scenarios.
+/// A scenario as a user names it: a path to a file, or the name of one in content_directory()/scenarios. A file that
+/// cannot be read is found too: reading it says what is wrong.
 /// @throws ContentError  there is neither; the message lists the names there are
 std::filesystem::path find_scenario(const std::string& path_or_name);
 

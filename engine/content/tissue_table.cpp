@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace stylet::content {
@@ -152,8 +153,11 @@ TissueTable read_tissues(JsonFile& file) {
   return read;
 }
 
-TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& warnings) {
+TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& unknown) {
   TissueAnnotation annotation;
+  const auto add_unknown = [&](const JsonObject& object) {
+    for (std::string& line : object.unknown_keys()) unknown.push_back(std::move(line));
+  };
   tissue.integer("version", 1, 1, 1);
   annotation.preset = tissue.text("preset", "");
   for (const std::string_view group : kGroups) {
@@ -163,15 +167,13 @@ TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::stri
       if (key.group != group) continue;
       const std::string name(key.key);
       if (!key.alias.empty()) values->alias(name, std::string(key.alias));
-      if (values->has(name)) annotation.values[name] = values->number(name, key.range);
+      // Asked for even where it is absent: so that a key beside it finds the nearest that is known.
+      const double value = values->number(name, key.range, std::numeric_limits<double>::quiet_NaN());
+      if (!std::isnan(value)) annotation.values[name] = value;
     }
-    for (const std::string& unknown : values->unknown_keys()) {
-      warnings.push_back(fmt::format("{}/{}: is not a known key; it is ignored", values->pointer(), unknown));
-    }
+    add_unknown(*values);
   }
-  for (const std::string& unknown : tissue.unknown_keys()) {
-    warnings.push_back(fmt::format("{}/{}: is not a known key; it is ignored", tissue.pointer(), unknown));
-  }
+  add_unknown(tissue);
   return annotation;
 }
 

@@ -36,8 +36,8 @@ std::span<const TissueKey> tissue_keys();
 /// Reads a tissue table: row 0 is "outside", the others follow by name. Problems go to `file`.
 TissueTable read_tissues(JsonFile& file);
 
-/// Reads the object extras.tissue of a material. Unknown keys become warnings: other tools write their own.
-TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& warnings);
+/// Reads the object extras.tissue of a material. @param[out] unknown  a line for each unknown key, appended
+TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& unknown);
 
 /// Index of the tissue an annotation means: its preset where nothing differs, else a new row named `name`, appended.
 /// -1: there is no such preset.

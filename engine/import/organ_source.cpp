@@ -64,6 +64,7 @@ SourceFile from_gltf(std::span<const std::byte> bytes, const std::filesystem::pa
                           .colour = organ.colour});
   }
   file.warnings = std::move(scene.warnings);
+  file.warnings.insert(file.warnings.end(), scene.unknown_annotations.begin(), scene.unknown_annotations.end());
   return file;
 }
 

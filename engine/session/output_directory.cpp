@@ -47,6 +47,9 @@ OutputDirectory::OutputDirectory(fs::path destination) : destination_(std::move(
   if (fs::exists(destination_, error) && !fs::is_directory(destination_, error)) {
     refuse(destination_, "it is not a folder");
   }
+  if (fs::exists(destination_, error) && ::access(destination_.c_str(), W_OK | X_OK) != 0) {
+    refuse(destination_, "it may not be written to");
+  }
   fs::create_directories(destination_.parent_path(), error);
   if (error) refuse(destination_, error.message());
   const std::string prefix = fmt::format(".{}.partial-", destination_.filename().string());
@@ -70,15 +73,49 @@ void OutputDirectory::keep_only(std::initializer_list<std::string_view> names) {
   for (const fs::path& path : unwanted) fs::remove_all(path, ignored);
 }
 
-void OutputDirectory::commit() {
-  std::error_code error;
-  fs::create_directories(destination_, error);
+void OutputDirectory::supersede(std::vector<std::string> names) {
+  superseded_ = std::move(names);
+}
+
+void OutputDirectory::check_places() const {
   for (const auto& entry : fs::directory_iterator(staging_)) {
     const fs::path to = destination_ / entry.path().filename();
-    if (entry.is_directory()) fs::remove_all(to, error);  // rename() does not replace a folder that is not empty
-    fs::rename(entry.path(), to, error);
-    if (error) refuse(to, error.message());
+    std::error_code none;
+    if (!fs::exists(to, none) || fs::is_directory(to, none) == entry.is_directory()) continue;
+    refuse(to, entry.is_directory() ? "a file of this name is there" : "a folder of this name is there");
   }
+}
+
+void OutputDirectory::remove_superseded(const fs::path& last) {
+  std::error_code error;
+  const auto remove = [&](const fs::path& name) {
+    const fs::path path = destination_ / name;
+    if (fs::is_regular_file(fs::symlink_status(path, error))) fs::remove(path, error);
+  };
+  if (!last.empty()) remove(last);
+  for (const fs::path name : superseded_) {
+    if (name.filename() == name && !fs::exists(staging_ / name, error)) remove(name);
+  }
+}
+
+void OutputDirectory::commit(const fs::path& last) {
+  std::error_code error;
+  fs::create_directories(destination_, error);
+  if (error) refuse(destination_, error.message());
+  check_places();
+  remove_superseded(last);
+  const auto move = [&](const fs::path& from) {
+    const fs::path to = destination_ / from.filename();
+    if (fs::is_directory(from)) fs::remove_all(to, error);  // rename() does not replace a folder that is not empty
+    fs::rename(from, to, error);
+    if (error) refuse(to, error.message());
+  };
+  std::vector<fs::path> staged;
+  for (const auto& entry : fs::directory_iterator(staging_)) {
+    if (entry.path().filename() != last) staged.push_back(entry.path());
+  }
+  for (const fs::path& path : staged) move(path);
+  if (fs::exists(staging_ / last) && !last.empty()) move(staging_ / last);
   fs::remove_all(staging_, error);
   staging_.clear();
 }

@@ -3,13 +3,15 @@
 
 #include <filesystem>
 #include <initializer_list>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace stylet::session {
 
 /// Files are written into a hidden folder beside the destination and moved into it by commit(); without commit()
-/// nothing remains. Files already in the destination that the new result does not name stay. Hidden folders of
-/// processes that were killed are removed by the next one with the same destination.
+/// nothing remains. Files already in the destination stay, but those the new result replaces or supersedes. Hidden
+/// folders of processes that were killed are removed by the next one with the same destination.
 class OutputDirectory {
 public:
   /// Throws content::ContentError where the destination cannot be written.
@@ -23,11 +25,20 @@ public:
   const std::filesystem::path& destination() const { return destination_; }
   /// Drops the staged files but those named.
   void keep_only(std::initializer_list<std::string_view> names);
-  void commit();
+  /// Names of files of an earlier result: commit() removes from the destination those that were not staged again.
+  /// What is no plain name of a file there is left alone.
+  void supersede(std::vector<std::string> names);
+  /// Moves all files, or none where the place of one is taken (a folder of its name). `last`, the file that tells
+  /// what the others are, is taken away first and comes last: while it is there, so are they.
+  /// @throws content::ContentError
+  void commit(const std::filesystem::path& last = {});
 
 private:
+  void check_places() const;
+  void remove_superseded(const std::filesystem::path& last);
   std::filesystem::path destination_;
   std::filesystem::path staging_;
+  std::vector<std::string> superseded_;
 };
 
 }  // namespace stylet::session

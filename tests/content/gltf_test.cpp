@@ -15,6 +15,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 using json = nlohmann::json;
@@ -71,12 +72,23 @@ TEST(Gltf, ReadsGeometryNamesAndAnnotations) {
   EXPECT_NEAR(inspect(organ.mesh).volume, 1e-3 / 6, 1e-9);
 }
 
-TEST(Gltf, UnknownAnnotationKeysWarnAndBadValuesAreErrors) {
+TEST(Gltf, UnknownAnnotationsAreNamedOnceAndBadValuesAreErrors) {
   Glb glb;
   glb.add("a", tetrahedron(), {{"id", "a"}, {"colour_of_the_day", 1}},
-          {{"preset", "liver"}, {"mechanics", {{"yield", 1}}}});
+          {{"preset", "liver"}, {"mechanical", {{"density", 1}}}, {"mechanics", {{"youngModulus", 1}}}});
+  glb.add("b", tetrahedron(), "liver");
+  glb.json["meshes"][1]["primitives"][0]["material"] = 0;  // shared: said once
   const GltfScene scene = read(glb.bytes());
-  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("colour_of_the_day"), HasSubstr("yield")));
+  EXPECT_THAT(scene.warnings, IsEmpty());
+  EXPECT_THAT(
+      scene.unknown_annotations,
+      ElementsAre("a.glb:/nodes/0/extras/organ/colour_of_the_day: is not a known key; remove it (known: body, "
+                  "deformable, id, "
+                  "role)",
+                  "a.glb:/materials/0/extras/tissue/mechanics/youngModulus: is not a known key; did you mean "
+                  "\"youngsModulus\"?",
+                  "a.glb:/materials/0/extras/tissue/mechanical: is not a known key; did you mean \"mechanics\"?",
+                  "a.glb:/nodes/1/extras/organ: is not an object; write {\"id\": ...}"));
 
   glb.json["materials"][0]["extras"]["tissue"]["mechanics"] = {{"poissonsRatio", 0.7}};
   EXPECT_THAT(gltf_error(glb.bytes()),

@@ -255,6 +255,20 @@ INSTANTIATE_TEST_SUITE_P(
             "UnknownPreset", [](auto& s) { s.organs.json["materials"][0]["extras"]["tissue"]["preset"] = "liwer"; },
             "organs.glb:/nodes/0: liver_ball names the tissue \"liwer\", which the tissue table does not have; did "
             "you mean \"liver\"?"},
+        BadScenario{"UnknownTissueGroup",
+                    [](auto& s) {
+                      s.organs.json["materials"][0]["extras"]["tissue"]["mechanical"] = {{"density", 9}};
+                    },
+                    "organs.glb:/materials/0/extras/tissue/mechanical: is not a known key; did you mean "
+                    "\"mechanics\"?"},
+        BadScenario{"UnknownTissueNumber",
+                    [](auto& s) {
+                      s.organs.json["materials"][0]["extras"]["tissue"]["needle"] = {{"zork", 9}};
+                    },
+                    "organs.glb:/materials/0/extras/tissue/needle/zork: is not a known key; remove it (known: "},
+        BadScenario{"UnknownOrganKey",
+                    [](auto& s) { s.organs.json["nodes"][0]["extras"]["organ"]["rolle"] = "vessel"; },
+                    "organs.glb:/nodes/0/extras/organ/rolle: is not a known key; did you mean \"role\"?"},
         BadScenario{"ThickNeedle", [](auto& s) { s.needle["inner_diameter_mm"] = 2; },
                     "needle.json:/inner_diameter_mm: is 2, not smaller than outer_diameter_mm (1.27)"},
         BadScenario{"ConvexWidth", [](auto& s) { s.probe["width_mm"] = 50; },
@@ -335,6 +349,49 @@ TEST(Scenario, EveryKindOfFileCanBeValidatedAlone) {
   small.folder.write("other.json", R"({"format": "something"})");
   EXPECT_THAT(validate(small.folder.path() / "other.json"), ElementsAre(HasSubstr("names no kind of file")));
   EXPECT_THAT(validate(small.folder.path() / "gone.json"), ElementsAre(HasSubstr("there is no such file")));
+}
+
+TEST(Scenario, AnOrganFileByItselfMayHoldMoreThanIsKnown) {
+  SmallScenario small;
+  small.organs.json["nodes"][0]["extras"]["organ"]["rolle"] = "vessel";
+  small.write();
+  std::vector<std::string> warnings;
+  EXPECT_THAT(validate(small.folder.path() / "organs.glb", nullptr, &warnings), IsEmpty());
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("organs.glb:/nodes/0/extras/organ/rolle: is not a known key")));
+}
+
+TEST(Scenario, WhatIsOddButSoundWarnsWhoeverLoadsIt) {
+  SmallScenario small;
+  small.organs.add("marks", test::sphere({0, 0, 0}, 0.01), {{"id", "marks"}, {"role", "ignore"}});
+  small.organs.json["meshes"].back()["primitives"].push_back(small.organs.json["meshes"].back()["primitives"][0]);
+  small.organs.json["meshes"].back()["primitives"].back()["mode"] = 0;
+  std::vector<std::string> loaded;
+  load_scene(small.write(), {}, &loaded);
+  EXPECT_THAT(loaded, ElementsAre(HasSubstr("organs.glb:/meshes/3/primitives/1: is points or lines")));
+  std::vector<std::string> validated;
+  EXPECT_THAT(validate(small.path(), nullptr, &validated), IsEmpty());
+  EXPECT_EQ(validated, loaded);
+}
+
+TEST(Scenario, AMalformedScenarioIsListedWithItsCauseAndFound) {
+  const SmallScenario small;
+  small.write();
+  small.folder.write("broken.json", "{\n \"format\": \"stylet-scenario\",\n \"version\" 1\n}\n");
+  small.folder.write("nameless.json", R"({"format": "stylet-scenario", "version": 1})");
+  const auto entries = list_scenarios(small.folder.path());
+  ASSERT_THAT(entries, SizeIs(3));
+  EXPECT_EQ(entries[0].name, "broken");
+  EXPECT_THAT(entries[0].unreadable_because, HasSubstr("broken.json:3:"));
+  EXPECT_EQ(entries[1].name, "nameless");
+  EXPECT_THAT(entries[1].unreadable_because, HasSubstr("nameless.json:/name: is missing"));
+  EXPECT_EQ(entries[2].unreadable_because, "");
+
+  const support::TemporaryFolder content;
+  std::filesystem::create_directory(content.path() / "scenarios");
+  std::filesystem::copy(small.folder.path() / "broken.json", content.path() / "scenarios" / "broken.json");
+  ASSERT_EQ(::setenv("STYLET_CONTENT", content.path().c_str(), 1), 0);
+  EXPECT_EQ(find_scenario("broken"), content.path() / "scenarios" / "broken.json");
+  ASSERT_EQ(::unsetenv("STYLET_CONTENT"), 0);
 }
 
 TEST(Scenario, ListingFindsScenariosOnly) {

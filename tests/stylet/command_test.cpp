@@ -52,6 +52,8 @@ Outcome run(const std::string& arguments) {
     outcome.output.append(buffer.data(), n);
   const int status = ::pclose(pipe);
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+  // Where the tests ask for the validation layers, the passes of whole sessions answer to them.
+  EXPECT_EQ(outcome.output.find("Vulkan validation"), std::string::npos) << arguments << '\n' << outcome.output;
   return outcome;
 }
 
@@ -170,6 +172,35 @@ TEST_F(Command, RefusesMalformedScenarios) {
   expect_refused(scenario([](json& s) { s["version"] = 99; }).string(), "/version", "");
 }
 
+TEST_F(Command, AMalformedScenarioOfTheContentFolderSaysWhereItIsBroken) {
+  fs::create_directories(folder_ / "content" / "scenarios");
+  folder_.write("content/scenarios/broken.json", "{\n \"format\": \"stylet-scenario\",\n \"version\" 1\n}\n");
+  ASSERT_EQ(::setenv("STYLET_CONTENT", (folder_ / "content").c_str(), 1), 0);
+  expect_refused("broken", "broken.json:3:", "not valid JSON");
+  const Outcome listed = run("train");
+  ASSERT_EQ(::unsetenv("STYLET_CONTENT"), 0);
+  EXPECT_EQ(listed.exit_code, 0);
+  EXPECT_NE(listed.output.find("broken.json:3:"), std::string::npos) << listed.output;
+}
+
+TEST_F(Command, UnknownAnnotationsAreRefusedInAScenarioAndWarnElsewhere) {
+  content::test::Glb glb;
+  glb.add("part", content::test::icosphere({0, 0, 0}, 0.04, 2), {{"id", "part"}, {"rolle", "boundary"}},
+          {{"preset", "liver"}, {"mechanical", {{"young_modulus_pa", 1}}}});
+  const fs::path file = folder_.write("part.glb", glb.bytes());
+  expect_refused(scenario([&](json& s) { s["organs"][0]["file"] = file.string(); }).string(),
+                 "part.glb:/nodes/0/extras/organ/rolle: ", "did you mean \"role\"?");
+  for (const std::string& command : {"validate " + file.string(), "import --list " + file.string()}) {
+    const Outcome outcome = run(command);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    for (const char* place : {"/nodes/0/extras/organ/rolle: ", "/materials/0/extras/tissue/mechanical: "}) {
+      EXPECT_NE(outcome.output.find("stylet: warning: " + file.string() + ":" + place), std::string::npos)
+          << command << '\n'
+          << outcome.output;
+    }
+  }
+}
+
 TEST_F(Command, RefusesNonFiniteNumbers) {
   const fs::path path = scenario([](json&) {});
   std::string text = read_text(path);
@@ -280,6 +311,41 @@ TEST_F(Command, RenderGivesTheSameFramesTwice) {
     EXPECT_TRUE(fs::exists(out() / frame["ultrasound"].get<std::string>()));
   }
   EXPECT_FALSE(one["gpu"].get<std::string>().empty());
+}
+
+TEST_F(Command, RenderRefusesTimesOutsideTheMotion) {
+  const std::string render = fmt::format("render {} --device recorded:{} --out {} ", default_scenario(),
+                                         short_motion(8, 8.2).string(), out().string());
+  for (const char* times : {"--to -3", "--to 1000", "--from -1", "--from 0.15 --to 0.1", "--to nan"}) {
+    const Outcome outcome = run(render + times);
+    EXPECT_EQ(outcome.exit_code, 2) << times << '\n' << outcome.output;
+    EXPECT_NE(outcome.output.find("within the motion, 0 to 0.2"), std::string::npos) << times << '\n'
+                                                                                     << outcome.output;
+    EXPECT_FALSE(fs::exists(out()));
+  }
+}
+
+TEST_F(Command, RenderLeavesNoFrameThatItsManifestDoesNotList) {
+  const std::string render =
+      fmt::format("render {} --device recorded:{} --size 64x64 --ultrasound-size 64x64 --out {} ", default_scenario(),
+                  short_motion(8, 8.1).string(), out().string());
+  ASSERT_EQ(run(render + "--fps 20").exit_code, 0);  // 0, 50 and 100 ms
+  const auto three = files_below(out());
+  ASSERT_EQ(three.size(), 7u);
+  std::ofstream(out() / "view_notes.png") << "mine";
+  ASSERT_EQ(run(render + "--fps 10").exit_code, 0);
+  EXPECT_EQ(files_below(out()),
+            (std::set<std::string>{"manifest.json", "ultrasound_00000.png", "ultrasound_00001.png", "view_00000.png",
+                                   "view_00001.png", "view_notes.png"}));
+
+  // A folder in the place of a frame: refused, and what was there is still whole.
+  const std::string manifest = read_text(out() / "manifest.json");
+  fs::create_directories(out() / "view_00002.png" / "deep");
+  const Outcome blocked = run(render + "--fps 20");
+  EXPECT_EQ(blocked.exit_code, 2) << blocked.output;
+  EXPECT_NE(blocked.output.find("view_00002.png: cannot write results here"), std::string::npos) << blocked.output;
+  EXPECT_EQ(read_text(out() / "manifest.json"), manifest);
+  EXPECT_EQ(files_below(out()).size(), 6u);
 }
 
 TEST_F(Command, TrainLeavesACompleteResultThatReplays) {

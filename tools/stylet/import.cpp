@@ -12,6 +12,7 @@
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
+#include "tools/stylet/session_options.h"
 #include "tools/stylet/version.h"
 
 #include <fmt/format.h>
@@ -152,7 +153,7 @@ void write_organ(const ImportedOrgan& organ, const import::OrganParts& parts, co
   text("report.json", import::report_json(organ, parts));
   text("report.txt", import::report_text(organ, parts));
   view::write_png(out.staged("picture.png"), import::organ_picture(organ));
-  out.commit();
+  out.commit("report.json");
 }
 
 int run(const ImportOptions& options) {
@@ -174,7 +175,7 @@ int run(const ImportOptions& options) {
   std::vector<import::SourceFile> files;
   for (const std::string& path : options.files) {
     files.push_back(import::read_source(path, settings));
-    for (const std::string& warning : files.back().warnings) fmt::print(stderr, "warning: {}\n", warning);
+    for (const std::string& warning : files.back().warnings) print_warning(warning);
   }
   if (options.list) {
     print_parts(files);

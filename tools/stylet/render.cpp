@@ -21,8 +21,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +40,7 @@ struct RenderOptions {
   std::string ultrasound_size = "640x480";
   double frames_per_second = 10;
   double from_s = 0;
-  double to_s = -1;
+  std::optional<double> to_s;
   std::vector<double> camera;
   bool stereo = false;
   std::uint32_t seed = 1;
@@ -83,6 +86,20 @@ std::string picture_hash(const view::Picture& image) {
   return session::hash_text(hash.value());
 }
 
+/// The pictures that a manifest of an earlier run lists; none where there is no such manifest.
+std::vector<std::string> listed_files(const std::filesystem::path& manifest) {
+  std::vector<std::string> files;
+  std::ifstream in(manifest);
+  const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
+  if (!json.is_object() || json.value("format", nlohmann::json()) != "stylet-frames") return files;
+  for (const nlohmann::json& frame : json.value("frames", nlohmann::json::array())) {
+    for (const char* key : {"view", "ultrasound"}) {
+      if (frame.is_object() && frame.contains(key) && frame[key].is_string()) files.push_back(frame[key]);
+    }
+  }
+  return files;
+}
+
 int render(const RenderOptions& options) {
   const Size view_size = parse_size("--size", options.size);
   const Size ultrasound_size = parse_size("--ultrasound-size", options.ultrasound_size);
@@ -94,16 +111,17 @@ int render(const RenderOptions& options) {
   if (!std::isfinite(stylus.duration_s)) {
     throw content::ContentError("--device mouse: frames need a motion that repeats; use recorded:FILE or scripted");
   }
-  const double to_s = options.to_s < 0 ? stylus.duration_s : std::min(options.to_s, stylus.duration_s);
+  const double to_s = options.to_s.value_or(stylus.duration_s);
   if (!(options.frames_per_second > 0 && options.frames_per_second <= 1000)) {
     throw content::ContentError("--fps: give a number of frames a second above 0 and up to 1000");
   }
-  if (!(options.from_s >= 0 && options.from_s <= to_s)) {
-    throw content::ContentError(fmt::format("--from {} --to {}: the range must lie within the motion, 0 to {:.2f} s",
+  if (!(options.from_s >= 0 && options.from_s <= to_s && to_s <= stylus.duration_s)) {
+    throw content::ContentError(fmt::format("--from {} --to {}: the range must lie within the motion, 0 to {} s",
                                             options.from_s, to_s, stylus.duration_s));
   }
   gpu::Device gpu({.gpu = options.gpu});
   session::OutputDirectory out(options.out);
+  out.supersede(listed_files(out.destination() / "manifest.json"));
   session::Pictures pictures(gpu, scene,
                              {.view_width = view_size.width,
                               .view_height = view_size.height,
@@ -151,7 +169,7 @@ int render(const RenderOptions& options) {
                                                     {"gpu", gpu.identity().name},
                                                     {"gpu_driver", gpu.identity().driver},
                                                     {"frames", frames}});
-  out.commit();
+  out.commit("manifest.json");
   fmt::print("{}: {} frames of {} and {}, manifest.json\n", out.destination().string(), clock.frames(), options.size,
              options.ultrasound_size);
   return kExitYes;

@@ -42,13 +42,21 @@ Approach approach(const content::Scene& scene) {
 
 }  // namespace
 
+void print_warning(const std::string& warning) {
+  fmt::print(stderr, "stylet: warning: {}\n", warning);
+}
+
 content::Scene load_scene(const std::string& name, Progress& progress) {
-  content::Scene scene =
-      content::load_scene(content::find_scenario(name), [&](const std::string& doing, double share) {
+  std::vector<std::string> warnings;
+  content::Scene scene = content::load_scene(
+      content::find_scenario(name),
+      [&](const std::string& doing, double share) {
         throw_if_interrupted();
         progress.show(doing, share);
-      });
+      },
+      &warnings);
   progress.done();
+  for (const std::string& warning : warnings) print_warning(warning);
   return scene;
 }
 

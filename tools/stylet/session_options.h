@@ -16,7 +16,10 @@ class MouseDevice;
 
 namespace stylet::tools {
 
-/// The scene of a scenario named as a user does, with progress.
+/// One line on stderr, "stylet: warning: file:place: what".
+void print_warning(const std::string& warning);
+
+/// The scene of a scenario named as a user does, with progress; prints its warnings.
 content::Scene load_scene(const std::string& name, Progress& progress);
 
 /// A stylus made from what was said with --device, and for how long it moves.

@@ -38,11 +38,15 @@ struct TrainOptions {
   std::string gpu;
 };
 
+/// What an interrupted session does not draw: pictures of an earlier one must not lie beside its numbers.
+const std::vector<std::string> kPictures{"session.mp4", "session.png", "view.png", "ultrasound.png"};
+
 int list_scenarios() {
   const auto folder = content::content_directory() / "scenarios";
   fmt::print("Scenarios in {}:\n", folder.string());
   for (const content::ScenarioEntry& entry : content::list_scenarios(folder)) {
-    fmt::print("  {:<24} {}\n", entry.name, entry.title);
+    fmt::print("  {:<24} {}\n", entry.name,
+               entry.unreadable_because.empty() ? entry.title : "unreadable: " + entry.unreadable_because);
   }
   fmt::print("Run one with `stylet train NAME`; a path to a scenario file works too.\n");
   return kExitYes;
@@ -136,8 +140,9 @@ int train(const TrainOptions& options) {
   } catch (const Interrupted&) {
     progress.done();
     out.keep_only({"session.rec", "force.csv", "force.png"});
+    out.supersede(kPictures);
     session::write_json(out.staged("session.json"), session::to_json(report));
-    out.commit();
+    out.commit("session.json");
     fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n",
                out.destination().string());
     return kExitInterrupted;
@@ -146,7 +151,7 @@ int train(const TrainOptions& options) {
   report.replay_identical = debrief.replay.identical() && debrief.state_hash == report.state_hash;
   report.replay_hashes = debrief.replay.compared;
   session::write_json(out.staged("session.json"), session::to_json(report));
-  out.commit();
+  out.commit("session.json");
 
   fmt::print("\n{}\n{}", scene.name, session::main_figures(report));
   fmt::print("\n{} holds:\n", out.destination().string());

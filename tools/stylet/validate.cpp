@@ -2,6 +2,7 @@
 #include "engine/content/scenario.h"
 #include "engine/content/tet_quality.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/session_options.h"
 
 #include <fmt/format.h>
 
@@ -49,7 +50,9 @@ void add_validate(CLI::App& app, int& exit_code) {
   command->callback([paths, &exit_code] {
     for (const std::string& path : *paths) {
       std::optional<content::Scene> scene;
-      const std::vector<std::string> problems = content::validate(path, &scene);
+      std::vector<std::string> warnings;
+      const std::vector<std::string> problems = content::validate(path, &scene, &warnings);
+      for (const std::string& warning : warnings) print_warning(warning);
       for (const std::string& problem : problems) fmt::print("{}\n", problem);
       fmt::print("{}: {}\n", path, problems.empty() ? "sound" : fmt::format("{} problem(s)", problems.size()));
       if (scene) fmt::print("{}", summary(*scene));
