@@ -85,6 +85,7 @@ std::string nearest(const std::string& word, const std::set<std::string>& names)
 }
 
 std::string read_file(const std::filesystem::path& path, std::size_t limit) {
+  if (path.empty()) throw ContentError("the name of a file is empty; give its path");
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
@@ -115,6 +116,9 @@ JsonFile::JsonFile(std::filesystem::path path, std::string_view text, const Json
     throw ContentError(
         fmt::format("{}: {} bytes, the limit is {}; make it smaller", path_.string(), text.size(), limits.bytes));
   }
+  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
+    throw ContentError(fmt::format("{}: is empty; copy or export it again", path_.string()));
+  }
   if (const auto finding = scan_json(text, limits.depth, limits.duplicate_keys)) {
     throw ContentError(
         fmt::format("{}:{}: {}", path_.string(), line_and_column(text, finding->offset), finding->what));
@@ -127,7 +131,7 @@ JsonFile::JsonFile(std::filesystem::path path, std::string_view text, const Json
     const std::size_t colon = what.find(": ");
     throw ContentError(fmt::format("{}:{}: not valid JSON: {}; correct it there", path_.string(),
                                    line_and_column(text, error.byte == 0 ? 0 : error.byte - 1),
-                                   printable(colon == std::string::npos ? what : what.substr(colon + 2))));
+                                   printable(colon == std::string::npos ? what : what.substr(colon + 2), 200)));
   } catch (const json::exception&) {
     throw ContentError(fmt::format("{}: not valid JSON; a number or text in it cannot be held", path_.string()));
   }

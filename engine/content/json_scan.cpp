@@ -18,11 +18,11 @@ struct Level {
 
 }  // namespace
 
-std::string printable(std::string text) {
+std::string printable(std::string text, std::size_t bytes) {
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < 0x20) c = '?';
   }
-  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  if (text.size() > bytes) text = text.substr(0, bytes - 3) + "...";
   return text;
 }
 
@@ -52,6 +52,13 @@ std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool 
       if (!levels.empty()) levels.pop_back();
     } else if (c == ',') {
       if (!levels.empty()) levels.back().expects_key = levels.back().object;
+    } else if (c == 'N' || c == 'n' || c == 'I' || c == 'i') {
+      // What other programs write for numbers that JSON has no word for.
+      for (const std::string_view word : {"NaN", "nan", "Infinity", "infinity", "Inf", "inf"}) {
+        if (text.substr(i).starts_with(word)) {
+          return JsonScanFinding{i, fmt::format("{} is no number in JSON; write a finite number", word)};
+        }
+      }
     } else if (c == '-' || (c >= '0' && c <= '9')) {
       std::size_t end = i + 1;
       while (end < text.size() && std::string_view("0123456789+-.eE").find(text[end]) != std::string_view::npos)

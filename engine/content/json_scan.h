@@ -14,12 +14,13 @@ struct JsonScanFinding {
   std::string what;
 };
 
-/// First finding of: nesting deeper than `depth`, a key twice in one object (unless allowed), a number beyond double.
+/// First finding of: nesting deeper than `depth`, a key twice in one object (unless allowed), a number beyond double,
+/// NaN or infinity written as a word.
 /// Does not check syntax: the parser does. Linear time, no recursion.
 std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool allow_duplicate_keys);
 
-/// Text of a file as a one-line message can show it: control characters replaced, shortened to 60 bytes.
-std::string printable(std::string text);
+/// Text of a file as a one-line message can show it: control characters replaced, shortened to `bytes`.
+std::string printable(std::string text, std::size_t bytes = 60);
 
 /// "line:column" of a byte offset, both from 1.
 std::string line_and_column(std::string_view text, std::size_t offset);

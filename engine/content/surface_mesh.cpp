@@ -289,10 +289,10 @@ TriangleMesh solid_surface(const TriangleMesh& soup, std::string_view where) {
   }
   const double quotient = 36 * M_PI * report.volume * report.volume / (report.area * report.area * report.area);
   if (!(quotient > kSmallestIsoperimetricQuotient)) {
-    throw ContentError(
-        fmt::format("{}: watertight is not solid: {:.1f} ml inside {:.0f} cm^2, a thin double wall; use "
-                    "the outer surface alone",
-                    where, report.volume * 1e6, report.area * 1e4));
+    throw ContentError(fmt::format(
+        "{}: is closed but encloses almost nothing: {:.1f} ml inside {:.0f} cm^2, a thin double wall; use "
+        "the outer surface alone",
+        where, report.volume * 1e6, report.area * 1e4));
   }
   return mesh;
 }

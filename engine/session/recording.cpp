@@ -210,6 +210,7 @@ Recording parse_recording(std::span<const std::uint8_t> bytes, const std::string
 }
 
 Recording read_recording(const std::filesystem::path& path, const RecordingLimits& limits) {
+  if (path.empty()) throw ContentError("the name of the recording is empty; give its path");
   const std::string name = path.string();
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);

@@ -98,7 +98,7 @@ TEST(Surface, DoubleWalledShellIsWatertightButNotSolid) {
     triangles.push_back({a, b + offset, a + offset});
   }
   EXPECT_TRUE(inspect(clean_surface(shell, "shell")).closed());
-  EXPECT_THAT(refusal(shell), testing::HasSubstr("watertight is not solid"));
+  EXPECT_THAT(refusal(shell), testing::HasSubstr("is closed but encloses almost nothing"));
 }
 
 TEST(Surface, NonManifoldEdgesAndPinchedVerticesAreRefused) {
