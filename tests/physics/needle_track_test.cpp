@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 namespace stylet::bench {
@@ -293,6 +294,44 @@ TEST(NeedleTrack, TissueIsDraggedAlongBeforeTheShaftSlips) {
   EXPECT_LT(turned->depth - later->depth, 0.5 * (turned->tip - later->tip));
 }
 
+TEST(NeedleTrack, TissueThatWasDraggedAlongSpringsBack) {
+  ReferenceInsertion insertion = there_and_back(0.050, 0.049);
+  if (kSanitized) insertion.haptic_hz = 250;
+  ReferenceExperiment experiment(insertion,
+                                 {.coupling = Coupling::stylet, .tissues = tissue({.friction_per_length = 18})});
+  const double dt = 1 / insertion.haptic_hz;
+  double way = 0;
+  const auto go_to = [&](double end, double speed) {
+    const double start = way, duration = std::abs(end - start) / speed;
+    for (double time = 0; time < duration + 0.4;) {  // and rest there
+      experiment.simulation_step();
+      for (int i = 0; i < insertion.haptic_steps_per_simulation_step(); ++i) {
+        time += dt;
+        way = start + (end - start) * std::min(1.0, time / duration);
+        physics::StylusPose base = insertion.base(0);
+        base.position.x() += way;
+        experiment.haptic().step(base, dt, experiment.patch_in_use());
+      }
+    }
+    return experiment.simulation().tissue().positions[0];
+  };
+  const Eigen::Matrix3Xd rest = experiment.simulation().tissue().positions[0];
+  const Eigen::Matrix3Xd in = go_to(0.050, 0.045);
+  const Eigen::Matrix3Xd dragged = go_to(0.0495, 0.010);  // less than it takes to slip
+  const Eigen::Matrix3Xd released = go_to(0.050, 0.010);
+  const Eigen::Matrix3Xd out = go_to(-0.010, 0.045);
+  const auto furthest = [](const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+    return (a - b).colwise().norm().maxCoeff();
+  };
+  const double drag = furthest(dragged, in);
+  std::printf("dragged along by 0.5 mm: tissue moved %.3f mm; released: %.1e mm off; needle out: %.1e mm off\n",
+              1e3 * drag, 1e3 * furthest(released, in), 1e3 * furthest(out, rest));
+  EXPECT_GT(furthest(in, rest), 1e-3);  // on the way in it was dragged too, until the shaft slipped
+  EXPECT_GT(drag, 0.2e-3);
+  EXPECT_LT(furthest(released, in), 1e-3 * drag);
+  EXPECT_LT(furthest(out, rest), 1e-6 * drag);
+}
+
 TEST(NeedleTrack, ForceDoesNotDependOnTheHapticRate) {
   std::vector<std::vector<Sample>> at_rate;
   for (const int khz : kSanitized ? std::vector{1, 2} : std::vector{1, 2, 4}) {
@@ -345,6 +384,88 @@ TEST(NeedleTrack, ABevelSteersAndSteersBackWhenTurned) {
   }
   EXPECT_LT(deflection[0] * deflection[1], 0);
   EXPECT_GT(std::abs(deflection[0] - deflection[1]), 2e-3);
+}
+
+/// 80 mm in with a bevelled tip, at rest half way for as long as a turn takes.
+/// @return where the track lies in the tissue at rest: how deep, and how far aside; a point every 5 mm
+std::vector<Eigen::Vector2d> bevelled_track(double turn) {
+  constexpr double kSpeed = 0.045, kHalf = 0.045, kTurning = 0.5;
+  ReferenceInsertion insertion = there_and_back(0.090, 0.089);
+  insertion.contact_spacing = 0.005;
+  insertion.material.young_modulus = 40e3;
+  insertion.needle.outer_diameter = 0.7e-3;
+  insertion.needle.inner_diameter = 0.4e-3;
+  insertion.needle.beams = 16;
+  if (kSanitized) {
+    insertion.nodes_per_edge = 5;
+    insertion.haptic_hz = 250;
+    insertion.simulation_hz = 25;
+  }
+  ReferenceExperiment experiment(
+      insertion,
+      {.coupling = Coupling::stylet, .track = {.bevel_ratio = 0.3}, .tissues = tissue({.cutting_force = 0.94})});
+  const double first = kHalf / kSpeed, dt = 1 / insertion.haptic_hz;
+  for (double time = 0; time < 2 * first + kTurning;) {
+    experiment.simulation_step();
+    for (int i = 0; i < insertion.haptic_steps_per_simulation_step(); ++i) {
+      time += dt;
+      const double rest = std::clamp(time - first, 0.0, kTurning);
+      physics::StylusPose base = insertion.base(0);
+      base.position.x() += kSpeed * (time - rest);
+      base.orientation *= Eigen::Quaterniond(Eigen::AngleAxisd(turn * rest / kTurning, Eigen::Vector3d::UnitZ()));
+      EXPECT_EQ(experiment.haptic().step(base, dt, experiment.patch_in_use()).flags, 0U);
+    }
+  }
+  std::vector<Eigen::Vector2d> track;
+  const physics::TetMesh& mesh = experiment.simulation().model(0).mesh;
+  for (int c = 0; c < experiment.needle().contact_count; ++c) {
+    const physics::NeedleContact& contact = experiment.needle().contacts[static_cast<std::size_t>(c)];
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      at += contact.barycentric[static_cast<Eigen::Index>(k)] *
+            mesh.nodes[static_cast<std::size_t>(mesh.tets[static_cast<std::size_t>(contact.tet)][k])];
+    }
+    track.emplace_back(at.x(), at.z() - insertion.tip_start.z());
+  }
+  return track;
+}
+
+/// Of the parabola through a part of the track: sideways slope at its ends, and second derivative, 1/m.
+struct Bend {
+  double slope_at_start = 0, slope_at_end = 0, curvature = 0;
+};
+Bend bend(const std::vector<Eigen::Vector2d>& track, double from, double to) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector2d& point : track) {
+    if (point.x() < from || point.x() > to) continue;
+    const double x = (point.x() - from) / (to - from);
+    const Eigen::Vector3d row(1, x, x * x);
+    normal += row * row.transpose();
+    right += row * point.y();
+  }
+  const Eigen::Vector3d parabola = normal.inverse() * right / (to - from);
+  return {parabola[1], parabola[1] + 2 * parabola[2], 2 * parabola[2] / (to - from)};
+}
+
+TEST(NeedleTrack, TurnedHalfWayABevelledNeedleCurvesTheOtherWay) {
+  const auto never = bevelled_track(0), turned = bevelled_track(std::numbers::pi);
+  // Around the turn, half way, the tissue that the shaft pressed aside comes back: left out.
+  const Bend first[2] = {bend(never, 0.004, 0.036), bend(turned, 0.004, 0.036)};
+  const Bend second[2] = {bend(never, 0.049, 0.086), bend(turned, 0.049, 0.086)};
+  for (int t = 0; t < 2; ++t) {
+    std::printf("%s: slope %.3f to %.3f, curvature %.2f 1/m; then %.3f to %.3f, %.2f 1/m\n",
+                t == 0 ? "never turned" : "turned", first[t].slope_at_start, first[t].slope_at_end,
+                first[t].curvature, second[t].slope_at_start, second[t].slope_at_end, second[t].curvature);
+  }
+  EXPECT_EQ(first[0].curvature, first[1].curvature);  // the same way until then
+  EXPECT_LT(first[0].curvature, -1);
+  EXPECT_LT(second[0].curvature, -1);
+  EXPECT_GT(second[1].curvature, 1);
+  // Unturned it bends further and further: the slope grows with depth, all along.
+  EXPECT_LT(first[0].slope_at_end, first[0].slope_at_start);
+  EXPECT_LT(second[0].slope_at_start, first[0].slope_at_end);
+  EXPECT_LT(second[0].slope_at_end, second[0].slope_at_start);
 }
 
 TEST(NeedleTrack, PushedAgainstWhatItCannotBreakTheNeedleBucklesAndStaysFinite) {
