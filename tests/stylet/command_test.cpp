@@ -375,6 +375,13 @@ TEST_F(Command, TrainLeavesACompleteResultThatReplays) {
   EXPECT_NE(damaged.output.find("byte"), std::string::npos) << damaged.output;
 }
 
+TEST_F(Command, AnInterruptEndsABench) {
+  const Outcome ended = run(
+      fmt::format("bench paper 2>{0} & bench=$!; until [ -s {0} ]; do sleep 0.1; done; kill -INT $bench; wait $bench",
+                  (folder_ / "started").string()));
+  EXPECT_EQ(ended.exit_code, 130) << ended.output;
+}
+
 TEST_F(Command, AnInterruptEndsTheSessionAndKeepsIt) {
   const fs::path motion = short_motion(7.9, 14.6);
   const std::string scenario_name = default_scenario();

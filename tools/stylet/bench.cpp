@@ -5,6 +5,7 @@
 #include "tools/bench/paper.h"
 #include "tools/bench/report.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/interrupt.h"
 #include "tools/stylet/version.h"
 
 #include <fmt/format.h>
@@ -68,6 +69,7 @@ void run_bench(Request request) {
   request.options.reference_insertion = content::content_directory() / "reference" / "r1.json";
   request.options.out = request.out;
   request.options.sofa_style_peer = request.peer == "sofa-style";
+  let_interrupts_kill();  // minutes of measuring without a place to ask; plots and numbers are written at their end
   const bench::Report report = bench.run(request.options);
   fmt::print("{}", bench::to_table(report, machine));
   if (request.json.empty()) return;

@@ -26,6 +26,11 @@ void catch_interrupts() {
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
 }
 
+void let_interrupts_kill() {
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+  throw_if_interrupted();  // one that came before
+}
+
 bool interrupted() {
   return pending;
 }

@@ -13,6 +13,8 @@ public:
 
 /// From now on SIGINT and SIGTERM are remembered instead of deadly; a third one kills as ever.
 void catch_interrupts();
+/// They are deadly again: for work that leaves nothing half-done behind.
+void let_interrupts_kill();
 /// One has come since the last clear_interrupt().
 bool interrupted();
 /// The interrupt was answered: the session ended early, and the rest goes on.
