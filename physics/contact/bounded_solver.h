@@ -104,6 +104,9 @@ public:
   /// State of a row, and its compliance with the softening that dependent rows got.
   RowState state(int row) const { return states_[row]; }
   double compliance(int row) const { return compliance_[row]; }
+  /// Of a bounded row: how far it moves for a force along it while the bilateral rows hold and the other bounded ones
+  /// keep their forces, its own compliance included, m/N.
+  double response(int row) const { return schur_(place_[row], place_[row]); }
 
 private:
   bool eliminate(std::span<const ContactRow> rows, const Eigen::Ref<const Eigen::MatrixXd>& w,

@@ -167,7 +167,7 @@ bool NeedleTip::advance(const HermiteShaft& shaft, const TissuePatch& patch, con
   const int row = contact->first_row;
   if (solver.state(row) != RowState::lower) return false;
   if (barrier_ > 0) {
-    record(step, beyond_, -lambda[row]);
+    record(step, beyond_, -lambda[row], solver.response(row));
     end_.tissue = beyond_;
     barrier_ = 0;
   }
@@ -185,33 +185,39 @@ bool NeedleTip::press_on(const BoundedSolver& solver, const ActiveContact* conta
                          const Eigen::Ref<const Eigen::VectorXd>& lambda, double length, std::uint64_t step,
                          TrackPoints& points) {
   if (barrier_ <= 0) {
-    enter(step, 0);
+    enter(step, 0, 0);
   } else if (contact != nullptr) {
     const int row = contact->first_row;
     if (solver.state(row) == RowState::upper) {  // let go of
       state_ = TipState::outside;
       return true;
     }
-    if (solver.state(row) == RowState::lower) enter(step, -lambda[row]);
+    if (solver.state(row) == RowState::lower) enter(step, -lambda[row], solver.response(row));
   }
   if (state_ != TipState::inside) return false;
   if (!points.lay(end_, length)) flags_ |= kNeedleRowOverflow;  // the hole in the surface is the track's first point
   return true;
 }
 
-void NeedleTip::enter(std::uint64_t step, double force) {
-  record(step, beyond_, force);
+void NeedleTip::enter(std::uint64_t step, double force, double response) {
+  record(step, beyond_, force, response);
   end_.tissue = beyond_;
   state_ = TipState::inside;
   barrier_ = 0;
   threaded_[static_cast<std::size_t>(end_.body)] = true;
 }
 
-void NeedleTip::record(std::uint64_t step, int to, double force) {
+void NeedleTip::record(std::uint64_t step, int to, double force, double response) {
   const int from = state_ == TipState::indenting ? 0 : end_.tissue;
   if (force <= 0) return;  // nothing there to break
   ++punctures_;
-  last_puncture_ = {.step = step, .body = end_.body, .from = from, .to = to, .force = force};
+  const double after = std::min(force, tissues_->resistance(to).cutting_force);
+  last_puncture_ = {.step = step,
+                    .body = end_.body,
+                    .from = from,
+                    .to = to,
+                    .force = force,
+                    .energy = 0.5 * response * (force * force - after * after)};
 }
 
 bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, const TissuePatch& patch,

@@ -71,11 +71,12 @@ private:
   bool press_on(const BoundedSolver& solver, const ActiveContact* contact,
                 const Eigen::Ref<const Eigen::VectorXd>& lambda, double length, std::uint64_t step,
                 TrackPoints& points);
-  void enter(std::uint64_t step, double force);
+  void enter(std::uint64_t step, double force, double response);
   bool move_end(const HermiteShaft& shaft, const Eigen::Vector3d& target, const TissuePatch& patch,
                 TissuePoints& tissue, TrackPoints& points);
   void meet_tissue(const TissuePatch& patch);
-  void record(std::uint64_t step, int to, double force);
+  /// @param response  of the tip's row, m/N
+  void record(std::uint64_t step, int to, double force, double response);
 
   NeedleTrackSettings settings_;
   std::shared_ptr<const TissueMap> tissues_;

@@ -43,6 +43,7 @@ HapticLoop::HapticLoop(const HapticLoopSettings& settings, const StylusPose& ini
       !(settings.max_base_rotation > 0) || !(settings.max_node_rotation > 0)) {
     throw std::invalid_argument("haptic loop: compliance must not be negative and step limits must be positive");
   }
+  bounded_.set_limits(settings.solve_limits);
   publish_shape();
 }
 
@@ -215,6 +216,7 @@ bool HapticLoop::solve_bounded() {
     }
   }
   if (solve_report_.fallback) flags_ |= kNeedleSolveInexact;
+  if (solve_report_.lagged_bounds) flags_ |= kNeedleBoundsLagged;  // an error of first order in the step's length
   if (solve_report_.softened_rows > 0) flags_ |= kNeedleRowsDependent;
   return solve_report_.solved;
 }

@@ -41,6 +41,7 @@ struct HapticLoopSettings {
   /// of newtons from rounding); this bounds them at a cost of 0.1 % of softness. 0 is the paper's exact system.
   /// `stylet` has it only in rows without sub-grid compliance.
   double relative_compliance = 1e-3;
+  BoundedSolveLimits solve_limits{};  ///< of the bounded solve, `stylet` only: what a step may cost at most
   double max_base_translation =
       1e-3;                          ///< m a step; more is spread over the next steps (one Newton step must suffice)
   double max_base_rotation = 20e-3;  ///< rad a step

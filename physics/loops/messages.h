@@ -155,9 +155,10 @@ enum class TipState : std::uint8_t { outside, indenting, inside };
 struct Puncture {
   std::uint64_t step = 0;  ///< haptic step
   int body = -1;
-  int from = 0;      ///< tissue left, index into the TissueMap
-  int to = 0;        ///< tissue entered
-  double force = 0;  ///< on the tip, along the shaft, N
+  int from = 0;       ///< tissue left, index into the TissueMap
+  int to = 0;         ///< tissue entered
+  double force = 0;   ///< on the tip, along the shaft, N
+  double energy = 0;  ///< elastic, released by it, J: physics/README.md eq. 25b
 };
 
 /// A contact as the haptic loop solved it.
@@ -187,6 +188,7 @@ enum NeedleFlag : std::uint32_t {
   kNeedleStepShortened = 1u << 4,  ///< the Newton step turned a node too far and was shortened; the next ones go on
   kNeedlePatchLeft = 1u << 6,      ///< the tip is beyond the patch: the tissue there is not known yet
   kNeedleSolveInexact = 1u << 7,   ///< the bounded solver used its fall-back
+  kNeedleBoundsLagged = 1u << 8,  ///< solved exactly, but for friction bounds of the step before: they did not settle
   kNeedleRowsDependent = 1u << 5,  ///< contacts too dense for mesh or beams; their rows were softened, README eq. 18
 };
 

@@ -251,6 +251,72 @@ TEST(NeedleTrack, ForceOverDepthHasThePublishedShape) {
   EXPECT_EQ(samples.back().punctures, 1U);
 }
 
+/// The needle pressed straight on an elastic cube until its surface breaks at 0.1 N, half a millimetre in.
+struct FirstPuncture {
+  physics::Puncture puncture;
+  double work = 0;  // of the hand until then, J
+  double way = 0;   // of the hub since the tip touched, m
+};
+FirstPuncture first_puncture(double cutting_force) {
+  const ReferenceInsertion insertion = there_and_back(0.020, 0.019);
+  ReferenceExperiment experiment(
+      insertion,
+      {.coupling = Coupling::stylet, .tissues = tissue({.puncture_force = 0.1, .cutting_force = cutting_force})});
+  FirstPuncture first;
+  double touched = 0;
+  while (experiment.needle().puncture_count == 0 && experiment.time_s() < insertion.duration) {
+    experiment.simulation_step();
+    for (int i = 0; i < insertion.haptic_steps_per_simulation_step(); ++i) {
+      experiment.haptic_step();
+      if (experiment.needle().tip == TipState::outside) touched = experiment.needle().positions(0, 0);
+      if (experiment.needle().puncture_count > 0) break;
+    }
+  }
+  return {experiment.needle().last_puncture, experiment.needle().hand_work,
+          experiment.needle().positions(0, 0) - touched};
+}
+
+// By hand: until the surface breaks everything is elastic and slow, so all that the hand did is stored, a triangle of
+// the force over the way; without a cutting force all of it is released, with half of 0.1 N a quarter is kept.
+TEST(NeedleTrack, APunctureReleasesWhatTheHandHadStored) {
+  const FirstPuncture all = first_puncture(0), part = first_puncture(0.05);
+  std::printf("released %.3f uJ of %.3f uJ put in, %.3f uJ under the triangle; with a cutting force %.3f uJ\n",
+              1e6 * all.puncture.energy, 1e6 * all.work, 1e6 * 0.5 * 0.1 * all.way, 1e6 * part.puncture.energy);
+  EXPECT_NEAR(all.puncture.force, 0.1, 1e-9);
+  EXPECT_NEAR(all.puncture.energy, all.work, 0.05 * all.work);
+  EXPECT_NEAR(all.puncture.energy, 0.5 * 0.1 * all.way, 0.1 * all.work);
+  EXPECT_NEAR(part.puncture.energy, 0.75 * all.puncture.energy, 1e-3 * all.puncture.energy);
+}
+
+// Coulomb friction whose bound follows the force that presses the shaft: without an update of the bounds they are
+// those of the step before.
+TEST(NeedleTrack, FrictionBoundsThatLagAreFlagged) {
+  const auto flags = [](const physics::BoundedSolveLimits& limits) {
+    ReferenceInsertion insertion = r1();
+    ReferenceExperiment laying(insertion, {.coupling = Coupling::stylet});  // only for its patches' shape
+    physics::SimulationLoop& simulation = laying.simulation();
+    physics::HapticLoopSettings settings;
+    settings.needle = insertion.needle;
+    settings.coupling = Coupling::stylet;
+    settings.tissues = tissue({.friction_per_length = 5, .friction_coefficient = 0.3});
+    settings.solve_limits = limits;
+    physics::HapticLoop haptic(settings, insertion.base(0));
+    physics::TissuePatch patch = simulation.make_patch();
+    std::uint32_t seen = 0;
+    int steps = 0;
+    for (double time = 0; time < 1.0;) {
+      simulation.step({.needle = &haptic.state(), .time_s = time}, patch);
+      for (int i = 0; i < insertion.haptic_steps_per_simulation_step(); ++i) {
+        time = ++steps / insertion.haptic_hz;
+        seen |= haptic.step(insertion.base(time), 1 / insertion.haptic_hz, patch).flags;
+      }
+    }
+    return seen;
+  };
+  EXPECT_EQ(flags({}), 0U);
+  EXPECT_EQ(flags({.bound_updates = 0}), std::uint32_t{physics::kNeedleBoundsLagged});
+}
+
 TEST(NeedleTrack, NoMotionThereAndBackGivesEnergy) {
   const auto samples = run(there_and_back(kSanitized ? 0.030 : 0.060, 0.0),
                            {.coupling = Coupling::stylet, .tissues = tissue(liver())});
