@@ -8,6 +8,7 @@
 #include "engine/content/json_reader.h"
 #include "engine/content/label_volume.h"
 #include "engine/content/motion_file.h"
+#include "engine/content/probe_placement.h"
 #include "engine/content/scenario_file.h"
 #include "engine/content/surface_mesh.h"
 #include "engine/content/tissue_table.h"
@@ -228,6 +229,9 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   scene.probe.pose = scenario.probe_pose;
   scene.probe.presses = scenario.probe_presses;
   scene.probe.gel = scenario.probe_gel;
+  if (const std::string odd = odd_probe_placement(scene.probe, scene.labels); !odd.empty()) {
+    warnings.push_back(fmt::format("{}:/probe: {}", scenario.path.string(), odd));
+  }
   scene.camera = scenario.camera;
   scene.rates = scenario.rates;
   scene.coupling = scenario.coupling;

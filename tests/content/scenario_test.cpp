@@ -373,6 +373,26 @@ TEST(Scenario, WhatIsOddButSoundWarnsWhoeverLoadsIt) {
   EXPECT_EQ(validated, loaded);
 }
 
+TEST(Scenario, AProbeThatIsNotOnTheSkinWarnsWithItsDistance) {
+  SmallScenario small;  // the skin: a ball of 50 mm round (100, 0, 0) mm, and one of 20 mm below it
+  const auto warning = [&](const json& position, const json& axis) {
+    small.scenario["probe"]["position"] = position;
+    small.scenario["probe"]["axis"] = axis;
+    std::vector<std::string> warnings;
+    EXPECT_THAT(validate(small.write(), nullptr, &warnings), IsEmpty());
+    return warnings.empty() ? std::string() : warnings.front();
+  };
+  EXPECT_EQ(warning({0.1, 0, 0.05}, {0, 0, -1}), "");
+  EXPECT_EQ(warning({0.1, 0, 0.045}, {0, 0, -1}), "") << "pressed in";
+  EXPECT_EQ(warning({0.1, 0, 0.058}, {0, 0, -1}), "") << "gel";
+  EXPECT_THAT(warning({0.1, 0, 3.05}, {0, 0, -1}),
+              ::testing::ContainsRegex("scenario.json:/probe: the probe's face lies 300[0-2] mm from the skin"));
+  EXPECT_THAT(warning({0.1, 0, 0.01}, {0, 0, -1}),
+              ::testing::ContainsRegex("scenario.json:/probe: the probe's face lies (39|40|41) mm below the skin"));
+  EXPECT_THAT(warning({0.1, 0, 0.055}, {0, 0, 1}),
+              HasSubstr("/probe: the probe's axis (+Z) does not meet the patient"));
+}
+
 TEST(Scenario, AMalformedScenarioIsListedWithItsCauseAndFound) {
   const SmallScenario small;
   small.write();

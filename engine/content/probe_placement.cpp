@@ -1,0 +1,67 @@
+#include "engine/content/probe_placement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stylet::content {
+namespace {
+
+std::size_t index_of(const LabelVolume& labels, const Eigen::Vector3i& voxel) {
+  const auto nx = static_cast<std::size_t>(labels.size.x());
+  const auto ny = static_cast<std::size_t>(labels.size.y());
+  return (static_cast<std::size_t>(voxel.z()) * ny + static_cast<std::size_t>(voxel.y())) * nx +
+         static_cast<std::size_t>(voxel.x());
+}
+
+bool in_patient(const LabelVolume& labels, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d grid = (point - labels.origin.cast<double>()) / labels.spacing;
+  if ((grid.array() < -0.5).any() || (grid.array() > labels.size.cast<double>().array() - 0.5).any()) return false;
+  const Eigen::Vector3i voxel = grid.array().round().cast<int>().max(0).min(labels.size.array() - 1);
+  return labels.labels[index_of(labels, voxel)] != 0;
+}
+
+/// From `point` to the nearest voxel centre on the other side of the skin; infinite where there is none.
+double to_other_side(const LabelVolume& labels, const Eigen::Vector3d& point, bool inside) {
+  const Eigen::Vector3d grid = (point - labels.origin.cast<double>()) / labels.spacing;
+  double best = std::numeric_limits<double>::infinity();
+  if (inside) {  // beyond the volume is outside
+    best = std::min((grid.array() + 1).minCoeff(), (labels.size.cast<double>().array() - grid.array()).minCoeff());
+    best *= best;
+  }
+  std::size_t index = 0;
+  for (int z = 0; z < labels.size.z(); ++z) {
+    for (int y = 0; y < labels.size.y(); ++y) {
+      const double row = (z - grid.z()) * (z - grid.z()) + (y - grid.y()) * (y - grid.y());
+      if (row >= best) {
+        index += static_cast<std::size_t>(labels.size.x());
+        continue;
+      }
+      for (int x = 0; x < labels.size.x(); ++x, ++index) {
+        if ((labels.labels[index] != 0) != inside) best = std::min(best, row + (x - grid.x()) * (x - grid.x()));
+      }
+    }
+  }
+  return std::sqrt(best) * labels.spacing;
+}
+
+}  // namespace
+
+std::string odd_probe_placement(const Probe& probe, const LabelVolume& labels) {
+  const Eigen::Vector3d face = probe.pose.position;
+  const bool inside = in_patient(labels, face);
+  const double distance = to_other_side(labels, face, inside);
+  if (distance > kFarthestProbe + labels.spacing) {
+    return fmt::format("the probe's face lies {:.0f} mm {} the skin; move it onto the skin", distance * 1e3,
+                       inside ? "below" : "from");
+  }
+  const Eigen::Vector3d axis = probe.pose.orientation * Eigen::Vector3d::UnitZ();
+  for (double depth = 0; depth <= probe.depth; depth += 0.5 * labels.spacing) {
+    if (in_patient(labels, face + depth * axis)) return {};
+  }
+  return "the probe's axis (+Z) does not meet the patient; turn it towards the skin";
+}
+
+}  // namespace stylet::content
