@@ -21,9 +21,11 @@ public:
       nodes_.push_back(node);
     }
   }
-  void add_with_neighbours(int tet) {
+  void add_with_neighbours(int tet, int rings) {
+    if (tet < 0) return;
     add(tet);
-    for (int face = 0; face < 4; ++face) add(model_.topology.neighbour(tet, face));
+    if (rings == 0) return;
+    for (int face = 0; face < 4; ++face) add_with_neighbours(model_.topology.neighbour(tet, face), rings - 1);
   }
   std::vector<int> take() { return std::move(nodes_); }
 
@@ -39,6 +41,8 @@ private:
 std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                 const NeedleState& needle, int body, double range, std::size_t most) {
   NodeList nodes(model, most);
+  // What is dented springs back sideways, too, when it gives way.
+  const int rings = needle.tip == TipState::indenting ? 2 : 1;
   int hint = -1;  // the end of the track, if it is in this body
   Eigen::Vector3d end = Eigen::Vector3d::Zero();
   for (int i = 0; i < needle.track_count; ++i) {
@@ -53,7 +57,7 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
   const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
   double s = 0;
   if (hint >= 0) {
-    nodes.add_with_neighbours(hint);
+    nodes.add_with_neighbours(hint, rings);
     // The needle may have gone on since the track's end was known: from there to the tip, too.
     s = std::min(0.0, (end - tip).dot(axis));
   }
@@ -63,14 +67,14 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
     const auto entry =
         std::find_if(crossings.begin(), crossings.end(), [](const SurfaceCrossing& c) { return c.entering; });
     if (entry == crossings.end()) return nodes.take();
-    nodes.add_with_neighbours(entry->point.tet);
+    nodes.add_with_neighbours(entry->point.tet, rings);
     hint = entry->point.tet;
     s = entry->distance - kPassed + kStride;
   }
   for (; s <= range; s += kStride) {
     const TetPoint point = model.topology.locate(positions, tip + s * axis, hint);
     if (point.tet < 0) break;
-    nodes.add_with_neighbours(point.tet);
+    nodes.add_with_neighbours(point.tet, rings);
     hint = point.tet;
   }
   return nodes.take();

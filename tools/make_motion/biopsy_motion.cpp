@@ -38,23 +38,28 @@ double tremor(double t, double phase) {
 }  // namespace
 
 content::Motion biopsy_motion(const BiopsyPlan& plan) {
-  const double depth = (plan.target - plan.entry).norm();
+  // Sideways is across the plan within the intercostal space, which runs round the trunk.
+  const Eigen::Vector3d planned = (plan.target - plan.entry).normalized();
+  const Eigen::Vector3d aim =
+      plan.target + plan.lead * planned.cross(Eigen::Vector3d::UnitY()).normalized() + plan.beyond * planned;
+  const double depth = (aim - plan.entry).norm();
   const double first = depth - 0.003;  // the first pass stops short of the tumour's middle
   const double back = first - 0.030;
   const std::vector<Stroke> strokes{
       {-0.045, -0.045, 0, plan.wait, 0}, {-0.045, -0.004, 0.042, 0, 0}, {-0.004, -0.004, 0, 0.3, 0},
       {-0.004, first, 0.040, 0, 1},      {first, first, 0, 0.4, 0},     {first, back, 0.036, 0, 0},
-      {back, back, 0, 0.4, 0},           {back, depth, 0.030, 0, -0.6}, {depth, depth, 0, 0.9, 0},
+      {back, back, 0, 0.4, 0},           {back, depth, 0.030, 0, 0},    {depth, depth, 0, 0.9, 0},
   };
   double total = 0;
   for (const Stroke& stroke : strokes) total += stroke.duration();
 
-  // Needle axes: +Z along the plan, +X (bevel) across it within the intercostal space, which runs round the trunk.
-  const Eigen::Vector3d axis = (plan.target - plan.entry) / depth;
+  const Eigen::Vector3d axis = (aim - plan.entry) / depth;
   const Eigen::Vector3d across = axis.cross(Eigen::Vector3d::UnitY()).normalized();
   Eigen::Matrix3d frame;
   frame << across, axis.cross(across), axis;
   const Eigen::Quaterniond straight(frame);
+  // +X of the needle, the bevel's normal: the tip is pushed the other way.
+  const Eigen::Quaterniond bevel(Eigen::AngleAxisd(plan.lead < 0 ? kPi : 0, Eigen::Vector3d::UnitZ()));
 
   content::Motion motion;
   const int samples = static_cast<int>(std::ceil(total * plan.sample_hz));
@@ -66,18 +71,21 @@ content::Motion biopsy_motion(const BiopsyPlan& plan) {
     const Stroke& stroke = strokes[s];
     const double share = minimum_jerk(std::clamp((t - begin) / stroke.duration(), 0.0, 1.0));
     const double tip = stroke.from + share * (stroke.to - stroke.from);
-    const double side = plan.lateral * stroke.sway * std::sin(2 * kPi * share);
-    // The hand leans along with half of the angle that would keep the needle straight through the entry point: the
-    // rest bends the needle.
+    const double side = s + 1 == strokes.size()   ? plan.steer
+                        : s + 2 == strokes.size() ? plan.steer * share
+                                                  : plan.lateral * stroke.sway * std::sin(2 * kPi * share);
+    // The hand leans against the angle that would keep the needle straight through the entry point, by half of it:
+    // that bends the needle.
     const double outside = std::max(plan.needle_length - std::max(tip, 0.0), 0.03);
-    const double lean = 0.5 * std::atan2(side, outside);
+    const double lean = -0.5 * std::atan2(side, outside);
 
     content::MotionSample sample;
     sample.time_s = t;
     const Eigen::Vector3d shake(tremor(t, 0.4), tremor(t, 1.7), 0.5 * tremor(t, 2.9));
     sample.pose.position = plan.entry + (tip - plan.needle_length) * axis + side * across + frame * shake;
     // A positive lean about +Y turns +Z towards +X; leaning back turns the tip towards the axis.
-    sample.pose.orientation = straight * Eigen::Quaterniond(Eigen::AngleAxisd(-lean, Eigen::Vector3d::UnitY()));
+    sample.pose.orientation =
+        straight * Eigen::Quaterniond(Eigen::AngleAxisd(-lean, Eigen::Vector3d::UnitY())) * bevel;
     sample.buttons = s + 1 == strokes.size() && t > begin + 0.4 ? 1u : 0u;
     if (motion.stylus.empty() || t > motion.stylus.back().time_s) motion.stylus.push_back(sample);
   }

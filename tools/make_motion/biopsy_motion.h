@@ -15,11 +15,15 @@ struct BiopsyPlan {
   double sample_hz = 250;
   double wait = 4.2;       ///< s, at the start: until the patient has breathed out and begins to hold
   double lateral = 0.009;  ///< largest sideways excursion of the hub during the insertion
+  double steer = -0.010;   ///< sideways place of the hub at the end: what bends the needle round into the target
+  double lead = -0.0095;    ///< sideways, how far beside the target the hand aims: what the bend then makes up for
+  double beyond = 0.0023;  ///< how far behind the target it aims: what the organ gives way by
 };
 
-/// Wait, approach, S-shaped insertion to short of the target, withdrawal by 30 mm, second advance into the target,
-/// trigger. Every stroke is a minimum-jerk profile (Flash and Hogan 1985) with a peak of 30 to 42 mm/s; a tremor of
-/// 0.04 mm at 7 to 11 Hz lies on top. Deterministic.
+/// Wait, approach, S-shaped insertion to short of the target, withdrawal by 30 mm, second advance into the target
+/// steered by the hub, trigger. The bevel faces so that it steers the same way. Every stroke is a minimum-jerk
+/// profile (Flash and Hogan 1985) with a peak of 30 to 42 mm/s; a tremor of 0.04 mm at 7 to 11 Hz lies on top.
+/// Deterministic.
 content::Motion biopsy_motion(const BiopsyPlan& plan);
 
 }  // namespace stylet::motion
