@@ -262,7 +262,6 @@ FirstPuncture first_puncture(double cutting_force) {
   ReferenceExperiment experiment(
       insertion,
       {.coupling = Coupling::stylet, .tissues = tissue({.puncture_force = 0.1, .cutting_force = cutting_force})});
-  FirstPuncture first;
   double touched = 0;
   while (experiment.needle().puncture_count == 0 && experiment.time_s() < insertion.duration) {
     experiment.simulation_step();
