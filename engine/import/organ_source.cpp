@@ -151,10 +151,8 @@ SourceFile read_source(const std::filesystem::path& path, const SourceSettings& 
     file = from_gltf(bytes, path);
   } else if (looks_like_nifti(bytes)) {
     file = from_labels(read_nifti_labels(bytes, path), path);
-  } else if (looks_like_stl(bytes)) {
+  } else if (looks_like_stl(bytes) || ending == ".stl") {  // by its name: to hear what is wrong with it
     file = from_surfaces(read_stl(bytes, path), path, "STL", settings);
-  } else if (ending == ".stl") {
-    file = from_surfaces(read_stl(bytes, path), path, "STL", settings);  // says what is wrong with it
   } else if (ending == ".obj" || text.starts_with("v ") || text.find("\nv ") != std::string::npos) {
     file = from_surfaces(read_obj(bytes, path), path, "OBJ", settings);
   } else {
