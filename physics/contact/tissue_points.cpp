@@ -14,12 +14,6 @@ namespace {
 
 constexpr Eigen::Index kStride = 3 * kMaxContacts;  // with room for all points
 
-Vector3d free_position_of(const PatchContact& contact, const BodyPatch& body) {
-  Vector3d position = Vector3d::Zero();
-  for (int k = 0; k < 4; ++k) position += contact.barycentric[k] * body.free_positions.col(contact.patch_nodes[k]);
-  return position;
-}
-
 }  // namespace
 
 TissuePoints::TissuePoints()
@@ -87,7 +81,7 @@ void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact>
                          std::span<const int> bodies) {
   keep_old();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    add(contacts[c], bodies[c], free_position_of(contacts[c], patch.bodies[bodies[c]]));
+    add(contacts[c], bodies[c], patch.bodies[bodies[c]].free_position(contacts[c]));
   }
   carry_forces();
   stride_ = kStride;
@@ -98,7 +92,7 @@ void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact>
 
 void TissuePoints::append(const TissuePatch& patch, const PatchContact& contact, int body) {
   assert(stride_ == kStride);
-  add(contact, body, free_position_of(contact, patch.bodies[body]));
+  add(contact, body, patch.bodies[body].free_position(contact));
   finite_ = couple(patch, count_ - 1) && finite_;
   move_points();
 }
@@ -109,7 +103,7 @@ bool TissuePoints::move_last(const TissuePatch& patch, const PatchContact& conta
   const int body_before = bodies_[static_cast<std::size_t>(count_ - 1)];
   const auto put = [&](const PatchContact& at, int in) {
     --count_;
-    add(at, in, free_position_of(at, patch.bodies[in]));
+    add(at, in, patch.bodies[in].free_position(at));
     forces_.col(count_ - 1) = force;
     return couple(patch, count_ - 1);
   };
@@ -149,22 +143,13 @@ void TissuePoints::carry_forces() {
 }
 
 bool TissuePoints::couple(const TissuePatch& patch, int j) {
-  const PatchContact& cj = contact(j);
-  const BodyPatch& nodes = patch.bodies[body(j)];
   double sum = free_.col(j).sum();  // finite if its terms are
   for (int i = 0; i <= j; ++i) {
-    Matrix3d sum_of_nodes = Matrix3d::Zero();
-    if (body(i) == body(j)) {
-      const PatchContact& ci = contact(i);
-      for (int l = 0; l < 4; ++l) {
-        for (int k = 0; k < 4; ++k) {
-          sum_of_nodes += (ci.barycentric[k] * cj.barycentric[l]) * nodes.w_bar(ci.patch_nodes[k], cj.patch_nodes[l]);
-        }
-      }
-    }
-    block(i, j) = sum_of_nodes;
-    block(j, i) = sum_of_nodes.transpose();
-    sum += sum_of_nodes.sum();
+    Matrix3d coupled = Matrix3d::Zero();
+    if (body(i) == body(j)) coupled = patch.bodies[body(j)].compliance(contact(i), contact(j));
+    block(i, j) = coupled;
+    block(j, i) = coupled.transpose();
+    sum += coupled.sum();
   }
   return std::isfinite(sum);
 }

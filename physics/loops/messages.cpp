@@ -30,25 +30,28 @@ void BodyPatch::set_w_bar(const Eigen::MatrixXd& w) {
   }
 }
 
+Eigen::Vector3d BodyPatch::free_position(const PatchContact& contact) const {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) position += contact.barycentric[k] * free_positions.col(contact.patch_nodes[k]);
+  return position;
+}
+
+Eigen::Matrix3d BodyPatch::compliance(const PatchContact& i, const PatchContact& j) const {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (int l = 0; l < 4; ++l) {
+    for (int k = 0; k < 4; ++k) {
+      sum += (i.barycentric[k] * j.barycentric[l]) * w_bar(i.patch_nodes[k], j.patch_nodes[l]);
+    }
+  }
+  return sum;
+}
+
 void BodyPatch::condense() {
   if (contact_values.size() < kMaxContactValues) contact_values.assign(kMaxContactValues, 0.0);
   for (int j = 0; j < contact_count; ++j) {
-    PatchContact& cj = contacts[static_cast<std::size_t>(j)];
-    cj.free_position.setZero();
-    for (std::size_t k = 0; k < 4; ++k) {
-      cj.free_position += cj.barycentric[static_cast<int>(k)] * free_positions.col(cj.patch_nodes[k]);
-    }
-    for (int i = 0; i <= j; ++i) {
-      const PatchContact& ci = contacts[static_cast<std::size_t>(i)];
-      Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
-      for (std::size_t l = 0; l < 4; ++l) {
-        for (std::size_t k = 0; k < 4; ++k) {
-          const double weight = ci.barycentric[static_cast<int>(k)] * cj.barycentric[static_cast<int>(l)];
-          block += weight * w_bar(ci.patch_nodes[k], cj.patch_nodes[l]);
-        }
-      }
-      contact_compliance(i, j) = block;
-    }
+    PatchContact& laid = contacts[static_cast<std::size_t>(j)];
+    laid.free_position = free_position(laid);
+    for (int i = 0; i <= j; ++i) contact_compliance(i, j) = compliance(contacts[static_cast<std::size_t>(i)], laid);
   }
 }
 

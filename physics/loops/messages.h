@@ -100,10 +100,15 @@ struct BodyPatch {
   Eigen::MatrixXd w_bar() const;
   void set_w_bar(const Eigen::MatrixXd& w);
 
+  /// Of a contact of this body, all needle force removed, m: B x_free.
+  Eigen::Vector3d free_position(const PatchContact& contact) const;
+  /// Displacement of contact i per force on contact j, both of this body, m/N: B_i W_bar B_j^T.
+  Eigen::Matrix3d compliance(const PatchContact& i, const PatchContact& j) const;
+
   int contact_count = 0;
   std::vector<PatchContact> contacts;  ///< [contact_count] from entry to tip
-  /// B W_bar B^T of the contacts, B their barycentric weights: all that a loop which takes them as they are reads of
-  /// W_bar. Blocks i <= j, m/N; sized as w_bar_values is.
+  /// compliance() of every pair of them: all that a loop which takes them as they are reads of W_bar. Blocks i <= j;
+  /// sized as w_bar_values is.
   std::vector<double> contact_values;
   auto contact_compliance(int i, int j) {
     return Eigen::Map<Eigen::Matrix3d>(contact_values.data() + contact_block_start(i, j));
@@ -111,7 +116,7 @@ struct BodyPatch {
   auto contact_compliance(int i, int j) const {
     return Eigen::Map<const Eigen::Matrix3d>(contact_values.data() + contact_block_start(i, j));
   }
-  /// Fills it and the contacts' free positions, from those of the nodes.
+  /// Fills it and the contacts' free positions.
   void condense();
 
   int tet_count = 0;
