@@ -5,6 +5,7 @@
 #include "engine/session/recording.h"
 #include "physics/loops/messages.h"
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,7 +19,8 @@ struct PunctureEvent {
   double time_s = 0;
   std::string from{};  ///< tissues by name
   std::string to{};
-  double force_n = 0;  ///< on the tip, along the shaft
+  double force_n = 0;                ///< on the tip, along the shaft
+  std::optional<double> energy_j{};  ///< released; not in recordings of earlier versions
 };
 
 /// Memory for the text of one event, so that the haptic thread takes none.
@@ -26,7 +28,7 @@ struct PunctureText {
   char text[kMaxEventText];
 };
 
-/// Detail of the event, e.g. "fat > muscle, 0.8000 N".
+/// Detail of the event, e.g. "fat > muscle, 0.8000 N (0.00123 J)".
 /// @realtime no allocation
 std::string_view puncture_detail(const content::Scene& scene, const physics::Puncture& puncture,
                                  PunctureText& memory);

@@ -63,6 +63,7 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
   json["punctures"] = nlohmann::ordered_json::array();
   for (const PunctureEvent& p : report.punctures) {
     json["punctures"].push_back({{"time_s", p.time_s}, {"from", p.from}, {"to", p.to}, {"force_n", p.force_n}});
+    if (p.energy_j) json["punctures"].back()["energy_j"] = *p.energy_j;
   }
   if (std::isfinite(report.closest_target_distance)) {
     json["closest_target_distance_m"] = report.closest_target_distance;

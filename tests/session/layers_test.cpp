@@ -134,7 +134,7 @@ TEST(PunctureEvent, IsReadBackFromItsText) {
                                 .name = std::string(kPunctureEvent),
                                 .detail = std::string(puncture_detail(scene, puncture, memory))});
   };
-  add({.from = 1, .to = 1, .force = 1.25});
+  add({.from = 1, .to = 1, .force = 1.25, .energy = 1.5e-3});
   add({.from = 7, .to = 1, .force = 0.5});  // no such tissue
   recording.events.push_back({.time_s = 2, .step = 4, .name = std::string(kPunctureEvent), .detail = "nonsense"});
   recording.events.push_back({.time_s = 2, .step = 4, .name = "buttons", .detail = "a > b, 1 N"});
@@ -145,8 +145,14 @@ TEST(PunctureEvent, IsReadBackFromItsText) {
   EXPECT_EQ(read[0].force_n, 1.25);
   EXPECT_EQ(read[1].from, "?");
   EXPECT_EQ(read[1].force_n, 0.5);
+  EXPECT_EQ(read[0].energy_j, 1.5e-3);
+  recording.events.assign(1,
+                          {.time_s = 2, .step = 4, .name = std::string(kPunctureEvent), .detail = "a > b, 1.5000 N"});
+  ASSERT_EQ(punctures(recording).size(), 1U);  // of an earlier version
+  EXPECT_FALSE(punctures(recording)[0].energy_j);
   const SessionReport report{.punctures = read};
   EXPECT_EQ(to_json(report)["punctures"][0]["force_n"], 1.25);
+  EXPECT_EQ(to_json(report)["punctures"][0]["energy_j"], 1.5e-3);
 }
 
 }  // namespace
