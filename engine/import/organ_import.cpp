@@ -34,7 +34,7 @@ constexpr double kLeastDepth = 0.012;
 
 struct ShapeOfOrgan {
   SolidShape shape;
-  TriangleMesh surface;          // empty: to be made from the shape
+  TriangleMesh surface;                // empty: to be made from the shape
   std::shared_ptr<const void> holder;  // what the distance stands on
 };
 

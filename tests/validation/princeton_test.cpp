@@ -20,7 +20,7 @@ using validation::report_residual;
 
 constexpr double kStripLength = 0.508, kWidth = 12.377e-3, kThickness = 3.2024e-3;  // m
 constexpr double kStripYoung = 71.7e9, kPoisson = 0.31, kTorsion = 3.10380;         // Pa, -, N m^2
-constexpr std::array<double, 3> kLoads{4.448, 8.896, 13.345};                  // N
+constexpr std::array<double, 3> kLoads{4.448, 8.896, 13.345};                       // N
 
 /// Motion of the tip: along the axis, along the wide side (stiff), across it (soft), m; twist, degrees.
 using TipMotion = std::array<double, 4>;
