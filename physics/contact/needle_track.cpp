@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 namespace stylet::physics {
@@ -15,6 +16,10 @@ namespace {
 constexpr double kLeastShare = 1.0 / 300;
 constexpr double kWithdrawn = 2e-4;  // m the tip goes back past a point before it lets go of it
 constexpr std::uint64_t kRowsOfId = 4;
+
+bool holds_active(std::span<const TrackPoint> points, int body) {
+  return std::ranges::any_of(points, [&](const TrackPoint& point) { return point.body == body && point.active; });
+}
 
 double held_share(const TrackPoint& point, double spacing) {
   return std::hypot(point.share, kLeastShare * spacing);
@@ -78,6 +83,11 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
     at[i] = shaft.project(tissue.position(point.point), point.arc, point.arc);
     const bool was_active = point.active;
     point.active = point.arc <= shaft.length() + (was_active ? kWithdrawn : 0.0) && point.arc >= 0;
+    if (point.active && !was_active) {
+      // Out of the body altogether, the tip finds its track again through the old hole alone, not from beside it.
+      const double beside = (tissue.position(point.point) - at[i].position).norm();
+      point.active = beside < settings_.reentry_distance || holds_active(points.first(i), point.body);
+    }
     if (point.active && !was_active) {
       point.held_arc = point.arc;
       point.bristles = {};
