@@ -15,6 +15,15 @@ packages() {
   done | sort -u
 }
 
+# apt_progress: what apt-get says, in some twenty lines for all the packages.
+apt_progress() {
+  awk '/ newly installed, / { all = $1 + $3; printf "  %d packages, with what they need\n", all }
+       function count(name) { if (all && ++seen[name] % (int(all / 10) + 1) == 0) print "  " name, seen[name], "of", all }
+       /^Get:/ { count("fetched") }
+       /^Setting up / { count("installed") }
+       { fflush() }'
+}
+
 # install_packages SECTION...: installs what is missing on Debian 12; elsewhere says what would be needed and goes on.
 install_packages() {
   local missing=() package
@@ -38,7 +47,7 @@ install_packages() {
   log=$(mktemp)
   { "${as_root[@]}" apt-get -o DPkg::Lock::Timeout=300 update &&
     "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 install -y \
-      --no-install-recommends "${missing[@]}"; } >"$log" 2>&1 ||
+      --no-install-recommends "${missing[@]}"; } 2>&1 | tee "$log" | apt_progress ||
     { tail -n 20 "$log" >&2; fail "apt-get failed; the log is $log"; }
   rm -f "$log"
 }
