@@ -59,11 +59,13 @@ ReferenceInsertion closed_path(const ReferenceInsertion& insertion, double depth
 }
 
 struct Sample {
-  double time = 0;   // s
-  double force = 0;  // on the hand along -x, N: positive pushes the needle out
-  double tip = 0;    // x, m: the surface at rest is at 0
-  double depth = 0;  // of needle inside, m
-  double work = 0;   // of the hand, J
+  double time = 0;     // s
+  double force = 0;    // on the hand along -x, N: positive pushes the needle out
+  double tip = 0;      // x, m: the surface at rest is at 0
+  double depth = 0;    // of needle inside, m
+  double side = 0;     // of the hub, y since the start, m
+  double lateral = 0;  // force on the hand along y, N
+  double work = 0;     // of the hand, J
   TipState state = TipState::outside;
 };
 
@@ -86,6 +88,8 @@ Run run(const ReferenceInsertion& motion, const physics::InsertionResistance& re
                                 .force = -needle.wrench.force.x(),
                                 .tip = needle.positions(0, needle.node_count - 1),
                                 .depth = needle.tip_depth,
+                                .side = needle.positions(1, 0) - motion.tip_start.y(),
+                                .lateral = needle.wrench.force.y(),
                                 .work = needle.hand_work,
                                 .state = needle.tip});
     }
@@ -118,21 +122,21 @@ double slope(Place from, Place to) {
   return (n * xy - x * y) / (n * xx - x * x);
 }
 
-/// What a classical model makes of the recorded motion, N on the hand.
-std::vector<double> classical(const ClassicalModel& model, const std::vector<Sample>& samples, double dt,
-                              double diameter) {
+/// What a classical model makes of the recorded motion. Its needle is rigid: all of the shaft deviates as the hub.
+std::vector<ClassicalForce> classical(const ClassicalModel& model, const std::vector<Sample>& samples, double dt,
+                                      double diameter) {
   TrackState state;
-  std::vector<double> forces;
+  std::vector<ClassicalForce> forces;
   double last_tip = samples.front().tip;
   for (const Sample& s : samples) {
     const NeedleMotion motion{.depth = s.tip,
                               .velocity = (s.tip - last_tip) / dt,
                               .inserted_length = s.depth,
-                              .deviation = Eigen::Vector2d::Zero(),
+                              .deviation = {s.side, 0},
                               .diameter = diameter,
                               .dt = dt};
     last_tip = s.tip;
-    forces.push_back(model.force(motion, state).axial);
+    forces.push_back(model.force(motion, state));
   }
   return forces;
 }
@@ -242,6 +246,34 @@ std::vector<double> tips_of(const std::vector<Sample>& samples) {
   return tip_mm;
 }
 
+/// Sideways force over time: of the coupled model and of the one classical model that has any.
+struct Lateral {
+  std::vector<double> time, side_mm, coupled, deviation;
+};
+
+/// R1 as it is, curved sideways.
+Lateral lateral_forces(const ReferenceInsertion& insertion, const physics::InsertionResistance& liver,
+                       Report& report) {
+  const Run curved = run(insertion, liver);
+  const std::vector<ClassicalForce> forces =
+      classical({"lugre", lugre_force}, curved.samples, 1 / insertion.haptic_hz, insertion.needle.outer_diameter);
+  Lateral lateral;
+  double coupled_peak = 0, deviation_peak = 0;
+  for (std::size_t k = 0; k < forces.size(); ++k) {
+    const Sample& s = curved.samples[k];
+    lateral.time.push_back(s.time);
+    lateral.side_mm.push_back(1e3 * s.side);
+    lateral.coupled.push_back(s.lateral);
+    lateral.deviation.push_back(forces[k].lateral.x());
+    coupled_peak = std::max(coupled_peak, std::abs(s.lateral));
+    deviation_peak = std::max(deviation_peak, std::abs(forces[k].lateral.x()));
+  }
+  report.add({"resistance.lateral.peak", coupled_peak, "N", {}, {}, {}});
+  report.add({"resistance.classical.lugre.lateral_peak", deviation_peak, "N", {}, {}, {}});
+  report.add({"resistance.lateral.flags", static_cast<double>(curved.flags), "1", {}, {}, {}});
+  return lateral;
+}
+
 void draw(const std::filesystem::path& out, const std::vector<Sample>& fast, const std::vector<Sample>& slow,
           double slow_speed, const std::vector<std::pair<std::string, std::vector<double>>>& models) {
   std::vector<double> time, depth_mm;
@@ -275,6 +307,27 @@ void draw(const std::filesystem::path& out, const std::vector<Sample>& fast, con
       std::string(
           "The classical models know the motion alone: no tissue moves in them, and they have their own constants.")};
   write_figure(out, "coupling_resistance", panels, caption, columns);
+}
+
+void draw_lateral(const std::filesystem::path& out, const Lateral& lateral) {
+  const session::PlotPanel sideways{
+      .title = "Sideways force on R1, which curves by 10 mm",
+      .x = {.label = "time, s", .min = 0, .max = lateral.time.back()},
+      .y = {.label = "lateral force, N"},
+      .series = {plot_line("coupled", lateral.time, lateral.coupled, 0),
+                 plot_line("lugre, from the deviation", lateral.time, lateral.deviation, 4)},
+      .markers = {},
+      .dots = {}};
+  const std::array panels{sideways};
+  const std::array caption{
+      std::string("Coupled: a flexible needle in tissue that gives way. The classical model: a rigid needle, and a "
+                  "force that grows with"),
+      std::string("the deviation of its shaft and the length inside; its constant is of another needle in another "
+                  "tissue.")};
+  const std::array columns{FigureColumn{"time_s", lateral.time}, FigureColumn{"side_mm", lateral.side_mm},
+                           FigureColumn{"coupled_n", lateral.coupled},
+                           FigureColumn{"deviation_n", lateral.deviation}};
+  write_figure(out, "coupling_lateral", panels, caption, columns);
 }
 
 }  // namespace
@@ -314,8 +367,11 @@ Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptio
   const Run slow = options.quick ? curve : run(there_and_back(insertion, kDepth, kBackTo, slow_speed), liver);
   std::vector<std::pair<std::string, std::vector<double>>> models;
   for (const ClassicalModel& model : classical_models()) {
-    std::vector<double> forces =
-        classical(model, slow.samples, 1 / insertion.haptic_hz, insertion.needle.outer_diameter);
+    std::vector<double> forces;
+    for (const ClassicalForce& force :
+         classical(model, slow.samples, 1 / insertion.haptic_hz, insertion.needle.outer_diameter)) {
+      forces.push_back(force.axial);
+    }
     double sum = 0;
     for (std::size_t k = 0; k < forces.size(); ++k) {
       sum += (forces[k] - slow.samples[k].force) * (forces[k] - slow.samples[k].force);
@@ -325,7 +381,11 @@ Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptio
     report.add({prefix + "rms_difference", std::sqrt(sum / static_cast<double>(forces.size())), "N", {}, {}, {}});
     models.emplace_back(model.name, std::move(forces));
   }
-  if (!options.out.empty()) draw(options.out, curve.samples, slow.samples, slow_speed, models);
+  const Lateral lateral = lateral_forces(insertion, liver, report);
+  if (!options.out.empty()) {
+    draw(options.out, curve.samples, slow.samples, slow_speed, models);
+    draw_lateral(options.out, lateral);
+  }
   return report;
 }
 
