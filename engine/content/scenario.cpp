@@ -9,17 +9,22 @@
 #include "engine/content/label_volume.h"
 #include "engine/content/motion_file.h"
 #include "engine/content/probe_placement.h"
+#include "engine/content/procedure.h"
 #include "engine/content/scenario_file.h"
 #include "engine/content/surface_mesh.h"
 #include "engine/content/tissue_table.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <optional>
+#include <ranges>
+#include <string_view>
 
 namespace stylet::content {
 namespace {
@@ -235,6 +240,8 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   scene.camera = scenario.camera;
   scene.rates = scenario.rates;
   scene.coupling = scenario.coupling;
+  scene.shaft_friction =
+      scenario.shaft_friction == "lugre" ? physics::ShaftFriction::lugre : physics::ShaftFriction::coulomb;
   scene.contact_spacing = scenario.contact_spacing;
   scene.damping_time_s = scenario.damping_time_s;
   scene.contacts = scenario.contacts;
@@ -264,6 +271,29 @@ void validate_gltf(const std::filesystem::path& path, Problems& problems, Proble
   }
 }
 
+/// What validate() does with a JSON file: adds problems and warnings, fills in the scene if it is a scenario.
+using Check = void (*)(const std::filesystem::path&, Problems&, Problems&, std::optional<Scene>&);
+
+template <auto kRead>
+void check_file(const std::filesystem::path& path, Problems& problems, Problems&, std::optional<Scene>&) {
+  read_json(
+      path, [](JsonFile& file) { return kRead(file); }, problems, kMotionLimits);
+}
+
+void check_scenario(const std::filesystem::path& path, Problems& problems, Problems& odd,
+                    std::optional<Scene>& scene) {
+  scene = assemble(path, {}, problems, odd);
+}
+
+const std::map<std::string_view, Check> kChecks{
+    {"stylet-scenario", check_scenario},
+    {"stylet-tissues", check_file<read_tissues>},
+    {"stylet-needle", check_file<read_needle>},
+    {"stylet-probe", check_file<read_probe>},
+    {"stylet-procedure", check_file<read_procedure>},
+    {"stylet-motion", check_file<[](JsonFile& file) { return read_motion(file); }>},
+};
+
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress,
@@ -279,6 +309,17 @@ Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& prog
   return std::move(*scene);
 }
 
+std::string format_of(const std::filesystem::path& path) {
+  const JsonFile file(path, kMotionLimits);
+  if (!file.tree().is_object()) return {};
+  const auto format = file.tree().find("format");
+  return format != file.tree().end() && format->is_string() ? format->get<std::string>() : std::string();
+}
+
+bool is_content_format(std::string_view format) {
+  return kChecks.contains(format);
+}
+
 std::vector<std::string> validate(const std::filesystem::path& path, std::optional<Scene>* scene,
                                   std::vector<std::string>* warnings) {
   Problems problems;
@@ -288,32 +329,13 @@ std::vector<std::string> validate(const std::filesystem::path& path, std::option
     const std::string extension = path.extension().string();
     if (extension == ".glb" || extension == ".gltf") {
       validate_gltf(path, problems, odd);
-      return problems;
-    }
-    std::string format;
-    {
-      const JsonFile file(path, kMotionLimits);
-      if (file.tree().is_object() && file.tree().contains("format") && file.tree()["format"].is_string()) {
-        format = file.tree()["format"].get<std::string>();
-      }
-    }
-    if (format == "stylet-scenario") {
-      std::optional<Scene> assembled = assemble(path, {}, problems, odd);
+    } else if (const auto found = kChecks.find(format_of(path)); found != kChecks.end()) {
+      std::optional<Scene> assembled;
+      found->second(path, problems, odd, assembled);
       if (scene != nullptr) *scene = std::move(assembled);
-    } else if (format == "stylet-tissues") {
-      read_json(path, read_tissues, problems);
-    } else if (format == "stylet-needle") {
-      read_json(path, read_needle, problems);
-    } else if (format == "stylet-probe") {
-      read_json(path, read_probe, problems);
-    } else if (format == "stylet-motion") {
-      read_json(
-          path, [](JsonFile& file) { return read_motion(file); }, problems, kMotionLimits);
     } else {
-      problems.push_back(
-          fmt::format("{}:/format: names no kind of file; it is one of: stylet-scenario, "
-                      "stylet-tissues, stylet-needle, stylet-probe, stylet-motion",
-                      path.string()));
+      problems.push_back(fmt::format("{}:/format: names no kind of file; it is one of: {}", path.string(),
+                                     fmt::join(std::views::keys(kChecks), ", ")));
     }
   } catch (const ContentError& error) {
     problems.emplace_back(error.what());

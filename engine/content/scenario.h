@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stylet::content {
@@ -21,6 +22,12 @@ using LoadProgress = std::function<void(const std::string& doing, double share)>
 /// @throws ContentError  the first problem as one line; nothing half-loaded comes out
 Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress = {},
                  std::vector<std::string>* warnings = nullptr);
+
+/// The "format" key of a JSON file, empty where it has none. @throws ContentError  unreadable
+std::string format_of(const std::filesystem::path& path);
+
+/// Whether validate() knows the "format".
+bool is_content_format(std::string_view format);
 
 /// All problems of a content file at once, one line each; empty: it is sound. The kind of file is taken from its
 /// "format" key, or from its bytes for glTF. A scenario is checked with every file it names, and its organs are

@@ -264,15 +264,15 @@ ScenarioFile read_scenario_file(JsonFile& file) {
   if (auto camera = root.object("camera")) scenario.camera = read_camera(*camera, scenario.room_from_patient);
   if (auto labels = root.object("labels", false)) scenario.labels = read_labels(*labels);
   if (auto rates = root.object("rates", false)) {
-    scenario.rates.haptic_hz = rates->number("haptic_hz", {100, 4000}, scenario.rates.haptic_hz);
+    scenario.rates.haptic_hz = rates->number("haptic_hz", {kMinHapticHz, kMaxHapticHz}, scenario.rates.haptic_hz);
     scenario.rates.simulation_hz = rates->number("simulation_hz", {1, 1000}, scenario.rates.simulation_hz);
-    const double ratio = scenario.rates.haptic_hz / scenario.rates.simulation_hz;
-    if (std::abs(ratio - std::round(ratio)) > 1e-9 || ratio < 1) {
+    if (!scenario.rates.in_lockstep()) {
       rates->problem("", "haptic_hz is not a whole multiple of simulation_hz; lockstep needs that");
     }
     rates->finish();
   }
   scenario.coupling = root.choice("coupling", {"stylet", "paper-updated", "paper-frozen"}, "stylet");
+  scenario.shaft_friction = root.choice("shaft_friction", {"coulomb", "lugre"}, "coulomb");
   scenario.contact_spacing = root.number("contact_spacing_mm", {1, 100}, 10) * 1e-3;
   if (auto breathing = root.object("breathing", false)) {
     scenario.breathing.amplitude = breathing->number("amplitude", {0, 2}, 1);

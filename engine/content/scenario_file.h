@@ -88,6 +88,7 @@ struct ScenarioFile {
   Eigen::Isometry3d room_from_patient = Eigen::Isometry3d::Identity();
   LoopRates rates;
   std::string coupling;
+  std::string shaft_friction;
   double contact_spacing = 0.010;
   double damping_time_s = 0;
   std::vector<BodyContact> contacts;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "physics/contact/tissue_map.h"
+#include "physics/contact/track_rows.h"
 #include "physics/loops/messages.h"
 #include "physics/tissue/tet_mesh.h"
 
@@ -9,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -147,7 +149,15 @@ struct Motion {
 struct LoopRates {
   double haptic_hz = 1000;
   double simulation_hz = 50;
+
+  /// Whole haptic steps in a simulation step.
+  bool in_lockstep() const {
+    const double ratio = haptic_hz / simulation_hz;
+    return ratio >= 1 - 1e-9 && std::abs(ratio - std::round(ratio)) <= 1e-9;
+  }
 };
+inline constexpr double kMinHapticHz = 100;
+inline constexpr double kMaxHapticHz = 4000;
 
 struct Scene {
   std::string name;
@@ -166,8 +176,9 @@ struct Scene {
   Motion motion;
   LoopRates rates;
   std::string coupling = "stylet";  ///< the scenario's default: stylet, paper-updated or paper-frozen
-  double contact_spacing = 0.010;   ///< m along the path
-  double damping_time_s = 0;        ///< Kelvin-Voigt: B = damping_time * K
+  physics::ShaftFriction shaft_friction = physics::ShaftFriction::coulomb;  ///< coupling stylet
+  double contact_spacing = 0.010;                                           ///< m along the path
+  double damping_time_s = 0;                                                ///< Kelvin-Voigt: B = damping_time * K
   std::vector<BodyContact> contacts;
   Breathing breathing;
 };

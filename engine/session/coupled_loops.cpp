@@ -48,6 +48,7 @@ physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics
   settings.coupling = coupling;
   settings.track.spacing = scene.contact_spacing;
   settings.track.bevel_ratio = scene.needle.bevel_force_ratio;
+  settings.track.friction = scene.shaft_friction;
   if (coupling == physics::Coupling::stylet) settings.tissues = tissue_map(scene);
   return settings;
 }

@@ -24,7 +24,8 @@ RecordingHeader recording_header(const content::Scene& scene, const haptic::Devi
           .settings_json = to_json(RecordedSettings{.coupling = settings.coupling,
                                                     .mode = settings.lockstep ? "lockstep" : "threaded",
                                                     .device = device.name(),
-                                                    .start = start})};
+                                                    .start = start,
+                                                    .haptic_hz = scene.rates.haptic_hz})};
 }
 
 }  // namespace

@@ -123,6 +123,7 @@ std::string to_json(const RecordedSettings& settings) {
   return nlohmann::json{{"coupling", coupling_name(settings.coupling)},
                         {"mode", settings.mode},
                         {"device", settings.device},
+                        {"haptic_hz", settings.haptic_hz},
                         {"start_pose", {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}}}
       .dump();
 }
@@ -137,6 +138,7 @@ RecordedSettings recorded_settings(const Recording& recording) {
     const auto pose = json.at("start_pose").get<std::array<double, 7>>();
     settings.start.position = {pose[0], pose[1], pose[2]};
     settings.start.orientation = {pose[3], pose[4], pose[5], pose[6]};
+    settings.haptic_hz = json.value("haptic_hz", 0.0);
   } catch (const nlohmann::json::exception& error) {
     impossible(fmt::format("the settings in its header are not a session's ({})", error.what()));
   }

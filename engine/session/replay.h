@@ -40,6 +40,7 @@ struct RecordedSettings {
   std::string mode{};  ///< "threaded" or "lockstep"
   std::string device{};
   physics::StylusPose start{};  ///< of the hub before the first step
+  double haptic_hz = 0;         ///< 0: the scenario's, in recordings of earlier versions
 };
 std::string to_json(const RecordedSettings& settings);
 /// @throws content::ContentError  the recording's settings are not those of a session

@@ -121,6 +121,22 @@ TEST(Layers, AtFourKilohertzTheSameLayersAreFelt) {
   }
 }
 
+TEST(Layers, BristlesOnTheShaftAreFelt) {
+  content::Scene scene = tests::layered_scene();
+  const Felt coulomb = feel(scene, 1000);
+  scene.shaft_friction = physics::ShaftFriction::lugre;
+  const Felt bristles = feel(scene, 1000);
+  ASSERT_EQ(bristles.punctures.size(), coulomb.punctures.size());
+  ASSERT_EQ(bristles.force.size(), coulomb.force.size());
+  double apart = 0;
+  for (std::size_t i = 0; i < bristles.force.size(); ++i) {
+    apart = std::max(apart, std::abs(bristles.force[i].axial - coulomb.force[i].axial));
+  }
+  std::printf("LuGre and Coulomb friction: at most %.3f N apart, peak %.3f N\n", apart, coulomb.summary.peak_force);
+  EXPECT_GT(apart, 0.02);
+  EXPECT_GE(bristles.summary.least_work, -1e-9);
+}
+
 TEST(PunctureEvent, IsReadBackFromItsText) {
   content::Scene scene;
   scene.tissues.resize(2);

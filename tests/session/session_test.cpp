@@ -54,6 +54,7 @@ Outcome record(const content::Scene& scene, const std::filesystem::path& path, M
 
 std::pair<ReplayResult, std::uint64_t> replay_file(const content::Scene& scene, const Recording& recording) {
   const RecordedSettings settings = recorded_settings(recording);
+  EXPECT_EQ(settings.haptic_hz, scene.rates.haptic_hz);
   StepHash hash;
   CoupledLoops loops(scene, settings.coupling, settings.start, {&hash});
   ReplayResult result = replay(recording, loops, hash);

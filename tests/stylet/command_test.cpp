@@ -40,10 +40,10 @@ struct Outcome {
   std::ptrdiff_t lines() const { return std::count(output.begin(), output.end(), '\n'); }
 };
 
-Outcome run(const std::string& arguments) {
+Outcome run(const std::string& arguments, const fs::path& binary = STYLET_COMMAND) {
   // Leaks are looked for where the process is ours alone; the Vulkan driver keeps memory until the end.
   const std::string command =
-      fmt::format("ASAN_OPTIONS=detect_leaks=0 '{}' {} 2>&1 </dev/null", STYLET_COMMAND, arguments);
+      fmt::format("ASAN_OPTIONS=detect_leaks=0 '{}' {} 2>&1 </dev/null", binary.string(), arguments);
   Outcome outcome;
   FILE* pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return outcome;
@@ -160,6 +160,8 @@ TEST_F(Command, RefusesWhatIsNotThere) {
   expect_refused(scenario_name + " --device joystick", "joystick", "scripted");
   expect_refused(scenario_name + " --gpu no_such_gpu", "no_such_gpu", "");
   expect_refused(scenario_name + " --coupling spring", "spring", "paper-updated");
+  expect_refused(scenario_name + " --haptic-hz 5000", "haptic rate 5000", "4000 Hz");
+  expect_refused(scenario_name + " --haptic-hz 1001", "haptic rate 1001", "multiple");
 }
 
 TEST_F(Command, RefusesMalformedScenarios) {
@@ -234,6 +236,46 @@ TEST_F(Command, ValidateNamesEveryProblem) {
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.output.find("/rates/haptic_hz"), std::string::npos) << outcome.output;
   EXPECT_NE(outcome.output.find("/contact_spacing_mm"), std::string::npos) << outcome.output;
+}
+
+TEST_F(Command, ValidateChecksEveryFileOfAFolder) {
+  const Outcome sound = run("validate " + kContent.string());
+  EXPECT_EQ(sound.exit_code, 0) << sound.output;
+  for (const char* file :
+       {"scenarios/liver_biopsy.json", "organs/abdomen.glb", "organs/abdomen.json", "tissues.json",
+        "needles/18g_150mm.json", "probes/c5_2.json", "motions/liver_biopsy.json", "reference/r1.json"}) {
+    EXPECT_NE(sound.output.find((kContent / file).string() + ": sound\n"), std::string::npos) << file;
+  }
+  fs::copy_file(kContent / "needles" / "18g_150mm.json", folder_ / "needle.json");
+  folder_.write("notes.json", R"({"by": "another program"})");
+  json r1 = json::parse(read_text(kContent / "reference" / "r1.json"));
+  r1["cube"]["egde"] = 1;
+  folder_.write("r1.json", r1.dump());
+  folder_.write("cut.rec", "not a recording");
+  const Outcome outcome = run("validate " + folder_.path().string());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.output.find("needle.json: sound"), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.output.find("r1.json:/cube/egde: "), std::string::npos) << outcome.output;
+  EXPECT_NE(outcome.output.find("cut.rec: 1 problem"), std::string::npos) << outcome.output;
+  EXPECT_EQ(outcome.output.find("notes.json"), std::string::npos) << outcome.output;
+}
+
+TEST_F(Command, InstalledItFindsTheContentBesideIt) {
+  const fs::path prefix = folder_ / "prefix";
+  const fs::path build = fs::path(STYLET_COMMAND).parent_path().parent_path();
+  ASSERT_EQ(std::system(fmt::format("cmake --install '{}' --prefix '{}' >'{}' 2>&1", build.string(), prefix.string(),
+                                    (folder_ / "install.log").string())
+                            .c_str()),
+            0)
+      << read_text(folder_ / "install.log");
+  const fs::path installed = prefix / "share" / "stylet" / "content" / "scenarios" / "liver_biopsy.json";
+  json scenario = json::parse(read_text(installed));
+  scenario["title"] = "Beside the binary";
+  std::ofstream(installed) << scenario.dump();
+  const Outcome listed = run("train", prefix / "bin" / "stylet");
+  EXPECT_EQ(listed.exit_code, 0);
+  EXPECT_NE(listed.output.find("Beside the binary"), std::string::npos) << listed.output;
+  EXPECT_EQ(run("validate " + installed.string(), prefix / "bin" / "stylet").exit_code, 0);
 }
 
 TEST_F(Command, ImportLeavesAnOrganInANewFolder) {

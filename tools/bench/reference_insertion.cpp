@@ -1,46 +1,77 @@
 #include "tools/bench/reference_insertion.h"
 
+#include "engine/content/json_reader.h"
 #include "tests/support/kuhn_box.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
-#include <stdexcept>
 
 namespace stylet::bench {
 
-ReferenceInsertion read_reference_insertion(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw std::runtime_error(file.string() + ": cannot be read");
-  const nlohmann::json json = nlohmann::json::parse(in);
-  if (json.at("format") != "stylet-reference-insertion" || json.at("version") != 1) {
-    throw std::runtime_error(file.string() + ": not a stylet-reference-insertion of version 1");
+namespace {
+
+/// [[time, speed], ...], times ascending.
+std::vector<std::array<double, 2>> read_speeds(content::JsonObject& base) {
+  std::vector<std::array<double, 2>> speeds;
+  const nlohmann::json* rows = base.array("axial_speed");
+  if (rows == nullptr) return speeds;
+  for (const nlohmann::json& row : *rows) {
+    if (!row.is_array() || row.size() != 2 || !row[0].is_number() || !row[1].is_number() ||
+        (!speeds.empty() && row[0].get<double>() <= speeds.back()[0])) {
+      base.problem("axial_speed", fmt::format("item {} is {}, not [s, m/s] at a later time than the item before it",
+                                              speeds.size(), row.dump()));
+      return speeds;
+    }
+    speeds.push_back({row[0].get<double>(), row[1].get<double>()});
   }
+  if (speeds.empty()) base.problem("axial_speed", "is empty; give at least one [s, m/s]");
+  return speeds;
+}
+
+}  // namespace
+
+ReferenceInsertion read_reference_insertion(const std::filesystem::path& path) {
+  content::JsonFile file(path);
+  content::JsonObject root = file.root("stylet-reference-insertion", 1);
+  for (const char* key : {"name", "licence", "source"}) root.ignore(key);
   ReferenceInsertion r;
-  const auto& cube = json.at("cube");
-  r.cube_edge = cube.at("edge");
-  r.nodes_per_edge = cube.at("nodes_per_edge");
-  r.material = {cube.at("young_modulus"), cube.at("poisson_ratio")};
-  const auto& needle = json.at("needle");
-  r.needle.length = needle.at("length");
-  r.needle.outer_diameter = needle.at("outer_diameter");
-  r.needle.inner_diameter = needle.at("inner_diameter");
-  r.needle.young_modulus = needle.at("young_modulus");
-  r.needle.poisson_ratio = needle.at("poisson_ratio");
-  r.needle.beams = needle.at("beams");
-  const auto& base = json.at("base");
-  for (int a = 0; a < 3; ++a) r.tip_start[a] = base.at("tip_start").at(static_cast<std::size_t>(a));
-  r.axial_speed = base.at("axial_speed").get<std::vector<std::array<double, 2>>>();
-  r.lateral_amplitude = base.at("lateral").at("amplitude");
-  r.lateral_start = base.at("lateral").at("start");
-  r.lateral_end = base.at("lateral").at("end");
-  r.contact_spacing = json.at("contact_spacing");
-  r.haptic_hz = json.at("haptic_hz");
-  r.simulation_hz = json.at("simulation_hz");
-  r.duration = json.at("duration");
+  if (auto cube = root.object("cube")) {
+    r.cube_edge = cube->number("edge", {1e-3, 10});
+    r.nodes_per_edge = cube->integer("nodes_per_edge", 2, 64);
+    r.material = {cube->number("young_modulus", {1, 1e12}), cube->number("poisson_ratio", {0, 0.499})};
+    cube->finish();
+  }
+  if (auto needle = root.object("needle")) {
+    r.needle.length = needle->number("length", {1e-3, 10});
+    r.needle.outer_diameter = needle->number("outer_diameter", {1e-5, 1});
+    r.needle.inner_diameter = needle->number("inner_diameter", {0, 1});
+    r.needle.young_modulus = needle->number("young_modulus", {1, 1e13});
+    r.needle.poisson_ratio = needle->number("poisson_ratio", {0, 0.499});
+    r.needle.beams = needle->integer("beams", 1, physics::kMaxBeams);
+    needle->finish();
+  }
+  if (auto base = root.object("base")) {
+    r.tip_start = base->vector3("tip_start", {-10, 10});
+    r.axial_speed = read_speeds(*base);
+    if (auto lateral = base->object("lateral")) {
+      r.lateral_amplitude = lateral->number("amplitude", {-1, 1});
+      r.lateral_start = lateral->number("start", {0, 1e4});
+      r.lateral_end = lateral->number("end", {0, 1e4});
+      if (r.lateral_end <= r.lateral_start) lateral->problem("end", "is not later than start");
+      lateral->finish();
+    }
+    base->finish();
+  }
+  r.contact_spacing = root.number("contact_spacing", {1e-4, 1});
+  r.haptic_hz = root.number("haptic_hz", {1, 1e5});
+  r.simulation_hz = root.number("simulation_hz", {1, r.haptic_hz});
+  r.duration = root.number("duration", {0, 1e4});
+  root.finish();
+  file.throw_problems();
   return r;
 }
 

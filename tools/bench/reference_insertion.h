@@ -35,8 +35,8 @@ struct ReferenceInsertion {
   int haptic_steps_per_simulation_step() const;
 };
 
-/// @throws std::runtime_error if the file cannot be read or is not this format
-ReferenceInsertion read_reference_insertion(const std::filesystem::path& file);
+/// @throws content::ContentError  the first thing wrong with the file, as one line
+ReferenceInsertion read_reference_insertion(const std::filesystem::path& path);
 
 /// How a run of a reference insertion is set up.
 struct ReferenceRun {

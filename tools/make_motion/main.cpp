@@ -1,8 +1,8 @@
 // Writes content/motions/liver_biopsy.json from the planned entry and target of the default patient.
 //   make_motion content/organs/abdomen.json content/needles/18g_150mm.json content/motions/liver_biopsy.json
 #include "engine/content/instruments.h"
-#include "engine/content/json_reader.h"
 #include "engine/content/motion.h"
+#include "engine/content/procedure.h"
 #include "tools/make_motion/biopsy_motion.h"
 
 #include <exception>
@@ -14,10 +14,10 @@ stylet::motion::BiopsyPlan read_plan(const char* procedure, const char* needle) 
   using namespace stylet::content;
   stylet::motion::BiopsyPlan plan;
   JsonFile file{std::filesystem::path(procedure)};
-  JsonObject root = file.root("stylet-procedure", 1);
-  plan.entry = root.vector3("entry", {-5, 5});
-  if (auto target = root.object("target")) plan.target = target->vector3("centre", {-5, 5});
+  const Procedure planned = read_procedure(file);
   file.throw_problems();
+  plan.entry = planned.entry;
+  plan.target = planned.target;
   JsonFile needle_file{std::filesystem::path(needle)};
   plan.needle_length = read_needle(needle_file).length;
   needle_file.throw_problems();

@@ -10,6 +10,8 @@
 
 #include <fmt/format.h>
 
+#include <unistd.h>
+
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -60,10 +62,12 @@ void run_bench(Request request) {
   const Bench& bench = find_bench(request.name);
   // Everything that can be refused is refused before minutes of measuring.
   if (!request.out.empty()) fs::create_directories(request.out);
-  std::ofstream json;
   if (!request.json.empty()) {
-    json.open(request.json);
-    if (!json) throw std::runtime_error(request.json + ": cannot be written; name a file in an existing folder");
+    const fs::path file = fs::absolute(request.json);
+    const fs::path written = fs::exists(file) ? file : file.parent_path();
+    if (fs::is_directory(file) || ::access(written.c_str(), W_OK) != 0) {
+      throw std::runtime_error(request.json + ": cannot be written; name a file in an existing folder");
+    }
   }
   const bench::Machine machine = bench::this_machine(build_name());
   request.options.reference_insertion = content::content_directory() / "reference" / "r1.json";
@@ -73,6 +77,7 @@ void run_bench(Request request) {
   const bench::Report report = bench.run(request.options);
   fmt::print("{}", bench::to_table(report, machine));
   if (request.json.empty()) return;
+  std::ofstream json(request.json);
   json << bench::to_json(report);
   json.close();
   if (!json) throw std::runtime_error(request.json + ": could not be written whole; is the disk full?");

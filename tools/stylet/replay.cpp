@@ -26,7 +26,8 @@ int replay_recording(const std::string& path, const std::string& scenario) {
                scenario_path.string());
   }
   Progress progress;
-  const content::Scene scene = load_scene(scenario_path.string(), progress);
+  content::Scene scene = load_scene(scenario_path.string(), progress);
+  if (settings.haptic_hz > 0) set_haptic_rate(scene, settings.haptic_hz);
   session::StepHash hash;
   session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash});
   const session::ReplayResult result = session::replay(recording, loops, hash, [&](double share) {

@@ -96,6 +96,15 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene) 
   throw content::ContentError(fmt::format("--device {}: there is recorded:FILE, scripted and mouse", description));
 }
 
+void set_haptic_rate(content::Scene& scene, double haptic_hz) {
+  scene.rates.haptic_hz = haptic_hz;
+  if (!(haptic_hz >= content::kMinHapticHz && haptic_hz <= content::kMaxHapticHz) || !scene.rates.in_lockstep()) {
+    throw content::ContentError(
+        fmt::format("haptic rate {:g}: say {:g} to {:g} Hz, a whole multiple of the simulation's {:g} Hz", haptic_hz,
+                    content::kMinHapticHz, content::kMaxHapticHz, scene.rates.simulation_hz));
+  }
+}
+
 physics::Coupling chosen_coupling(const std::string& name, const content::Scene& scene) {
   return session::coupling_from_name(name.empty() ? scene.coupling : name);
 }

@@ -36,6 +36,9 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene);
 /// The coupling named, or the scenario's where none is. @throws content::ContentError
 physics::Coupling chosen_coupling(const std::string& name, const content::Scene& scene);
 
+/// Instead of the scenario's. @throws content::ContentError  out of range, or no multiple of the simulation's rate
+void set_haptic_rate(content::Scene& scene, double haptic_hz);
+
 inline constexpr const char* kDeviceHelp =
     "Stylus: recorded:FILE (a motion file), scripted, or mouse; default: the scenario's recorded motion";
 inline constexpr const char* kCouplingHelp = "stylet, paper-updated or paper-frozen; default: the scenario's";

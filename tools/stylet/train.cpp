@@ -34,6 +34,7 @@ struct TrainOptions {
   bool stereo = false;
   bool lockstep = false;
   std::string coupling;
+  double haptic_hz = 0;
   std::string out = "out/session";
   std::string gpu;
 };
@@ -80,7 +81,8 @@ int train(const TrainOptions& options) {
   if (options.scenario.empty()) return list_scenarios();
   const std::unique_ptr<view::Display> display = open_display(options);
   Progress progress;
-  const content::Scene scene = load_scene(options.scenario, progress);
+  content::Scene scene = load_scene(options.scenario, progress);
+  if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
   const Stylus stylus = make_stylus(options.device, scene);
   if (!display && !std::isfinite(stylus.duration_s)) {
@@ -180,6 +182,8 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_flag("--lockstep", options->lockstep,
                     "One thread, fixed schedule, as fast as it goes: the same bits every time");
   command->add_option("--coupling", options->coupling, kCouplingHelp);
+  command->add_option("--haptic-hz", options->haptic_hz,
+                      "Rate of the haptic loop, up to 4000; default: the scenario's");
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
   command->footer(

@@ -1,18 +1,25 @@
-// `stylet validate`: all problems of a content file at once.
+// `stylet validate`: all problems of files at once.
 #include "engine/content/scenario.h"
 #include "engine/content/tet_quality.h"
+#include "engine/session/recording.h"
+#include "tools/bench/reference_insertion.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/session_options.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stylet::tools {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -35,28 +42,92 @@ std::string summary(const content::Scene& scene) {
   return text;
 }
 
+constexpr std::string_view kReferenceInsertion = "stylet-reference-insertion";
+
+/// A file that Stylet reads, as far as its name and "format" tell; what it writes for people (session.json, reports)
+/// and what belongs to other programs is not.
+bool is_input(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  if (extension == ".glb" || extension == ".gltf" || extension == ".rec") return true;
+  if (extension != ".json") return false;
+  try {
+    const std::string format = content::format_of(path);
+    return format == kReferenceInsertion || content::is_content_format(format);
+  } catch (const content::ContentError&) {
+    return true;  // to be told why
+  }
+}
+
+/// A file named by itself is checked whatever it is.
+std::vector<fs::path> files_of(const fs::path& path) {
+  if (!fs::is_directory(path)) return {path};
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(path, fs::directory_options::skip_permission_denied)) {
+    if (entry.is_regular_file() && is_input(entry.path())) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  if (files.empty()) {
+    throw content::ContentError(path.string() + ": holds no file that Stylet reads; name another folder");
+  }
+  return files;
+}
+
+struct Verdict {
+  std::vector<std::string> problems{};
+  std::vector<std::string> warnings{};
+  std::string more{};  ///< of a sound file: lines about it
+};
+
+Verdict verdict_on(const fs::path& path) {
+  Verdict verdict;
+  try {
+    if (path.extension() == ".rec") {
+      const session::Recording recording = session::read_recording(path);
+      verdict.more = "  " + recording.condition() + '\n';
+      if (!recording.complete()) {
+        verdict.problems.push_back(path.string() + ": not whole (" + recording.condition() + "); record it again");
+      }
+      return verdict;
+    }
+    if (path.extension() == ".json" && content::format_of(path) == kReferenceInsertion) {
+      (void)bench::read_reference_insertion(path);
+      return verdict;
+    }
+  } catch (const content::ContentError& error) {
+    verdict.problems.emplace_back(error.what());
+    return verdict;
+  }
+  std::optional<content::Scene> scene;
+  verdict.problems = content::validate(path, &scene, &verdict.warnings);
+  if (scene) verdict.more = summary(*scene);
+  return verdict;
+}
+
 }  // namespace
 
 void add_validate(CLI::App& app, int& exit_code) {
   CLI::App* command =
-      app.add_subcommand("validate", "Check a scenario, organ, tissue table, needle, probe or motion");
+      app.add_subcommand("validate", "Check scenarios, organs, tissue tables, needles, probes, motions, recordings");
   auto paths = std::make_shared<std::vector<std::string>>();
-  command->add_option("PATH", *paths, "Files to check; the kind is read from the file")->required();
+  command->add_option("PATH", *paths, "Files, or folders of them; the kind is read from the file")->required();
   command->footer(
       "Prints every problem, one a line: file, place (JSON pointer or line), what is wrong and what to do.\n"
       "A scenario is checked with every file it names, and its organs are turned into tetrahedra; a sound one is\n"
-      "summed up: nodes, tetrahedra, volumes.\n"
+      "summed up: nodes, tetrahedra, volumes. Of a folder, every *.glb, *.gltf, *.rec and content file (*.json)\n"
+      "below it is checked.\n"
       "Exit code 0: sound; 2: problems were found.");
   command->callback([paths, &exit_code] {
     for (const std::string& path : *paths) {
-      std::optional<content::Scene> scene;
-      std::vector<std::string> warnings;
-      const std::vector<std::string> problems = content::validate(path, &scene, &warnings);
-      for (const std::string& warning : warnings) print_warning(warning);
-      for (const std::string& problem : problems) fmt::print("{}\n", problem);
-      fmt::print("{}: {}\n", path, problems.empty() ? "sound" : fmt::format("{} problem(s)", problems.size()));
-      if (scene) fmt::print("{}", summary(*scene));
-      if (!problems.empty()) exit_code = kExitBadInput;
+      for (const fs::path& file : files_of(path)) {
+        const Verdict verdict = verdict_on(file);
+        for (const std::string& warning : verdict.warnings) print_warning(warning);
+        for (const std::string& problem : verdict.problems) fmt::print("{}\n", problem);
+        const bool sound = verdict.problems.empty();
+        fmt::print("{}: {}\n", file.string(),
+                   sound ? "sound" : fmt::format("{} problem(s)", verdict.problems.size()));
+        if (sound) fmt::print("{}", verdict.more);
+        if (!sound) exit_code = kExitBadInput;
+      }
     }
   });
 }

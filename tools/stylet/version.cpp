@@ -9,7 +9,9 @@
 #include <fmt/format.h>
 #include <hidapi.h>
 #include <imgui.h>
+#include <metis.h>
 #include <vulkan/vulkan.h>
+#include <zlib.h>
 #include <CLI/Version.hpp>
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
@@ -29,13 +31,14 @@ std::string version_text() {
   text += fmt::format("built     {} {}, g++ {}\n", STYLET_BUILD_TYPE, STYLET_ARCHITECTURE, __VERSION__);
   text += fmt::format("BLAS      {}\n", physics::single_threaded_blas().name);
   text += fmt::format(
-      "libraries Eigen {}.{}.{}, CHOLMOD {}.{}.{}, Vulkan loader {}.{}.{}, GLFW {}, hidapi {}, tinygltf, OpenMesh "
-      "{}.{}, Dear ImGui {}, CLI11 {}, fmt {}, nlohmann-json {}.{}.{}\n",
+      "libraries Eigen {}.{}.{}, CHOLMOD {}.{}.{}, METIS {}.{}.{}, Vulkan loader {}.{}.{}, GLFW {}, hidapi {}, "
+      "tinygltf, "
+      "stb, OpenMesh {}.{}, zlib {}, Dear ImGui {}, CLI11 {}, fmt {}, nlohmann-json {}.{}.{}\n",
       EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, cholmod[0], cholmod[1], cholmod[2],
-      VK_API_VERSION_MAJOR(vulkan), VK_API_VERSION_MINOR(vulkan), VK_API_VERSION_PATCH(vulkan),
-      glfwGetVersionString(), hid_version_str(), (OM_VERSION & 0xF0000) >> 16, (OM_VERSION & 0x0FF00) >> 8,
-      IMGUI_VERSION, CLI11_VERSION, FMT_VERSION, NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
-      NLOHMANN_JSON_VERSION_PATCH);
+      METIS_VER_MAJOR, METIS_VER_MINOR, METIS_VER_SUBMINOR, VK_API_VERSION_MAJOR(vulkan),
+      VK_API_VERSION_MINOR(vulkan), VK_API_VERSION_PATCH(vulkan), glfwGetVersionString(), hid_version_str(),
+      (OM_VERSION & 0xF0000) >> 16, (OM_VERSION & 0x0FF00) >> 8, zlibVersion(), IMGUI_VERSION, CLI11_VERSION,
+      FMT_VERSION, NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH);
   text +=
       "licence   sources Apache-2.0; this binary links CHOLMOD's supernodal module (GPL-2.0-or-later), so it may be\n"
       "          distributed under GPL-3. No warranty. Not a medical device.";
