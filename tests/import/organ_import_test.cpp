@@ -4,6 +4,7 @@
 #include "engine/content/gltf.h"
 #include "engine/content/gltf_writer.h"
 #include "engine/content/surface_mesh.h"
+#include "engine/content/tet_quality.h"
 #include "engine/import/organ_files.h"
 #include "engine/import/organ_picture.h"
 #include "tests/content/shapes.h"
@@ -13,10 +14,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <numbers>
 #include <sstream>
+#include <string_view>
 
 namespace stylet::import {
 namespace {
@@ -236,6 +240,47 @@ TEST(OrganFiles, HoldWhatWasMade) {
   for (std::size_t i = 0; i < picture.rgba.size(); i += 4) drawn += picture.rgba[i] < 200 ? 1 : 0;
   EXPECT_GT(drawn, 400u * 240 / 8);
   EXPECT_EQ(organ_picture(organ, 400, 240).rgba, picture.rgba);
+}
+
+// Another program reads the tetrahedra and writes them in a format of its own: the same nodes, the same volume.
+TEST(OrganFiles, GmshReadsTheTetrahedra) {
+  if (std::string_view(STYLET_GMSH).empty()) GTEST_SKIP() << "gmsh is not installed";
+  const std::vector<SourceFile> files{file_of({part("ball", icosphere({0.1, 0, 0}, 0.04, 3))})};
+  const ImportedOrgan organ = import_organ(assign_parts(files, {})[0], {}, kQuiet);
+  const support::TemporaryFolder folder;
+  folder.write("ball.vtk", tetrahedra_vtk(organ));
+  const std::string command = std::string("'") + STYLET_GMSH + "' -save -format msh2 -o '" +
+                              (folder / "ball.msh").string() + "' '" + (folder / "ball.vtk").string() + "' >'" +
+                              (folder / "log").string() + "' 2>&1";
+  ASSERT_EQ(std::system(command.c_str()), 0) << command;
+
+  std::ifstream msh(folder / "ball.msh");
+  std::size_t count = 0;
+  const auto section = [&](const std::string& name) {
+    for (std::string line; std::getline(msh, line) && line != name;) {
+    }
+    msh >> count;
+  };
+  section("$Nodes");
+  ASSERT_EQ(count, organ.mesh.nodes.size());
+  std::vector<Eigen::Vector3d> nodes(count);
+  for (Eigen::Vector3d& x : nodes) msh >> count >> x.x() >> x.y() >> x.z();
+  section("$Elements");
+  ASSERT_EQ(count, organ.mesh.tets.size());
+  double volume = 0;
+  for (std::size_t t = 0; t < organ.mesh.tets.size(); ++t) {
+    int id = 0, kind = 0, tags = 0, tag = 0;
+    std::array<std::size_t, 4> n{};
+    msh >> id >> kind >> tags;
+    for (int k = 0; k < tags; ++k) msh >> tag;
+    for (std::size_t& node : n) msh >> node;
+    ASSERT_EQ(kind, 4);  // of Gmsh: a tetrahedron of four nodes
+    const auto edge = [&](std::size_t k) { return nodes.at(n[k] - 1) - nodes.at(n[0] - 1); };
+    const double tet = edge(1).cross(edge(2)).dot(edge(3)) / 6;
+    EXPECT_GT(tet, 0);
+    volume += tet;
+  }
+  EXPECT_NEAR(volume, content::tet_quality(organ.mesh).volume, 1e-9 * volume);
 }
 
 /// Real organs of several patches; volumes of the welded closed surface where one exists, else of the solid that
