@@ -25,7 +25,7 @@ double thread_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-void run(content::Scene scene, const std::string& name, double seconds) {
+void run(const content::Scene& scene, const std::string& name, double seconds) {
   const content::MotionSample first = content::sample_motion(scene.motion.stylus, 0);
   session::CoupledLoops loops(scene, physics::Coupling::paper_updated, {first.pose.position, first.pose.orientation},
                               {});

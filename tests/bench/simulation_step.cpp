@@ -360,6 +360,7 @@ NeedleState needle_to(double tip_x, const TissuePatch& patch) {
 void step(benchmark::State& state) {
   const int n = int(state.range(0));
   std::vector<SimulationBody> bodies;
+  bodies.reserve(static_cast<std::size_t>(state.range(1)));
   for (int b = 0; b < int(state.range(1)); ++b) bodies.push_back(cube(n, 0.11 * b));
   SimulationLoop loop(std::move(bodies), {.dt = 0.02});
   TissuePatch patch = loop.make_patch();
@@ -415,7 +416,7 @@ void step(benchmark::State& state) {
 }
 
 void register_all() {
-  const auto add = [](const char* name, void (*run)(benchmark::State&), std::vector<std::int64_t> arguments,
+  const auto add = [](const char* name, void (*run)(benchmark::State&), const std::vector<std::int64_t>& arguments,
                       int iterations) {
     auto* const registered = benchmark::RegisterBenchmark(name, run);
     if (!arguments.empty()) registered->Args(arguments);
@@ -446,7 +447,7 @@ void register_all() {
 }  // namespace stylet::physics
 
 int main(int argc, char** argv) {
-  const stylet::physics::BlasLibrary blas = stylet::physics::single_threaded_blas();
+  const stylet::physics::BlasLibrary& blas = stylet::physics::single_threaded_blas();
   std::printf("flags: %s; BLAS: %s\n", STYLET_FLAGS, blas.name.c_str());
   stylet::physics::register_all();
   benchmark::Initialize(&argc, argv);
