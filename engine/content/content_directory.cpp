@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstdlib>
@@ -36,10 +35,7 @@ std::optional<ScenarioEntry> scenario_entry(const fs::path& path) {
   const std::string stem = path.stem().string();
   try {
     JsonFile file(path);
-    if (file.tree().is_object()) {
-      const auto format = file.tree().find("format");
-      if (format != file.tree().end() && format->is_string() && *format != "stylet-scenario") return std::nullopt;
-    }
+    if (const std::string format = file.format(); !format.empty() && format != "stylet-scenario") return std::nullopt;
     JsonObject root = file.root("stylet-scenario", 1);
     const std::string name = root.text("name");
     const std::string title = root.text("title", name);

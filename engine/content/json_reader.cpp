@@ -156,6 +156,12 @@ JsonObject JsonFile::root() {
   return {*this, json_.get(), "", ""};
 }
 
+std::string JsonFile::format() const {
+  if (!json_->is_object()) return {};
+  const auto found = json_->find("format");
+  return found != json_->end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
 JsonObject JsonFile::root(std::string_view format, int version) {
   JsonObject root = this->root();
   const auto found = json_->find("format");

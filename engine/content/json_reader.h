@@ -65,6 +65,8 @@ public:
   JsonObject root();
   /// The object at a JSON pointer that is known to be there. Unknown pointers and other types abort.
   JsonObject object_at(const std::string& pointer);
+  /// What its "format" key says; empty where it has none.
+  std::string format() const;
   /// The parsed file itself, for formats with their own rules (glTF).
   const nlohmann::json& tree() const;
 

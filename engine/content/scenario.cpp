@@ -23,7 +23,6 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <ranges>
 #include <string_view>
 
 namespace stylet::content {
@@ -310,10 +309,7 @@ Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& prog
 }
 
 std::string format_of(const std::filesystem::path& path) {
-  const JsonFile file(path, kMotionLimits);
-  if (!file.tree().is_object()) return {};
-  const auto format = file.tree().find("format");
-  return format != file.tree().end() && format->is_string() ? format->get<std::string>() : std::string();
+  return JsonFile(path, kMotionLimits).format();
 }
 
 bool is_content_format(std::string_view format) {
@@ -334,8 +330,10 @@ std::vector<std::string> validate(const std::filesystem::path& path, std::option
       found->second(path, problems, odd, assembled);
       if (scene != nullptr) *scene = std::move(assembled);
     } else {
+      std::vector<std::string_view> formats;
+      for (const auto& [format, check] : kChecks) formats.push_back(format);
       problems.push_back(fmt::format("{}:/format: names no kind of file; it is one of: {}", path.string(),
-                                     fmt::join(std::views::keys(kChecks), ", ")));
+                                     fmt::join(formats, ", ")));
     }
   } catch (const ContentError& error) {
     problems.emplace_back(error.what());

@@ -40,6 +40,7 @@ void claim_sound(const content::GltfScene& scene) {
   }
   fuzz::claim(vertices <= kLimits.elements, "the file's elements are limited");
   for (const std::string& warning : scene.warnings) fuzz::claim_one_line(warning);
+  for (const std::string& key : scene.unknown_annotations) fuzz::claim_one_line(key);
 }
 
 }  // namespace

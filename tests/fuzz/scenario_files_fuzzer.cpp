@@ -2,6 +2,7 @@
 #include "engine/content/instruments.h"
 #include "engine/content/json_reader.h"
 #include "engine/content/motion_file.h"
+#include "engine/content/procedure.h"
 #include "engine/content/scenario_file.h"
 #include "engine/content/tissue_table.h"
 #include "tests/fuzz/claim.h"
@@ -17,12 +18,6 @@ using namespace stylet;
 using content::JsonFile;
 
 constexpr content::JsonLimits kLimits{.bytes = 1u << 20, .depth = 16};
-
-std::string format_of(const JsonFile& file) {
-  const nlohmann::json& tree = file.tree();
-  const auto format = tree.is_object() ? tree.find("format") : tree.end();
-  return format != tree.end() && format->is_string() ? format->get<std::string>() : "";
-}
 
 void claim_scenario(JsonFile& file) {
   const content::ScenarioFile scenario = content::read_scenario_file(file);
@@ -62,7 +57,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string path = STYLET_SOURCE_DIR "/content/scenarios/fuzz.json";
   try {
     JsonFile file(path, {reinterpret_cast<const char*>(data), size}, kLimits);
-    const std::string format = format_of(file);
+    const std::string format = file.format();
     if (format == "stylet-tissues") {
       claim_tissues(file);
     } else if (format == "stylet-needle") {
@@ -70,6 +65,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       fuzz::claim(needle.length > 0 && std::isfinite(needle.length), "a needle has a length");
     } else if (format == "stylet-probe") {
       content::read_probe(file);
+    } else if (format == "stylet-procedure") {
+      fuzz::claim(std::abs(content::read_procedure(file).needle_direction.norm() - 1) < 1e-9,
+                  "a direction is a unit vector");
     } else if (format == "stylet-motion") {
       claim_motion(file);
     } else {
