@@ -25,6 +25,13 @@ const char* name_of(SolidFrom from) {
   return "";
 }
 
+/// Names of the files an organ comes from.
+std::string file_names(const OrganParts& parts) {
+  std::string names = parts.file->path.filename().string();
+  for (const SourceFile* other : parts.other_files) names += ", " + other->path.filename().string();
+  return names;
+}
+
 }  // namespace
 
 std::string tetrahedra_vtk(const ImportedOrgan& organ) {
@@ -55,9 +62,8 @@ std::string report_json(const ImportedOrgan& organ, const OrganParts& parts) {
   json["format"] = "stylet-organ-report";
   json["version"] = 1;
   json["organ"] = organ.id;
-  json["source"] = {{"file", parts.file->path.filename().string()},
-                    {"format", parts.file->format},
-                    {"assumptions", parts.file->assumptions}};
+  json["source"] = {
+      {"file", file_names(parts)}, {"format", parts.file->format}, {"assumptions", parts.file->assumptions}};
   for (const SourcePart* part : parts.parts) json["source"]["parts"].push_back(part->name);
   json["read"] = {{"triangles", r.triangles_read},
                   {"triangles_after_welding", r.triangles},
@@ -88,7 +94,7 @@ std::string report_text(const ImportedOrgan& organ, const OrganParts& parts) {
   const ImportReport& r = organ.report;
   std::string text = fmt::format("{}\n{}\n", organ.id, std::string(organ.id.size(), '='));
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "from           {} ({})\n", parts.file->path.filename().string(), parts.file->format);
+  fmt::format_to(out, "from           {} ({})\n", file_names(parts), parts.file->format);
   for (const std::string& assumption : parts.file->assumptions)
     fmt::format_to(out, "               {}\n", assumption);
   std::string names;

@@ -119,7 +119,8 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
   if (surface.closed()) report.welded_volume = surface.volume;
   if (!settings.gap) {
     try {
-      TriangleMesh closed = content::solid_surface(clean, where);
+      const bool as_it_is = !settings.solid && surface.closed() && surface.oriented();
+      TriangleMesh closed = as_it_is ? clean : content::solid_surface(clean, where);
       report.volume = content::inspect(closed).volume;
       auto solid = std::make_shared<content::Solid>(closed);
       return {
@@ -135,10 +136,9 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
   return enclose(organ, clean, surface, settings, progress, report);
 }
 
-}  // namespace
-
-ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress) {
-  ImportedOrgan out;
+/// Fills all of `out` but its tetrahedra.
+ShapeOfOrgan make_surface(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress,
+                          ImportedOrgan& out) {
   out.id = organ.id;
   ImportReport& report = out.report;
   report.parts = static_cast<int>(organ.parts.size());
@@ -162,7 +162,9 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   }
   report.volume = shape.shape.volume;
 
-  if (shape.surface.triangles.empty()) {
+  if (!shape.surface.triangles.empty()) {
+    out.surface = std::move(shape.surface);
+  } else {
     progress(fmt::format("{}: new surface", organ.id));
     const double cell = shape.shape.box.sizes().norm() / settings.surface_cells;
     out.surface = content::boundary_surface(content::stuff(shape.shape.distance, shape.shape.box, cell, 2)).mesh;
@@ -170,10 +172,23 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
       throw ContentError(fmt::format("{}: {} is thinner than {:.2g} mm everywhere; there is nothing to fill",
                                      organ.parts.front()->place, organ.id, cell * 1e3));
     }
-  } else {
-    out.surface = std::move(shape.surface);
   }
+  return shape;
+}
 
+}  // namespace
+
+ImportedOrgan import_surface(const OrganParts& organ, const ImportSettings& settings,
+                             const ImportProgress& progress) {
+  ImportedOrgan out;
+  make_surface(organ, settings, progress, out);
+  return out;
+}
+
+ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress) {
+  ImportedOrgan out;
+  const ShapeOfOrgan shape = make_surface(organ, settings, progress, out);
+  ImportReport& report = out.report;
   progress(fmt::format("{}: tetrahedra", organ.id));
   out.mesh = content::tetrahedralise(shape.shape, {.cell = settings.cell,
                                                    .target_nodes = settings.target_nodes,

@@ -19,6 +19,7 @@ struct ImportSettings {
   double volume_error = 0.03;   ///< relative
   double surface_cells = 70;    ///< along the diagonal, of a new surface where the given one is none
   std::optional<double> gap{};  ///< widest opening that is closed, m; absent: the smallest that encloses something
+  bool solid = true;  ///< demanded: no double wall. Without it a closed surface is enough: what is only seen
 };
 
 /// How the inside of an organ was found.
@@ -59,6 +60,10 @@ struct ImportedOrgan {
 
 /// Called with what is being done.
 using ImportProgress = std::function<void(const std::string& task)>;
+
+/// The closed surface alone: `mesh` stays empty.
+/// @throws content::ContentError  no inside, and why
+ImportedOrgan import_surface(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress);
 
 /// @throws content::ContentError  no inside, and why; a mesh that cannot be made good
 ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress);

@@ -166,11 +166,15 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
                                      const std::vector<OrganRequest>& requests) {
   std::vector<OrganParts> organs;
   std::map<std::string, std::size_t> index;
-  const auto add = [&](const SourceFile& file, const std::string& id, const SourcePart& part) {
+  const auto add = [&](const SourceFile& file, const std::string& id, const SourcePart& part,
+                       bool of_several_files = false) {
     const auto [found, is_new] = index.try_emplace(id, organs.size());
-    if (is_new) organs.push_back({.id = id, .file = &file, .parts = {}});
+    if (is_new) organs.push_back({.id = id, .file = &file, .parts = {}, .other_files = {}});
     OrganParts& organ = organs[found->second];
-    if (organ.file != &file) {
+    if (organ.file != &file && of_several_files && !organ.file->image && !file.image) {
+      const auto& others = organ.other_files;
+      if (std::find(others.begin(), others.end(), &file) == others.end()) organ.other_files.push_back(&file);
+    } else if (organ.file != &file) {
       throw ContentError(
           fmt::format("organ {}: has parts in {} and in {}; import one file at a time, or tell them apart "
                       "with --organ",
@@ -184,7 +188,7 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
       for (const SourceFile& file : files) {
         for (const SourcePart& part : file.parts) {
           if (!fits(pattern, part.name)) continue;
-          add(file, request.id, part);
+          add(file, request.id, part, request.of_several_files);
           fitted = true;
         }
       }

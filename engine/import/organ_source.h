@@ -46,6 +46,7 @@ SourceFile read_source(const std::filesystem::path& path, const SourceSettings& 
 struct OrganRequest {
   std::string id;
   std::vector<std::string> patterns;  ///< of part names: fnmatch, `*` and `?`; the case does not count
+  bool of_several_files = false;      ///< its surfaces may come from more than one file, in one frame
 };
 
 /// An organ to be made.
@@ -53,6 +54,7 @@ struct OrganParts {
   std::string id;
   const SourceFile* file = nullptr;
   std::vector<const SourcePart*> parts;
+  std::vector<const SourceFile*> other_files{};  ///< of a request that allows them: surfaces
 };
 
 /// Which parts make which organ. Ids that come from a file become lower-case letters, digits and underscores. With
@@ -60,6 +62,7 @@ struct OrganParts {
 /// parts that are closed by themselves are an organ each, and the others of their file one together, named after the
 /// file.
 /// @throws content::ContentError  a pattern that fits nothing, with the names there are; an organ in two files
+/// where that was not allowed, or one of them a volume
 std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files, const std::vector<OrganRequest>& requests);
 
 }  // namespace stylet::import

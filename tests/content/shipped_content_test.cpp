@@ -9,6 +9,7 @@
 #include "engine/content/solid.h"
 #include "engine/content/tissue_table.h"
 #include "tests/content/glb.h"
+#include "tests/content/schema_agreement.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/make_motion/biopsy_motion.h"
@@ -267,40 +268,10 @@ TEST(ShippedContent, ProbeIsHeldAtTheFirstViewOfTheProcedure) {
   EXPECT_LT(pose.orientation.angularDistance(view.orientation), 1e-5) << "copy the view into the scenario";
 }
 
-/// The sub-schema at a pattern of accepted_keys(): '*' is an array's item or a free name.
-const json* schema_at(const json& schema, const std::string& pattern) {
-  const json* at = &schema;
-  for (std::size_t i = 0; i < pattern.size();) {
-    const std::size_t end = std::min(pattern.find('/', i + 1), pattern.size());
-    const std::string key = pattern.substr(i + 1, end - i - 1);
-    const char* kind = key != "*" ? "properties" : at->contains("items") ? "items" : "additionalProperties";
-    if (!at->contains(kind) || !(*at)[kind].is_object()) return nullptr;
-    at = &(*at)[kind];
-    if (key != "*") {
-      if (!at->contains(key)) return nullptr;
-      at = &(*at)[key];
-    }
-    i = end;
-  }
-  return at;
-}
-
-/// Every object the reader visits has exactly the keys the schema lists for it, and the other way round.
 void expect_schema_agrees(const std::string& name, const std::string& text, std::size_t objects,
                           const std::function<void(JsonFile&)>& read) {
-  const JsonFile schema_file(kContent / "schemas" / (name + ".schema.json"));
-  JsonFile file(kContent / "scenarios" / "full.json", text);
-  read(file);
-  EXPECT_EQ(file.accepted_keys().size(), objects) << name << ": the example does not visit every object";
-  for (const auto& [pattern, keys] : file.accepted_keys()) {
-    const json* schema = schema_at(schema_file.tree(), pattern);
-    ASSERT_NE(schema, nullptr) << name << " has no " << pattern;
-    std::set<std::string> listed;
-    if (schema->contains("properties")) {
-      for (const auto& [key, value] : (*schema)["properties"].items()) listed.insert(key);
-    }
-    EXPECT_EQ(listed, keys) << name << pattern;
-  }
+  test::expect_schema_agrees(kContent / "schemas" / (name + ".schema.json"), kContent / "scenarios" / "full.json",
+                             text, objects, read);
 }
 
 TEST(Schemas, AgreeWithTheReaders) {

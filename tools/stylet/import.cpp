@@ -8,8 +8,10 @@
 #include "engine/import/organ_import.h"
 #include "engine/import/organ_picture.h"
 #include "engine/import/organ_source.h"
+#include "engine/import/side_file.h"
 #include "engine/session/output_directory.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/import_scene.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
 #include "tools/stylet/session_options.h"
@@ -22,8 +24,10 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stylet::tools {
@@ -37,6 +41,7 @@ using import::SourceSettings;
 
 struct ImportOptions {
   std::vector<std::string> files;
+  std::string side;
   std::string out;
   std::vector<std::string> organs;   // ID=PATTERN,PATTERN
   std::vector<std::string> tissues;  // ID=PRESET
@@ -131,9 +136,9 @@ void print_parts(const std::vector<import::SourceFile>& files) {
   }
 }
 
-void write(const std::filesystem::path& path, const char* data, std::size_t size) {
+void write_file(const std::filesystem::path& path, std::string_view bytes) {
   std::ofstream file(path, std::ios::binary);
-  if (!file.write(data, static_cast<std::streamsize>(size)).flush()) {
+  if (!file.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush()) {
     throw ContentError(path.string() + ": cannot be written; is the disk full?");
   }
 }
@@ -145,22 +150,36 @@ void write_organ(const ImportedOrgan& organ, const import::OrganParts& parts, co
       {.name = organ.id, .role = "boundary", .tissue = tissue, .body = organ.id, .mesh = organ.surface}};
   const auto glb = content::write_glb(
       surfaces, colours, {.generator = "stylet import " + build_name(), .copyright = {}, .scene = organ.id});
-  write(out.staged("surface.glb"), reinterpret_cast<const char*>(glb.data()), glb.size());
-  const auto text = [&](const char* name, const std::string& bytes) {
-    write(out.staged(name), bytes.data(), bytes.size());
-  };
-  text("tetrahedra.vtk", import::tetrahedra_vtk(organ));
-  text("report.json", import::report_json(organ, parts));
-  text("report.txt", import::report_text(organ, parts));
+  write_file(out.staged("surface.glb"), {reinterpret_cast<const char*>(glb.data()), glb.size()});
+  write_file(out.staged("tetrahedra.vtk"), import::tetrahedra_vtk(organ));
+  write_file(out.staged("report.json"), import::report_json(organ, parts));
+  write_file(out.staged("report.txt"), import::report_text(organ, parts));
   view::write_png(out.staged("picture.png"), import::organ_picture(organ));
   out.commit("report.json");
 }
 
+/// The side file, where one is named.
+std::optional<import::SideFile> read_side(const std::string& path) {
+  if (path.empty()) return std::nullopt;
+  content::JsonFile file{std::filesystem::path(path)};
+  import::SideFile side = import::read_side_file(file);
+  file.throw_problems();
+  return side;
+}
+
 int run(const ImportOptions& options) {
   const SourceSettings settings = source_settings(options);
-  const std::vector<OrganRequest> requests = organ_requests(options);
+  const std::optional<import::SideFile> side = read_side(options.side);
+  std::vector<OrganRequest> requests = organ_requests(options);
   std::map<std::string, std::string> asked;
   for (const std::string& text : options.tissues) asked.insert(split("--tissue", text));
+  if (side) {
+    for (const import::SideOrgan& organ : side->organs) {
+      if (organ.role == "ignore") continue;
+      requests.push_back({.id = organ.id, .patterns = organ.parts, .of_several_files = true});
+      if (!organ.tissue.empty()) asked[organ.id] = organ.tissue;
+    }
+  }
   content::JsonFile table_file(content::content_directory() / "tissues.json");
   const content::TissueTable table = content::read_tissues(table_file);
   table_file.throw_problems();
@@ -168,7 +187,8 @@ int run(const ImportOptions& options) {
   for (const content::Tissue& tissue : table.tissues) colours[tissue.name] = tissue.colour;
   for (const auto& [id, tissue] : asked) {
     if (!colours.contains(tissue)) {
-      throw ContentError(fmt::format("--tissue {}={}: there is no such tissue in content/tissues.json", id, tissue));
+      throw ContentError(fmt::format("{} {}={}: there is no such tissue in content/tissues.json",
+                                     side ? options.side : "--tissue", id, tissue));
     }
   }
 
@@ -182,6 +202,10 @@ int run(const ImportOptions& options) {
     return kExitYes;
   }
   if (options.out.empty()) throw ContentError("--out: give the folder for the organs, or --list to see the parts");
+  if (side && side->scenario) {
+    import_scenario(files, *side, options.out);
+    return kExitYes;
+  }
 
   Progress progress;
   int exit_code = kExitYes;
@@ -222,12 +246,17 @@ void add_import(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ImportOptions>();
   command->add_option("FILE", options->files, "glTF (.glb, .gltf), STL, OBJ, or a NIfTI label volume (.nii, .nii.gz)")
       ->required();
-  command->add_option("--out", options->out, "Folder for the results: one folder an organ");
+  CLI::Option* side = command->add_option(
+      "--side", options->side, "Side file (JSON): which parts make which organs, and how they become a scenario");
+  command->add_option("--out", options->out,
+                      "Folder for the results: one folder an organ; of a scenario, the folder itself");
   command->add_flag("--list", options->list, "Only list the parts of the files");
-  command->add_option(
-      "--organ", options->organs,
-      "ID=PATTERN[,PATTERN...]: the parts whose names fit (* and ?) make the organ ID; may be repeated");
-  command->add_option("--tissue", options->tissues, "ID=TISSUE: a row of content/tissues.json; may be repeated");
+  command
+      ->add_option("--organ", options->organs,
+                   "ID=PATTERN[,PATTERN...]: the parts whose names fit (* and ?) make the organ ID; may be repeated")
+      ->excludes(side);
+  command->add_option("--tissue", options->tissues, "ID=TISSUE: a row of content/tissues.json; may be repeated")
+      ->excludes(side);
   CLI::Option* cell = command->add_option("--cell", options->cell_mm, "Edge of the tetrahedra's lattice, mm")
                           ->check(CLI::Range(0.1, 200.0));
   command->add_option("--nodes", options->nodes, "Nodes wanted, within 5 %")
@@ -257,8 +286,12 @@ void add_import(CLI::App& app, int& exit_code) {
       "  tetrahedra.vtk   its tetrahedra, for ParaView, Gmsh and SOFA\n"
       "  report.txt, .json  what was read, repaired and guessed\n"
       "  picture.png      surface and a cut through the tetrahedra, to look at\n"
+      "With a side file that has a \"scenario\" (content/README.md, \"Side files\"; content/imports) the folder "
+      "holds\n"
+      "scenario.json and all it names, for stylet validate, train and render.\n"
       "Examples:\n"
       "  stylet import liver.stl --out organs\n"
+      "  stylet import ts_abdomen.glb --side content/imports/ts_abdomen.json --out out/abdomen\n"
       "  stylet import VH_M_Liver.glb --list\n"
       "  stylet import VH_F_Liver.glb --organ 'liver=liver_capsule*,bare_area*' --nodes 5000 --out organs\n"
       "Exit code 0: every organ was made; 2: one was refused, the others were made.");

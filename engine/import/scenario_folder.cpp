@@ -1,0 +1,128 @@
+#include "engine/import/scenario_folder.h"
+
+#include "engine/content/error.h"
+#include "engine/content/gltf_writer.h"
+#include "engine/content/instruments.h"
+#include "engine/content/json_reader.h"
+#include "engine/content/motion.h"
+#include "engine/content/scenario.h"
+#include "engine/content/tissue_table.h"
+#include "engine/import/scene_picture.h"
+#include "engine/session/output_directory.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <string_view>
+
+namespace stylet::import {
+namespace {
+
+namespace fs = std::filesystem;
+using content::ContentError;
+
+constexpr std::size_t kJsonBytes = content::JsonLimits{}.bytes;
+constexpr double kVolumeError = 0.03;  // relative, of a good mesh
+
+void write_file(const fs::path& path, std::string_view bytes) {
+  std::ofstream file(path, std::ios::binary);
+  if (!file.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush()) {
+    throw ContentError(path.string() + ": cannot be written; is the disk full?");
+  }
+}
+
+/// A needle or probe as a side file names it: a file beside it, or the name of one of content/KINDs.
+fs::path find_instrument(const SideFile& side, const std::string& pointer, const std::string& name,
+                         const fs::path& content, const std::string& kind) {
+  std::error_code error;
+  const fs::path beside = side.path.parent_path() / name;
+  if (fs::is_regular_file(beside, error)) return beside;
+  const fs::path shipped = content / (kind + "s");
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(shipped, error)) {
+    if (entry.path().extension() == ".json") names.insert(entry.path().stem().string());
+  }
+  if (names.contains(name)) return shipped / (name + ".json");
+  std::string known;
+  for (const std::string& each : names) known += (known.empty() ? "" : ", ") + each;
+  throw ContentError(fmt::format("{}:{}: there is neither {} nor a {} of that name; name a file or one of: {}",
+                                 side.path.string(), pointer, beside.string(), kind, known));
+}
+
+/// Messages about staged files, as if they were in place.
+std::string in_place(std::string text, const session::OutputDirectory& out) {
+  const std::string staged = out.staged("").string();
+  const std::string placed = (out.destination() / "").string();
+  for (std::size_t at = text.find(staged); at != std::string::npos; at = text.find(staged, at + placed.size())) {
+    text.replace(at, staged.size(), placed);
+  }
+  return text;
+}
+
+}  // namespace
+
+ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFile& side, const fs::path& folder,
+                              const fs::path& content, const std::string& generator, const PlanMotion& plan_motion,
+                              const ImportProgress& progress) {
+  const SideScenario& wanted = *side.scenario;
+  const fs::path needle_path = find_instrument(side, wanted.pointer + "/needle", wanted.needle, content, "needle");
+  const fs::path probe_path =
+      find_instrument(side, wanted.pointer + "/probe/file", wanted.probe.file, content, "probe");
+  const fs::path tissues_path = content / "tissues.json";
+  content::JsonFile needle_file(needle_path);
+  const content::Needle needle = content::read_needle(needle_file);
+  needle_file.throw_problems();
+  content::JsonFile table_file(tissues_path);
+  const content::TissueTable table = content::read_tissues(table_file);
+  table_file.throw_problems();
+  std::set<std::string> tissues;
+  content::TissueColours colours;
+  for (const content::Tissue& tissue : table.tissues) {
+    tissues.insert(tissue.name);
+    colours[tissue.name] = tissue.colour;
+  }
+
+  const ImportedScene imported = import_scene(files, side, tissues, progress);
+
+  session::OutputDirectory out(folder);
+  const auto glb = content::write_glb(imported.surfaces, colours,
+                                      {.generator = generator, .copyright = wanted.source, .scene = wanted.name});
+  write_file(out.staged("organs.glb"), {reinterpret_cast<const char*>(glb.data()), glb.size()});
+  write_file(out.staged("tissues.json"), content::read_file(tissues_path, kJsonBytes));
+  write_file(out.staged("needle.json"), content::read_file(needle_path, kJsonBytes));
+  write_file(out.staged("probe.json"), content::read_file(probe_path, kJsonBytes));
+  content::write_motion(plan_motion(imported, needle), wanted.name, out.staged("motion.json"));
+  write_file(out.staged("scenario.json"), scenario_json(imported, side));
+
+  ScenarioFolder written{.scenario = out.destination() / "scenario.json", .bodies = {}, .warnings = {}};
+  std::vector<std::string> loading;
+  content::Scene scene;
+  try {
+    scene = content::load_scene(
+        out.staged("scenario.json"), [&](const std::string& task, double) { progress(task); }, &loading);
+  } catch (const ContentError& error) {
+    throw ContentError(in_place(error.what(), out));
+  }
+  for (std::string& warning : loading) warning = in_place(warning, out);
+  written.bodies = body_accounts(imported, scene);
+  for (const BodyAccount& body : written.bodies) {
+    const double error = body.volume / body.surface_volume - 1;
+    if (std::abs(error) <= kVolumeError) continue;
+    loading.push_back(
+        fmt::format("the tetrahedra of {} miss the volume of its surface by {:+.1f} %; raise its "
+                    "target_nodes, or choose a smaller cell_mm",
+                    body.name, 100 * error));
+  }
+  write_file(out.staged("report.json"), scene_report_json(imported, scene, side, files, loading));
+  write_file(out.staged("report.txt"), scene_report_text(imported, scene, side, files, loading));
+  view::write_png(out.staged("picture.png"), scene_picture(imported, scene));
+  out.commit("scenario.json");
+
+  written.warnings = imported.warnings;
+  written.warnings.insert(written.warnings.end(), loading.begin(), loading.end());
+  return written;
+}
+
+}  // namespace stylet::import

@@ -1,0 +1,340 @@
+#include "engine/import/scene_import.h"
+
+#include "engine/content/error.h"
+#include "engine/content/solid.h"
+#include "engine/content/stuffing.h"
+#include "engine/content/surface_mesh.h"
+#include "engine/content/tet_quality.h"
+#include "engine/import/derived_wall.h"
+#include "engine/import/scene_placement.h"
+#include "engine/import/scene_survey.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace stylet::import {
+namespace {
+
+using content::AnnotatedSurface;
+using content::ContentError;
+using content::Solid;
+using content::TriangleMesh;
+
+constexpr double kCutArea = 20e-6;     // m^2: from here on an organ counts as cut by the end of the scan
+constexpr double kLargeOverlap = 0.2;  // of the smaller organ: segmentations do not overlap by so much
+constexpr double kSplitCell = 0.002;   // m, of the surfaces of an organ that is parted
+
+/// An organ on its way: what the side file says and its surface.
+struct Made {
+  const SideOrgan* side;
+  TriangleMesh surface;
+  SceneOrgan account;
+};
+
+class SceneImport {
+public:
+  SceneImport(const std::vector<SourceFile>& files, const SideFile& side, const std::set<std::string>& tissues,
+              const ImportProgress& progress)
+      : files_(files), side_(side), scenario_(*side.scenario), tissues_(tissues), progress_(progress) {}
+
+  ImportedScene run() {
+    make_organs();
+    place_needle();
+    add_wall();
+    for (Made& organ : made_) add_organ(organ);
+    add_contacts();
+    progress_("looking for overlaps");
+    survey();
+    return std::move(scene_);
+  }
+
+private:
+  [[noreturn]] void fail(const std::string& pointer, const std::string& what) const {
+    throw ContentError(fmt::format("{}:{}: {}", side_.path.string(), pointer, what));
+  }
+
+  const Made& made(const std::string& id) const {
+    return *std::find_if(made_.begin(), made_.end(), [&](const Made& organ) { return organ.side->id == id; });
+  }
+
+  std::string tissue_of(const SideOrgan& organ, const OrganParts& parts) const {
+    std::string tissue = organ.tissue;
+    for (const SourcePart* part : parts.parts) {
+      if (tissue.empty() && part->tissue) tissue = part->tissue->preset;
+    }
+    if (tissue.empty()) tissue = organ.id;
+    check_tissue(organ.pointer + "/tissue", tissue);
+    return tissue;
+  }
+
+  void check_tissue(const std::string& pointer, const std::string& tissue) const {
+    if (tissues_.contains(tissue)) return;
+    const std::string close = content::nearest(tissue, tissues_);
+    fail(pointer, fmt::format("the tissue table has no \"{}\"; {}", tissue,
+                              close.empty() ? "name one of its rows" : "did you mean \"" + close + "\"?"));
+  }
+
+  void make_organs() {
+    std::set<const SourcePart*> taken;
+    for (const SideOrgan& organ : side_.organs) {
+      std::vector<OrganParts> parts;
+      try {
+        parts = assign_parts(files_, {{.id = organ.id, .patterns = organ.parts, .of_several_files = true}});
+      } catch (const ContentError& error) {
+        fail(organ.pointer + "/parts", error.what());
+      }
+      for (const SourcePart* part : parts.front().parts) {
+        if (!taken.insert(part).second) {
+          fail(organ.pointer + "/parts",
+               fmt::format("\"{}\" belongs to an earlier organ too; narrow one of the patterns", part->name));
+        }
+      }
+      if (organ.role == "ignore") continue;
+      Made made{.side = &organ, .surface = {}, .account = {}};
+      made.account.id = organ.id;
+      made.account.role = organ.role;
+      made.account.body = organ.deformable ? organ.id : organ.body;
+      made.account.tissue = organ.id == scenario_.wall.skin ? "" : tissue_of(organ, parts.front());
+      for (const SourcePart* part : parts.front().parts) made.account.parts.push_back(part->name);
+      if (organ.role == "visual" && !parts.front().file->image) {
+        TriangleMesh soup;
+        for (const SourcePart* part : parts.front().parts) append(soup, part->mesh);
+        made.surface = content::clean_surface(soup, parts.front().parts.front()->place);
+      } else {
+        ImportedOrgan imported = import_surface(parts.front(), {.solid = organ.deformable}, progress_);
+        made.account.notes = imported.report.notes;
+        made.surface = std::move(imported.surface);
+      }
+      made_.push_back(std::move(made));
+    }
+    for (const SourceFile& file : files_) {
+      for (const SourcePart& part : file.parts) {
+        if (!taken.contains(&part)) scene_.left_out.push_back(part.name);
+      }
+    }
+    std::stable_sort(made_.begin(), made_.end(),
+                     [](const Made& a, const Made& b) { return a.side->priority < b.side->priority; });
+  }
+
+  static void append(TriangleMesh& to, const TriangleMesh& from) {
+    const auto base = static_cast<std::uint32_t>(to.vertices.size());
+    to.vertices.insert(to.vertices.end(), from.vertices.begin(), from.vertices.end());
+    for (const auto& t : from.triangles) to.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+  }
+
+  void place_needle() {
+    progress_("placing needle and probe");
+    body_ = std::make_unique<Body>(made(scenario_.wall.skin).surface);
+    scene_.cuts = body_->cuts();
+    scene_.target = centre_of(made(scenario_.target).surface);
+    place_on_skin(side_, *body_, scene_);
+  }
+
+  void add_wall() {
+    const SideWall& wall = scenario_.wall;
+    progress_(wall.id);
+    for (std::size_t i = 0; i < wall.layers.size(); ++i) {
+      check_tissue(wall.layers[i].pointer + (wall.layers[i].pointer == wall.pointer ? "" : "/tissue"),
+                   wall.layers[i].tissue);
+    }
+    if (!wall.filler.empty()) check_tissue(wall.pointer + "/filler", wall.filler);
+    if (field_distance(wall, scene_.entry, scene_.cuts, scene_.entry) > -wall.depth) {
+      fail(wall.pointer, fmt::format("its field holds the entry [{:.3f}, {:.3f}, {:.3f}] not, or within less than "
+                                     "{:.3g} mm of its rim; widen or move it",
+                                     scene_.entry.x(), scene_.entry.y(), scene_.entry.z(), wall.depth * 1e3));
+    }
+    const Made& skin = made(wall.skin);
+    if (!wall.filler.empty()) {
+      add({.name = wall.skin, .role = "region", .tissue = wall.filler, .body = {}, .mesh = skin.surface},
+          skin.account);
+    }
+    add({.name = wall.skin + "_outside_field",
+         .role = "visual",
+         .tissue = wall.layers.front().tissue,
+         .body = {},
+         .mesh = skin_outside_field(side_, *body_, scene_)},
+        {});
+
+    std::vector<std::unique_ptr<Solid>> solids;
+    std::vector<const Solid*> inside;
+    for (const Made& organ : made_) {
+      const bool holds = std::find(wall.held_by.begin(), wall.held_by.end(), organ.side->id) != wall.held_by.end();
+      if (holds || organ.side->id == wall.skin || organ.side->role == "visual") continue;
+      if (organ.side->body == wall.id) continue;
+      solids.push_back(std::make_unique<Solid>(organ.surface));
+      inside.push_back(solids.back().get());
+    }
+    std::vector<WallSurface> layers =
+        derive_wall(wall, scene_.entry, *body_, inside, side_.path.string() + ":" + wall.pointer);
+    scene_.wall_depth = wall.depth;
+    scene_.bodies.push_back({.id = wall.id,
+                             .cell = wall.cell,
+                             .target_nodes = wall.target_nodes,
+                             .holds = holds_of_wall(side_, *body_, scene_, layers.front().surface)});
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      SceneOrgan account;
+      account.notes.push_back(
+          i == 0 ? fmt::format("derived: up to {:.3g} mm below the skin, {} organ(s) taken out", wall.depth * 1e3,
+                               inside.size())
+                 : fmt::format("derived: the wall from {:.3g} mm below the skin on", layers[i].inner_from * 1e3));
+      add({.name = i == 0 ? wall.id : fmt::format("{}_{}", wall.id, layers[i].tissue),
+           .role = i == 0 ? "boundary" : "region",
+           .tissue = layers[i].tissue,
+           .body = wall.id,
+           .mesh = std::move(layers[i].surface)},
+          account);
+    }
+  }
+
+  /// The part of an organ on one side of a distance from its body; empty: nothing there.
+  static TriangleMesh part_of(const Solid& organ, const Solid& body, double within, double side) {
+    const auto distance = [&](const Eigen::Vector3d& x) {
+      return std::max(organ.signed_distance(x), side * (body.signed_distance(x) - within));
+    };
+    return content::boundary_surface(content::stuff(distance, organ.bounds(), kSplitCell, 2)).mesh;
+  }
+
+  void add_organ(Made& organ) {
+    const SideOrgan& side = *organ.side;
+    if (side.id == scenario_.wall.skin) return;
+    if (side.within) {
+      const Solid whole(organ.surface);
+      const Solid body(side.body == scenario_.wall.id ? surface_of(side.body) : made(side.body).surface);
+      TriangleMesh near = part_of(whole, body, *side.within, 1);
+      TriangleMesh rest = part_of(whole, body, *side.within, -1);
+      if (near.triangles.empty()) {
+        fail(side.pointer + "/within_mm", fmt::format("nothing of {} lies within {:.3g} mm of {}; raise it or remove "
+                                                      "body",
+                                                      side.id, *side.within * 1e3, side.body));
+      }
+      if (!rest.triangles.empty()) {
+        SceneOrgan account = organ.account;
+        account.body.clear();
+        account.notes.push_back(
+            fmt::format("the part farther than {:.3g} mm from {}: rigid", *side.within * 1e3, side.body));
+        add({.name = side.id + "_rest", .role = side.role, .tissue = organ.account.tissue, .body = {}, .mesh = rest},
+            account);
+        organ.account.notes.push_back(fmt::format("the part within {:.3g} mm of {}", *side.within * 1e3, side.body));
+        organ.surface = std::move(near);  // nothing is carried by it
+      }
+    }
+    if (side.deformable) {
+      if (side.held_by.empty() && holds_of_organ(side, scene_.cuts, organ.surface).empty()) {
+        fail(side.pointer,
+             fmt::format("nothing holds {}: the scan does not cut it; name organs it hangs on in held_by", side.id));
+      }
+      scene_.bodies.push_back({.id = side.id,
+                               .cell = side.cell,
+                               .target_nodes = side.target_nodes,
+                               .holds = holds_of_organ(side, scene_.cuts, organ.surface)});
+    }
+    add({.name = side.id,
+         .role = side.role,
+         .tissue = organ.account.tissue,
+         .body = organ.account.body,
+         .mesh = organ.surface},  // a copy: organs that this one carries are parted by it
+        organ.account);
+  }
+
+  const TriangleMesh& surface_of(const std::string& name) const {
+    return std::find_if(scene_.surfaces.begin(), scene_.surfaces.end(),
+                        [&](const AnnotatedSurface& surface) { return surface.name == name; })
+        ->mesh;
+  }
+
+  void add(AnnotatedSurface surface, SceneOrgan account) {
+    const content::SurfaceReport report = content::inspect(surface.mesh);
+    account.id = surface.name;
+    account.role = surface.role;
+    account.tissue = surface.tissue;
+    account.body = surface.body;
+    account.triangles = surface.mesh.triangles.size();
+    account.pieces = report.components;
+    if (report.closed()) account.volume = report.volume;
+    for (const ScanCut& cut : scene_.cuts) {
+      if (surface.role == "visual") break;
+      const double area = area_on(cut, surface.mesh);
+      if (area < kCutArea) continue;
+      account.notes.push_back(
+          fmt::format("cut off flat by the end of the scan towards {}: {:.3g} cm2", cut.name(), area * 1e4));
+    }
+    scene_.surfaces.push_back(std::move(surface));
+    scene_.organs.push_back(std::move(account));
+  }
+
+  void add_contacts() {
+    if (scenario_.contacts) {
+      for (const SideContact& contact : *scenario_.contacts) {
+        scene_.contacts.emplace_back(contact.nodes_of, contact.surface_of);
+      }
+      return;
+    }
+    for (const SceneBody& body : scene_.bodies) {
+      if (body.id != scenario_.wall.id) scene_.contacts.emplace_back(body.id, scenario_.wall.id);
+    }
+  }
+
+  /// Whether an organ holds the wall, and so lies in it on purpose.
+  bool holds_wall(const std::string& id) const {
+    const auto& held_by = scenario_.wall.held_by;
+    return std::find(held_by.begin(), held_by.end(), id) != held_by.end();
+  }
+
+  void survey() {
+    std::vector<AnnotatedSurface> organs;  // without what is everywhere: the body between the organs
+    for (const AnnotatedSurface& surface : scene_.surfaces) {
+      if (surface.name != scenario_.wall.skin) organs.push_back(surface);
+    }
+    scene_.overlaps = find_overlaps(organs);
+    std::erase_if(scene_.overlaps, [&](const Overlap& overlap) {
+      const auto of_wall = [&](const std::string& name) {
+        return std::any_of(organs.begin(), organs.end(), [&](const AnnotatedSurface& surface) {
+          return surface.name == name && surface.body == scenario_.wall.id;
+        });
+      };
+      return of_wall(overlap.gives_way) && holds_wall(overlap.counts);
+    });
+    for (const Overlap& overlap : scene_.overlaps) {
+      if (overlap.share < kLargeOverlap) continue;
+      scene_.warnings.push_back(fmt::format(
+          "{} and {} overlap by {:.0f} % of the smaller: {} counts there; is one part of the other, or named twice?",
+          overlap.gives_way, overlap.counts, 100 * overlap.share, overlap.counts));
+    }
+    scene_.path = find_path(organs, scene_.entry, scene_.target);
+    for (const PathPiece& piece : scene_.path) {
+      const auto organ = std::find_if(scene_.organs.begin(), scene_.organs.end(),
+                                      [&](const SceneOrgan& account) { return account.id == piece.organ; });
+      const bool hard = organ->tissue == "bone" || organ->tissue == "cartilage";
+      const bool air = organ->tissue == "outside";
+      if (!hard && !air && organ->role != "vessel") continue;
+      scene_.warnings.push_back(fmt::format(
+          "the straight way to the target passes {} ({}) from {:.0f} to {:.0f} mm below the skin; move the entry",
+          piece.organ,
+          hard  ? organ->tissue
+          : air ? "air"
+                : "a vessel",
+          piece.from * 1e3, piece.to * 1e3));
+    }
+  }
+
+  const std::vector<SourceFile>& files_;
+  const SideFile& side_;
+  const SideScenario& scenario_;
+  const std::set<std::string>& tissues_;
+  const ImportProgress& progress_;
+  std::vector<Made> made_;
+  std::unique_ptr<Body> body_;
+  ImportedScene scene_;
+};
+
+}  // namespace
+
+ImportedScene import_scene(const std::vector<SourceFile>& files, const SideFile& side,
+                           const std::set<std::string>& tissues, const ImportProgress& progress) {
+  return SceneImport(files, side, tissues, progress).run();
+}
+
+}  // namespace stylet::import

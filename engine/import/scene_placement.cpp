@@ -1,0 +1,179 @@
+#include "engine/import/scene_placement.h"
+
+#include "engine/content/error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stylet::import {
+namespace {
+
+using content::ContentError;
+
+constexpr double kFarFromSkin = 0.015;  // m: farther away a point was not meant to be on it
+constexpr double kRimCells = 1.2;       // of the tetrahedra's cell: nodes nearer to the rim are held
+constexpr double kCutHeld = 0.006;      // m: nodes of an organ nearer to a cut are held
+constexpr int kRimPlanes = 16;          // of a ball's rim
+constexpr double kSteepest = 50;        // degrees between a probe's axis and the skin's normal
+
+/// The point of the skin next to one that is meant to be on it.
+content::Solid::Nearest snap(const SideFile& side, const Body& body, const std::string& pointer,
+                             const Eigen::Vector3d& point) {
+  const content::Solid::Nearest hit = body.on_skin(point);
+  if (hit.distance > kFarFromSkin) {
+    throw ContentError(
+        fmt::format("{}:{}: lies {:.0f} mm from the skin; the nearest point on it is [{:.4f}, {:.4f}, "
+                    "{:.4f}]",
+                    side.path.string(), pointer, hit.distance * 1e3, hit.point.x(), hit.point.y(), hit.point.z()));
+  }
+  return hit;
+}
+
+/// Edge of a wall's lattice, m, where only its number of nodes is given: two nodes a cell inside, nearly as many at
+/// the surface.
+double cell_of(const SideWall& wall, const content::TriangleMesh& surface) {
+  if (wall.cell > 0) return wall.cell;
+  double volume = 0;
+  for (const auto& [a, b, c] : surface.triangles) {
+    const auto& v = surface.vertices;
+    volume += v[a].dot(v[b].cross(v[c])) / 6;
+  }
+  return std::cbrt(3.5 * volume / wall.target_nodes);
+}
+
+Hold beyond(const ScanCut& cut, double reach) {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  normal[cut.axis] = cut.side;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  point[cut.axis] = cut.at - cut.side * reach;
+  Hold hold;
+  hold.plane.emplace(normal, point);
+  return hold;
+}
+
+}  // namespace
+
+void place_on_skin(const SideFile& side, const Body& body, ImportedScene& scene) {
+  const SideScenario& scenario = *side.scenario;
+  const content::Solid::Nearest entry = snap(side, body, scenario.pointer + "/entry", scenario.entry);
+  scene.entry = entry.point;
+  scene.outward = entry.normal;
+  const Eigen::Vector3d needle = scene.target - scene.entry;
+  if (needle.norm() < 1e-3 || std::abs(needle.normalized().y()) > 0.98) {
+    throw ContentError(
+        fmt::format("{}:{}/entry: the needle would run along the body or nowhere; choose an entry at "
+                    "the side of the target or in front of it",
+                    side.path.string(), scenario.pointer));
+  }
+
+  const std::string pointer = scenario.pointer + "/probe/at";
+  const content::Solid::Nearest probe = snap(side, body, pointer, scenario.probe.at);
+  scene.probe.position = probe.point;
+  const Eigen::Vector3d axis = (scenario.probe.look_at.value_or(scene.target) - probe.point).normalized();
+  // The needle lies in the image and comes from its left.
+  const Eigen::Vector3d to_entry = scene.entry - probe.point;
+  const Eigen::Vector3d lateral = to_entry.dot(axis) * axis - to_entry;
+  if (lateral.norm() < 5e-3) {
+    throw ContentError(
+        fmt::format("{}:{}: looks along the needle; move it away from the entry", side.path.string(), pointer));
+  }
+  Eigen::Matrix3d frame;
+  frame.col(0) = lateral.normalized();
+  frame.col(2) = axis;
+  frame.col(1) = axis.cross(frame.col(0));
+  scene.probe.orientation = Eigen::Quaterniond(frame).normalized();
+  const double steep = std::acos(std::clamp(-axis.dot(probe.normal), -1.0, 1.0)) * 180 / std::numbers::pi;
+  if (steep > kSteepest) {
+    scene.warnings.push_back(
+        fmt::format("the probe is tilted by {:.0f} degrees against the skin: a part of its face "
+                    "is off it; move it until it looks straight down at the target",
+                    steep));
+  }
+}
+
+std::vector<Hold> holds_of_wall(const SideFile& side, const Body& body, const ImportedScene& scene,
+                                const content::TriangleMesh& surface) {
+  const SideWall& wall = side.scenario->wall;
+  const double reach = kRimCells * cell_of(wall, surface);
+  std::vector<Hold> holds;
+  if (!wall.held_by.empty()) {
+    Hold hold;
+    hold.near = wall.held_by;
+    hold.within = wall.held_within;
+    holds.push_back(hold);
+  }
+  if (wall.box) {
+    Hold hold;
+    hold.outside_box.emplace(wall.box->min().array() + reach, wall.box->max().array() - reach);
+    holds.push_back(hold);
+  } else {
+    // The rim of the ball by planes round the skin's normal, each as far out as the rim lies there.
+    const Eigen::Vector3d across = scene.outward.unitOrthogonal();
+    const Eigen::Vector3d along = scene.outward.cross(across);
+    for (int i = 0; i < kRimPlanes; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kRimPlanes;
+      const Eigen::Vector3d out = std::cos(angle) * across + std::sin(angle) * along;
+      double nearest = 1e9;
+      for (const Eigen::Vector3d& v : surface.vertices) {
+        const Eigen::Vector3d x = v - scene.entry;
+        const double aside = out.dot(x - x.dot(scene.outward) * scene.outward);
+        const double radius = (x - x.dot(scene.outward) * scene.outward).norm();
+        if (x.norm() < wall.radius - 1e-3 || aside < radius * std::cos(std::numbers::pi / kRimPlanes)) continue;
+        nearest = std::min(nearest, aside);
+      }
+      if (nearest > wall.radius) continue;  // no rim: a cut of the scan is nearer
+      Hold hold;
+      hold.plane.emplace(out, scene.entry + (nearest - reach) * out);
+      holds.push_back(hold);
+    }
+  }
+  for (const ScanCut& cut : body.cuts()) {
+    const bool reached = std::any_of(surface.vertices.begin(), surface.vertices.end(),
+                                     [&](const Eigen::Vector3d& v) { return cut.beyond(v) > -reach; });
+    if (reached) holds.push_back(beyond(cut, reach));
+  }
+  return holds;
+}
+
+std::vector<Hold> holds_of_organ(const SideOrgan& organ, const std::vector<ScanCut>& cuts,
+                                 const content::TriangleMesh& surface) {
+  std::vector<Hold> holds;
+  if (!organ.held_by.empty()) {
+    Hold hold;
+    hold.near = organ.held_by;
+    hold.within = organ.held_within;
+    holds.push_back(hold);
+  }
+  for (const ScanCut& cut : cuts) {
+    if (area_on(cut, surface) > 0) holds.push_back(beyond(cut, kCutHeld));
+  }
+  return holds;
+}
+
+content::TriangleMesh skin_outside_field(const SideFile& side, const Body& body, const ImportedScene& scene) {
+  const content::TriangleMesh& whole = body.solid().surface();
+  content::TriangleMesh skin;
+  std::vector<std::uint32_t> place(whole.vertices.size(), ~0u);
+  for (const auto& t : whole.triangles) {
+    const bool in_field = std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {
+      return field_distance(side.scenario->wall, scene.entry, body.cuts(), whole.vertices[v]) < 0;
+    });
+    if (in_field) continue;
+    std::array<std::uint32_t, 3> triangle{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::uint32_t& at = place[t[c]];
+      if (at == ~0u) {
+        at = static_cast<std::uint32_t>(skin.vertices.size());
+        skin.vertices.push_back(whole.vertices[t[c]]);
+      }
+      triangle[c] = at;
+    }
+    skin.triangles.push_back(triangle);
+  }
+  return skin;
+}
+
+}  // namespace stylet::import

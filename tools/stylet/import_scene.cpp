@@ -1,0 +1,55 @@
+#include "tools/stylet/import_scene.h"
+
+#include "engine/content/scenario.h"
+#include "engine/import/scenario_folder.h"
+#include "tools/make_motion/biopsy_motion.h"
+#include "tools/stylet/interrupt.h"
+#include "tools/stylet/progress.h"
+#include "tools/stylet/session_options.h"
+#include "tools/stylet/version.h"
+
+#include <fmt/format.h>
+
+namespace stylet::tools {
+namespace {
+
+/// Straight to the target and back and in again: how the hand makes up for what gives way is not known of a new
+/// patient. The breath is held from the start.
+content::Motion plan_motion(const import::ImportedScene& scene, const content::Needle& needle) {
+  return motion::biopsy_motion({.entry = scene.entry,
+                                .target = scene.target,
+                                .needle_length = needle.length,
+                                .wait = 0.5,
+                                .lateral = 0.003,
+                                .steer = 0,
+                                .lead = 0,
+                                .beyond = 0.001});
+}
+
+}  // namespace
+
+void import_scenario(const std::vector<import::SourceFile>& files, const import::SideFile& side,
+                     const std::filesystem::path& folder) {
+  Progress progress;
+  import::ScenarioFolder written;
+  try {
+    written = import::write_scenario(files, side, folder, content::content_directory(),
+                                     "stylet import " + build_name(), plan_motion, [&](const std::string& task) {
+                                       throw_if_interrupted();
+                                       progress.show(task, 0);
+                                     });
+  } catch (...) {
+    progress.done();
+    throw;
+  }
+  progress.done();
+  for (const std::string& warning : written.warnings) print_warning(warning);
+  for (const import::BodyAccount& body : written.bodies) {
+    fmt::print("{}: {:.4g} ml, {} nodes, {} tetrahedra, volume {:+.2f} %, smallest dihedral angle {:.1f} degrees\n",
+               body.name, body.volume * 1e6, body.nodes, body.tetrahedra,
+               100 * (body.volume / body.surface_volume - 1), body.min_dihedral_deg);
+  }
+  fmt::print("{}\n", written.scenario.string());
+}
+
+}  // namespace stylet::tools

@@ -1,0 +1,19 @@
+// `stylet import --side FILE`: organs of other programs become a whole scenario.
+#pragma once
+
+#include "engine/import/organ_source.h"
+#include "engine/import/side_file.h"
+
+#include <filesystem>
+#include <vector>
+
+namespace stylet::tools {
+
+/// Writes the scenario of a side file (its `scenario` is there) into a folder: scenario.json, organs.glb,
+/// motion.json, the tissues, needle and probe it uses, report.txt, report.json and picture.png; all of them or none.
+/// Loads what it wrote: what comes out can be trained.
+/// @throws content::ContentError
+void import_scenario(const std::vector<import::SourceFile>& files, const import::SideFile& side,
+                     const std::filesystem::path& folder);
+
+}  // namespace stylet::tools
