@@ -59,13 +59,13 @@ ReferenceInsertion closed_path(const ReferenceInsertion& insertion, double depth
 }
 
 struct Sample {
-  double time = 0;     // s
-  double force = 0;    // on the hand along -x, N: positive pushes the needle out
-  double tip = 0;      // x, m: the surface at rest is at 0
-  double depth = 0;    // of needle inside, m
-  double side = 0;     // of the hub, y since the start, m
-  double lateral = 0;  // force on the hand along y, N
-  double work = 0;     // of the hand, J
+  double time = 0;       // s
+  double force = 0;      // on the hand along -x, N: positive pushes the needle out
+  double tip = 0;        // x, m: the surface at rest is at 0
+  double depth = 0;      // of needle inside, m
+  double deviation = 0;  // of the shaft from its track at rest along y, mean over the contacts, m
+  double lateral = 0;    // force on the hand along y, N
+  double work = 0;       // of the hand, J
   TipState state = TipState::outside;
 };
 
@@ -74,10 +74,27 @@ struct Run {
   std::uint32_t flags = 0;
 };
 
+/// How far the tissue of the track has been pushed along y, mean over the contacts, m.
+double deviation(const physics::NeedleState& needle, const physics::TetMesh& rest) {
+  double sum = 0;
+  for (int c = 0; c < needle.contact_count; ++c) {
+    const physics::NeedleContact& contact = needle.contacts[static_cast<std::size_t>(c)];
+    const auto& nodes = rest.tets[static_cast<std::size_t>(contact.tet)];
+    double at_rest = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      at_rest +=
+          contact.barycentric[static_cast<Eigen::Index>(k)] * rest.nodes[static_cast<std::size_t>(nodes[k])].y();
+    }
+    sum += contact.position.y() - at_rest;
+  }
+  return needle.contact_count > 0 ? sum / needle.contact_count : 0;
+}
+
 Run run(const ReferenceInsertion& motion, const physics::InsertionResistance& resistance,
         const physics::NeedleTrackSettings& track = {}) {
   ReferenceExperiment experiment(motion,
                                  {.coupling = Coupling::stylet, .track = track, .tissues = one_tissue(resistance)});
+  const physics::TetMesh rest = motion.body().mesh;
   Run result;
   while (experiment.time_s() < motion.duration - 1e-9) {
     experiment.simulation_step();
@@ -88,7 +105,7 @@ Run run(const ReferenceInsertion& motion, const physics::InsertionResistance& re
                                 .force = -needle.wrench.force.x(),
                                 .tip = needle.positions(0, needle.node_count - 1),
                                 .depth = needle.tip_depth,
-                                .side = needle.positions(1, 0) - motion.tip_start.y(),
+                                .deviation = deviation(needle, rest),
                                 .lateral = needle.wrench.force.y(),
                                 .work = needle.hand_work,
                                 .state = needle.tip});
@@ -122,7 +139,7 @@ double slope(Place from, Place to) {
   return (n * xy - x * y) / (n * xx - x * x);
 }
 
-/// What a classical model makes of the recorded motion. Its needle is rigid: all of the shaft deviates as the hub.
+/// What a classical model makes of the recorded motion.
 std::vector<ClassicalForce> classical(const ClassicalModel& model, const std::vector<Sample>& samples, double dt,
                                       double diameter) {
   TrackState state;
@@ -132,7 +149,7 @@ std::vector<ClassicalForce> classical(const ClassicalModel& model, const std::ve
     const NeedleMotion motion{.depth = s.tip,
                               .velocity = (s.tip - last_tip) / dt,
                               .inserted_length = s.depth,
-                              .deviation = {s.side, 0},
+                              .deviation = {s.deviation, 0},
                               .diameter = diameter,
                               .dt = dt};
     last_tip = s.tip;
@@ -248,7 +265,7 @@ std::vector<double> tips_of(const std::vector<Sample>& samples) {
 
 /// Sideways force over time: of the coupled model and of the one classical model that has any.
 struct Lateral {
-  std::vector<double> time, side_mm, coupled, deviation;
+  std::vector<double> time, deviation_mm, coupled, classical;
 };
 
 /// R1 as it is, curved sideways.
@@ -258,18 +275,18 @@ Lateral lateral_forces(const ReferenceInsertion& insertion, const physics::Inser
   const std::vector<ClassicalForce> forces =
       classical({"lugre", lugre_force}, curved.samples, 1 / insertion.haptic_hz, insertion.needle.outer_diameter);
   Lateral lateral;
-  double coupled_peak = 0, deviation_peak = 0;
+  double coupled_peak = 0, classical_peak = 0;
   for (std::size_t k = 0; k < forces.size(); ++k) {
     const Sample& s = curved.samples[k];
     lateral.time.push_back(s.time);
-    lateral.side_mm.push_back(1e3 * s.side);
+    lateral.deviation_mm.push_back(1e3 * s.deviation);
     lateral.coupled.push_back(s.lateral);
-    lateral.deviation.push_back(forces[k].lateral.x());
+    lateral.classical.push_back(forces[k].lateral.x());
     coupled_peak = std::max(coupled_peak, std::abs(s.lateral));
-    deviation_peak = std::max(deviation_peak, std::abs(forces[k].lateral.x()));
+    classical_peak = std::max(classical_peak, std::abs(forces[k].lateral.x()));
   }
   report.add({"resistance.lateral.peak", coupled_peak, "N", {}, {}, {}});
-  report.add({"resistance.classical.lugre.lateral_peak", deviation_peak, "N", {}, {}, {}});
+  report.add({"resistance.classical.lugre.lateral_peak", classical_peak, "N", {}, {}, {}});
   report.add({"resistance.lateral.flags", static_cast<double>(curved.flags), "1", {}, {}, {}});
   return lateral;
 }
@@ -315,18 +332,18 @@ void draw_lateral(const std::filesystem::path& out, const Lateral& lateral) {
       .x = {.label = "time, s", .min = 0, .max = lateral.time.back()},
       .y = {.label = "lateral force, N"},
       .series = {plot_line("coupled", lateral.time, lateral.coupled, 0),
-                 plot_line("lugre, from the deviation", lateral.time, lateral.deviation, 4)},
+                 plot_line("lugre, from the deviation", lateral.time, lateral.classical, 4)},
       .markers = {},
       .dots = {}};
   const std::array panels{sideways};
   const std::array caption{
-      std::string("Coupled: a flexible needle in tissue that gives way. The classical model: a rigid needle, and a "
-                  "force that grows with"),
-      std::string("the deviation of its shaft and the length inside; its constant is of another needle in another "
-                  "tissue.")};
-  const std::array columns{FigureColumn{"time_s", lateral.time}, FigureColumn{"side_mm", lateral.side_mm},
+      std::string(
+          "The classical model: a force that grows with the deviation of the shaft from its track, taken from the "
+          "coupled run, and"),
+      std::string("with the length inside; its constant is of another needle in another tissue.")};
+  const std::array columns{FigureColumn{"time_s", lateral.time}, FigureColumn{"deviation_mm", lateral.deviation_mm},
                            FigureColumn{"coupled_n", lateral.coupled},
-                           FigureColumn{"deviation_n", lateral.deviation}};
+                           FigureColumn{"classical_n", lateral.classical}};
   write_figure(out, "coupling_lateral", panels, caption, columns);
 }
 
