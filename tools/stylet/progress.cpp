@@ -9,6 +9,10 @@
 
 namespace stylet::tools {
 
+namespace {
+constexpr double kWorthALine = 0.5;  // s
+}
+
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
 
 void Progress::show(const std::string& task, double share) {
@@ -32,7 +36,11 @@ void Progress::show(const std::string& task, double share) {
 void Progress::done() {
   if (quiet_ || task_.empty()) return;
   const double seconds = std::chrono::duration<double>(Clock::now() - started_).count();
-  fmt::print(stderr, "{}{:<34} {:5.1f} s{:>35}\n", terminal_ ? "\r" : "", task_, seconds, "");
+  if (terminal_) {
+    fmt::print(stderr, "\r{:<34} {:5.1f} s{:>35}\n", task_, seconds, "");
+  } else if (seconds >= kWorthALine) {
+    fmt::print(stderr, "{:<34} {:5.1f} s\n", task_, seconds);
+  }
   task_.clear();
 }
 

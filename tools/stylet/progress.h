@@ -6,7 +6,7 @@
 
 namespace stylet::tools {
 
-/// One line that is rewritten on a terminal; elsewhere (a log) a line at the start and one at the end of each task.
+/// One line that is rewritten on a terminal; elsewhere (a log) a line at the end of each task that took its time.
 class Progress {
 public:
   explicit Progress(bool quiet = false);
