@@ -320,7 +320,7 @@ void expect_follows(const json& value, const json& schema, const std::string& at
   for (const auto& key : schema.at("required")) EXPECT_TRUE(value.contains(key)) << at << " lacks " << key;
   for (const auto& [key, item] : value.items()) {
     ASSERT_TRUE(schema.at("properties").contains(key)) << at << '/' << key << " is in no schema";
-    expect_follows(item, schema["properties"][key], at + "/" + key);
+    expect_follows(item, schema["properties"][key], std::string(at).append("/").append(key));
   }
 }
 

@@ -250,7 +250,7 @@ TEST(LabelSolid, CountsTheVoxelsAroundItsLabels) {
   const std::array labels{3};
   EXPECT_NEAR(LabelSolid(image, labels, 7 * 7 * 8).volume(), 2e-9, 1e-15);
   try {
-    LabelSolid(image, labels, 7 * 7 * 8 - 1);
+    const LabelSolid solid(image, labels, 7 * 7 * 8 - 1);
     FAIL() << "one voxel too many";
   } catch (const content::ContentError& e) {
     EXPECT_STREQ(
