@@ -77,19 +77,18 @@ MeshRun run_mesh(const ReferenceInsertion& insertion, bool subgrid) {
   return result;
 }
 
-/// How far a needle of the insertion's radius presses the surface in before it breaks, m; NaN if it does not break.
-double indentation_at_puncture(const ReferenceInsertion& insertion, bool subgrid) {
+/// How far a needle presses the surface in before it breaks, m; NaN if it does not break.
+double indentation_at_puncture(const ReferenceInsertion& insertion, bool subgrid, double tip_radius) {
   constexpr double kForce = 0.05;   // N
   constexpr double kSpeed = 0.010;  // m/s: the depth is known to 10 um
   ReferenceInsertion straight = insertion;
   straight.lateral_amplitude = 0;
   straight.axial_speed = {{0, kSpeed}, {1, kSpeed}};
   straight.duration = 1;
-  ReferenceExperiment experiment(
-      straight, {.coupling = Coupling::stylet,
-                 .track = {.subgrid_compliance = subgrid, .tip_radius = 0.5 * insertion.needle.outer_diameter},
-                 .tissues = one_tissue({.puncture_force = kForce}),
-                 .worker_period = worker_period(insertion.nodes_per_edge)});
+  ReferenceExperiment experiment(straight, {.coupling = Coupling::stylet,
+                                            .track = {.subgrid_compliance = subgrid, .tip_radius = tip_radius},
+                                            .tissues = one_tissue({.puncture_force = kForce}),
+                                            .worker_period = worker_period(insertion.nodes_per_edge)});
   double depth = 0;
   while (experiment.time_s() < straight.duration) {
     experiment.simulation_step();
@@ -133,6 +132,7 @@ Report coupling_subgrid(const ReferenceInsertion& insertion, const BenchOptions&
 
   Report report;
   Pair peaks, depths;
+  std::vector<double> blunt_depths;  // with the radius that sessions have: the mesh itself resolves most of it
   std::vector<double> nodes;
   Condition condition;
   std::uint32_t flags = 0;
@@ -148,8 +148,10 @@ Report coupling_subgrid(const ReferenceInsertion& insertion, const BenchOptions&
     condition.plain = std::max(condition.plain, on.condition.plain);
     condition.scaled = std::max(condition.scaled, on.condition.scaled);
     flags |= on.flags;
-    depths.off.push_back(indentation_at_puncture(mesh, false));
-    depths.on.push_back(indentation_at_puncture(mesh, true));
+    const double needle_radius = 0.5 * insertion.needle.outer_diameter;
+    depths.off.push_back(indentation_at_puncture(mesh, false, needle_radius));
+    depths.on.push_back(indentation_at_puncture(mesh, true, needle_radius));
+    blunt_depths.push_back(indentation_at_puncture(mesh, true, physics::NeedleTrackSettings{}.tip_radius));
     report.add({fmt::format("subgrid.peak.{}", n), on.peak, "N", {}, {}, {}});
   }
   report.add({"subgrid.spread.off", kPercent * relative_spread(peaks.off), "%", {}, {}, {}});
@@ -193,6 +195,8 @@ Report coupling_subgrid(const ReferenceInsertion& insertion, const BenchOptions&
               {}});
   report.add({"subgrid.indentation.spread.off", kPercent * relative_spread(depths.off), "%", {}, {}, {}});
   report.add(at_most("subgrid.indentation.spread.on", kPercent * relative_spread(depths.on), "%", kTipBound));
+  report.add(
+      {"subgrid.indentation.spread.session_radius", kPercent * relative_spread(blunt_depths), "%", {}, {}, {}});
 
   if (options.out.empty()) return report;
   const std::array panels{
