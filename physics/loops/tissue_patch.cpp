@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 namespace stylet::physics {
 namespace {
@@ -109,8 +110,9 @@ void fill_interfaces(std::span<const TissueModel> models, std::span<const Eigen:
                        .barycentric = crossing.point.barycentric});
     }
   }
-  std::stable_sort(found.begin(), found.end(), [](const PatchInterface& a, const PatchInterface& b) {
-    return a.distance_ahead < b.distance_ahead;
+  // Not std::stable_sort: the memory that libstdc++ 12 takes for it is not aligned as Eigen's types ask.
+  std::sort(found.begin(), found.end(), [](const PatchInterface& a, const PatchInterface& b) {
+    return std::tuple(a.distance_ahead, a.body, a.patch_tet) < std::tuple(b.distance_ahead, b.body, b.patch_tet);
   });
   out.interface_count = static_cast<int>(std::min<std::size_t>(found.size(), kMaxPatchInterfaces));
   std::copy_n(found.begin(), out.interface_count, out.interfaces.begin());

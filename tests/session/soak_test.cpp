@@ -62,7 +62,9 @@ struct Pass {
   double peak_displacement = 0;  ///< of a tissue node, m
   int most_contacts = 0;
   int contacts_at_end = 0;
-  double drift = 0;  ///< from before the needle first came in to the end of the pass, of a tissue node, m
+  /// Of a tissue node at the end of the pass: of the first two since the end of the one before, of the others since
+  /// the end of the second, m.
+  double drift = 0;
   double resident_mib = 0;
 };
 
@@ -77,8 +79,8 @@ public:
   }
   void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport&,
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override {
-    untouched_ = untouched_ && needle.contact_count == 0;
-    if (untouched_) before_.assign(tissue.positions.begin(), tissue.positions.begin() + tissue.body_count);
+    untouched_ = untouched_ && needle.contact_count == 0 && needle.tip == physics::TipState::outside;
+    if (untouched_) keep(tissue);
     if (record.time_s >= static_cast<double>(passes_.size() + 1) * pass_s_ - 1.5 / scene_.rates.simulation_hz) {
       pass_.drift = displacement(tissue, before_);
       pass_.contacts_at_end = needle.contact_count;
@@ -88,6 +90,7 @@ public:
           passes_.size() + 1, pass_.peak_force, 1e3 * pass_.peak_displacement, pass_.most_contacts, pass_.drift,
           pass_.resident_mib);
       std::fflush(stdout);
+      if (passes_.size() < 2) keep(tissue);
       passes_.push_back(std::exchange(pass_, {}));
     }
     pass_.peak_displacement = std::max(pass_.peak_displacement, displacement(tissue, before_));
@@ -105,11 +108,17 @@ private:
     return most;
   }
 
+  void keep(const physics::TissueState& tissue) {
+    before_.assign(tissue.positions.begin(), tissue.positions.begin() + tissue.body_count);
+  }
+
   const content::Scene& scene_;
   double pass_s_;
   Pass pass_;
   std::vector<Pass> passes_;
-  std::vector<Eigen::Matrix3Xd> before_;  // the needle: the probe presses and the organs touch, so not the meshes
+  // At first before the needle, not the meshes: the probe presses and the organs touch. The first two passes differ,
+  // since the second cuts nothing, and the probe's friction holds the skin where the needle has dragged it.
+  std::vector<Eigen::Matrix3Xd> before_;
   bool untouched_ = true;
   bool finite_ = true;
 };
@@ -125,7 +134,7 @@ TEST(Soak, DefaultScenarioNeitherFailsNorGrowsNorDrifts) {
   RepeatedMotion device = repeated(scene);
   const haptic::StylusSample start = device.read(0);
   PassObserver observer(scene, device.pass_s());
-  CoupledLoops loops(scene, physics::Coupling::paper_updated, {start.position, start.orientation}, {&observer});
+  CoupledLoops loops(scene, coupling_from_name(scene.coupling), {start.position, start.orientation}, {&observer});
   const int count = std::max(3, static_cast<int>(std::ceil(60 * minutes() / device.pass_s())));
   const RunStatistics run = run_lockstep(loops, device, scene, count * device.pass_s());
   std::printf("%.1f minutes of session time in %.1f s, %llu haptic and %llu simulation steps, %llu factorisations\n",
@@ -144,16 +153,21 @@ TEST(Soak, DefaultScenarioNeitherFailsNorGrowsNorDrifts) {
   ASSERT_EQ(passes.size(), static_cast<std::size_t>(count));
   const Pass& first = passes.front();
   ASSERT_GT(first.most_contacts, 3) << "the needle went in";
-  ASSERT_GT(first.peak_force, 0.05);
-  ASSERT_GT(first.peak_displacement, 1e-4);
-  for (const Pass& pass : passes) {
-    // The same path each time; the schedule of the factorisations differs, so not to the bit.
-    EXPECT_LT(pass.peak_force, 1.05 * first.peak_force);
-    EXPECT_GT(pass.peak_force, 0.95 * first.peak_force);
+  ASSERT_GT(first.peak_force, 1);
+  ASSERT_GT(first.peak_displacement, 1e-3);
+  EXPECT_LT(first.drift, 1e-4);
+  EXPECT_LT(passes[1].drift, 1e-5);
+  // From the second pass on the needle finds its track again, so all of them are alike; the schedule of the
+  // factorisations differs, so not to the bit.
+  const Pass& second = passes[1];
+  EXPECT_LT(second.peak_force, first.peak_force) << "nothing is cut again";
+  for (std::size_t i = 1; i < passes.size(); ++i) {
+    const Pass& pass = passes[i];
+    EXPECT_NEAR(pass.peak_force, second.peak_force, 0.05 * second.peak_force);
     EXPECT_EQ(pass.contacts_at_end, 0);
-    // A millionth of a metre after a second at rest, and no pass adds to it.
-    EXPECT_LT(pass.drift, 1e-6);
-    EXPECT_LT(pass.drift, 10 * first.drift + 1e-9);
+    if (i > 1) {
+      EXPECT_LT(pass.drift, 1e-6);  // a millionth of a metre after a second at rest, and no pass adds to it
+    }
   }
   // Everything is sized at load: from the second pass on only the allocator's and the kernel's own bookkeeping moves.
   EXPECT_LT(passes.back().resident_mib, passes[1].resident_mib + 1);
