@@ -8,6 +8,7 @@
 #include "engine/import/derived_wall.h"
 #include "engine/import/scene_placement.h"
 #include "engine/import/scene_survey.h"
+#include "engine/import/thin_out.h"
 
 #include <fmt/format.h>
 
@@ -25,6 +26,7 @@ using content::TriangleMesh;
 
 constexpr double kCutArea = 20e-6;     // m^2: from here on an organ counts as cut by the end of the scan
 constexpr double kLargeOverlap = 0.2;  // of the smaller organ: segmentations do not overlap by so much
+constexpr double kThinOut = 0.1e-3;    // m: far less than a scan's voxel
 constexpr double kSplitCell = 0.002;   // m, of the surfaces of an organ that is parted
 
 /// An organ on its way: what the side file says and its surface.
@@ -246,6 +248,7 @@ private:
   }
 
   void add(AnnotatedSurface surface, SceneOrgan account) {
+    surface.mesh = thin_out(surface.mesh, kThinOut);
     const content::SurfaceReport report = content::inspect(surface.mesh);
     account.id = surface.name;
     account.role = surface.role;

@@ -17,7 +17,9 @@ constexpr double kFarFromSkin = 0.015;  // m: farther away a point was not meant
 constexpr double kRimCells = 1.2;       // of the tetrahedra's cell: nodes nearer to the rim are held
 constexpr double kCutHeld = 0.006;      // m: nodes of an organ nearer to a cut are held
 constexpr int kRimPlanes = 16;          // of a ball's rim
-constexpr double kSteepest = 50;        // degrees between a probe's axis and the skin's normal
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kMostAside = 20 * kDegree;  // of what the probe is to see from the middle of its image
+constexpr double kMostTilt = 20 * kDegree;   // of the probe's axis against the skin's normal
 
 /// The point of the skin next to one that is meant to be on it.
 content::Solid::Nearest snap(const SideFile& side, const Body& body, const std::string& pointer,
@@ -72,25 +74,32 @@ void place_on_skin(const SideFile& side, const Body& body, ImportedScene& scene)
   const std::string pointer = scenario.pointer + "/probe/at";
   const content::Solid::Nearest probe = snap(side, body, pointer, scenario.probe.at);
   scene.probe.position = probe.point;
-  const Eigen::Vector3d axis = (scenario.probe.look_at.value_or(scene.target) - probe.point).normalized();
-  // The needle lies in the image and comes from its left.
-  const Eigen::Vector3d to_entry = scene.entry - probe.point;
-  const Eigen::Vector3d lateral = to_entry.dot(axis) * axis - to_entry;
-  if (lateral.norm() < 5e-3) {
+  // The image holds the needle: its plane goes through the probe, the entry and what is looked at.
+  const Eigen::Vector3d to_seen = (scenario.probe.look_at.value_or(scene.target) - probe.point).normalized();
+  const Eigen::Vector3d to_entry = (scene.entry - probe.point).normalized();
+  const Eigen::Vector3d plane = to_entry.cross(to_seen);
+  if (plane.norm() < 0.1) {
     throw ContentError(
         fmt::format("{}:{}: looks along the needle; move it away from the entry", side.path.string(), pointer));
   }
+  const Eigen::Vector3d across = plane.normalized();
+  // The face lies flat on the skin, but for what keeps the seen well within the image.
+  Eigen::Vector3d axis = (probe.normal.dot(across) * across - probe.normal).normalized();
+  const double aside = std::acos(std::clamp(axis.dot(to_seen), -1.0, 1.0));
+  double tilt = std::max(0.0, aside - kMostAside);
+  if (tilt > 0) axis = Eigen::AngleAxisd(tilt, axis.cross(to_seen).normalized()) * axis;
   Eigen::Matrix3d frame;
-  frame.col(0) = lateral.normalized();
+  // The needle comes from the left of the image.
   frame.col(2) = axis;
+  frame.col(0) = (to_entry.dot(axis) * axis - to_entry).normalized();
   frame.col(1) = axis.cross(frame.col(0));
   scene.probe.orientation = Eigen::Quaterniond(frame).normalized();
-  const double steep = std::acos(std::clamp(-axis.dot(probe.normal), -1.0, 1.0)) * 180 / std::numbers::pi;
-  if (steep > kSteepest) {
+  tilt = std::acos(std::clamp(-axis.dot(probe.normal), -1.0, 1.0));
+  if (tilt > kMostTilt) {
     scene.warnings.push_back(
         fmt::format("the probe is tilted by {:.0f} degrees against the skin: a part of its face "
-                    "is off it; move it until it looks straight down at the target",
-                    steep));
+                    "is off it; move it to where needle and target lie in a plane across the skin",
+                    tilt * 180 / std::numbers::pi));
   }
 }
 
