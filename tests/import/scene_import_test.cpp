@@ -116,8 +116,8 @@ TEST(ImportScene, FindsWhereTheScanEnds) {
   ASSERT_EQ(scene.cuts.size(), 1u);
   EXPECT_EQ(scene.cuts[0].name(), "the head");
   EXPECT_NEAR(scene.cuts[0].at, kCutAt, 1e-9);
-  const double area = std::numbers::pi * (kBodyRadius * kBodyRadius - kCutAt * kCutAt);
-  EXPECT_NEAR(scene.cuts[0].area, area, 0.05 * area);
+  const double area = std::numbers::pi * (kBodyRadius * kBodyRadius - kCutAt * kCutAt);  // a coarse sphere has less
+  EXPECT_NEAR(scene.cuts[0].area, area, (support::kSanitized ? 0.1 : 0.05) * area);
   for (const SceneOrgan& organ : scene.organs) {
     if (organ.id == "body") {
       EXPECT_THAT(organ.notes, ::testing::Contains(HasSubstr("towards the head")));
