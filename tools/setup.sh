@@ -69,6 +69,11 @@ configure() {
   local log=build/$1/configure.log
   mkdir -p "build/$1"
   cmake --preset "$@" >"$log" 2>&1 || { tail -n 30 "$log" >&2; fail "cmake failed; the log is $log"; }
+  # A folder made with another compiler: CMake drops the preset's own values with the old ones, sanitizers too.
+  if grep -q 'require your cache to be deleted' "$log"; then
+    rm -rf "build/$1/CMakeCache.txt" "build/$1/CMakeFiles"
+    cmake --preset "$@" >"$log" 2>&1 || { tail -n 30 "$log" >&2; fail "cmake failed; the log is $log"; }
+  fi
 }
 
 # build PRESET TARGET [OPTION of cmake...]
