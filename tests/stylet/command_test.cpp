@@ -241,9 +241,9 @@ TEST_F(Command, ValidateNamesEveryProblem) {
 TEST_F(Command, ValidateChecksEveryFileOfAFolder) {
   const Outcome sound = run("validate " + kContent.string());
   EXPECT_EQ(sound.exit_code, 0) << sound.output;
-  for (const char* file :
-       {"scenarios/liver_biopsy.json", "organs/abdomen.glb", "organs/abdomen.json", "tissues.json",
-        "needles/18g_150mm.json", "probes/c5_2.json", "motions/liver_biopsy.json", "reference/r1.json"}) {
+  for (const char* file : {"scenarios/liver_biopsy.json", "organs/abdomen.glb", "organs/abdomen.json", "tissues.json",
+                           "needles/18g_150mm.json", "probes/c5_2.json", "motions/liver_biopsy.json",
+                           "reference/r1.json", "imports/ts_abdomen.json"}) {
     EXPECT_NE(sound.output.find((kContent / file).string() + ": sound\n"), std::string::npos) << file;
   }
   fs::copy_file(kContent / "needles" / "18g_150mm.json", folder_ / "needle.json");

@@ -1,6 +1,8 @@
 // `stylet validate`: all problems of files at once.
+#include "engine/content/json_reader.h"
 #include "engine/content/scenario.h"
 #include "engine/content/tet_quality.h"
+#include "engine/import/side_file.h"
 #include "engine/session/recording.h"
 #include "tools/bench/reference_insertion.h"
 #include "tools/stylet/commands.h"
@@ -43,6 +45,7 @@ std::string summary(const content::Scene& scene) {
 }
 
 constexpr std::string_view kReferenceInsertion = "stylet-reference-insertion";
+constexpr std::string_view kSideFile = "stylet-import";
 
 /// A file that Stylet reads, as far as its name and "format" tell; what it writes for people (session.json, reports)
 /// and what belongs to other programs is not.
@@ -52,7 +55,7 @@ bool is_input(const fs::path& path) {
   if (extension != ".json") return false;
   try {
     const std::string format = content::format_of(path);
-    return format == kReferenceInsertion || content::is_content_format(format);
+    return format == kReferenceInsertion || format == kSideFile || content::is_content_format(format);
   } catch (const content::ContentError&) {
     return true;  // to be told why
   }
@@ -87,6 +90,12 @@ Verdict verdict_on(const fs::path& path) {
       if (!recording.complete()) {
         verdict.problems.push_back(path.string() + ": not whole (" + recording.condition() + "); record it again");
       }
+      return verdict;
+    }
+    if (path.extension() == ".json" && content::format_of(path) == kSideFile) {
+      content::JsonFile file(path);
+      (void)import::read_side_file(file);
+      verdict.problems = file.problems();
       return verdict;
     }
     if (path.extension() == ".json" && content::format_of(path) == kReferenceInsertion) {
