@@ -144,6 +144,8 @@ bool NeedleTip::touch(const HermiteShaft& shaft, const TissuePatch& patch, const
 
 bool NeedleTip::withdraw(TrackPoints& points) {
   if (state_ != TipState::inside || points.last_active(end_.body) != nullptr) return false;
+  const auto lost = [&](const TrackPoint& point) { return point.body == end_.body && point.lost; };
+  if (std::ranges::any_of(points.all(), lost)) return false;  // not withdrawn from: the patch lacks them
   ends_[static_cast<std::size_t>(end_.body)] = end_;
   leave();
   return true;

@@ -77,6 +77,7 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
   for (std::size_t i = 0; i < points.size(); ++i) {
     TrackPoint& point = points[i];
     if (point.point < 0 || !tissue.position(point.point).allFinite()) {
+      point.lost = point.lost || point.active;
       point.active = false;
       continue;
     }
@@ -84,10 +85,12 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
     const bool was_active = point.active;
     point.active = point.arc <= shaft.length() + (was_active ? kWithdrawn : 0.0) && point.arc >= 0;
     if (point.active && !was_active) {
-      // Out of the body altogether, the tip finds its track again through the old hole alone, not from beside it.
+      // Out of the body altogether, the tip finds its track again through the old hole alone, not from beside it. A
+      // patch that lacked the track for a while is another matter: the needle is in it still.
       const double beside = (tissue.position(point.point) - at[i].position).norm();
-      point.active = beside < settings_.reentry_distance || holds_active(points.first(i), point.body);
+      point.active = point.lost || beside < settings_.reentry_distance || holds_active(points.first(i), point.body);
     }
+    point.lost = false;
     if (point.active && !was_active) {
       point.held_arc = point.arc;
       point.bristles = {};

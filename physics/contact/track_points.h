@@ -19,6 +19,7 @@ struct TrackPoint {
   int patch_tet = -1;   ///< -1: not in the patch
   int point = -1;       ///< index into TissuePoints
   bool active = false;  ///< the shaft is there
+  bool lost = false;    ///< it was, when the patch ceased to hold the point
   double arc = 0;       ///< of the shaft at the point, m
   double held_arc = 0;  ///< needle material that sticks to the point, m
   double share = 0;     ///< of the shaft, m

@@ -134,5 +134,35 @@ TEST(NeedleTrack, PeakForceDoesNotDependOnTheMesh) {
   EXPECT_LT((*high - *low) / mean, 0.03);
 }
 
+// What a patch lacks for a while is not withdrawn from: the needle is in it still, however far the tissue has sprung
+// back meanwhile.
+TEST(NeedleTrack, ATrackThatAPatchLackedIsTakenUpAgain) {
+  const ReferenceInsertion insertion = r1();
+  ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
+  while (experiment.time_s() < 1.1) experiment.advance();
+  const int contacts = experiment.needle().contact_count;
+  const double force = experiment.needle().wrench.force.norm();
+  ASSERT_GT(contacts, 3);
+  const physics::TissuePatch patch = experiment.patch();
+  physics::TissuePatch empty = patch;
+  for (physics::BodyPatch& body : empty.bodies) body.tet_count = body.node_count = body.contact_count = 0;
+  empty.interface_count = 0;
+  empty.epoch = patch.epoch + 1;
+  physics::TissuePatch again = patch;
+  again.epoch = patch.epoch + 2;
+  physics::HapticLoop& haptic = experiment.haptic();
+  const physics::StylusPose base = insertion.base(experiment.time_s());
+  const double dt = 1 / insertion.haptic_hz;
+  for (int i = 0; i < 20; ++i) haptic.step(base, dt, empty);
+  EXPECT_EQ(haptic.state().contact_count, 0);
+  EXPECT_LT(haptic.state().wrench.force.norm(), 1e-3 * force) << "nothing holds the needle";
+  for (int i = 0; i < 20; ++i) haptic.step(base, dt, again);
+  std::printf("%d contacts and %.4f N; after the gap %d and %.4f N\n", contacts, force, haptic.state().contact_count,
+              haptic.state().wrench.force.norm());
+  EXPECT_EQ(haptic.state().contact_count, contacts);
+  EXPECT_EQ(haptic.state().tip, physics::TipState::inside);
+  EXPECT_NEAR(haptic.state().wrench.force.norm(), force, 0.01 * force);
+}
+
 }  // namespace
 }  // namespace stylet::bench
