@@ -15,4 +15,11 @@ struct TriangleMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
+/// Adds the triangles of another surface; nothing is welded.
+inline void append(TriangleMesh& to, const TriangleMesh& from) {
+  const auto base = static_cast<std::uint32_t>(to.vertices.size());
+  to.vertices.insert(to.vertices.end(), from.vertices.begin(), from.vertices.end());
+  for (const auto& [a, b, c] : from.triangles) to.triangles.push_back({base + a, base + b, base + c});
+}
+
 }  // namespace stylet::content

@@ -40,11 +40,7 @@ struct ShapeOfOrgan {
 
 TriangleMesh merged(const OrganParts& organ) {
   TriangleMesh soup;
-  for (const SourcePart* part : organ.parts) {
-    const auto base = static_cast<std::uint32_t>(soup.vertices.size());
-    soup.vertices.insert(soup.vertices.end(), part->mesh.vertices.begin(), part->mesh.vertices.end());
-    for (const auto& t : part->mesh.triangles) soup.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
-  }
+  for (const SourcePart* part : organ.parts) append(soup, part->mesh);
   return soup;
 }
 

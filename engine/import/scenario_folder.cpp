@@ -13,9 +13,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <set>
-#include <string_view>
 
 namespace stylet::import {
 namespace {
@@ -25,13 +23,6 @@ using content::ContentError;
 
 constexpr std::size_t kJsonBytes = content::JsonLimits{}.bytes;
 constexpr double kVolumeError = 0.03;  // relative, of a good mesh
-
-void write_file(const fs::path& path, std::string_view bytes) {
-  std::ofstream file(path, std::ios::binary);
-  if (!file.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush()) {
-    throw ContentError(path.string() + ": cannot be written; is the disk full?");
-  }
-}
 
 /// A needle or probe as a side file names it: a file beside it, or the name of one of content/KINDs.
 fs::path find_instrument(const SideFile& side, const std::string& pointer, const std::string& name,
@@ -89,12 +80,12 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
   session::OutputDirectory out(folder);
   const auto glb = content::write_glb(imported.surfaces, colours,
                                       {.generator = generator, .copyright = wanted.source, .scene = wanted.name});
-  write_file(out.staged("organs.glb"), {reinterpret_cast<const char*>(glb.data()), glb.size()});
-  write_file(out.staged("tissues.json"), content::read_file(tissues_path, kJsonBytes));
-  write_file(out.staged("needle.json"), content::read_file(needle_path, kJsonBytes));
-  write_file(out.staged("probe.json"), content::read_file(probe_path, kJsonBytes));
+  out.write("organs.glb", {reinterpret_cast<const char*>(glb.data()), glb.size()});
+  out.write("tissues.json", content::read_file(tissues_path, kJsonBytes));
+  out.write("needle.json", content::read_file(needle_path, kJsonBytes));
+  out.write("probe.json", content::read_file(probe_path, kJsonBytes));
   content::write_motion(plan_motion(imported, needle), wanted.name, out.staged("motion.json"));
-  write_file(out.staged("scenario.json"), scenario_json(imported, side));
+  out.write("scenario.json", scenario_json(imported, side));
 
   ScenarioFolder written{.scenario = out.destination() / "scenario.json", .bodies = {}, .warnings = {}};
   std::vector<std::string> loading;
@@ -115,8 +106,8 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
                     "target_nodes, or choose a smaller cell_mm",
                     body.name, 100 * error));
   }
-  write_file(out.staged("report.json"), scene_report_json(imported, scene, side, files, loading));
-  write_file(out.staged("report.txt"), scene_report_text(imported, scene, side, files, loading));
+  out.write("report.json", scene_report_json(imported, scene, side, files, loading));
+  out.write("report.txt", scene_report_text(imported, scene, side, files, loading));
   view::write_png(out.staged("picture.png"), scene_picture(imported, scene));
   out.commit("scenario.json");
 

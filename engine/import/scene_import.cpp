@@ -121,12 +121,6 @@ private:
                      [](const Made& a, const Made& b) { return a.side->priority < b.side->priority; });
   }
 
-  static void append(TriangleMesh& to, const TriangleMesh& from) {
-    const auto base = static_cast<std::uint32_t>(to.vertices.size());
-    to.vertices.insert(to.vertices.end(), from.vertices.begin(), from.vertices.end());
-    for (const auto& t : from.triangles) to.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
-  }
-
   void place_needle() {
     progress_("placing needle and probe");
     body_ = std::make_unique<Body>(made(scenario_.wall.skin).surface);
@@ -163,8 +157,7 @@ private:
     std::vector<std::unique_ptr<Solid>> solids;
     std::vector<const Solid*> inside;
     for (const Made& organ : made_) {
-      const bool holds = std::find(wall.held_by.begin(), wall.held_by.end(), organ.side->id) != wall.held_by.end();
-      if (holds || organ.side->id == wall.skin || organ.side->role == "visual") continue;
+      if (holds_wall(organ.side->id) || organ.side->id == wall.skin || organ.side->role == "visual") continue;
       if (organ.side->body == wall.id) continue;
       solids.push_back(std::make_unique<Solid>(organ.surface));
       inside.push_back(solids.back().get());
@@ -224,14 +217,13 @@ private:
       }
     }
     if (side.deformable) {
-      if (side.held_by.empty() && holds_of_organ(side, scene_.cuts, organ.surface).empty()) {
+      std::vector<Hold> holds = holds_of_organ(side, scene_.cuts, organ.surface);
+      if (holds.empty()) {
         fail(side.pointer,
              fmt::format("nothing holds {}: the scan does not cut it; name organs it hangs on in held_by", side.id));
       }
-      scene_.bodies.push_back({.id = side.id,
-                               .cell = side.cell,
-                               .target_nodes = side.target_nodes,
-                               .holds = holds_of_organ(side, scene_.cuts, organ.surface)});
+      scene_.bodies.push_back(
+          {.id = side.id, .cell = side.cell, .target_nodes = side.target_nodes, .holds = std::move(holds)});
     }
     add({.name = side.id,
          .role = side.role,

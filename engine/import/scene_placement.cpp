@@ -1,6 +1,7 @@
 #include "engine/import/scene_placement.h"
 
 #include "engine/content/error.h"
+#include "engine/content/surface_mesh.h"
 
 #include <fmt/format.h>
 
@@ -38,12 +39,7 @@ content::Solid::Nearest snap(const SideFile& side, const Body& body, const std::
 /// the surface.
 double cell_of(const SideWall& wall, const content::TriangleMesh& surface) {
   if (wall.cell > 0) return wall.cell;
-  double volume = 0;
-  for (const auto& [a, b, c] : surface.triangles) {
-    const auto& v = surface.vertices;
-    volume += v[a].dot(v[b].cross(v[c])) / 6;
-  }
-  return std::cbrt(3.5 * volume / wall.target_nodes);
+  return std::cbrt(3.5 * content::inspect(surface).volume / wall.target_nodes);
 }
 
 Hold beyond(const ScanCut& cut, double reach) {
@@ -54,6 +50,14 @@ Hold beyond(const ScanCut& cut, double reach) {
   Hold hold;
   hold.plane.emplace(normal, point);
   return hold;
+}
+
+void hold_near(const std::vector<std::string>& organs, double within, std::vector<Hold>& holds) {
+  if (organs.empty()) return;
+  Hold hold;
+  hold.near = organs;
+  hold.within = within;
+  holds.push_back(hold);
 }
 
 }  // namespace
@@ -108,12 +112,7 @@ std::vector<Hold> holds_of_wall(const SideFile& side, const Body& body, const Im
   const SideWall& wall = side.scenario->wall;
   const double reach = kRimCells * cell_of(wall, surface);
   std::vector<Hold> holds;
-  if (!wall.held_by.empty()) {
-    Hold hold;
-    hold.near = wall.held_by;
-    hold.within = wall.held_within;
-    holds.push_back(hold);
-  }
+  hold_near(wall.held_by, wall.held_within, holds);
   if (wall.box) {
     Hold hold;
     hold.outside_box.emplace(wall.box->min().array() + reach, wall.box->max().array() - reach);
@@ -150,12 +149,7 @@ std::vector<Hold> holds_of_wall(const SideFile& side, const Body& body, const Im
 std::vector<Hold> holds_of_organ(const SideOrgan& organ, const std::vector<ScanCut>& cuts,
                                  const content::TriangleMesh& surface) {
   std::vector<Hold> holds;
-  if (!organ.held_by.empty()) {
-    Hold hold;
-    hold.near = organ.held_by;
-    hold.within = organ.held_within;
-    holds.push_back(hold);
-  }
+  hold_near(organ.held_by, organ.held_within, holds);
   for (const ScanCut& cut : cuts) {
     if (area_on(cut, surface) > 0) holds.push_back(beyond(cut, kCutHeld));
   }

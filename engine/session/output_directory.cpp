@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
+#include <fstream>
 #include <system_error>
 #include <vector>
 
@@ -62,6 +63,13 @@ OutputDirectory::OutputDirectory(fs::path destination) : destination_(std::move(
 OutputDirectory::~OutputDirectory() {
   std::error_code ignored;
   if (!staging_.empty()) fs::remove_all(staging_, ignored);
+}
+
+void OutputDirectory::write(const fs::path& name, std::string_view bytes) const {
+  std::ofstream file(staged(name), std::ios::binary);
+  if (!file.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush()) {
+    throw content::ContentError(staged(name).string() + ": cannot be written; is the disk full?");
+  }
 }
 
 void OutputDirectory::keep_only(std::initializer_list<std::string_view> names) {

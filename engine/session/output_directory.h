@@ -22,6 +22,8 @@ public:
 
   /// Path to write the file `name` to, until commit().
   std::filesystem::path staged(const std::filesystem::path& name) const { return staging_ / name; }
+  /// Stages a file. @throws content::ContentError  it cannot be written
+  void write(const std::filesystem::path& name, std::string_view bytes) const;
   const std::filesystem::path& destination() const { return destination_; }
   /// Drops the staged files but those named.
   void keep_only(std::initializer_list<std::string_view> names);

@@ -56,12 +56,10 @@ inline TriangleMesh icosphere(const Eigen::Vector3d& centre, double radius, int 
   return mesh;
 }
 
-inline void append(TriangleMesh& mesh, const TriangleMesh& other, bool flipped = false) {
-  const auto offset = static_cast<std::uint32_t>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
-  for (const auto& t : other.triangles) {
-    mesh.triangles.push_back({t[0] + offset, t[flipped ? 2 : 1] + offset, t[flipped ? 1 : 2] + offset});
-  }
+/// Adds a surface turned inside out.
+inline void append_flipped(TriangleMesh& mesh, TriangleMesh other) {
+  for (auto& t : other.triangles) std::swap(t[1], t[2]);
+  append(mesh, other);
 }
 
 }  // namespace stylet::content::test

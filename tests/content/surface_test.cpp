@@ -12,7 +12,7 @@
 namespace stylet::content {
 namespace {
 
-using test::append;
+using test::append_flipped;
 using test::icosphere;
 
 std::string refusal(const TriangleMesh& mesh) {
@@ -82,7 +82,7 @@ TEST(Surface, OpenSurfaceIsRefusedWithItsBoundaryEdges) {
 
 TEST(Surface, DoubleWalledShellIsWatertightButNotSolid) {
   TriangleMesh shell = icosphere({0, 0, 0}, 0.080, 3);
-  append(shell, icosphere({0, 0, 0}, 0.0799, 3), true);
+  append_flipped(shell, icosphere({0, 0, 0}, 0.0799, 3));
   // The inner wall, as an orientation of its own, would be turned outward and double the volume: join the two walls
   // by a tunnel as the real capsules are.
   auto& triangles = shell.triangles;

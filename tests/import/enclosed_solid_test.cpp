@@ -13,7 +13,7 @@ namespace stylet::import {
 namespace {
 
 using content::TriangleMesh;
-using content::test::append;
+using content::test::append_flipped;
 using content::test::icosphere;
 
 // Under a sanitizer a sphere of half the size: an eighth of the nodes, triangles as large.
@@ -86,7 +86,7 @@ TEST(EnclosedSolid, ClosesSlitsUpToTheGapAndNoWider) {
 
 TEST(EnclosedSolid, InnerWallsDoNotMatter) {
   TriangleMesh walls = icosphere(kCentre, kRadius, kLevel);
-  append(walls, icosphere(kCentre, 0.97 * kRadius, kLevel), true);  // the inner side of a capsule
+  append_flipped(walls, icosphere(kCentre, 0.97 * kRadius, kLevel));  // the inner side of a capsule
   append(walls, icosphere(kCentre + Eigen::Vector3d(kRadius / 3, 0, 0), kRadius / 4, 3));
   const EnclosedSolid solid(walls, 1e-3, kSpacing);
   EXPECT_NEAR(solid.volume() / volume_of(icosphere(kCentre, kRadius, kLevel)), 1, 0.01);

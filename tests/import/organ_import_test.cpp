@@ -27,7 +27,7 @@ namespace {
 
 using content::ContentError;
 using content::TriangleMesh;
-using content::test::append;
+using content::test::append_flipped;
 using content::test::icosphere;
 
 const ImportProgress kQuiet = [](const std::string&) {};
@@ -154,7 +154,7 @@ TEST(ImportOrgan, RefusesWhatHasNoInsideAndSaysWhy) {
   TriangleMesh cup = half_sphere(1);
   TriangleMesh inner = half_sphere(1);
   for (Eigen::Vector3d& v : inner.vertices) v *= 0.995;
-  append(cup, inner, true);  // a thin cup, open at its rim
+  append_flipped(cup, inner);  // a thin cup, open at its rim
   for (Eigen::Vector3d& v : cup.vertices) v *= 0.01 / kOrganRadius;
   const std::vector<SourceFile> files{file_of({part("cup", cup)})};
   const std::string why = refusal(assign_parts(files, {})[0]);

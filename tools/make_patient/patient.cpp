@@ -36,12 +36,6 @@ content::TriangleMesh vessel_surface(const std::vector<VesselSegment>& segments,
   return contour(solid, tree.bounds(), 1.25_mm, triangles);
 }
 
-void append(content::TriangleMesh& mesh, const content::TriangleMesh& other) {
-  const auto offset = static_cast<std::uint32_t>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
-  for (const auto& t : other.triangles) mesh.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
-}
-
 Eigen::Quaterniond frame(const Vector3& lateral, const Vector3& into_body) {
   Eigen::Matrix3d axes;
   axes.col(2) = into_body.normalized();

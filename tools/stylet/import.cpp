@@ -21,13 +21,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace stylet::tools {
@@ -136,13 +134,6 @@ void print_parts(const std::vector<import::SourceFile>& files) {
   }
 }
 
-void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  std::ofstream file(path, std::ios::binary);
-  if (!file.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush()) {
-    throw ContentError(path.string() + ": cannot be written; is the disk full?");
-  }
-}
-
 void write_organ(const ImportedOrgan& organ, const import::OrganParts& parts, const std::string& tissue,
                  const content::TissueColours& colours, const std::filesystem::path& folder) {
   session::OutputDirectory out(folder);
@@ -150,10 +141,10 @@ void write_organ(const ImportedOrgan& organ, const import::OrganParts& parts, co
       {.name = organ.id, .role = "boundary", .tissue = tissue, .body = organ.id, .mesh = organ.surface}};
   const auto glb = content::write_glb(
       surfaces, colours, {.generator = "stylet import " + build_name(), .copyright = {}, .scene = organ.id});
-  write_file(out.staged("surface.glb"), {reinterpret_cast<const char*>(glb.data()), glb.size()});
-  write_file(out.staged("tetrahedra.vtk"), import::tetrahedra_vtk(organ));
-  write_file(out.staged("report.json"), import::report_json(organ, parts));
-  write_file(out.staged("report.txt"), import::report_text(organ, parts));
+  out.write("surface.glb", {reinterpret_cast<const char*>(glb.data()), glb.size()});
+  out.write("tetrahedra.vtk", import::tetrahedra_vtk(organ));
+  out.write("report.json", import::report_json(organ, parts));
+  out.write("report.txt", import::report_text(organ, parts));
   view::write_png(out.staged("picture.png"), import::organ_picture(organ));
   out.commit("report.json");
 }

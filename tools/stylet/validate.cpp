@@ -92,14 +92,15 @@ Verdict verdict_on(const fs::path& path) {
       }
       return verdict;
     }
-    if (path.extension() == ".json" && content::format_of(path) == kSideFile) {
+    const std::string format = path.extension() == ".json" ? content::format_of(path) : "";
+    if (format == kReferenceInsertion) {
+      (void)bench::read_reference_insertion(path);
+      return verdict;
+    }
+    if (format == kSideFile) {
       content::JsonFile file(path);
       (void)import::read_side_file(file);
       verdict.problems = file.problems();
-      return verdict;
-    }
-    if (path.extension() == ".json" && content::format_of(path) == kReferenceInsertion) {
-      (void)bench::read_reference_insertion(path);
       return verdict;
     }
   } catch (const content::ContentError& error) {
