@@ -39,6 +39,30 @@ TEST(ImageCompare, LastBitsOfAFewPixelsAreForgiven) {
   EXPECT_TRUE(compare(speckled(), other).passes());
 }
 
+/// Every fifteenth value up or down by a level.
+Picture rounded_otherwise(bool both_ways) {
+  Picture picture = speckled();
+  std::mt19937 random(11);
+  for (std::size_t i = 0; i < picture.rgba.size(); ++i) {
+    if (i % 4 == 3 || random() % 15 != 0) continue;
+    const bool up = !both_ways || random() % 2 == 0;
+    picture.rgba[i] = static_cast<std::uint8_t>(picture.rgba[i] + (up ? 1 : -1));
+  }
+  return picture;
+}
+
+TEST(ImageCompare, RoundingOfAnotherCpuIsForgivenUnlessItIsAllOneWay) {
+  EXPECT_TRUE(compare(speckled(), rounded_otherwise(true)).passes());
+  EXPECT_FALSE(compare(speckled(), rounded_otherwise(false)).passes());
+}
+
+TEST(ImageCompare, OneLevelOfOneColourInAPatchFails) {
+  Picture tinted = speckled();
+  for (int y = 100; y < 132; ++y)
+    for (int x = 100; x < 140; ++x) ++tinted.at(x, y)[2];
+  EXPECT_FALSE(compare(speckled(), tinted).passes());
+}
+
 TEST(ImageCompare, ShiftOfOnePixelFails) {
   const Picture original = speckled();
   Picture shifted = original;

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
@@ -42,6 +43,20 @@ double window_ssim(const Picture& a, const Picture& b, int x0, int y0) {
          ((mean_a * mean_a + mean_b * mean_b + c1) * (var_a + var_b + c2));
 }
 
+/// Sum over the channels of the squared mean difference in a window.
+double window_bias(const Picture& a, const Picture& b, int x0, int y0) {
+  double squares = 0;
+  for (int c = 0; c < 3; ++c) {
+    int sum = 0;
+    for (int y = y0; y < y0 + kWindow; ++y) {
+      for (int x = x0; x < x0 + kWindow; ++x) sum += b.at(x, y)[c] - a.at(x, y)[c];
+    }
+    const double mean = sum / double(kWindow * kWindow);
+    squares += mean * mean;
+  }
+  return squares;
+}
+
 int pixel_difference(const std::uint8_t* a, const std::uint8_t* b) {
   return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
 }
@@ -57,9 +72,10 @@ Picture magnified_difference(const Picture& a, const Picture& b) {
 
 std::string Difference::text() const {
   return fmt::format(
-      "{:.3f} % of the pixels differ (limit 1), {:.4f} % by more than 3 levels (limit 0.05), largest {} "
-      "(limit 16), SSIM {:.5f} (limit 0.998)",
-      100 * any, 100 * above_3, largest, ssim);
+      "{:.3f} % of the pixels differ by more than 1 level (limit 1), {:.4f} % by more than 3 (limit 0.05), largest "
+      "{} "
+      "(limit 16), neighbours alike by {:.3f} levels (limit 0.05), SSIM {:.5f} (limit 0.998)",
+      100 * above_1, 100 * above_3, largest, coherent, ssim);
 }
 
 Difference compare(const Picture& expected, const Picture& actual) {
@@ -67,25 +83,27 @@ Difference compare(const Picture& expected, const Picture& actual) {
     throw std::invalid_argument(fmt::format("pictures of {}x{} and {}x{} cannot be compared", expected.width,
                                             expected.height, actual.width, actual.height));
   Difference difference;
-  std::size_t any = 0, above_3 = 0;
+  std::size_t above_1 = 0, above_3 = 0;
   for (std::size_t i = 0; i < expected.rgba.size(); i += 4) {
     const int d = pixel_difference(&expected.rgba[i], &actual.rgba[i]);
-    any += d > 0 ? 1 : 0;
+    above_1 += d > 1 ? 1 : 0;
     above_3 += d > 3 ? 1 : 0;
     difference.largest = std::max(difference.largest, d);
   }
   const double pixels = std::max<double>(1, expected.width * static_cast<double>(expected.height));
-  difference.any = static_cast<double>(any) / pixels;
+  difference.above_1 = static_cast<double>(above_1) / pixels;
   difference.above_3 = static_cast<double>(above_3) / pixels;
-  double sum = 0;
+  double sum = 0, bias = 0;
   int windows = 0;
   for (int y = 0; y + kWindow <= expected.height; y += kWindow / 2) {
     for (int x = 0; x + kWindow <= expected.width; x += kWindow / 2) {
       sum += window_ssim(expected, actual, x, y);
+      bias += window_bias(expected, actual, x, y);
       ++windows;
     }
   }
-  difference.ssim = windows > 0 ? sum / windows : (any == 0 ? 1 : 0);
+  if (windows > 0) difference.coherent = std::sqrt(bias / (3 * windows));
+  difference.ssim = windows > 0 ? sum / windows : (difference.largest == 0 ? 1 : 0);
   return difference;
 }
 

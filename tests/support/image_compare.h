@@ -20,14 +20,19 @@ namespace stylet::tests {
 
 /// How two pictures of one size differ, over R, G, B. A pixel's difference is its largest channel difference.
 struct Difference {
-  double any = 0;      ///< share of pixels that differ at all
-  double above_3 = 0;  ///< share that differ by more than 3 levels
-  int largest = 0;     ///< levels
-  double ssim = 1;     ///< mean structural similarity of the luma, 8 x 8 windows
+  double above_1 = 0;   ///< share of pixels that differ by more than one level
+  double above_3 = 0;   ///< share that differ by more than 3 levels
+  int largest = 0;      ///< levels
+  double coherent = 0;  ///< levels that neighbours differ by alike: rms of a channel's mean over 8 x 8 windows
+  double ssim = 1;      ///< mean structural similarity of the luma, 8 x 8 windows
 
-  /// Room for the last bits of another CPU, none for a wrong picture: the largest difference alone would miss a gain
-  /// error of 2 % (2 levels, but a quarter of the pixels), SSIM alone would too (0.9999).
-  bool passes() const { return any <= 0.01 && above_3 <= 0.0005 && largest <= 16 && ssim >= 0.998; }
+  /// Room for another CPU, none for a wrong picture. Mesa's rasteriser makes sRGB with the CPU's estimate of 1/sqrt,
+  /// which no two families have alike: 3 % of the pixels round the other way, either way, so `coherent` is 0.014
+  /// between two of them. An error of gain or colour by one level in a four-hundredth of the picture gives 0.05; the
+  /// largest difference and SSIM (0.9999) would miss that.
+  bool passes() const {
+    return above_1 <= 0.01 && coherent <= 0.05 && above_3 <= 0.0005 && largest <= 16 && ssim >= 0.998;
+  }
   std::string text() const;
 };
 
