@@ -15,8 +15,10 @@ namespace stylet::session {
 
 namespace {
 
-// What resists the needle, by voxel. It touches deformable bodies only: voxels of anything else are where a mesh's
-// surface is not quite the organ's, and count as outside (TissueMap::at then looks around).
+constexpr double kRigid = 1e6;  // Pa; bone and cartilage, fifty times stiffer than any tissue that deforms
+
+// What resists the needle, by voxel. It touches deformable bodies and the bone in them only: voxels of anything else
+// are where a mesh's surface is not quite the organ's, and count as outside (TissueMap::at then looks around).
 std::shared_ptr<const physics::TissueMap> tissue_map(const content::Scene& scene) {
   auto map = std::make_shared<physics::TissueMap>();
   const content::LabelVolume& volume = scene.labels;
@@ -28,11 +30,14 @@ std::shared_ptr<const physics::TissueMap> tissue_map(const content::Scene& scene
   map->spacing = volume.spacing;
   map->size = volume.size;
   map->labels = volume.labels;
-  for (std::size_t v = 0; v < map->labels.size(); ++v) {
-    if (volume.bodies[v] < 0) map->labels[v] = 0;
-  }
   map->tissues.clear();
-  for (const content::Tissue& tissue : scene.tissues) map->tissues.push_back(tissue.needle);
+  for (const content::Tissue& tissue : scene.tissues) {
+    map->tissues.push_back(tissue.needle);
+    map->tissues.back().rigid = tissue.mechanics.young_modulus >= kRigid;
+  }
+  for (std::size_t v = 0; v < map->labels.size(); ++v) {
+    if (volume.bodies[v] < 0 && !map->resistance(map->labels[v]).rigid) map->labels[v] = 0;
+  }
   map->surfaces = scene.tissue_surfaces;
   return map;
 }

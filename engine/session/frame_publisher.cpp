@@ -51,7 +51,20 @@ FramePublisher::FramePublisher(const content::Scene& scene)
   }
 }
 
-void FramePublisher::simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport&,
+void FramePublisher::show_probe(const physics::RigidPose& pose, const physics::ProbeContact& contact) {
+  frame_.probe_position = pose.position.cast<float>();
+  frame_.probe_orientation = pose.orientation.cast<float>();
+  const double force = -contact.wrench.force.dot(pose.orientation * Eigen::Vector3d::UnitZ());
+  frame_.probe_force = static_cast<float>(force);
+  frame_.probe_area = static_cast<float>(contact.area);
+  probe_.least_area = steps_ > 0 ? std::min(probe_.least_area, contact.area) : contact.area;
+  steps_ += 1;
+  probe_.mean_force += (force - probe_.mean_force) / steps_;
+  probe_.mean_area += (contact.area - probe_.mean_area) / steps_;
+  probe_.peak_force = std::max(probe_.peak_force, force);
+}
+
+void FramePublisher::simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport& report,
                                         const physics::TissueState& tissue, const physics::NeedleState& needle) {
   if (needle.node_count < 2) return;
   frame_.time_s = record.time_s;
@@ -68,8 +81,7 @@ void FramePublisher::simulation_stepped(const SimulationStepRecord& record, cons
     frame_.needle_positions[node] = needle.positions.col(i).cast<float>();
     frame_.needle_orientations[node] = needle.orientations[node].cast<float>();
   }
-  frame_.probe_position = record.probe.position.cast<float>();
-  frame_.probe_orientation = record.probe.orientation.cast<float>();
+  show_probe(record.probe, report.probe);
   frame_.force = needle.wrench.force.cast<float>();
   frame_.insertion_depth = static_cast<float>(insertion_depth(scene_.needle, needle));
   if (!scene_.targets.empty()) {

@@ -11,13 +11,22 @@
 
 namespace stylet::session {
 
-/// Publishes what a simulation step leaves: the deformed bodies, the needle it was computed with, the probe, the
-/// force, the distance from the tip to the first target, which moves with the tissue. Simulation thread.
+/// How the probe was held, over the simulation steps so far.
+struct ProbeSummary {
+  double mean_force = 0;  ///< along its axis, N
+  double peak_force = 0;
+  double mean_area = 0;  ///< of the skin that it touches, m^2
+  double least_area = 0;
+};
+
+/// Publishes what a simulation step leaves: the deformed bodies, the needle it was computed with, the probe and how
+/// it presses, the force, the distance from the tip to the first target, which moves with the tissue. Simulation
+/// thread.
 class FramePublisher final : public StepListener {
 public:
   explicit FramePublisher(const content::Scene& scene);
 
-  void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport&,
+  void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override;
 
   const state::StateBuffer& buffer() const { return buffer_; }
@@ -26,8 +35,12 @@ public:
   double closest_target_distance() const { return closest_; }
   /// The moment of it; the latest state where there is no target.
   const state::FrameState& closest_frame() const { return closest_frame_; }
+  /// Zero before the first step.
+  const ProbeSummary& probe() const { return probe_; }
 
 private:
+  void show_probe(const physics::RigidPose& pose, const physics::ProbeContact& contact);
+
   const content::Scene& scene_;
   state::FrameState frame_;
   state::StateBuffer buffer_;
@@ -36,6 +49,8 @@ private:
   Eigen::Vector4d target_weights_ = Eigen::Vector4d::Zero();
   double closest_;
   state::FrameState closest_frame_;
+  ProbeSummary probe_;
+  double steps_ = 0;
 };
 
 /// The world at rest, with the needle straight from `hub`: sizes of all arrays, first picture.

@@ -49,6 +49,10 @@ public:
   const ForceTrace& force() const { return force_.trace(); }
   std::uint64_t state_hash() const { return hash_.state(); }
   double closest_target_distance() const { return frames_.closest_target_distance(); }
+  /// Not set where the probe is held in the air.
+  std::optional<ProbeSummary> probe() const {
+    return scene_.probe.presses >= 0 ? std::optional(frames_.probe()) : std::nullopt;
+  }
 
 private:
   void finish();

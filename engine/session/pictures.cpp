@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <string>
+
 namespace stylet::session {
 
 namespace {
@@ -47,10 +49,12 @@ view::Picture compose_frame(const Pictures::Moment& moment, const state::FrameSt
                                       draw_force_depth_strip(trace, state.time_s, font, plot.width, plot.height));
   Canvas canvas(frame);
   canvas.text(font, fmt::format("{:5.2f} s", state.time_s), {14, 20}, 17, kText);
-  canvas.text(font,
-              fmt::format("tip to target {:.0f} mm   in tissue {:.0f} mm   force {:.2f} N",
-                          state.target_distance * 1e3F, state.insertion_depth * 1e3F, state.force.norm()),
-              {14, static_cast<double>(height) - 18}, 15, kDim);
+  std::string figures = fmt::format("tip to target {:.0f} mm   in tissue {:.0f} mm   force {:.2f} N",
+                                    state.target_distance * 1e3F, state.insertion_depth * 1e3F, state.force.norm());
+  if (state.probe_area > 0) {
+    figures += fmt::format("   probe {:.1f} N on {:.0f} cm²", state.probe_force, state.probe_area * 1e4F);
+  }
+  canvas.text(font, figures, {14, static_cast<double>(height) - 18}, 15, kDim);
   return frame;
 }
 

@@ -68,6 +68,13 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
   if (std::isfinite(report.closest_target_distance)) {
     json["closest_target_distance_m"] = report.closest_target_distance;
   }
+  if (report.probe) {
+    const ProbeSummary& probe = *report.probe;
+    json["probe"] = {{"mean_force_n", probe.mean_force},
+                     {"peak_force_n", probe.peak_force},
+                     {"mean_area_m2", probe.mean_area},
+                     {"least_area_m2", probe.least_area}};
+  }
   if (report.replay_identical) {
     json["replay"] = {{"identical", *report.replay_identical}, {"hashes_compared", report.replay_hashes}};
   }
@@ -109,6 +116,11 @@ std::string main_figures(const SessionReport& report) {
   if (std::isfinite(report.closest_target_distance)) {
     text += fmt::format("  {:<16} {:.1f} mm from its centre at the closest\n", "target",
                         report.closest_target_distance * 1e3);
+  }
+  if (report.probe) {
+    const ProbeSummary& probe = *report.probe;
+    text += fmt::format("  {:<16} pressed with {:.1f} N on {:.1f} cm2 of skin (at most {:.1f} N, least {:.1f} cm2)\n",
+                        "probe", probe.mean_force, probe.mean_area * 1e4, probe.peak_force, probe.least_area * 1e4);
   }
   text += fmt::format("  {:<16} {}", "state hash", hash_text(report.state_hash));
   if (report.replay_identical) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/session/force_trace.h"
+#include "engine/session/frame_publisher.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/run_statistics.h"
 
@@ -26,7 +27,8 @@ struct SessionReport {
   RunStatistics run{};
   ForceSummary force{};
   std::vector<PunctureEvent> punctures{};
-  double closest_target_distance = 0;  ///< m; infinite without a target
+  double closest_target_distance = 0;   ///< m; infinite without a target
+  std::optional<ProbeSummary> probe{};  ///< not set: it was held in the air
   std::uint64_t state_hash = 0;
   std::optional<bool> replay_identical{};  ///< not set: the recording was not replayed
   std::uint64_t replay_hashes = 0;         ///< compared

@@ -46,6 +46,8 @@ void for_each_value(State& s, Vector&& vector, Rotation&& rotation, Scalar&& sca
   vector(s.force);
   scalar(s.insertion_depth);
   scalar(s.target_distance);
+  scalar(s.probe_force);
+  scalar(s.probe_area);
 }
 
 /// Reads a slot's values one after the other. Acquire: a value of a later publication brings with it the mark in

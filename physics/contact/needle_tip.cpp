@@ -11,6 +11,12 @@ namespace stylet::physics {
 
 using Eigen::Vector3d;
 
+namespace {
+
+constexpr double kBoneCompliance = 1e-6;  // m/N; as little as a needle of steel gives way along its whole shaft
+
+}  // namespace
+
 NeedleTip::NeedleTip(const NeedleTrackSettings& settings, std::shared_ptr<const TissueMap> tissues)
     : settings_(settings), tissues_(std::move(tissues)) {}
 
@@ -63,7 +69,9 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
   // A tip that is pressed on something is held sideways by it.
   const auto row = static_cast<std::size_t>(out.row_count);
   double compliance = 0;
-  if (settings_.subgrid_compliance) {
+  if (end_.place.rigid) {
+    compliance = kBoneCompliance;
+  } else if (settings_.subgrid_compliance) {
     compliance = indenting ? surface_tip_compliance(end_.site, settings_.tip_radius)
                            : channel_tip_compliance(end_.site, settings_.tip_radius);
   }
@@ -239,6 +247,8 @@ bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, cons
   }
   const BodyPatch& body = patch.bodies[static_cast<std::size_t>(end_.body)];
   const TrackPoint before = end_;
+  end_.place.rigid = false;
+  end_.place.offset.setZero();
   end_.patch_tet = at.patch_tet;
   end_.place.tet = body.tet_ids[static_cast<std::size_t>(at.patch_tet)];
   end_.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(at.patch_tet)];
@@ -249,16 +259,24 @@ bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, cons
     end_ = before;
     return false;
   }
-  meet_tissue(patch);
+  meet_tissue(patch, tissue);
   return false;
 }
 
-void NeedleTip::meet_tissue(const TissuePatch& patch) {
+void NeedleTip::meet_tissue(const TissuePatch& patch, TissuePoints& tissue) {
   const int here = tissues_->at(rest_position(patch, end_.body, end_.place), end_.tissue);
   if (here == end_.tissue || barrier_ > 0) return;
   barrier_ = tissues_->puncture_force(end_.tissue, here);
   beyond_ = here;
   if (barrier_ <= 0) end_.tissue = here;
+  if (tissues_->resistance(here).rigid) stand_on_bone(patch, tissue);
+}
+
+// The bone is where the tip has met it. What holds it is not in the patch: the nodes around it are held.
+void NeedleTip::stand_on_bone(const TissuePatch& patch, TissuePoints& tissue) {
+  end_.place.rigid = true;
+  end_.place.offset = tissue.position(end_.point) - tissue.free_position(end_.point);
+  tissue.move_last(patch, end_.place, end_.body);
 }
 
 void NeedleTip::publish(NeedleState& out) const {

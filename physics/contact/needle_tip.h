@@ -74,7 +74,8 @@ private:
   void enter(std::uint64_t step, double force, double response);
   bool move_end(const HermiteShaft& shaft, const Eigen::Vector3d& target, const TissuePatch& patch,
                 TissuePoints& tissue, TrackPoints& points);
-  void meet_tissue(const TissuePatch& patch);
+  void meet_tissue(const TissuePatch& patch, TissuePoints& tissue);
+  void stand_on_bone(const TissuePatch& patch, TissuePoints& tissue);
   /// @param response  of the tip's row, m/N
   void record(std::uint64_t step, int to, double force, double response);
 

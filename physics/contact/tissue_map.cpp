@@ -34,7 +34,8 @@ double TissueMap::puncture_force(int from, int to) const {
     if (same || reversed) return surface.puncture_force;
   }
   if (from == 0) return resistance(to).puncture_force;
-  return std::min(resistance(from).puncture_force, resistance(to).puncture_force);
+  const auto [smaller, larger] = std::minmax(resistance(from).puncture_force, resistance(to).puncture_force);
+  return resistance(from).rigid || resistance(to).rigid ? larger : smaller;
 }
 
 }  // namespace stylet::physics

@@ -16,6 +16,7 @@ struct InsertionResistance {
   double friction_per_length = 0;   ///< Coulomb, on the shaft, N/m
   double friction_coefficient = 0;  ///< Coulomb, of the lateral force between shaft and tissue, -
   double viscous_friction = 0;      ///< per length of shaft and speed, N s/m^2
+  bool rigid = false;               ///< bone: does not yield to the needle
 
   bool resists_sliding() const { return friction_per_length > 0 || friction_coefficient > 0 || viscous_friction > 0; }
   bool resists_cutting() const { return cutting_force > 0 || cutting_viscosity > 0; }
@@ -43,7 +44,8 @@ struct TissueMap {
   int at(const Eigen::Vector3d& rest, int inside) const;
   const InsertionResistance& resistance(int tissue) const { return tissues[static_cast<std::size_t>(tissue)]; }
   /// Force on the tip that breaks through from one tissue to another, N: as `surfaces` say; from outside that of the
-  /// tissue entered; else the smaller of the two, since an inclusion's membrane is the same from both sides.
+  /// tissue entered; else the smaller of the two, since an inclusion's membrane is the same from both sides; the
+  /// larger where one is bone.
   /// @realtime
   double puncture_force(int from, int to) const;
 };

@@ -14,6 +14,10 @@ namespace {
 
 constexpr Eigen::Index kStride = 3 * kMaxContacts;  // with room for all points
 
+Vector3d free_position(const TissuePatch& patch, const PatchContact& contact, int body) {
+  return patch.bodies[body].free_position(contact) + contact.offset;
+}
+
 }  // namespace
 
 TissuePoints::TissuePoints()
@@ -81,7 +85,7 @@ void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact>
                          std::span<const int> bodies) {
   keep_old();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    add(contacts[c], bodies[c], patch.bodies[bodies[c]].free_position(contacts[c]));
+    add(contacts[c], bodies[c], free_position(patch, contacts[c], bodies[c]));
   }
   carry_forces();
   stride_ = kStride;
@@ -92,7 +96,7 @@ void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact>
 
 void TissuePoints::append(const TissuePatch& patch, const PatchContact& contact, int body) {
   assert(stride_ == kStride);
-  add(contact, body, patch.bodies[body].free_position(contact));
+  add(contact, body, free_position(patch, contact, body));
   finite_ = couple(patch, count_ - 1) && finite_;
   move_points();
 }
@@ -103,7 +107,7 @@ bool TissuePoints::move_last(const TissuePatch& patch, const PatchContact& conta
   const int body_before = bodies_[static_cast<std::size_t>(count_ - 1)];
   const auto put = [&](const PatchContact& at, int in) {
     --count_;
-    add(at, in, patch.bodies[in].free_position(at));
+    add(at, in, free_position(patch, at, in));
     forces_.col(count_ - 1) = force;
     return couple(patch, count_ - 1);
   };
@@ -146,7 +150,8 @@ bool TissuePoints::couple(const TissuePatch& patch, int j) {
   double sum = free_.col(j).sum();  // finite if its terms are
   for (int i = 0; i <= j; ++i) {
     Matrix3d coupled = Matrix3d::Zero();
-    if (body(i) == body(j)) coupled = patch.bodies[body(j)].compliance(contact(i), contact(j));
+    const bool held = contact(i).rigid || contact(j).rigid;
+    if (body(i) == body(j) && !held) coupled = patch.bodies[body(j)].compliance(contact(i), contact(j));
     block(i, j) = coupled;
     block(j, i) = coupled.transpose();
     sum += coupled.sum();
@@ -159,7 +164,7 @@ Vector3d TissuePoints::node_position(const TissuePatch& patch, int body, int pat
   Vector3d position = nodes.free_positions.col(patch_node);
   for (int i = 0; i < count_; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    if (bodies_[at] != body || forces_.col(i).isZero(0)) continue;
+    if (bodies_[at] != body || contacts_[at].rigid || forces_.col(i).isZero(0)) continue;
     for (int k = 0; k < 4; ++k) {
       position +=
           nodes.w_bar(patch_node, contacts_[at].patch_nodes[k]) * (contacts_[at].barycentric[k] * forces_.col(i));

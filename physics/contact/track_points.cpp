@@ -73,6 +73,8 @@ bool TrackPoints::lay(const TrackPoint& end, double arc) {
   TrackPoint& point = points_[static_cast<std::size_t>(count_++)];
   point = end;
   point.place.id = next_id_++;
+  point.place.rigid = false;  // beside it is soft tissue
+  point.place.offset.setZero();
   point.active = true;
   point.arc = point.held_arc = arc;
   point.bristles = {};

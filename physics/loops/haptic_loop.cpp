@@ -340,6 +340,7 @@ void HapticLoop::publish_forces(const TissuePatch& patch) {
     for (int point = 0; point < tissue_.count(); ++point) {
       if (tissue_.body(point) != body || tissue_.force(point).isZero(0)) continue;
       const PatchContact& contact = tissue_.contact(point);
+      if (contact.rigid) continue;
       for (int k = 0; k < 4; ++k) {
         const int node = contact.patch_nodes[static_cast<std::size_t>(k)];
         node_forces_.col(node) += contact.barycentric[k] * tissue_.force(point);

@@ -64,6 +64,10 @@ struct PatchContact {
   int beam = 0;              ///< beam that carries the point
   double beam_fraction = 0;  ///< 0 at the beam's first node, 1 at its second
   Eigen::Matrix<double, 3, 2> directions = Eigen::Matrix<double, 3, 2>::Zero();
+  // A point of bone that the tip stands on (coupling `stylet`): it follows the tissue around it as that is without
+  // needle force, and no needle force moves it.
+  bool rigid = false;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from that tissue, m
 };
 
 /// A body's surface crossed by the needle's axis ahead of the tip. (What lies inside a body, the haptic loop reads

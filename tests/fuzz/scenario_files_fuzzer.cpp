@@ -5,6 +5,7 @@
 #include "engine/content/procedure.h"
 #include "engine/content/scenario_file.h"
 #include "engine/content/tissue_table.h"
+#include "engine/import/side_file.h"
 #include "tests/fuzz/claim.h"
 #include "tests/fuzz/libfuzzer.h"
 
@@ -28,6 +29,16 @@ void claim_scenario(JsonFile& file) {
     fuzz::claim(target.centre.allFinite() && std::isfinite(target.radius), "targets are finite");
   }
   fuzz::claim(scenario.room_from_patient.matrix().allFinite(), "the room's pose is finite");
+}
+
+void claim_side_file(JsonFile& file) {
+  const import::SideFile side = import::read_side_file(file);
+  for (const import::SideOrgan& organ : side.organs) {
+    fuzz::claim(organ.cell >= 0 && organ.target_nodes <= 200000, "tetrahedra are limited");
+  }
+  if (!file.problems().empty() || !side.scenario) return;
+  fuzz::claim(side.scenario->entry.allFinite() && side.scenario->probe.at.allFinite(), "places are finite");
+  fuzz::claim(side.scenario->wall.depth > 0 && side.scenario->label_spacing > 0, "lengths are positive");
 }
 
 void claim_tissues(JsonFile& file) {
@@ -70,6 +81,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
                   "a direction is a unit vector");
     } else if (format == "stylet-motion") {
       claim_motion(file);
+    } else if (format == "stylet-import") {
+      claim_side_file(file);
     } else {
       claim_scenario(file);
     }

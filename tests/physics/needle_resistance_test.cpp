@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -417,6 +419,67 @@ TEST(NeedleTrack, PushedAgainstWhatItCannotBreakTheNeedleBucklesAndStaysFinite) 
   std::printf("at most %.1f N, bent aside by %.1f mm\n", most_force, 1e3 * most_bend);
   EXPECT_GT(most_bend, 5e-3);
   EXPECT_LT(most_force, 1.3 * 18.6);
+}
+
+/// Liver with bone behind x = 30 mm.
+std::shared_ptr<const physics::TissueMap> liver_before_bone() {
+  constexpr int kVoxels = 20;
+  auto map = std::make_shared<physics::TissueMap>();
+  map->spacing = 0.005;
+  map->origin.setConstant(0.5 * map->spacing);
+  map->size.setConstant(kVoxels);
+  for (int i = 0; i < kVoxels * kVoxels * kVoxels; ++i) {
+    map->labels.push_back(i % kVoxels * map->spacing < 0.0299 ? 1 : 2);
+  }
+  map->tissues = {{}, liver(), {.puncture_force = 100, .cutting_force = 100, .rigid = true}};
+  return map;
+}
+
+// Into the bone by the way of the hub, out, and again: it stops there, as hard as the needle is, and leaves the
+// tissue in peace.
+TEST(NeedleTrack, BoneStopsTheNeedleAndBearsItsForce) {
+  const auto on_tissue = [](const physics::NeedleState& s) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (int i = 0; i < s.force_count; ++i) sum += s.forces[static_cast<std::size_t>(i)].force;
+    return sum;
+  };
+  ReferenceExperiment experiment(there_and_back(0.045, 0.020),
+                                 {.coupling = Coupling::stylet, .tissues = liver_before_bone()});
+  struct OnBone {
+    double from = 1, to = 0;  // of the tip along x, m
+    double force = 0;         // N
+  };
+  std::array<OnBone, 2> times;
+  double most_on_tissue = 0, most_step = 0, before = 0;
+  std::size_t turn = 0;
+  while (experiment.time_s() < experiment.insertion().duration - 1e-9) {
+    experiment.simulation_step();
+    for (int i = 0; i < experiment.insertion().haptic_steps_per_simulation_step(); ++i) {
+      experiment.haptic_step();
+      const physics::NeedleState& s = experiment.needle();
+      const double force = -s.wrench.force.x(), tip = s.positions(0, s.node_count - 1);
+      if (times[0].force > 0 && tip < 0.025) turn = 1;
+      if (force > 4) {
+        times[turn] = {std::min(times[turn].from, tip), std::max(times[turn].to, tip),
+                       std::max(times[turn].force, force)};
+        most_on_tissue = std::max(most_on_tissue, std::abs(on_tissue(s).x()));
+      }
+      most_step = std::max(most_step, force < 4 ? std::abs(force - before) : 0.0);
+      before = force;
+    }
+  }
+  for (const OnBone& on : times) {
+    std::printf("tip between %.3f and %.3f mm, at most %.1f N\n", 1e3 * on.from, 1e3 * on.to, on.force);
+    EXPECT_GT(on.force, 10);  // the needle buckles at 18.6 N
+    EXPECT_LT(on.force, 1.3 * 18.6);
+    EXPECT_LT(on.to - on.from, 2e-4);
+  }
+  EXPECT_NEAR(times[0].to, 0.030, 5e-3);  // the tissue in front of it is pushed along
+  EXPECT_NEAR(times[1].to, times[0].to, 5e-4);
+  std::printf("at most %.2f N on the tissue meanwhile; steps of up to %.2f N on the way\n", most_on_tissue,
+              most_step);
+  EXPECT_LT(most_on_tissue, 2);
+  EXPECT_EQ(experiment.needle().puncture_count, 1U);
 }
 
 TEST(NeedleTrack, TwoRunsGiveTheSameBits) {

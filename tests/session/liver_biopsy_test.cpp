@@ -95,6 +95,13 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   std::printf("bent by %.2f mm\n", 1e3 * bend);
   EXPECT_GT(bend, 0.002) << "steered round into the target, and seen to be";
   EXPECT_LT(bend, 0.008);
+  ASSERT_TRUE(session.probe());
+  const ProbeSummary& probe = *session.probe();
+  std::printf("probe: %.2f N (at most %.2f) on %.1f cm2 (at least %.1f)\n", probe.mean_force, probe.peak_force,
+              1e4 * probe.mean_area, 1e4 * probe.least_area);
+  EXPECT_GT(probe.least_area, 1e-4) << "the image is never lost";
+  EXPECT_GT(probe.mean_force, 1);  // sonographers press with 2 to 20 N
+  EXPECT_LT(probe.peak_force, 20);
 }
 
 TEST(LiverBiopsy, TheTargetGoesWithTheBreathAndRestsInTheHold) {
@@ -124,6 +131,63 @@ TEST(LiverBiopsy, TheTargetGoesWithTheBreathAndRestsInTheHold) {
   EXPECT_LT(held, 1e-4);
   EXPECT_LT(watch.overlap, 5e-4);
   EXPECT_EQ(watch.flags & ~std::uint32_t{physics::kSimulationStepLimited}, 0U);
+}
+
+/// Name of the tissue at a point at rest.
+std::string tissue_at(const content::Scene& scene, const Eigen::Vector3d& x) {
+  const content::LabelVolume& labels = scene.labels;
+  const Eigen::Vector3i v = ((x.cast<float>() - labels.origin) / labels.spacing).array().round().cast<int>();
+  if ((v.array() < 0).any() || (v.array() >= labels.size.array()).any()) return scene.tissues[0].name;
+  const Eigen::Index index = (Eigen::Index{v.z()} * labels.size.y() + v.y()) * labels.size.x() + v.x();
+  return scene.tissues[labels.labels[static_cast<std::size_t>(index)]].name;
+}
+
+// The planned way, moved half an intercostal space up: straight on the rib above, and 3 mm more than there is room.
+TEST(LiverBiopsy, ARibInTheWayStopsTheNeedle) {
+  if (support::kSanitized) GTEST_SKIP() << "long with a sanitizer; BoneStopsTheNeedleAndBearsItsForce is not";
+  constexpr double kSpeed = 0.040, kBeyond = 0.003;
+  content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  scene.breathing = {};
+  physics::StylusPose hub = scene.motion.stylus.front().pose;
+  hub.position += 0.015 * Eigen::Vector3d(0, 1, 0.36).normalized();
+  const Eigen::Vector3d axis = hub.orientation * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d tip = hub.position + scene.needle.length * axis;
+  double skin = 0, bone = 0;
+  for (double s = 0; s < 0.15 && bone == 0; s += 2e-4) {
+    const std::string tissue = tissue_at(scene, tip + s * axis);
+    if (skin == 0 && tissue == "skin") skin = s;
+    if (tissue == "bone") bone = s;
+  }
+  ASSERT_GT(bone, skin + 0.010) << "no rib there";
+  const double way = bone + kBeyond - (skin - 0.003);
+  scene.motion.stylus.clear();
+  for (int k = 0; k <= 100; ++k) {
+    const double time = k / 100.0 * way / kSpeed;
+    physics::StylusPose pose = hub;
+    pose.position += (skin - 0.003 + kSpeed * time) * axis;
+    scene.motion.stylus.push_back({.time_s = time, .pose = pose});
+  }
+  scene.motion.stylus.push_back({.time_s = way / kSpeed + 0.3, .pose = scene.motion.stylus.back().pose});
+
+  haptic::RecordedDevice device = recorded_stylus(scene.motion);
+  const support::TemporaryFolder folder;
+  const double duration = scene.motion.stylus.back().time_s;
+  LiveSession session(scene, device,
+                      {.duration_s = duration, .lockstep = true, .recording = folder / "rib.rec", .build = "test"});
+  const RunStatistics run = session.run_in_lockstep();
+  state::FrameState last = session.frames().make_frame();
+  session.frames().sample(duration, last);
+  const double depth = (last.needle_positions.back().cast<double>() - tip).dot(axis);
+  const ForceSummary force = session.force().summary();
+  std::printf("rib %.1f mm behind the skin, tip %.1f mm; peak %.1f N, jump %.2f N; flags %x\n", 1e3 * (bone - skin),
+              1e3 * (depth - skin), force.peak_force, force.max_jump, run.needle_flags);
+  for (const PunctureEvent& p : punctures(read_recording(folder / "rib.rec"))) {
+    std::printf("%s to %s at %.2f s, %.2f N\n", p.from.c_str(), p.to.c_str(), p.time_s, p.force_n);
+    EXPECT_NE(p.to, "bone");
+  }
+  EXPECT_NEAR(depth, bone, 0.0015);
+  EXPECT_GT(force.peak_force, 5);
+  EXPECT_LT(force.peak_force, 30);  // the needle buckles at 19 N
 }
 
 }  // namespace

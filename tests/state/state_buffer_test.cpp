@@ -43,6 +43,8 @@ FrameState motion_at(double t, std::uint64_t step) {
   state.force = Eigen::Vector3d(0.5 * t, 0, -t).cast<float>();
   state.insertion_depth = static_cast<float>(0.03 * t);
   state.target_distance = static_cast<float>(0.08 - 0.03 * t);
+  state.probe_force = static_cast<float>(3 + t);
+  state.probe_area = static_cast<float>(1e-3 * t);
   return state;
 }
 
@@ -60,6 +62,8 @@ void expect_equal(const FrameState& a, const FrameState& b) {
   EXPECT_EQ(a.force, b.force);
   EXPECT_EQ(a.insertion_depth, b.insertion_depth);
   EXPECT_EQ(a.target_distance, b.target_distance);
+  EXPECT_EQ(a.probe_force, b.probe_force);
+  EXPECT_EQ(a.probe_area, b.probe_area);
 }
 
 TEST(StateBuffer, EmptyGivesNoneAndLeavesTheFrameAlone) {

@@ -33,6 +33,8 @@ void fill(FrameState& state, std::uint64_t k) {
   state.force.setConstant(value);
   state.insertion_depth = value;
   state.target_distance = -value;
+  state.probe_force = value;
+  state.probe_area = value;
 }
 
 /// All values are `expected` (float rounding of the blend apart).
@@ -47,7 +49,7 @@ bool whole(const FrameState& state, double expected) {
     if (!same(x.x()) || !same(x.z())) return false;
   }
   return same(state.force.y()) && same(state.insertion_depth) && same(-state.target_distance) &&
-         state.haptic_step == 7 * state.simulation_step;
+         same(state.probe_force) && same(state.probe_area) && state.haptic_step == 7 * state.simulation_step;
 }
 
 TEST(StateBuffer, IsNeverTornUnderAFastWriterAndSeveralReaders) {

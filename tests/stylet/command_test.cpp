@@ -337,6 +337,32 @@ TEST_F(Command, ImportStaysInsideItsFolderWhateverAFileCallsAnOrgan) {
   }
 }
 
+TEST_F(Command, ImportTakesItsOrgansFromASideFile) {
+  content::test::Glb glb;
+  glb.add("left_ball", content::test::icosphere({0, 0, 0}, 0.02, 3));
+  glb.add("right_ball", content::test::icosphere({-0.03, 0, 0}, 0.02, 3));
+  glb.add("left_shell", content::test::icosphere({0, 0, 0}, 0.03, 2));
+  const fs::path file = folder_.write("balls.glb", glb.bytes());
+  const fs::path side = folder_.write("side.json", R"({"format": "stylet-import", "version": 1, "organs": [
+      {"id": "kidneys", "parts": ["*_ball"], "tissue": "kidney_cortex"},
+      {"id": "one", "parts": ["left_ball"], "tissue": "liver", "deformable": true, "target_nodes": 400},
+      {"id": "shell", "parts": ["left_shell"], "role": "ignore"}]})");
+  const Outcome outcome =
+      run(fmt::format("import {} --side {} --out {}", file.string(), side.string(), out().string()));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_FALSE(fs::exists(out() / "shell"));
+  const json one = json::parse(read_text(out() / "one" / "report.json"));
+  EXPECT_EQ(one["source"]["parts"], json({"left_ball"}));
+  EXPECT_NEAR(one["tetrahedra"]["nodes"].get<double>(), 400, 20);
+  const json kidneys = json::parse(read_text(out() / "kidneys" / "report.json"));
+  EXPECT_EQ(kidneys["source"]["parts"].size(), 2u);
+  // Two balls of 20 mm, 30 mm apart: less the lens that they share, pi (2 r - d)^2 (d^2 + 4 d r) / (12 d).
+  constexpr double r = 0.020, d = 0.030;
+  const double lens = std::numbers::pi * (2 * r - d) * (2 * r - d) * (d * d + 4 * d * r) / (12 * d);
+  const double volume = 2 * 4.0 / 3 * std::numbers::pi * r * r * r - lens;
+  EXPECT_NEAR(kidneys["solid"]["volume_m3"].get<double>(), volume, 0.03 * volume);
+}
+
 TEST_F(Command, RenderGivesTheSameFramesTwice) {
   const std::string arguments =
       fmt::format("render {} --size 160x120 --ultrasound-size 160x120 --fps 20 --to 0.1 --out ", default_scenario());

@@ -158,6 +158,21 @@ std::optional<import::SideFile> read_side(const std::string& path) {
   return side;
 }
 
+/// What the command line says of the tetrahedra counts before what the side file says of the organ.
+import::ImportSettings import_settings(const ImportOptions& options, const std::optional<import::SideFile>& side,
+                                       const std::string& id){
+    import::ImportSettings settings{.cell = options.cell_mm * 1e-3,
+                                    .target_nodes = options.nodes,
+                                    .volume_error = options.volume_error_percent / 100,
+                                    .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt};
+if (!side || settings.cell > 0 || settings.target_nodes > 0) return settings;
+const auto organ = std::ranges::find(side->organs, id, &import::SideOrgan::id);
+if (organ == side->organs.end() || !organ->deformable) return settings;
+settings.cell = organ->cell;
+if (organ->cell == 0) settings.target_nodes = organ->target_nodes;
+return settings;
+}  // namespace
+
 int run(const ImportOptions& options) {
   const SourceSettings settings = source_settings(options);
   const std::optional<import::SideFile> side = read_side(options.side);
@@ -204,15 +219,10 @@ int run(const ImportOptions& options) {
     const std::filesystem::path folder = std::filesystem::path(options.out) / parts.id;
     try {
       ImportedOrgan organ =
-          import::import_organ(parts,
-                               {.cell = options.cell_mm * 1e-3,
-                                .target_nodes = options.nodes,
-                                .volume_error = options.volume_error_percent / 100,
-                                .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt},
-                               [&](const std::string& task) {
-                                 throw_if_interrupted();
-                                 progress.show(task, 0);
-                               });
+          import::import_organ(parts, import_settings(options, side, parts.id), [&](const std::string& task) {
+            throw_if_interrupted();
+            progress.show(task, 0);
+          });
       progress.done();
       const std::string tissue = tissue_of(parts, asked, table.tissues, organ.report.notes);
       write_organ(organ, parts, tissue, colours, folder);
@@ -230,7 +240,7 @@ int run(const ImportOptions& options) {
   return exit_code;
 }
 
-}  // namespace
+}  // namespace stylet::tools
 
 void add_import(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("import", "Turn meshes and label volumes into organs that can be simulated");

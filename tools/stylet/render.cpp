@@ -147,7 +147,9 @@ int render(const RenderOptions& options) {
                                                 {"ultrasound_hash", picture_hash(ultrasound)},
                                                 {"force_n", {state.force.x(), state.force.y(), state.force.z()}},
                                                 {"insertion_depth_m", state.insertion_depth},
-                                                {"target_distance_m", state.target_distance}});
+                                                {"target_distance_m", state.target_distance},
+                                                {"probe_force_n", state.probe_force},
+                                                {"probe_area_m2", state.probe_area}});
                             });
   const haptic::StylusSample first = stylus.device->read(0);
   session::CoupledLoops loops(scene, coupling, {first.position, first.orientation}, {&hash, &publisher, &clock});

@@ -128,6 +128,7 @@ int train(const TrainOptions& options) {
   }
   report.force = live.force().summary();
   report.closest_target_distance = live.closest_target_distance();
+  report.probe = live.probe();
   report.state_hash = live.state_hash();
 
   const session::Recording recording = session::read_recording(recording_file);
