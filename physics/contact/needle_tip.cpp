@@ -259,23 +259,22 @@ bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, cons
     end_ = before;
     return false;
   }
-  meet_tissue(patch, tissue);
+  meet_tissue(shaft, patch, tissue);
   return false;
 }
 
-void NeedleTip::meet_tissue(const TissuePatch& patch, TissuePoints& tissue) {
-  const int here = tissues_->at(rest_position(patch, end_.body, end_.place), end_.tissue);
-  if (here == end_.tissue || barrier_ > 0) return;
+void NeedleTip::meet_tissue(const HermiteShaft& shaft, const TissuePatch& patch, TissuePoints& tissue) {
+  if (barrier_ > 0) return;
+  const int bone = tissues_->bone_at(shaft.tip());
+  const int here = bone != 0 ? bone : tissues_->at(rest_position(patch, end_.body, end_.place), end_.tissue);
+  if (here == end_.tissue) return;
   barrier_ = tissues_->puncture_force(end_.tissue, here);
   beyond_ = here;
   if (barrier_ <= 0) end_.tissue = here;
-  if (tissues_->resistance(here).rigid) stand_on_bone(patch, tissue);
-}
-
-// The bone is where the tip has met it. What holds it is not in the patch: the nodes around it are held.
-void NeedleTip::stand_on_bone(const TissuePatch& patch, TissuePoints& tissue) {
+  if (bone == 0) return;
+  // It is where the tip has met it, and what holds it is not in the patch.
   end_.place.rigid = true;
-  end_.place.offset = tissue.position(end_.point) - tissue.free_position(end_.point);
+  end_.place.offset = shaft.tip() - tissue.free_position(end_.point);
   tissue.move_last(patch, end_.place, end_.body);
 }
 

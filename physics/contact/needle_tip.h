@@ -74,8 +74,7 @@ private:
   void enter(std::uint64_t step, double force, double response);
   bool move_end(const HermiteShaft& shaft, const Eigen::Vector3d& target, const TissuePatch& patch,
                 TissuePoints& tissue, TrackPoints& points);
-  void meet_tissue(const TissuePatch& patch, TissuePoints& tissue);
-  void stand_on_bone(const TissuePatch& patch, TissuePoints& tissue);
+  void meet_tissue(const HermiteShaft& shaft, const TissuePatch& patch, TissuePoints& tissue);
   /// @param response  of the tip's row, m/N
   void record(std::uint64_t step, int to, double force, double response);
 

@@ -4,27 +4,38 @@
 
 namespace stylet::physics {
 
+Eigen::Vector3i TissueMap::voxel_at(const Eigen::Vector3d& x) const {
+  return ((x - origin) / spacing).array().round().cast<int>();
+}
+
+int TissueMap::label(const Eigen::Vector3i& v) const {
+  if ((v.array() < 0).any() || (v.array() >= size.array()).any()) return 0;
+  const Eigen::Index index = (Eigen::Index{v.z()} * size.y() + v.y()) * size.x() + v.x();
+  return labels[static_cast<std::size_t>(index)];
+}
+
 int TissueMap::at(const Eigen::Vector3d& rest, int inside) const {
   if (labels.empty()) return 1;
-  const Eigen::Vector3i voxel = ((rest - origin) / spacing).array().round().cast<int>();
-  const auto label = [&](const Eigen::Vector3i& v) {
-    if ((v.array() < 0).any() || (v.array() >= size.array()).any()) return 0;
-    const auto index =
-        (static_cast<std::size_t>(v.z()) * static_cast<std::size_t>(size.y()) + static_cast<std::size_t>(v.y())) *
-            static_cast<std::size_t>(size.x()) +
-        static_cast<std::size_t>(v.x());
-    return static_cast<int>(labels[index]);
+  const auto soft = [&](const Eigen::Vector3i& voxel) {
+    const int found = label(voxel);
+    return resistance(found).rigid ? 0 : found;
   };
-  if (const int here = label(voxel); here != 0) return here;
+  const Eigen::Vector3i voxel = voxel_at(rest);
+  if (const int here = soft(voxel); here != 0) return here;
   for (int distance = 1; distance <= 2; ++distance) {  // the mesh's surface is not the voxels'
     for (int axis = 0; axis < 3; ++axis) {
       for (const int sign : {-1, 1}) {
-        const int near = label(voxel + sign * distance * Eigen::Vector3i::Unit(axis));
+        const int near = soft(voxel + sign * distance * Eigen::Vector3i::Unit(axis));
         if (near != 0) return near;
       }
     }
   }
   return inside;
+}
+
+int TissueMap::bone_at(const Eigen::Vector3d& x) const {
+  const int found = labels.empty() ? 0 : label(voxel_at(x));
+  return resistance(found).rigid ? found : 0;
 }
 
 double TissueMap::puncture_force(int from, int to) const {

@@ -39,15 +39,21 @@ struct TissueMap {
   std::vector<InsertionResistance> tissues{{}, {}};  ///< by label
   std::vector<TissueSurface> surfaces;
 
-  /// Tissue at a rest position inside a body; never 0: where the voxels say outside, the nearest tissue within two
-  /// voxels, else `inside`. @realtime
+  /// Tissue at a rest position inside a body; never 0 nor bone: where the voxels say that, the nearest tissue within
+  /// two voxels, else `inside`. @realtime
   int at(const Eigen::Vector3d& rest, int inside) const;
+  /// Bone at a position: it stays where it was at rest. 0: there is none. @realtime
+  int bone_at(const Eigen::Vector3d& x) const;
   const InsertionResistance& resistance(int tissue) const { return tissues[static_cast<std::size_t>(tissue)]; }
   /// Force on the tip that breaks through from one tissue to another, N: as `surfaces` say; from outside that of the
   /// tissue entered; else the smaller of the two, since an inclusion's membrane is the same from both sides; the
   /// larger where one is bone.
   /// @realtime
   double puncture_force(int from, int to) const;
+
+private:
+  Eigen::Vector3i voxel_at(const Eigen::Vector3d& x) const;
+  int label(const Eigen::Vector3i& voxel) const;
 };
 
 }  // namespace stylet::physics

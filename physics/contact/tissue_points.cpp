@@ -14,7 +14,7 @@ namespace {
 
 constexpr Eigen::Index kStride = 3 * kMaxContacts;  // with room for all points
 
-Vector3d free_position(const TissuePatch& patch, const PatchContact& contact, int body) {
+Vector3d free_in_patch(const TissuePatch& patch, const PatchContact& contact, int body) {
   return patch.bodies[body].free_position(contact) + contact.offset;
 }
 
@@ -85,7 +85,7 @@ void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact>
                          std::span<const int> bodies) {
   keep_old();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    add(contacts[c], bodies[c], free_position(patch, contacts[c], bodies[c]));
+    add(contacts[c], bodies[c], free_in_patch(patch, contacts[c], bodies[c]));
   }
   carry_forces();
   stride_ = kStride;
@@ -96,7 +96,7 @@ void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact>
 
 void TissuePoints::append(const TissuePatch& patch, const PatchContact& contact, int body) {
   assert(stride_ == kStride);
-  add(contact, body, free_position(patch, contact, body));
+  add(contact, body, free_in_patch(patch, contact, body));
   finite_ = couple(patch, count_ - 1) && finite_;
   move_points();
 }
@@ -107,7 +107,7 @@ bool TissuePoints::move_last(const TissuePatch& patch, const PatchContact& conta
   const int body_before = bodies_[static_cast<std::size_t>(count_ - 1)];
   const auto put = [&](const PatchContact& at, int in) {
     --count_;
-    add(at, in, free_position(patch, at, in));
+    add(at, in, free_in_patch(patch, at, in));
     forces_.col(count_ - 1) = force;
     return couple(patch, count_ - 1);
   };

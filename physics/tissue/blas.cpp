@@ -15,18 +15,20 @@ BlasLibrary set_to_one_thread() {
   if (const auto set_threads = find<void (*)(int)>("openblas_set_num_threads")) {
     set_threads(1);
     const auto config = find<const char* (*)()>("openblas_get_config");
-    return {config != nullptr ? config() : "OpenBLAS", false};
+    BlasLibrary blas{.name = config != nullptr ? config() : "OpenBLAS"};
+    blas.outdated_kernels = blas.name.find(" Prescott ") != std::string::npos && __builtin_cpu_supports("avx2") != 0;
+    return blas;
   }
   if (const auto set_threads = find<void (*)(int)>("MKL_Set_Num_Threads")) {
     set_threads(1);
-    return {"MKL", false};
+    return {.name = "MKL"};
   }
   if (const auto set_threads = find<void (*)(long)>("bli_thread_set_num_threads")) {
     set_threads(1);
-    return {"BLIS", false};
+    return {.name = "BLIS"};
   }
-  if (find<void (*)()>("ATL_buildinfo") != nullptr) return {"ATLAS", false};
-  return {"reference BLAS", true};
+  if (find<void (*)()>("ATL_buildinfo") != nullptr) return {.name = "ATLAS"};
+  return {.name = "reference BLAS", .slow_reference = true};
 }
 
 }  // namespace

@@ -470,12 +470,13 @@ TEST(NeedleTrack, BoneStopsTheNeedleAndBearsItsForce) {
   }
   for (const OnBone& on : times) {
     std::printf("tip between %.3f and %.3f mm, at most %.1f N\n", 1e3 * on.from, 1e3 * on.to, on.force);
-    EXPECT_GT(on.force, 10);  // the needle buckles at 18.6 N
-    EXPECT_LT(on.force, 1.3 * 18.6);
+    // 120 mm of it are free: between 20.2 and 39.5 EI / L^2, pinned and clamped by the tissue, it buckles.
+    EXPECT_GT(on.force, 10);
+    EXPECT_LT(on.force, 66);
     EXPECT_LT(on.to - on.from, 2e-4);
   }
-  EXPECT_NEAR(times[0].to, 0.030, 5e-3);  // the tissue in front of it is pushed along
-  EXPECT_NEAR(times[1].to, times[0].to, 5e-4);
+  EXPECT_NEAR(times[0].to, 0.030, 2e-4);
+  EXPECT_NEAR(times[1].to, 0.030, 2e-4);
   std::printf("at most %.2f N on the tissue meanwhile; steps of up to %.2f N on the way\n", most_on_tissue,
               most_step);
   EXPECT_LT(most_on_tissue, 2);

@@ -96,7 +96,7 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   EXPECT_GT(bend, 0.002) << "steered round into the target, and seen to be";
   EXPECT_LT(bend, 0.008);
   ASSERT_TRUE(session.probe());
-  const ProbeSummary& probe = *session.probe();
+  const ProbeSummary probe = *session.probe();
   std::printf("probe: %.2f N (at most %.2f) on %.1f cm2 (at least %.1f)\n", probe.mean_force, probe.peak_force,
               1e4 * probe.mean_area, 1e4 * probe.least_area);
   EXPECT_GT(probe.least_area, 1e-4) << "the image is never lost";
@@ -142,15 +142,29 @@ std::string tissue_at(const content::Scene& scene, const Eigen::Vector3d& x) {
   return scene.tissues[labels.labels[static_cast<std::size_t>(index)]].name;
 }
 
-// The planned way, moved half an intercostal space up: straight on the rib above, and 3 mm more than there is room.
+// The needle aimed at a rib, and pushed 3 mm further than there is room.
 TEST(LiverBiopsy, ARibInTheWayStopsTheNeedle) {
   if (support::kSanitized) GTEST_SKIP() << "long with a sanitizer; BoneStopsTheNeedleAndBearsItsForce is not";
   constexpr double kSpeed = 0.040, kBeyond = 0.003;
   content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
   scene.breathing = {};
   physics::StylusPose hub = scene.motion.stylus.front().pose;
-  hub.position += 0.015 * Eigen::Vector3d(0, 1, 0.36).normalized();
   const Eigen::Vector3d axis = hub.orientation * Eigen::Vector3d::UnitZ();
+  const auto rib = std::ranges::find(scene.surfaces, std::string("rib_right_9"), &content::Surface::name);
+  ASSERT_NE(rib, scene.surfaces.end());
+  const Eigen::Vector3f planned = (hub.position + scene.needle.length * axis).cast<float>();
+  const auto far = [&](const Eigen::Vector3f& x) { return (x - planned).norm(); };
+  const Eigen::Vector3f front = *std::ranges::min_element(rib->positions, {}, far);
+  Eigen::Vector3d aim = Eigen::Vector3d::Zero();  // the middle of its section, 20 mm behind its end
+  int count = 0;
+  for (const Eigen::Vector3f& x : rib->positions) {
+    if (std::abs((x - front).norm() - 0.020F) > 0.004F) continue;
+    aim += x.cast<double>();
+    ++count;
+  }
+  ASSERT_GT(count, 10);
+  aim /= count;
+  hub.position = aim - (0.080 + scene.needle.length) * axis;
   const Eigen::Vector3d tip = hub.position + scene.needle.length * axis;
   double skin = 0, bone = 0;
   for (double s = 0; s < 0.15 && bone == 0; s += 2e-4) {
@@ -187,7 +201,7 @@ TEST(LiverBiopsy, ARibInTheWayStopsTheNeedle) {
   }
   EXPECT_NEAR(depth, bone, 0.0015);
   EXPECT_GT(force.peak_force, 5);
-  EXPECT_LT(force.peak_force, 30);  // the needle buckles at 19 N
+  EXPECT_LT(force.peak_force, 66);  // what a needle buckles at whose free part is clamped, 120 mm
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ struct BiopsyPlan {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();  ///< where the tip ends
   double needle_length = 0.150;                      ///< hub to tip
   double sample_hz = 250;
-  double wait = 4.2;       ///< s, at the start: until the patient has breathed out and begins to hold
+  double wait = 3.4;       ///< s, at the start: until the patient has breathed out and begins to hold
   double lateral = 0.009;  ///< largest sideways excursion of the hub during the insertion
   double steer = -0.010;   ///< sideways place of the hub at the end: what bends the needle round into the target
   double lead = -0.0095;   ///< sideways, how far beside the target the hand aims: what the bend then makes up for

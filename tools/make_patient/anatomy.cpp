@@ -44,7 +44,7 @@ Vector3 kidney_coordinates(const Vector3& x) {
 }  // namespace
 
 Vector3 tumour_centre() {
-  return {-90.0_mm, torso::intercostal_height(kNeedleSpace, 31.0_mm), 31.0_mm};
+  return {-89.0_mm, torso::intercostal_height(kNeedleSpace, 17.0_mm), 17.0_mm};
 }
 
 Vector3 vena_cava_centre(double y) {

@@ -52,11 +52,11 @@ std::vector<Organ> make_organs() {
   std::vector<Organ> organs;
   organs.push_back({"peritoneal_fat", "region", "peritoneal_fat", "",
                     contour(anatomy::peritoneal_space, box(mm(-150, -120, -110), mm(90, 95, 90)), 11.0_mm, 4000)});
-  organs.push_back({wall, "boundary", "muscle", wall, torso::wall_layer(0, torso::kWallEnd)});
+  organs.push_back({"intercostal_muscle", "region", "muscle", "", torso::intercostal_muscle()});
+  organs.push_back({wall, "boundary", "muscle", wall, torso::wall_layer(0)});
   organs.push_back({"skin", "region", "skin", wall, torso::wall_layer(0, torso::kSkinEnd)});
   organs.push_back({"fat", "region", "fat", wall, torso::wall_layer(torso::kSkinEnd, torso::kFatEnd)});
-  organs.push_back({"muscle", "region", "muscle", wall, torso::wall_layer(torso::kFatEnd, torso::kWallEnd)});
-  organs.push_back({"intercostal_muscle", "region", "muscle", "", torso::intercostal_muscle()});
+  organs.push_back({"muscle", "region", "muscle", wall, torso::wall_layer(torso::kFatEnd)});
   for (int rib = torso::kFirstRib; rib <= torso::kLastRib; ++rib) {
     organs.push_back({"rib_right_" + std::to_string(rib), "boundary", "bone", "", torso::rib(rib)});
   }

@@ -61,6 +61,13 @@ double margin_height(double angle) {
   return knots[k].y + t * (knots[k + 1].y - knots[k].y);
 }
 
+constexpr double kBelowMargin = 11.0_mm;  // intercostal muscle: the lowest rib lies in it with its whole height
+
+double inner_depth(double angle, double y) {
+  const double edge = margin_height(angle) - kBelowMargin;
+  return kWallEnd + (kIntercostalEnd - kWallEnd) * smoothstep(edge - 12.0_mm, edge, y);
+}
+
 // Unit square -> the same with rounded corners and bowed sides.
 Eigen::Vector2d rounded(double u, double v) {
   constexpr double kBow = 0.30;
@@ -110,16 +117,16 @@ double inner_distance(const Vector3& x, double depth) {
   return k1 > 0 ? k0 * (k0 - 1) / k1 : -b;
 }
 
-content::TriangleMesh wall_layer(double depth_from, double depth_to) {
+content::TriangleMesh wall_layer(double depth_from, std::optional<double> depth_to) {
   return sheet(52, 46, [&](double u, double v, bool outer) {
     const Eigen::Vector2d uv = rounded(u, v);
-    return point(kWallLeft + uv.x() * (kWallRight - kWallLeft), kWallBottom + uv.y() * (kWallTop - kWallBottom),
-                 outer ? depth_from : depth_to);
+    const double angle = kWallLeft + uv.x() * (kWallRight - kWallLeft);
+    const double y = kWallBottom + uv.y() * (kWallTop - kWallBottom);
+    return point(angle, y, outer ? depth_from : depth_to.value_or(inner_depth(angle, y)));
   });
 }
 
 content::TriangleMesh intercostal_muscle() {
-  constexpr double kBelowMargin = 11.0_mm;  // the lowest rib lies in it with its whole height
   return sheet(60, 34, [&](double u, double v, bool outer) {
     const double angle = kWallLeft + u * (kWallRight - kWallLeft);
     const double bottom = margin_height(angle) - kBelowMargin;

@@ -7,12 +7,14 @@
 #include "engine/content/triangle_mesh.h"
 #include "tools/make_patient/implicit.h"
 
+#include <optional>
+
 namespace stylet::patient::torso {
 
 // Depths below the skin where one layer ends and the next begins, m.
 inline constexpr double kSkinEnd = 2.0_mm;
 inline constexpr double kFatEnd = 14.0_mm;
-inline constexpr double kWallEnd = 24.0_mm;  ///< abdominal muscle ends, ribs and intercostal muscle begin
+inline constexpr double kWallEnd = 24.0_mm;  ///< abdominal muscle ends; where there are ribs, they begin here
 inline constexpr double kIntercostalEnd = 32.5_mm;
 
 /// Lateral height of the ribs 7 to 11 in their planes, and the slope of those planes: ribs descend to the front.
@@ -34,8 +36,9 @@ double inner_distance(const Vector3& x, double depth);
 
 /// A layer of the abdominal wall: its section over the liver, rim included. Neighbouring layers share their surfaces
 /// exactly.
-content::TriangleMesh wall_layer(double depth_from, double depth_to);
-/// The muscle between and around the ribs, above the costal margin.
+/// @param depth_to  absent: the inner face; above the costal margin the intercostal muscle counts to the wall
+content::TriangleMesh wall_layer(double depth_from, std::optional<double> depth_to = {});
+/// The muscle between and around the ribs, above the costal margin, all round.
 content::TriangleMesh intercostal_muscle();
 content::TriangleMesh rib(int rib);
 /// From the front ends of the ribs 7 to 10 along the costal margin to the sternum.
