@@ -243,6 +243,7 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
       scenario.shaft_friction == "lugre" ? physics::ShaftFriction::lugre : physics::ShaftFriction::coulomb;
   scene.contact_spacing = scenario.contact_spacing;
   scene.damping_time_s = scenario.damping_time_s;
+  scene.gravity = scene.room_from_patient.linear().transpose() * Eigen::Vector3d(0, -scenario.gravity, 0);
   scene.contacts = scenario.contacts;
   scene.breathing = scenario.breathing;
   report("ready", 1);

@@ -281,6 +281,7 @@ ScenarioFile read_scenario_file(JsonFile& file) {
     breathing->finish();
   }
   scenario.damping_time_s = root.number("damping_time_s", {0, 10}, 0);
+  scenario.gravity = root.number("gravity_m_per_s2", {0, 20}, 0);
   root.finish();
   return scenario;
 }

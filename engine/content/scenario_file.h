@@ -91,6 +91,7 @@ struct ScenarioFile {
   std::string shaft_friction;
   double contact_spacing = 0.010;
   double damping_time_s = 0;
+  double gravity = 0;  ///< m/s^2, down in the room
   std::vector<BodyContact> contacts;
   Breathing breathing;
 };

@@ -179,6 +179,7 @@ struct Scene {
   physics::ShaftFriction shaft_friction = physics::ShaftFriction::coulomb;  ///< coupling stylet
   double contact_spacing = 0.010;                                           ///< m along the path
   double damping_time_s = 0;                                                ///< Kelvin-Voigt: B = damping_time * K
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();                        ///< patient frame, m/s^2
   std::vector<BodyContact> contacts;
   Breathing breathing;
 };

@@ -58,6 +58,20 @@ physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics
   return settings;
 }
 
+/// Of each node a quarter of the tetrahedra around it, N.
+Eigen::Matrix3Xd weight(const content::Scene& scene, const content::DeformableBody& body) {
+  const auto& nodes = body.mesh.nodes;
+  Eigen::Matrix3Xd load = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(nodes.size()));
+  for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
+    const auto& tet = body.mesh.tets[t];
+    const auto x = [&](std::size_t c) { return nodes[static_cast<std::size_t>(tet[c])]; };
+    const double volume = (x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) / 6;
+    const double mass = scene.tissues[body.tet_tissue[t]].density * volume;
+    for (const int node : tet) load.col(node) += mass / 4 * scene.gravity;
+  }
+  return load;
+}
+
 std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& scene) {
   std::vector<physics::SimulationBody> bodies;
   for (const content::DeformableBody& body : scene.bodies) {
@@ -66,6 +80,7 @@ std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& sce
     simulated.fixed_nodes = body.fixed_nodes;
     simulated.held_motion = body.held_motion;
     simulated.damping_time_s = scene.damping_time_s;
+    if (!scene.gravity.isZero(0)) simulated.load = weight(scene, body);
     simulated.tet_materials = body.tet_mechanics;
     if (!simulated.tet_materials.empty()) continue;
     for (const std::uint8_t tissue : body.tet_tissue) {

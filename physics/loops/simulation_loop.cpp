@@ -33,6 +33,10 @@ std::vector<TissueModel> models_of(std::vector<SimulationBody>& bodies, const Si
       throw std::invalid_argument("simulation: motion of " + std::to_string(body.held_motion.size()) +
                                   " held nodes, " + std::to_string(body.fixed_nodes.size()) + " are held");
     }
+    const auto nodes = static_cast<Eigen::Index>(body.mesh.nodes.size());
+    if (body.load.size() > 0 && (body.load.cols() != nodes || !body.load.allFinite())) {
+      throw std::invalid_argument("simulation: a load must be finite and of all " + std::to_string(nodes) + " nodes");
+    }
     models.emplace_back(std::move(body.mesh), body.tet_materials, body.fixed_nodes, body.damping_time_s);
   }
   return models;
@@ -47,6 +51,14 @@ bool finite(const NeedleState& needle) {
     if (!needle.forces[static_cast<std::size_t>(i)].force.allFinite()) return false;
   }
   return true;
+}
+
+/// The free DOFs of `all` [3 x nodes]; where that is empty `free` stays as it is.
+void take_free(const TissueModel& model, const Eigen::Matrix3Xd& all, Eigen::VectorXd& free) {
+  for (Eigen::Index n = 0; n < all.cols(); ++n) {
+    const int i = model.free_index[static_cast<std::size_t>(n)];
+    if (i >= 0) free.segment<3>(3 * i) = all.col(n);
+  }
 }
 
 /// target += scale * x, x over the free DOFs, target over all nodes.
@@ -76,6 +88,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .nodal_force = Eigen::Matrix3Xd::Zero(3, model.node_count()),
          .internal_force = Eigen::VectorXd::Zero(model.dof_count()),
          .needle_force = Eigen::VectorXd::Zero(model.dof_count()),
+         .load = Eigen::VectorXd::Zero(model.dof_count()),
          .contact_force = Eigen::VectorXd::Zero(model.dof_count()),
          .held_field = {},
          .loaded_nodes = {},
@@ -86,6 +99,8 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .nodes = {},
          .extent = (tissue_.positions[b].rowwise().maxCoeff() - tissue_.positions[b].rowwise().minCoeff()).norm(),
          .inverted = 0});
+    take_free(model, bodies[b].load, bodies_.back().load);
+    bodies_.back().contact_force = bodies_.back().load;
   }
   for (std::size_t b = 0; b < models_.size(); ++b) {
     if (bodies[b].held_motion.empty()) continue;
@@ -235,10 +250,7 @@ void SimulationLoop::free_isolated(std::size_t b) {
 
 void SimulationLoop::gather_internal_force(const TissueModel& model, BodyState& body) {
   internal_forces(model, body.trial, body.rotations, body.nodal_force);
-  for (int n = 0; n < model.node_count(); ++n) {
-    const int i = model.free_index[static_cast<std::size_t>(n)];
-    if (i >= 0) body.internal_force.segment<3>(3 * i) = body.nodal_force.col(n);
-  }
+  take_free(model, body.nodal_force, body.internal_force);
 }
 
 double SimulationLoop::overshoot(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& before,
@@ -295,7 +307,7 @@ void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
   }
   contact_->update({tissue_.positions.data(), models_.size()}, probe, workspace_);
   for (std::size_t b = 0; b < models_.size(); ++b) {
-    bodies_[b].contact_force.setZero();
+    bodies_[b].contact_force = bodies_[b].load;
     contact_->add_forces(static_cast<int>(b), bodies_[b].contact_force);
   }
   report.organs = contact_->report();

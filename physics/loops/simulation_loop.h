@@ -31,6 +31,7 @@ struct SimulationBody {
   double damping_time_s = 0;                   ///< Kelvin-Voigt B = damping_time K; 0: quasi-static, the rates agree
   /// Displacement of each fixed node when SimulationInput::held_amplitude is 1, m; empty: they stay at rest.
   std::vector<Eigen::Vector3d> held_motion{};
+  Eigen::Matrix3Xd load{};  ///< [3 x nodes] constant forces, weight; N. Empty: none
 };
 
 struct SimulationLoopSettings {
@@ -127,7 +128,8 @@ private:
     Eigen::Matrix3Xd nodal_force;               // scratch: F_int at all nodes
     Eigen::VectorXd internal_force;             // [free DOFs] F_int at the current positions
     Eigen::VectorXd needle_force;               // [free DOFs] H^T lambda
-    Eigen::VectorXd contact_force;              // [free DOFs] of other bodies and the probe
+    Eigen::VectorXd load;                       // [free DOFs] constant
+    Eigen::VectorXd contact_force;              // [free DOFs] of other bodies and the probe, and the load
     Eigen::Matrix3Xd held_field;                // motion of all nodes per held_amplitude at rest; empty: none
     std::vector<int> loaded_nodes;              // where it is not zero, ascending
     Eigen::VectorXd eliminated;                 // [free DOFs] L^-1 P (F_int - H^T lambda): half of a solve

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -153,6 +154,34 @@ TEST(SimulationLoop, DampedTissueApproachesEquilibriumAtItsTimeConstant) {
   for (const int steps : {1, 5, 20}) {
     EXPECT_NEAR(deflection(tau, steps) / final, 1 - std::pow(tau / 0.02 / (1 + tau / 0.02), steps), 1e-6);
   }
+}
+
+// A column that does not bulge stands under its weight: u(z) = rho g (H z - z^2 / 2) / E, and linear elements are exact
+// at the nodes of a line.
+TEST(SimulationLoop, AColumnSettlesUnderItsWeightAsFarAsTheorySays) {
+  constexpr double kWeight = 1000 * 9.81;  // N/m^3
+  SimulationBody body = cube(6);
+  body.tet_materials.assign(body.mesh.tets.size(), {10e3, 0.0});
+  body.load = Eigen::Matrix3Xd::Zero(3, Eigen::Index(body.mesh.nodes.size()));
+  for (const auto& tet : body.mesh.tets) {
+    for (const int node : tet) body.load(2, node) -= kWeight * kEdge * kEdge * kEdge / 1296 / 4;  // 6^4 tetrahedra
+  }
+  const TetMesh mesh = body.mesh;
+  SimulationLoop loop({std::move(body)}, {.dt = 0.02});
+  TissuePatch patch = loop.make_patch();
+  for (int step = 0; step < 100; ++step) {
+    EXPECT_EQ(loop.step({.time_s = 0.02 * step}, patch).flags & kSimulationInverted, 0U);
+    loop.worker().step();
+  }
+  double worst = 0;
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    const double z = mesh.nodes[n].z();
+    const double exact = -kWeight * (kEdge * z - z * z / 2) / 10e3;
+    worst = std::max(worst, std::abs(loop.tissue().positions[0](2, Eigen::Index(n)) - z - exact));
+  }
+  const double top = kWeight * kEdge * kEdge / 2 / 10e3;
+  std::printf("top settles by %.3f mm, off by at most %.4f mm\n", 1e3 * top, 1e3 * worst);
+  EXPECT_LT(worst, 0.01 * top);
 }
 
 TEST(SimulationLoop, NonFiniteNeedleIsRefused) {
