@@ -21,10 +21,15 @@ namespace {
 /// Builds a GltfScene from a parsed model, trusting none of its indices.
 class SceneBuilder {
 public:
-  SceneBuilder(const tinygltf::Model& model, JsonFile& document, const GltfLimits& limits)
-      : model_(model), document_(document), limits_(limits), reader_(model, document.path().string(), limits) {
-    for (const auto& list : {model.extensionsUsed, model.extensionsRequired}) {
-      for (const std::string& name : list) quantised_ = quantised_ || name == "KHR_mesh_quantization";
+  SceneBuilder(GltfContainer& container, const GltfLimits& limits)
+      : model_(container.model()),
+        document_(container.document()),
+        limits_(limits),
+        reader_(model_, container.buffers(), document_.path().string(), limits) {
+    for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+      const auto found = document_.tree().find(list);
+      if (found == document_.tree().end() || !found->is_array()) continue;
+      quantised_ = quantised_ || std::ranges::find(*found, "KHR_mesh_quantization") != found->end();
     }
   }
 
@@ -47,7 +52,7 @@ private:
   }
 
   std::vector<int> roots() const {
-    if (!model_.scenes.empty()) {
+    if (!model_.scenes.empty() || model_.defaultScene != -1) {
       const int scene = model_.defaultScene == -1 ? 0 : model_.defaultScene;
       if (scene < 0 || static_cast<std::size_t>(scene) >= model_.scenes.size()) {
         fail("scene", fmt::format("is {}, the file has {} scenes; export it again", scene, model_.scenes.size()));
@@ -203,7 +208,11 @@ private:
     };
     const std::size_t n = indices.size();
     if (mode == TINYGLTF_MODE_TRIANGLES) {
-      if (n % 3 != 0) fail(place, fmt::format("has {} indices, not a multiple of 3; export it again", n));
+      if (primitive.indices == -1 && n % 3 != 0) {
+        warn(place, fmt::format("has {} vertices, not a multiple of 3; the last ones are left out", n));
+      } else if (n % 3 != 0) {
+        fail(place, fmt::format("has {} indices, not a multiple of 3; export it again", n));
+      }
       for (std::size_t i = 0; i + 2 < n; i += 3) add(indices[i], indices[i + 1], indices[i + 2]);
     } else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP) {
       for (std::size_t i = 0; i + 2 < n; ++i) add(indices[i], indices[i + 1 + i % 2], indices[i + 2 - i % 2]);
@@ -296,7 +305,7 @@ private:
 
 GltfScene read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& name, const GltfLimits& limits) {
   GltfContainer container(bytes, name, limits);
-  return SceneBuilder(container.model(), container.document(), limits).build();
+  return SceneBuilder(container, limits).build();
 }
 
 GltfScene read_gltf(const std::filesystem::path& path, const GltfLimits& limits) {

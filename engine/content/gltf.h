@@ -1,10 +1,11 @@
 // Organs from glTF 2.0 (.glb or .gltf): every triangle node of the scene, checked, in the patient frame.
 //
-// tinygltf parses; this reader trusts nothing it hands over. Refused with one line: files over the caps, JSON nested
-// deeper than 128, files outside the asset's folder, required extensions it does not know, any index, view, stride or
-// count out of bounds, cycles and shared children in the node graph, singular or non-finite transforms and positions.
-// Lenient where real files need it: normals and textures are ignored, unknown optional extensions are skipped, points
-// and lines are skipped with a warning.
+// tinygltf parses what concerns geometry; this reader trusts nothing it hands over. Refused with one line: files over
+// the caps, JSON nested deeper than 128, files outside the asset's folder, required extensions it does not know, any
+// index, view, stride or count out of bounds, cycles and shared children in the node graph, singular or non-finite
+// transforms and positions. Lenient where real files need it: whatever triangles do not need is not looked at
+// (normals, textures, animations, unused buffers), unknown optional extensions are skipped, points and lines are
+// skipped with a warning. Where there is no scene and no node places a mesh, meshes are taken where they lie.
 #pragma once
 
 #include "engine/content/error.h"
@@ -27,10 +28,12 @@ namespace stylet::content {
 /// Caps that keep a bad file from exhausting memory or time.
 struct GltfLimits {
   std::size_t file_bytes = 256u << 20;
+  std::size_t json_bytes = 64u << 20;
+  std::size_t json_values = 1'000'000;
   int json_depth = 128;
   std::size_t elements = 5'000'000;  ///< vertices or indices of one accessor, and of the whole file
   int node_depth = 256;
-  std::size_t instances = 100'000;  ///< nodes visited
+  std::size_t instances = 100'000;  ///< elements of one list of the file: nodes, meshes, accessors, ...
   double coordinate_m = 100.0;      ///< |x| after transforms
 };
 

@@ -28,13 +28,13 @@ std::size_t component_size(int type) {
 }
 
 template <typename T>
-double load(const unsigned char* from) {
+double load(const std::byte* from) {
   T value;
   std::memcpy(&value, from, sizeof value);  // views need not be aligned
   return static_cast<double>(value);
 }
 
-double load_component(const unsigned char* from, int type) {
+double load_component(const std::byte* from, int type) {
   switch (type) {
     case TINYGLTF_COMPONENT_TYPE_BYTE:
       return load<std::int8_t>(from);
@@ -69,8 +69,9 @@ double normalise(double value, int type) {
 
 }  // namespace
 
-AccessorReader::AccessorReader(const tinygltf::Model& model, std::string file, const GltfLimits& limits)
-    : model_(model), file_(std::move(file)), limits_(limits) {}
+AccessorReader::AccessorReader(const tinygltf::Model& model, GltfBuffers& buffers, std::string file,
+                               const GltfLimits& limits)
+    : model_(model), buffers_(buffers), file_(std::move(file)), limits_(limits) {}
 
 void AccessorReader::fail(const std::string& place, const std::string& what) const {
   throw ContentError(fmt::format("{}:/{}: {}", file_, place, what));
@@ -100,20 +101,19 @@ AccessorReader::Layout AccessorReader::layout(int index) const {
   return layout;
 }
 
-const unsigned char* AccessorReader::elements(int view_index, std::size_t offset, std::size_t count,
-                                              std::size_t bytes, std::size_t& stride,
-                                              const std::string& place) const {
+const std::byte* AccessorReader::elements(int view_index, std::size_t offset, std::size_t count, std::size_t bytes,
+                                          std::size_t& stride, const std::string& place) const {
   if (view_index < 0 || static_cast<std::size_t>(view_index) >= model_.bufferViews.size()) {
     fail(place + "/bufferView",
          fmt::format("is {}, the file has {} buffer views; export it again", view_index, model_.bufferViews.size()));
   }
   const auto& view = model_.bufferViews[static_cast<std::size_t>(view_index)];
   const std::string view_place = fmt::format("bufferViews/{}", view_index);
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size()) {
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers_.size()) {
     fail(view_place + "/buffer",
-         fmt::format("is {}, the file has {} buffers; export it again", view.buffer, model_.buffers.size()));
+         fmt::format("is {}, the file has {} buffers; export it again", view.buffer, buffers_.size()));
   }
-  const auto& data = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
+  const std::span<const std::byte> data = buffers_.bytes(static_cast<std::size_t>(view.buffer));
   if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset) {
     fail(view_place, fmt::format("offset {} and length {} leave the buffer of {} bytes; the file is cut off or wrong",
                                  view.byteOffset, view.byteLength, data.size()));
@@ -140,7 +140,7 @@ std::vector<double> AccessorReader::values(int index, const Layout& layout) cons
   const std::size_t bytes = layout.component_bytes * row;
   std::vector<double> out(layout.count * row, 0.0);
 
-  const auto read = [&](const unsigned char* from, std::size_t element) {
+  const auto read = [&](const std::byte* from, std::size_t element) {
     for (std::size_t c = 0; c < row; ++c) {
       const double value = load_component(from + c * layout.component_bytes, layout.component_type);
       out[element * row + c] = layout.normalised ? normalise(value, layout.component_type) : value;
@@ -149,8 +149,7 @@ std::vector<double> AccessorReader::values(int index, const Layout& layout) cons
 
   if (accessor.bufferView != -1) {
     std::size_t stride = 0;
-    const unsigned char* first =
-        elements(accessor.bufferView, accessor.byteOffset, layout.count, bytes, stride, place);
+    const std::byte* first = elements(accessor.bufferView, accessor.byteOffset, layout.count, bytes, stride, place);
     for (std::size_t i = 0; i < layout.count; ++i) read(first + i * stride, i);
   }
 
@@ -171,12 +170,11 @@ std::vector<double> AccessorReader::values(int index, const Layout& layout) cons
     const std::size_t count = static_cast<std::size_t>(sparse.count);
     std::size_t index_stride = index_bytes;
     std::size_t value_stride = bytes;
-    const unsigned char* indices =
+    const std::byte* indices =
         elements(sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset), count, index_bytes,
                  index_stride, place + "/sparse/indices");
-    const unsigned char* values =
-        elements(sparse.values.bufferView, static_cast<std::size_t>(sparse.values.byteOffset), count, bytes,
-                 value_stride, place + "/sparse/values");
+    const std::byte* values = elements(sparse.values.bufferView, static_cast<std::size_t>(sparse.values.byteOffset),
+                                       count, bytes, value_stride, place + "/sparse/values");
     double previous = -1;
     for (std::size_t i = 0; i < count; ++i) {
       const double element = load_component(indices + i * index_stride, index_type);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/content/gltf.h"
+#include "engine/content/gltf_buffers.h"
 
 #include <Eigen/Core>
 
@@ -19,7 +20,7 @@ namespace stylet::content {
 /// sparse accessors are applied; an accessor without a view is zeros.
 class AccessorReader {
 public:
-  AccessorReader(const tinygltf::Model& model, std::string file, const GltfLimits& limits);
+  AccessorReader(const tinygltf::Model& model, GltfBuffers& buffers, std::string file, const GltfLimits& limits);
 
   /// POSITION: float VEC3, or quantised integers where `quantised` says the extension is declared.
   /// @throws ContentError
@@ -40,10 +41,11 @@ private:
   /// Dense components, row by row, as doubles                                     [count * components]
   std::vector<double> values(int accessor, const Layout& layout) const;
   /// `count` elements of `bytes` each, `stride` apart (0: tight), from a view. Checked; returns the first.
-  const unsigned char* elements(int view, std::size_t offset, std::size_t count, std::size_t bytes,
-                                std::size_t& stride, const std::string& place) const;
+  const std::byte* elements(int view, std::size_t offset, std::size_t count, std::size_t bytes, std::size_t& stride,
+                            const std::string& place) const;
 
   const tinygltf::Model& model_;
+  GltfBuffers& buffers_;
   std::string file_;
   GltfLimits limits_;
 };

@@ -10,62 +10,27 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <set>
 
 namespace stylet::content {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// What the parser may read from disk: regular files in the asset's folder, up to a budget.
-struct AssetFolder {
-  fs::path folder;
-  std::size_t budget = 0;
-};
-
-/// The file a URI of the asset means; empty where it leads out of the folder or to something odd (symbolic links are
-/// followed first).
-fs::path inside(const std::string& path, const AssetFolder& asset) {
-  if (path.find("://") != std::string::npos || path.find('\0') != std::string::npos) return {};
-  std::error_code error;
-  const fs::path real = fs::weakly_canonical(path, error);
-  if (error) return {};
-  const fs::path folder = fs::weakly_canonical(asset.folder.empty() ? fs::path(".") : asset.folder, error);
-  if (error) return {};
-  const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), real.begin(), real.end());
-  if (end != folder.end()) return {};
-  return fs::is_regular_file(real, error) ? real : fs::path();
-}
-
-bool file_exists(const std::string& path, void* user) {
-  return !inside(path, *static_cast<AssetFolder*>(user)).empty();
+bool file_exists(const std::string&, void*) {
+  return false;
 }
 
 std::string same_path(const std::string& path, void*) {
   return path;
 }
 
-bool read_whole_file(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* user) {
-  auto& asset = *static_cast<AssetFolder*>(user);
-  const fs::path real = inside(path, asset);
-  try {
-    if (real.empty()) throw ContentError("it is not in the folder of the glTF file");
-    const std::string bytes = read_file(real, asset.budget);
-    asset.budget -= bytes.size();
-    out->assign(bytes.begin(), bytes.end());
-    return true;
-  } catch (const std::exception& e) {
-    if (error != nullptr) *error += e.what();
-    return false;
-  }
+bool read_nothing(std::vector<unsigned char>*, std::string*, const std::string&, void*) {
+  return false;
 }
 
 bool write_nothing(std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
   return false;
-}
-
-/// Organs need no textures, and one that does not decode must not cost the mesh.
-bool skip_image(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
-  return true;
 }
 
 std::uint32_t word(std::span<const std::byte> bytes, std::size_t at) {
@@ -74,25 +39,44 @@ std::uint32_t word(std::span<const std::byte> bytes, std::size_t at) {
   return value;
 }
 
-/// The JSON text of a file: the whole of it, or the first chunk of a GLB, whose frame is checked.
-std::string_view json_text(std::span<const std::byte> bytes, const std::string& name, bool& binary) {
+/// Where the parts of a file lie: JSON alone, or in the chunks of a GLB.
+struct Chunks {
+  std::string_view json;
+  std::span<const std::byte> binary;
+};
+
+Chunks split(std::span<const std::byte> bytes, const std::string& name) {
   const auto* chars = reinterpret_cast<const char*>(bytes.data());
-  binary = bytes.size() >= 4 && std::memcmp(chars, "glTF", 4) == 0;
-  if (!binary) return {chars, bytes.size()};
-  const auto fail = [&](const std::string& what) -> std::string_view {
+  const auto fail = [&](const std::string& what) -> Chunks {
     throw ContentError(fmt::format("{}:/: {}", name, what));
   };
-  if (bytes.size() < 20) return fail("is cut off inside the GLB header; copy or export it again");
+  if (bytes.size() < 4 || std::memcmp(chars, "glTF", 4) != 0) {
+    const std::string_view text(chars, bytes.size());
+    const std::size_t first = text.find_first_not_of(" \t\r\n");
+    const bool json =
+        first == std::string_view::npos || text[first] == '{' || text.substr(first, 3) == "\xEF\xBB\xBF";
+    if (!json) return fail("is neither a GLB nor the JSON of a glTF file; copy or export it again");
+    return {.json = text, .binary = {}};
+  }
+  if (bytes.size() < 12) return fail("is cut off inside the GLB header; copy or export it again");
   if (word(bytes, 4) != 2)
     return fail(fmt::format("is GLB version {}, accepted is 2; export it again", word(bytes, 4)));
   const std::size_t length = word(bytes, 8);
   if (length > bytes.size() || length < 20) {
     return fail(fmt::format("its header says {} bytes, there are {}; copy or export it again", length, bytes.size()));
   }
-  const std::size_t json_length = word(bytes, 12);
-  if (word(bytes, 16) != 0x4E4F534A) return fail("its first chunk is not JSON; export it again");
-  if (json_length > length - 20) return fail("its JSON chunk is cut off; copy or export it again");
-  return {chars + 20, json_length};
+  Chunks chunks;
+  for (std::size_t at = 12; at + 8 <= length;) {
+    const std::size_t size = word(bytes, at);
+    const std::uint32_t type = word(bytes, at + 4);
+    if (at == 12 && type != 0x4E4F534A) return fail("its first chunk is not JSON; export it again");
+    if (size > length - at - 8)
+      return fail(fmt::format("its chunk at byte {} is cut off; copy or export it again", at));
+    if (at == 12) chunks.json = {chars + at + 8, size};
+    if (type == 0x004E4942 && chunks.binary.data() == nullptr) chunks.binary = bytes.subspan(at + 8, size);
+    at += 8 + size;
+  }
+  return chunks;
 }
 
 /// "2.0" -> 2; -1 where it is no version.
@@ -143,7 +127,8 @@ void check_extensions(JsonFile& document) {
         name == "EXT_texture_webp" || name.starts_with("KHR_materials_")) {
       continue;
     }
-    const bool compressed = name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression";
+    const bool compressed = name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression" ||
+                            name == "KHR_meshopt_compression";
     fail(fmt::format("{} is not supported; export {}", nlohmann::json(name).dump().substr(0, 80),
                      compressed ? "without mesh compression" : "without it"));
   }
@@ -171,6 +156,80 @@ void check_unsigned(JsonFile& document) {
   }
 }
 
+/// The parser gets no extras and extensions: it knows none that matter here, and blows them up tenfold in memory.
+/// Some exporters write 12.0 where it wants 12.
+nlohmann::json plain(const nlohmann::json& value) {
+  if (value.is_number_float()) {
+    const double number = value.get<double>();
+    if (number != std::floor(number) || std::abs(number) > 1e15) return value;
+    if (number < 0) return static_cast<std::int64_t>(number);
+    return static_cast<std::uint64_t>(number);
+  }
+  if (!value.is_structured()) return value;
+  nlohmann::json out(value.type());
+  for (const auto& [key, member] : value.items()) {
+    if (value.is_array()) {
+      out.push_back(plain(member));
+    } else if (key != "extras" && key != "extensions") {
+      out[key] = plain(member);
+    }
+  }
+  return out;
+}
+
+/// The accessors that triangles are read from, by index.
+std::set<std::size_t> used_accessors(const nlohmann::json& document) {
+  std::set<std::size_t> used;
+  const auto add = [&](const nlohmann::json& object, const char* key) {
+    if (object.is_object() && object.contains(key) && object[key].is_number_unsigned()) {
+      used.insert(object[key].get<std::size_t>());
+    }
+  };
+  if (!document.contains("meshes")) return used;
+  for (const auto& mesh : document["meshes"]) {
+    if (!mesh.is_object() || !mesh.contains("primitives")) continue;
+    for (const auto& primitive : mesh["primitives"]) {
+      if (!primitive.is_object()) continue;
+      add(primitive, "indices");
+      if (primitive.contains("attributes")) add(primitive["attributes"], "POSITION");
+    }
+  }
+  return used;
+}
+
+/// What triangles come from, as JSON. Images, animations, accessors of normals and the like stay out: what is wrong
+/// with them does not matter to a mesh. Buffers too: GltfBuffers has them.
+nlohmann::json geometry(JsonFile& document, std::size_t max_elements) {
+  nlohmann::json out = nlohmann::json::object();
+  for (const char* key : {"asset", "scene", "scenes", "nodes", "meshes", "materials", "accessors", "bufferViews"}) {
+    const auto found = document.tree().find(key);
+    if (found == document.tree().end()) continue;
+    if (found->size() > max_elements) {
+      throw ContentError(fmt::format("{}:/{}: has {} elements, accepted are {}; split the file",
+                                     document.path().string(), key, found->size(), max_elements));
+    }
+    out[key] = plain(*found);
+  }
+  if (!out.contains("accessors") || !out["accessors"].is_array()) return out;
+  const std::set<std::size_t> used = used_accessors(out);
+  for (std::size_t i = 0; i < out["accessors"].size(); ++i) {
+    // An accessor that can be neither a position nor an index.
+    if (!used.contains(i)) out["accessors"][i] = {{"componentType", 5126}, {"count", 1}, {"type", "MAT4"}};
+  }
+  return out;
+}
+
+/// A library of meshes that no node places: each stands where it was modelled.
+void place_unplaced(tinygltf::Model& model) {
+  const auto places = [](const tinygltf::Node& node) { return node.mesh != -1; };
+  if (!model.scenes.empty() || std::ranges::any_of(model.nodes, places)) return;
+  for (std::size_t i = 0; i < model.meshes.size(); ++i) {
+    tinygltf::Node& node = model.nodes.emplace_back();
+    node.mesh = static_cast<int>(i);
+    node.name = model.meshes[i].name;
+  }
+}
+
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
@@ -186,29 +245,28 @@ GltfContainer::GltfContainer(std::span<const std::byte> bytes, const fs::path& n
     throw ContentError(fmt::format("{}: {} bytes, the limit is {}; decimate the meshes", name.string(), bytes.size(),
                                    limits.file_bytes));
   }
-  bool binary = false;
-  const std::string_view text = json_text(bytes, name.string(), binary);
-  document_ = std::make_unique<JsonFile>(
-      name, text, JsonLimits{.bytes = limits.file_bytes, .depth = limits.json_depth, .duplicate_keys = true});
+  const Chunks chunks = split(bytes, name.string());
+  document_ = std::make_unique<JsonFile>(name, chunks.json,
+                                         JsonLimits{.bytes = limits.json_bytes,
+                                                    .depth = limits.json_depth,
+                                                    .values = limits.json_values,
+                                                    .duplicate_keys = true});
   check_version(*document_);
   check_extensions(*document_);
   check_unsigned(*document_);
+  buffers_ = std::make_unique<GltfBuffers>(*document_, chunks.binary, limits.file_bytes);
 
-  AssetFolder asset{.folder = name.parent_path(), .budget = limits.file_bytes};
   tinygltf::TinyGLTF parser;
-  parser.SetFsCallbacks({&file_exists, &same_path, &read_whole_file, &write_nothing, &asset});
-  parser.SetImageLoader(&skip_image, nullptr);
+  parser.SetFsCallbacks({&file_exists, &same_path, &read_nothing, &write_nothing, nullptr});
   std::string error;
   std::string warning;
   bool good = false;
   try {
-    const auto length = static_cast<unsigned int>(bytes.size());
-    good = binary ? parser.LoadBinaryFromMemory(model_.get(), &error, &warning,
-                                                reinterpret_cast<const unsigned char*>(bytes.data()), length,
-                                                asset.folder.string())
-                  : parser.LoadASCIIFromString(model_.get(), &error, &warning,
-                                               reinterpret_cast<const char*>(bytes.data()), length,
-                                               asset.folder.string());
+    const std::string text = geometry(*document_, limits.instances).dump();
+    good = parser.LoadASCIIFromString(model_.get(), &error, &warning, text.data(),
+                                      static_cast<unsigned int>(text.size()), "");
+  } catch (const ContentError&) {
+    throw;
   } catch (const std::exception& e) {
     error += e.what();
   }
@@ -216,6 +274,7 @@ GltfContainer::GltfContainer(std::span<const std::byte> bytes, const fs::path& n
     throw ContentError(fmt::format("{}:/: is not valid glTF 2.0: {}; export it again", name.string(),
                                    error.empty() ? "the parser gave up" : one_line(error)));
   }
+  place_unplaced(*model_);
 }
 
 GltfContainer::~GltfContainer() = default;

@@ -119,7 +119,7 @@ JsonFile::JsonFile(std::filesystem::path path, std::string_view text, const Json
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
     throw ContentError(fmt::format("{}: is empty; copy or export it again", path_.string()));
   }
-  if (const auto finding = scan_json(text, limits.depth, limits.duplicate_keys)) {
+  if (const auto finding = scan_json(text, limits)) {
     throw ContentError(
         fmt::format("{}:{}: {}", path_.string(), line_and_column(text, finding->offset), finding->what));
   }

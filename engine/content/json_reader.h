@@ -35,7 +35,8 @@ namespace stylet::content {
 struct JsonLimits {
   std::size_t bytes = 4u << 20;
   int depth = 64;
-  bool duplicate_keys = false;  ///< allowed
+  std::size_t values = std::numeric_limits<std::size_t>::max();  ///< roughly: commas and brackets
+  bool duplicate_keys = false;                                   ///< allowed
 };
 
 /// Accepted values of a number, both ends included.

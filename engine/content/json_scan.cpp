@@ -26,10 +26,14 @@ std::string printable(std::string text, std::size_t bytes) {
   return text;
 }
 
-std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool allow_duplicate_keys) {
+std::optional<JsonScanFinding> scan_json(std::string_view text, const JsonLimits& limits) {
   std::vector<Level> levels;
+  std::size_t values = 1;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
+    if ((c == ',' || c == '{' || c == '[') && ++values > limits.values) {
+      return JsonScanFinding{i, fmt::format("has more than {} values; split the file", limits.values)};
+    }
     if (c == '"') {
       const std::size_t begin = i + 1;
       for (++i; i < text.size() && text[i] != '"'; ++i) {
@@ -39,13 +43,13 @@ std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool 
       if (levels.empty() || !levels.back().expects_key) continue;
       levels.back().expects_key = false;
       const std::string_view key = text.substr(begin, i - begin);
-      if (!allow_duplicate_keys && !levels.back().keys.insert(key).second) {
+      if (!limits.duplicate_keys && !levels.back().keys.insert(key).second) {
         return JsonScanFinding{
             begin - 1, fmt::format("key \"{}\" appears twice in one object; keep one", printable(std::string(key)))};
       }
     } else if (c == '{' || c == '[') {
-      if (static_cast<int>(levels.size()) >= depth) {
-        return JsonScanFinding{i, fmt::format("nested deeper than {} levels; flatten it", depth)};
+      if (static_cast<int>(levels.size()) >= limits.depth) {
+        return JsonScanFinding{i, fmt::format("nested deeper than {} levels; flatten it", limits.depth)};
       }
       levels.push_back({.object = c == '{', .expects_key = c == '{', .keys = {}});
     } else if (c == '}' || c == ']') {

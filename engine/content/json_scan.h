@@ -1,6 +1,8 @@
 // A look at JSON text before a parser builds anything from it: depth, duplicate keys, numbers that do not fit.
 #pragma once
 
+#include "engine/content/json_reader.h"
+
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -14,10 +16,10 @@ struct JsonScanFinding {
   std::string what;
 };
 
-/// First finding of: nesting deeper than `depth`, a key twice in one object (unless allowed), a number beyond double,
-/// NaN or infinity written as a word.
-/// Does not check syntax: the parser does. Linear time, no recursion.
-std::optional<JsonScanFinding> scan_json(std::string_view text, int depth, bool allow_duplicate_keys);
+/// First finding of: nesting too deep, more values than accepted, a key twice in one object (unless allowed), a
+/// number beyond double, NaN or infinity written as a word. Does not check syntax: the parser does. Linear time, no
+/// recursion.
+std::optional<JsonScanFinding> scan_json(std::string_view text, const JsonLimits& limits);
 
 /// Text of a file as a one-line message can show it: control characters replaced, shortened to `bytes`.
 std::string printable(std::string text, std::size_t bytes = 60);
