@@ -1,4 +1,4 @@
-// Third-party collections of broken and odd glTF files, where STYLET_TEST_DATA has them.
+// Broken glTF files made to do harm, and real organs, where STYLET_TEST_DATA has them.
 #include "engine/content/gltf.h"
 #include "engine/content/scenario.h"
 
@@ -61,21 +61,6 @@ TEST(HostileFiles, GetTheVerdictTheCollectionExpects) {
     ++checked;
   }
   EXPECT_GT(checked, 20);
-}
-
-TEST(HostileFiles, NoFileOfAnyCollectionCrashesTheReader) {
-  const auto folder = test_data("malformed");
-  if (folder.empty()) GTEST_SKIP() << "STYLET_TEST_DATA has no malformed";
-  int accepted = 0;
-  int refused = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    const std::string extension = entry.path().extension().string();
-    if (extension != ".glb" && extension != ".gltf") continue;
-    ++(refusal(entry.path()).empty() ? accepted : refused);
-  }
-  std::cout << accepted << " accepted, " << refused << " refused\n";
-  EXPECT_GT(refused, 0);
-  EXPECT_GT(accepted, 0);
 }
 
 TEST(HostileFiles, RealOrgansAreRead) {
