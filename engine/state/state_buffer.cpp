@@ -11,25 +11,11 @@
 namespace stylet::state {
 namespace {
 
-std::size_t count_values(const FrameState& s) {
-  std::size_t count = 3 * s.needle_positions.size() + 4 * s.needle_orientations.size() + 3 + 4 + 3 + 1 + 1;
-  for (const auto& body : s.bodies) count += 3 * body.size();
-  return count;
-}
-
 bool same_sizes(const FrameState& a, const FrameState& b) {
   return a.bodies.size() == b.bodies.size() && a.needle_positions.size() == b.needle_positions.size() &&
          a.needle_orientations.size() == b.needle_orientations.size() &&
          std::equal(a.bodies.begin(), a.bodies.end(), b.bodies.begin(),
                     [](const auto& x, const auto& y) { return x.size() == y.size(); });
-}
-
-void require_sizes(const FrameState& prototype, const FrameState& state, const char* what) {
-  if (same_sizes(prototype, state)) return;
-  fmt::print(stderr, "state buffer: {} has {} bodies, {} needle nodes and {} values in all instead of {}, {}, {}\n",
-             what, state.bodies.size(), state.needle_positions.size(), count_values(state), prototype.bodies.size(),
-             prototype.needle_positions.size(), count_values(prototype));
-  std::abort();
 }
 
 /// The one place that knows the order of the values in a slot: calls `vector(Vector3f&)`, `rotation(Quaternionf&)`
@@ -48,6 +34,22 @@ void for_each_value(State& s, Vector&& vector, Rotation&& rotation, Scalar&& sca
   scalar(s.target_distance);
   scalar(s.probe_force);
   scalar(s.probe_area);
+}
+
+std::size_t count_values(const FrameState& state) {
+  std::size_t count = 0;
+  for_each_value(
+      state, [&](const Eigen::Vector3f&) { count += 3; }, [&](const Eigen::Quaternionf&) { count += 4; },
+      [&](float) { ++count; });
+  return count;
+}
+
+void require_sizes(const FrameState& prototype, const FrameState& state, const char* what) {
+  if (same_sizes(prototype, state)) return;
+  fmt::print(stderr, "state buffer: {} has {} bodies, {} needle nodes and {} values in all instead of {}, {}, {}\n",
+             what, state.bodies.size(), state.needle_positions.size(), count_values(state), prototype.bodies.size(),
+             prototype.needle_positions.size(), count_values(prototype));
+  std::abort();
 }
 
 /// Reads a slot's values one after the other. Acquire: a value of a later publication brings with it the mark in

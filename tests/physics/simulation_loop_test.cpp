@@ -156,8 +156,8 @@ TEST(SimulationLoop, DampedTissueApproachesEquilibriumAtItsTimeConstant) {
   }
 }
 
-// A column that does not bulge stands under its weight: u(z) = rho g (H z - z^2 / 2) / E, and linear elements are exact
-// at the nodes of a line.
+// A column that does not bulge stands under its weight: u(z) = rho g (H z - z^2 / 2) / E. Nodes at the corners have
+// less weight for their stiffness than those next to them; means over a layer of nodes are exact.
 TEST(SimulationLoop, AColumnSettlesUnderItsWeightAsFarAsTheorySays) {
   constexpr double kWeight = 1000 * 9.81;  // N/m^3
   SimulationBody body = cube(6);
@@ -174,10 +174,15 @@ TEST(SimulationLoop, AColumnSettlesUnderItsWeightAsFarAsTheorySays) {
     loop.worker().step();
   }
   double worst = 0;
-  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
-    const double z = mesh.nodes[n].z();
+  for (int layer = 1; layer <= 6; ++layer) {
+    const double z = layer * kEdge / 6;
     const double exact = -kWeight * (kEdge * z - z * z / 2) / 10e3;
-    worst = std::max(worst, std::abs(loop.tissue().positions[0](2, Eigen::Index(n)) - z - exact));
+    double mean = 0;
+    const auto nodes =
+        support::nodes_where(mesh, [&](const Eigen::Vector3d& x) { return std::abs(x.z() - z) < 1e-9; });
+    for (const int n : nodes) mean += (loop.tissue().positions[0](2, n) - z) / static_cast<double>(nodes.size());
+    std::printf("z %.1f mm: %.4f mm, exact %.4f mm\n", 1e3 * z, 1e3 * mean, 1e3 * exact);
+    worst = std::max(worst, std::abs(mean - exact));
   }
   const double top = kWeight * kEdge * kEdge / 2 / 10e3;
   std::printf("top settles by %.3f mm, off by at most %.4f mm\n", 1e3 * top, 1e3 * worst);

@@ -27,7 +27,7 @@ constexpr double kRibBack = 212;
 
 // The section of the abdominal wall that is modelled.
 constexpr double kWallLeft = 76;
-constexpr double kWallRight = 184;
+constexpr double kWallRight = 196;
 constexpr double kWallBottom = -118.0_mm;
 constexpr double kWallTop = 95.0_mm;
 
