@@ -50,9 +50,9 @@ skipped() { cat build/*/ctest-*.log 2>/dev/null | grep -c '\*\*\*Skipped' || tru
 rm -f build/*/ctest-*.log
 data=-DSTYLET_TEST_DATA=${STYLET_TEST_DATA:-}
 
-stage "Build release" build release all_tests -DBUILD_TESTING=ON "$data"
+stage "Build release" build release all_tests -DBUILD_TESTING=ON -DSTYLET_DRACO=ON "$data"
 stage "Test release" run_tests release all || status=1
-stage "Build asan" build asan all_tests "$data"
+stage "Build asan" build asan all_tests -DSTYLET_DRACO=ON "$data"
 stage "Test asan" run_tests asan cpu -LE gpu || status=1
 # The Vulkan loader, layers and driver keep memory until the process ends and are unloaded before the leak check.
 ASAN_OPTIONS=detect_leaks=0 stage "Test asan, Vulkan" run_tests asan gpu -L gpu || status=1

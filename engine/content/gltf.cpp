@@ -144,15 +144,16 @@ private:
     const auto& node = model_.nodes[static_cast<std::size_t>(node_index)];
     GltfOrgan organ;
     organ.place = fmt::format("nodes/{}", node_index);
-    organ.name = node.name.empty() ? fmt::format("node_{}", node_index) : node.name;
-    for (char& c : organ.name) {
-      if (static_cast<unsigned char>(c) < 0x20) c = '?';
-    }
     if (node.mesh < 0 || static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) {
       fail(organ.place + "/mesh",
            fmt::format("is {}, the file has {} meshes; export it again", node.mesh, model_.meshes.size()));
     }
     const auto& mesh = model_.meshes[static_cast<std::size_t>(node.mesh)];
+    organ.name = node.name.empty() ? mesh.name : node.name;  // tools that split a node name only the upper one
+    if (organ.name.empty()) organ.name = fmt::format("node_{}", node_index);
+    for (char& c : organ.name) {
+      if (static_cast<unsigned char>(c) < 0x20) c = '?';
+    }
     if (mesh.primitives.empty()) fail(fmt::format("meshes/{}/primitives", node.mesh), "is empty; export it again");
 
     int material = -1;

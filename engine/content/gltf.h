@@ -54,7 +54,7 @@ struct TissueAnnotation {
 
 /// One node of the default scene that carries triangles.
 struct GltfOrgan {
-  std::string name;   ///< node name, else "node_<index>"
+  std::string name;   ///< of the node, else of its mesh, else "node_<index>"
   std::string place;  ///< nodes/3
   TriangleMesh mesh;  ///< patient frame, metres; all triangle primitives of the node, not welded
   OrganAnnotation organ;

@@ -1,5 +1,8 @@
 #include "engine/content/gltf_container.h"
 
+#include "engine/content/draco_decoder.h"
+#include "engine/content/gltf_draco.h"
+
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 #include <nlohmann/json.hpp>
@@ -111,7 +114,7 @@ void check_version(JsonFile& document) {
   }
 }
 
-/// Geometry is read without extensions but for quantisation; what only concerns looks is harmless.
+/// Geometry is read without extensions but for quantisation and Draco; what only concerns looks is harmless.
 void check_extensions(JsonFile& document) {
   const auto& json = document.tree();
   if (!json.contains("extensionsRequired")) return;
@@ -127,8 +130,11 @@ void check_extensions(JsonFile& document) {
         name == "EXT_texture_webp" || name.starts_with("KHR_materials_")) {
       continue;
     }
-    const bool compressed = name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression" ||
-                            name == "KHR_meshopt_compression";
+    if (name == "KHR_draco_mesh_compression") {
+      if (draco_decoder().empty()) fail(kWithoutDraco);
+      continue;
+    }
+    const bool compressed = name == "EXT_meshopt_compression" || name == "KHR_meshopt_compression";
     fail(fmt::format("{} is not supported; export {}", nlohmann::json(name).dump().substr(0, 80),
                      compressed ? "without mesh compression" : "without it"));
   }
@@ -262,7 +268,9 @@ GltfContainer::GltfContainer(std::span<const std::byte> bytes, const fs::path& n
   std::string warning;
   bool good = false;
   try {
-    const std::string text = geometry(*document_, limits.instances).dump();
+    nlohmann::json json = geometry(*document_, limits.instances);
+    decompress_draco(*document_, json, *buffers_, limits);
+    const std::string text = json.dump();
     good = parser.LoadASCIIFromString(model_.get(), &error, &warning, text.data(),
                                       static_cast<unsigned int>(text.size()), "");
   } catch (const ContentError&) {

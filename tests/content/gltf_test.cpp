@@ -210,7 +210,7 @@ INSTANTIATE_TEST_SUITE_P(
         Defect{"MinVersion", [](Glb& g) { g.json["asset"]["minVersion"] = "3.0"; }, ":/asset/minVersion"},
         Defect{"RequiredExtension", [](Glb& g) { g.json["extensionsRequired"] = {"FOO_bar"}; },
                ":/extensionsRequired: \"FOO_bar\" is not supported"},
-        Defect{"Draco", [](Glb& g) { g.json["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
+        Defect{"Meshopt", [](Glb& g) { g.json["extensionsRequired"] = {"EXT_meshopt_compression"}; },
                "without mesh compression"},
         Defect{"DefaultScene", [](Glb& g) { g.json["scene"] = 9; }, ":/scene: is 9"},
         Defect{"SceneNode", [](Glb& g) { g.json["scenes"][0]["nodes"] = {42}; }, ":/nodes/42"},
