@@ -1,6 +1,5 @@
 #include "engine/content/stuffing.h"
 
-#include "engine/content/tet_manifold.h"
 #include "engine/content/tet_smoothing.h"
 
 #include <algorithm>
@@ -334,9 +333,10 @@ private:
 
 }  // namespace
 
-physics::TetMesh stuff(const SignedDistance& distance, const Eigen::AlignedBox3d& box, double cell, int smoothing) {
+physics::TetMesh stuff(const SignedDistance& distance, const Eigen::AlignedBox3d& box, double cell, int smoothing,
+                       Parts parts) {
   physics::TetMesh mesh = Stuffing(distance, box, cell).fill();
-  keep_manifold_part(mesh);
+  keep_manifold_part(mesh, parts);
   smooth(mesh, distance, cell, smoothing);
   return mesh;
 }

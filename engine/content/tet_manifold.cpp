@@ -179,11 +179,11 @@ void drop_unused_nodes(physics::TetMesh& mesh) {
 
 }  // namespace
 
-void keep_manifold_part(physics::TetMesh& mesh) {
+void keep_manifold_part(physics::TetMesh& mesh, Parts parts) {
   bool changed = true;
   while (changed && !mesh.tets.empty()) {  // ends: every round but the last takes tetrahedra away
     std::vector<char> drop(mesh.tets.size(), 0);
-    mark_smaller_parts(mesh, drop);
+    if (parts == Parts::largest) mark_smaller_parts(mesh, drop);
     changed = erase_marked(mesh, drop);
     drop.assign(mesh.tets.size(), 0);
     mark_pinches(mesh, drop);

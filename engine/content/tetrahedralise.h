@@ -7,7 +7,9 @@
 
 #include <Eigen/Geometry>
 
+#include <span>
 #include <string>
+#include <vector>
 
 namespace stylet::content {
 
@@ -27,7 +29,20 @@ struct TetrahedraliseSettings {
   std::string where = "surface";  ///< named in errors: file and node
 };
 
-/// Isosurface stuffing (stuffing.h) of a solid.
+/// Tetrahedra of a solid in pieces.
+struct FilledPieces {
+  physics::TetMesh mesh;        ///< one piece after the other
+  double cell = 0;              ///< m
+  std::vector<double> volumes;  ///< m^3 of tetrahedra, 0 of a piece left out  [pieces]
+};
+
+/// Isosurface stuffing (stuffing.h), piece by piece: what lies close together stays apart. Of several pieces those of
+/// less than four cells, and those of which less than half can be filled, are left out; where the volume counts, it
+/// is that of the others, and what is left out is as small as the error.
+/// @throws ContentError  no tetrahedron at this cell size; the volume is not reached; worse than min_dihedral_deg
+FilledPieces fill_pieces(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings);
+
+/// The same of one piece.
 /// @throws ContentError  no tetrahedron at this cell size; worse than min_dihedral_deg
 physics::TetMesh tetrahedralise(const SolidShape& solid, const TetrahedraliseSettings& settings);
 

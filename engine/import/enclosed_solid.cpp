@@ -242,6 +242,12 @@ double EnclosedSolid::volume() const {
   return cubes * spacing_ * spacing_ * spacing_;
 }
 
+double EnclosedSolid::area() const {
+  const auto layer = static_cast<float>(spacing_);  // just outside
+  const auto nodes = std::count_if(distance_.begin(), distance_.end(), [&](float d) { return d >= 0 && d < layer; });
+  return static_cast<double>(nodes) * spacing_ * spacing_;
+}
+
 double EnclosedSolid::depth() const {
   return -static_cast<double>(*std::min_element(distance_.begin(), distance_.end()));
 }

@@ -41,6 +41,9 @@ public:
   double spacing() const { return spacing_; }
   /// Of the nodes inside, m^3.
   double volume() const;
+  /// Of its surface, m^2: that of a thin wall is its two sides. A tenth wrong, more where curved within a few
+  /// spacings.
+  double area() const;
   /// Largest distance from the surface of a node inside, m. A double wall has its thickness, whatever its volume.
   double depth() const;
   /// Of the soup; contains the solid.

@@ -25,6 +25,26 @@ const char* name_of(SolidFrom from) {
   return "";
 }
 
+/// The pieces of an organ, largest first.
+template <typename Out>
+void print_pieces(Out out, const ImportReport& report) {
+  constexpr std::size_t kLines = 20;
+  std::vector<PieceReport> pieces = report.pieces;
+  if (pieces.size() < 2) return;
+  std::stable_sort(pieces.begin(), pieces.end(),
+                   [](const PieceReport& a, const PieceReport& b) { return a.volume > b.volume; });
+  for (std::size_t p = 0; p < std::min(pieces.size(), kLines); ++p) {
+    fmt::format_to(out, "{:<14} {:>9.4g} ml; tetrahedra ", p == 0 ? "pieces" : "", pieces[p].volume * 1e6);
+    if (pieces[p].tetrahedra == 0) {
+      fmt::format_to(out, "none, left out\n");
+    } else {
+      fmt::format_to(out, "{:.4g} ml ({:+.2f} %)\n", pieces[p].tetrahedra * 1e6,
+                     100 * (pieces[p].tetrahedra / pieces[p].volume - 1));
+    }
+  }
+  if (pieces.size() > kLines) fmt::format_to(out, "               and {} smaller ones\n", pieces.size() - kLines);
+}
+
 /// Names of the files an organ comes from.
 std::string file_names(const OrganParts& parts) {
   std::string names = parts.file->path.filename().string();
@@ -73,12 +93,16 @@ std::string report_json(const ImportedOrgan& organ, const OrganParts& parts) {
                   {"non_manifold_edges", r.non_manifold_edges},
                   {"welded_volume_m3", r.welded_volume}};
   json["solid"] = {{"from", name_of(r.from)}, {"gap_m", r.gap}, {"volume_m3", r.volume}};
+  for (const PieceReport& piece : r.pieces) {
+    json["solid"]["pieces"].push_back({{"volume_m3", piece.volume}, {"tetrahedra_m3", piece.tetrahedra}});
+  }
   json["surface"] = {{"vertices", surface.vertices},
                      {"triangles", surface.triangles},
                      {"area_m2", surface.area},
                      {"volume_m3", surface.volume}};
   json["tetrahedra"] = {{"nodes", r.nodes},
                         {"tetrahedra", r.tetrahedra},
+                        {"cell_m", r.cell},
                         {"volume_m3", r.quality.volume},
                         {"volume_error", r.volume_error()},
                         {"inverted", r.quality.inverted},
@@ -110,6 +134,7 @@ std::string report_text(const ImportedOrgan& organ, const OrganParts& parts) {
   if (r.gap > 0) fmt::format_to(out, ", openings up to {:.2g} mm closed", r.gap * 1e3);
   fmt::format_to(out, "\nvolume         {:.4g} ml; tetrahedra {:.4g} ml ({:+.2f} %)\n", r.volume * 1e6,
                  r.quality.volume * 1e6, 100 * r.volume_error());
+  print_pieces(out, r);
   fmt::format_to(out, "tetrahedra     {} with {} nodes, dihedral angles {:.1f} to {:.1f} degrees, {} inverted\n",
                  r.tetrahedra, r.nodes, r.quality.min_dihedral_deg, r.quality.max_dihedral_deg, r.quality.inverted);
   fmt::format_to(out, "\nsmallest dihedral angle of a tetrahedron\n");

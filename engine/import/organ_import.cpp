@@ -3,6 +3,7 @@
 #include "engine/content/error.h"
 #include "engine/content/solid.h"
 #include "engine/content/surface_mesh.h"
+#include "engine/content/surface_pieces.h"
 #include "engine/content/tetrahedralise.h"
 #include "engine/import/enclosed_solid.h"
 #include "engine/import/label_solid.h"
@@ -26,17 +27,32 @@ using content::TriangleMesh;
 
 // Openings tried one after the other where nothing is said, m. Sheets of real organs meet within fractions of a
 // millimetre; vessels that were cut off leave holes of some millimetres.
-constexpr std::array kGaps{0.5e-3, 1e-3, 2e-3, 4e-3, 6e-3};
+// The last only confirms the one before it.
+constexpr std::array kGaps{0.5e-3, 1e-3, 2e-3, 4e-3, 6e-3, 9e-3};
+constexpr double kConfirmed = 0.1;          // of the volume, which a wider gap changes less
 constexpr double kFinestSpacing = 0.25e-3;  // m
 constexpr double kSpacings = 250;           // of the enclosure along the diagonal of the organ, at least
-// A solid is deeper than this share of its box's diagonal; walls and sheets are not.
-constexpr double kLeastDepth = 0.012;
+constexpr double kNodes = 3e6;              // or as many of its box: finer where it is long and narrow
+// Isoperimetric quotient 36 pi V^2 / A^3 of a solid: a tube has 4.5 radius/length, a wall 14 thickness^2/area.
+constexpr double kLeastQuotient = 2e-3;
+constexpr double kSurfaceLattice = 2e6;  // cells
+constexpr double kDebris = 4;            // surface cells by volume; smaller bubbles of an enclosure are no pieces
 
 struct ShapeOfOrgan {
-  SolidShape shape;
-  TriangleMesh surface;                // empty: to be made from the shape
-  std::shared_ptr<const void> holder;  // what the distance stands on
+  std::vector<SolidShape> pieces;
+  TriangleMesh surface;                              // empty: to be made from the one piece there is
+  std::vector<std::shared_ptr<const void>> holders;  // what the distances stand on
 };
+
+/// The solid in a closed surface, or in one of several.
+void add_piece(ShapeOfOrgan& shape, const TriangleMesh& closed) {
+  auto solid = std::make_shared<content::Solid>(closed);
+  shape.pieces.push_back(
+      {.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
+       .box = solid->bounds(),
+       .volume = content::inspect(closed).volume});
+  shape.holders.push_back(std::move(solid));
+}
 
 TriangleMesh merged(const OrganParts& organ) {
   TriangleMesh soup;
@@ -49,32 +65,49 @@ std::string describe(const SurfaceReport& report) {
                      report.non_manifold_edges);
 }
 
-/// The solid inside a dirty surface, through the smallest gap that gives one.
+/// Not a wall or a sheet.
+bool has_inside(const EnclosedSolid& solid) {
+  if (solid.depth() < 1.5 * solid.spacing()) return false;
+  const double volume = solid.volume(), area = solid.area();
+  return 36 * std::numbers::pi * volume * volume > kLeastQuotient * area * area * area;
+}
+
+ShapeOfOrgan enclosed(const std::shared_ptr<const EnclosedSolid>& solid, const SurfaceReport& surface,
+                      ImportReport& report) {
+  report.from = SolidFrom::enclosure;
+  report.gap = solid->gap();
+  report.notes.push_back(fmt::format("the surface is not closed ({}); openings up to {:.2g} mm were closed",
+                                     describe(surface), solid->gap() * 1e3));
+  return {
+      .pieces = {{.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
+                  .box = solid->bounds(),
+                  .volume = solid->volume()}},
+      .surface = {},
+      .holders = {solid}};
+}
+
+/// The solid inside a dirty surface, through the smallest gap that gives one, which the next gap confirms: else a
+/// part of the organ is closed and the rest still open.
 ShapeOfOrgan enclose(const OrganParts& organ, const TriangleMesh& soup, const SurfaceReport& surface,
                      const ImportSettings& settings, const ImportProgress& progress, ImportReport& report) {
-  const double diagonal = surface.bounds.sizes().norm();
+  const Eigen::Vector3d size = surface.bounds.sizes();
+  const double finest =
+      std::max(kFinestSpacing, std::min(size.norm() / kSpacings, std::cbrt((size.array() + 10e-3).prod() / kNodes)));
   std::vector<double> gaps(kGaps.begin(), kGaps.end());
   if (settings.gap) gaps = {*settings.gap};
-  double deepest = 0, widest = 0;
+  std::shared_ptr<const EnclosedSolid> last;
   for (const double gap : gaps) {
-    if (!settings.gap && gap > 0.05 * diagonal) break;
+    if (last && gap <= last->gap()) continue;
     progress(fmt::format("{}: looking for its inside, gaps of {:g} mm closed", organ.id, gap * 1e3));
-    const double spacing =
-        std::min(std::max(diagonal / kSpacings, kFinestSpacing), std::max(gap, 4 * kFinestSpacing));
-    auto solid = std::make_shared<EnclosedSolid>(soup, gap, spacing);
-    deepest = std::max(deepest, solid->depth());
-    widest = std::max(widest, solid->gap());
-    if (solid->depth() < kLeastDepth * diagonal) continue;
-    report.from = SolidFrom::enclosure;
-    report.gap = solid->gap();
-    report.notes.push_back(fmt::format("the surface is not closed ({}); openings up to {:.2g} mm were closed",
-                                       describe(surface), solid->gap() * 1e3));
-    return {
-        .shape = {.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
-                  .box = solid->bounds(),
-                  .volume = solid->volume()},
-        .surface = {},
-        .holder = solid};
+    auto solid =
+        std::make_shared<const EnclosedSolid>(soup, gap, std::min(finest, std::max(gap, 4 * kFinestSpacing)));
+    if (settings.gap && has_inside(*solid)) return enclosed(solid, surface, report);
+    if (last && has_inside(*last) && std::abs(solid->volume() / last->volume() - 1) < kConfirmed) {
+      return enclosed(last, surface, report);
+    }
+    const bool confirms_only = last && gap > 0.05 * size.norm();
+    if (confirms_only) break;
+    last = std::move(solid);
   }
   const std::string where = organ.parts.front()->place;
   if (surface.closed()) {
@@ -83,10 +116,10 @@ ShapeOfOrgan enclose(const OrganParts& organ, const TriangleMesh& soup, const Su
                     "parts that close its inside, or give its outer surface alone",
                     where, organ.id, surface.volume * 1e6, surface.area * 1e4));
   }
-  throw ContentError(fmt::format(
-      "{}: {} has no inside: {}; deepest point {:.2g} mm from outside with gaps of {:.2g} mm closed; add the "
-      "parts that close it, or raise --gap",
-      where, organ.id, describe(surface), deepest * 1e3, widest * 1e3));
+  throw ContentError(
+      fmt::format("{}: {} has no inside: {}; with gaps of {:.2g} mm closed it is a wall of {:.2g} mm, or still open "
+                  "in places; add the parts that close it, or raise --gap",
+                  where, organ.id, describe(surface), last->gap() * 1e3, 2e3 * last->volume() / last->area()));
 }
 
 std::shared_ptr<const LabelSolid> solid_of_labels(const OrganParts& organ) {
@@ -117,19 +150,60 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
     try {
       const bool as_it_is = !settings.solid && surface.closed() && surface.oriented();
       TriangleMesh closed = as_it_is ? clean : content::solid_surface(clean, where);
-      report.volume = content::inspect(closed).volume;
-      auto solid = std::make_shared<content::Solid>(closed);
-      return {
-          .shape = {.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
-                    .box = solid->bounds(),
-                    .volume = report.volume},
-          .surface = std::move(closed),
-          .holder = solid};
+      const auto outer = as_it_is ? std::optional(content::OuterPieces{.pieces = {std::move(closed)}})
+                                  : content::outer_pieces(closed);
+      if (outer) {
+        ShapeOfOrgan shape;
+        for (const TriangleMesh& piece : outer->pieces) {
+          add_piece(shape, piece);
+          append(shape.surface, piece);
+        }
+        if (outer->inner > 0) {
+          report.notes.push_back(
+              fmt::format("{} closed surface(s) inside another were left out: the organ is filled", outer->inner));
+        }
+        return shape;
+      }
     } catch (const ContentError& error) {
       // Not closed, pinched or a double wall: what it encloses may still be a solid.
     }
   }
   return enclose(organ, clean, surface, settings, progress, report);
+}
+
+/// The surface of the one piece there is; it may turn out to be several.
+void make_new_surface(const OrganParts& organ, const ImportSettings& settings, ShapeOfOrgan& shape) {
+  const SolidShape whole = shape.pieces.front();
+  // Finer where little of the box is filled, as long as the lattice is not too large.
+  const Eigen::Vector3d size = whole.box.sizes();
+  const double cell = std::max(std::cbrt(size.prod() / kSurfaceLattice),
+                               std::min(size.norm(), 3.5 * std::cbrt(whole.volume)) / settings.surface_cells);
+  const TriangleMesh made =
+      content::boundary_surface(content::stuff(whole.distance, whole.box, cell, 2, content::Parts::all)).mesh;
+  std::vector<TriangleMesh> surfaces = content::connected_pieces(made);
+  std::erase_if(surfaces, [&](const TriangleMesh& piece) {
+    return content::inspect(piece).volume < kDebris * cell * cell * cell;
+  });
+  if (surfaces.empty()) {
+    throw ContentError(fmt::format("{}: {} is thinner than {:.2g} mm everywhere; there is nothing to fill",
+                                   organ.parts.front()->place, organ.id, cell * 1e3));
+  }
+  for (const TriangleMesh& surface : surfaces) append(shape.surface, surface);
+  if (surfaces.size() == 1) return;
+  ShapeOfOrgan pieces;
+  for (const TriangleMesh& surface : surfaces) add_piece(pieces, surface);
+  // The shape itself, of which the new surface is an image, near that of the piece.
+  const double scale = whole.volume / content::inspect(shape.surface).volume;
+  for (SolidShape& piece : pieces.pieces) {
+    piece.distance = [all = whole.distance, near = piece.distance, slack = cell / 2](const Eigen::Vector3d& x) {
+      const double distance = all(x);
+      return distance < 0 ? std::max(distance, near(x) - slack) : distance;
+    };
+    piece.box = Eigen::AlignedBox3d(piece.box.min().array() - cell, piece.box.max().array() + cell);
+    piece.volume *= scale;
+  }
+  shape.pieces = std::move(pieces.pieces);
+  shape.holders.insert(shape.holders.end(), pieces.holders.begin(), pieces.holders.end());
 }
 
 /// Fills all of `out` but its tetrahedra.
@@ -144,11 +218,11 @@ ShapeOfOrgan make_surface(const OrganParts& organ, const ImportSettings& setting
     const std::shared_ptr<const LabelSolid> solid = solid_of_labels(organ);
     report.from = SolidFrom::labels;
     shape = {
-        .shape = {.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
-                  .box = solid->bounds(),
-                  .volume = solid->volume()},
+        .pieces = {{.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
+                    .box = solid->bounds(),
+                    .volume = solid->volume()}},
         .surface = {},
-        .holder = solid};
+        .holders = {solid}};
     if (solid->touches_rim()) {
       report.notes.emplace_back(
           "it reaches the rim of the volume: the scan ends inside it, and it is cut off flat there");
@@ -156,20 +230,27 @@ ShapeOfOrgan make_surface(const OrganParts& organ, const ImportSettings& setting
   } else {
     shape = shape_of_surfaces(organ, settings, progress, report);
   }
-  report.volume = shape.shape.volume;
-
-  if (!shape.surface.triangles.empty()) {
-    out.surface = std::move(shape.surface);
-  } else {
+  for (const SolidShape& piece : shape.pieces) report.volume += piece.volume;
+  if (shape.surface.triangles.empty()) {
     progress(fmt::format("{}: new surface", organ.id));
-    const double cell = shape.shape.box.sizes().norm() / settings.surface_cells;
-    out.surface = content::boundary_surface(content::stuff(shape.shape.distance, shape.shape.box, cell, 2)).mesh;
-    if (out.surface.triangles.empty()) {
-      throw ContentError(fmt::format("{}: {} is thinner than {:.2g} mm everywhere; there is nothing to fill",
-                                     organ.parts.front()->place, organ.id, cell * 1e3));
-    }
+    make_new_surface(organ, settings, shape);
   }
+  out.surface = shape.surface;
   return shape;
+}
+
+void note_pieces(ImportReport& report) {
+  const auto& pieces = report.pieces;
+  if (pieces.size() < 2) return;
+  const auto left_out = static_cast<std::size_t>(
+      std::count_if(pieces.begin(), pieces.end(), [](const PieceReport& piece) { return piece.tetrahedra == 0; }));
+  std::string note = fmt::format("it is in {} pieces; tetrahedra fill {} of {:.3g} ml", pieces.size(),
+                                 pieces.size() - left_out, report.filled_volume() * 1e6);
+  if (left_out > 0) {
+    note += fmt::format(", {} of {:.3g} ml together are left out: smaller than a few cells of {:.2g} mm", left_out,
+                        (report.volume - report.filled_volume()) * 1e6, report.cell * 1e3);
+  }
+  report.notes.push_back(std::move(note));
 }
 
 }  // namespace
@@ -186,11 +267,17 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   const ShapeOfOrgan shape = make_surface(organ, settings, progress, out);
   ImportReport& report = out.report;
   progress(fmt::format("{}: tetrahedra", organ.id));
-  out.mesh = content::tetrahedralise(shape.shape, {.cell = settings.cell,
-                                                   .target_nodes = settings.target_nodes,
-                                                   .volume_error = settings.volume_error,
-                                                   .node_tolerance = 0.05,
-                                                   .where = organ.parts.front()->place});
+  content::FilledPieces filled = content::fill_pieces(shape.pieces, {.cell = settings.cell,
+                                                                     .target_nodes = settings.target_nodes,
+                                                                     .volume_error = settings.volume_error,
+                                                                     .node_tolerance = 0.05,
+                                                                     .where = organ.parts.front()->place});
+  out.mesh = std::move(filled.mesh);
+  report.cell = filled.cell;
+  for (std::size_t p = 0; p < shape.pieces.size(); ++p) {
+    report.pieces.push_back({.volume = shape.pieces[p].volume, .tetrahedra = filled.volumes[p]});
+  }
+  note_pieces(report);
   report.nodes = out.mesh.nodes.size();
   report.tetrahedra = out.mesh.tets.size();
   report.quality = content::tet_quality(out.mesh);

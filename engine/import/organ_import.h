@@ -29,6 +29,12 @@ enum class SolidFrom {
   labels,          ///< voxels
 };
 
+/// One connected part of the solid, m^3.
+struct PieceReport {
+  double volume = 0;
+  double tetrahedra = 0;  ///< 0: left out, smaller than a few cells or thinner than one
+};
+
 /// What was found, repaired and guessed. Lengths in m, volumes in m^3.
 struct ImportReport {
   int parts = 0;
@@ -42,13 +48,20 @@ struct ImportReport {
   SolidFrom from = SolidFrom::closed_surface;
   double gap = 0;     ///< closed; 0: none
   double volume = 0;  ///< of the solid
-  double cell = 0;
+  double cell = 0;    ///< of the lattice
+  std::vector<PieceReport> pieces;
   std::size_t nodes = 0, tetrahedra = 0;
   content::TetQuality quality;
   std::vector<int> dihedral_histogram;  ///< tetrahedra by their smallest dihedral angle, 5 degrees a bin from 0
   std::vector<std::string> notes;       ///< what an author should know, one line each
 
-  double volume_error() const { return volume > 0 ? quality.volume / volume - 1 : 0; }
+  /// Of the pieces that tetrahedra fill.
+  double filled_volume() const {
+    double filled = 0;
+    for (const PieceReport& piece : pieces) filled += piece.tetrahedra > 0 ? piece.volume : 0;
+    return filled;
+  }
+  double volume_error() const { return filled_volume() > 0 ? quality.volume / filled_volume() - 1 : 0; }
 };
 
 struct ImportedOrgan {

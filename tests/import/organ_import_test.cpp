@@ -166,6 +166,125 @@ TEST(ImportOrgan, RefusesWhatHasNoInsideAndSaysWhy) {
   EXPECT_LE(std::stod(why.substr(gaps + 13)) * 1e-3, 0.05 * 3 * 0.01) << why;
 }
 
+double ball_volume(double radius) {
+  return 4.0 / 3 * std::numbers::pi * radius * radius * radius;
+}
+
+/// Closed parts of the boundary of its tetrahedra; each is a ball's.
+int filled_balls(const ImportedOrgan& organ) {
+  const content::SurfaceReport boundary = content::inspect(content::boundary_surface(organ.mesh).mesh);
+  EXPECT_TRUE(boundary.closed());
+  EXPECT_EQ(boundary.euler_characteristic(), 2 * boundary.components);
+  return boundary.components;
+}
+
+TEST(ImportOrgan, EveryPieceOfAFewCellsIsFilled) {
+  // Two balls closer to each other than a cell, and a crumb.
+  TriangleMesh balls = icosphere({0, 0, 0}, 0.04, 4);
+  append(balls, icosphere({0.0665, 0, 0}, 0.025, 4));
+  append(balls, icosphere({0, 0.05, 0}, 0.001, 2));
+  const std::vector<SourceFile> files{file_of({part("balls", balls)})};
+  const OrganParts parts = assign_parts(files, {})[0];
+  const ImportedOrgan organ = import_organ(parts, {}, kQuiet);
+  expect_sound(organ);
+  EXPECT_EQ(organ.report.from, SolidFrom::closed_surface);
+  EXPECT_EQ(filled_balls(organ), 2);
+  ASSERT_EQ(organ.report.pieces.size(), 3u);
+  EXPECT_NEAR(organ.report.pieces[1].volume, ball_volume(0.025), 0.01 * ball_volume(0.025));
+  EXPECT_NEAR(organ.report.pieces[1].tetrahedra, ball_volume(0.025), 0.08 * ball_volume(0.025));
+  EXPECT_EQ(organ.report.pieces[2].tetrahedra, 0);
+  EXPECT_NEAR(organ.report.volume - organ.report.filled_volume(), ball_volume(0.001), 0.1 * ball_volume(0.001));
+  ASSERT_EQ(organ.report.notes.size(), 1u);
+  EXPECT_NE(organ.report.notes[0].find("in 3 pieces; tetrahedra fill 2"), std::string::npos);
+  EXPECT_NE(report_text(organ, parts).find("none, left out"), std::string::npos);
+  // Asked for cells that only the larger ball has a few of.
+  EXPECT_EQ(filled_balls(import_organ(parts, {.cell = 0.03}, kQuiet)), 1);
+}
+
+TEST(ImportOrgan, PiecesOfLabelsAndOfWhatIsEnclosedAreFilled) {
+  LabelImage image;
+  image.size = {66, 36, 36};
+  image.patient_from_voxel.linear() = Eigen::Vector3d::Constant(0.4e-3).asDiagonal();
+  const Eigen::Vector3d centre = image.patient_from_voxel * Eigen::Vector3d(17, 17, 17);
+  for (int k = 0; k < image.size.z(); ++k) {
+    for (int j = 0; j < image.size.y(); ++j) {
+      for (int i = 0; i < image.size.x(); ++i) {
+        const Eigen::Vector3d x = image.patient_from_voxel * Eigen::Vector3d(i, j, k) - centre;
+        image.labels.push_back(x.norm() < 0.006 || (x - Eigen::Vector3d(0.0125, 0, 0)).norm() < 0.005 ? 5 : 0);
+      }
+    }
+  }
+  SourceFile labels = file_of({});
+  labels.image = image;
+  labels.parts = {part("label_5", {})};
+  labels.parts[0].label = 5;
+
+  TriangleMesh open = half_sphere(1);
+  append(open, half_sphere(-1));
+  for (Eigen::Vector3d& v : open.vertices) v *= 0.006 / kOrganRadius;
+  open.triangles.pop_back();
+  const TriangleMesh one = open;
+  append(open, one);
+  for (std::size_t v = one.vertices.size(); v < open.vertices.size(); ++v) {
+    open.vertices[v] = open.vertices[v] * (0.005 / 0.006) + Eigen::Vector3d(0.0125, 0, 0);
+  }
+  for (const SourceFile& file : {labels, file_of({part("open", open)})}) {
+    const std::vector<SourceFile> files{file};
+    const ImportedOrgan organ = import_organ(assign_parts(files, {})[0], {.surface_cells = 40}, kQuiet);
+    expect_sound(organ);
+    EXPECT_NE(organ.report.from, SolidFrom::closed_surface);
+    EXPECT_EQ(filled_balls(organ), 2);
+    EXPECT_EQ(content::inspect(organ.surface).components, 2);
+    ASSERT_EQ(organ.report.pieces.size(), 2u);
+    for (const PieceReport& piece : organ.report.pieces) {
+      const double expected = ball_volume(piece.volume > ball_volume(0.0055) ? 0.006 : 0.005);
+      EXPECT_NEAR(piece.volume, expected, 0.02 * expected);
+    }
+  }
+}
+
+TEST(ImportOrgan, WallsInsideAreFilledAndOverlapsCountOnce) {
+  TriangleMesh hollow = icosphere({0, 0, 0}, 0.01, 3);
+  append(hollow, icosphere({0, 0, 0}, 0.009, 3));
+  TriangleMesh two = icosphere({0, 0, 0}, 0.01, 4);
+  append(two, icosphere({0.01, 0, 0}, 0.01, 4));
+  const std::vector<SourceFile> files{file_of({part("hollow", hollow), part("two", two)})};
+  const std::vector<OrganParts> organs = assign_parts(files, {});
+  const ImportedOrgan filled = import_organ(organs.at(0), {}, kQuiet);
+  expect_sound(filled);
+  EXPECT_NEAR(filled.report.volume, ball_volume(0.01), 0.02 * ball_volume(0.01));
+  EXPECT_EQ(filled.report.pieces.size(), 1u);
+  EXPECT_EQ(filled.report.notes.size(), 1u);
+
+  const ImportedOrgan joined = import_organ(organs.at(1), {.surface_cells = 40}, kQuiet);
+  expect_sound(joined);
+  EXPECT_EQ(joined.report.from, SolidFrom::enclosure);
+  const double lens = std::numbers::pi * 5 / 12 * std::pow(0.01, 3);  // of two equal balls a radius apart
+  EXPECT_NEAR(joined.report.volume, 2 * ball_volume(0.01) - lens, 0.02 * ball_volume(0.01));
+}
+
+TEST(ImportOrgan, AnOpenTubeIsSlenderNotEmpty) {
+  // 1.8 mm wide, 100 mm long, open at both ends, as a ureter that was cut off.
+  TriangleMesh tube;
+  constexpr std::uint32_t kRound = 24, kAlong = 101;
+  constexpr double kTube = 0.9e-3;
+  for (std::uint32_t i = 0; i < kAlong; ++i) {
+    for (std::uint32_t j = 0; j < kRound; ++j) {
+      const double turn = 2 * std::numbers::pi * j / kRound;
+      tube.vertices.emplace_back(kTube * std::cos(turn), 1e-3 * i, kTube * std::sin(turn));
+      if (i == 0) continue;
+      const std::uint32_t a = i * kRound + j, b = i * kRound + (j + 1) % kRound;
+      tube.triangles.push_back({a, b, a - kRound});
+      tube.triangles.push_back({b, b - kRound, a - kRound});
+    }
+  }
+  const std::vector<SourceFile> files{file_of({part("tube", tube)})};
+  const ImportedOrgan organ = import_organ(assign_parts(files, {})[0], {}, kQuiet);
+  expect_sound(organ);
+  const double expected = std::numbers::pi * kTube * kTube * 0.1;
+  EXPECT_NEAR(organ.report.volume, expected, 0.05 * expected);
+}
+
 TEST(ImportOrgan, LabelsBecomeASolidWhereTheyAre) {
   // A ball of voxels, 1.5 x 2 x 2.5 mm, axes of a scanner.
   LabelImage image;

@@ -282,6 +282,7 @@ void add_import(CLI::App& app, int& exit_code) {
       "same extras.organ.id; in files without any, each closed part is an organ, and the others make one together.\n"
       "The parts are welded and cleaned; where they do not close, the inside is what cannot be reached from "
       "outside.\n"
+      "Each piece of the organ gets tetrahedra, if it holds a few cells; the report lists them.\n"
       "Each organ's folder holds\n"
       "  surface.glb      its closed surface, annotated, for scenarios\n"
       "  tetrahedra.vtk   its tetrahedra, for ParaView, Gmsh and SOFA\n"
