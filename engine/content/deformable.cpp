@@ -75,9 +75,10 @@ std::vector<Eigen::Vector4d> sample_points() {
   return points;
 }
 
-/// Fills tet_tissue by the centroid and tet_mechanics by volume fraction.
-void give_tissues(const BodyRequest& request, const Organ& boundary, std::span<const Organ> organs,
-                  std::span<const Tissue> tissues, DeformableBody& body) {
+}  // namespace
+
+void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::span<const Tissue> tissues,
+                  DeformableBody& body) {
   struct Region {
     std::uint8_t tissue;
     bool labels;  // a vessel changes how the tetrahedra around it yield, not what they are called
@@ -86,7 +87,7 @@ void give_tissues(const BodyRequest& request, const Organ& boundary, std::span<c
   std::vector<Region> regions;
   for (const Organ& organ : organs) {
     const bool part = organ.role == SurfaceRole::region || organ.role == SurfaceRole::target;
-    if (organ.body != request.name || (!part && organ.role != SurfaceRole::vessel)) continue;
+    if (organ.body != body.name || (!part && organ.role != SurfaceRole::vessel)) continue;
     regions.push_back({static_cast<std::uint8_t>(organ.tissue), part, Solid(organ.mesh)});
   }
   const std::vector<Eigen::Vector4d> samples = sample_points();
@@ -134,8 +135,6 @@ void give_tissues(const BodyRequest& request, const Organ& boundary, std::span<c
   }
 }
 
-}  // namespace
-
 DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs, std::span<const Tissue> tissues,
                           const std::string& scenario, std::vector<std::string>& problems) {
   DeformableBody body;
@@ -153,7 +152,7 @@ DeformableBody build_body(const BodyRequest& request, std::span<const Organ> org
     problems.emplace_back(error.what());
     return body;
   }
-  give_tissues(request, *boundary, organs, tissues, body);
+  give_tissues(*boundary, organs, tissues, body);
   hold_nodes(request, organs, scenario, body, problems);
   return body;
 }

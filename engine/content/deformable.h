@@ -11,10 +11,15 @@
 
 namespace stylet::content {
 
-/// Tetrahedralises the boundary of `request`, gives each tetrahedron the tissue of the last region or target of
-/// the body that contains its centroid (else of the boundary), and marks the fixed nodes. The mechanics of a
-/// tetrahedron is the mean over its volume (20 points) of what lies there, vessels included: the last region that
-/// contains a point counts. What is wrong is appended to `problems`; the body is then not to be used.
+/// Fills tet_tissue and tet_mechanics of a body whose name and mesh are known. A tetrahedron gets the tissue of the
+/// last region or target that the body carries and that contains its centroid, else of the boundary. Its mechanics is
+/// the mean over its volume (20 points) of what lies there, vessels included: the last region that contains a point
+/// counts.
+void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::span<const Tissue> tissues,
+                  DeformableBody& body);
+
+/// Tetrahedralises the boundary of `request`, gives the tetrahedra their tissues and marks the fixed nodes. What is
+/// wrong is appended to `problems`; the body is then not to be used.
 DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs, std::span<const Tissue> tissues,
                           const std::string& scenario, std::vector<std::string>& problems);
 

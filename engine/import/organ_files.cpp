@@ -54,7 +54,7 @@ std::string file_names(const OrganParts& parts) {
 
 }  // namespace
 
-std::string tetrahedra_vtk(const ImportedOrgan& organ) {
+std::string tetrahedra_vtk(const ImportedOrgan& organ, const OrganLabels* labels) {
   const physics::TetMesh& mesh = organ.mesh;
   std::string text = fmt::format(
       "# vtk DataFile Version 3.0\nStylet organ {}: metres, +X left, +Y superior, +Z anterior\nASCII\n"
@@ -71,6 +71,13 @@ std::string tetrahedra_vtk(const ImportedOrgan& organ) {
     const auto corner = [&](std::size_t c) { return mesh.nodes[static_cast<std::size_t>(tet[c])]; };
     fmt::format_to(out, "{:.2f}\n",
                    content::dihedral_range(corner(0), corner(1), corner(2), corner(3)).min * 180 / std::numbers::pi);
+  }
+  if (labels == nullptr) return text;
+  text += "SCALARS tissue unsigned_char 1\nLOOKUP_TABLE default\n";
+  for (const std::uint8_t tissue : labels->tet_tissue) fmt::format_to(out, "{}\n", tissue);
+  text += "SCALARS young_modulus_pa double 1\nLOOKUP_TABLE default\n";
+  for (const physics::ElasticMaterial& material : labels->tet_mechanics) {
+    fmt::format_to(out, "{}\n", material.young_modulus);
   }
   return text;
 }
@@ -109,6 +116,12 @@ std::string report_json(const ImportedOrgan& organ, const OrganParts& parts) {
                         {"min_dihedral_deg", r.quality.min_dihedral_deg},
                         {"max_dihedral_deg", r.quality.max_dihedral_deg},
                         {"min_dihedral_histogram_5deg", r.dihedral_histogram}};
+  for (const LabelReport& label : r.labels) {
+    json["labels"].push_back({{"label", label.label},
+                              {"tissue", label.tissue},
+                              {"volume_m3", label.volume},
+                              {"tetrahedra", label.tetrahedra}});
+  }
   json["notes"] = r.notes;
   // Names of parts come from files and need not be UTF-8.
   return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
@@ -137,6 +150,10 @@ std::string report_text(const ImportedOrgan& organ, const OrganParts& parts) {
   print_pieces(out, r);
   fmt::format_to(out, "tetrahedra     {} with {} nodes, dihedral angles {:.1f} to {:.1f} degrees, {} inverted\n",
                  r.tetrahedra, r.nodes, r.quality.min_dihedral_deg, r.quality.max_dihedral_deg, r.quality.inverted);
+  for (const LabelReport& label : r.labels) {
+    fmt::format_to(out, "{:<14} {} {}: {:.4g} ml, {} tetrahedra\n", &label == r.labels.data() ? "labels" : "",
+                   label.label, label.tissue, label.volume * 1e6, label.tetrahedra);
+  }
   fmt::format_to(out, "\nsmallest dihedral angle of a tetrahedron\n");
   const int most = *std::max_element(r.dihedral_histogram.begin(), r.dihedral_histogram.end());
   for (std::size_t bin = 0; bin < r.dihedral_histogram.size(); ++bin) {

@@ -35,6 +35,14 @@ struct PieceReport {
   double tetrahedra = 0;  ///< 0: left out, smaller than a few cells or thinner than one
 };
 
+/// A tissue in the labels of an organ (organ_labels.h).
+struct LabelReport {
+  int label = 0;
+  std::string tissue;
+  double volume = 0;           ///< of its voxels, m^3
+  std::size_t tetrahedra = 0;  ///< whose centroid lies in it
+};
+
 /// What was found, repaired and guessed. Lengths in m, volumes in m^3.
 struct ImportReport {
   int parts = 0;
@@ -53,6 +61,7 @@ struct ImportReport {
   std::size_t nodes = 0, tetrahedra = 0;
   content::TetQuality quality;
   std::vector<int> dihedral_histogram;  ///< tetrahedra by their smallest dihedral angle, 5 degrees a bin from 0
+  std::vector<LabelReport> labels;      ///< by label; none: nothing is known to lie inside
   std::vector<std::string> notes;       ///< what an author should know, one line each
 
   /// Of the pieces that tetrahedra fill.

@@ -22,9 +22,9 @@ const Rgb kTissue(0.62, 0.28, 0.23);
 const Rgb kEdge(0.08, 0.08, 0.10);
 
 /// Seen along -Z of the patient (from the front): x to the right is the patient's left.
-class Panel {
+class FrontPanel {
 public:
-  Panel(view::Picture& picture, int left, int width, int top, int height, const Eigen::AlignedBox3d& box)
+  FrontPanel(view::Picture& picture, int left, int width, int top, int height, const Eigen::AlignedBox3d& box)
       : picture_(picture),
         left_(left),
         top_(top),
@@ -108,7 +108,7 @@ Rgb quality_colour(double degrees) {
   return {0.75 * (1 - t) + 0.15 * t, 0.10 * (1 - t) + 0.55 * t, 0.10 * (1 - t) + 0.20 * t};
 }
 
-void draw_surface(Panel& panel, const content::TriangleMesh& mesh) {
+void draw_surface(FrontPanel& panel, const content::TriangleMesh& mesh) {
   const std::vector<Eigen::Vector3f> normals = content::smooth_normals(mesh);
   for (const auto& t : mesh.triangles) {
     std::array<Eigen::Vector3d, 3> corners;
@@ -121,7 +121,7 @@ void draw_surface(Panel& panel, const content::TriangleMesh& mesh) {
   }
 }
 
-void draw_cut(Panel& panel, const physics::TetMesh& mesh, double plane) {
+void draw_cut(FrontPanel& panel, const physics::TetMesh& mesh, double plane) {
   // Faces that only one kept tetrahedron has.
   struct Face {
     std::array<int, 3> corners;
@@ -175,9 +175,9 @@ view::Picture organ_picture(const ImportedOrgan& organ, int width, int height) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& v : organ.surface.vertices) box.extend(v);
   const int half = width / 2, top = 40, inner = height - 100;
-  Panel surface(picture, 0, half, top, inner, box);
+  FrontPanel surface(picture, 0, half, top, inner, box);
   draw_surface(surface, organ.surface);
-  Panel cut(picture, half, half, top, inner, box);
+  FrontPanel cut(picture, half, half, top, inner, box);
   draw_cut(cut, organ.mesh, box.center().z());
 
   session::Canvas canvas(picture);

@@ -139,6 +139,29 @@ std::string names_of(const std::vector<SourceFile>& files) {
   return names;
 }
 
+/// Ids of the annotated parts that are boundaries.
+std::set<std::string> boundary_ids(const SourceFile& file) {
+  std::set<std::string> ids;
+  for (const SourcePart& part : file.parts) {
+    const bool boundary = part.organ.role.empty() || part.organ.role == "boundary";
+    if (boundary && !part.organ.id.empty()) ids.insert(id_of(part.organ.id));
+  }
+  return ids;
+}
+
+/// Which organ an annotated part belongs to.
+OrganRequest by_annotation(const SourcePart& part, const std::set<std::string>& boundaries) {
+  OrganRequest request{.id = id_of(part.organ.id), .patterns = {}};
+  if (part.organ.role != "region" && part.organ.role != "vessel" && part.organ.role != "target") return request;
+  request.role = part.organ.role;
+  if (!part.organ.body.empty()) request.body = id_of(part.organ.body);
+  if (boundaries.contains(request.id)) {
+    if (request.body.empty()) request.body = request.id;
+    request.id += "_" + request.role;
+  }
+  return request;
+}
+
 }  // namespace
 
 SourceFile read_source(const std::filesystem::path& path, const SourceSettings& settings) {
@@ -166,10 +189,11 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
                                      const std::vector<OrganRequest>& requests) {
   std::vector<OrganParts> organs;
   std::map<std::string, std::size_t> index;
-  const auto add = [&](const SourceFile& file, const std::string& id, const SourcePart& part,
-                       bool of_several_files = false) {
+  const auto add = [&](const SourceFile& file, const OrganRequest& request, const SourcePart& part) {
+    const std::string& id = request.id;
+    const bool of_several_files = request.of_several_files;
     const auto [found, is_new] = index.try_emplace(id, organs.size());
-    if (is_new) organs.push_back({.id = id, .file = &file, .parts = {}, .other_files = {}});
+    if (is_new) organs.push_back({.id = id, .file = &file, .parts = {}, .role = request.role, .body = request.body});
     OrganParts& organ = organs[found->second];
     if (organ.file != &file && of_several_files && !organ.file->image && !file.image) {
       const auto& others = organ.other_files;
@@ -188,7 +212,7 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
       for (const SourceFile& file : files) {
         for (const SourcePart& part : file.parts) {
           if (!fits(pattern, part.name)) continue;
-          add(file, request.id, part, request.of_several_files);
+          add(file, request, part);
           fitted = true;
         }
       }
@@ -203,10 +227,11 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
   for (const SourceFile& file : files) {
     const bool annotated = std::any_of(file.parts.begin(), file.parts.end(),
                                        [](const SourcePart& part) { return !part.organ.id.empty(); });
+    const std::set<std::string> boundaries = boundary_ids(file);
     std::vector<const SourcePart*> patches;
     for (const SourcePart& part : file.parts) {
       if (annotated) {
-        if (!part.organ.id.empty() && part.organ.role != "ignore") add(file, id_of(part.organ.id), part);
+        if (!part.organ.id.empty() && part.organ.role != "ignore") add(file, by_annotation(part, boundaries), part);
         continue;
       }
       bool whole = part.label >= 0;
@@ -219,12 +244,14 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
         }
       }
       if (whole) {
-        add(file, id_of(part.name), part);
+        add(file, {.id = id_of(part.name), .patterns = {}}, part);
       } else {
         patches.push_back(&part);
       }
     }
-    for (const SourcePart* part : patches) add(file, id_of(file.path.stem().string()), *part);
+    for (const SourcePart* part : patches) {
+      add(file, {.id = id_of(file.path.stem().string()), .patterns = {}}, *part);
+    }
   }
   return organs;
 }

@@ -47,6 +47,8 @@ struct OrganRequest {
   std::string id;
   std::vector<std::string> patterns;  ///< of part names: fnmatch, `*` and `?`; the case does not count
   bool of_several_files = false;      ///< its surfaces may come from more than one file, in one frame
+  std::string role = "boundary";
+  std::string body{};  ///< id of the organ that carries it; empty: none
 };
 
 /// An organ to be made.
@@ -55,10 +57,15 @@ struct OrganParts {
   const SourceFile* file = nullptr;
   std::vector<const SourcePart*> parts;
   std::vector<const SourceFile*> other_files{};  ///< of a request that allows them: surfaces
+  std::string role = "boundary";
+  std::string body{};  ///< id of the organ that carries it; empty: none
+
+  bool lies_inside() const { return role == "region" || role == "vessel" || role == "target"; }
 };
 
 /// Which parts make which organ. Ids that come from a file become lower-case letters, digits and underscores. With
-/// requests: those, in their order. Without: parts with the same extras.organ.id belong together; if no part has one,
+/// requests: those, in their order. Without: parts with the same extras.organ.id belong together, but regions,
+/// vessels and targets apart from a boundary of that id, which then carries them as ID_ROLE; if no part has one,
 /// parts that are closed by themselves are an organ each, and the others of their file one together, named after the
 /// file.
 /// @throws content::ContentError  a pattern that fits nothing, with the names there are; an organ in two files

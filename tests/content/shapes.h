@@ -7,9 +7,14 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <utility>
 
 namespace stylet::content::test {
+
+inline double ball_volume(double radius) {
+  return 4.0 / 3 * std::numbers::pi * radius * radius * radius;
+}
 
 /// Icosahedron subdivided `levels` times, vertices on the sphere, outward.
 inline TriangleMesh icosphere(const Eigen::Vector3d& centre, double radius, int levels) {

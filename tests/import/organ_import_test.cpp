@@ -28,6 +28,7 @@ namespace {
 using content::ContentError;
 using content::TriangleMesh;
 using content::test::append_flipped;
+using content::test::ball_volume;
 using content::test::icosphere;
 
 const ImportProgress kQuiet = [](const std::string&) {};
@@ -164,10 +165,6 @@ TEST(ImportOrgan, RefusesWhatHasNoInsideAndSaysWhy) {
   const std::size_t gaps = why.find("with gaps of ");
   ASSERT_NE(gaps, std::string::npos) << why;
   EXPECT_LE(std::stod(why.substr(gaps + 13)) * 1e-3, 0.05 * 3 * 0.01) << why;
-}
-
-double ball_volume(double radius) {
-  return 4.0 / 3 * std::numbers::pi * radius * radius * radius;
 }
 
 /// Closed parts of the boundary of its tetrahedra; each is a ball's.

@@ -6,6 +6,7 @@
 #include "engine/content/tissue_table.h"
 #include "engine/import/organ_files.h"
 #include "engine/import/organ_import.h"
+#include "engine/import/organ_labels.h"
 #include "engine/import/organ_picture.h"
 #include "engine/import/organ_source.h"
 #include "engine/import/side_file.h"
@@ -134,19 +135,86 @@ void print_parts(const std::vector<import::SourceFile>& files) {
   }
 }
 
-void write_organ(const ImportedOrgan& organ, const import::OrganParts& parts, const std::string& tissue,
-                 const content::TissueColours& colours, const std::filesystem::path& folder) {
+/// An organ to be written, with what lies in it.
+struct WholeOrgan {
+  ImportedOrgan organ;
+  std::string tissue;
+  std::vector<content::AnnotatedSurface> inside;
+  std::optional<import::OrganLabels> labels;  ///< absent: nothing lies inside, or a tissue is not known
+};
+
+void write_organ(const WholeOrgan& whole, const import::OrganParts& parts, const content::TissueColours& colours,
+                 const std::filesystem::path& folder) {
   session::OutputDirectory out(folder);
-  const std::vector<content::AnnotatedSurface> surfaces{
-      {.name = organ.id, .role = "boundary", .tissue = tissue, .body = organ.id, .mesh = organ.surface}};
+  const ImportedOrgan& organ = whole.organ;
+  std::vector<content::AnnotatedSurface> surfaces{
+      {.name = organ.id, .role = "boundary", .tissue = whole.tissue, .body = organ.id, .mesh = organ.surface}};
+  surfaces.insert(surfaces.end(), whole.inside.begin(), whole.inside.end());
   const auto glb = content::write_glb(
       surfaces, colours, {.generator = "stylet import " + build_name(), .copyright = {}, .scene = organ.id});
   out.write("surface.glb", {reinterpret_cast<const char*>(glb.data()), glb.size()});
-  out.write("tetrahedra.vtk", import::tetrahedra_vtk(organ));
+  out.write("tetrahedra.vtk", import::tetrahedra_vtk(organ, whole.labels ? &*whole.labels : nullptr));
+  if (whole.labels) out.write("labels.vtk", import::labels_vtk(organ.id, whole.labels->volume));
   out.write("report.json", import::report_json(organ, parts));
   out.write("report.txt", import::report_text(organ, parts));
   view::write_png(out.staged("picture.png"), import::organ_picture(organ));
   out.commit("report.json");
+}
+
+/// The parts that an organ of the list carries inside, in the order of the list.
+std::vector<const import::OrganParts*> parts_inside(const import::OrganParts& organ,
+                                                    const std::vector<import::OrganParts>& organs) {
+  std::vector<const import::OrganParts*> inside;
+  for (const import::OrganParts& other : organs) {
+    if (other.lies_inside() && other.body == organ.id && &other != &organ) inside.push_back(&other);
+  }
+  return inside;
+}
+
+bool is_carried(const import::OrganParts& organ, const std::vector<import::OrganParts>& organs) {
+  return organ.lies_inside() && std::any_of(organs.begin(), organs.end(), [&](const import::OrganParts& other) {
+           return !other.lies_inside() && other.id == organ.body;
+         });
+}
+
+/// Reads what lies inside and labels the organ by it.
+void add_inside(WholeOrgan& whole, const std::vector<const import::OrganParts*>& inside,
+                const std::map<std::string, std::string>& asked, const std::vector<content::Tissue>& table,
+                const import::ImportProgress& progress) {
+  std::vector<std::string>& notes = whole.organ.report.notes;
+  const auto row = [&](const std::string& name) {
+    return static_cast<int>(std::ranges::find(table, name, &content::Tissue::name) - table.begin());
+  };
+  const int rows = static_cast<int>(table.size());
+  bool known = row(whole.tissue) < rows;
+  std::vector<content::Organ> organs;
+  for (const import::OrganParts* part : inside) {
+    ImportedOrgan imported = import::import_surface(*part, {}, progress);
+    std::vector<std::string> of_part;
+    const std::string tissue = tissue_of(*part, asked, table, of_part);
+    for (const std::string& note : imported.report.notes) of_part.push_back(note);
+    for (const std::string& note : of_part) notes.push_back(part->id + ": " + note);
+    known = known && row(tissue) < rows;
+    content::Organ& organ = organs.emplace_back();
+    organ.id = part->id;
+    organ.role = part->role == "vessel"   ? content::SurfaceRole::vessel
+                 : part->role == "target" ? content::SurfaceRole::target
+                                          : content::SurfaceRole::region;
+    organ.tissue = row(tissue);
+    organ.mesh = imported.surface;
+    whole.inside.push_back({.name = part->id,
+                            .role = part->role,
+                            .tissue = tissue,
+                            .body = whole.organ.id,
+                            .mesh = std::move(imported.surface)});
+  }
+  if (!known) {
+    notes.emplace_back("no labels are written: a tissue is not known");
+    return;
+  }
+  progress(whole.organ.id + ": labels");
+  whole.labels = import::label_organ(whole.organ, row(whole.tissue), std::move(organs), table);
+  whole.organ.report.labels = import::count_labels(*whole.labels, table);
 }
 
 /// The side file, where one is named.
@@ -182,7 +250,7 @@ int run(const ImportOptions& options) {
   if (side) {
     for (const import::SideOrgan& organ : side->organs) {
       if (organ.role == "ignore") continue;
-      requests.push_back({.id = organ.id, .patterns = organ.parts, .of_several_files = true});
+      requests.push_back({.id = organ.id, .patterns = organ.parts, .of_several_files = true, .role = organ.role, .body = organ.body});
       if (!organ.tissue.empty()) asked[organ.id] = organ.tissue;
     }
   }
@@ -215,18 +283,23 @@ int run(const ImportOptions& options) {
 
   Progress progress;
   int exit_code = kExitYes;
-  for (const import::OrganParts& parts : import::assign_parts(files, requests)) {
+  const import::ImportProgress show = [&](const std::string& task) {
+    throw_if_interrupted();
+    progress.show(task, 0);
+  };
+  const std::vector<import::OrganParts> organs = import::assign_parts(files, requests);
+  for (const import::OrganParts& parts : organs) {
+    if (is_carried(parts, organs)) continue;
     const std::filesystem::path folder = std::filesystem::path(options.out) / parts.id;
     try {
-      ImportedOrgan organ =
-          import::import_organ(parts, import_settings(options, side, parts.id), [&](const std::string& task) {
-            throw_if_interrupted();
-            progress.show(task, 0);
-          });
+      WholeOrgan whole;
+      whole.organ = import::import_organ(parts, import_settings(options, side, parts.id), show);
+      whole.tissue = tissue_of(parts, asked, table.tissues, whole.organ.report.notes);
+      const auto inside = parts_inside(parts, organs);
+      if (!inside.empty()) add_inside(whole, inside, asked, table.tissues, show);
       progress.done();
-      const std::string tissue = tissue_of(parts, asked, table.tissues, organ.report.notes);
-      write_organ(organ, parts, tissue, colours, folder);
-      const import::ImportReport& r = organ.report;
+      write_organ(whole, parts, colours, folder);
+      const import::ImportReport& r = whole.organ.report;
       fmt::print("{}: {:.4g} ml, {} nodes, {} tetrahedra, volume {:+.2f} %, smallest dihedral angle {:.1f} degrees\n",
                  folder.string(), r.volume * 1e6, r.nodes, r.tetrahedra, 100 * r.volume_error(),
                  r.quality.min_dihedral_deg);
@@ -286,6 +359,7 @@ void add_import(CLI::App& app, int& exit_code) {
       "Each organ's folder holds\n"
       "  surface.glb      its closed surface, annotated, for scenarios\n"
       "  tetrahedra.vtk   its tetrahedra, for ParaView, Gmsh and SOFA\n"
+      "  labels.vtk       where regions, vessels or targets lie in it: tissues as a volume, for ParaView\n"
       "  report.txt, .json  what was read, repaired and guessed\n"
       "  picture.png      surface and a cut through the tetrahedra, to look at\n"
       "With a side file that has a \"scenario\" (content/README.md, \"Side files\"; content/imports) the folder "
