@@ -29,19 +29,25 @@ bool too_many_points(const SolidShape& solid, double cell) {
   return !(2 * ((solid.box.sizes() / cell).array() + 3).prod() < kMostLatticePoints);
 }
 
+bool is_graded(const SolidShape& piece, const TetrahedraliseSettings& settings) {
+  return settings.grading && piece.distance(settings.grading->target) < 0;
+}
+
 // The mesh of each piece; empty: it is left out.
 std::vector<physics::TetMesh> fill(std::span<const SolidShape> pieces, double cell, int smoothing,
-                                   const std::string& where) {
+                                   const TetrahedraliseSettings& settings) {
   std::vector<physics::TetMesh> meshes(pieces.size());
   for (std::size_t p = 0; p < pieces.size(); ++p) {
     const SolidShape& piece = pieces[p];
     if (pieces.size() > 1 && piece.volume < kFewCells * cell * cell * cell) continue;
     if (too_many_points(piece, cell)) {
       throw ContentError(
-          fmt::format("{}: a cell of {:.3g} mm needs more than {:.2g} lattice points; choose a larger cell", where,
-                      cell * 1e3, kMostLatticePoints));
+          fmt::format("{}: a cell of {:.3g} mm needs more than {:.2g} lattice points; choose a larger cell",
+                      settings.where, cell * 1e3, kMostLatticePoints));
     }
-    meshes[p] = stuff(piece.distance, piece.box, cell, smoothing);
+    meshes[p] = is_graded(piece, settings)
+                    ? stuff_graded(piece.distance, piece.box, cell, smoothing, *settings.grading)
+                    : stuff(piece.distance, piece.box, cell, smoothing);
     if (pieces.size() > 1 && 2 * tet_quality(meshes[p]).volume < piece.volume) meshes[p] = {};
   }
   return meshes;
@@ -70,7 +76,7 @@ double cell_for_nodes(std::span<const SolidShape> pieces, const TetrahedraliseSe
   double last_log_cell = 0;
   double last_log_nodes = 0;
   for (int step = 0; step < kSearchSteps; ++step) {
-    const std::size_t nodes = node_count(fill(pieces, cell, 0, settings.where));
+    const std::size_t nodes = node_count(fill(pieces, cell, 0, settings));
     const double log_nodes = std::log(std::max<double>(4, static_cast<double>(nodes)));
     const double log_cell = std::log(cell);
     if (std::abs(log_nodes - target) < best_error) {
@@ -106,7 +112,7 @@ double cell_for_volume(std::span<const SolidShape> pieces, const TetrahedraliseS
   double missed = 1;
   for (int step = 0; step < kVolumeSteps; ++step) {
     // Smoothing costs volume too: with it.
-    const std::vector<physics::TetMesh> meshes = fill(pieces, cell, kSmoothing, settings.where);
+    const std::vector<physics::TetMesh> meshes = fill(pieces, cell, kSmoothing, settings);
     missed = volume_missed(pieces, meshes);
     if (missed <= settings.volume_error) return cell;
     // The error falls with the square of the cell, where the cell is small enough.
@@ -135,10 +141,12 @@ FilledPieces fill_pieces(std::span<const SolidShape> pieces, const Tetrahedralis
   filled.cell = settings.cell > 0           ? settings.cell
                 : settings.target_nodes > 0 ? cell_for_nodes(pieces, settings)
                                             : cell_for_volume(pieces, settings);
-  for (const physics::TetMesh& mesh : fill(pieces, filled.cell, kSmoothing, settings.where)) {
+  for (const physics::TetMesh& mesh : fill(pieces, filled.cell, kSmoothing, settings)) {
     filled.volumes.push_back(tet_quality(mesh).volume);
     append(filled.mesh, mesh);
   }
+  filled.graded =
+      std::any_of(pieces.begin(), pieces.end(), [&](const SolidShape& p) { return is_graded(p, settings); });
   if (filled.mesh.tets.empty()) {
     throw ContentError(
         fmt::format("{}: no tetrahedron at a cell size of {:.3g} mm; the solid is thinner than that, "

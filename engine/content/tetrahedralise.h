@@ -1,12 +1,14 @@
 // A solid becomes a simulation mesh.
 #pragma once
 
+#include "engine/content/graded_stuffing.h"
 #include "engine/content/stuffing.h"
 #include "engine/content/triangle_mesh.h"
 #include "physics/tissue/tet_mesh.h"
 
 #include <Eigen/Geometry>
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,18 +23,20 @@ struct SolidShape {
 };
 
 struct TetrahedraliseSettings {
-  double cell = 0;                ///< edge of the lattice cell, m; 0: found for what follows
-  int target_nodes = 2300;        ///< wanted where cell is 0; 0: volume_error counts
-  double volume_error = 0.03;     ///< most that is accepted where cell and target_nodes are 0, relative
-  double node_tolerance = 0.06;   ///< relative; the search stops within it
-  double min_dihedral_deg = 12;   ///< below it the mesh is refused
-  std::string where = "surface";  ///< named in errors: file and node
+  double cell = 0;                   ///< edge of the lattice cell, m; 0: found for what follows
+  int target_nodes = 2300;           ///< wanted where cell is 0; 0: volume_error counts
+  double volume_error = 0.03;        ///< most that is accepted where cell and target_nodes are 0, relative
+  double node_tolerance = 0.06;      ///< relative; the search stops within it
+  double min_dihedral_deg = 12;      ///< below it the mesh is refused
+  std::optional<Grading> grading{};  ///< of the piece that holds its target
+  std::string where = "surface";     ///< named in errors: file and node
 };
 
 /// Tetrahedra of a solid in pieces.
 struct FilledPieces {
   physics::TetMesh mesh;        ///< one piece after the other
   double cell = 0;              ///< m
+  bool graded = false;          ///< a piece holds the target of the grading
   std::vector<double> volumes;  ///< m^3 of tetrahedra, 0 of a piece left out  [pieces]
 };
 

@@ -271,6 +271,7 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
                                                                      .target_nodes = settings.target_nodes,
                                                                      .volume_error = settings.volume_error,
                                                                      .node_tolerance = 0.05,
+                                                                     .grading = settings.grading,
                                                                      .where = organ.parts.front()->place});
   out.mesh = std::move(filled.mesh);
   report.cell = filled.cell;
@@ -278,6 +279,13 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
     report.pieces.push_back({.volume = shape.pieces[p].volume, .tetrahedra = filled.volumes[p]});
   }
   note_pieces(report);
+  if (settings.grading) {
+    const Eigen::Vector3d target = settings.grading->target * 1e3;
+    report.notes.push_back(
+        fmt::format("({:.1f}, {:.1f}, {:.1f}) mm {}", target.x(), target.y(), target.z(),
+                    filled.graded ? fmt::format("has tetrahedra {:g} times finer around it", settings.grading->factor)
+                                  : "lies outside it: its tetrahedra are not graded"));
+  }
   report.nodes = out.mesh.nodes.size();
   report.tetrahedra = out.mesh.tets.size();
   report.quality = content::tet_quality(out.mesh);

@@ -1,6 +1,7 @@
 // From the parts of an organ to what the simulation needs: one closed surface, tetrahedra, and an account of both.
 #pragma once
 
+#include "engine/content/graded_stuffing.h"
 #include "engine/content/tet_quality.h"
 #include "engine/content/triangle_mesh.h"
 #include "engine/import/organ_source.h"
@@ -14,10 +15,11 @@
 namespace stylet::import {
 
 struct ImportSettings {
-  double cell = 0;              ///< of the lattice, m; 0: for what follows
-  int target_nodes = 0;         ///< 0: for the volume error
-  double volume_error = 0.03;   ///< relative
-  double surface_cells = 70;    ///< along the diagonal, of a new surface where the given one is none
+  double cell = 0;                            ///< of the lattice, m; 0: for what follows
+  int target_nodes = 0;                       ///< 0: for the volume error
+  double volume_error = 0.03;                 ///< relative
+  std::optional<content::Grading> grading{};  ///< of tetrahedra around a point
+  double surface_cells = 70;                  ///< along the diagonal, of a new surface where the given one is none
   std::optional<double> gap{};  ///< widest opening that is closed, m; absent: the smallest that encloses something
   bool solid = true;  ///< demanded: no double wall. Without it a closed surface is enough: what is only seen
 };

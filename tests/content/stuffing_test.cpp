@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -117,6 +118,47 @@ TEST(Stuffing, OnlyTheLargestPartStays) {
   const physics::TetMesh mesh = stuff(two, box, 0.01);
   expect_sound(mesh, 2);
   for (const auto& x : mesh.nodes) EXPECT_LT(x.x(), 0.055);
+}
+
+TEST(GradedStuffing, FinerAtTheTargetSoundAndTheSameAtTheSurface) {
+  const Eigen::Vector3d target(0.012, 0, 0.004);
+  const auto edge_near_target = [&](const physics::TetMesh& mesh) {
+    double sum = 0;
+    int count = 0;
+    for (const auto& tet : mesh.tets) {
+      const auto node = [&](std::size_t c) { return mesh.nodes[static_cast<std::size_t>(tet[c])]; };
+      if (((node(0) + node(1) + node(2) + node(3)) / 4 - target).norm() > 0.005) continue;
+      for (std::size_t a = 0; a < 4; ++a) {
+        for (std::size_t b = 0; b < a; ++b, ++count) sum += (node(a) - node(b)).norm();
+      }
+    }
+    return sum / count;
+  };
+  const physics::TetMesh uniform = stuff(sphere, kSphereBox, 0.009);
+  for (const double factor : {2.0, 4.0}) {
+    SCOPED_TRACE(factor);
+    const physics::TetMesh mesh = stuff_graded(sphere, kSphereBox, 0.009, 6, {.target = target, .factor = factor});
+    expect_sound(mesh, 2);
+    EXPECT_LT(edge_near_target(mesh), (factor > 2 ? 0.5 : 0.65) * edge_near_target(uniform));
+    EXPECT_NEAR(static_cast<double>(mesh.nodes.size()), static_cast<double>(uniform.nodes.size()),
+                0.05 * static_cast<double>(uniform.nodes.size()));
+    // Nodes of the boundary, most of which smoothing leaves where they are.
+    std::size_t same = 0;
+    const BoundarySurface boundary = boundary_surface(mesh);
+    for (const Eigen::Vector3d& v : boundary_surface(uniform).mesh.vertices) {
+      same += std::any_of(boundary.mesh.vertices.begin(), boundary.mesh.vertices.end(),
+                          [&](const Eigen::Vector3d& w) { return (v - w).norm() < 1e-4; })
+                  ? 1
+                  : 0;
+    }
+    EXPECT_GT(static_cast<double>(same), 0.9 * static_cast<double>(boundary.mesh.vertices.size()));
+  }
+}
+
+TEST(GradedStuffing, ATargetCloseToTheSurfaceIsSoundToo) {
+  for (const double cell : {0.016, 0.009}) {
+    expect_sound(stuff_graded(sphere, kSphereBox, cell, 6, {.target = {0.045, 0, 0}, .factor = 3}), 2);
+  }
 }
 
 TEST(TetManifold, TetrahedraThatShareAnEdgeOrAVertexAreParted) {

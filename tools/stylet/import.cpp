@@ -35,6 +35,7 @@ namespace {
 using content::ContentError;
 // A line that begins with import:: is a module to clang-format.
 using import::ImportedOrgan;
+using import::ImportSettings;
 using import::OrganRequest;
 using import::SourceSettings;
 
@@ -48,6 +49,8 @@ struct ImportOptions {
   int nodes = 0;
   double volume_error_percent = 3;
   double gap_mm = 0;
+  std::vector<double> grade_mm;
+  double grade_factor = 2;
   std::string axes;
   std::string unit;
   bool list = false;
@@ -227,19 +230,23 @@ std::optional<import::SideFile> read_side(const std::string& path) {
 }
 
 /// What the command line says of the tetrahedra counts before what the side file says of the organ.
-import::ImportSettings import_settings(const ImportOptions& options, const std::optional<import::SideFile>& side,
-                                       const std::string& id){
-    import::ImportSettings settings{.cell = options.cell_mm * 1e-3,
-                                    .target_nodes = options.nodes,
-                                    .volume_error = options.volume_error_percent / 100,
-                                    .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt};
-if (!side || settings.cell > 0 || settings.target_nodes > 0) return settings;
-const auto organ = std::ranges::find(side->organs, id, &import::SideOrgan::id);
-if (organ == side->organs.end() || !organ->deformable) return settings;
-settings.cell = organ->cell;
-if (organ->cell == 0) settings.target_nodes = organ->target_nodes;
-return settings;
-}  // namespace
+ImportSettings import_settings(const ImportOptions& options, const std::optional<import::SideFile>& side,
+                               const std::string& id) {
+  ImportSettings settings{.cell = options.cell_mm * 1e-3,
+                          .target_nodes = options.nodes,
+                          .volume_error = options.volume_error_percent / 100,
+                          .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt};
+  if (!options.grade_mm.empty()) {
+    const std::vector<double>& mm = options.grade_mm;
+    settings.grading = {.target = 1e-3 * Eigen::Vector3d(mm[0], mm[1], mm[2]), .factor = options.grade_factor};
+  }
+  if (!side || settings.cell > 0 || settings.target_nodes > 0) return settings;
+  const auto organ = std::ranges::find(side->organs, id, &import::SideOrgan::id);
+  if (organ == side->organs.end() || !organ->deformable) return settings;
+  settings.cell = organ->cell;
+  if (organ->cell == 0) settings.target_nodes = organ->target_nodes;
+  return settings;
+}
 
 int run(const ImportOptions& options) {
   const SourceSettings settings = source_settings(options);
@@ -250,7 +257,11 @@ int run(const ImportOptions& options) {
   if (side) {
     for (const import::SideOrgan& organ : side->organs) {
       if (organ.role == "ignore") continue;
-      requests.push_back({.id = organ.id, .patterns = organ.parts, .of_several_files = true, .role = organ.role, .body = organ.body});
+      requests.push_back({.id = organ.id,
+                          .patterns = organ.parts,
+                          .of_several_files = true,
+                          .role = organ.role,
+                          .body = organ.body});
       if (!organ.tissue.empty()) asked[organ.id] = organ.tissue;
     }
   }
@@ -313,7 +324,7 @@ int run(const ImportOptions& options) {
   return exit_code;
 }
 
-}  // namespace stylet::tools
+}  // namespace
 
 void add_import(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("import", "Turn meshes and label volumes into organs that can be simulated");
@@ -344,6 +355,16 @@ void add_import(CLI::App& app, int& exit_code) {
   command
       ->add_option("--gap", options->gap_mm, "Widest opening that is closed, mm; without it the smallest that works")
       ->check(CLI::Range(0.1, 50.0));
+  command
+      ->add_option("--grade", options->grade_mm,
+                   "X,Y,Z in mm, patient frame: finer tetrahedra around this point, uniform ones at the surface")
+      ->delimiter(',')
+      ->expected(3);
+  command
+      ->add_option("--grade-factor", options->grade_factor,
+                   "How much finer the tetrahedra at the point of --grade are")
+      ->check(CLI::Range(1.0, 4.0))
+      ->capture_default_str();
   command
       ->add_option("--axes", options->axes, "Of STL and OBJ: lps, ras or patient (+X left, +Y superior, +Z anterior)")
       ->check(CLI::IsMember({"lps", "ras", "patient"}));
