@@ -128,13 +128,13 @@ double cell_for_volume(std::span<const SolidShape> pieces, const TetrahedraliseS
       settings.where, cell * 1e3, 100 * missed, 100 * settings.volume_error));
 }
 
+}  // namespace
+
 void append(physics::TetMesh& to, const physics::TetMesh& from) {
   const int base = static_cast<int>(to.nodes.size());
   to.nodes.insert(to.nodes.end(), from.nodes.begin(), from.nodes.end());
   for (const auto& [a, b, c, d] : from.tets) to.tets.push_back({base + a, base + b, base + c, base + d});
 }
-
-}  // namespace
 
 FilledPieces fill_pieces(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings) {
   FilledPieces filled;

@@ -40,6 +40,9 @@ struct FilledPieces {
   std::vector<double> volumes;  ///< m^3 of tetrahedra, 0 of a piece left out  [pieces]
 };
 
+/// Adds the tetrahedra of another mesh; nothing is joined.
+void append(physics::TetMesh& to, const physics::TetMesh& from);
+
 /// Isosurface stuffing (stuffing.h), piece by piece: what lies close together stays apart. Of several pieces those of
 /// less than four cells, and those of which less than half can be filled, are left out; where the volume counts, it
 /// is that of the others, and what is left out is as small as the error.

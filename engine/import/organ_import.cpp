@@ -6,6 +6,7 @@
 #include "engine/content/surface_pieces.h"
 #include "engine/content/tetrahedralise.h"
 #include "engine/import/enclosed_solid.h"
+#include "engine/import/gmsh.h"
 #include "engine/import/label_solid.h"
 
 #include <fmt/format.h>
@@ -253,6 +254,50 @@ void note_pieces(ImportReport& report) {
   report.notes.push_back(std::move(note));
 }
 
+// Nodes that Gmsh makes of volume/cell^3: 1.2 (a liver) to 2 (a gallbladder) measured.
+constexpr double kGmshNodes = 1.5;
+constexpr int kGmshSteps = 5;
+constexpr double kFewCells = 4;  // that a piece holds at least, by volume
+
+content::FilledPieces fill_by_gmsh(const OrganParts& organ, const TriangleMesh& surface,
+                                   const ImportSettings& settings, const ImportProgress& progress) {
+  const std::string task = fmt::format("{}: tetrahedra by Gmsh", organ.id);
+  const std::string& where = organ.parts.front()->place;
+  const std::vector<TriangleMesh> pieces = content::connected_pieces(surface);
+  const double volume = content::inspect(surface).volume;
+  content::FilledPieces filled;
+  const int nodes = settings.target_nodes > 0 ? settings.target_nodes : 600;
+  filled.cell = settings.cell > 0 ? settings.cell : std::cbrt(kGmshNodes * volume / nodes);
+  const bool search = settings.cell == 0 && settings.target_nodes == 0;
+  for (int step = 0;; ++step, filled.cell *= 0.75) {
+    filled.mesh = {};
+    filled.volumes.clear();
+    double wanted = 0, made = 0;
+    for (const TriangleMesh& piece : pieces) {
+      const double of_piece = content::inspect(piece).volume;
+      filled.volumes.push_back(0);
+      if (pieces.size() > 1 && of_piece < kFewCells * filled.cell * filled.cell * filled.cell) continue;
+      const physics::TetMesh mesh = gmsh_tetrahedra(
+          piece, {.cell = filled.cell, .program = settings.gmsh, .where = where}, [&] { progress(task); });
+      if (!content::inspect(content::boundary_surface(mesh).mesh).closed()) {
+        throw ContentError(fmt::format("{}: the tetrahedra of Gmsh do not close; leave out --mesher gmsh", where));
+      }
+      filled.volumes.back() = content::tet_quality(mesh).volume;
+      wanted += of_piece;
+      made += filled.volumes.back();
+      content::append(filled.mesh, mesh);
+    }
+    const double missed = std::max(wanted > 0 ? std::abs(made / wanted - 1) : 1, 1 - wanted / volume);
+    if (missed <= settings.volume_error || (!search && wanted > 0)) return filled;
+    if (!search || step + 1 == kGmshSteps) {
+      throw ContentError(
+          fmt::format("{}: with {:.3g} mm the tetrahedra of Gmsh miss {:.0f} % of the volume; leave out "
+                      "--mesher gmsh",
+                      where, filled.cell * 1e3, 100 * missed));
+    }
+  }
+}
+
 }  // namespace
 
 ImportedOrgan import_surface(const OrganParts& organ, const ImportSettings& settings,
@@ -267,12 +312,14 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   const ShapeOfOrgan shape = make_surface(organ, settings, progress, out);
   ImportReport& report = out.report;
   progress(fmt::format("{}: tetrahedra", organ.id));
-  content::FilledPieces filled = content::fill_pieces(shape.pieces, {.cell = settings.cell,
-                                                                     .target_nodes = settings.target_nodes,
-                                                                     .volume_error = settings.volume_error,
-                                                                     .node_tolerance = 0.05,
-                                                                     .grading = settings.grading,
-                                                                     .where = organ.parts.front()->place});
+  content::FilledPieces filled = settings.mesher == Mesher::gmsh
+                                     ? fill_by_gmsh(organ, out.surface, settings, progress)
+                                     : content::fill_pieces(shape.pieces, {.cell = settings.cell,
+                                                                           .target_nodes = settings.target_nodes,
+                                                                           .volume_error = settings.volume_error,
+                                                                           .node_tolerance = 0.05,
+                                                                           .grading = settings.grading,
+                                                                           .where = organ.parts.front()->place});
   out.mesh = std::move(filled.mesh);
   report.cell = filled.cell;
   for (std::size_t p = 0; p < shape.pieces.size(); ++p) {

@@ -14,12 +14,19 @@
 
 namespace stylet::import {
 
+enum class Mesher {
+  stuffing,  ///< our own (stuffing.h)
+  gmsh,      ///< the program Gmsh (gmsh.h): boundary nodes on the surface, angles as they come
+};
+
 struct ImportSettings {
   double cell = 0;                            ///< of the lattice, m; 0: for what follows
   int target_nodes = 0;                       ///< 0: for the volume error
   double volume_error = 0.03;                 ///< relative
   std::optional<content::Grading> grading{};  ///< of tetrahedra around a point
-  double surface_cells = 70;                  ///< along the diagonal, of a new surface where the given one is none
+  Mesher mesher = Mesher::stuffing;
+  std::string gmsh = "gmsh";    ///< program, for Mesher::gmsh
+  double surface_cells = 70;    ///< along the diagonal, of a new surface where the given one is none
   std::optional<double> gap{};  ///< widest opening that is closed, m; absent: the smallest that encloses something
   bool solid = true;  ///< demanded: no double wall. Without it a closed surface is enough: what is only seen
 };

@@ -51,6 +51,7 @@ struct ImportOptions {
   double gap_mm = 0;
   std::vector<double> grade_mm;
   double grade_factor = 2;
+  std::string mesher = "stuffing";
   std::string axes;
   std::string unit;
   bool list = false;
@@ -236,6 +237,7 @@ ImportSettings import_settings(const ImportOptions& options, const std::optional
                           .target_nodes = options.nodes,
                           .volume_error = options.volume_error_percent / 100,
                           .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt};
+  if (options.mesher == "gmsh") settings.mesher = import::Mesher::gmsh;
   if (!options.grade_mm.empty()) {
     const std::vector<double>& mm = options.grade_mm;
     settings.grading = {.target = 1e-3 * Eigen::Vector3d(mm[0], mm[1], mm[2]), .factor = options.grade_factor};
@@ -355,15 +357,23 @@ void add_import(CLI::App& app, int& exit_code) {
   command
       ->add_option("--gap", options->gap_mm, "Widest opening that is closed, mm; without it the smallest that works")
       ->check(CLI::Range(0.1, 50.0));
-  command
-      ->add_option("--grade", options->grade_mm,
-                   "X,Y,Z in mm, patient frame: finer tetrahedra around this point, uniform ones at the surface")
-      ->delimiter(',')
-      ->expected(3);
+  CLI::Option* grade =
+      command
+          ->add_option("--grade", options->grade_mm,
+                       "X,Y,Z in mm, patient frame: finer tetrahedra around this point, uniform ones at the surface")
+          ->delimiter(',')
+          ->expected(3);
   command
       ->add_option("--grade-factor", options->grade_factor,
                    "How much finer the tetrahedra at the point of --grade are")
       ->check(CLI::Range(1.0, 4.0))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--mesher", options->mesher,
+          "stuffing, or gmsh where that program is installed: boundary nodes on the surface, angles as they come")
+      ->check(CLI::IsMember({"stuffing", "gmsh"}))
+      ->excludes(grade)
       ->capture_default_str();
   command
       ->add_option("--axes", options->axes, "Of STL and OBJ: lps, ras or patient (+X left, +Y superior, +Z anterior)")
