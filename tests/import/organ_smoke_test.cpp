@@ -13,8 +13,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -28,7 +30,29 @@ bool is_bone(const std::string& organ) {
   return organ.starts_with("rib_") || organ.starts_with("vertebrae") || organ.starts_with("costal");
 }
 
-/// Supine: gravity points to the back, and the organ rests on the third of its nodes that lies lowest.
+/// The nodes of each connected part.
+std::vector<std::vector<int>> pieces_of(const physics::TetMesh& mesh) {
+  std::vector<int> part(mesh.nodes.size());
+  std::iota(part.begin(), part.end(), 0);
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& tet : mesh.tets) {
+      int least = part[static_cast<std::size_t>(tet[0])];
+      for (const int n : tet) least = std::min(least, part[static_cast<std::size_t>(n)]);
+      for (const int n : tet) {
+        changed = changed || part[static_cast<std::size_t>(n)] != least;
+        part[static_cast<std::size_t>(n)] = least;
+      }
+    }
+  }
+  std::map<int, std::vector<int>> pieces;
+  for (std::size_t n = 0; n < part.size(); ++n) pieces[part[n]].push_back(static_cast<int>(n));
+  std::vector<std::vector<int>> list;
+  for (auto& [first, nodes] : pieces) list.push_back(std::move(nodes));
+  return list;
+}
+
+/// Supine: gravity points to the back, and each piece rests on the third of its nodes that lies lowest.
 physics::SimulationBody resting(const physics::TetMesh& mesh, double young_modulus) {
   physics::SimulationBody body;
   body.mesh = mesh;
@@ -39,13 +63,12 @@ physics::SimulationBody resting(const physics::TetMesh& mesh, double young_modul
     const double volume = (x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) / 6;
     for (const int node : tet) body.load(2, node) -= kDensity * kGravity * volume / 4;
   }
-  std::vector<double> heights;
-  for (const Eigen::Vector3d& x : mesh.nodes) heights.push_back(x.z());
-  std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 3), heights.end());
-  const double low = heights[heights.size() / 3];
-  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
-    if (mesh.nodes[n].z() <= low) body.fixed_nodes.push_back(static_cast<int>(n));
+  for (std::vector<int>& piece : pieces_of(mesh)) {
+    std::ranges::sort(piece, {}, [&](int n) { return mesh.nodes[static_cast<std::size_t>(n)].z(); });
+    body.fixed_nodes.insert(body.fixed_nodes.end(), piece.begin(),
+                            piece.begin() + static_cast<std::ptrdiff_t>(piece.size() / 3));
   }
+  std::ranges::sort(body.fixed_nodes);
   return body;
 }
 
