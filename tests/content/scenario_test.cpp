@@ -75,6 +75,13 @@ TEST(Scenario, SaysWhetherThereIsGelAndWhenTheBreathIsHeld) {
   EXPECT_THAT(scene.breathing.holds[1], ElementsAre(6.5, 8));
 }
 
+TEST(Scenario, WeightPullsToTheBackOfASupinePatientWhereItIsAskedFor) {
+  SmallScenario small;
+  EXPECT_EQ(load_scene(small.write()).gravity, Eigen::Vector3d::Zero().eval());
+  small.scenario["gravity_m_per_s2"] = 9.81;
+  EXPECT_LT((load_scene(small.write()).gravity - Eigen::Vector3d(0, 0, -9.81)).norm(), 1e-12);
+}
+
 TEST(Scenario, LoadsTheSameBitsTwice) {
   const SmallScenario small;
   const Scene a = load_scene(small.write());

@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
@@ -78,6 +79,35 @@ TEST(Lockstep, NeedleBendsTheTissueAndTheHandFeelsIt) {
   EXPECT_LT(outcome.peak_force, 10.0);
   EXPECT_LT(outcome.closest, 0.010) << "the tip ends 5 mm above the target";
   EXPECT_EQ(outcome.run.needle_flags & physics::kNeedleSolveFailed, 0u);
+}
+
+// A column that does not bulge: its nodes sink by rho g (H z - z^2 / 2) / E, rho g H^2 / (3 E) in the mean.
+TEST(Weight, OfABodyIsThatOfItsTissues) {
+  constexpr double kHeight = 0.1, kGravity = 9.81;
+  content::Scene scene = tests::cube_scene();
+  scene.gravity = {0, 0, -kGravity};
+  scene.tissues[1].mechanics = {.young_modulus = 10e3, .poisson_ratio = 0};
+  scene.bodies[0] = tests::box_body("column", {0, 0, 0}, {0.05, 0.05, kHeight}, {3, 3, 6});
+  tests::hold(scene.bodies[0], [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  physics::StylusPose away;
+  away.position = {0, 0, 1};
+  CoupledLoops loops(scene, physics::Coupling::stylet, away, {});
+  physics::TissuePatch patch = loops.make_patch();
+  for (int step = 0; step < 60; ++step) {
+    loops.simulation_step(step / scene.rates.simulation_hz, loops.needle(), true, true, patch);
+    loops.worker().step();
+  }
+  const physics::TetMesh& mesh = scene.bodies[0].mesh;
+  double sunk = 0;  // the tetrahedra are of one size
+  for (const auto& tet : mesh.tets) {
+    for (const int node : tet) {
+      const double z = mesh.nodes[static_cast<std::size_t>(node)].z();
+      sunk += (z - loops.tissue().positions[0](2, node)) / (4.0 * static_cast<double>(mesh.tets.size()));
+    }
+  }
+  const double exact = scene.tissues[1].density * kGravity * kHeight * kHeight / (3 * 10e3);
+  std::printf("sinks by %.4f mm in the mean, exact %.4f mm\n", 1e3 * sunk, 1e3 * exact);
+  EXPECT_NEAR(sunk, exact, 0.02 * exact);
 }
 
 TEST(Couplings, AreFoundByTheirNames) {
