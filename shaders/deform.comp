@@ -1,5 +1,6 @@
 #version 460
-// Places every vertex: carried by the nodes of a tetrahedron, fixed in the patient, or riding on the probe.
+// Places every vertex: carried by the nodes of a tetrahedron, fixed in the patient, going with the breath, or riding on
+// the probe.
 // A normal goes with F^-T, F the deformation gradient of the tetrahedron: with edges D at rest and d now, F = d D^-1 and
 // F^-T n = d^-T (D^T n), which the cross products below form without an inverse (up to the factor det d).
 #extension GL_GOOGLE_include_directive : require
@@ -23,6 +24,8 @@ void main() {
   if (v.nodes.x == kFixedToProbe) {
     position = (frame.patient_from_probe * vec4(position, 1.0)).xyz;
     normal = mat3(frame.patient_from_probe) * normal;
+  } else if (v.nodes.x == kFixedToBreath) {
+    position += frame.breath.xyz;
   } else if (v.nodes.x != kFixedToPatient) {
     vec3 x0 = nodes[v.nodes.x], x1 = nodes[v.nodes.y], x2 = nodes[v.nodes.z], x3 = nodes[v.nodes.w];
     vec3 r0 = rest_nodes[v.nodes.x];

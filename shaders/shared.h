@@ -14,9 +14,11 @@ using mat4 = std::array<float, 16>;  // columns
 #define STYLET_SHARED const
 #endif
 
-// First node of a vertex that no tetrahedron carries: it stays in the patient, or rides on the probe.
+// First node of a vertex that no tetrahedron carries: it stays in the patient, goes with the breath, or rides on the
+// probe.
 STYLET_SHARED uint kFixedToPatient = 0xffffffffu;
 STYLET_SHARED uint kFixedToProbe = 0xfffffffeu;
+STYLET_SHARED uint kFixedToBreath = 0xfffffffdu;
 
 // What SurfaceStyle::kind says.
 STYLET_SHARED uint kSolid = 0u;     // opaque, lit
@@ -44,6 +46,7 @@ struct FrameUniforms {
   vec4 eye[2];                // xyz
   mat4 patient_from_probe;
   mat4 probe_from_patient;
+  vec4 breath;                // xyz: motion of what goes with the breath
   vec4 to_key;                // unit, towards the light; w: intensity
   vec4 to_fill;
   vec4 to_rim;

@@ -123,6 +123,7 @@ struct FrameConstants {
   vec4 lateral;
   vec4 elevation;
   vec4 axial;
+  vec4 breath;  // xyz: motion of rigid organs that go with the breath; w: body that owns their voxels, -1: none do
   // scan: convex of radius `face_radius`, or linear when it is 0
   float face_radius;
   float first_line;     // angle (convex) or x (linear) of line 0

@@ -2,6 +2,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
+#define VOXEL_BINDING 6
+#include "shaders/ultrasound_labels.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 1) readonly buffer Tets {
@@ -48,6 +50,13 @@ void main() {
         body = tets[t].rest[0].w;
         break;
       }
+    }
+  }
+  if (body < 0.0 && frame.breath.w >= 0.0) {
+    vec3 before = position - frame.breath.xyz;
+    if (owner_of(voxel_at(ivec3(floor(voxel_position(before) + 0.5)))) == int(frame.breath.w)) {
+      position = before;
+      body = frame.breath.w;
     }
   }
   rest[polar_index(l, s)] = vec4(position, body);

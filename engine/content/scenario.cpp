@@ -89,6 +89,22 @@ void assign_bodies(const ScenarioFile& scenario, std::vector<Organ>& organs, Pro
   }
 }
 
+bool breathes(const ScenarioFile& scenario, const Organ& organ) {
+  return std::ranges::find(scenario.breathing_organs, organ.id) != scenario.breathing_organs.end();
+}
+
+void check_breathing(const ScenarioFile& scenario, const std::vector<Organ>& organs, Problems& problems) {
+  for (std::size_t i = 0; i < scenario.breathing_organs.size(); ++i) {
+    const std::string& id = scenario.breathing_organs[i];
+    const Organ* organ = find_organ(organs, id);
+    if (organ != nullptr && organ->body.empty()) continue;
+    problems.push_back(fmt::format("{}:/breathing/rigid/organs/{}: {}", scenario.path.string(), i,
+                                   organ == nullptr
+                                       ? fmt::format("there is no organ \"{}\"; correct its id", id)
+                                       : fmt::format("{} moves with the body {}; take it out", id, organ->body)));
+  }
+}
+
 int body_index(const ScenarioFile& scenario, const std::string& name) {
   for (std::size_t i = 0; i < scenario.bodies.size(); ++i) {
     if (scenario.bodies[i].name == name) return static_cast<int>(i);
@@ -96,12 +112,14 @@ int body_index(const ScenarioFile& scenario, const std::string& name) {
   return -1;
 }
 
-Surface build_surface(const Organ& organ, int body, const std::vector<DeformableBody>& bodies, Problems& problems) {
+Surface build_surface(const Organ& organ, int body, bool breathes, const std::vector<DeformableBody>& bodies,
+                      Problems& problems) {
   Surface surface;
   surface.name = organ.name;
   surface.tissue = organ.tissue;
   surface.role = organ.role;
   surface.body = body;
+  surface.breathes = breathes;
   for (const auto& vertex : organ.mesh.vertices) surface.positions.push_back(vertex.cast<float>());
   surface.normals = smooth_normals(organ.mesh);
   for (const auto& triangle : organ.mesh.triangles) {
@@ -127,8 +145,8 @@ LabelVolume build_labels(const ScenarioFile& scenario, const std::vector<Organ>&
   for (std::size_t i = 0; i < organs.size(); ++i) {
     if (organs[i].role == SurfaceRole::visual) continue;
     if (organs[i].id == request.behind) filler.wall.push_back(solids.size());
-    solids.push_back({&organs[i].mesh, static_cast<std::uint8_t>(organs[i].tissue),
-                      static_cast<std::int8_t>(body_index(scenario, organs[i].body))});
+    const int body = breathes(scenario, organs[i]) ? kBreathes : body_index(scenario, organs[i].body);
+    solids.push_back({&organs[i].mesh, static_cast<std::uint8_t>(organs[i].tissue), static_cast<std::int8_t>(body)});
   }
   std::optional<LabelFiller> between;
   if (!request.filler.empty()) {
@@ -208,6 +226,7 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   report("checking the surfaces", 0.1);
   std::vector<Organ> organs = build_anatomy(scenario, files, scene.tissues, problems);
   assign_bodies(scenario, organs, problems);
+  check_breathing(scenario, organs, problems);
   scene.targets = build_targets(scenario, organs, problems);
   if (!problems.empty()) return std::nullopt;
 
@@ -220,7 +239,8 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
 
   report("embedding the surfaces", 0.7);
   for (const Organ& organ : organs) {
-    scene.surfaces.push_back(build_surface(organ, body_index(scenario, organ.body), scene.bodies, problems));
+    scene.surfaces.push_back(
+        build_surface(organ, body_index(scenario, organ.body), breathes(scenario, organ), scene.bodies, problems));
   }
   report("labelling the volume", 0.85);
   scene.labels = build_labels(scenario, organs, scene.tissues, problems);

@@ -278,6 +278,11 @@ ScenarioFile read_scenario_file(JsonFile& file) {
     scenario.breathing.amplitude = breathing->number("amplitude", {0, 2}, 1);
     scenario.breathing.period = breathing->number("period_s", {1, 30}, scenario.breathing.period);
     scenario.breathing.holds = read_holds(*breathing);
+    if (auto rigid = breathing->object("rigid", false)) {
+      scenario.breathing_organs = rigid->texts("organs");
+      scenario.breathing.rigid_motion = rigid->vector3("breathing_mm", {-50, 50}) * 1e-3;
+      rigid->finish();
+    }
     breathing->finish();
   }
   scenario.damping_time_s = root.number("damping_time_s", {0, 10}, 0);

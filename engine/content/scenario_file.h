@@ -94,6 +94,7 @@ struct ScenarioFile {
   double gravity = 0;  ///< m/s^2, down in the room
   std::vector<BodyContact> contacts;
   Breathing breathing;
+  std::vector<std::string> breathing_organs;  ///< ids of rigid ones that go with the breath
 };
 
 /// Problems go to `file`.

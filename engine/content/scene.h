@@ -54,10 +54,11 @@ struct BodyContact {
   int surface_of = 0;
 };
 
-/// Quiet breathing; what it moves is in DeformableBody::held_motion.
+/// Quiet breathing; what it moves is in DeformableBody::held_motion and Surface::breathes.
 struct Breathing {
-  double amplitude = 0;  ///< 1: as the bodies say, 0: breath held at end-expiration
-  double period = 4;     ///< s
+  double amplitude = 0;                                    ///< 1: as the bodies say, 0: breath held at end-expiration
+  double period = 4;                                       ///< s
+  Eigen::Vector3d rigid_motion = Eigen::Vector3d::Zero();  ///< of surfaces that breathe, at full inspiration, m
   /// Spells of held breath at end-expiration, from and to, s; ascending and apart.
   std::vector<std::array<double, 2>> holds{};
 };
@@ -76,11 +77,15 @@ struct Surface {
   int tissue = 0;    ///< index into Scene::tissues
   SurfaceRole role = SurfaceRole::boundary;
   int body = -1;                           ///< deformable body that carries it, -1: rigid
+  bool breathes = false;                   ///< rigid, and goes with the breath: the diaphragm
   std::vector<Eigen::Vector3f> positions;  ///< rest, patient frame, m
   std::vector<Eigen::Vector3f> normals;    ///< unit, outward, same size
   std::vector<std::uint32_t> indices;      ///< triangles, counter-clockwise from outside
   std::vector<Embedding> embedding;        ///< same size as positions where body >= 0, else empty
 };
+
+inline constexpr std::int8_t kNoBody = -1;
+inline constexpr std::int8_t kBreathes = -2;  ///< a rigid organ that goes with the breath
 
 /// Anatomy in rest space: the tissue at each voxel centre. x fastest; voxel (i,j,k) centre =
 /// origin + spacing * (i,j,k).
@@ -89,7 +94,7 @@ struct LabelVolume {
   float spacing = 0.001F;  ///< m, isotropic
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   std::vector<std::uint8_t> labels;  ///< index into Scene::tissues
-  std::vector<std::int8_t> bodies;   ///< deformable body of the voxel's tissue, -1: none. Same size as labels
+  std::vector<std::int8_t> bodies;   ///< deformable body of the voxel's tissue, kNoBody, kBreathes. Size of labels
 };
 
 struct Needle {

@@ -58,7 +58,8 @@ Piece append(Geometry& geometry, const content::Surface& surface, std::uint32_t 
   const auto base = static_cast<std::uint32_t>(geometry.rest.size());
   for (std::size_t i = 0; i < surface.positions.size(); ++i) {
     if (surface.body < 0) {
-      push_vertex(geometry, kFixedToPatient, surface.positions[i], surface.normals[i]);
+      push_vertex(geometry, surface.breathes ? kFixedToBreath : kFixedToPatient, surface.positions[i],
+                  surface.normals[i]);
       continue;
     }
     const content::Embedding& e = surface.embedding[i];
@@ -111,7 +112,7 @@ Geometry::Geometry(const content::Scene& scene)
 
 Eigen::Vector3f place(const RestVertex& vertex, const std::vector<float>& nodes) {
   const vec4& w = vertex.weights;
-  if (vertex.nodes[0] >= kFixedToProbe) return {w[0], w[1], w[2]};
+  if (vertex.nodes[0] >= kFixedToBreath) return {w[0], w[1], w[2]};
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
     const float* node = &nodes[3 * static_cast<std::size_t>(vertex.nodes[i])];

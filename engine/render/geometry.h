@@ -41,8 +41,8 @@ struct Geometry {
   std::uint32_t needle_base = 0;  ///< first vertex of the needle
 };
 
-/// Position of a rest vertex for given node positions (x, y, z each), patient frame. For probe vertices: the probe
-/// frame.
+/// Position of a rest vertex for given node positions (x, y, z each), patient frame, breathed out. For probe
+/// vertices: the probe frame.
 Eigen::Vector3f place(const RestVertex& vertex, const std::vector<float>& nodes);
 
 }  // namespace stylet::render

@@ -185,6 +185,7 @@ FrameUniforms Renderer::uniforms(const state::FrameState& state, const content::
   patient_from_probe.rotate(state.probe_orientation.cast<double>().normalized());
   u.patient_from_probe = pack(patient_from_probe.matrix());
   u.probe_from_patient = pack(patient_from_probe.inverse().matrix());
+  u.breath = {state.breath.x(), state.breath.y(), state.breath.z(), 0};
 
   // The lights are the photographer's: they stand where the camera stands.
   const Eigen::Vector3d back = (camera.eye - camera.look_at).normalized();

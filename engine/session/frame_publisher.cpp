@@ -1,5 +1,7 @@
 #include "engine/session/frame_publisher.h"
 
+#include "engine/session/breathing.h"
+
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -82,6 +84,7 @@ void FramePublisher::simulation_stepped(const SimulationStepRecord& record, cons
     frame_.needle_orientations[node] = needle.orientations[node].cast<float>();
   }
   show_probe(record.probe, report.probe);
+  frame_.breath = (inspiration(scene_.breathing, record.time_s) * scene_.breathing.rigid_motion).cast<float>();
   frame_.force = needle.wrench.force.cast<float>();
   frame_.insertion_depth = static_cast<float>(insertion_depth(scene_.needle, needle));
   if (!scene_.targets.empty()) {

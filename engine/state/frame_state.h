@@ -19,11 +19,12 @@ struct FrameState {
   std::vector<Eigen::Quaternionf> needle_orientations;
   Eigen::Vector3f probe_position = Eigen::Vector3f::Zero();
   Eigen::Quaternionf probe_orientation = Eigen::Quaternionf::Identity();
-  Eigen::Vector3f force = Eigen::Vector3f::Zero();  ///< on the hand
-  float insertion_depth = 0;                        ///< arc length of needle in tissue, m
-  float target_distance = 0;                        ///< tip to target centre, m
-  float probe_force = 0;                            ///< that presses the probe on the skin, along its axis, N
-  float probe_area = 0;                             ///< of the skin that it touches, m^2
+  Eigen::Vector3f breath = Eigen::Vector3f::Zero();  ///< motion of rigid organs that breathe, m
+  Eigen::Vector3f force = Eigen::Vector3f::Zero();   ///< on the hand
+  float insertion_depth = 0;                         ///< arc length of needle in tissue, m
+  float target_distance = 0;                         ///< tip to target centre, m
+  float probe_force = 0;                             ///< that presses the probe on the skin, along its axis, N
+  float probe_area = 0;                              ///< of the skin that it touches, m^2
 };
 
 /// How a FrameState was made.

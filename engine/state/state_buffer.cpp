@@ -29,6 +29,7 @@ void for_each_value(State& s, Vector&& vector, Rotation&& rotation, Scalar&& sca
   for (auto& q : s.needle_orientations) rotation(q);
   vector(s.probe_position);
   rotation(s.probe_orientation);
+  vector(s.breath);
   vector(s.force);
   scalar(s.insertion_depth);
   scalar(s.target_distance);

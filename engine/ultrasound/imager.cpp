@@ -94,7 +94,7 @@ struct Imager::Passes {
 Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const ImagerSettings& settings)
     : device(device_),
       model(scene, settings),
-      slice(device, ultrasound_slice_comp, interface(5)),
+      slice(device, ultrasound_slice_comp, interface(6)),
       tissue(device, ultrasound_tissue_comp, interface(4)),
       echoes(device, ultrasound_echo_comp, interface(9)),
       needle(device, ultrasound_needle_comp, interface(3)),
@@ -162,7 +162,7 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
 
   commands.dispatch(slice,
                     {read(0, frame), read(1, tets.buffer()), read(2, bin_starts.buffer()),
-                     read(3, bin_entries.buffer()), write(4, rest), write(5, slope)},
+                     read(3, bin_entries.buffer()), write(4, rest), write(5, slope), read(6, voxels)},
                     samples);
   times.mark(commands, "slice");
   commands.dispatch(tissue, {read(0, frame), read(1, tissues), read(2, voxels), read(3, rest), write(4, mixes)},

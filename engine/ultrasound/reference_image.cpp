@@ -52,6 +52,7 @@ ReferenceImager::ReferenceImager(const content::Scene& scene, const ImagerSettin
 const std::vector<std::uint8_t>& ReferenceImager::image(const state::FrameState& state) {
   model_.update(state);
   slice();
+  follow_breath();
   mix_tissues();
   make_echoes();
   add_needle();
@@ -98,14 +99,34 @@ void ReferenceImager::slice() {
   }
 }
 
-int ReferenceImager::tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const {
+void ReferenceImager::follow_breath() {
+  const FrameConstants& c = model_.constants();
+  const int owner = static_cast<int>(c.breath.w);
+  if (owner < 0) return;
+  const Eigen::Vector3f origin(c.label_x, c.label_y, c.label_z);
+  for (RestPoint& rest : rest_) {
+    if (rest.body >= 0) continue;
+    const Eigen::Vector3f before = rest.position - xyz(c.breath);
+    const Eigen::Vector3f voxel = ((before - origin) / c.label_spacing).array() + 0.5F;
+    if ((voxel_at(voxel.array().floor().cast<int>()) >> 8) - 1 != owner) continue;
+    rest.position = before;
+    rest.body = owner;
+  }
+}
+
+int ReferenceImager::voxel_at(const Eigen::Vector3i& voxel) const {
   const FrameConstants& c = model_.constants();
   const bool outside = voxel.x() < 0 || voxel.y() < 0 || voxel.z() < 0 || voxel.x() >= c.label_nx ||
                        voxel.y() >= c.label_ny || voxel.z() >= c.label_nz;
-  if (outside) return gel ? c.gel_tissue : 0;
-  const std::size_t i = (static_cast<std::size_t>(voxel.z()) * c.label_ny + voxel.y()) * c.label_nx + voxel.x();
-  const int label = model_.voxels()[i] & 0xFF;
-  const int owner = (model_.voxels()[i] >> 8) - 1;
+  if (outside) return 0;
+  return model_.voxels()[(static_cast<std::size_t>(voxel.z()) * c.label_ny + voxel.y()) * c.label_nx + voxel.x()];
+}
+
+int ReferenceImager::tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const {
+  const FrameConstants& c = model_.constants();
+  const int both = voxel_at(voxel);
+  const int label = both & 0xFF;
+  const int owner = (both >> 8) - 1;
   // The organ that was here at rest has moved away.
   if (owner >= 0 && owner != body) return c.filler_tissue;
   return label == 0 && gel ? c.gel_tissue : label;

@@ -46,6 +46,7 @@ private:
   };
 
   void slice();
+  void follow_breath();
   void mix_tissues();
   void make_echoes();
   void add_needle();
@@ -54,6 +55,7 @@ private:
   void detect();
   void scan_convert();
 
+  int voxel_at(const Eigen::Vector3i& voxel) const;
   int tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const;
   std::size_t texel_at(const Eigen::Vector3f& rest) const;
   std::size_t index(int line, int sample) const { return static_cast<std::size_t>(sample) * lines_ + line; }

@@ -138,6 +138,13 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
     }
   }
 
+  constants_.breath.w = -1;
+  for (std::size_t i = 0; i < labels.labels.size(); ++i) {
+    if (labels.bodies[i] != content::kBreathes) continue;
+    constants_.breath.w = static_cast<float>(scene.bodies.size());
+    voxels_[i] = static_cast<std::uint16_t>(labels.labels[i] | (scene.bodies.size() + 1) << 8);
+  }
+
   FrameConstants& c = constants_;
   c.face_radius = static_cast<float>(scan_.face_radius);
   c.first_line = static_cast<float>(scan_.first_line);
@@ -185,6 +192,7 @@ void ScanModel::update(const state::FrameState& state) {
   constants_.lateral = as_vec4(patient_from_probe.linear().col(0));
   constants_.elevation = as_vec4(patient_from_probe.linear().col(1));
   constants_.axial = as_vec4(patient_from_probe.linear().col(2));
+  constants_.breath = as_vec4(state.breath, constants_.breath.w);
 }
 
 void ScanModel::place_needle(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient) {

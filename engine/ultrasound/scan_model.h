@@ -41,8 +41,8 @@ public:
   const SpeckleField& speckle() const { return speckle_; }
   /// Row of a tissue = its label; then gel and filler.
   const std::vector<TissueRow>& tissues() const { return tissues_; }
-  /// label | (body + 1) << 8, in the order of content::LabelVolume; body -1 where no tetrahedron carries the voxel.
-  /// Even number of entries.
+  /// label | (body + 1) << 8, in the order of content::LabelVolume; body -1 where no tetrahedron carries the voxel,
+  /// FrameConstants::breath.w where it goes with the breath. Even number of entries.
   const std::vector<std::uint16_t>& voxels() const { return voxels_; }
 
   // Of the last update().

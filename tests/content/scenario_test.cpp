@@ -82,6 +82,21 @@ TEST(Scenario, WeightPullsToTheBackOfASupinePatientWhereItIsAskedFor) {
   EXPECT_LT((load_scene(small.write()).gravity - Eigen::Vector3d(0, 0, -9.81)).norm(), 1e-12);
 }
 
+TEST(Scenario, LetsARigidOrganGoWithTheBreath) {
+  SmallScenario small;
+  small.scenario["breathing"]["rigid"] = json::parse(R"({"organs": ["bone"], "breathing_mm": [0, -12, 0]})");
+  const Scene scene = load_scene(small.write());
+  EXPECT_LT((scene.breathing.rigid_motion - Eigen::Vector3d(0, -0.012, 0)).norm(), 1e-12);
+  for (const Surface& surface : scene.surfaces) EXPECT_EQ(surface.breathes, surface.name == "bone_ball");
+  int bone = 0;
+  for (std::size_t v = 0; v < scene.labels.labels.size(); ++v) {
+    const bool is_bone = scene.tissues[scene.labels.labels[v]].name == "bone";
+    EXPECT_EQ(scene.labels.bodies[v] == kBreathes, is_bone);
+    bone += is_bone ? 1 : 0;
+  }
+  EXPECT_GT(bone, 100);
+}
+
 TEST(Scenario, LoadsTheSameBitsTwice) {
   const SmallScenario small;
   const Scene a = load_scene(small.write());
@@ -224,6 +239,18 @@ INSTANTIATE_TEST_SUITE_P(
             "HoldsThatOverlap", [](auto& s) { s.scenario["breathing"]["holds"] = json::parse("[[1, 4], [3, 5]]"); },
             "scenario.json:/breathing/holds: entry 1 is not [from_s, to_s] between the hold before it and 86400; "
             "correct it"},
+        BadScenario{"NobodyBreathes",
+                    [](auto& s) {
+                      s.scenario["breathing"]["rigid"] =
+                          json::parse(R"({"organs": ["bone", "lung"], "breathing_mm": [0, 1, 0]})");
+                    },
+                    "scenario.json:/breathing/rigid/organs/1: there is no organ \"lung\"; correct its id"},
+        BadScenario{"BodyThatBreathesTwice",
+                    [](auto& s) {
+                      s.scenario["breathing"]["rigid"] =
+                          json::parse(R"({"organs": ["tumour"], "breathing_mm": [0, 1, 0]})");
+                    },
+                    "scenario.json:/breathing/rigid/organs/0: tumour moves with the body liver; take it out"},
         BadScenario{
             "HoldWithoutEnd", [](auto& s) { s.scenario["breathing"]["holds"] = json::parse(R"([[1, "end"]])"); },
             "scenario.json:/breathing/holds: entry 0 is not [from_s, to_s] between the hold before it and 86400; "

@@ -40,6 +40,7 @@ FrameState motion_at(double t, std::uint64_t step) {
   state.probe_position = Eigen::Vector3d(t, -t, 2 * t).cast<float>();
   state.probe_orientation =
       Eigen::Quaternionf(Eigen::AngleAxisf(static_cast<float>(-0.3 * t), Eigen::Vector3f::UnitZ()));
+  state.breath = Eigen::Vector3d(0, -0.01 * t, 0).cast<float>();
   state.force = Eigen::Vector3d(0.5 * t, 0, -t).cast<float>();
   state.insertion_depth = static_cast<float>(0.03 * t);
   state.target_distance = static_cast<float>(0.08 - 0.03 * t);
@@ -59,6 +60,7 @@ void expect_equal(const FrameState& a, const FrameState& b) {
   }
   EXPECT_EQ(a.probe_position, b.probe_position);
   EXPECT_EQ(a.probe_orientation.coeffs(), b.probe_orientation.coeffs());
+  EXPECT_EQ(a.breath, b.breath);
   EXPECT_EQ(a.force, b.force);
   EXPECT_EQ(a.insertion_depth, b.insertion_depth);
   EXPECT_EQ(a.target_distance, b.target_distance);

@@ -446,5 +446,34 @@ TEST(MovedOrgan, LeavesFillerBehindAndTakesItsAnatomyAlong) {
   EXPECT_GT(decibels(filler / ring), -25);
 }
 
+// A slab that goes with the breath: its echo comes from where it is, and fat fills the place that it has left.
+TEST(Breath, TakesARigidOrganAlongAndLeavesFatBehind) {
+  const auto in_slab = [](double z) { return z > 0.060 && z < 0.068; };
+  content::Scene scene = test::block_phantom(
+      [&](const Eigen::Vector3f& p) { return in_slab(p.z()) ? test::kBright : test::kBackground; });
+  for (std::size_t i = 0; i < scene.labels.labels.size(); ++i) {
+    if (scene.labels.labels[i] == test::kBright) scene.labels.bodies[i] = content::kBreathes;
+  }
+  const auto between = [](double from, double to) {
+    return [=](const Eigen::Vector2d& p) { return std::abs(p.x()) < 0.03 && p.y() > from && p.y() < to; };
+  };
+  PhantomImage plain(test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; }));
+  plain.make();
+  PhantomImage out(scene);
+  out.make();
+  PhantomImage in(scene);
+  in.state().breath = {0, 0, 0.012F};
+  in.make();
+  const auto over_plain = [&](const PhantomImage& image, double from, double to) {
+    return decibels(image.power(between(from, to)) / plain.power(between(from, to)));
+  };
+  const double slab = over_plain(out, 0.061, 0.067), moved = over_plain(in, 0.073, 0.079);
+  const double left = over_plain(in, 0.062, 0.066);  // away from the faces between tissue and fat
+  std::printf("slab %.1f dB, moved %.1f dB, the place that it left %.1f dB\n", slab, moved, left);
+  EXPECT_NEAR(slab, 6, 1);
+  EXPECT_NEAR(moved, 6, 1);
+  EXPECT_NEAR(left, kFillerBackscatterDb, 1.5);
+}
+
 }  // namespace
 }  // namespace stylet::ultrasound
