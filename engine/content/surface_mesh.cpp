@@ -114,8 +114,8 @@ std::vector<std::array<std::uint32_t, 3>> without_degenerate_and_duplicate(
   return kept;
 }
 
-// Turns triangles so that neighbours across a two-triangle edge agree, then each such component outward.
-void orient(TriangleMesh& mesh) {
+// Turns triangles so that neighbours across a two-triangle edge agree, then each such component outward. -> how many
+std::size_t orient(TriangleMesh& mesh) {
   struct Neighbour {
     std::uint32_t triangle;
     bool agrees;
@@ -129,6 +129,7 @@ void orient(TriangleMesh& mesh) {
     neighbours[a.triangle].push_back({b.triangle, a.forward != b.forward});
     neighbours[b.triangle].push_back({a.triangle, a.forward != b.forward});
   });
+  std::size_t turned = 0;
   std::vector<char> seen(mesh.triangles.size(), 0);
   std::vector<char> flip(mesh.triangles.size(), 0);
   for (std::uint32_t seed = 0; seed < mesh.triangles.size(); ++seed) {
@@ -147,9 +148,12 @@ void orient(TriangleMesh& mesh) {
       }
     }
     for (const std::uint32_t t : component) {
-      if ((flip[t] != 0) != (volume6 < 0)) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+      if ((flip[t] != 0) == (volume6 < 0)) continue;
+      std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+      ++turned;
     }
   }
+  return turned;
 }
 
 // Vertices where more than one fan of triangles meets: they pass the edge counts of a closed surface.
@@ -233,7 +237,7 @@ SurfaceReport inspect(const TriangleMesh& mesh) {
   return report;
 }
 
-TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where) {
+TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where, std::size_t* turned) {
   check_soup(soup, where);
   const std::vector<std::uint32_t> welded = weld_map(soup.vertices);
   TriangleMesh mesh{soup.vertices, soup.triangles};
@@ -259,7 +263,8 @@ TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where) {
   for (auto& t : mesh.triangles) {
     for (std::uint32_t& v : t) v = compact[v];
   }
-  orient(mesh);
+  const std::size_t count = orient(mesh);
+  if (turned != nullptr) *turned = count;
   return mesh;
 }
 

@@ -37,9 +37,10 @@ SurfaceReport inspect(const TriangleMesh& mesh);
 /// Vertices with equal coordinates become one (exactly: positions of patches of one organ are bit-equal where they
 /// meet); degenerate and duplicate triangles and unused vertices are dropped; triangles of each edge-connected
 /// component are turned to agree with each other, outward where that is defined. The order of what stays is kept.
-/// @param where  named in the error: file and node
+/// @param where        named in the error: file and node
+/// @param[out] turned  triangles that faced the other way
 /// @throws ContentError  non-finite coordinate, index out of range, nothing left
-TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where);
+TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where, std::size_t* turned = nullptr);
 
 /// clean_surface(), then demands a solid: closed, two-manifold (also as OpenMesh sees it), not a thin double wall.
 /// @throws ContentError  also: open (n boundary edges), n non-manifold edges, watertight but not solid

@@ -95,6 +95,7 @@ std::string report_json(const ImportedOrgan& organ, const OrganParts& parts) {
   json["read"] = {{"triangles", r.triangles_read},
                   {"triangles_after_welding", r.triangles},
                   {"dropped", r.dropped},
+                  {"turned", r.turned},
                   {"components", r.components},
                   {"open_edges", r.boundary_edges},
                   {"non_manifold_edges", r.non_manifold_edges},

@@ -31,6 +31,7 @@ using content::TriangleMesh;
 // The last only confirms the one before it.
 constexpr std::array kGaps{0.5e-3, 1e-3, 2e-3, 4e-3, 6e-3, 9e-3};
 constexpr double kConfirmed = 0.1;          // of the volume, which a wider gap changes less
+constexpr double kLeastWidth = 1e-3;        // m
 constexpr double kFinestSpacing = 0.25e-3;  // m
 constexpr double kSpacings = 250;           // of the enclosure along the diagonal of the organ, at least
 constexpr double kNodes = 3e6;              // or as many of its box: finer where it is long and narrow
@@ -77,8 +78,10 @@ ShapeOfOrgan enclosed(const std::shared_ptr<const EnclosedSolid>& solid, const S
                       ImportReport& report) {
   report.from = SolidFrom::enclosure;
   report.gap = solid->gap();
-  report.notes.push_back(fmt::format("the surface is not closed ({}); openings up to {:.2g} mm were closed",
-                                     describe(surface), solid->gap() * 1e3));
+  const std::string why = surface.closed() ? "the surface crosses or touches itself"
+                                           : fmt::format("the surface is not closed ({})", describe(surface));
+  report.notes.push_back(
+      fmt::format("{}: what it encloses was filled, openings up to {:.2g} mm closed", why, solid->gap() * 1e3));
   return {
       .pieces = {{.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
                   .box = solid->bounds(),
@@ -138,8 +141,13 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
   progress(fmt::format("{}: welding {} parts", organ.id, organ.parts.size()));
   const TriangleMesh soup = merged(organ);
   const std::string& where = organ.parts.front()->place;
-  TriangleMesh clean = content::clean_surface(soup, where);
+  TriangleMesh clean = content::clean_surface(soup, where, &report.turned);
   const SurfaceReport surface = content::inspect(clean);
+  if (const double width = surface.bounds.sizes().maxCoeff(); width < kLeastWidth) {
+    throw ContentError(fmt::format("{}: {} is {:.3g} mm wide, too small for an organ; {}", where, organ.id,
+                                   width * 1e3,
+                                   organ.file->format == "glTF" ? "give its node a scale" : "say its --unit"));
+  }
   report.triangles_read = soup.triangles.size();
   report.triangles = clean.triangles.size();
   report.dropped = soup.triangles.size() - clean.triangles.size();
@@ -162,6 +170,9 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
         if (outer->inner > 0) {
           report.notes.push_back(
               fmt::format("{} closed surface(s) inside another were left out: the organ is filled", outer->inner));
+        } else if (report.turned > 0) {
+          report.notes.push_back(
+              fmt::format("{} of {} triangles faced inwards and were turned", report.turned, report.triangles));
         }
         return shape;
       }

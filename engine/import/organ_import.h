@@ -58,6 +58,7 @@ struct ImportReport {
   std::size_t triangles_read = 0;
   std::size_t triangles = 0;  ///< after welding and cleaning
   std::size_t dropped = 0;    ///< degenerate or duplicate
+  std::size_t turned = 0;     ///< to agree with their neighbours, and outward
   int boundary_edges = 0;     ///< of the welded surface
   int non_manifold_edges = 0;
   int components = 0;

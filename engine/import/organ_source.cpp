@@ -22,8 +22,7 @@ namespace {
 using content::ContentError;
 
 constexpr std::size_t kFileBytes = 512u << 20;
-constexpr double kLargestOrgan = 3.0;    // m
-constexpr double kSmallestOrgan = 1e-3;  // m
+constexpr double kLargestOrgan = 3.0;  // m
 
 std::string lower(std::string_view text) {
   std::string out(text);
@@ -117,14 +116,11 @@ void check_sizes(SourceFile& file) {
   for (const SourcePart& part : file.parts) {
     for (const Eigen::Vector3d& vertex : part.mesh.vertices) box.extend(vertex);
   }
-  if (box.isEmpty()) return;
+  if (box.isEmpty() || file.format == "glTF") return;  // glTF has its own warning
   const double size = box.sizes().maxCoeff();
   if (size > kLargestOrgan) {
     file.warnings.push_back(
         fmt::format("{}: is {:.3g} m wide: are its numbers millimetres? --unit mm", file.path.string(), size));
-  } else if (size < kSmallestOrgan) {
-    file.warnings.push_back(
-        fmt::format("{}: is {:.3g} mm wide: are its numbers metres? --unit m", file.path.string(), size * 1e3));
   }
 }
 

@@ -52,7 +52,7 @@ TEST(HostileFiles, GetTheVerdictTheCollectionExpects) {
     if (!std::filesystem::exists(folder / file)) continue;
     const std::string error = refusal(folder / file);
     EXPECT_THAT(error, ::testing::Not(::testing::HasSubstr("\n"))) << file;
-    // Files named geo_ are sound glTF of unsound surfaces: the surface checks judge them.
+    // Files named geo_ are sound glTF of unsound surfaces: tests/import/hostile_surfaces_test.cpp.
     if (file.starts_with("geo_")) continue;
     if (expect == "accept") {
       EXPECT_EQ(error, "") << line;
