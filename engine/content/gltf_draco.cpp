@@ -100,6 +100,7 @@ std::size_t add_accessor(nlohmann::json& geometry, std::size_t buffer, std::size
 void decompress(const std::vector<Job>& jobs, const std::string& file, nlohmann::json& geometry,
                 GltfBuffers& buffers) {
   std::vector<DracoMesh> meshes;
+  meshes.reserve(jobs.size());
   for (const Job& job : jobs) meshes.push_back(job.mesh);
   const std::size_t buffer = buffers.add(decode_draco(meshes, file));
   std::size_t offset = 0;

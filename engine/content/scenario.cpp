@@ -352,6 +352,7 @@ std::vector<std::string> validate(const std::filesystem::path& path, std::option
       if (scene != nullptr) *scene = std::move(assembled);
     } else {
       std::vector<std::string_view> formats;
+      formats.reserve(std::size(kChecks));
       for (const auto& [format, check] : kChecks) formats.push_back(format);
       problems.push_back(fmt::format("{}:/format: names no kind of file; it is one of: {}", path.string(),
                                      fmt::join(formats, ", ")));

@@ -128,6 +128,7 @@ void run(const WorkFolder& folder, const GmshSettings& settings, const std::func
   const std::string geo = folder.file("organ.geo"), msh = folder.file("organ.msh"), log = folder.file("log");
   std::vector<std::string> words{settings.program, "-3", geo, "-format", "msh2", "-o", msh, "-nt", "1"};
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;

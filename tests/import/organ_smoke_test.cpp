@@ -48,6 +48,7 @@ std::vector<std::vector<int>> pieces_of(const physics::TetMesh& mesh) {
   std::map<int, std::vector<int>> pieces;
   for (std::size_t n = 0; n < part.size(); ++n) pieces[part[n]].push_back(static_cast<int>(n));
   std::vector<std::vector<int>> list;
+  list.reserve(pieces.size());
   for (auto& [first, nodes] : pieces) list.push_back(std::move(nodes));
   return list;
 }

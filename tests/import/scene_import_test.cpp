@@ -203,6 +203,7 @@ TEST(ImportScene, NeedleAndProbeLieInOnePlaneOnTheSkin) {
 TEST(ImportScene, TellsWhatTheNeedlePasses) {
   const std::vector<PathPiece>& path = torso_scene().path;
   std::vector<std::string> names;
+  names.reserve(path.size());
   for (const PathPiece& piece : path) names.push_back(piece.organ);
   EXPECT_THAT(names, ::testing::ElementsAre("abdominal_wall", "abdominal_wall_fat", "abdominal_wall_muscle", "liver",
                                             "lesion"));

@@ -35,6 +35,7 @@ Smoothness axial(const ReferenceRun& settings, double simulation_hz) {
 
 TEST(ReferenceInsertion, ADiscontinuityIsAStepWithoutTheSlopeItStandsOn) {
   std::vector<Eigen::Vector3d> forces;
+  forces.reserve(100);
   const auto at = [](int k) { return 0.3 * k + 1e-4 * k * k; };  // a curve that no step stands out of by itself
   for (int k = 0; k < 100; ++k) forces.emplace_back(0, at(k), at(k) + (k > 40 ? 0.02 : 0.0));
   EXPECT_EQ(discontinuity(forces, 0), 0);

@@ -203,7 +203,7 @@ TEST(IsolatedDofs, IncrementalUpdatesMatchDenseInverse) {
 }
 
 TEST(Blas, IsNamed) {
-  const BlasLibrary blas = single_threaded_blas();
+  const BlasLibrary& blas = single_threaded_blas();
   std::printf("  BLAS: %s%s\n", blas.name.c_str(), blas.slow_reference ? " (slow)" : "");
   EXPECT_FALSE(blas.name.empty());
 }
