@@ -48,6 +48,12 @@ Matrix3d element_frame() {
 
 }  // namespace
 
+// Not Quaterniond::FromTwoVectors, which brings a singular value decomposition to every file that calls it.
+Quaterniond orientation_along(const Vector3d& direction) {
+  const Vector3d to = direction.normalized();
+  return Quaterniond(1 + to.z(), -to.y(), to.x(), 0).normalized();
+}
+
 NeedleShape straight_needle(const NeedleProperties& needle, const StylusPose& hub) {
   check(needle);
   NeedleShape shape;

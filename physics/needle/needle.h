@@ -49,6 +49,9 @@ struct NeedleShape {
   const Eigen::Quaterniond& orientation(int node) const { return orientations[static_cast<std::size_t>(node)]; }
 };
 
+/// Orientation whose +Z is along `direction`, turned from the identity the shortest way. Any length; not along -Z.
+Eigen::Quaterniond orientation_along(const Eigen::Vector3d& direction);
+
 /// Straight, stress-free needle with its hub at `hub`.
 /// Throws std::invalid_argument (one line) if a property is out of range.
 NeedleShape straight_needle(const NeedleProperties& needle, const StylusPose& hub);

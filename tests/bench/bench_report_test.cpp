@@ -72,7 +72,7 @@ TEST(BenchReport, TableNamesTheMachineAndCallsAMissMissed) {
 
 TEST(GaussSeidel, ComesToTheDirectSolutionAsTheToleranceFalls) {
   const Eigen::MatrixXd factor = Eigen::MatrixXd::Identity(8, 8) + 0.3 * Eigen::MatrixXd::Ones(8, 8);
-  const Eigen::MatrixXd w = factor * factor.transpose();
+  const Eigen::MatrixXd w = factor.lazyProduct(factor.transpose());
   const Eigen::VectorXd delta = Eigen::VectorXd::LinSpaced(8, -1, 2);
   const Eigen::VectorXd exact = support::solve(w, -delta);
   double last = std::numeric_limits<double>::infinity();

@@ -8,6 +8,7 @@
 // reported apart. The factorisation worker runs between the steps, outside the measured time (delivery_). A contact
 // that nobody saw coming costs the step w_bar_outside of 4 nodes more.
 #include "physics/loops/simulation_loop.h"
+#include "physics/needle/needle.h"
 #include "physics/tissue/blas.h"
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/warped_compliance.h"
@@ -344,8 +345,7 @@ NeedleState needle_to(double tip_x, const TissuePatch& patch) {
   needle.node_count = 9;
   for (int i = 0; i < 9; ++i) {
     needle.positions.col(i) = Eigen::Vector3d(tip_x - 0.25 + 0.03125 * i, 0.047, 0.053);
-    needle.orientations[std::size_t(i)] =
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
+    needle.orientations[std::size_t(i)] = orientation_along(Eigen::Vector3d::UnitX());
   }
   for (int b = 0; b < patch.body_count; ++b) {
     for (int i = 0; i < patch.bodies[std::size_t(b)].node_count; ++i) {

@@ -172,7 +172,7 @@ TEST(BoundedSolver, DependentRowsGiveFiniteForcesAndAreReported) {
   for (int trial = 0; trial < 50; ++trial) {
     Problem p = random_problem(random, 12, 10, 0.3);
     const MatrixXd g = MatrixXd::NullaryExpr(22, 7, [&] { return random.uniform(-1, 1); });
-    p.w = 1e-3 * g * g.transpose();  // rank 7 of 22
+    p.w = 1e-3 * g.lazyProduct(g.transpose());  // rank 7 of 22
     for (ContactRow& row : p.rows) row.compliance = 0;
     BoundedSolver solver(kMaxRows);
     BoundedSolveReport report;

@@ -269,7 +269,7 @@ TEST(BoundedSolver, TipOnASurfaceDoesNotDependOnTheAxesOfItsFriction) {
     const double angle = random.uniform(0, 6.28);
     turn.bottomRightCorner(2, 2) << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
     Problem q = p;
-    q.w = turn * p.w * turn.transpose();
+    q.w = support::product(turn, support::product(p.w, turn.transpose()));
     q.delta = turn * p.delta;
     const VectorXd turned = turn.transpose() * solve(solver, q, VectorXd::Zero(n), &report);
     worst = std::max(worst, (turned - lambda).norm() / lambda.norm());

@@ -69,7 +69,7 @@ inline void lay_synthetic_body(BodyPatch& body, const NeedleState& needle, int c
 
   Eigen::MatrixXd mixing(3 * n, 6);
   for (int i = 0; i < mixing.size(); ++i) mixing.data()[i] = u(engine);
-  Eigen::MatrixXd w_bar = 0.05 * scale * mixing * mixing.transpose();
+  Eigen::MatrixXd w_bar = 0.05 * scale * mixing.lazyProduct(mixing.transpose());
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
       const double distance = (rest.col(i) - rest.col(j)).norm();

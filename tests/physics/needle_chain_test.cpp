@@ -56,7 +56,7 @@ TEST(BlockTridiagonal, ForwardSolvesGiveTheCompliance) {
     }
     y.leftCols(columns) = b;
     d.system.forward_solve(y.data(), reached, stride);
-    const MatrixXd w = y.leftCols(columns).transpose() * y.leftCols(columns);
+    const MatrixXd w = support::product(MatrixXd(y.leftCols(columns)).transpose(), MatrixXd(y.leftCols(columns)));
     const MatrixXd exact = support::product(b.transpose(), support::solve(d.a, b));
     EXPECT_LT((w - exact).norm(), 1e-12 * exact.norm());
     EXPECT_EQ((y.rightCols(stride - columns).array() - 7.0).abs().maxCoeff(), 0) << "wrote beyond its columns";

@@ -1,6 +1,7 @@
 // Contacts laid along the needle's path, and what the patch tells of them.
 #include "physics/contact/insertion_path.h"
 #include "physics/loops/simulation_loop.h"
+#include "physics/needle/needle.h"
 #include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
 #include "tests/support/kuhn_box.h"
@@ -30,8 +31,7 @@ NeedleState needle_to(double tip_x, double bow = 0) {
   needle.node_count = 5;
   for (int i = 0; i < 5; ++i) {
     needle.positions.col(i) = Eigen::Vector3d(tip_x - 0.15 + 0.0375 * i, 0.047 + bow * (i == 2), 0.053);
-    needle.orientations[std::size_t(i)] =
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
+    needle.orientations[std::size_t(i)] = orientation_along(Eigen::Vector3d::UnitX());
   }
   return needle;
 }

@@ -1,5 +1,6 @@
 // The factorisation worker beside the simulation loop: never waited for, and replayable.
 #include "physics/loops/simulation_loop.h"
+#include "physics/needle/needle.h"
 #include "tests/support/kuhn_box.h"
 
 #include <gtest/gtest.h>
@@ -33,8 +34,7 @@ NeedleState needle_at(int step, const TissuePatch& patch) {
   const double tip = 0.0008 * step;
   for (int i = 0; i < 3; ++i) {
     needle.positions.col(i) = Eigen::Vector3d(tip - 0.15 + 0.075 * i, 0.047, 0.053 + 1e-5 * step);
-    needle.orientations[std::size_t(i)] =
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
+    needle.orientations[std::size_t(i)] = orientation_along(Eigen::Vector3d::UnitX());
   }
   for (int b = 0; b < patch.body_count; ++b) {
     const BodyPatch& body = patch.bodies[std::size_t(b)];

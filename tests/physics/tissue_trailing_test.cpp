@@ -73,11 +73,11 @@ TEST(TriangularInverse, TimesTheFactorIsTheIdentity) {
     l.diagonal().array() += 20;
     Eigen::MatrixXd inverse = l;
     invert_lower_triangle(inverse);
-    EXPECT_LE((l * inverse - Eigen::MatrixXd::Identity(n, n)).norm(), 1e-13 * n);
+    EXPECT_LE((support::product(l, inverse) - Eigen::MatrixXd::Identity(n, n)).norm(), 1e-13 * n);
     Eigen::MatrixXd product = inverse;
     multiply_by_own_transpose(product);
     EXPECT_EQ(product, Eigen::MatrixXd(product.transpose()));
-    EXPECT_LE((product - inverse.transpose() * inverse).norm(), 1e-15 * n);
+    EXPECT_LE((product - support::product(inverse.transpose(), inverse)).norm(), 1e-15 * n);
   }
 }
 

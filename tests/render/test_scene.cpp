@@ -1,5 +1,7 @@
 #include "tests/render/test_scene.h"
 
+#include "physics/needle/needle.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -161,8 +163,7 @@ Scene make_test_scene() {
   scene.probe.name = "convex";
   scene.probe.depth = 0.12;
   scene.probe.pose.position = Vector3d(-0.03, 0.108, 0.02);
-  scene.probe.pose.orientation =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), (kTumour - scene.probe.pose.position).normalized());
+  scene.probe.pose.orientation = physics::orientation_along(kTumour - scene.probe.pose.position);
   scene.camera = {
       .eye = {0.10, 0.10, 0.42}, .look_at = {0.005, 0.025, 0}, .up = Vector3d::UnitY(), .vertical_fov = 0.56};
   return scene;
@@ -177,7 +178,7 @@ state::FrameState rest_state(const Scene& scene) {
   const Vector3d tip = scene.targets.front().centre;
   const Vector3d into = Vector3d(-0.62, -0.42, -0.55).normalized();
   const Vector3d hub = tip - scene.needle.length * into;
-  const auto turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), into);
+  const auto turn = physics::orientation_along(into);
   for (int i = 0; i <= scene.needle.beams; ++i) {
     const double along = scene.needle.length * i / scene.needle.beams;
     state.needle_positions.push_back((hub + along * into).cast<float>());

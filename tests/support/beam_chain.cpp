@@ -35,7 +35,8 @@ physics::BeamResponse member_response(const BeamChain::Member& member, const Bea
     turning.block<3, 3>(6 * end + 3, 6 * end + 3) = 0.5 * (force * arm + arm * force);
   }
   r.force = (to_ends.transpose() * r.force).eval();
-  r.tangent = (to_ends.transpose() * r.tangent * to_ends + turning).eval();
+  const Matrix12d tangent = r.tangent.lazyProduct(to_ends);
+  r.tangent = to_ends.transpose().lazyProduct(tangent) + turning;
   return r;
 }
 

@@ -17,6 +17,10 @@ MatrixXd solve(const DenseInput& a, const DenseInput& b) {
   return Eigen::PartialPivLU<MatrixXd>(a).solve(b);
 }
 
+MatrixXd least_norm_solution(const DenseInput& a, const DenseInput& b) {
+  return Eigen::CompleteOrthogonalDecomposition<MatrixXd>(a).solve(b);
+}
+
 Eigen::MatrixX<long double> solve_extended(const Eigen::MatrixX<long double>& a,
                                            const Eigen::MatrixX<long double>& b) {
   return Eigen::FullPivLU<Eigen::MatrixX<long double>>(a).solve(b);

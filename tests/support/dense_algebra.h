@@ -14,7 +14,10 @@ Eigen::MatrixXd product(const DenseInput& a, const DenseInput& b);
 /// A^-1 B by LU with partial pivoting. A: [n x n], regular; B: [n x k].
 Eigen::MatrixXd solve(const DenseInput& a, const DenseInput& b);
 
-/// The same in long double, with full pivoting: for saddle points that mix units.
+/// x of least norm among those with least |A x - b|. A: [m x n], of any rank; b: [m x k].
+Eigen::MatrixXd least_norm_solution(const DenseInput& a, const DenseInput& b);
+
+/// solve() in long double, with full pivoting: for saddle points that mix units.
 Eigen::MatrixX<long double> solve_extended(const Eigen::MatrixX<long double>& a,
                                            const Eigen::MatrixX<long double>& b);
 

@@ -93,7 +93,8 @@ Eigen::MatrixXd DenseTissue::stiffness(const Eigen::VectorXd& p) const {
   for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
     const auto& tet = mesh_.tets[t];
     const Matrix12 r = rotation12(edges(tet, p) * inverse_edges_[t]);
-    const Matrix12 local = r * k0_[t] * r.transpose();
+    const Matrix12 turned = r.lazyProduct(k0_[t]);
+    const Matrix12 local = turned.lazyProduct(r.transpose());
     for (std::size_t a = 0; a < 4; ++a) {
       for (std::size_t b = 0; b < 4; ++b) {
         k.block<3, 3>(3 * tet[a], 3 * tet[b]) += local.block<3, 3>(3 * Eigen::Index(a), 3 * Eigen::Index(b));

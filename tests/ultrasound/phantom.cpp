@@ -1,5 +1,7 @@
 #include "tests/ultrasound/phantom.h"
 
+#include "physics/needle/needle.h"
+
 #include <cmath>
 
 namespace stylet::test {
@@ -99,7 +101,7 @@ state::FrameState at_rest(const content::Scene& scene) {
 }
 
 void place_needle(state::FrameState& state, const Eigen::Vector3f& hub, const Eigen::Vector3f& tip, int beams) {
-  const Eigen::Quaternionf orientation = Eigen::Quaternionf::FromTwoVectors(Eigen::Vector3f::UnitZ(), tip - hub);
+  const Eigen::Quaternionf orientation = physics::orientation_along((tip - hub).cast<double>()).cast<float>();
   state.needle_positions.clear();
   for (int i = 0; i <= beams; ++i) {
     state.needle_positions.push_back(hub + (tip - hub) * (static_cast<float>(i) / static_cast<float>(beams)));

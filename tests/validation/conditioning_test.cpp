@@ -63,7 +63,7 @@ Eigen::MatrixXd delassus_at(const ReferenceExperiment& experiment, physics::Tiss
   for (int i = 0; i < points.count(); ++i) {
     for (int j = 0; j < points.count(); ++j) compliance.block<3, 3>(3 * i, 3 * j) = points.compliance(i, j);
   }
-  Eigen::MatrixXd w = h_v * compliance * h_v.transpose();
+  Eigen::MatrixXd w = support::product(h_v, support::product(compliance, h_v.transpose()));
   Eigen::VectorXd free(h_n.cols());
   Eigen::VectorXd moved(h_n.cols());
   needle.solve(Eigen::VectorXd::Zero(h_n.cols()), free);

@@ -87,7 +87,7 @@ physics::StylusPose ReferenceInsertion::base(double time_s) const {
   const double lateral = lateral_amplitude * u * u * u * (10 - 15 * u + 6 * u * u);
   physics::StylusPose pose;
   pose.position = tip_start + Eigen::Vector3d(axial - needle.length, lateral, 0);
-  pose.orientation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
+  pose.orientation = physics::orientation_along(Eigen::Vector3d::UnitX());
   return pose;
 }
 

@@ -1,11 +1,9 @@
 #include "tools/bench/tied_needle.h"
-#include "tests/support/dense_algebra.h"
 
 #include "physics/contact/delassus.h"
 #include "physics/contact/shaft.h"
+#include "tests/support/dense_algebra.h"
 #include "tests/support/kuhn_box.h"
-
-#include <Eigen/Cholesky>
 
 #include <algorithm>
 #include <cmath>
@@ -60,8 +58,7 @@ double condition_of(const MatrixXd& w) {
 
 // A displacement of every row and its multipliers; rows that depend on each other share what they carry.
 double stiffness_of(const MatrixXd& w, const VectorXd& displacement) {
-  const Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver(w);
-  return displacement.dot(solver.solve(displacement));
+  return displacement.dot(VectorXd(support::least_norm_solution(w, displacement)));
 }
 
 std::vector<int> axes_of(NeedleMotion motion) {
@@ -160,7 +157,7 @@ TiedAnswer flexible_answer(const MeshedCube& mesh, const TiedNeedle& needle, dou
   physics::Needle mechanics(properties, {});
   physics::StylusPose hub;
   hub.position = Vector3d(depth - properties.length, 0, 0);
-  hub.orientation = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d::UnitX());
+  hub.orientation = physics::orientation_along(Vector3d::UnitX());
   if (!mechanics.linearise(physics::straight_needle(properties, hub), hub, 1e-3)) {
     throw std::runtime_error("tied needle: the needle's stiffness is not positive definite");
   }
