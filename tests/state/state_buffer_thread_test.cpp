@@ -58,6 +58,7 @@ TEST(StateBuffer, IsNeverTornUnderAFastWriterAndSeveralReaders) {
   std::atomic<bool> done{false};
   std::atomic<int> torn{0}, interpolated{0}, exact{0}, held{0}, backwards{0};
   std::vector<std::thread> readers;
+  readers.reserve(3);
   for (int reader = 0; reader < 3; ++reader) {
     readers.emplace_back([&, reader] {
       FrameState frame = buffer.make_frame();

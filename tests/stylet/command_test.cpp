@@ -371,6 +371,17 @@ TEST_F(Command, ImportTakesItsOrgansFromASideFile) {
   EXPECT_LT(few["tetrahedra"]["nodes"].get<double>(), 200);
 }
 
+TEST_F(Command, ImportOfAScenarioRefusesOptionsOfSingleOrgans) {
+  content::test::Glb glb;
+  glb.add("ball", content::test::icosphere({0, 0, 0}, 0.02, 1));
+  const fs::path file = folder_.write("ball.glb", glb.bytes());
+  const Outcome outcome = run(fmt::format("import {} --side {} --nodes 500 --gap 2 --out {}", file.string(),
+                                          STYLET_SOURCE_DIR "/content/imports/ts_abdomen.json", out().string()));
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  EXPECT_NE(outcome.output.find("--nodes, --gap: not with the scenario"), std::string::npos) << outcome.output;
+  EXPECT_FALSE(fs::exists(out()));
+}
+
 TEST_F(Command, RenderGivesTheSameFramesTwice) {
   const std::string arguments =
       fmt::format("render {} --size 160x120 --ultrasound-size 160x120 --fps 20 --to 0.1 --out ", default_scenario());

@@ -139,6 +139,7 @@ TEST(Speckle, OfOneLookIsRayleigh) {
   const Statistics s = statistics(values);
   EXPECT_NEAR(s.mean / s.deviation, std::sqrt(std::numbers::pi / (4 - std::numbers::pi)), 0.10);
   std::vector<double> logs;
+  logs.reserve(values.size());
   for (double v : values) logs.push_back(20 * std::log10(v));
   EXPECT_NEAR(statistics(logs).deviation, 5.57, 0.4);
 }

@@ -55,6 +55,7 @@ struct ImportOptions {
   std::string axes;
   std::string unit;
   bool list = false;
+  std::vector<std::string> of_single_organs;  // options given that a scenario has no use for
 };
 
 /// "ID=rest" of an option that can be given several times.
@@ -288,6 +289,12 @@ int run(const ImportOptions& options) {
     print_parts(files);
     return kExitYes;
   }
+  if (side && side->scenario && !options.of_single_organs.empty()) {
+    throw ContentError(
+        fmt::format("{}: not with the scenario of {}, whose organs the side file describes (cell_mm, "
+                    "target_nodes); leave it out",
+                    fmt::join(options.of_single_organs, ", "), options.side));
+  }
   if (options.out.empty()) throw ContentError("--out: give the folder for the organs, or --list to see the parts");
   if (side && side->scenario) {
     import_scenario(files, *side, options.out);
@@ -402,7 +409,13 @@ void add_import(CLI::App& app, int& exit_code) {
       "  stylet import VH_M_Liver.glb --list\n"
       "  stylet import VH_F_Liver.glb --organ 'liver=liver_capsule*,bare_area*' --nodes 5000 --out organs\n"
       "Exit code 0: every organ was made; 2: one was refused, the others were made.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([command, options, &exit_code] {
+    for (const char* name :
+         {"--cell", "--nodes", "--volume-error", "--gap", "--grade", "--grade-factor", "--mesher"}) {
+      if (command->count(name) > 0) options->of_single_organs.emplace_back(name);
+    }
+    exit_code = run(*options);
+  });
 }
 
 }  // namespace stylet::tools
