@@ -8,7 +8,8 @@ mapfile -t files < <(if [ $# -gt 0 ]; then printf '%s\n' "$@"; else git ls-files
 case "$what" in
 format) clang-format --dry-run --Werror "${files[@]}" ;;
 tidy)
-  build dev generated_headers -DBUILD_TESTING=ON
+  install_packages run build test test-all
+  build dev generated_headers -DBUILD_TESTING=ON -DSTYLET_DRACO=ON
   # The fuzzers are no part of the dev preset.
   printf '%s\n' "${files[@]}" | grep '\.cpp$' | grep -v '^tests/fuzz/' | xargs -P "$(nproc)" -n 4 clang-tidy --quiet -p build/dev
   ;;

@@ -10,7 +10,7 @@ Installs what is missing (Debian 12), then builds and runs through CTest:
   asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviourSanitizer, by clang
   tsan      the tests with threads, under ThreadSanitizer, by clang
 --all adds the benchmarks, a soak of the default scenario (STYLET_SOAK_MINUTES of session time, 10), coverage-guided
-fuzzing of every reader (STYLET_FUZZ_SECONDS each, 600), clang-format and clang-tidy on every file.
+fuzzing of every reader (STYLET_FUZZ_SECONDS each, 3600), clang-format and clang-tidy on every file.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
 HELP
   exit 0
@@ -61,7 +61,7 @@ stage "Test tsan" run_tests tsan threads || status=1
 if [ -n "$all" ]; then
   stage "Benchmarks" tools/bench.sh || status=1
   stage "Soak" build/release/bin/stylet_soak || status=1
-  stage "Fuzz" tools/fuzz.sh "${STYLET_FUZZ_SECONDS:-600}" || status=1
+  stage "Fuzz" tools/fuzz.sh "${STYLET_FUZZ_SECONDS:-3600}" || status=1
   stage "clang-format" tools/lint.sh format || status=1
   stage "clang-tidy" tools/lint.sh tidy || status=1
 fi

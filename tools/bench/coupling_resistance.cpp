@@ -160,6 +160,7 @@ std::vector<ClassicalForce> classical(const ClassicalModel& model, const std::ve
 
 std::vector<double> forces_of(const std::vector<Sample>& samples) {
   std::vector<double> forces;
+  forces.reserve(samples.size());
   for (const Sample& s : samples) forces.push_back(s.force);
   return forces;
 }
@@ -259,6 +260,7 @@ Report lugre_beside_coulomb(const ReferenceInsertion& motion, const physics::Ins
 
 std::vector<double> tips_of(const std::vector<Sample>& samples) {
   std::vector<double> tip_mm;
+  tip_mm.reserve(samples.size());
   for (const Sample& s : samples) tip_mm.push_back(1e3 * s.tip);
   return tip_mm;
 }

@@ -152,9 +152,11 @@ LiverVessels liver_vessels() {
 
   LiverVessels vessels;
   std::vector<Vector3> portal_tangents;
+  portal_tangents.reserve(portal.size());
   for (const Trunk& t : portal) portal_tangents.push_back(add_trunk(vessels.portal, t.knots, t.radii));
   const Vector3 right_tangent = add_trunk(vessels.right_hepatic, right_hepatic.knots, right_hepatic.radii);
   std::vector<Vector3> middle_tangents;
+  middle_tangents.reserve(middle_left.size());
   for (const Trunk& t : middle_left) {
     middle_tangents.push_back(add_trunk(vessels.middle_left_hepatic, t.knots, t.radii));
   }
@@ -162,7 +164,7 @@ LiverVessels liver_vessels() {
   const Vector3 entry = torso::intercostal_skin_point(kNeedleSpace, kEntryAngle);
   const Vector3 target = tumour_centre();
   // Room besides what any vessel must keep from: capsule, gallbladder, tumour, the needle's path, other vessels.
-  const auto clear_of = [&](std::vector<const std::vector<VesselSegment>*> others) {
+  const auto clear_of = [&](const std::vector<const std::vector<VesselSegment>*>& others) {
     return [&, others](const Vector3& x, double radius) {
       double room = -liver(x) - radius;
       room = std::min(room, tumour(x) - radius);

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -44,27 +45,31 @@ void print(const std::vector<patient::Organ>& organs) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app{"Makes the default patient from implicit surfaces: DIR/abdomen.glb and DIR/abdomen.json"};
   std::filesystem::path out = "content/organs";
   std::filesystem::path tissues = "content/tissues.json";
   app.add_option("--out", out, "folder to write to")->capture_default_str();
   app.add_option("--tissues", tissues, "tissue table: colours of the materials")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
+  const std::vector<patient::Organ> organs = patient::make_organs();
+  const auto glb = patient::patient_glb(read_colours(tissues));
+  const std::string json = patient::procedure_json(patient::make_procedure());
+  std::filesystem::create_directories(out);
+  write(out / "abdomen.glb", reinterpret_cast<const char*>(glb.data()), glb.size());
+  write(out / "abdomen.json", json.data(), json.size());
+  print(organs);
+  fmt::print("{}: {:.2f} MB\n", (out / "abdomen.glb").string(), static_cast<double>(glb.size()) * 1e-6);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    const std::vector<patient::Organ> organs = patient::make_organs();
-    const auto glb = patient::patient_glb(read_colours(tissues));
-    const std::string json = patient::procedure_json(patient::make_procedure());
-    std::filesystem::create_directories(out);
-    write(out / "abdomen.glb", reinterpret_cast<const char*>(glb.data()), glb.size());
-    write(out / "abdomen.json", json.data(), json.size());
-    print(organs);
-    fmt::print("{}: {:.2f} MB\n", (out / "abdomen.glb").string(), static_cast<double>(glb.size()) * 1e-6);
+    return run(argc, argv);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "stylet-make-patient: {}\n", error.what());
+    std::fprintf(stderr, "stylet-make-patient: %s\n", error.what());
     return 2;
   }
-  return 0;
 }

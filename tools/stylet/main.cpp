@@ -42,9 +42,7 @@ void restart_with_newer_kernels(char** argv) {
   execv("/proc/self/exe", argv);  // comes back only where it cannot: right all the same, and slower
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   using namespace stylet;
   if (physics::single_threaded_blas().outdated_kernels) restart_with_newer_kernels(argv);
   CLI::App app(kDescription, "stylet");
@@ -78,12 +76,19 @@ int main(int argc, char** argv) {
   } catch (const tools::Interrupted& end) {
     std::fprintf(stderr, "\nstylet: %s\n", end.what());
     return tools::kExitInterrupted;
-  } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "stylet: out of memory; close other programs or use a smaller scenario\n");
-    return tools::kExitBadInput;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "stylet: %s\n", error.what());
-    return tools::kExitBadInput;
   }
   return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fputs("stylet: out of memory; close other programs or use a smaller scenario\n", stderr);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "stylet: %s\n", error.what());
+  }
+  return stylet::tools::kExitBadInput;
 }
