@@ -1,6 +1,8 @@
 #include "engine/content/deformable.h"
 
 #include "engine/content/solid.h"
+#include "engine/content/surface_mesh.h"
+#include "engine/content/tet_quality.h"
 #include "engine/content/tetrahedralise.h"
 
 #include <fmt/format.h>
@@ -10,6 +12,8 @@
 
 namespace stylet::content {
 namespace {
+
+constexpr double kLeastFilled = 0.9;  // of an organ by its tetrahedra; coarse ones lose some percent at the surface
 
 /// Fills fixed_nodes and held_motion. Where regions overlap, the later one says how its nodes move.
 void hold_nodes(const BodyRequest& request, std::span<const Organ> organs, const std::string& scenario,
@@ -136,7 +140,8 @@ void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::spa
 }
 
 DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs, std::span<const Tissue> tissues,
-                          const std::string& scenario, std::vector<std::string>& problems) {
+                          const std::string& scenario, std::vector<std::string>& problems,
+                          std::vector<std::string>& warnings) {
   DeformableBody body;
   body.name = request.name;
   const Organ* boundary = find_organ(organs, request.boundary);
@@ -151,6 +156,13 @@ DeformableBody build_body(const BodyRequest& request, std::span<const Organ> org
   } catch (const ContentError& error) {
     problems.emplace_back(error.what());
     return body;
+  }
+  const double volume = inspect(boundary->mesh).volume, filled = tet_quality(body.mesh).volume;
+  if (filled < kLeastFilled * volume) {
+    warnings.push_back(
+        fmt::format("{}: of the {:.3g} ml of {} its tetrahedra fill {:.3g} ml: of several pieces the "
+                    "largest moves, thin parts are lost; use a smaller cell, or give the piece alone",
+                    boundary->place, volume * 1e6, boundary->name, filled * 1e6));
   }
   give_tissues(*boundary, organs, tissues, body);
   hold_nodes(request, organs, scenario, body, problems);

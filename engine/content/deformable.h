@@ -19,8 +19,9 @@ void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::spa
                   DeformableBody& body);
 
 /// Tetrahedralises the boundary of `request`, gives the tetrahedra their tissues and marks the fixed nodes. What is
-/// wrong is appended to `problems`; the body is then not to be used.
+/// wrong is appended to `problems`; the body is then not to be used. What is odd to `warnings`.
 DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs, std::span<const Tissue> tissues,
-                          const std::string& scenario, std::vector<std::string>& problems);
+                          const std::string& scenario, std::vector<std::string>& problems,
+                          std::vector<std::string>& warnings);
 
 }  // namespace stylet::content

@@ -233,7 +233,8 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   for (std::size_t i = 0; i < scenario.bodies.size(); ++i) {
     report("tetrahedralising " + scenario.bodies[i].name,
            0.2 + 0.5 * static_cast<double>(i) / static_cast<double>(scenario.bodies.size()));
-    scene.bodies.push_back(build_body(scenario.bodies[i], organs, scene.tissues, scenario.path.string(), problems));
+    scene.bodies.push_back(
+        build_body(scenario.bodies[i], organs, scene.tissues, scenario.path.string(), problems, warnings));
   }
   if (!problems.empty()) return std::nullopt;
 

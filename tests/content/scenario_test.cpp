@@ -394,6 +394,19 @@ TEST(Scenario, WhatIsOddButSoundWarnsWhoeverLoadsIt) {
   EXPECT_EQ(validated, loaded);
 }
 
+TEST(Scenario, APieceThatDoesNotMoveWarns) {
+  SmallScenario small;
+  TriangleMesh balls = test::sphere({0.1, 0, 0}, 0.05);
+  append(balls, test::sphere({0.2, 0, 0}, 0.03));  // 18 % of both
+  small.organs = {};
+  small.organs.add("liver", balls, {{"id", "liver"}, {"role", "boundary"}, {"body", "liver"}}, {{"preset", "liver"}});
+  small.organs.add("bone_ball", test::sphere({0.1, 0, -0.06}, 0.02), {{"id", "bone"}}, {{"preset", "bone"}});
+  small.scenario.erase("targets");
+  std::vector<std::string> warnings;
+  EXPECT_THAT(validate(small.write(), nullptr, &warnings), IsEmpty());
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("of several pieces the largest moves")));
+}
+
 TEST(Scenario, AProbeThatIsNotOnTheSkinWarnsWithItsDistance) {
   SmallScenario small;  // the skin: a ball of 50 mm round (100, 0, 0) mm, and one of 20 mm below it
   const auto warning = [&](const json& position, const json& axis) {
