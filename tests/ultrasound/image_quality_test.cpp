@@ -3,6 +3,7 @@
 #include "engine/ultrasound/reference_image.h"
 #include "tests/support/sanitized.h"
 #include "tests/ultrasound/phantom.h"
+#include "tools/bench/image_metrics.h"
 
 #include <gtest/gtest.h>
 
@@ -15,6 +16,8 @@
 namespace stylet::ultrasound {
 namespace {
 
+using bench::decibels;
+using bench::Match;
 using test::PhantomTissue;
 
 /// No receiver noise and no haze: what is left is tissue.
@@ -24,23 +27,6 @@ constexpr ImagerSettings kClean{.looks = 1, .noise_db = -200, .haze = false, .de
 template <typename Case>
 std::vector<Case> cases(std::initializer_list<Case> all) {
   return {support::kSanitized ? all.end() - 1 : all.begin(), all.end()};
-}
-
-struct Statistics {
-  double mean = 0;
-  double deviation = 0;
-};
-Statistics statistics(const std::vector<double>& values) {
-  Statistics s;
-  for (double v : values) s.mean += v;
-  s.mean /= static_cast<double>(values.size());
-  for (double v : values) s.deviation += (v - s.mean) * (v - s.mean);
-  s.deviation = std::sqrt(s.deviation / static_cast<double>(values.size()));
-  return s;
-}
-
-double decibels(double power) {
-  return 10 * std::log10(power);
 }
 
 class PhantomImage {
@@ -122,26 +108,20 @@ content::Scene dimmed_fluid() {
 
 /// Envelope over its mean at the same depth, in the middle of the image.
 std::vector<double> detrended(const PhantomImage& image) {
-  std::vector<double> values;
-  for (int s = 100; s < 450; ++s) {
-    std::vector<double> row;
-    for (int l = 92; l < 292; ++l) row.push_back(image.amplitude(l, s));
-    const double mean = statistics(row).mean;
-    for (double v : row) values.push_back(v / mean);
+  Eigen::MatrixXd middle(350, 200);
+  for (int s = 0; s < 350; ++s) {
+    for (int l = 0; l < 200; ++l) middle(s, l) = image.amplitude(92 + l, 100 + s);
   }
-  return values;
+  const Eigen::MatrixXd flat = bench::without_depth_trend(middle);
+  return {flat.data(), flat.data() + flat.size()};
 }
 
 TEST(Speckle, OfOneLookIsRayleigh) {
   PhantomImage image(uniform(test::kBackground));
   image.make();
-  const std::vector<double> values = detrended(image);
-  const Statistics s = statistics(values);
-  EXPECT_NEAR(s.mean / s.deviation, std::sqrt(std::numbers::pi / (4 - std::numbers::pi)), 0.10);
-  std::vector<double> logs;
-  logs.reserve(values.size());
-  for (double v : values) logs.push_back(20 * std::log10(v));
-  EXPECT_NEAR(statistics(logs).deviation, 5.57, 0.4);
+  const bench::SpeckleStatistics s = bench::speckle_statistics(detrended(image));
+  EXPECT_NEAR(s.signal_to_noise, bench::rayleigh_signal_to_noise(1), 0.10);
+  EXPECT_NEAR(s.log_deviation_db, 5.57, 0.4);
 }
 
 TEST(Speckle, OfThreeLooksIsSmootherByTheRootOfThree) {
@@ -149,11 +129,8 @@ TEST(Speckle, OfThreeLooksIsSmootherByTheRootOfThree) {
   settings.looks = 3;
   PhantomImage image(uniform(test::kBackground), settings);
   image.make();
-  const Statistics s = statistics(detrended(image));
-  // The root of a mean of three exponential intensities: a Nakagami variable of shape 3.
-  const double mean = std::tgamma(3.5) / std::tgamma(3.0) / std::sqrt(3.0);
-  const double snr = mean / std::sqrt(1 - mean * mean);
-  EXPECT_NEAR(s.mean / s.deviation, snr, 0.08 * snr);
+  const double theory = bench::rayleigh_signal_to_noise(3);
+  EXPECT_NEAR(bench::speckle_statistics(detrended(image)).signal_to_noise, theory, 0.08 * theory);
 }
 
 TEST(Attenuation, SlopeIsThatOfTheTissueAndLevelThatOfLiver) {
@@ -162,19 +139,16 @@ TEST(Attenuation, SlopeIsThatOfTheTissueAndLevelThatOfLiver) {
     scene.tissues[test::kBackground].acoustics.attenuation_db_per_cm_mhz = alpha;
     PhantomImage image(scene);
     image.make();
-    // Least squares of the power in dB over depth in cm.
-    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+    std::vector<double> depth_cm, power_db;
     for (int s = 60; s < 460; ++s) {
       double power = 0;
       for (int l = 92; l < 292; ++l) power += image.amplitude(l, s) * image.amplitude(l, s) / 200;
-      const double x = 100 * image.imager().scan().range(s);
-      const double y = decibels(power);
-      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
+      depth_cm.push_back(100 * image.imager().scan().range(s));
+      power_db.push_back(decibels(power));
     }
-    const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-    const double level = (sy - slope * sx) / n;
-    EXPECT_NEAR(-slope / (2 * 3.5), alpha, 0.05 * alpha);
-    EXPECT_NEAR(level, 0, 1.0) << alpha;
+    const bench::Line line = bench::fit_line(depth_cm, power_db);
+    EXPECT_NEAR(-line.slope / (2 * 3.5), alpha, 0.05 * alpha);
+    EXPECT_NEAR(line.level, 0, 1.0) << alpha;
   }
 }
 
@@ -313,52 +287,16 @@ TEST(Contact, WithoutItTheImageIsDark) {
 // ---- tissue motion
 // -----------------------------------------------------------------------------------------------------
 
-/// Normalised cross-correlation of a window of `a` around (u, v) with the window of `b` shifted by (du, dv).
-double correlation(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b, int width, int u, int v,
-                   int half, int du, int dv) {
-  std::vector<double> x;
-  std::vector<double> y;
-  for (int j = -half; j <= half; ++j) {
-    for (int i = -half; i <= half; ++i) {
-      x.push_back(a[static_cast<std::size_t>(v + j) * width + u + i]);
-      y.push_back(b[static_cast<std::size_t>(v + dv + j) * width + u + du + i]);
-    }
-  }
-  const Statistics sx = statistics(x);
-  const Statistics sy = statistics(y);
-  double sum = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) sum += (x[i] - sx.mean) * (y[i] - sy.mean);
-  return sum / static_cast<double>(x.size()) / sx.deviation / sy.deviation;
-}
-
-struct Match {
-  Eigen::Vector2d shift;  ///< m, to a fraction of a pixel
-  double correlation;
-};
-Match track(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b, const SectorGeometry& sector,
-            const Eigen::Vector2d& at, double half_window) {
-  const Eigen::Vector2i uv = sector.pixel(at).array().round().cast<int>();
+/// Where the window around `at` went, m.
+Match track(const std::vector<std::uint8_t>& first, const std::vector<std::uint8_t>& second,
+            const SectorGeometry& sector, const Eigen::Vector2d& at, double half_window) {
+  using Grey = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const auto as_image = [&](const std::vector<std::uint8_t>& grey) -> Eigen::MatrixXd {
+    return Eigen::Map<const Grey>(grey.data(), sector.height, sector.width).cast<double>();
+  };
   const int half = static_cast<int>(half_window / sector.metres_per_pixel);
-  constexpr int kReach = 9;
-  const auto value = [&](int du, int dv) { return correlation(a, b, sector.width, uv.x(), uv.y(), half, du, dv); };
-  Eigen::Vector2i best(0, 0);
-  double peak = -1;
-  for (int dv = -kReach; dv <= kReach; ++dv) {
-    for (int du = -kReach; du <= kReach; ++du) {
-      const double c = value(du, dv);
-      if (c > peak) peak = c, best = {du, dv};
-    }
-  }
-  // The top of the parabola through the peak and its neighbours, along each axis.
-  Match match{best.cast<double>(), peak};
-  for (int axis = 0; axis < 2; ++axis) {
-    const Eigen::Vector2i step = axis == 0 ? Eigen::Vector2i(1, 0) : Eigen::Vector2i(0, 1);
-    const double before = value(best.x() - step.x(), best.y() - step.y());
-    const double after = value(best.x() + step.x(), best.y() + step.y());
-    const double curvature = before - 2 * peak + after;
-    match.shift[axis] += 0.5 * (before - after) / curvature;
-    match.correlation -= 0.125 * (before - after) * (before - after) / curvature;
-  }
+  Match match =
+      bench::track(as_image(first), as_image(second), sector.pixel(at).array().round().cast<int>(), {half, half}, 9);
   match.shift *= sector.metres_per_pixel;
   return match;
 }

@@ -1,0 +1,186 @@
+// The measures of ultrasound quality, on synthetic data whose answers are known.
+#include "tools/bench/image_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstdio>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+namespace stylet::bench {
+namespace {
+
+class Random {
+public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double uniform() { return std::uniform_real_distribution<double>(0, 1)(engine_); }
+  double normal() { return std::normal_distribution<double>()(engine_); }
+  /// Amplitude of a complex Gaussian number about `mean`.
+  double amplitude(double power, double mean = 0) {
+    const double s = std::sqrt(power / 2);
+    return std::hypot(mean + s * normal(), s * normal());
+  }
+  std::vector<double> amplitudes(int count, double power, double mean = 0) {
+    std::vector<double> values(static_cast<std::size_t>(count));
+    for (double& v : values) v = amplitude(power, mean);
+    return values;
+  }
+
+private:
+  std::mt19937 engine_;
+};
+
+TEST(SpeckleStatistics, OfRayleighAmplitudesAreThoseOfTheory) {
+  Random random(1);
+  const SpeckleStatistics s = speckle_statistics(random.amplitudes(40'000, 3));
+  EXPECT_NEAR(s.signal_to_noise, std::sqrt(std::numbers::pi / (4 - std::numbers::pi)), 0.02);
+  EXPECT_NEAR(s.log_deviation_db, 5.57, 0.05);
+  EXPECT_NEAR(s.nakagami_m, 1, 0.03);
+  EXPECT_NEAR(rayleigh_signal_to_noise(1), s.signal_to_noise, 0.02);
+}
+
+TEST(SpeckleStatistics, OfSeveralLooks) {
+  Random random(2);
+  std::vector<double> values;
+  for (int i = 0; i < 40'000; ++i) {
+    double intensity = 0;
+    for (int look = 0; look < 3; ++look) intensity += std::pow(random.amplitude(1), 2) / 3;
+    values.push_back(std::sqrt(intensity));
+  }
+  const SpeckleStatistics s = speckle_statistics(values);
+  EXPECT_NEAR(s.signal_to_noise, rayleigh_signal_to_noise(3), 0.03);
+  EXPECT_NEAR(s.nakagami_m, 3, 0.1);
+}
+
+// The table of Stephens says how often: 5 in 100 above 1.094.
+TEST(RayleighDistance, IsExceededAsOftenAsItsTableSays) {
+  Random random(3);
+  int above = 0;
+  constexpr int kTrials = 2000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    above += rayleigh_distance(random.amplitudes(100, 2)) > 1.094 ? 1 : 0;
+  }
+  std::printf("%.1f %% above the limit of 5 %%\n", 100.0 * above / kTrials);
+  EXPECT_NEAR(above, 0.05 * kTrials, 4 * std::sqrt(0.05 * 0.95 * kTrials));
+}
+
+TEST(RayleighDistance, FindsACoherentEcho) {
+  Random random(4);
+  EXPECT_LT(rayleigh_distance(random.amplitudes(1000, 1)), kRayleighDistanceOfOnePercent);
+  EXPECT_GT(rayleigh_distance(random.amplitudes(1000, 1, 1.0)), kRayleighDistanceOfOnePercent);
+}
+
+TEST(DepthTrend, IsDividedOut) {
+  Eigen::MatrixXd image(3, 2);
+  image << 1, 3, 10, 30, 0.5, 1.5;
+  EXPECT_LT((without_depth_trend(image) - Eigen::MatrixXd{{0.5, 1.5}, {0.5, 1.5}, {0.5, 1.5}}).norm(), 1e-15);
+}
+
+/// Complex white noise behind a Gaussian point spread function, widths at half its amplitude. -> intensity
+Eigen::MatrixXd speckle(Random& random, int rows, int columns, double axial, double lateral) {
+  const auto kernel = [](double width) {
+    const int reach = static_cast<int>(2 * width);
+    std::vector<double> weights;
+    for (int i = -reach; i <= reach; ++i)
+      weights.push_back(std::exp(-4 * std::numbers::ln2 * i * i / (width * width)));
+    return weights;
+  };
+  const std::vector<double> down = kernel(axial), across = kernel(lateral);
+  const auto d = static_cast<int>(down.size()), a = static_cast<int>(across.size());
+  Eigen::MatrixXcd noise(rows + d - 1, columns + a - 1);
+  for (Eigen::Index i = 0; i < noise.size(); ++i) noise.data()[i] = {random.normal(), random.normal()};
+  Eigen::MatrixXcd half = Eigen::MatrixXcd::Zero(rows, columns + a - 1);
+  for (int i = 0; i < d; ++i) half += down[static_cast<std::size_t>(i)] * noise.middleRows(i, rows);
+  Eigen::MatrixXcd field = Eigen::MatrixXcd::Zero(rows, columns);
+  for (int i = 0; i < a; ++i) field += across[static_cast<std::size_t>(i)] * half.middleCols(i, columns);
+  return field.cwiseAbs2();
+}
+
+TEST(SpeckleWidth, IsThatOfThePointSpreadFunction) {
+  Random random(5);
+  const Eigen::MatrixXd intensity = speckle(random, 600, 400, 6, 9);
+  const double axial = speckle_width(intensity, Axis::axial), lateral = speckle_width(intensity, Axis::lateral);
+  std::printf("6 x 9 samples: %.2f x %.2f\n", axial, lateral);
+  EXPECT_NEAR(axial, 6, 0.3);
+  EXPECT_NEAR(lateral, 9, 0.45);
+  EXPECT_TRUE(std::isnan(speckle_width(intensity.topRows(2), Axis::axial)));
+}
+
+TEST(Line, GoesThroughItsPoints) {
+  const std::vector<double> x{1, 2, 4}, y{1, 3, 7};
+  const Line line = fit_line(x, y);
+  EXPECT_NEAR(line.slope, 2, 1e-15);
+  EXPECT_NEAR(line.level, -1, 1e-14);
+}
+
+TEST(Contrast, OfTwoKnownPowers) {
+  Random random(6);
+  const std::vector<double> bright = random.amplitudes(40'000, 4), dark = random.amplitudes(40'000, 1);
+  EXPECT_NEAR(contrast_db(bright, dark), 10 * std::log10(4.0), 0.1);
+  // Intensities with exponential laws of means 1 and 4: their densities cross where x (1 - 1/4) = ln 4.
+  const double cross = std::log(4.0) / 0.75;
+  EXPECT_NEAR(generalised_contrast(bright, dark), std::exp(-cross / 4) - std::exp(-cross), 0.015);
+  EXPECT_LT(generalised_contrast(dark, random.amplitudes(40'000, 1)), 0.03);
+  const std::vector<double> black(100, 0.0), white(100, 1.0);
+  EXPECT_EQ(generalised_contrast(black, white), 1);
+}
+
+TEST(EchoCentre, IsFoundToAPartOfASample) {
+  Eigen::MatrixXd image(40, 30);
+  for (int row = 0; row < 40; ++row) {
+    for (int column = 0; column < 30; ++column) {
+      image(row, column) = std::exp(-(std::pow(column - 12.3, 2) + std::pow(row - 17.6, 2)) / 18);
+    }
+  }
+  EXPECT_LT((echo_centre(image) - Eigen::Vector2d(12.3, 17.6)).norm(), 0.02);
+}
+
+/// A random texture that can be drawn anywhere: plane waves of 6 to 12 samples.
+class Texture {
+public:
+  explicit Texture(unsigned seed) : random_(seed) {
+    for (int i = 0; i < 60; ++i) {
+      const double angle = 2 * std::numbers::pi * random_.uniform();
+      const double wave = 2 * std::numbers::pi / (6 + 6 * random_.uniform());
+      waves_.push_back({wave * std::cos(angle), wave * std::sin(angle), 2 * std::numbers::pi * random_.uniform()});
+    }
+  }
+  Eigen::MatrixXd moved(const Eigen::Vector2d& shift) const {
+    Eigen::MatrixXd image(60, 60);
+    for (int row = 0; row < 60; ++row) {
+      for (int column = 0; column < 60; ++column) {
+        double sum = 0;
+        for (const Eigen::Vector3d& w : waves_) {
+          sum += std::cos(w.x() * (column - shift.x()) + w.y() * (row - shift.y()) + w.z());
+        }
+        image(row, column) = sum;
+      }
+    }
+    return image;
+  }
+
+private:
+  Random random_;
+  std::vector<Eigen::Vector3d> waves_;
+};
+
+TEST(Track, FindsAShiftToAPartOfASample) {
+  const Texture texture(7);
+  const Eigen::MatrixXd still = texture.moved({0, 0});
+  for (const Eigen::Vector2d& shift :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(2.37, -1.61), Eigen::Vector2d(-5.5, 4)}) {
+    const Match match = track(still, texture.moved(shift), {30, 28}, {10, 12}, 7);
+    EXPECT_LT((match.shift - shift).norm(), 0.1) << shift.transpose() << " found " << match.shift.transpose();
+    EXPECT_GT(match.correlation, 0.99);
+  }
+  EXPECT_LT(track(still, Texture(8).moved({0, 0}), {30, 28}, {10, 12}, 7).correlation, 0.6);
+  EXPECT_THROW(track(still, still, {30, 28}, {10, 12}, 20), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace stylet::bench
