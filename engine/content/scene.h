@@ -84,8 +84,7 @@ struct Surface {
   std::vector<Embedding> embedding;        ///< same size as positions where body >= 0, else empty
 };
 
-inline constexpr std::int8_t kNoBody = -1;
-inline constexpr std::int8_t kBreathes = -2;  ///< a rigid organ that goes with the breath
+inline constexpr std::int8_t kBreathes = -2;  ///< in place of a body: rigid, and goes with the breath
 
 /// Anatomy in rest space: the tissue at each voxel centre. x fastest; voxel (i,j,k) centre =
 /// origin + spacing * (i,j,k).
@@ -94,7 +93,7 @@ struct LabelVolume {
   float spacing = 0.001F;  ///< m, isotropic
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   std::vector<std::uint8_t> labels;  ///< index into Scene::tissues
-  std::vector<std::int8_t> bodies;   ///< deformable body of the voxel's tissue, kNoBody, kBreathes. Size of labels
+  std::vector<std::int8_t> bodies;  ///< deformable body of the voxel's tissue, -1: none, or kBreathes. Size of labels
 };
 
 struct Needle {

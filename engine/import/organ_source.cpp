@@ -78,11 +78,12 @@ SourceFile from_surfaces(SurfaceFile&& surfaces, const std::filesystem::path& pa
   file.assumptions.push_back(fmt::format("one unit is {:g} mm ({})", unit * 1e3,
                                          settings.metres_per_unit ? "as asked" : "assumed; --unit changes it"));
   const Eigen::Affine3d patient = patient_from_file(axes, unit);
+  Eigen::AlignedBox3d box;
   for (SourceSurface& surface : surfaces.surfaces) {
     for (char& c : surface.name) {
       if (static_cast<unsigned char>(c) < 0x20) c = '?';
     }
-    for (Eigen::Vector3d& vertex : surface.mesh.vertices) vertex = patient * vertex;
+    for (Eigen::Vector3d& vertex : surface.mesh.vertices) box.extend(vertex = patient * vertex);
     file.parts.push_back({.name = surface.name,
                           .place = fmt::format("{}:{}", path.string(), surface.name),
                           .mesh = std::move(surface.mesh),
@@ -90,6 +91,10 @@ SourceFile from_surfaces(SurfaceFile&& surfaces, const std::filesystem::path& pa
                           .tissue = {}});
   }
   file.warnings = std::move(surfaces.warnings);
+  if (!box.isEmpty() && box.sizes().maxCoeff() > kLargestOrgan) {
+    file.warnings.push_back(fmt::format("{}: is {:.3g} m wide: are its numbers millimetres? --unit mm", path.string(),
+                                        box.sizes().maxCoeff()));
+  }
   return file;
 }
 
@@ -109,19 +114,6 @@ SourceFile from_labels(LabelImage&& image, const std::filesystem::path& path) {
   file.warnings = std::move(image.warnings);
   file.image = std::move(image);
   return file;
-}
-
-void check_sizes(SourceFile& file) {
-  Eigen::AlignedBox3d box;
-  for (const SourcePart& part : file.parts) {
-    for (const Eigen::Vector3d& vertex : part.mesh.vertices) box.extend(vertex);
-  }
-  if (box.isEmpty() || file.format == "glTF") return;  // glTF has its own warning
-  const double size = box.sizes().maxCoeff();
-  if (size > kLargestOrgan) {
-    file.warnings.push_back(
-        fmt::format("{}: is {:.3g} m wide: are its numbers millimetres? --unit mm", file.path.string(), size));
-  }
 }
 
 std::string names_of(const std::vector<SourceFile>& files) {
@@ -177,7 +169,6 @@ SourceFile read_source(const std::filesystem::path& path, const SourceSettings& 
   } else {
     throw ContentError(path.string() + ": is neither glTF, STL, OBJ nor NIfTI; export it as one of these");
   }
-  check_sizes(file);
   return file;
 }
 

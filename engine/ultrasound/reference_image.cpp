@@ -103,15 +103,19 @@ void ReferenceImager::follow_breath() {
   const FrameConstants& c = model_.constants();
   const int owner = static_cast<int>(c.breath.w);
   if (owner < 0) return;
-  const Eigen::Vector3f origin(c.label_x, c.label_y, c.label_z);
   for (RestPoint& rest : rest_) {
     if (rest.body >= 0) continue;
     const Eigen::Vector3f before = rest.position - xyz(c.breath);
-    const Eigen::Vector3f voxel = ((before - origin) / c.label_spacing).array() + 0.5F;
-    if ((voxel_at(voxel.array().floor().cast<int>()) >> 8) - 1 != owner) continue;
+    const Eigen::Array3f nearest = (voxel_position(before).array() + 0.5F).floor();
+    if ((voxel_at(nearest.cast<int>()) >> 8) - 1 != owner) continue;
     rest.position = before;
     rest.body = owner;
   }
+}
+
+Eigen::Vector3f ReferenceImager::voxel_position(const Eigen::Vector3f& rest) const {
+  const FrameConstants& c = model_.constants();
+  return (rest - Eigen::Vector3f(c.label_x, c.label_y, c.label_z)) / c.label_spacing;
 }
 
 int ReferenceImager::voxel_at(const Eigen::Vector3i& voxel) const {
@@ -141,13 +145,11 @@ std::size_t ReferenceImager::texel_at(const Eigen::Vector3f& x) const {
 }
 
 void ReferenceImager::mix_tissues() {
-  const FrameConstants& c = model_.constants();
-  const Eigen::Vector3f origin(c.label_x, c.label_y, c.label_z);
   for (int s = 0; s < samples_; ++s) {
     const bool gel = static_cast<float>(model_.scan().range(s)) < kCouplingDepth;
     for (int l = 0; l < lines_; ++l) {
       const RestPoint& rest = rest_[index(l, s)];
-      const Eigen::Vector3f q = (rest.position - origin) / c.label_spacing;
+      const Eigen::Vector3f q = voxel_position(rest.position);
       const Eigen::Vector3f base = q.array().floor();
       const Eigen::Vector3f f = q - base;
       Mix mix{0, 0, 0};

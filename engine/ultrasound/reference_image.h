@@ -55,6 +55,7 @@ private:
   void detect();
   void scan_convert();
 
+  Eigen::Vector3f voxel_position(const Eigen::Vector3f& rest) const;
   int voxel_at(const Eigen::Vector3i& voxel) const;
   int tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const;
   std::size_t texel_at(const Eigen::Vector3f& rest) const;

@@ -105,6 +105,23 @@ TEST_F(Render3d, CarriedVerticesFollowTheNodes) {
   EXPECT_NEAR(found.y(), expected.y(), 0.7);
 }
 
+TEST_F(Render3d, WhatBreathesGoesWithTheBreath) {
+  const Vector3d centre(0.03, -0.02, 0.05), breath(0.004, -0.015, 0.002);
+  leave_only_a_ball(centre, 0.006, -1);
+  state::FrameState state = without_needle(tests::rest_state(scene));
+  state.breath = breath.cast<float>();
+  for (const bool breathes : {false, true}) {
+    scene.surfaces[0].breathes = breathes;
+    Renderer renderer(device, scene, {.width = 320, .height = 240});
+    const Vector3d found = centroid(draw(renderer, state), is_green);
+    const Vector3d moved = breathes ? Vector3d(centre + breath) : centre;
+    const Vector3d expected = project(renderer.eyes()[0], moved, 320, 240);
+    ASSERT_GT(found.z(), 50);
+    EXPECT_NEAR(found.x(), expected.x(), 0.5) << breathes;
+    EXPECT_NEAR(found.y(), expected.y(), 0.5) << breathes;
+  }
+}
+
 TEST_F(Render3d, NormalsTurnWithTheTissue) {
   // A half turn about the vertical of an embedded ball must light it as before: the light stays with the camera.
   // Normals left in rest space would show the dark side.

@@ -1,6 +1,7 @@
 // The breath over time, and a small patient who holds it for the needle.
 #include "engine/session/breathing.h"
 
+#include "engine/session/frame_publisher.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
@@ -90,6 +91,28 @@ TEST(Breathing, MovesTheTargetByItsAmplitudeAndHoldsItStillForTheNeedle) {
   std::printf("[ breath ] target moves %.2f mm, in the hold %.4f mm\n", 1e3 * largest, 1e3 * held);
   EXPECT_NEAR(largest, 0.012, 0.2 * 0.012);
   EXPECT_LT(held, 1e-4);
+}
+
+TEST(Breathing, TakesRigidOrgansAlongInTheSameFrame) {
+  content::Scene scene = breathing_scene();
+  scene.breathing.rigid_motion = {0.012, 0, 0};
+  FramePublisher frames(scene);
+  physics::StylusPose away;
+  away.position = {0, 0, 1};
+  CoupledLoops loops(scene, physics::Coupling::stylet, away, {&frames});
+  physics::TissuePatch patch = loops.make_patch();
+  state::FrameState frame = frames.buffer().make_frame();
+  const auto held = static_cast<std::size_t>(scene.bodies[1].fixed_nodes[0]);
+  const Eigen::Vector3f at_rest = scene.bodies[1].mesh.nodes[held].cast<float>();
+  float largest = 0;
+  for (double t = 0; t < 0.4; t += 1 / scene.rates.simulation_hz) {
+    loops.simulation_step(t, loops.needle(), true, true, patch);
+    loops.worker().step();
+    frames.buffer().sample(t, frame);
+    EXPECT_LT((frame.breath - (frame.bodies[1][held] - at_rest)).norm(), 1e-7F) << t;
+    largest = std::max(largest, frame.breath.x());
+  }
+  EXPECT_NEAR(largest, 0.012, 0.02 * 0.012);
 }
 
 TEST(Breathing, IsReplayedToTheSameBits) {
