@@ -1,4 +1,5 @@
-// Pass 8: receiver noise, compounding of looks, envelope, depth gain, log compression.
+// Pass 8: receiver noise, compounding of looks, envelope, depth gain, log compression,
+// persistence (a recursive filter over frames of the compressed value).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
@@ -10,8 +11,8 @@ layout(std430, binding = 1) readonly buffer Echo {
 layout(std430, binding = 2) writeonly buffer Envelope {
   float envelope[];
 };
-layout(std430, binding = 3) writeonly buffer Display {
-  float display[];  // 0 black to 1 white
+layout(std430, binding = 3) buffer Display {
+  float display[];  // 0 black to 1 white; before this pass: of the frame before
 };
 
 float unit(uint bits) {
@@ -37,5 +38,6 @@ void main() {
   float amplitude = sqrt(intensity / float(frame.looks));
   envelope[index] = amplitude;
   float db = 8.6858896 * log(max(amplitude, 1e-9)) + frame.tgc * sample_range(s);
-  display[index] = clamp((db - frame.white_db + frame.dynamic_range) / frame.dynamic_range, 0.0, 1.0);
+  float now = clamp((db - frame.white_db + frame.dynamic_range) / frame.dynamic_range, 0.0, 1.0);
+  display[index] = frame.persistence > 0.0 ? now + frame.persistence * (display[index] - now) : now;
 }

@@ -66,7 +66,7 @@ void main() {
   vec4 noise01 = first_looks(noise);
   vec4 noise2 = third_look(noise);
   float triads = mixed.z > 0.0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5, noise2.z) : 0.0;
-  float texture_gain = exp(mixed.z * noise2.z + triads * kTriadDb * kDbToNepers);
+  float texture_gain = exp(frame.texture * (mixed.z * noise2.z + triads * kTriadDb * kDbToNepers));
 
   // Interfaces: the jump of ln Z along the beam, and the angle from a wider stencil.
   float pitch = frame.face_radius == 0.0 ? frame.line_pitch : (frame.face_radius + range) * frame.line_pitch;
@@ -86,7 +86,7 @@ void main() {
   float cosine = steepness > 1e-3 ? abs(along) / steepness : 1.0;
   float reflection = tanh(0.5 * abs(jump));
   float total = tanh(0.5 * steepness * ramp);
-  float beads = exp((kBeadDb * noise2.w - kBeadDb) * kDbToNepers);
+  float beads = exp((frame.texture * kBeadDb * noise2.w - kBeadDb) * kDbToNepers);
   float mirror = kInterfaceGain * reflection * pow(cosine, kInterfaceExponent) * beads;
   float diffuse = kInterfaceGain * total * kInterfaceDiffuse;
   float mirror_like = mirror * kInterfaceCoherent;

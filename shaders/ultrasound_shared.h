@@ -170,6 +170,10 @@ struct FrameConstants {
   float picture_x;      // probe frame, of the first pixel's corner
   float picture_z;
   float tick_pitch;     // m between marks of the depth scale, 0: none
+  float texture;        // 1 shows slow texture, triads and beads, 0 does not
+  float persistence;    // share of the frame before in what is shown; 0 in a first frame
+  float unused0;        // std140 rounds up to 16 bytes
+  float unused1;
 };
 
 #undef STYLET_SHARED

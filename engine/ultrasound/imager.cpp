@@ -209,6 +209,10 @@ const gpu::Image& Imager::image(const state::FrameState& state) {
   return passes_->picture;
 }
 
+void Imager::restart() {
+  passes_->model.restart();
+}
+
 const gpu::Image& Imager::image() const {
   return passes_->picture;
 }

@@ -37,6 +37,8 @@ public:
   void record(gpu::Commands& commands, const state::FrameState& state);
   /// The same, submitted and waited for.
   const gpu::Image& image(const state::FrameState& state);
+  /// The next image is a first one: none before it persists in it.
+  void restart();
   /// The picture last made: the sector, grey on black, RGBA8 [width x height].
   const gpu::Image& image() const;
 

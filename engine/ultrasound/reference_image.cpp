@@ -205,7 +205,7 @@ void ReferenceImager::make_echoes() {
       const std::array<std::int8_t, 8>& here = model_.speckle().texels[texel_at(rest.position)];
       const float slow = channel(here, 6);
       const float triads = mix.texture > 0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5F, slow) : 0.0F;
-      const float texture = std::exp(mix.texture * slow + triads * kTriadDb * 0.115129255F);
+      const float texture = std::exp(c.texture * (mix.texture * slow + triads * kTriadDb * 0.115129255F));
 
       // Interfaces: the jump of ln Z along the beam, and the angle from a wider stencil.
       const float jump = (log_impedance(l, s + 1) - log_impedance(l, s - 1)) / (2 * c.sample_pitch) * ramp;
@@ -219,7 +219,7 @@ void ReferenceImager::make_echoes() {
       const float cosine = slope > 1e-3F ? std::abs(along) / slope : 1.0F;
       const float reflection = std::tanh(0.5F * std::abs(jump));
       const float total = std::tanh(0.5F * slope * ramp);
-      const float beads = std::exp((kBeadDb * channel(here, 7) - kBeadDb) * 0.115129255F);
+      const float beads = std::exp((c.texture * kBeadDb * channel(here, 7) - kBeadDb) * 0.115129255F);
       const float mirror = kInterfaceGain * reflection * std::pow(cosine, kInterfaceExponent) * beads;
       const float diffuse = kInterfaceGain * total * kInterfaceDiffuse;
       for (int k = 0; k < looks_; ++k) {
@@ -353,7 +353,9 @@ void ReferenceImager::detect() {
       const float amplitude = std::sqrt(intensity / static_cast<float>(looks_));
       envelope_[index(l, s)] = amplitude;
       const float db = 8.6858896F * std::log(std::max(amplitude, 1e-9F)) + c.tgc * range;
-      display_[index(l, s)] = std::clamp((db - c.white_db + c.dynamic_range) / c.dynamic_range, 0.0F, 1.0F);
+      float& shown = display_[index(l, s)];
+      const float now = std::clamp((db - c.white_db + c.dynamic_range) / c.dynamic_range, 0.0F, 1.0F);
+      shown = c.persistence > 0 ? now + c.persistence * (shown - now) : now;
     }
   }
 }

@@ -6,7 +6,7 @@
 //   needle     analytic echoes of the shaft and tip, reverberation, shadow
 //   attenuate  two-way amplitude exp(-sum of loss) along each line
 //   lateral, axial   separable Gaussian point-spread function, complex
-//   detect     receiver noise, compounding of looks, envelope, depth gain, log compression
+//   detect     receiver noise, compounding of looks, envelope, depth gain, log compression, persistence
 //   scan conversion  polar to picture, grey map, depth scale
 #pragma once
 
@@ -27,6 +27,9 @@ public:
 
   /// Grey values of the picture of `state`, row by row from the top. [width * height]; valid until the next call
   const std::vector<std::uint8_t>& image(const state::FrameState& state);
+
+  /// The next image is a first one: none before it persists in it.
+  void restart() { model_.restart(); }
 
   /// Envelope of the last image before depth gain and log compression, 1 = rms of liver. [sample][line]
   const std::vector<float>& envelope() const { return envelope_; }

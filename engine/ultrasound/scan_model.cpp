@@ -90,6 +90,7 @@ void check(const content::Scene& scene, const ImagerSettings& settings) {
       fail(fmt::format("label {} has no tissue; there are {}", int(label), scene.tissues.size()));
     }
   }
+  if (!(settings.persistence >= 0 && settings.persistence <= 0.95)) fail("settings: persistence must be 0 to 0.95");
   if (settings.looks < 1 || settings.looks > kMaxLooks || settings.line_oversampling < 1 || settings.width < 16 ||
       settings.height < 16) {
     fail("settings: looks must be 1 to 3, line oversampling at least 1, the picture at least 16 x 16");
@@ -104,7 +105,9 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
       sector_(SectorGeometry::fit(scan_, settings.width, settings.height)),
       beam_(BeamProfile::of(scan_, kSpeedOfSound / scene.probe.frequency_hz)),
       speckle_(settings.seed),
-      slice_(scan_, scene.bodies) {
+      slice_(scan_, scene.bodies),
+      seed_(settings.seed),
+      persistence_(static_cast<float>(settings.persistence)) {
   const double mhz = scene.probe.frequency_hz * 1e-6;
   for (const content::Tissue& tissue : scene.tissues) tissues_.push_back(tissue_row(tissue.acoustics, mhz));
   // Label 0 is the outside. Air, unless it is the gel in front of the skin.
@@ -153,7 +156,6 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   c.lines = scan_.lines;
   c.samples = scan_.samples;
   c.looks = settings.looks;
-  c.noise_seed = static_cast<int>(settings.seed);
   c.bin_x = slice_.bin_origin().x();
   c.bin_z = slice_.bin_origin().y();
   c.bin_size = slice_.bin_size();
@@ -173,6 +175,7 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   c.dynamic_range = static_cast<float>(scene.probe.dynamic_range_db);
   c.gradient_reach = std::max(kGradientReach, 0.5F * labels.spacing);
   c.haze = settings.haze ? 1.0F : 0.0F;
+  c.texture = settings.texture ? 1.0F : 0.0F;
   c.width = sector_.width;
   c.height = sector_.height;
   c.pixel = static_cast<float>(sector_.metres_per_pixel);
@@ -193,6 +196,11 @@ void ScanModel::update(const state::FrameState& state) {
   constants_.elevation = as_vec4(patient_from_probe.linear().col(1));
   constants_.axial = as_vec4(patient_from_probe.linear().col(2));
   constants_.breath = as_vec4(state.breath, constants_.breath.w);
+  // The receiver's noise is new at every moment, and the same whenever that moment is drawn.
+  const auto microseconds = static_cast<std::uint32_t>(std::llround(state.time_s * 1e6));
+  constants_.noise_seed = static_cast<int>(seed_ + 2654435761U * microseconds);
+  constants_.persistence = first_frame_ ? 0.0F : persistence_;
+  first_frame_ = false;
 }
 
 void ScanModel::place_needle(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient) {

@@ -23,6 +23,8 @@ struct ImagerSettings {
   int line_oversampling = 2;  ///< lines computed for each scan line of the probe, so that speckle moves smoothly
   double noise_db = -69;      ///< receiver noise before the depth gain, relative to liver under the face
   bool haze = true;           ///< ring-down and reverberation in the near field
+  bool texture = true;        ///< slow brightness of parenchyma, bright portal triads, beads along interfaces
+  double persistence = 0;     ///< share of the frame before in what is shown, 0..0.95; 0: every frame for itself
   bool depth_scale = true;    ///< marks every 10 mm at the right side
 };
 
@@ -34,6 +36,8 @@ public:
   ScanModel(const content::Scene& scene, const ImagerSettings& settings);
 
   void update(const state::FrameState& state);
+  /// The next frame is a first one: no earlier frame persists in it.
+  void restart() { first_frame_ = true; }
 
   const ScanGeometry& scan() const { return scan_; }
   const SectorGeometry& sector() const { return sector_; }
@@ -65,6 +69,9 @@ private:
   PlaneSlice slice_;
   std::vector<NeedleSegment> needle_;
   FrameConstants constants_{};
+  std::uint32_t seed_;
+  float persistence_;
+  bool first_frame_ = true;
 };
 
 }  // namespace stylet::ultrasound

@@ -2,6 +2,7 @@
 #include "engine/ultrasound/imager.h"
 
 #include "engine/gpu/device.h"
+#include "engine/ultrasound/presets.h"
 #include "engine/ultrasound/reference_image.h"
 #include "tests/support/image_compare.h"
 #include "tests/support/sanitized.h"
@@ -29,6 +30,13 @@ void expect_agreement(gpu::Device& device, const content::Scene& scene, const Im
                       const state::FrameState& state) {
   Imager imager(device, scene, settings);
   ReferenceImager reference(scene, settings);
+  if (settings.persistence > 0) {  // something that persists
+    state::FrameState before = state;
+    before.time_s -= 0.04;
+    before.probe_position.x() += 0.003F;
+    imager.image(before);
+    reference.image(before);
+  }
   imager.image(state);
   const std::vector<std::uint8_t> actual = imager.read_back();
   const std::vector<std::uint8_t>& expected = reference.image(state);
@@ -68,6 +76,19 @@ TEST(Imager, AgreesWithTheReference) {
       for (Eigen::Vector3f& p : state.bodies[0]) p.x() += 0.004F * std::sin(40 * p.z());
       expect_agreement(device, scene, settings, state);
     }
+  }
+}
+
+TEST(Imager, AgreesWithTheReferenceInBothPresets) {
+  gpu::Device device;
+  const content::Scene scene = small_tour();
+  for (const Preset preset : {Preset::raw, Preset::clinical}) {
+    if (support::kSanitized && preset == Preset::clinical) continue;
+    SCOPED_TRACE(preset_name(preset));
+    ImagerSettings settings = preset_settings(preset);
+    settings.width = kSmall.width;
+    settings.height = kSmall.height;
+    expect_agreement(device, scene, settings, test::tour_state(scene));
   }
 }
 
