@@ -15,6 +15,14 @@ layout(std430, binding = 3) buffer Display {
   float display[];  // 0 black to 1 white; before this pass: of the frame before
 };
 
+/// dB that the TGC sliders add: linear between the middles of the eighths of the depth.
+float slider_gain(int s) {
+  float at = clamp((float(s) + 0.5) * 8.0 / float(frame.samples) - 0.5, 0.0, 7.0);
+  int below = min(int(at), 6);
+  int above = below + 1;
+  return mix(frame.tgc_sliders[below >> 2][below & 3], frame.tgc_sliders[above >> 2][above & 3], at - float(below));
+}
+
 float unit(uint bits) {
   return (float(bits >> 8) + 0.5) * (1.0 / 16777216.0);
 }
@@ -37,7 +45,7 @@ void main() {
   }
   float amplitude = sqrt(intensity / float(frame.looks));
   envelope[index] = amplitude;
-  float db = 8.6858896 * log(max(amplitude, 1e-9)) + frame.tgc * sample_range(s);
+  float db = 8.6858896 * log(max(amplitude, 1e-9)) + frame.tgc * sample_range(s) + slider_gain(s);
   float now = clamp((db - frame.white_db + frame.dynamic_range) / frame.dynamic_range, 0.0, 1.0);
   display[index] = frame.persistence > 0.0 ? now + frame.persistence * (display[index] - now) : now;
 }

@@ -41,7 +41,7 @@ void main() {
   if (l >= frame.lines) return;
   int index = polar_index(l, s);
   float range = sample_range(s);
-  bool gel = range < kCouplingDepth;
+  bool gel = range < frame.coupling;
   vec4 x = rest[index];
   vec3 across_plane = slope[index].xyz;
   vec3 mixed = mixes[index].xyz;

@@ -23,6 +23,8 @@ STYLET_SHARED float kGelImpedance = 1.50e6f;     // coupling gel is water-like: 
 STYLET_SHARED float kGelAttenuation = 0.05f;     // dB/cm/MHz
 STYLET_SHARED float kNoBackscatterDb = -90.0f;   // gel and air hold no scatterers
 STYLET_SHARED float kCouplingDepth = 0.018f;    // m before the skin that gel bridges: a pressed skin follows the face, ours is rigid to it
+STYLET_SHARED float kGelFilm = 0.004f;          // m that it bridges once the probe has left the skin
+STYLET_SHARED float kDryGap = 0.0015f;          // m without gel: what the voxels of the skin are unsure of
 STYLET_SHARED float kFillerBackscatterDb = -7.0f;   // fat around an organ, where the organ has moved away: as subcutaneous fat
 STYLET_SHARED float kFillerImpedance = 1.38e6f;     // fat, Pa s/m; Goss, Johnston, Dunn, JASA 64 (1978)
 STYLET_SHARED float kFillerAttenuation = 0.63f;     // dB/cm/MHz, fat; Duck, Physical Properties of Tissue (1990)
@@ -124,6 +126,7 @@ struct FrameConstants {
   vec4 elevation;
   vec4 axial;
   vec4 breath;  // xyz: motion of rigid organs that go with the breath; w: body that owns their voxels, -1: none do
+  vec4 tgc_sliders[2];  // dB at the middle of each eighth of the depth
   // scan: convex of radius `face_radius`, or linear when it is 0
   float face_radius;
   float first_line;     // angle (convex) or x (linear) of line 0
@@ -172,8 +175,8 @@ struct FrameConstants {
   float tick_pitch;     // m between marks of the depth scale, 0: none
   float texture;        // 1 shows slow texture, triads and beads, 0 does not
   float persistence;    // share of the frame before in what is shown; 0 in a first frame
+  float coupling;       // m below the face where label 0 is gel and not air
   float unused0;        // std140 rounds up to 16 bytes
-  float unused1;
 };
 
 #undef STYLET_SHARED

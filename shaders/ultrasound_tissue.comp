@@ -19,7 +19,7 @@ void main() {
   int s = int(gl_GlobalInvocationID.y);
   if (l >= frame.lines) return;
   vec4 x = rest[polar_index(l, s)];
-  bool gel = sample_range(s) < kCouplingDepth;
+  bool gel = sample_range(s) < frame.coupling;
   vec3 q = voxel_position(x.xyz);
   vec3 base = floor(q);
   vec3 f = q - base;

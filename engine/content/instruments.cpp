@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -56,6 +57,20 @@ Probe read_probe(JsonFile& file) {
   probe.samples = root.integer("samples", 64, 4096, probe.samples);
   probe.dynamic_range_db = root.number("dynamic_range_db", {20, 120}, probe.dynamic_range_db);
   probe.gain_db = root.number("gain_db", {-60, 60}, probe.gain_db);
+  probe.lowest_frequency_hz = probe.highest_frequency_hz = probe.frequency_hz;
+  if (const auto band = root.numbers("frequency_range_mhz", 2, {0.5, 30}); band.size() == 2) {
+    probe.lowest_frequency_hz = band[0] * 1e6;
+    probe.highest_frequency_hz = band[1] * 1e6;
+    if (!(probe.lowest_frequency_hz <= probe.frequency_hz && probe.frequency_hz <= probe.highest_frequency_hz)) {
+      root.problem("frequency_range_mhz", fmt::format("is {:g} to {:g}, without frequency_mhz ({:g}); widen it",
+                                                      band[0], band[1], probe.frequency_hz * 1e-6));
+    }
+  }
+  probe.focus = root.number("focus_mm", {5, 400}, probe.focus * 1e3) * 1e-3;
+  std::ranges::copy(root.numbers("tgc_db", probe.tgc_db.size(), {-20, 20}), probe.tgc_db.begin());
+  const double persistence = root.number("persistence", {0, 0.95}, -1);
+  if (persistence >= 0) probe.persistence = persistence;
+  probe.preset = root.choice("preset", {"clinical", "raw"}, probe.preset);
   root.ignore("licence");
   root.ignore("source");
   root.finish();

@@ -119,9 +119,16 @@ struct Probe {
   int samples = 512;
   double dynamic_range_db = 60;
   double gain_db = 0;
-  physics::RigidPose pose;  ///< patient_from_probe
-  int presses = -1;         ///< deformable body it is held against, -1: none
-  bool gel = true;          ///< between head and skin
+  // What a scanner starts with and its knobs change.
+  double lowest_frequency_hz = 2e6;  ///< band
+  double highest_frequency_hz = 5e6;
+  double focus = 0.075;               ///< m below the face
+  std::array<double, 8> tgc_db{};     ///< sliders, nearest first
+  std::optional<double> persistence;  ///< share of the frame before; default: the preset's
+  std::string preset = "clinical";    ///< or raw
+  physics::RigidPose pose;            ///< patient_from_probe
+  int presses = -1;                   ///< deformable body it is held against, -1: none
+  bool gel = true;                    ///< between head and skin
 };
 
 struct Target {

@@ -59,6 +59,7 @@ void FramePublisher::show_probe(const physics::RigidPose& pose, const physics::P
   const double force = -contact.wrench.force.dot(pose.orientation * Eigen::Vector3d::UnitZ());
   frame_.probe_force = static_cast<float>(force);
   frame_.probe_area = static_cast<float>(contact.area);
+  frame_.probe_lifted = scene_.probe.presses >= 0 && !(contact.area > 0) ? 1.0F : 0.0F;
   probe_.least_area = steps_ > 0 ? std::min(probe_.least_area, contact.area) : contact.area;
   steps_ += 1;
   probe_.mean_force += (force - probe_.mean_force) / steps_;

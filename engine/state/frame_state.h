@@ -25,6 +25,7 @@ struct FrameState {
   float target_distance = 0;                         ///< tip to target centre, m
   float probe_force = 0;                             ///< that presses the probe on the skin, along its axis, N
   float probe_area = 0;                              ///< of the skin that it touches, m^2
+  float probe_lifted = 0;                            ///< 1: it is to press a body and touches nothing
 };
 
 /// How a FrameState was made.

@@ -35,6 +35,7 @@ void for_each_value(State& s, Vector&& vector, Rotation&& rotation, Scalar&& sca
   scalar(s.target_distance);
   scalar(s.probe_force);
   scalar(s.probe_area);
+  scalar(s.probe_lifted);
 }
 
 std::size_t count_values(const FrameState& state) {

@@ -48,13 +48,13 @@ void fill(std::span<float> weights, double fwhm, double pitch) {
 
 }  // namespace
 
-double axial_fwhm(double range) {
-  return kAxialFwhm0 + kAxialFwhmSlope * range;
+double axial_fwhm(double range, double wavelength) {
+  return kAxialFwhm0 * wavelength / kReferenceWavelength + kAxialFwhmSlope * range;
 }
 
-double lateral_fwhm(double range, double wavelength) {
+double lateral_fwhm(double range, double wavelength, double focus) {
   const double f_number = std::max<double>(kMinFNumber, (range + 0.004) / kMaxAperture);
-  const double defocus = (range - kLateralFocus) / kLateralFieldDepth;
+  const double defocus = (range - focus) / kLateralFieldDepth;
   return kLateralLambdas * wavelength * f_number * std::sqrt(1 + kLateralDefocus * defocus * defocus);
 }
 
@@ -63,7 +63,7 @@ double elevation_fwhm(double range) {
   return kElevationFwhm * std::sqrt(1 + defocus * defocus);
 }
 
-BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength) {
+BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength, double focus) {
   constexpr int kElevationTaps = kElevationPlanes / 2 + 1;
   BeamProfile beam;
   beam.lateral.resize(static_cast<std::size_t>(scan.samples) * kLateralTaps);
@@ -74,8 +74,8 @@ BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength) {
     const auto row = [s](std::vector<float>& table, int taps) {
       return std::span<float>(table).subspan(static_cast<std::size_t>(s) * taps, taps);
     };
-    fill(row(beam.lateral, kLateralTaps), kernel_fwhm(lateral_fwhm(r, wavelength)), scan.lateral_pitch(r));
-    fill(row(beam.axial, kAxialTaps), kernel_fwhm(axial_fwhm(r)), scan.sample_pitch);
+    fill(row(beam.lateral, kLateralTaps), kernel_fwhm(lateral_fwhm(r, wavelength, focus)), scan.lateral_pitch(r));
+    fill(row(beam.axial, kAxialTaps), kernel_fwhm(axial_fwhm(r, wavelength)), scan.sample_pitch);
     fill(row(beam.elevation, kElevationTaps), elevation_fwhm(r), kElevationSpacing);
   }
   return beam;

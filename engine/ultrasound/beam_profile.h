@@ -6,14 +6,19 @@
 #pragma once
 
 #include "engine/ultrasound/scan_geometry.h"
+#include "shaders/ultrasound_shared.h"
 
 #include <vector>
 
 namespace stylet::ultrasound {
 
+/// Wavelength at which the pulse has the length of kAxialFwhm0, m; it is as many cycles at any other.
+inline constexpr double kReferenceWavelength = 1540 / 3.5e6;
+
 /// Full widths at half maximum of the amplitude, m.
-double axial_fwhm(double range);
-double lateral_fwhm(double range, double wavelength);
+double axial_fwhm(double range, double wavelength = kReferenceWavelength);
+/// @param focus  of the transmitted beam, m
+double lateral_fwhm(double range, double wavelength, double focus = kLateralFocus);
 double elevation_fwhm(double range);
 
 /// Weights of one side, centre first, by sample. A weight of zero ends the sum: none beyond it counts.
@@ -23,7 +28,8 @@ struct BeamProfile {
   std::vector<float> elevation;  ///< [samples][kElevationPlanes / 2 + 1]  over sub-planes
 
   /// @param wavelength  m
-  static BeamProfile of(const ScanGeometry& scan, double wavelength);
+  /// @param focus       m
+  static BeamProfile of(const ScanGeometry& scan, double wavelength, double focus);
 };
 
 }  // namespace stylet::ultrasound

@@ -50,10 +50,12 @@ gpu::Interface scan_convert_interface() {
 struct Imager::Passes {
   Passes(gpu::Device& device_, const content::Scene& scene, const ImagerSettings& settings);
   void record(gpu::Commands& commands, const state::FrameState& state);
+  void upload_tables(gpu::Commands& commands);
   std::size_t polar_size() const { return static_cast<std::size_t>(model.scan().lines) * model.scan().samples; }
 
   gpu::Device& device;
   ScanModel model;
+  int uploaded_tables = 0;  ///< ScanModel::tables_version()
 
   ComputePipeline slice;
   ComputePipeline tissue;
@@ -128,16 +130,22 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
                        .usage = gpu::kStorageUsage}),
       times(device, 16) {
   gpu::run_now(device, [this](gpu::Commands& commands) {
-    const auto upload = [&commands](const Buffer& to, const auto& items) {
-      commands.upload(to, std::as_bytes(std::span(items)));
-    };
-    upload(tissues, model.tissues());
-    upload(voxels, model.voxels());
-    upload(speckle, model.speckle().texels);
-    upload(lateral_weights, model.beam().lateral);
-    upload(axial_weights, model.beam().axial);
-    upload(elevation_weights, model.beam().elevation);
+    commands.upload(voxels, std::as_bytes(std::span(model.voxels())));
+    commands.upload(speckle, std::as_bytes(std::span(model.speckle().texels)));
   });
+}
+
+/// The tables that the controls and the tissue table change, when they have.
+void Imager::Passes::upload_tables(gpu::Commands& commands) {
+  if (uploaded_tables == model.tables_version()) return;
+  uploaded_tables = model.tables_version();
+  const auto upload = [&commands](const Buffer& to, const auto& items) {
+    commands.upload(to, std::as_bytes(std::span(items)));
+  };
+  upload(tissues, model.tissues());
+  upload(lateral_weights, model.beam().lateral);
+  upload(axial_weights, model.beam().axial);
+  upload(elevation_weights, model.beam().elevation);
 }
 
 void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& state) {
@@ -153,6 +161,7 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
 
   times.reset(commands);
   times.mark(commands, "start");
+  upload_tables(commands);
   commands.upload(frame, std::as_bytes(std::span(&c, 1)));
   tets.upload(commands, model.slice().tets());
   bin_starts.upload(commands, model.slice().starts());
@@ -211,6 +220,18 @@ const gpu::Image& Imager::image(const state::FrameState& state) {
 
 void Imager::restart() {
   passes_->model.restart();
+}
+
+const ScannerControls& Imager::controls() const {
+  return passes_->model.controls();
+}
+
+std::string Imager::set_controls(const ScannerControls& controls) {
+  return passes_->model.set_controls(controls);
+}
+
+void Imager::set_acoustics(std::span<const content::Tissue> tissues) {
+  passes_->model.set_acoustics(tissues);
 }
 
 const gpu::Image& Imager::image() const {

@@ -16,6 +16,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace stylet::ultrasound {
@@ -39,6 +41,13 @@ public:
   const gpu::Image& image(const state::FrameState& state);
   /// The next image is a first one: none before it persists in it.
   void restart();
+
+  const ScannerControls& controls() const;
+  /// From the next image on; limited to what the probe can do. geometry() and scan() follow.
+  /// @return  what was limited, for the user; empty: nothing
+  std::string set_controls(const ScannerControls& controls);
+  /// From the next image on: the acoustics of these tissues, in the order of the scene's.
+  void set_acoustics(std::span<const content::Tissue> tissues);
   /// The picture last made: the sector, grey on black, RGBA8 [width x height].
   const gpu::Image& image() const;
 

@@ -11,6 +11,12 @@ ImagerSettings preset_settings(Preset preset) {
   return {.persistence = 0.3};
 }
 
+ImagerSettings preset_settings(Preset preset, const content::Probe& probe) {
+  ImagerSettings settings = preset_settings(preset);
+  if (preset == Preset::clinical) settings.persistence = probe.persistence.value_or(settings.persistence);
+  return settings;
+}
+
 const char* preset_name(Preset preset) {
   return preset == Preset::raw ? "raw" : "clinical";
 }

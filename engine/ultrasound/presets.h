@@ -15,6 +15,8 @@ enum class Preset : std::uint8_t {
 
 /// Settings of a preset; size of the picture, seed and noise are the defaults.
 ImagerSettings preset_settings(Preset preset);
+/// The same with the persistence that the probe's file may ask for; raw has none.
+ImagerSettings preset_settings(Preset preset, const content::Probe& probe);
 
 /// "clinical" or "raw".
 const char* preset_name(Preset preset);

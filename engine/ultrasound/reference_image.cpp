@@ -146,7 +146,7 @@ std::size_t ReferenceImager::texel_at(const Eigen::Vector3f& x) const {
 
 void ReferenceImager::mix_tissues() {
   for (int s = 0; s < samples_; ++s) {
-    const bool gel = static_cast<float>(model_.scan().range(s)) < kCouplingDepth;
+    const bool gel = static_cast<float>(model_.scan().range(s)) < model_.constants().coupling;
     for (int l = 0; l < lines_; ++l) {
       const RestPoint& rest = rest_[index(l, s)];
       const Eigen::Vector3f q = voxel_position(rest.position);
@@ -179,7 +179,7 @@ void ReferenceImager::make_echoes() {
     const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
     const float pitch = c.face_radius == 0 ? c.line_pitch : (c.face_radius + range) * c.line_pitch;
     const int b = std::clamp(static_cast<int>(c.gradient_reach / pitch + 0.5F), 1, 16);
-    const bool gel = range < kCouplingDepth;
+    const bool gel = range < c.coupling;
     const float* elevation =
         model_.beam().elevation.data() + static_cast<std::size_t>(s) * (kElevationPlanes / 2 + 1);
     for (int l = 0; l < lines_; ++l) {
@@ -338,6 +338,7 @@ void ReferenceImager::detect() {
   const FrameConstants& c = model_.constants();
   for (int s = 0; s < samples_; ++s) {
     const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
+    const auto sliders = static_cast<float>(slider_gain_db(model_.controls(), (s + 0.5) / samples_));
     for (int l = 0; l < lines_; ++l) {
       float intensity = 0;
       for (int k = 0; k < looks_; ++k) {
@@ -352,7 +353,7 @@ void ReferenceImager::detect() {
       }
       const float amplitude = std::sqrt(intensity / static_cast<float>(looks_));
       envelope_[index(l, s)] = amplitude;
-      const float db = 8.6858896F * std::log(std::max(amplitude, 1e-9F)) + c.tgc * range;
+      const float db = 8.6858896F * std::log(std::max(amplitude, 1e-9F)) + c.tgc * range + sliders;
       float& shown = display_[index(l, s)];
       const float now = std::clamp((db - c.white_db + c.dynamic_range) / c.dynamic_range, 0.0F, 1.0F);
       shown = c.persistence > 0 ? now + c.persistence * (shown - now) : now;

@@ -30,6 +30,10 @@ public:
 
   /// The next image is a first one: none before it persists in it.
   void restart() { model_.restart(); }
+  const ScannerControls& controls() const { return model_.controls(); }
+  /// As ScanModel has it.
+  std::string set_controls(const ScannerControls& controls) { return model_.set_controls(controls); }
+  void set_acoustics(std::span<const content::Tissue> tissues) { model_.set_acoustics(tissues); }
 
   /// Envelope of the last image before depth gain and log compression, 1 = rms of liver. [sample][line]
   const std::vector<float>& envelope() const { return envelope_; }

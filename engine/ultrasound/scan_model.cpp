@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace stylet::ultrasound {
 namespace {
@@ -90,7 +91,9 @@ void check(const content::Scene& scene, const ImagerSettings& settings) {
       fail(fmt::format("label {} has no tissue; there are {}", int(label), scene.tissues.size()));
     }
   }
-  if (!(settings.persistence >= 0 && settings.persistence <= 0.95)) fail("settings: persistence must be 0 to 0.95");
+  if (!(settings.persistence >= 0 && settings.persistence <= kMostPersistence)) {
+    fail(fmt::format("settings: persistence must be 0 to {}", kMostPersistence));
+  }
   if (settings.looks < 1 || settings.looks > kMaxLooks || settings.line_oversampling < 1 || settings.width < 16 ||
       settings.height < 16) {
     fail("settings: looks must be 1 to 3, line oversampling at least 1, the picture at least 16 x 16");
@@ -101,28 +104,24 @@ void check(const content::Scene& scene, const ImagerSettings& settings) {
 
 ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings)
     : scene_((check(scene, settings), scene)),
-      scan_(ScanGeometry::of(scene.probe, settings.line_oversampling)),
-      sector_(SectorGeometry::fit(scan_, settings.width, settings.height)),
-      beam_(BeamProfile::of(scan_, kSpeedOfSound / scene.probe.frequency_hz)),
+      settings_(settings),
+      controls_(ScannerControls::of(scene.probe, settings.persistence)),
       speckle_(settings.seed),
-      slice_(scan_, scene.bodies),
-      seed_(settings.seed),
-      persistence_(static_cast<float>(settings.persistence)) {
-  const double mhz = scene.probe.frequency_hz * 1e-6;
-  for (const content::Tissue& tissue : scene.tissues) tissues_.push_back(tissue_row(tissue.acoustics, mhz));
+      slice_(ScanGeometry::of(scene.probe, settings.line_oversampling), scene.bodies) {
+  for (const content::Tissue& tissue : scene.tissues) acoustics_.push_back(tissue.acoustics);
   // Label 0 is the outside. Air, unless it is the gel in front of the skin.
-  const auto medium = [mhz](double impedance, double attenuation, double backscatter_db) {
+  const auto medium = [](double impedance, double attenuation, double backscatter_db) {
     content::Acoustics acoustics;
     acoustics.impedance_rayl = impedance;
     acoustics.attenuation_db_per_cm_mhz = attenuation;
     acoustics.backscatter_db = backscatter_db;
-    return tissue_row(acoustics, mhz);
+    return acoustics;
   };
-  tissues_[0] = medium(kAirImpedance, kAirAttenuation, kNoBackscatterDb);
-  constants_.gel_tissue = static_cast<int>(tissues_.size());
-  tissues_.push_back(medium(kGelImpedance, kGelAttenuation, kNoBackscatterDb));
-  constants_.filler_tissue = static_cast<int>(tissues_.size());
-  tissues_.push_back(medium(kFillerImpedance, kFillerAttenuation, kFillerBackscatterDb));
+  acoustics_[0] = medium(kAirImpedance, kAirAttenuation, kNoBackscatterDb);
+  constants_.gel_tissue = static_cast<int>(acoustics_.size());
+  acoustics_.push_back(medium(kGelImpedance, kGelAttenuation, kNoBackscatterDb));
+  constants_.filler_tissue = static_cast<int>(acoustics_.size());
+  acoustics_.push_back(medium(kFillerImpedance, kFillerAttenuation, kFillerBackscatterDb));
 
   const content::LabelVolume& labels = scene.labels;
   voxels_.resize((labels.labels.size() + 1) / 2 * 2);
@@ -149,18 +148,7 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   }
 
   FrameConstants& c = constants_;
-  c.face_radius = static_cast<float>(scan_.face_radius);
-  c.first_line = static_cast<float>(scan_.first_line);
-  c.line_pitch = static_cast<float>(scan_.line_pitch);
-  c.sample_pitch = static_cast<float>(scan_.sample_pitch);
-  c.lines = scan_.lines;
-  c.samples = scan_.samples;
   c.looks = settings.looks;
-  c.bin_x = slice_.bin_origin().x();
-  c.bin_z = slice_.bin_origin().y();
-  c.bin_size = slice_.bin_size();
-  c.bin_columns = slice_.columns();
-  c.bin_rows = slice_.rows();
   c.label_nx = labels.size.x();
   c.label_ny = labels.size.y();
   c.label_nz = labels.size.z();
@@ -169,19 +157,79 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   c.label_z = labels.origin.z();
   c.label_spacing = labels.spacing;
   c.needle_radius = static_cast<float>(0.5 * scene.needle.outer_diameter);
-  c.tgc = static_cast<float>(2 * kTgcAttenuation * 100 * mhz);
   c.noise = static_cast<float>(amplitude(settings.noise_db));
-  c.white_db = static_cast<float>(kWhiteOverLiverDb - scene.probe.gain_db);
-  c.dynamic_range = static_cast<float>(scene.probe.dynamic_range_db);
   c.gradient_reach = std::max(kGradientReach, 0.5F * labels.spacing);
   c.haze = settings.haze ? 1.0F : 0.0F;
   c.texture = settings.texture ? 1.0F : 0.0F;
+  c.tick_pitch = settings.depth_scale ? 0.010F : 0.0F;
+  limit(controls_, scene.probe);
+  make_geometry();
+  make_tissues();
+  set_receiver();
+}
+
+std::string ScanModel::set_controls(ScannerControls controls) {
+  std::string limited = limit(controls, scene_.probe);
+  const ScannerControls before = std::exchange(controls_, controls);
+  const bool frequency = controls.frequency_hz != before.frequency_hz;
+  if (frequency || controls.depth != before.depth || controls.focus != before.focus) make_geometry();
+  if (frequency) make_tissues();
+  if (controls.depth != before.depth) restart();  // the frame before lies on other samples
+  set_receiver();
+  return limited;
+}
+
+void ScanModel::set_acoustics(std::span<const content::Tissue> tissues) {
+  for (std::size_t i = 1; i < std::min(tissues.size(), scene_.tissues.size()); ++i) {
+    acoustics_[i] = tissues[i].acoustics;
+  }
+  make_tissues();
+}
+
+/// Where the samples lie, the picture of them, and the beam: depth, focus and frequency.
+void ScanModel::make_geometry() {
+  content::Probe probe = scene_.probe;
+  probe.depth = controls_.depth;
+  scan_ = ScanGeometry::of(probe, settings_.line_oversampling);
+  sector_ = SectorGeometry::fit(scan_, settings_.width, settings_.height);
+  beam_ = BeamProfile::of(scan_, kSpeedOfSound / controls_.frequency_hz, controls_.focus);
+  slice_ = PlaneSlice(scan_, scene_.bodies);
+  FrameConstants& c = constants_;
+  c.face_radius = static_cast<float>(scan_.face_radius);
+  c.first_line = static_cast<float>(scan_.first_line);
+  c.line_pitch = static_cast<float>(scan_.line_pitch);
+  c.sample_pitch = static_cast<float>(scan_.sample_pitch);
+  c.lines = scan_.lines;
+  c.samples = scan_.samples;
+  c.bin_x = slice_.bin_origin().x();
+  c.bin_z = slice_.bin_origin().y();
+  c.bin_size = slice_.bin_size();
+  c.bin_columns = slice_.columns();
+  c.bin_rows = slice_.rows();
   c.width = sector_.width;
   c.height = sector_.height;
   c.pixel = static_cast<float>(sector_.metres_per_pixel);
   c.picture_x = static_cast<float>(sector_.origin.x());
   c.picture_z = static_cast<float>(sector_.origin.y());
-  c.tick_pitch = settings.depth_scale ? 0.010F : 0.0F;
+  ++tables_version_;
+}
+
+void ScanModel::make_tissues() {
+  const double mhz = controls_.frequency_hz * 1e-6;
+  tissues_.clear();
+  for (const content::Acoustics& acoustics : acoustics_) tissues_.push_back(tissue_row(acoustics, mhz));
+  ++tables_version_;
+}
+
+/// Gain, depth gain, dynamic range.
+void ScanModel::set_receiver() {
+  constants_.tgc = static_cast<float>(2 * kTgcAttenuation * 100 * controls_.frequency_hz * 1e-6);
+  constants_.white_db = static_cast<float>(kWhiteOverLiverDb - controls_.gain_db);
+  constants_.dynamic_range = static_cast<float>(controls_.dynamic_range_db);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto db = [&](std::size_t k) { return static_cast<float>(controls_.tgc_db[4 * i + k]); };
+    constants_.tgc_sliders[i] = {db(0), db(1), db(2), db(3)};
+  }
 }
 
 void ScanModel::update(const state::FrameState& state) {
@@ -195,11 +243,13 @@ void ScanModel::update(const state::FrameState& state) {
   constants_.lateral = as_vec4(patient_from_probe.linear().col(0));
   constants_.elevation = as_vec4(patient_from_probe.linear().col(1));
   constants_.axial = as_vec4(patient_from_probe.linear().col(2));
+  constants_.coupling = kCouplingDepth + state.probe_lifted * (kGelFilm - kCouplingDepth);
+  if (!scene_.probe.gel) constants_.coupling = kDryGap;
   constants_.breath = as_vec4(state.breath, constants_.breath.w);
   // The receiver's noise is new at every moment, and the same whenever that moment is drawn.
   const auto microseconds = static_cast<std::uint32_t>(std::llround(state.time_s * 1e6));
-  constants_.noise_seed = static_cast<int>(seed_ + 2654435761U * microseconds);
-  constants_.persistence = first_frame_ ? 0.0F : persistence_;
+  constants_.noise_seed = static_cast<int>(settings_.seed + 2654435761U * microseconds);
+  constants_.persistence = first_frame_ ? 0.0F : static_cast<float>(controls_.persistence);
   first_frame_ = false;
 }
 

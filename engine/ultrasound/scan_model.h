@@ -7,10 +7,13 @@
 #include "engine/ultrasound/beam_profile.h"
 #include "engine/ultrasound/plane_slice.h"
 #include "engine/ultrasound/scan_geometry.h"
+#include "engine/ultrasound/scanner_controls.h"
 #include "engine/ultrasound/speckle_field.h"
 #include "shaders/ultrasound_shared.h"
 
 #include <cstdint>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace stylet::ultrasound {
@@ -24,7 +27,7 @@ struct ImagerSettings {
   double noise_db = -69;      ///< receiver noise before the depth gain, relative to liver under the face
   bool haze = true;           ///< ring-down and reverberation in the near field
   bool texture = true;        ///< slow brightness of parenchyma, bright portal triads, beads along interfaces
-  double persistence = 0;     ///< share of the frame before in what is shown, 0..0.95; 0: every frame for itself
+  double persistence = 0;     ///< the control's first value; 0: every frame for itself
   bool depth_scale = true;    ///< marks every 10 mm at the right side
 };
 
@@ -38,6 +41,16 @@ public:
   void update(const state::FrameState& state);
   /// The next frame is a first one: no earlier frame persists in it.
   void restart() { first_frame_ = true; }
+
+  const ScannerControls& controls() const { return controls_; }
+  /// Limits `controls` to what the probe can do and sets them from the next frame on. Number of lines and samples and
+  /// the size of the picture stay.
+  /// @return  what was limited (ultrasound::limit)
+  std::string set_controls(ScannerControls controls);
+  /// New acoustics for the tissues of the scene, by label. [at most as many as there are]
+  void set_acoustics(std::span<const content::Tissue> tissues);
+  /// Counts what changed tissues() or beam() since construction.
+  int tables_version() const { return tables_version_; }
 
   const ScanGeometry& scan() const { return scan_; }
   const SectorGeometry& sector() const { return sector_; }
@@ -57,9 +70,15 @@ public:
   const FrameConstants& constants() const { return constants_; }
 
 private:
+  void make_geometry();
+  void make_tissues();
+  void set_receiver();
   void place_needle(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient);
 
   const content::Scene& scene_;
+  ImagerSettings settings_;
+  ScannerControls controls_;
+  std::vector<content::Acoustics> acoustics_;  ///< of the rows of tissues_
   ScanGeometry scan_;
   SectorGeometry sector_;
   BeamProfile beam_;
@@ -69,8 +88,7 @@ private:
   PlaneSlice slice_;
   std::vector<NeedleSegment> needle_;
   FrameConstants constants_{};
-  std::uint32_t seed_;
-  float persistence_;
+  int tables_version_ = 0;
   bool first_frame_ = true;
 };
 

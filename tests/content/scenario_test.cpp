@@ -75,6 +75,28 @@ TEST(Scenario, SaysWhetherThereIsGelAndWhenTheBreathIsHeld) {
   EXPECT_THAT(scene.breathing.holds[1], ElementsAre(6.5, 8));
 }
 
+TEST(Scenario, ProbeFileSetsWhatTheScannersKnobsStartWith) {
+  SmallScenario small;
+  Probe probe = load_scene(small.write()).probe;
+  EXPECT_EQ(probe.lowest_frequency_hz, probe.frequency_hz) << "no band: the knob has one place";
+  EXPECT_EQ(probe.highest_frequency_hz, probe.frequency_hz);
+  EXPECT_FALSE(probe.persistence.has_value());
+  EXPECT_EQ(probe.preset, "clinical");
+  small.probe["frequency_range_mhz"] = {2, 6};
+  small.probe["focus_mm"] = 40;
+  small.probe["tgc_db"] = json::parse("[-3, 0, 0, 0, 0, 0, 0, 9]");
+  small.probe["persistence"] = 0.5;
+  small.probe["preset"] = "raw";
+  probe = load_scene(small.write()).probe;
+  EXPECT_EQ(probe.lowest_frequency_hz, 2e6);
+  EXPECT_EQ(probe.highest_frequency_hz, 6e6);
+  EXPECT_NEAR(probe.focus, 0.04, 1e-12);
+  EXPECT_EQ(probe.tgc_db.front(), -3);
+  EXPECT_EQ(probe.tgc_db.back(), 9);
+  EXPECT_EQ(probe.persistence, 0.5);
+  EXPECT_EQ(probe.preset, "raw");
+}
+
 TEST(Scenario, WeightPullsToTheBackOfASupinePatientWhereItIsAskedFor) {
   SmallScenario small;
   EXPECT_EQ(load_scene(small.write()).gravity, Eigen::Vector3d::Zero().eval());
@@ -294,6 +316,10 @@ constexpr BadScenario kBadScenarios[] = {
      "needle.json:/inner_diameter_mm: is 2, not smaller than outer_diameter_mm (1.27)"},
     {"ConvexWidth", [](auto& s) { s.probe["width_mm"] = 50; },
      "probe.json:/width_mm: is for linear probes; remove it"},
+    {"BandWithoutItsFrequency", [](auto& s) { s.probe["frequency_range_mhz"] = {4, 5}; },
+     "probe.json:/frequency_range_mhz: is 4 to 5, without frequency_mhz (3.5); widen it"},
+    {"SevenSliders", [](auto& s) { s.probe["tgc_db"] = {0, 0, 0, 0, 0, 0, 1}; },
+     "probe.json:/tgc_db: is an array of 7, expected an array of 8 numbers"},
     {"MotionBackInTime", [](auto& s) { s.motion["tracks"]["stylus"][1][0] = 0; },
      "motion.json:/tracks/stylus/1: time 0 s does not come after 0 s"},
     {"OrganBroken", [](auto& s) { s.organs.json["accessors"][0]["count"] = 100000; },

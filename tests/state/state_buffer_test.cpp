@@ -46,6 +46,7 @@ FrameState motion_at(double t, std::uint64_t step) {
   state.target_distance = static_cast<float>(0.08 - 0.03 * t);
   state.probe_force = static_cast<float>(3 + t);
   state.probe_area = static_cast<float>(1e-3 * t);
+  state.probe_lifted = static_cast<float>(0.1 * t);
   return state;
 }
 
@@ -66,6 +67,7 @@ void expect_equal(const FrameState& a, const FrameState& b) {
   EXPECT_EQ(a.target_distance, b.target_distance);
   EXPECT_EQ(a.probe_force, b.probe_force);
   EXPECT_EQ(a.probe_area, b.probe_area);
+  EXPECT_EQ(a.probe_lifted, b.probe_lifted);
 }
 
 TEST(StateBuffer, EmptyGivesNoneAndLeavesTheFrameAlone) {
