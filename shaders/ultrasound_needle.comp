@@ -1,5 +1,5 @@
-// Pass 4: analytic echoes of the needle. A shaft thinner than the beam must be splatted, not sampled: sampling drops it.
-// Runs over the lines and samples that the needle reaches.
+// Pass 4: analytic echoes of the needle and of wires. What is thinner than the beam must be splatted, not sampled:
+// sampling drops it. Runs over the lines and samples that they reach.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
@@ -8,12 +8,34 @@ layout(local_size_x = 16) in;
 layout(std430, binding = 1) readonly buffer Needle {
   NeedleSegment needle[];  // from the tip to the hub
 };
-layout(std430, binding = 2) buffer Echo {
+layout(std430, binding = 2) readonly buffer Wires {
+  WireSegment wires[];
+};
+layout(std430, binding = 3) buffer Echo {
   vec2 echo[];
 };
-layout(std430, binding = 3) buffer Loss {
+layout(std430, binding = 4) buffer Loss {
   float loss[];
 };
+
+/// Sum of the echoes of the wires: no tip, no copies, no shadow, the same under every angle.
+float wire_echo(vec2 at, vec2 beam, float range) {
+  float pitch = frame.face_radius == 0.0 ? frame.line_pitch : (frame.face_radius + range) * frame.line_pitch;
+  vec3 scale = 1.0 / vec3(max(kWireWidth, kWirePitches * pitch), elevation_sigma(range),
+                          max(kWireWidth, kWirePitches * frame.sample_pitch));
+  float sum = 0.0;
+  for (int i = 0; i < frame.wires; ++i) {
+    vec3 to_p = vec3(at.x, 0.0, at.y) - wires[i].from.xyz;
+    vec3 axis = wires[i].to.xyz - wires[i].from.xyz;
+    // Across the beam, out of the plane, along the beam.
+    to_p = scale * vec3(to_p.x * beam.y - to_p.z * beam.x, to_p.y, to_p.x * beam.x + to_p.z * beam.y);
+    axis = scale * vec3(axis.x * beam.y - axis.z * beam.x, axis.y, axis.x * beam.x + axis.z * beam.y);
+    float t = clamp(dot(to_p, axis) / dot(axis, axis), 0.0, 1.0);
+    vec3 away = to_p - t * axis;
+    sum += mix(wires[i].from.w, wires[i].to.w, t) * exp(-0.5 * dot(away, away));
+  }
+  return sum;
+}
 
 void main() {
   int l = frame.needle_first_line + int(gl_GlobalInvocationID.x);
@@ -25,7 +47,7 @@ void main() {
   float amplitude = 0.0;
   float shadow = 0.0;
   float gain = 1.0;
-  for (int n = 0; n <= kReverberations; ++n) {
+  for (int n = 0; frame.needle_segments > 0 && n <= kReverberations; ++n) {
     // The echo comes from the near side of the shaft; copy n arrives later.
     vec2 p = at + (frame.needle_radius - float(n) * kReverberationSpacing) * beam;
     // The point of the shaft that shows most here: the nearest, lengths counted in standard deviations of the echo across
@@ -63,7 +85,8 @@ void main() {
     }
   }
   int index = polar_index(l, s);
-  for (int k = 0; k < frame.looks; ++k) echo[index + k * polar_size()].x += kNeedleGain * amplitude;
+  float echoes = kNeedleGain * amplitude + wire_echo(at, beam, sample_range(s));
+  for (int k = 0; k < frame.looks; ++k) echo[index + k * polar_size()].x += echoes;
   // The profile integrates to sqrt(2 pi) sigma across the shaft.
   loss[index] += kNeedleShadow * shadow * frame.sample_pitch / (2.5066283 * kNeedleWidth);
 }

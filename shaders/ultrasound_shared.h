@@ -12,8 +12,10 @@ struct vec4 {
   float x, y, z, w;
 };
 #define STYLET_SHARED constexpr
+#define STYLET_UNIFORM alignas(16)  // std140 rounds a structure up to 16 bytes
 #else
 #define STYLET_SHARED const
+#define STYLET_UNIFORM
 #endif
 
 // ---- media that are no tissue of the scene -------------------------------------------------------------------------
@@ -85,6 +87,12 @@ STYLET_SHARED float kReverberationDecay = 0.55f;
 STYLET_SHARED float kReverberationSpacing = 1.1e-3f;
 STYLET_SHARED float kNeedleShadow = 0.20f;       // nepers lost behind the shaft: 18 % of the amplitude
 
+// ---- wires: targets that the beam does not resolve ---------------------------------------------------------------------
+// Standard deviation of their echo before the beam's kernels, which leave out what the speckle field is correlated over
+// already (beam_profile.cpp): so the image of a wire is the point-spread function.
+STYLET_SHARED float kWireWidth = 0.30028f * kSpeckleFwhm;
+STYLET_SHARED float kWirePitches = 0.5f;         // and at least so many lines and samples, or it falls between them
+
 // ---- receiver and display ---------------------------------------------------------------------------------------------
 STYLET_SHARED float kTgcAttenuation = 0.50f;     // dB/cm/MHz the depth gain makes up for
 STYLET_SHARED float kHazeNear = 6.0f;            // ring-down under the face: amplitude and decay length ...
@@ -118,8 +126,14 @@ struct NeedleSegment {
   vec4 to;    // w: the same of `to`
 };
 
+/// A wire of the scene, probe frame.
+struct WireSegment {
+  vec4 from;  // w: amplitude of its echo there
+  vec4 to;
+};
+
 /// Everything that is one value a frame.
-struct FrameConstants {
+struct STYLET_UNIFORM FrameConstants {
   // patient_from_probe
   vec4 origin;
   vec4 lateral;
@@ -154,8 +168,9 @@ struct FrameConstants {
   int filler_tissue;
   // needle
   int needle_segments;
+  int wires;
   float needle_radius;
-  int needle_first_line;   // lines and samples its echo reaches
+  int needle_first_line;   // lines and samples its echo reaches, and that of the wires
   int needle_end_line;
   int needle_first_sample;
   int needle_end_sample;
@@ -176,10 +191,10 @@ struct FrameConstants {
   float texture;        // 1 shows slow texture, triads and beads, 0 does not
   float persistence;    // share of the frame before in what is shown; 0 in a first frame
   float coupling;       // m below the face where label 0 is gel and not air
-  float unused0;        // std140 rounds up to 16 bytes
 };
 
 #undef STYLET_SHARED
+#undef STYLET_UNIFORM
 #ifdef __cplusplus
 }  // namespace stylet::ultrasound
 #endif

@@ -96,6 +96,13 @@ struct LabelVolume {
   std::vector<std::int8_t> bodies;  ///< deformable body of the voxel's tissue, -1: none, or kBreathes. Size of labels
 };
 
+/// A target thinner than the beam resolves, as the nylon threads of a test object: seen by ultrasound only.
+struct Wire {
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();  ///< patient frame, m; it stays where it is
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
+  double echo_db = 30;  ///< amplitude of its echo, across the image plane, over the rms of liver at the same depth
+};
+
 struct Needle {
   std::string name;
   double length = 0.150;  ///< hub to tip, m
@@ -181,6 +188,7 @@ struct Scene {
   std::vector<Surface> surfaces;
   LabelVolume labels;
   Needle needle;
+  std::vector<Wire> wires;
   Probe probe;
   std::vector<Target> targets;
   Camera camera;

@@ -25,7 +25,8 @@ using gpu::Slot;
 using gpu::write;
 
 static_assert(sizeof(FrameConstants) % 16 == 0, "std140 rounds a structure up to 16 bytes");
-static_assert(sizeof(CutTet) == 128 && sizeof(NeedleSegment) == 32 && sizeof(TissueRow) == 16);
+static_assert(sizeof(CutTet) == 128 && sizeof(NeedleSegment) == 32 && sizeof(WireSegment) == 32 &&
+              sizeof(TissueRow) == 16);
 
 constexpr std::uint32_t kGroup = 64;  ///< local_size_x of the passes over samples
 constexpr std::uint32_t kNeedleGroup = 16;
@@ -80,6 +81,7 @@ struct Imager::Passes {
   GrowingBuffer bin_starts;
   GrowingBuffer bin_entries;
   GrowingBuffer segments;
+  GrowingBuffer wires;
   // Polar, [sample][line] or [look][sample][line].
   Buffer rest;
   Buffer slope;
@@ -99,7 +101,7 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
       slice(device, ultrasound_slice_comp, interface(6)),
       tissue(device, ultrasound_tissue_comp, interface(4)),
       echoes(device, ultrasound_echo_comp, interface(9)),
-      needle(device, ultrasound_needle_comp, interface(3)),
+      needle(device, ultrasound_needle_comp, interface(4)),
       attenuate(device, ultrasound_attenuate_comp, interface(3)),
       lateral(device, ultrasound_lateral_comp, interface(3)),
       axial(device, ultrasound_axial_comp, interface(3)),
@@ -116,6 +118,7 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
       bin_starts(device),
       bin_entries(device),
       segments(device),
+      wires(device),
       rest(storage(device, polar_size() * sizeof(vec4))),
       slope(storage(device, polar_size() * sizeof(vec4))),
       mixes(storage(device, polar_size() * sizeof(vec4))),
@@ -167,6 +170,7 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
   bin_starts.upload(commands, model.slice().starts());
   bin_entries.upload(commands, model.slice().entries());
   segments.upload(commands, std::span<const NeedleSegment>(model.needle()));
+  wires.upload(commands, std::span<const WireSegment>(model.wires()));
   times.mark(commands, "upload");
 
   commands.dispatch(slice,
@@ -182,10 +186,11 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
                      read(5, rest), read(6, slope), read(7, mixes), write(8, echo), write(9, loss)},
                     samples);
   times.mark(commands, "echo");
-  if (c.needle_segments > 0) {
-    commands.dispatch(needle, {read(0, frame), read(1, segments.buffer()), write(2, echo), write(3, loss)},
-                      {groups(c.needle_end_line - c.needle_first_line, kNeedleGroup),
-                       static_cast<std::uint32_t>(c.needle_end_sample - c.needle_first_sample), 1});
+  if (c.needle_segments + c.wires > 0) {
+    commands.dispatch(
+        needle, {read(0, frame), read(1, segments.buffer()), read(2, wires.buffer()), write(3, echo), write(4, loss)},
+        {groups(c.needle_end_line - c.needle_first_line, kNeedleGroup),
+         static_cast<std::uint32_t>(c.needle_end_sample - c.needle_first_sample), 1});
   }
   times.mark(commands, "needle");
   commands.dispatch(attenuate, {read(0, frame), read(1, speckle), read(2, loss), write(3, echo)},

@@ -56,6 +56,7 @@ const std::vector<std::uint8_t>& ReferenceImager::image(const state::FrameState&
   mix_tissues();
   make_echoes();
   add_needle();
+  add_wires();
   attenuate();
   convolve();
   detect();
@@ -282,6 +283,34 @@ void ReferenceImager::add_needle() {
       for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += kNeedleGain * amplitude;
       // The profile integrates to sqrt(2 pi) sigma across the shaft.
       loss_[index(l, s)] += kNeedleShadow * shadow * c.sample_pitch / (2.5066283F * kNeedleWidth);
+    }
+  }
+}
+
+void ReferenceImager::add_wires() {
+  const FrameConstants& c = model_.constants();
+  for (int s = 0; s < samples_ && c.wires > 0; ++s) {
+    const double range = model_.scan().range(s);
+    const auto width = [](double pitch) { return std::max(kWireWidth, kWirePitches * static_cast<float>(pitch)); };
+    const Eigen::Array3f scale =
+        1 / Eigen::Array3f(width(model_.scan().lateral_pitch(range)),
+                           static_cast<float>(elevation_fwhm(range)) * 0.42466090F, width(c.sample_pitch));
+    for (int l = 0; l < lines_; ++l) {
+      const Eigen::Vector2f at = model_.scan().position(l, s).cast<float>();
+      const Eigen::Vector2f beam = model_.scan().direction(l).cast<float>();
+      // Across the beam, out of the plane, along the beam.
+      const auto scaled = [&](const Eigen::Vector3f& v) -> Eigen::Vector3f {
+        return scale *
+               Eigen::Array3f(v.x() * beam.y() - v.z() * beam.x(), v.y(), v.x() * beam.x() + v.z() * beam.y());
+      };
+      float echo = 0;
+      for (const WireSegment& wire : model_.wires()) {
+        const Eigen::Vector3f to_p = scaled(Eigen::Vector3f(at.x(), 0, at.y()) - xyz(wire.from));
+        const Eigen::Vector3f axis = scaled(xyz(wire.to) - xyz(wire.from));
+        const float t = std::clamp(to_p.dot(axis) / axis.squaredNorm(), 0.0F, 1.0F);
+        echo += ((1 - t) * wire.from.w + t * wire.to.w) * std::exp(-0.5F * (to_p - t * axis).squaredNorm());
+      }
+      for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += echo;
     }
   }
 }

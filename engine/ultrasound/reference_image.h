@@ -57,6 +57,7 @@ private:
   void mix_tissues();
   void make_echoes();
   void add_needle();
+  void add_wires();
   void attenuate();
   void convolve();
   void detect();

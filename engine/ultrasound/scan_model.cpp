@@ -239,6 +239,7 @@ void ScanModel::update(const state::FrameState& state) {
   const Eigen::Isometry3f probe_from_patient = patient_from_probe.inverse();
   slice_.cut(state, probe_from_patient);
   place_needle(state, probe_from_patient);
+  place_wires(probe_from_patient);
   constants_.origin = as_vec4(patient_from_probe.translation());
   constants_.lateral = as_vec4(patient_from_probe.linear().col(0));
   constants_.elevation = as_vec4(patient_from_probe.linear().col(1));
@@ -288,6 +289,41 @@ void ScanModel::place_needle(const state::FrameState& state, const Eigen::Isomet
   const bool in_sector = constants_.needle_first_line < constants_.needle_end_line &&
                          constants_.needle_first_sample < constants_.needle_end_sample;
   if (!in_sector) constants_.needle_segments = 0;
+}
+
+/// Before the beam's kernels, so that behind them it is what the wire is said to be.
+float ScanModel::wire_amplitude(const content::Wire& wire, const Eigen::Vector3f& at) const {
+  const Eigen::Vector2d place = scan_.line_and_sample(Eigen::Vector2d(at.x(), at.z()));
+  const int sample = static_cast<int>(std::clamp(std::round(place.y()), 0.0, scan_.samples - 1.0));
+  const auto response = [sample](const std::vector<float>& table, int taps, double pitch) {
+    const double width = std::max<double>(kWireWidth, kWirePitches * pitch) / pitch;
+    const float* weights = table.data() + static_cast<std::size_t>(sample) * taps;
+    double sum = weights[0];
+    for (int i = 1; i < taps; ++i) sum += 2 * weights[i] * std::exp(-0.5 * i * i / (width * width));
+    return sum;
+  };
+  const double lateral = response(beam_.lateral, kLateralTaps, scan_.lateral_pitch(scan_.range(sample)));
+  return static_cast<float>(amplitude(wire.echo_db) /
+                            (lateral * response(beam_.axial, kAxialTaps, scan_.sample_pitch)));
+}
+
+void ScanModel::place_wires(const Eigen::Isometry3f& probe_from_patient) {
+  wires_.clear();
+  const float reach = 1.3F * static_cast<float>(elevation_fwhm(scan_.range(scan_.samples)));
+  for (const content::Wire& wire : scene_.wires) {
+    const Eigen::Vector3f a = probe_from_patient * wire.from.cast<float>();
+    const Eigen::Vector3f b = probe_from_patient * wire.to.cast<float>();
+    const bool away = std::min(std::abs(a.y()), std::abs(b.y())) > reach && a.y() * b.y() > 0;
+    if (away || !((b - a).norm() > 1e-6F)) continue;
+    wires_.push_back({as_vec4(a, wire_amplitude(wire, a)), as_vec4(b, wire_amplitude(wire, b))});
+  }
+  constants_.wires = static_cast<int>(wires_.size());
+  if (wires_.empty()) return;
+  // They lie all over a test object.
+  constants_.needle_first_line = 0;
+  constants_.needle_end_line = scan_.lines;
+  constants_.needle_first_sample = 0;
+  constants_.needle_end_sample = scan_.samples;
 }
 
 }  // namespace stylet::ultrasound

@@ -67,6 +67,8 @@ public:
   const std::vector<NeedleSegment>& needle() const {
     return needle_;
   }  ///< from the tip to the hub; at most kMaxBeams
+  /// Wires of the scene that come near the image plane.
+  const std::vector<WireSegment>& wires() const { return wires_; }
   const FrameConstants& constants() const { return constants_; }
 
 private:
@@ -74,6 +76,8 @@ private:
   void make_tissues();
   void set_receiver();
   void place_needle(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient);
+  void place_wires(const Eigen::Isometry3f& probe_from_patient);
+  float wire_amplitude(const content::Wire& wire, const Eigen::Vector3f& at) const;
 
   const content::Scene& scene_;
   ImagerSettings settings_;
@@ -87,6 +91,7 @@ private:
   std::vector<std::uint16_t> voxels_;
   PlaneSlice slice_;
   std::vector<NeedleSegment> needle_;
+  std::vector<WireSegment> wires_;
   FrameConstants constants_{};
   int tables_version_ = 0;
   bool first_frame_ = true;

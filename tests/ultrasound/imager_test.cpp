@@ -21,6 +21,10 @@ content::Scene small_tour() {
   content::Scene scene = test::tour_phantom();
   scene.probe.scan_lines = 96;
   scene.probe.samples = 384;
+  // Across the image plane, within it, and at a slant.
+  scene.wires = {{.from = {-0.03, -0.02, 0.04}, .to = {-0.03, 0.02, 0.04}, .echo_db = 30},
+                 {.from = {0.01, 0.001, 0.11}, .to = {0.04, 0.001, 0.12}, .echo_db = 20},
+                 {.from = {0.05, 0.02, 0.08}, .to = {0.03, -0.01, 0.07}, .echo_db = 25}};
   return scene;
 }
 
