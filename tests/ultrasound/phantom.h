@@ -3,6 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "engine/state/frame_state.h"
+#include "tools/bench/ultrasound_phantom.h"
 
 #include <functional>
 
@@ -25,14 +26,9 @@ enum PhantomTissue : std::uint8_t {
 /// @param shape  label at a point (x, y, z), m; where it returns kOutside there is nothing
 content::Scene block_phantom(const std::function<PhantomTissue(const Eigen::Vector3f&)>& shape);
 
-/// Makes the whole block a deformable body of (cells)^3 hexahedra cut into six tetrahedra each.
-void make_deformable(content::Scene& scene, int cells);
-
-/// `scene` at rest: bodies undeformed, probe at its pose, no needle.
-state::FrameState at_rest(const content::Scene& scene);
-
-/// Straight needle in `state`: from the hub to the tip, `beams` beams.
-void place_needle(state::FrameState& state, const Eigen::Vector3f& hub, const Eigen::Vector3f& tip, int beams = 8);
+using bench::at_rest;
+using bench::make_deformable;
+using bench::place_needle;
 
 /// Everything at once: two tissues, a cyst, a walled vessel, a dark lesion, a bone rod, a needle.
 content::Scene tour_phantom();
