@@ -11,7 +11,7 @@
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 4) readonly buffer Elevation {
-  float elevation[];  // [sample][kElevationPlanes / 2 + 1]
+  float elevation[];  // [sample][kMaxPlanes / 2 + 1]
 };
 layout(std430, binding = 5) readonly buffer Rest {
   vec4 rest[];
@@ -50,14 +50,13 @@ void main() {
   // belong to its place in the tissue.
   vec4 sum01 = vec4(0.0);
   vec2 sum2 = vec2(0.0);
-  for (int e = 0; e < kElevationPlanes; ++e) {
-    int off = e - kElevationPlanes / 2;
-    vec3 point = x.xyz + float(off) * kElevationSpacing * across_plane;
+  for (int off = -(frame.planes / 2); off <= frame.planes / 2; ++off) {
+    vec3 point = x.xyz + float(off) * frame.plane_spacing * across_plane;
     uint texel = speckle_texel(point);
     uint bits = hash(texel);
     vec3 jitter = vec3(bits & 1023u, (bits >> 10) & 1023u, (bits >> 20) & 1023u) / 1024.0;
     int tissue = tissue_at(ivec3(floor(voxel_position(point) + jitter)), int(x.w), gel);
-    float w = elevation[s * (kElevationPlanes / 2 + 1) + abs(off)] * tissues[tissue].backscatter * 0.70710678;
+    float w = elevation[s * (kMaxPlanes / 2 + 1) + abs(off)] * tissues[tissue].backscatter * 0.70710678;
     uvec2 noise = speckle[texel];
     sum01 += w * first_looks(noise);
     sum2 += w * third_look(noise).xy;

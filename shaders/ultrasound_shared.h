@@ -43,8 +43,9 @@ STYLET_SHARED float kLateralDefocus = 0.35f;
 STYLET_SHARED float kElevationFwhm = 3.0e-3f;    // fixed lens of a convex abdominal array: 2.5-4 mm at its focus
 STYLET_SHARED float kElevationFocus = 0.070f;
 STYLET_SHARED float kElevationFieldDepth = 0.055f;
-STYLET_SHARED int kElevationPlanes = 7;          // sub-planes summed across the slice thickness
-STYLET_SHARED float kElevationSpacing = 0.55e-3f;   // well below the correlation length of the speckle field
+STYLET_SHARED int kMaxPlanes = 13;               // sub-planes summed across the slice thickness, an odd number
+STYLET_SHARED float kElevationReach = 2.2f;      // standard deviations at the focus that they cover on either side ...
+STYLET_SHARED float kElevationSpacing = 0.55e-3f;   // ... but never further apart: the speckle between would decorrelate
 STYLET_SHARED int kLateralTaps = 11;             // taps on one side, centre included
 STYLET_SHARED int kAxialTaps = 5;
 
@@ -181,6 +182,8 @@ struct STYLET_UNIFORM FrameConstants {
   float dynamic_range;  // dB from black to white
   float haze;           // 1 shows the near-field haze, 0 does not
   float gradient_reach;  // m between the centre and the taps of the interface normal
+  int planes;            // across the slice thickness
+  float plane_spacing;   // m
   // scan-converted picture
   int width;
   int height;

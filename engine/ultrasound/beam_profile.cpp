@@ -1,7 +1,5 @@
 #include "engine/ultrasound/beam_profile.h"
 
-#include "shaders/ultrasound_shared.h"
-
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -63,9 +61,10 @@ double elevation_fwhm(double range) {
   return kElevationFwhm * std::sqrt(1 + defocus * defocus);
 }
 
-BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength, double focus) {
-  constexpr int kElevationTaps = kElevationPlanes / 2 + 1;
+BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength, double focus, int planes) {
   BeamProfile beam;
+  const double reach = kElevationReach * kSigmaOfFwhm * double(kElevationFwhm);
+  beam.plane_spacing = std::min<double>(kElevationSpacing, 2 * reach / std::max(planes - 1, 1));
   beam.lateral.resize(static_cast<std::size_t>(scan.samples) * kLateralTaps);
   beam.axial.resize(static_cast<std::size_t>(scan.samples) * kAxialTaps);
   beam.elevation.resize(static_cast<std::size_t>(scan.samples) * kElevationTaps);
@@ -76,7 +75,8 @@ BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength, double 
     };
     fill(row(beam.lateral, kLateralTaps), kernel_fwhm(lateral_fwhm(r, wavelength, focus)), scan.lateral_pitch(r));
     fill(row(beam.axial, kAxialTaps), kernel_fwhm(axial_fwhm(r, wavelength)), scan.sample_pitch);
-    fill(row(beam.elevation, kElevationTaps), elevation_fwhm(r), kElevationSpacing);
+    fill(row(beam.elevation, kElevationTaps).first(static_cast<std::size_t>(planes / 2 + 1)),
+         kernel_fwhm(elevation_fwhm(r)), beam.plane_spacing);
   }
   return beam;
 }

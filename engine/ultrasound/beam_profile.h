@@ -12,6 +12,7 @@
 
 namespace stylet::ultrasound {
 
+inline constexpr int kElevationTaps = kMaxPlanes / 2 + 1;
 /// Wavelength at which the pulse has the length of kAxialFwhm0, m; it is as many cycles at any other.
 inline constexpr double kReferenceWavelength = 1540 / 3.5e6;
 
@@ -25,11 +26,13 @@ double elevation_fwhm(double range);
 struct BeamProfile {
   std::vector<float> lateral;    ///< [samples][kLateralTaps]    over lines
   std::vector<float> axial;      ///< [samples][kAxialTaps]      over samples
-  std::vector<float> elevation;  ///< [samples][kElevationPlanes / 2 + 1]  over sub-planes
+  std::vector<float> elevation;  ///< [samples][kElevationTaps]  over sub-planes
+  double plane_spacing = 0;      ///< m between sub-planes
 
   /// @param wavelength  m
   /// @param focus       m
-  static BeamProfile of(const ScanGeometry& scan, double wavelength, double focus);
+  /// @param planes      sub-planes across the slice thickness: odd, at most kMaxPlanes
+  static BeamProfile of(const ScanGeometry& scan, double wavelength, double focus, int planes);
 };
 
 }  // namespace stylet::ultrasound

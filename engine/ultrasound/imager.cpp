@@ -24,7 +24,6 @@ using gpu::read;
 using gpu::Slot;
 using gpu::write;
 
-static_assert(sizeof(FrameConstants) % 16 == 0, "std140 rounds a structure up to 16 bytes");
 static_assert(sizeof(CutTet) == 128 && sizeof(NeedleSegment) == 32 && sizeof(WireSegment) == 32 &&
               sizeof(TissueRow) == 16);
 

@@ -94,9 +94,11 @@ void check(const content::Scene& scene, const ImagerSettings& settings) {
   if (!(settings.persistence >= 0 && settings.persistence <= kMostPersistence)) {
     fail(fmt::format("settings: persistence must be 0 to {}", kMostPersistence));
   }
-  if (settings.looks < 1 || settings.looks > kMaxLooks || settings.line_oversampling < 1 || settings.width < 16 ||
-      settings.height < 16) {
-    fail("settings: looks must be 1 to 3, line oversampling at least 1, the picture at least 16 x 16");
+  if (settings.looks < 1 || settings.looks > kMaxLooks || settings.planes < 1 || settings.planes > kMaxPlanes ||
+      settings.planes % 2 == 0 || settings.line_oversampling < 1 || settings.width < 16 || settings.height < 16) {
+    fail(
+        "settings: looks must be 1 to 3, planes odd and 1 to 13, line oversampling at least 1, the picture at least "
+        "16 x 16");
   }
 }
 
@@ -159,6 +161,7 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   c.needle_radius = static_cast<float>(0.5 * scene.needle.outer_diameter);
   c.noise = static_cast<float>(amplitude(settings.noise_db));
   c.gradient_reach = std::max(kGradientReach, 0.5F * labels.spacing);
+  c.planes = settings.planes;
   c.haze = settings.haze ? 1.0F : 0.0F;
   c.texture = settings.texture ? 1.0F : 0.0F;
   c.tick_pitch = settings.depth_scale ? 0.010F : 0.0F;
@@ -192,7 +195,7 @@ void ScanModel::make_geometry() {
   probe.depth = controls_.depth;
   scan_ = ScanGeometry::of(probe, settings_.line_oversampling);
   sector_ = SectorGeometry::fit(scan_, settings_.width, settings_.height);
-  beam_ = BeamProfile::of(scan_, kSpeedOfSound / controls_.frequency_hz, controls_.focus);
+  beam_ = BeamProfile::of(scan_, kSpeedOfSound / controls_.frequency_hz, controls_.focus, settings_.planes);
   slice_ = PlaneSlice(scan_, scene_.bodies);
   FrameConstants& c = constants_;
   c.face_radius = static_cast<float>(scan_.face_radius);
@@ -201,6 +204,7 @@ void ScanModel::make_geometry() {
   c.sample_pitch = static_cast<float>(scan_.sample_pitch);
   c.lines = scan_.lines;
   c.samples = scan_.samples;
+  c.plane_spacing = static_cast<float>(beam_.plane_spacing);
   c.bin_x = slice_.bin_origin().x();
   c.bin_z = slice_.bin_origin().y();
   c.bin_size = slice_.bin_size();

@@ -23,6 +23,7 @@ struct ImagerSettings {
   int height = 480;
   std::uint32_t seed = 1;     ///< of the speckle field and the receiver noise
   int looks = 3;              ///< intensity-compounded looks, 1..3; 1 is raw Rayleigh speckle
+  int planes = 9;             ///< sub-planes across the slice thickness, odd, 1..13
   int line_oversampling = 2;  ///< lines computed for each scan line of the probe, so that speckle moves smoothly
   double noise_db = -69;      ///< receiver noise before the depth gain, relative to liver under the face
   bool haze = true;           ///< ring-down and reverberation in the near field
