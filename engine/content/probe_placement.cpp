@@ -9,6 +9,9 @@
 namespace stylet::content {
 namespace {
 
+constexpr double kLargestPatient = 5;  // m
+constexpr double kSmallestPatient = 0.02;
+
 std::size_t index_of(const LabelVolume& labels, const Eigen::Vector3i& voxel) {
   const auto nx = static_cast<std::size_t>(labels.size.x());
   const auto ny = static_cast<std::size_t>(labels.size.y());
@@ -47,21 +50,43 @@ double to_other_side(const LabelVolume& labels, const Eigen::Vector3d& point, bo
   return std::sqrt(best) * labels.spacing;
 }
 
+/// Where a face far from the skin belongs, if its position is a thousand times the right one or a thousandth of it.
+std::string advice(const LabelVolume& labels, const Eigen::Vector3d& face, double distance) {
+  const auto on_skin = [&labels](const Eigen::Vector3d& point) {
+    return to_other_side(labels, point, in_patient(labels, point)) <= kFarthestProbe + labels.spacing;
+  };
+  if (distance > kLargestPatient && on_skin(1e-3 * face)) return "its position looks like millimetres: write metres";
+  if (face.norm() < 1e-3 * kLargestPatient && on_skin(1e3 * face)) {
+    return "its position looks 1000 times too small: write metres";
+  }
+  return "move it onto the skin";
+}
+
 }  // namespace
 
 std::string odd_probe_placement(const Probe& probe, const LabelVolume& labels) {
+  if (std::ranges::all_of(labels.labels, [](std::uint8_t label) { return label == 0; })) {
+    return "the patient's label volume holds no tissue to image; check that its organs are closed surfaces";
+  }
+  const double extent = double(labels.spacing) * labels.size.maxCoeff();
+  if (extent > kLargestPatient || extent < kSmallestPatient) {
+    return fmt::format("the patient is {:.3g} m across; its files must be in metres", extent);
+  }
   const Eigen::Vector3d face = probe.pose.position;
   const bool inside = in_patient(labels, face);
   const double distance = to_other_side(labels, face, inside);
   if (distance > kFarthestProbe + labels.spacing) {
-    return fmt::format("the probe's face lies {:.0f} mm {} the skin; move it onto the skin", distance * 1e3,
-                       inside ? "below" : "from");
+    return fmt::format("the probe's face lies {:.0f} mm {} the skin; {}", distance * 1e3, inside ? "below" : "from",
+                       advice(labels, face, distance));
   }
   const Eigen::Vector3d axis = probe.pose.orientation * Eigen::Vector3d::UnitZ();
+  bool behind = false;
   for (double depth = 0; depth <= probe.depth; depth += 0.5 * labels.spacing) {
     if (in_patient(labels, face + depth * axis)) return {};
+    behind = behind || in_patient(labels, face - depth * axis);
   }
-  return "the probe's axis (+Z) does not meet the patient; turn it towards the skin";
+  return fmt::format("the probe's axis (+Z) does not meet the patient{}",
+                     behind ? ", which lies behind it; turn it round" : "; turn it towards the skin");
 }
 
 }  // namespace stylet::content

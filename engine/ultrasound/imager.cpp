@@ -1,6 +1,7 @@
 #include "engine/ultrasound/imager.h"
 
 #include "engine/gpu/pipeline.h"
+#include "engine/ultrasound/diagnosis.h"
 #include "engine/ultrasound/growing_buffer.h"
 #include "shaders/ultrasound_attenuate.comp.h"
 #include "shaders/ultrasound_axial.comp.h"
@@ -236,6 +237,10 @@ std::string Imager::set_controls(const ScannerControls& controls) {
 
 void Imager::set_acoustics(std::span<const content::Tissue> tissues) {
   passes_->model.set_acoustics(tissues);
+}
+
+std::string Imager::diagnosis() const {
+  return diagnose(passes_->model);
 }
 
 const gpu::Image& Imager::image() const {

@@ -56,6 +56,9 @@ public:
   /// Its envelope before depth gain and log compression, 1 = rms of liver. [sample][line], lines of scan()
   std::vector<float> read_back_envelope();
 
+  /// Why the image last made is black, one line; empty: it shows something.
+  std::string diagnosis() const;
+
   /// GPU time of each pass of the picture last made; call when it is done.
   std::vector<gpu::Timestamps::Span> pass_times() const;
 

@@ -10,6 +10,7 @@
 //   scan conversion  polar to picture, grey map, depth scale
 #pragma once
 
+#include "engine/ultrasound/diagnosis.h"
 #include "engine/ultrasound/scan_model.h"
 
 #include <array>
@@ -34,6 +35,9 @@ public:
   /// As ScanModel has it.
   std::string set_controls(const ScannerControls& controls) { return model_.set_controls(controls); }
   void set_acoustics(std::span<const content::Tissue> tissues) { model_.set_acoustics(tissues); }
+
+  /// Why the last image is black, one line; empty: it shows something.
+  std::string diagnosis() const { return diagnose(model_); }
 
   /// Envelope of the last image before depth gain and log compression, 1 = rms of liver. [sample][line]
   const std::vector<float>& envelope() const { return envelope_; }

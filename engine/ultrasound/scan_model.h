@@ -53,6 +53,7 @@ public:
   /// Counts what changed tissues() or beam() since construction.
   int tables_version() const { return tables_version_; }
 
+  const content::Scene& scene() const { return scene_; }
   const ScanGeometry& scan() const { return scan_; }
   const SectorGeometry& sector() const { return sector_; }
   const BeamProfile& beam() const { return beam_; }
