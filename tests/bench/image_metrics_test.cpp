@@ -111,6 +111,26 @@ TEST(SpeckleWidth, IsThatOfThePointSpreadFunction) {
   EXPECT_TRUE(std::isnan(speckle_width(intensity.topRows(2), Axis::axial)));
 }
 
+// As coarse as scanners sample along the beam: two samples in the width.
+TEST(SpeckleWidth, IsFoundBetweenSamples) {
+  Random random(9);
+  for (const double width : {2.1, 2.5, 2.9}) {
+    EXPECT_NEAR(speckle_width(speckle(random, 500, 400, width, 4), Axis::axial), width, 0.06) << width;
+  }
+}
+
+TEST(Correlation, OfMixedSpeckleIsTheShareOfWhatIsCommon) {
+  Random random(10);
+  Eigen::MatrixXd common(100, 100), a = common, b = common;
+  for (Eigen::Index i = 0; i < common.size(); ++i) {
+    common.data()[i] = random.normal();
+    a.data()[i] = 5 + common.data()[i];
+    b.data()[i] = 3 - 0.6 * common.data()[i] + 0.8 * random.normal();
+  }
+  EXPECT_NEAR(correlation(a, a), 1, 1e-12);
+  EXPECT_NEAR(correlation(a, b), -0.6, 0.03);
+}
+
 TEST(Line, GoesThroughItsPoints) {
   const std::vector<double> x{1, 2, 4}, y{1, 3, 7};
   const Line line = fit_line(x, y);
@@ -168,6 +188,18 @@ private:
   Random random_;
   std::vector<Eigen::Vector3d> waves_;
 };
+
+// Half way between samples, two and a half of which make a speckle.
+TEST(Track, CorrelatesBetweenSamples) {
+  Random random(11);
+  const Eigen::MatrixXd fine = speckle(random, 360, 360, 10, 10);
+  const auto every_fourth = [&fine](int first) -> Eigen::MatrixXd {
+    return fine(Eigen::seqN(first, 80, 4), Eigen::seqN(first, 80, 4));
+  };
+  const Match match = track(every_fourth(4), every_fourth(6), {40, 40}, {20, 20}, 5);
+  EXPECT_LT((match.shift - Eigen::Vector2d(-0.5, -0.5)).norm(), 0.1) << match.shift.transpose();
+  EXPECT_GT(match.correlation, 0.99);
+}
 
 TEST(Track, FindsAShiftToAPartOfASample) {
   const Texture texture(7);

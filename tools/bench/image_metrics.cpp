@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <vector>
 
@@ -21,12 +22,23 @@ double autocovariance(const Eigen::MatrixXd& image, Eigen::Index lag) {
   return image.topRows(rows).cwiseProduct(image.bottomRows(rows)).sum() / static_cast<double>(rows * image.cols());
 }
 
-/// Of two windows of one size, about their means.
-double correlation(const Patch& a, const Patch& b) {
-  const Eigen::ArrayXXd x = a.array() - a.mean();
-  const Eigen::ArrayXXd y = b.array() - b.mean();
-  const double norm = std::sqrt((x * x).sum() * (y * y).sum());
-  return norm > 0 ? (x * y).sum() / norm : 0;
+constexpr int kLanczos = 4;  ///< half width of the interpolating kernel, samples
+
+/// The image `shift` rows (-1..1) further down, interpolated by Lanczos' windowed sinc; kLanczos rows less at either
+/// end.
+Eigen::MatrixXd shifted_rows(const Eigen::MatrixXd& image, double shift) {
+  const auto sinc = [](double x) { return x == 0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x); };
+  const Eigen::Index rows = image.rows() - 2 * kLanczos;
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(rows, image.cols());
+  double weights = 0;
+  for (int k = -kLanczos; k <= kLanczos; ++k) {
+    const double x = k - shift;
+    if (std::abs(x) >= kLanczos) continue;
+    const double weight = sinc(x) * sinc(x / kLanczos);
+    sum += weight * image.middleRows(kLanczos + k, rows);
+    weights += weight;
+  }
+  return sum / weights;
 }
 
 }  // namespace
@@ -85,7 +97,14 @@ double speckle_width(const Patch& intensity, Axis axis) {
   double before = 2 * half;
   for (Eigen::Index lag = 1; lag < image.rows(); ++lag) {
     const double value = autocovariance(image, lag);
-    if (value <= half) return 2 * (static_cast<double>(lag) - (half - value) / (before - value));
+    if (value <= half) {
+      // A Gaussian through the two neighbours, whose logarithm is linear in the square of the lag; a straight line
+      // where the second one is below nothing.
+      const auto at = static_cast<double>(lag);
+      if (value <= 0) return 2 * (at - (half - value) / (before - value));
+      const double share = std::log(before / half) / std::log(before / value);
+      return 2 * std::sqrt((at - 1) * (at - 1) + share * (2 * at - 1));
+    }
     before = value;
   }
   return std::numeric_limits<double>::quiet_NaN();
@@ -143,11 +162,18 @@ Eigen::Vector2d echo_centre(const Patch& amplitude) {
   return sum / power;
 }
 
+double correlation(const Patch& a, const Patch& b) {
+  const Eigen::ArrayXXd x = a.array() - a.mean();
+  const Eigen::ArrayXXd y = b.array() - b.mean();
+  const double norm = std::sqrt((x * x).sum() * (y * y).sum());
+  return norm > 0 ? (x * y).sum() / norm : 0;
+}
+
 Match track(const Patch& first, const Patch& second, const Eigen::Vector2i& centre, const Eigen::Vector2i& half,
             int reach) {
-  // One more than the reach, for the parabola.
-  const Eigen::Array2i low = centre.array() - half.array() - reach - 1;
-  const Eigen::Array2i high = centre.array() + half.array() + reach + 1;
+  // More than the reach, to interpolate.
+  const Eigen::Array2i low = centre.array() - half.array() - reach - kLanczos;
+  const Eigen::Array2i high = centre.array() + half.array() + reach + kLanczos;
   if ((low < 0).any() || high.x() >= std::min(first.cols(), second.cols()) ||
       high.y() >= std::min(first.rows(), second.rows())) {
     throw std::invalid_argument("track: the window leaves the image; take a smaller one, or less reach");
@@ -174,8 +200,13 @@ Match track(const Patch& first, const Patch& second, const Eigen::Vector2i& cent
     const double curvature = before - 2 * peak + after;
     if (!(curvature < 0)) continue;  // on the rim of what was looked at
     match.shift[axis] += 0.5 * (before - after) / curvature;
-    match.correlation -= 0.125 * (before - after) * (before - after) / curvature;
   }
+  const Eigen::Vector2d part = match.shift - best.cast<double>();
+  const Eigen::MatrixXd around =
+      second.block(centre.y() + best.y() - half.y() - kLanczos, centre.x() + best.x() - half.x() - kLanczos,
+                   wanted.rows() + 2 * kLanczos, wanted.cols() + 2 * kLanczos);
+  match.correlation =
+      correlation(wanted, shifted_rows(shifted_rows(around, part.y()).transpose(), part.x()).transpose());
   return match;
 }
 

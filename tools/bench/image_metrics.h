@@ -63,10 +63,13 @@ double generalised_contrast(std::span<const double> inside, std::span<const doub
 /// Centroid (x: column, y: row) of the power above that of half of the highest amplitude, in samples.
 Eigen::Vector2d echo_centre(const Patch& amplitude);
 
+/// Normalised correlation of two images of one size, about their means.
+double correlation(const Patch& a, const Patch& b);
+
 /// Where a window of one image is found in another.
 struct Match {
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();  ///< x: columns, y: rows; of the correlation's parabolic peak
-  double correlation = 0;                           ///< normalised, there
+  double correlation = 0;  ///< normalised, with the second image interpolated there
 };
 /// Compares the window of `first` of (2 half.y + 1) rows and (2 half.x + 1) columns around `centre` with all of
 /// `second` that are at most `reach` away.
