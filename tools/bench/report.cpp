@@ -49,8 +49,23 @@ Measurement at_least(std::string name, double value, std::string unit, double bo
   return {std::move(name), value, std::move(unit), reference, ">= " + number(bound), value >= bound};
 }
 
+Measurement within(std::string name, double value, std::string unit, double reference, double tolerance) {
+  return {std::move(name),
+          value,
+          std::move(unit),
+          reference,
+          fmt::format("{} +- {}", number(reference), number(tolerance)),
+          std::abs(value - reference) <= tolerance};
+}
+
+Measurement noted(Measurement measurement, std::string note) {
+  measurement.note = std::move(note);
+  return measurement;
+}
+
 void Report::append(const Report& other) {
   measurements.insert(measurements.end(), other.measurements.begin(), other.measurements.end());
+  figures.insert(figures.end(), other.figures.begin(), other.figures.end());
 }
 
 int Report::missed() const {
@@ -83,6 +98,7 @@ std::string to_json(const Report& report) {
     entry["reference"] = m.reference ? finite_or_null(*m.reference) : nlohmann::json(nullptr);
     entry["target"] = m.target.empty() ? nlohmann::json(nullptr) : nlohmann::json(m.target);
     entry["met"] = m.met ? nlohmann::json(*m.met) : nlohmann::json(nullptr);
+    if (!m.note.empty()) entry["note"] = m.note;
     list.push_back(std::move(entry));
   }
   return list.dump(1) + "\n";
@@ -101,10 +117,10 @@ std::string to_table(const Report& report, const Machine& machine) {
     if (!group.empty() && first != group) text += "\n";
     group = first;
     const bool comparable = m.reference && *m.reference != 0;
-    text += fmt::format("{:<52} {:>12} {:<8} {:>11} {:>9} {:>12}{}\n", m.name, number(m.value), m.unit,
+    text += fmt::format("{:<52} {:>12} {:<8} {:>11} {:>9} {:>12}{}{}\n", m.name, number(m.value), m.unit,
                         m.reference ? number(*m.reference) : "",
                         comparable ? fmt::format("{:.3f}", m.value / *m.reference) : "", m.target,
-                        m.met ? (*m.met ? "  met" : "  MISSED") : "");
+                        m.met ? (*m.met ? "  met" : "  MISSED") : "", m.note.empty() ? "" : "  " + m.note);
   }
   int asked = 0;
   for (const Measurement& m : report.measurements) asked += m.met ? 1 : 0;

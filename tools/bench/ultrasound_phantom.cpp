@@ -221,7 +221,7 @@ content::Scene obstacle_phantom() {
 content::Scene whole_phantom() {
   content::Scene scene = block_scene(phantom_tissues(), {}, [](const Eigen::Vector3f& p) -> std::uint8_t {
     const double x = double(p.x()), z = double(p.z());
-    const Cylinder rib{-0.050, 0.025, 0.005}, fluid{-0.045, 0.105, 0.010};
+    const Cylinder rib{-0.042, 0.020, 0.005}, fluid{-0.045, 0.105, 0.010};
     if (rib.holds(x, z)) return kRibBone;
     if (fluid.holds(x, z)) return kFluid;
     const std::uint8_t target = target_label(x, z);

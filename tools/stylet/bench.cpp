@@ -4,6 +4,7 @@
 #include "tools/bench/line_compliance.h"
 #include "tools/bench/paper.h"
 #include "tools/bench/report.h"
+#include "tools/bench/ultrasound.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/version.h"
@@ -43,6 +44,7 @@ constexpr std::array kBenches{
     Bench{"paper", "tables and figures of Martin, Zeng, Courtecuisse (IROS 2023) next to ours", bench::bench_paper},
     Bench{"coupling", "what the coupling stylet gains: smoothness, meshes, resistance, speed", bench::bench_coupling},
     Bench{"line-compliance", "sub-grid compliance against a resolved needle", bench::bench_line_compliance},
+    Bench{"ultrasound", "quality control of the image on a virtual phantom, and its speed", bench::bench_ultrasound},
 };
 
 const Bench& find_bench(const std::string& name) {
@@ -76,6 +78,11 @@ void run_bench(Request request) {
   let_interrupts_kill();  // minutes of measuring without a place to ask; plots and numbers are written at their end
   const bench::Report report = bench.run(request.options);
   fmt::print("{}", bench::to_table(report, machine));
+  if (!request.out.empty() && !report.figures.empty()) {
+    const fs::path page = fs::path(request.out) / "report.html";
+    bench::write_page(page, fmt::format("stylet bench {}", request.name), report, machine);
+    fmt::print("page      {}\n", page.string());
+  }
   if (request.json.empty()) return;
   std::ofstream json(request.json);
   json << bench::to_json(report);
@@ -91,7 +98,7 @@ void add_bench(CLI::App& app, int& /*exit_code*/) {
   command->add_option("NAME", request->name, "Which bench; without it they are listed");
   command->add_option("--json", request->json,
                       "Write the numbers as a list of {name, value, unit, reference, target, met}");
-  command->add_option("--out", request->out, "Folder for plots (PNG) and data (CSV)");
+  command->add_option("--out", request->out, "Folder for plots (PNG), data (CSV) and, of ultrasound, a report page");
   command->add_option("--peer", request->peer, "Also do the work as another simulator does: sofa-style")
       ->check(CLI::IsMember({"sofa-style"}));
   command->add_flag("--quick", request->options.quick,

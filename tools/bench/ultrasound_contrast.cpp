@@ -1,0 +1,159 @@
+// Targets of known contrast, the shadow of a rib and what lies behind fluid.
+#include "engine/view/picture.h"
+#include "tools/bench/image_metrics.h"
+#include "tools/bench/ultrasound_quality.h"
+#include "tools/bench/ultrasound_scan.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stylet::bench {
+namespace {
+
+constexpr double kTargetMargin = 0.0010;  ///< of a target's rim that is left out: the beam is as wide, m
+
+/// Means and worst over seeds.
+struct PerSeed {
+  std::vector<double> values;
+
+  double mean() const { return moments(values).mean; }
+  double deviation() const { return moments(values).deviation; }
+};
+
+struct TargetResult {
+  PerSeed contrast_db, generalised;
+};
+
+/// A cylinder against the background at its depth, right and left of it.
+void add_target(const PhantomScan& phantom, const Eigen::MatrixXd& envelope, const Cylinder& target, double margin,
+                TargetResult& result) {
+  const std::vector<double> inside =
+      amplitudes(envelope, phantom.scan(), [&](double x, double z) { return target.holds(x, z, margin); });
+  const std::vector<double> outside = amplitudes(envelope, phantom.scan(), [&](double x, double z) {
+    const double away = std::abs(x - target.x);
+    return std::abs(z - target.z) < target.radius - margin && away > target.radius + 0.002 &&
+           away < 0.0125 + (target.radius > 0.003 ? 0 : -0.003);
+  });
+  result.contrast_db.values.push_back(contrast_db(inside, outside));
+  result.generalised.values.push_back(generalised_contrast(inside, outside));
+}
+
+/// Lines and ranges (m) behind a cylinder as the beam sees it: within `half_width` of the line through its middle.
+struct Behind {
+  const PhantomScan& phantom;
+  Cylinder cylinder;
+  double half_width, from, to;  ///< from and to: ranges beyond the cylinder's middle
+
+  Eigen::Vector2d middle() const { return phantom.scan().line_and_sample({cylinder.x, cylinder.z}); }
+  double power(const Eigen::MatrixXd& envelope) const {
+    const ultrasound::ScanGeometry& scan = phantom.scan();
+    const double range = scan.range(middle().y());
+    const double lines = half_width / scan.lateral_pitch(range);
+    double sum = 0;
+    int count = 0;
+    for (int l = static_cast<int>(std::ceil(middle().x() - lines)); l <= middle().x() + lines; ++l) {
+      for (int s = phantom.sample_at(range + from); s <= phantom.sample_at(range + to); ++s) {
+        sum += envelope(s, l) * envelope(s, l);
+        ++count;
+      }
+    }
+    return sum / count;
+  }
+  /// Path through the cylinder, mean over its lines, m.
+  double path() const {
+    const ultrasound::ScanGeometry& scan = phantom.scan();
+    const double range = scan.range(middle().y());
+    const double lines = half_width / scan.lateral_pitch(range);
+    double sum = 0;
+    int count = 0;
+    for (int l = static_cast<int>(std::ceil(middle().x() - lines)); l <= middle().x() + lines; ++l) {
+      const double off = (l - middle().x()) * scan.lateral_pitch(range);
+      sum += 2 * std::sqrt(cylinder.radius * cylinder.radius - off * off);
+      ++count;
+    }
+    return sum / count;
+  }
+};
+
+std::string signed_db(double db) {
+  return fmt::format("{}{:.0f}_db", db < 0 ? "minus_" : "plus_", std::abs(db));
+}
+
+void write_picture(const QualityRun& run, PhantomScan& phantom, const std::string& name, const std::string& title,
+                   const std::string& caption, Report& report) {
+  const std::filesystem::path file = run.out / (name + ".png");
+  view::write_png(file, phantom.picture());
+  report.figures.push_back({title, caption, file});
+}
+
+}  // namespace
+
+Report contrast_quality(const QualityRun& run) {
+  std::vector<TargetResult> grey(grey_targets().size()), steps(stepped_cylinders().size());
+  PerSeed shadow, enhancement;
+  double enhancement_theory = 0;
+  Report report;
+  for (int seed = 1; seed <= run.seeds; ++seed) {
+    PhantomScan targets(run.device, target_phantom(), raw_settings(seed, true));
+    const Eigen::MatrixXd envelope = targets.envelope();
+    for (std::size_t i = 0; i < grey.size(); ++i) {
+      add_target(targets, envelope, grey_targets()[i].where, kTargetMargin, grey[i]);
+    }
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      add_target(targets, envelope, stepped_cylinders()[i], 0.5 * stepped_cylinders()[i].radius, steps[i]);
+    }
+    PhantomScan obstacles(run.device, obstacle_phantom(), raw_settings(seed, true));
+    PhantomScan plain(run.device, uniform_phantom(), raw_settings(seed, true));
+    const Eigen::MatrixXd hindered = obstacles.envelope(), free = plain.envelope();
+    // The speckle behind is the same in both, so it cancels.
+    const Behind rib{obstacles, kRib, 0.5 * kRib.radius, 0.015, 0.090};
+    shadow.values.push_back(decibels(rib.power(hindered) / rib.power(free)));
+    const Behind fluid{obstacles, kFluidCylinder, 0.003, kFluidCylinder.radius + 0.005, 0.050};
+    enhancement.values.push_back(decibels(fluid.power(hindered) / fluid.power(free)));
+    enhancement_theory = 2 * (kBackgroundAttenuation - kFluidAttenuation) * 1e-6 *
+                         obstacles.scene().probe.frequency_hz * 100 * fluid.path();
+    if (seed > 1 || run.out.empty()) continue;
+    write_picture(run, targets, "targets", "Grey-scale targets and stepped cylinders",
+                  "At 70 mm: anechoic, -6, -3, +3, +6 dB, 8 mm wide. At 40 mm: anechoic, the area of each 1.5 times "
+                  "that of the one before, 3 mm first; 10 mm wide at 120 mm. Preset raw.",
+                  report);
+    write_picture(run, obstacles, "obstacles", "Rib and fluid cylinder",
+                  "Shadow behind the rib, enhancement behind the fluid. Preset raw.", report);
+  }
+  for (std::size_t i = 0; i < grey.size(); ++i) {
+    const double set = grey_targets()[i].contrast_db;
+    const double measured = grey[i].contrast_db.mean();
+    if (set == kAnechoicDb) {
+      report.add(noted(at_most("contrast.anechoic", measured, "dB", -25), kWithNoise));
+      report.add(noted(at_least("contrast.anechoic.gcnr", grey[i].generalised.mean(), "1", 0.95, 1.0), kWithNoise));
+      continue;
+    }
+    report.add(noted(within("contrast." + signed_db(set), measured, "dB", set, 1.5), kWithNoise));
+    report.add({"contrast." + signed_db(set) + ".spread",
+                grey[i].contrast_db.deviation(),
+                "dB",
+                {},
+                {},
+                {},
+                "standard deviation over seeds"});
+  }
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const Cylinder& c = stepped_cylinders()[i];
+    report.add({fmt::format("contrast.cylinder.{:.1f}mm_at_{:.0f}mm.gcnr", 2e3 * c.radius, 1e3 * c.z),
+                steps[i].generalised.mean(),
+                "1",
+                1.0,
+                {},
+                {},
+                kWithNoise});
+  }
+  report.add(noted(at_most("shadow.rib", shadow.mean(), "dB", -30), kWithNoise));
+  report.add(noted(within("enhancement.fluid", enhancement.mean(), "dB", enhancement_theory, 1), kWithNoise));
+  return report;
+}
+
+}  // namespace stylet::bench
