@@ -62,7 +62,54 @@ std::string advice(const LabelVolume& labels, const Eigen::Vector3d& face, doubl
   return "move it onto the skin";
 }
 
+constexpr double kSkinReach = 0.040;   // m before and behind the face in which skin is looked for
+constexpr double kSkinStep = 0.25e-3;  // m
+constexpr double kSlopeReach = 0.015;  // m; the slope under a face of some centimetres, not of a wrinkle
+
+/// From `point` along `direction` to the skin, negative where it lies before the point, m.
+std::optional<double> to_skin(const LabelVolume& labels, const Eigen::Vector3d& point,
+                              const Eigen::Vector3d& direction) {
+  if (in_patient(labels, point - kSkinReach * direction)) return {};
+  for (double t = -kSkinReach; t <= kSkinReach; t += kSkinStep) {
+    if (in_patient(labels, point + t * direction)) return t;
+  }
+  return {};
+}
+
+/// Normal of the skin under the face, outwards, in the frame of the probe.
+std::optional<Eigen::Vector3d> skin_normal(const LabelVolume& labels, const Eigen::Vector3d& point,
+                                           const Eigen::Matrix3d& axes) {
+  Eigen::Vector3d normal(0, 0, -1);
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto ahead = to_skin(labels, point + kSlopeReach * axes.col(axis), axes.col(2));
+    const auto behind = to_skin(labels, point - kSlopeReach * axes.col(axis), axes.col(2));
+    if (!ahead || !behind) return {};
+    normal[axis] = (*ahead - *behind) / (2 * kSlopeReach);
+  }
+  return normal.normalized();
+}
+
 }  // namespace
+
+std::optional<physics::RigidPose> moved_on_skin(const physics::RigidPose& pose, const LabelVolume& labels,
+                                                const ProbeMove& move) {
+  const Eigen::Matrix3d axes = pose.orientation.toRotationMatrix();
+  const Eigen::Vector3d slid = pose.position + move.lateral * axes.col(0) + move.elevation * axes.col(1);
+  const auto depth_before = to_skin(labels, pose.position, axes.col(2));
+  const auto depth = to_skin(labels, slid, axes.col(2));
+  const auto normal_before = skin_normal(labels, pose.position, axes);
+  const auto normal = skin_normal(labels, slid, axes);
+  if (!depth_before || !depth || !normal_before || !normal) return {};
+  const Eigen::Quaterniond slope = Eigen::Quaterniond::FromTwoVectors(*normal_before, *normal);
+  const Eigen::Quaterniond turned = pose.orientation * slope;
+  const Eigen::Vector3d skin = slid + *depth * axes.col(2);
+  physics::RigidPose moved;
+  moved.position = skin + (move.press - *depth_before) * (turned * Eigen::Vector3d::UnitZ());
+  moved.orientation = turned * Eigen::AngleAxisd(move.twist, Eigen::Vector3d::UnitZ()) *
+                      Eigen::AngleAxisd(move.rock, Eigen::Vector3d::UnitY()) *
+                      Eigen::AngleAxisd(move.tilt, Eigen::Vector3d::UnitX());
+  return moved;
+}
 
 std::string odd_probe_placement(const Probe& probe, const LabelVolume& labels) {
   if (std::ranges::all_of(labels.labels, [](std::uint8_t label) { return label == 0; })) {

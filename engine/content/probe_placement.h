@@ -3,6 +3,7 @@
 
 #include "engine/content/scene.h"
 
+#include <optional>
 #include <string>
 
 namespace stylet::content {
@@ -14,5 +15,22 @@ inline constexpr double kFarthestProbe = 0.010;
 /// place; empty: its face lies on the skin and its axis meets the patient. The skin is where the labels change
 /// between "outside" and the rest, to half a voxel. O(voxels).
 std::string odd_probe_placement(const Probe& probe, const LabelVolume& labels);
+
+/// How a sonographer moves a probe on the skin: the slides first, then the turns, about axes of the probe (m, rad).
+struct ProbeMove {
+  double lateral = 0;    ///< slide along +X
+  double elevation = 0;  ///< slide along +Y
+  double press = 0;      ///< deeper into the skin
+  double tilt = 0;       ///< about X: the image plane fans through the tissue
+  double rock = 0;       ///< about Y: the image turns in its own plane
+  double twist = 0;      ///< about Z
+
+  bool operator==(const ProbeMove&) const = default;
+};
+
+/// The pose after a move on the skin at rest: the face stays as deep in it as it was, and turns with the skin's
+/// slope. Nothing: there is no skin where the slide ends.
+std::optional<physics::RigidPose> moved_on_skin(const physics::RigidPose& pose, const LabelVolume& labels,
+                                                const ProbeMove& move);
 
 }  // namespace stylet::content

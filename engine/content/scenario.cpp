@@ -211,6 +211,7 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   if (!scenario.tissues.empty()) {
     TissueTable table = read_json(scenario.tissues, read_tissues, problems);
     scene.tissues = std::move(table.tissues);
+    scene.tissue_table = scenario.tissues;
     scene.tissue_surfaces = std::move(table.surfaces);
   }
   if (!scenario.needle.empty()) scene.needle = read_json(scenario.needle, read_needle, problems);

@@ -181,6 +181,7 @@ struct Scene {
   std::string name;
   std::string title;               ///< one line for people
   std::filesystem::path scenario;  ///< file it came from
+  std::filesystem::path tissue_table{};  ///< file of the tissues
   Eigen::Isometry3d room_from_patient = Eigen::Isometry3d::Identity();
   std::vector<Tissue> tissues;                          ///< [0] is "outside" (air / gel)
   std::vector<physics::TissueSurface> tissue_surfaces;  ///< between two tissues, where the table says so

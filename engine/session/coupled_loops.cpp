@@ -184,7 +184,12 @@ const physics::NeedleState& CoupledLoops::haptic_step(const HapticStepRecord& in
 
 physics::SimulationReport CoupledLoops::simulation_step(double time_s, const physics::NeedleState& needle, bool take,
                                                         bool request, physics::TissuePatch& out) {
-  const physics::RigidPose probe = probe_pose(scene_, time_s);
+  return simulation_step(time_s, needle, probe_pose(scene_, time_s), take, request, out);
+}
+
+physics::SimulationReport CoupledLoops::simulation_step(double time_s, const physics::NeedleState& needle,
+                                                        const physics::RigidPose& probe, bool take, bool request,
+                                                        physics::TissuePatch& out) {
   const physics::SimulationReport report = simulation_.step({.needle = &needle,
                                                              .time_s = time_s,
                                                              .take_factorisation = take,

@@ -45,9 +45,14 @@ public:
   /// The same with the input as recorded.
   const physics::NeedleState& haptic_step(const HapticStepRecord& input, const physics::TissuePatch& patch);
 
-  /// A simulation step. `take` and `request`: see physics::SimulationInput.
+  /// A simulation step, the probe where the scene has it. `take` and `request`: see physics::SimulationInput.
   physics::SimulationReport simulation_step(double time_s, const physics::NeedleState& needle, bool take,
                                             bool request, physics::TissuePatch& out);
+
+  /// The same with the probe elsewhere: in a hand, or as recorded.
+  physics::SimulationReport simulation_step(double time_s, const physics::NeedleState& needle,
+                                            const physics::RigidPose& probe, bool take, bool request,
+                                            physics::TissuePatch& out);
 
   physics::TissuePatch make_patch() const { return simulation_.make_patch(); }
   /// State of the needle: haptic thread, or when that stands still.

@@ -52,7 +52,8 @@ RunStatistics LiveSession::run_in_lockstep(const RunProgress& progress) {
 
 void LiveSession::start() {
   writer_.start_background();
-  threads_.emplace(loops_, device_, scene_, ThreadedSettings{.duration_s = settings_.duration_s});
+  threads_.emplace(loops_, device_, scene_,
+                   ThreadedSettings{.duration_s = settings_.duration_s, .probe = settings_.probe});
 }
 
 RunStatistics LiveSession::stop() {

@@ -24,6 +24,7 @@ struct LiveSettings {
   bool lockstep = false;
   std::filesystem::path recording{};  ///< file to write
   std::string build{};                ///< for its header
+  HeldProbe* probe = nullptr;         ///< moves the probe of a threaded session; null: the scene does
 };
 
 /// Use: construct (loads the loops), then either run_lockstep() or start() ... stop().

@@ -75,8 +75,8 @@ ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepH
                              record.needle_step));
     }
     const std::int64_t start = clock.now_ns();
-    const physics::SimulationReport report =
-        loops.simulation_step(record.time_s, needle->second, record.factor_taken, record.factor_requested, patch);
+    const physics::SimulationReport report = loops.simulation_step(
+        record.time_s, needle->second, record.probe, record.factor_taken, record.factor_requested, patch);
     simulation_time.add(clock.now_ns() - start);
     if (report.factorisation_requested) loops.worker().step();
     if (--wanted[record.needle_step] == 0) kept.erase(needle);

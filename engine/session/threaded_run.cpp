@@ -9,6 +9,7 @@ ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const cont
     : loops_(loops),
       device_(device),
       settings_(settings),
+      scene_(scene),
       patches_(loops.make_patch()),
       guard_({.limits = device.limits()}) {
   physics::copy_state(loops.needle(), needles_.back());
@@ -54,8 +55,10 @@ void ThreadedRun::simulation_step(const haptic::StepTiming& timing) {
   if (finished()) return;
   needles_.update();
   const double time_s = static_cast<double>(timing.started_ns - begin_ns_) * 1e-9;
+  const physics::RigidPose probe =
+      settings_.probe != nullptr ? settings_.probe->pose(time_s) : probe_pose(scene_, time_s);
   const physics::SimulationReport report =
-      loops_.simulation_step(time_s, needles_.front(), true, true, patches_.back());
+      loops_.simulation_step(time_s, needles_.front(), probe, true, true, patches_.back());
   patch_flags_ |= patches_.back().flags;
   patches_.publish();
   if (report.factorisation_requested) requests_.release();

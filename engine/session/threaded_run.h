@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/session/coupled_loops.h"
+#include "engine/session/held_probe.h"
 #include "engine/session/run_statistics.h"
 #include "haptic/device.h"
 #include "haptic/real_time_thread.h"
@@ -16,8 +17,9 @@
 namespace stylet::session {
 
 struct ThreadedSettings {
-  double duration_s = 0;   ///< session time after which the loops stop by themselves; infinity: until stop()
-  int fifo_priority = 80;  ///< of the haptic thread
+  double duration_s = 0;       ///< session time after which the loops stop by themselves; infinity: until stop()
+  int fifo_priority = 80;      ///< of the haptic thread
+  HeldProbe* probe = nullptr;  ///< moves the probe; null: the scene does
 };
 
 /// Starts the threads on construction. What is passed in is theirs until stop().
@@ -48,6 +50,7 @@ private:
   CoupledLoops& loops_;
   haptic::Device& device_;
   ThreadedSettings settings_;
+  const content::Scene& scene_;
   haptic::MonotonicClock clock_;
   std::int64_t begin_ns_ = 0;
   physics::LatestValue<physics::TissuePatch> patches_;

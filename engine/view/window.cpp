@@ -116,8 +116,11 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
   glfwSetFramebufferSizeCallback(window_.get(), [](GLFWwindow* window, int, int) {
     static_cast<Window*>(glfwGetWindowUserPointer(window))->stale_ = true;
   });
-  glfwSetKeyCallback(window_.get(), [](GLFWwindow* window, int key, int, int action, int) {
-    if (action == GLFW_PRESS) static_cast<Window*>(glfwGetWindowUserPointer(window))->pending_.keys.push_back(key);
+  glfwSetKeyCallback(window_.get(), [](GLFWwindow* window, int key, int, int action, int modifiers) {
+    if (action == GLFW_RELEASE) return;
+    Input& input = static_cast<Window*>(glfwGetWindowUserPointer(window))->pending_;
+    if (action == GLFW_PRESS) input.keys.push_back(key);
+    input.strokes.push_back({key, (modifiers & GLFW_MOD_SHIFT) != 0, action == GLFW_REPEAT});
   });
   glfwSetScrollCallback(window_.get(), [](GLFWwindow* window, double, double notches) {
     Input& input = static_cast<Window*>(glfwGetWindowUserPointer(window))->pending_;
@@ -138,6 +141,11 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
     } else if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS) {
       self.pending_.orbit_x += dx;
       self.pending_.orbit_y += dy;
+    } else if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS) {
+      const bool shift = glfwGetKey(window, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
+                         glfwGetKey(window, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
+      (shift ? self.pending_.turn_x : self.pending_.slide_x) += dx;
+      (shift ? self.pending_.turn_y : self.pending_.slide_y) += dy;
     }
   });
   create_swapchain();

@@ -47,7 +47,16 @@ struct Input {
   double orbit_x = 0, orbit_y = 0;  ///< right button held: turns the camera
   double advance = 0;               ///< wheel notches away from the user: advances the needle
   double zoom = 0;                  ///< the same with Ctrl held
+  double slide_x = 0, slide_y = 0;  ///< middle button held: moves the probe on the skin
+  double turn_x = 0, turn_y = 0;    ///< the same with Shift held: turns it
   std::vector<int> keys;            ///< GLFW key codes pressed, letters and digits as ASCII capitals
+  /// The same with those that a held key repeats, in order.
+  struct Stroke {
+    int key = 0;
+    bool shift = false;
+    bool repeated = false;
+  };
+  std::vector<Stroke> strokes{};
 };
 
 /// Thread: the one that made the Display.

@@ -41,6 +41,8 @@ void set_haptic_rate(content::Scene& scene, double haptic_hz);
 
 inline constexpr const char* kDeviceHelp =
     "Stylus: recorded:FILE (a motion file), scripted, or mouse; default: the scenario's recorded motion";
+inline constexpr const char* kPresetHelp =
+    "Ultrasound: clinical (compounded, textured) or raw (one look, nothing added); default: the probe's";
 inline constexpr const char* kCouplingHelp = "stylet, paper-updated or paper-frozen; default: the scenario's";
 
 }  // namespace stylet::tools

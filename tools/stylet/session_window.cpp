@@ -2,7 +2,7 @@
 
 #include "engine/render/renderer.h"
 #include "engine/session/force_trace.h"
-#include "engine/ultrasound/imager.h"
+#include "engine/session/live_scanner.h"
 #include "engine/view/orbit.h"
 #include "tools/stylet/interrupt.h"
 
@@ -66,10 +66,9 @@ bool has_display() {
 void show_session(view::Display& display, gpu::Device& device, const content::Scene& scene,
                   const session::LiveSession& session, const SessionWindowSettings& settings) {
   view::Window window(display, device, {.title = fmt::format("Stylet: {}", scene.name)});
-  ultrasound::Imager imager(device, scene);
+  session::LiveScanner scanner(device, scene, settings.scanner);
   render::Renderer renderer(device, scene,
                             {.width = settings.stereo ? 400 : 800, .height = 720, .views = settings.stereo ? 2 : 1});
-  const ultrasound::SectorGeometry sector = imager.geometry();
   state::FrameState frame = session.frames().make_frame();
   content::Camera camera = scene.camera;
   LiveCurve curve;
@@ -82,15 +81,15 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
       settings.mouse->move(input.drag_x * kMetresPerHeight, -input.drag_y * kMetresPerHeight);
       settings.mouse->advance(input.advance * kMetresPerNotch);
     }
+    scanner.handle(input, settings.probe, session.time_s());
     camera = view::orbited(camera, input.orbit_x * kRadiansPerHeight, input.orbit_y * kRadiansPerHeight,
                            std::pow(0.9, input.zoom));
     if (std::ranges::find(input.keys, 'R') != input.keys.end()) camera = scene.camera;
     session.frames().sample(session.time_s() - delay_s, frame);
-    const gpu::Image& ultrasound = imager.image(frame);
-    const gpu::Image& view = renderer.render(
-        frame, camera, {.image = &ultrasound, .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel});
+    scanner.draw(frame);
+    const gpu::Image& view = renderer.render(frame, camera, scanner.in_view());
     const view::Pane plot = view::PaneLayout::of(window.width(), window.height(), true).plot;
-    window.present(view, &ultrasound, &curve.picture(frame, plot));
+    window.present(view, &scanner.screen(), &curve.picture(frame, plot));
   }
 }
 

@@ -3,7 +3,9 @@
 
 #include "engine/content/scene.h"
 #include "engine/gpu/device.h"
+#include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
+#include "engine/session/scanner_console.h"
 #include "engine/view/window.h"
 #include "haptic/mouse_device.h"
 
@@ -14,7 +16,9 @@ bool has_display();
 
 struct SessionWindowSettings {
   bool stereo = false;
-  haptic::MouseDevice* mouse = nullptr;  ///< fed with drags and wheel when the mouse is the stylus
+  haptic::MouseDevice* mouse = nullptr;               ///< fed with drags and wheel when the mouse is the stylus
+  session::HeldProbe* probe = nullptr;                ///< moved by keys and the middle button
+  session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
 };
 
 /// Shows the session until it is finished, the window is closed or an interrupt comes. Main thread.

@@ -37,6 +37,7 @@ struct TrainOptions {
   double haptic_hz = 0;
   std::string out = "out/session";
   std::string gpu;
+  std::string preset;
 };
 
 /// What an interrupted session does not draw: pictures of an earlier one must not lie beside its numbers.
@@ -84,6 +85,8 @@ int train(const TrainOptions& options) {
   content::Scene scene = load_scene(options.scenario, progress);
   if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
+  session::ScannerConsole console(scene.probe);
+  if (!options.preset.empty()) console.set_preset(ultrasound::preset_from_name(options.preset));
   const Stylus stylus = make_stylus(options.device, scene);
   if (!display && !std::isfinite(stylus.duration_s)) {
     throw content::ContentError("--device mouse: needs a window, and this session has none");
@@ -93,12 +96,14 @@ int train(const TrainOptions& options) {
   session::OutputDirectory out(options.out);
 
   const auto recording_file = out.staged("session.rec");
+  session::HeldProbe probe(scene);
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
                              .lockstep = options.lockstep,
                              .recording = recording_file,
-                             .build = build_name()});
+                             .build = build_name(),
+                             .probe = display ? &probe : nullptr});
   session::SessionReport report{.scenario = scene.scenario.string(),
                                 .build = build_name(),
                                 .coupling = session::coupling_name(coupling),
@@ -113,7 +118,9 @@ int train(const TrainOptions& options) {
     });
   } else {
     live.start();
-    if (display) show_session(*display, gpu, scene, live, {.stereo = options.stereo, .mouse = stylus.mouse});
+    if (display)
+      show_session(*display, gpu, scene, live,
+                   {.stereo = options.stereo, .mouse = stylus.mouse, .probe = &probe, .scanner = console});
     while (!display && !live.finished() && !interrupted()) {
       progress.show("Session in real time", live.time_s() / stylus.duration_s);
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -186,6 +193,7 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_option("--haptic-hz", options->haptic_hz,
                       "Rate of the haptic loop, up to 4000; default: the scenario's");
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
+  command->add_option("--us-preset", options->preset, kPresetHelp);
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
   command->footer(
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
@@ -195,6 +203,8 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --out out/demo\n"
       "  stylet train liver_biopsy --device mouse        drag: move the hub; wheel: advance the needle\n"
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
+      "In the window: H lists the keys of scanner and probe. A tissue table that is saved meanwhile shows in the "
+      "image.\n"
       "Ctrl-C ends the session early; what happened until then is kept and drawn.\n"
       "Exit code 0: done; 1: the replay differs; 2: bad input.");
   command->callback([options, &exit_code] { exit_code = train(*options); });

@@ -3,7 +3,9 @@
 #include "engine/content/scenario.h"
 #include "engine/content/tet_quality.h"
 #include "engine/import/side_file.h"
+#include "engine/session/frame_publisher.h"
 #include "engine/session/recording.h"
+#include "engine/ultrasound/diagnosis.h"
 #include "tools/bench/reference_insertion.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/session_options.h"
@@ -81,6 +83,23 @@ struct Verdict {
   std::string more{};  ///< of a sound file: lines about it
 };
 
+/// Why the first ultrasound image of a scenario will be black, before anything moves; empty: it shows something.
+std::string black_image(const content::Scene& scene) {
+  try {
+    ultrasound::ScanModel model(scene, {});
+    model.update(session::rest_frame(scene));
+    return ultrasound::diagnose(model);
+  } catch (const content::ContentError&) {
+    return {};  // no image at all: other warnings say so
+  }
+}
+
+/// Loading found it held oddly already.
+bool warns_of_probe(const std::vector<std::string>& warnings) {
+  return std::ranges::any_of(warnings,
+                             [](const std::string& line) { return line.find(":/probe: ") != std::string::npos; });
+}
+
 Verdict verdict_on(const fs::path& path) {
   Verdict verdict;
   try {
@@ -109,7 +128,12 @@ Verdict verdict_on(const fs::path& path) {
   }
   std::optional<content::Scene> scene;
   verdict.problems = content::validate(path, &scene, &verdict.warnings);
-  if (scene) verdict.more = summary(*scene);
+  if (scene) {
+    verdict.more = summary(*scene);
+    if (const std::string why = black_image(*scene); !why.empty() && !warns_of_probe(verdict.warnings)) {
+      verdict.warnings.push_back(fmt::format("{}:/probe: the ultrasound image is black: {}", path.string(), why));
+    }
+  }
   return verdict;
 }
 

@@ -1,0 +1,70 @@
+#include "engine/session/held_probe.h"
+
+#include "engine/session/coupled_loops.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace stylet::session {
+namespace {
+
+constexpr std::array kParts{&content::ProbeMove::lateral, &content::ProbeMove::elevation, &content::ProbeMove::press,
+                            &content::ProbeMove::tilt,    &content::ProbeMove::rock,      &content::ProbeMove::twist};
+
+bool is_none(const content::ProbeMove& move) {
+  return std::ranges::all_of(kParts, [&](auto part) { return move.*part == 0; });
+}
+
+}  // namespace
+
+HeldProbe::HeldProbe(const content::Scene& scene) : scene_(scene) {}
+
+bool HeldProbe::move(const content::ProbeMove& by, double time_s) {
+  content::ProbeMove to = moved();
+  for (const auto part : kParts) to.*part += by.*part;
+  if (!content::moved_on_skin(probe_pose(scene_, time_s), scene_.labels, to)) return false;
+  for (std::size_t i = 0; i < kParts.size(); ++i) goal_[i].store(to.*kParts[i], std::memory_order_relaxed);
+  return true;
+}
+
+void HeldProbe::release() {
+  for (std::atomic<double>& part : goal_) part.store(0, std::memory_order_relaxed);
+}
+
+content::ProbeMove HeldProbe::moved() const {
+  content::ProbeMove move;
+  for (std::size_t i = 0; i < kParts.size(); ++i) move.*kParts[i] = goal_[i].load(std::memory_order_relaxed);
+  return move;
+}
+
+physics::RigidPose HeldProbe::pose(double time_s) {
+  const physics::RigidPose scene = probe_pose(scene_, time_s);
+  const double dt = std::max(time_s - last_s_, 0.0);
+  last_s_ = time_s;
+  const content::ProbeMove goal = moved();
+  if (is_none(goal) && at_rest_) return scene;
+
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  if (!is_none(goal)) {
+    const std::optional<physics::RigidPose> hand = content::moved_on_skin(scene, scene_.labels, goal);
+    offset = hand ? Eigen::Vector3d(scene.orientation.conjugate() * (hand->position - scene.position)) : offset_;
+    turn = hand ? scene.orientation.conjugate() * hand->orientation : turn_;
+  }
+  const double share = 1 - std::exp(-dt / kTimeConstant);
+  offset_ += share * (offset - offset_);
+  turn_ = turn_.slerp(share, turn).normalized();
+  at_rest_ = is_none(goal) && offset_.norm() < 1e-6 && turn_.vec().norm() < 1e-6;
+  if (at_rest_) {
+    offset_.setZero();
+    turn_.setIdentity();
+    return scene;
+  }
+  physics::RigidPose pose;
+  pose.position = scene.position + scene.orientation * offset_;
+  pose.orientation = scene.orientation * turn_;
+  return pose;
+}
+
+}  // namespace stylet::session

@@ -1,0 +1,112 @@
+// A probe in the hand: where the keys send it, smoothly, and replayed to the same bits.
+#include "engine/session/held_probe.h"
+#include "engine/session/live_session.h"
+#include "engine/session/recorded_stylus.h"
+#include "engine/session/replay.h"
+#include "engine/session/step_hash.h"
+#include "tests/session/cube_scene.h"
+#include "tests/support/temporary_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace stylet::session {
+namespace {
+
+/// The cube with voxels, and a probe that presses on its upper face.
+content::Scene pressed_cube() {
+  content::Scene scene = tests::cube_scene(5);
+  content::LabelVolume& labels = scene.labels;
+  labels.spacing = 0.0025F;
+  labels.origin = {-0.06F, -0.06F, -0.01F};
+  labels.size = {49, 49, 49};  // the cube's top face is at z = 0.1 m
+  const std::size_t voxels = std::size_t(49) * 49 * 49;
+  labels.labels.assign(voxels, 0);
+  labels.bodies.assign(voxels, -1);
+  std::size_t v = 0;
+  for (int k = 0; k < 49; ++k) {
+    for (int j = 0; j < 49; ++j) {
+      for (int i = 0; i < 49; ++i, ++v) {
+        const Eigen::Vector3f p = labels.origin + labels.spacing * Eigen::Vector3f(float(i), float(j), float(k));
+        const bool inside = p.head<2>().cwiseAbs().maxCoeff() <= 0.05F && p.z() >= 0 && p.z() <= 0.1F;
+        labels.labels[v] = inside ? 1 : 0;
+        labels.bodies[v] = inside ? 0 : -1;
+      }
+    }
+  }
+  scene.probe.convex = false;
+  scene.probe.width = 0.03;
+  scene.probe.presses = 0;
+  scene.probe.pose.position = {0.01, 0, 0.098};
+  scene.probe.pose.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
+  return scene;
+}
+
+double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
+  return a.angularDistance(b);
+}
+
+TEST(HeldProbe, StaysWhereTheSceneHasItUntilItIsMoved) {
+  const content::Scene scene = pressed_cube();
+  HeldProbe probe(scene);
+  for (double t : {0.0, 0.02, 0.04}) {
+    EXPECT_EQ(probe.pose(t).position, scene.probe.pose.position);
+    EXPECT_EQ(probe.pose(t).orientation.coeffs(), scene.probe.pose.orientation.coeffs());
+  }
+}
+
+TEST(HeldProbe, GoesSmoothlyWhereItIsSentAndBack) {
+  const content::Scene scene = pressed_cube();
+  HeldProbe probe(scene);
+  probe.pose(0);
+  ASSERT_TRUE(probe.move({.lateral = 0.01, .press = 0.002, .tilt = 0.2}, 0));
+  physics::RigidPose last = scene.probe.pose;
+  double t = 0;
+  for (int step = 0; step < 50; ++step) {
+    t += 0.02;
+    const physics::RigidPose pose = probe.pose(t);
+    // A fifth of the way at most in a step of 20 ms.
+    EXPECT_LT((pose.position - last.position).norm(), 0.2 * 0.011);
+    last = pose;
+  }
+  // Lateral is x of the patient here, the probe looks down.
+  EXPECT_LT((last.position - Eigen::Vector3d(0.02, 0, 0.096)).norm(), 2e-5);
+  EXPECT_NEAR(angle_between(last.orientation, scene.probe.pose.orientation), 0.2, 1e-3);
+  probe.release();
+  for (int step = 0; step < 100; ++step) last = probe.pose(t += 0.02);
+  EXPECT_EQ(last.position, scene.probe.pose.position);
+}
+
+TEST(HeldProbe, DoesNotLeaveTheSkin) {
+  const content::Scene scene = pressed_cube();
+  HeldProbe probe(scene);
+  EXPECT_FALSE(probe.move({.lateral = 0.2}, 0));
+  EXPECT_EQ(probe.moved(), content::ProbeMove{});
+}
+
+TEST(HeldProbe, AThreadedSessionThatItMovedReplaysBitForBit) {
+  const content::Scene scene = pressed_cube();
+  const support::TemporaryFolder folder;
+  haptic::RecordedDevice device = recorded_stylus(scene.motion);
+  HeldProbe probe(scene);
+  LiveSession session(scene, device,
+                      {.duration_s = 0.6, .recording = folder / "held", .build = "test", .probe = &probe});
+  ASSERT_TRUE(probe.move({.elevation = 0.01, .press = 0.003, .rock = 0.1}, 0));
+  session.start();
+  session.wait();
+  session.stop();
+
+  const Recording recording = read_recording(folder / "held");
+  ASSERT_FALSE(recording.simulation.empty());
+  EXPECT_GT((recording.simulation.back().probe.position - scene.probe.pose.position).norm(), 0.005);
+  const RecordedSettings settings = recorded_settings(recording);
+  StepHash hash;
+  CoupledLoops loops(scene, settings.coupling, settings.start, {&hash});
+  const ReplayResult result = replay(recording, loops, hash);
+  EXPECT_TRUE(result.identical());
+  EXPECT_EQ(hash.state(), session.state_hash());
+}
+
+}  // namespace
+}  // namespace stylet::session
