@@ -76,8 +76,8 @@ STYLET_SHARED float kGrazingLoss = 60.0f;        // nepers a metre lost to refra
 // ---- Hopkins & Bradley, Anaesthesia and Intensive Care 29 (2001) ------------------------------------------------------
 STYLET_SHARED float kNeedleGain = 42.0f;
 STYLET_SHARED float kNeedleMirror = 1.0f;        // * sin^6 of the angle between beam and shaft
-STYLET_SHARED float kNeedleRough = 0.045f;       // * sin^2
-STYLET_SHARED float kNeedleFloor = 0.012f;
+STYLET_SHARED float kNeedleRough = 0.030f;       // * sin^2
+STYLET_SHARED float kNeedleFloor = 0.008f;
 STYLET_SHARED float kNeedleWidth = 0.40e-3f;     // standard deviation of the echo across the shaft
 STYLET_SHARED float kTipGain = 1.6f;             // the bevel scatters: brightening near the tip ...
 STYLET_SHARED float kTipLength = 1.5e-3f;
