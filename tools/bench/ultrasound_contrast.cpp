@@ -29,14 +29,14 @@ struct TargetResult {
 };
 
 /// A cylinder against the background at its depth, right and left of it.
+/// @param reach  of the background from the middle: half way to the next target, m
 void add_target(const PhantomScan& phantom, const Eigen::MatrixXd& envelope, const Cylinder& target, double margin,
-                TargetResult& result) {
+                double reach, TargetResult& result) {
   const std::vector<double> inside =
       amplitudes(envelope, phantom.scan(), [&](double x, double z) { return target.holds(x, z, margin); });
   const std::vector<double> outside = amplitudes(envelope, phantom.scan(), [&](double x, double z) {
     const double away = std::abs(x - target.x);
-    return std::abs(z - target.z) < target.radius - margin && away > target.radius + 0.002 &&
-           away < 0.0125 + (target.radius > 0.003 ? 0 : -0.003);
+    return std::abs(z - target.z) < target.radius - margin && away > target.radius + 0.0015 && away < reach;
   });
   result.contrast_db.values.push_back(contrast_db(inside, outside));
   result.generalised.values.push_back(generalised_contrast(inside, outside));
@@ -94,17 +94,17 @@ void write_picture(const QualityRun& run, PhantomScan& phantom, const std::strin
 
 Report contrast_quality(const QualityRun& run) {
   std::vector<TargetResult> grey(grey_targets().size()), steps(stepped_cylinders().size());
-  PerSeed shadow, enhancement;
+  PerSeed shadow, rib_surface, enhancement;
   double enhancement_theory = 0;
   Report report;
   for (int seed = 1; seed <= run.seeds; ++seed) {
     PhantomScan targets(run.device, target_phantom(), raw_settings(seed, true));
     const Eigen::MatrixXd envelope = targets.envelope();
     for (std::size_t i = 0; i < grey.size(); ++i) {
-      add_target(targets, envelope, grey_targets()[i].where, kTargetMargin, grey[i]);
+      add_target(targets, envelope, grey_targets()[i].where, kTargetMargin, 0.0125, grey[i]);
     }
     for (std::size_t i = 0; i < steps.size(); ++i) {
-      add_target(targets, envelope, stepped_cylinders()[i], 0.5 * stepped_cylinders()[i].radius, steps[i]);
+      add_target(targets, envelope, stepped_cylinders()[i], 0.5 * stepped_cylinders()[i].radius, 0.0090, steps[i]);
     }
     PhantomScan obstacles(run.device, obstacle_phantom(), raw_settings(seed, true));
     PhantomScan plain(run.device, uniform_phantom(), raw_settings(seed, true));
@@ -112,13 +112,16 @@ Report contrast_quality(const QualityRun& run) {
     // The speckle behind is the same in both, so it cancels.
     const Behind rib{obstacles, kRib, 0.5 * kRib.radius, 0.015, 0.090};
     shadow.values.push_back(decibels(rib.power(hindered) / rib.power(free)));
+    const Behind surface{obstacles, kRib, 0.3 * kRib.radius, -kRib.radius - 0.001, -kRib.radius + 0.001};
+    rib_surface.values.push_back(decibels(surface.power(hindered) / surface.power(free)));
     const Behind fluid{obstacles, kFluidCylinder, 0.003, kFluidCylinder.radius + 0.005, 0.050};
     enhancement.values.push_back(decibels(fluid.power(hindered) / fluid.power(free)));
     enhancement_theory = 2 * (kBackgroundAttenuation - kFluidAttenuation) * 1e-6 *
                          obstacles.scene().probe.frequency_hz * 100 * fluid.path();
     if (seed > 1 || run.out.empty()) continue;
     write_picture(run, targets, "targets", "Grey-scale targets and stepped cylinders",
-                  "At 70 mm: anechoic, -6, -3, +3, +6 dB, 8 mm wide. At 40 mm: anechoic, the area of each 1.5 times "
+                  "At 70 mm: anechoic, 8 mm wide; -6, -3, +3, +6 dB, 12 mm wide. At 40 mm: anechoic, the area of "
+                  "each 1.5 times "
                   "that of the one before, 3 mm first; 10 mm wide at 120 mm. Preset raw.",
                   report);
     write_picture(run, obstacles, "obstacles", "Rib and fluid cylinder",
@@ -152,6 +155,7 @@ Report contrast_quality(const QualityRun& run) {
                 kWithNoise});
   }
   report.add(noted(at_most("shadow.rib", shadow.mean(), "dB", -30), kWithNoise));
+  report.add(noted(at_least("shadow.rib.surface", rib_surface.mean(), "dB", 10), "bright over the background"));
   report.add(noted(within("enhancement.fluid", enhancement.mean(), "dB", enhancement_theory, 1), kWithNoise));
   return report;
 }

@@ -20,7 +20,7 @@ namespace stylet::bench {
 namespace {
 
 constexpr double kShaftDepth = 0.060;      ///< of the piece of shaft that is measured, m
-constexpr double kHalfLength = 0.008;      ///< of that piece, m
+constexpr double kHalfLength = 0.012;      ///< of that piece, m
 constexpr double kHalfWidth = 0.0005;      ///< of the band along its echo, m
 constexpr int kStep = 10, kSteepest = 70;  ///< degrees from the face of the probe
 
@@ -119,7 +119,7 @@ Report needle_quality(const QualityRun& run) {
                                  .y = {.label = "contrast, dB"},
                                  .series = {plot_line("shaft", degrees, contrast, 0)}};
   const std::string caption =
-      fmt::format("Band of 1 mm along 16 mm of shaft at {:.0f} mm, with the needle over without; mean of {} seeds.",
+      fmt::format("Band of 1 mm along 24 mm of shaft at {:.0f} mm, with the needle over without; mean of {} seeds.",
                   1e3 * kShaftDepth, run.seeds);
   const std::array columns{FigureColumn{"angle_degrees", degrees}, FigureColumn{"contrast_db", contrast}};
   write_figure(run.out, "needle", std::span(&panel, 1), std::span(&caption, 1), columns);

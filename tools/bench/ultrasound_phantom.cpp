@@ -157,7 +157,8 @@ const std::vector<GreyTarget>& grey_targets() {
     std::vector<GreyTarget> all;
     double x = -0.050;
     for (const double contrast : {kAnechoicDb, -6.0, -3.0, 3.0, 6.0}) {
-      all.push_back({.where = {.x = x, .z = 0.070, .radius = 0.004}, .contrast_db = contrast});
+      const double radius = contrast == kAnechoicDb ? 0.004 : 0.006;  // grey ones hold enough speckle to be measured
+      all.push_back({.where = {.x = x, .z = 0.070, .radius = radius}, .contrast_db = contrast});
       x += 0.025;
     }
     return all;

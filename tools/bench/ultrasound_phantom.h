@@ -58,7 +58,7 @@ inline constexpr double kBackgroundAttenuation = 0.5;  ///< dB/cm/MHz
 inline constexpr double kDenseAttenuation = 0.7;
 inline constexpr double kFluidAttenuation = 0.06;
 
-/// At 70 mm: anechoic, -6, -3, +3, +6 dB.
+/// At 70 mm: anechoic and 8 mm wide; -6, -3, +3, +6 dB and 12 mm wide.
 const std::vector<GreyTarget>& grey_targets();
 /// Anechoic, at 40 mm: the area of each 1.5 times that of the one before; and a large one at 120 mm.
 const std::vector<Cylinder>& stepped_cylinders();

@@ -111,6 +111,7 @@ struct DepthProfile {
 
 struct Slope {
   double attenuation = 0;  ///< dB/cm/MHz
+  double level_db = 0;     ///< power at the face
   std::vector<double> depth_cm, power_db, fit_db;
 };
 Slope attenuation_slope(const PhantomScan& phantom, const DepthProfile& profile, int seeds) {
@@ -121,6 +122,7 @@ Slope attenuation_slope(const PhantomScan& phantom, const DepthProfile& profile,
   }
   const Line line = fit_line(slope.depth_cm, slope.power_db);
   slope.attenuation = -line.slope / (2 * 1e-6 * phantom.scene().probe.frequency_hz);
+  slope.level_db = line.level;
   for (const double depth : slope.depth_cm) slope.fit_db.push_back(line.level + line.slope * depth);
   return slope;
 }
@@ -204,6 +206,8 @@ Report speckle_quality(const QualityRun& run) {
   report.add(noted(within("attenuation.dense_zone", dense_slope.attenuation, "dB/cm/MHz", kDenseAttenuation,
                           0.05 * kDenseAttenuation),
                    kWithoutNoise));
+  report.add(
+      noted(within("attenuation.level_at_the_face", soft_slope.level_db, "dB", 0, 1), "over the rms of liver"));
   if (!run.out.empty()) write_figures(run, samples, soft_slope, dense_slope, report);
   return report;
 }

@@ -85,8 +85,12 @@ Report ultrasound_speed(gpu::Device& device, int frames) {
   add("speed.raw_large_mesh", kLarge, 192, 512, raw);
   add("speed.clinical", kSmall, 192, 512, clinical);
   add("speed.512x1024x13", kSmall, 512, 1024, fine);
+  constexpr int kFineEvery = 5;  // the fine one takes as long as all others together, and has no bound
   for (int i = 0; i < frames; ++i) {
-    for (const std::unique_ptr<Case>& each : cases) each->frame();
+    for (const std::unique_ptr<Case>& each : cases) {
+      if (each == cases.back() && i % kFineEvery != 0) continue;
+      each->frame();
+    }
   }
 
   Report report;
