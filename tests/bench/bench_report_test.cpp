@@ -42,6 +42,11 @@ TEST(BenchReport, JudgesBoundsAndFailsWhatIsNotANumber) {
   EXPECT_EQ(at_most("a", nan, "us", 3).met, false);
   EXPECT_EQ(at_least("a", nan, "us", 3).met, false);
   EXPECT_EQ(at_most("a", 2, "us", 3).target, "<= 3");
+  EXPECT_EQ(within("a", 2.9, "us", 3, 0.2).met, true);
+  EXPECT_EQ(within("a", 2.7, "us", 3, 0.2).met, false);
+  EXPECT_EQ(within("a", 3.3, "us", 3, 0.2).met, false);
+  EXPECT_EQ(within("a", nan, "us", 3, 0.2).met, false);
+  EXPECT_EQ(within("a", 3, "us", 3, 0.2).target, "3 +- 0.2");
 }
 
 TEST(BenchReport, WritesNullWhereThereIsNothing) {
@@ -50,6 +55,8 @@ TEST(BenchReport, WritesNullWhereThereIsNothing) {
   report.add(at_most("judged", 40, "us", 30, 390.0));
   report.add({"undefined", std::numeric_limits<double>::infinity(), "N", {}, {}, {}});
   const json list = json::parse(to_json(report));
+  report.add(noted({"noted", 1, "1", {}, {}, {}}, "in water"));
+  EXPECT_EQ(json::parse(to_json(report)).back()["note"], "in water");
   ASSERT_EQ(list.size(), 3u);
   EXPECT_EQ(list[0], json::parse(R"({"name":"plain","value":1.5,"unit":"us","reference":null,"target":null,
                                      "met":null})"));
