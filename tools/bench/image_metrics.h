@@ -69,7 +69,7 @@ double correlation(const Patch& a, const Patch& b);
 /// Where a window of one image is found in another.
 struct Match {
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();  ///< x: columns, y: rows; of the correlation's parabolic peak
-  double correlation = 0;  ///< normalised, with the second image interpolated there
+  double correlation = 0;                           ///< normalised, with the second image interpolated there
 };
 /// Compares the window of `first` of (2 half.y + 1) rows and (2 half.x + 1) columns around `centre` with all of
 /// `second` that are at most `reach` away.
