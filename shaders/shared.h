@@ -21,11 +21,13 @@ STYLET_SHARED uint kFixedToProbe = 0xfffffffeu;
 STYLET_SHARED uint kFixedToBreath = 0xfffffffdu;
 
 // What SurfaceStyle::kind says.
-STYLET_SHARED uint kSolid = 0u;     // opaque, lit
-STYLET_SHARED uint kGlass = 1u;     // translucent organ: clear where seen face on, dense at its silhouette
-STYLET_SHARED uint kCover = 2u;     // glass with a window cut round the focus: skin, fat, muscle
-STYLET_SHARED uint kSteel = 3u;     // needle shaft: metal with a mark every centimetre
-STYLET_SHARED uint kMatte = 4u;     // plastic: probe, hub
+STYLET_SHARED uint kSolid = 0u;  // opaque, lit
+STYLET_SHARED uint kGlass = 1u;  // translucent organ: clear where seen face on, dense at its silhouette
+STYLET_SHARED uint kCover = 2u;  // glass with a window cut round the focus: skin, fat, muscle
+STYLET_SHARED uint kSteel = 3u;  // needle shaft: metal with a mark every centimetre
+STYLET_SHARED uint kMatte = 4u;  // plastic: probe, hub
+
+STYLET_SHARED float kDepthUnit = 1e-4f;  // m a unit of the depth map
 
 /// Rest state of a vertex. For a carried vertex, nodes and weights place it; otherwise weights.xyz is its position.
 struct RestVertex {
@@ -46,22 +48,22 @@ struct FrameUniforms {
   vec4 eye[2];                // xyz
   mat4 patient_from_probe;
   mat4 probe_from_patient;
-  vec4 breath;                // xyz: motion of what goes with the breath
-  vec4 to_key;                // unit, towards the light; w: intensity
+  vec4 breath;  // xyz: motion of what goes with the breath
+  vec4 to_key;  // unit, towards the light; w: intensity
   vec4 to_fill;
   vec4 to_rim;
-  vec4 focus;                 // xyz: what the window of the covers shows; w: radius of the window
-  vec4 focus_axis;            // unit, from the focus to between the eyes; w: distance
-  vec4 fan;                   // radius of the face (0: linear), half angle or half width, depth, 1 if convex
-  vec4 fan_image;             // picture's origin (x, z) in the probe frame, 1 / width in m, 1 / height in m (0: none)
-  vec4 viewport;              // width, height; columns and rows of the ground's grid
+  vec4 focus;       // xyz: what the window of the covers shows; w: radius of the window
+  vec4 focus_axis;  // unit, from the focus to between the eyes; w: distance
+  vec4 fan;         // radius of the face (0: linear), half angle or half width, depth, 1 if convex
+  vec4 fan_image;   // picture's origin (x, z) in the probe frame, 1 / width in m, 1 / height in m (0: none)
+  vec4 viewport;    // width, height; columns and rows of the ground's grid
 };
 
 /// Push constants of a surface.
 struct SurfaceStyle {
-  vec4 colour;     // rgb, opacity
-  vec4 surface;    // roughness, silhouette opacity, exponent of the silhouette, unused
-  uvec4 kind;      // x: one of the above
+  vec4 colour;   // rgb, opacity
+  vec4 surface;  // roughness, silhouette opacity, exponent of the silhouette, unused
+  uvec4 kind;    // x: one of the above; y: label (content::PictureLabels)
 };
 
 /// Push constants of the deformation pass.

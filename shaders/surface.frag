@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_multiview : require
 #include "shaders/shared.h"
+#include "shaders/cover_window.glsl"
 #include "shaders/lighting.glsl"
 
 layout(set = 0, binding = 0, std140) uniform Frame { FrameUniforms frame; };
@@ -10,16 +11,6 @@ layout(push_constant) uniform Push { SurfaceStyle style; };
 layout(location = 0) in vec4 position;
 layout(location = 1) in vec3 normal;
 layout(location = 0) out vec4 colour;
-
-/// 0 inside the window that covers leave open towards the focus, 1 well outside.
-float outside_window() {
-  vec3 from_focus = position.xyz - frame.focus.xyz;
-  float along = dot(from_focus, frame.focus_axis.xyz);
-  // A cone with its apex at the eye is a circle on the screen.
-  float cone = frame.focus.w * (1.0 - clamp(along / frame.focus_axis.w, -0.5, 0.95));
-  float across = length(from_focus - along * frame.focus_axis.xyz);
-  return smoothstep(0.80, 1.12, across / cone);
-}
 
 void main() {
   vec3 v = normalize(frame.eye[gl_ViewIndex].xyz - position.xyz);
@@ -51,7 +42,7 @@ void main() {
     float edge = pow(1.0 - facing, style.surface.z);
     alpha = mix(style.colour.a, style.surface.y, edge);
     if (kind == kCover) {
-      float open = outside_window();
+      float open = outside_window(frame, position.xyz);
       alpha *= open;
       s.specular *= open;
     }

@@ -61,6 +61,7 @@ struct Breathing {
   Eigen::Vector3d rigid_motion = Eigen::Vector3d::Zero();  ///< of surfaces that breathe, at full inspiration, m
   /// Spells of held breath at end-expiration, from and to, s; ascending and apart.
   std::vector<std::array<double, 2>> holds{};
+  std::optional<double> drawn_once{};  ///< a breath drawn at the start to this share and held; in place of all above
 };
 
 /// Where a vertex of a surface sits in a deformable body: x = sum weights[i] * node[nodes[i]].
@@ -179,8 +180,8 @@ inline constexpr double kMaxHapticHz = 4000;
 
 struct Scene {
   std::string name;
-  std::string title;               ///< one line for people
-  std::filesystem::path scenario;  ///< file it came from
+  std::string title;                     ///< one line for people
+  std::filesystem::path scenario;        ///< file it came from
   std::filesystem::path tissue_table{};  ///< file of the tissues
   Eigen::Isometry3d room_from_patient = Eigen::Isometry3d::Identity();
   std::vector<Tissue> tissues;                          ///< [0] is "outside" (air / gel)

@@ -1,5 +1,6 @@
 #include "engine/render/geometry.h"
 
+#include "engine/content/picture_labels.h"
 #include "engine/render/probe_mesh.h"
 
 #include <algorithm>
@@ -90,22 +91,27 @@ Geometry::Geometry(const content::Scene& scene)
   }
   if (rest_nodes.empty()) rest_nodes.assign(3, 0);
 
+  const auto tissues = static_cast<std::uint32_t>(scene.tissues.size());
   for (const content::Surface& surface : scene.surfaces) {
     const content::Tissue& tissue = scene.tissues[static_cast<std::size_t>(surface.tissue)];
     if (surface.indices.empty() || tissue.colour[3] <= 0 || shown_by_its_regions(scene, surface)) continue;
-    const SurfaceStyle style = style_of(tissue);
+    SurfaceStyle style = style_of(tissue);
+    style.kind[1] =
+        surface.tissue > 0 ? static_cast<std::uint32_t>(surface.tissue) : tissues + content::kOutsideLabel;
     const std::uint32_t base = surface.body < 0 ? 0 : first_node[static_cast<std::size_t>(surface.body)];
     auto& pieces = style.kind[0] == kSolid ? solids : style.kind[0] == kGlass ? glass : covers;
     pieces.push_back(append(*this, surface, base, style));
   }
-  const SurfaceStyle shell{{0.36F, 0.38F, 0.41F, 1}, {0.40F, 1, 1, 0}, {kMatte, 0, 0, 0}};
+  const SurfaceStyle shell{
+      {0.36F, 0.38F, 0.41F, 1}, {0.40F, 1, 1, 0}, {kMatte, tissues + content::kProbeLabel, 0, 0}};
   solids.push_back(append(*this, "probe", probe_body(scene.probe), shell));
   fan = append(*this, "fan", probe_fan(scene.probe), {});
 
   needle_base = static_cast<std::uint32_t>(rest.size());
-  const SurfaceStyle steel{{0.72F, 0.74F, 0.78F, 1}, {0.3F, 1, 1, 0}, {kSteel, 0, 0, 0}};
+  const SurfaceStyle steel{
+      {0.72F, 0.74F, 0.78F, 1}, {0.3F, 1, 1, 0}, {kSteel, tissues + content::kNeedleLabel, 0, 0}};
   // ISO 6009 colours hubs by gauge; pink is 18G (1.2 mm).
-  const SurfaceStyle hub{{0.78F, 0.22F, 0.36F, 1}, {0.35F, 1, 1, 0}, {kMatte, 0, 0, 0}};
+  const SurfaceStyle hub{{0.78F, 0.22F, 0.36F, 1}, {0.35F, 1, 1, 0}, {kMatte, tissues + content::kNeedleLabel, 0, 0}};
   needle_pieces.push_back(append(*this, "needle", needle.shaft_indices(), needle_base, steel));
   needle_pieces.push_back(append(*this, "hub", needle.hub_indices(), needle_base, hub));
 }

@@ -236,14 +236,14 @@ const gpu::Image& Renderer::render(const state::FrameState& state, const content
   take_nodes(state);
   eyes_ = eyes_of(camera, static_cast<double>(settings_.width) / settings_.height, settings_.views, settings_.stereo);
   const FrameUniforms frame = uniforms(state, camera, ultrasound);
-  const bool with_needle = geometry_.needle.fits(state.needle_positions.size(), state.needle_orientations.size());
+  with_needle_ = geometry_.needle.fits(state.needle_positions.size(), state.needle_orientations.size());
 
   gpu::Commands& commands = ring_.next();
   timestamps_.reset(commands);
   timestamps_.mark(commands, "start");
   commands.upload(frame_, std::as_bytes(std::span(&frame, 1)));
   commands.upload(current_nodes_, bytes_of(nodes_));
-  if (with_needle)
+  if (with_needle_)
     commands.upload(drawn_, std::as_bytes(geometry_.needle.shape(state.needle_positions, state.needle_orientations)),
                     geometry_.needle_base * sizeof(DrawnVertex));
   timestamps_.mark(commands, "upload");
@@ -253,7 +253,7 @@ const gpu::Image& Renderer::render(const state::FrameState& state, const content
                      gpu::write(3, drawn_), gpu::read(4, frame_)},
                     {(count + 63) / 64, 1, 1}, DeformPush{count});
   timestamps_.mark(commands, "deform");
-  draw(commands, ultrasound.image != nullptr ? *ultrasound.image : no_ultrasound_, with_needle);
+  draw(commands, ultrasound.image != nullptr ? *ultrasound.image : no_ultrasound_, with_needle_);
   timestamps_.mark(commands, "draw");
   submission_ = commands.submit();
   return target_;
@@ -311,6 +311,12 @@ void Renderer::draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool 
   for (const Piece& piece : geometry_.covers) draw_piece(glass_colour_, piece);
   const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
   vkCmdEndRenderPass2(cmd, &end);
+}
+
+ViewLabels Renderer::read_labels(std::uint32_t layer) {
+  if (!labels_) labels_.emplace(device_, settings_.width, settings_.height, settings_.views);
+  labels_->draw(geometry_, frame_, drawn_, indices_, with_needle_);
+  return labels_->read(layer);
 }
 
 std::vector<gpu::Timestamps::Span> Renderer::stage_times() const {

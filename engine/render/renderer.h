@@ -10,6 +10,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/render/camera.h"
 #include "engine/render/geometry.h"
+#include "engine/render/label_pass.h"
 #include "engine/state/frame_state.h"
 
 #include <Eigen/Core>
@@ -51,6 +52,8 @@ public:
                            const PlaneTexture& ultrasound = {});
   /// The picture last rendered.
   const gpu::Image& image() const { return target_; }
+  /// Labels and depths of the picture last rendered, of one eye; a pass of its own, which runs only here.
+  ViewLabels read_labels(std::uint32_t layer = 0);
   const RenderSettings& settings() const { return settings_; }
   /// The eyes of the last frame, to project points as it does.
   const std::vector<Eye>& eyes() const { return eyes_; }
@@ -97,6 +100,8 @@ private:
   gpu::FrameRing ring_;
   gpu::Timestamps timestamps_;
   std::uint64_t submission_ = 0;
+  bool with_needle_ = false;         ///< of the last frame
+  std::optional<LabelPass> labels_;  ///< made when labels are asked for the first time
 };
 
 }  // namespace stylet::render

@@ -7,6 +7,7 @@
 namespace stylet::session {
 namespace {
 
+constexpr double kDrawnIn = 0.3;    // s; a breath that is drawn once and held
 constexpr double kShortest = 0.75;  // of a period: the fastest breath that is still taken between two holds
 
 /// Time integral of a rate that rises linearly to 1 within `ramp` and, `length` after its start, has fallen to 0 in
@@ -41,6 +42,10 @@ double breaths(const content::Breathing& breathing, double time_s) {
 }
 
 double inspiration(const content::Breathing& breathing, double time_s) {
+  if (breathing.drawn_once) {
+    const double t = std::clamp(time_s / kDrawnIn, 0.0, 1.0);
+    return breathing.amplitude * *breathing.drawn_once * t * t * (3 - 2 * t);
+  }
   const double s = std::sin(std::numbers::pi * breaths(breathing, time_s));
   return breathing.amplitude * s * s * s * s;
 }

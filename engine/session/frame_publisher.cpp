@@ -25,6 +25,7 @@ state::FrameState rest_frame(const content::Scene& scene) {
   const physics::RigidPose probe = probe_pose(scene, 0);
   frame.probe_position = probe.position.cast<float>();
   frame.probe_orientation = probe.orientation.cast<float>();
+  if (!scene.targets.empty()) frame.target = scene.targets.front().centre.cast<float>();
   return frame;
 }
 
@@ -98,6 +99,7 @@ void FramePublisher::simulation_stepped(const SimulationStepRecord& record, cons
       }
     }
     const double distance = (needle.positions.col(needle.node_count - 1) - centre).norm();
+    frame_.target = centre.cast<float>();
     frame_.target_distance = static_cast<float>(distance);
     if (distance < closest_) {
       closest_ = distance;

@@ -42,6 +42,23 @@ view::Picture Pictures::read_view() const {
   return both;
 }
 
+render::ViewLabels Pictures::view_labels() {
+  render::ViewLabels left = renderer_.read_labels(0);
+  if (!stereo_) return left;
+  const render::ViewLabels right = renderer_.read_labels(1);
+  const auto width = static_cast<std::size_t>(renderer_.settings().width);
+  render::ViewLabels both;
+  for (std::size_t row = 0; row < left.labels.size(); row += width) {
+    for (const render::ViewLabels* eye : std::initializer_list<const render::ViewLabels*>{&left, &right}) {
+      const auto first = static_cast<std::ptrdiff_t>(row);
+      const auto end = static_cast<std::ptrdiff_t>(row + width);
+      both.labels.insert(both.labels.end(), eye->labels.begin() + first, eye->labels.begin() + end);
+      both.depth.insert(both.depth.end(), eye->depth.begin() + first, eye->depth.begin() + end);
+    }
+  }
+  return both;
+}
+
 view::Picture compose_frame(const Pictures::Moment& moment, const state::FrameState& state, const ForceTrace& trace,
                             const Font& font, int width, int height) {
   const view::Pane plot = view::PaneLayout::of(width, height, true).plot;

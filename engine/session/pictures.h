@@ -11,6 +11,7 @@
 #include "engine/view/picture.h"
 
 #include <cstdint>
+#include <vector>
 
 namespace stylet::session {
 
@@ -33,6 +34,11 @@ public:
     view::Picture ultrasound;  ///< B-mode image, grey
   };
   Moment draw(const state::FrameState& state, const content::Camera& camera);
+  /// Label map of the ultrasound image last drawn; see ultrasound::Imager::read_label_map.
+  std::vector<std::uint8_t> ultrasound_labels() { return imager_.read_label_map(); }
+
+  /// Labels and depths of the view last drawn, both eyes side by side as there; see render::LabelPass.
+  render::ViewLabels view_labels();
 
 private:
   view::Picture read_view() const;

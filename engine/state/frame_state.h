@@ -22,6 +22,7 @@ struct FrameState {
   Eigen::Vector3f breath = Eigen::Vector3f::Zero();  ///< motion of rigid organs that breathe, m
   Eigen::Vector3f force = Eigen::Vector3f::Zero();   ///< on the hand
   float insertion_depth = 0;                         ///< arc length of needle in tissue, m
+  Eigen::Vector3f target = Eigen::Vector3f::Zero();  ///< centre of the first target as the tissue carries it
   float target_distance = 0;                         ///< tip to target centre, m
   float probe_force = 0;                             ///< that presses the probe on the skin, along its axis, N
   float probe_area = 0;                              ///< of the skin that it touches, m^2

@@ -31,6 +31,7 @@ void for_each_value(State& s, Vector&& vector, Rotation&& rotation, Scalar&& sca
   rotation(s.probe_orientation);
   vector(s.breath);
   vector(s.force);
+  vector(s.target);
   scalar(s.insertion_depth);
   scalar(s.target_distance);
   scalar(s.probe_force);

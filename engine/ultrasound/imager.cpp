@@ -7,6 +7,7 @@
 #include "shaders/ultrasound_axial.comp.h"
 #include "shaders/ultrasound_detect.comp.h"
 #include "shaders/ultrasound_echo.comp.h"
+#include "shaders/ultrasound_label_map.comp.h"
 #include "shaders/ultrasound_lateral.comp.h"
 #include "shaders/ultrasound_needle.comp.h"
 #include "shaders/ultrasound_scan_convert.comp.h"
@@ -14,6 +15,7 @@
 #include "shaders/ultrasound_tissue.comp.h"
 
 #include <algorithm>
+#include <optional>
 #include <span>
 
 namespace stylet::ultrasound {
@@ -93,6 +95,9 @@ struct Imager::Passes {
   Buffer display;
   gpu::Image picture;
   gpu::Timestamps times;
+  // Made when labels are asked for the first time.
+  std::optional<ComputePipeline> label_map;
+  std::optional<Buffer> labels;
 };
 
 Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const ImagerSettings& settings)
@@ -252,6 +257,23 @@ std::vector<std::uint8_t> Imager::read_back() {
   std::vector<std::uint8_t> grey(rgba.size() / 4);
   for (std::size_t i = 0; i < grey.size(); ++i) grey[i] = std::to_integer<std::uint8_t>(rgba[4 * i]);
   return grey;
+}
+
+std::vector<std::uint8_t> Imager::read_label_map() {
+  Passes& p = *passes_;
+  const FrameConstants& c = p.model.constants();
+  if (!p.label_map) {
+    p.label_map.emplace(p.device, ultrasound_label_map_comp, interface(4));
+    p.labels.emplace(storage(p.device, static_cast<std::size_t>(c.width) * c.height * sizeof(std::uint32_t)));
+  }
+  gpu::run_now(p.device, [&](gpu::Commands& commands) {
+    commands.dispatch(
+        *p.label_map,
+        {read(0, p.frame), read(1, p.rest), read(2, p.voxels), read(3, p.segments.buffer()), write(4, *p.labels)},
+        {(static_cast<std::uint32_t>(c.width) + kGroup - 1) / kGroup, static_cast<std::uint32_t>(c.height), 1});
+  });
+  const std::vector<std::uint32_t> words = gpu::read_back<std::uint32_t>(p.device, *p.labels);
+  return {words.begin(), words.begin() + static_cast<std::ptrdiff_t>(c.width) * c.height};
 }
 
 std::vector<float> Imager::read_back_envelope() {

@@ -59,6 +59,10 @@ public:
   /// Why the image last made is black, one line; empty: it shows something.
   std::string diagnosis() const;
 
+  /// What each pixel of the picture last made shows: indices of content::PictureLabels, row by row from the top.
+  /// Nearest tissue, not interpolated; a pass of its own, which runs only here. [width * height]
+  std::vector<std::uint8_t> read_label_map();
+
   /// GPU time of each pass of the picture last made; call when it is done.
   std::vector<gpu::Timestamps::Span> pass_times() const;
 

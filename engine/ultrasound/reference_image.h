@@ -41,6 +41,8 @@ public:
 
   /// Envelope of the last image before depth gain and log compression, 1 = rms of liver. [sample][line]
   const std::vector<float>& envelope() const { return envelope_; }
+  /// What each pixel of the last image shows: indices of content::PictureLabels, row by row from the top.
+  std::vector<std::uint8_t> label_map() const;
   const SectorGeometry& geometry() const { return model_.sector(); }
   const ScanGeometry& scan() const { return model_.scan(); }
 
@@ -67,6 +69,7 @@ private:
   void detect();
   void scan_convert();
 
+  bool on_needle(const Eigen::Vector2f& p, float range) const;
   Eigen::Vector3f voxel_position(const Eigen::Vector3f& rest) const;
   int voxel_at(const Eigen::Vector3i& voxel) const;
   int tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const;

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -120,6 +121,67 @@ TEST_F(Render3d, WhatBreathesGoesWithTheBreath) {
     EXPECT_NEAR(found.x(), expected.x(), 0.5) << breathes;
     EXPECT_NEAR(found.y(), expected.y(), 0.5) << breathes;
   }
+}
+
+TEST_F(Render3d, LabelsAndDepthsAreThoseOfTheNearestSurface) {
+  const Vector3d centre(0.03, -0.02, 0.05);
+  const double radius = 0.006;
+  leave_only_a_ball(centre, radius, -1);
+  // Twice the ball, as glass and twice as large, behind: the nearer one hides it where they overlap.
+  content::Surface behind = scene.surfaces[0];
+  const Vector3d along = (centre - scene.camera.eye).normalized();
+  for (auto& p : behind.positions) {
+    p = (centre + 0.05 * along + 2 * (p.cast<double>() - centre)).cast<float>();
+  }
+  behind.tissue = 3;
+  scene.tissues[3].colour = {0.5F, 0.2F, 0.1F, 0.7F};
+  scene.surfaces.push_back(behind);
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .views = 2});
+  renderer.render(without_needle(tests::rest_state(scene)), scene.camera);
+  for (const std::uint32_t layer : {0u, 1u}) {
+    const ViewLabels view = renderer.read_labels(layer);
+    ASSERT_EQ(view.labels.size(), std::size_t{320 * 240});
+    const Eye& eye = renderer.eyes()[layer];
+    const Vector3d forward = (scene.camera.look_at - scene.camera.eye).normalized();
+    int wrong = 0;
+    int near_pixels = 0;
+    for (int i = 0; i < 320 * 240; ++i) {
+      // Oracle: how far the pixel is from the projected centres, in radii.
+      const auto radii = [&](const Vector3d& c, double r) {
+        const Vector3d at = project(eye, c, 320, 240);
+        return std::hypot(at.x() - (i % 320 + 0.5), at.y() - (int(i / 320) + 0.5)) /
+               (120 / std::tan(scene.camera.vertical_fov / 2) * r / at.z());
+      };
+      const double near_ball = radii(centre, radius);
+      const double far_ball = radii(centre + 0.05 * along, 2 * radius);
+      if (std::abs(near_ball - 1) < 0.15 || std::abs(far_ball - 1) < 0.15) continue;  // facets and perspective
+      const int expected = near_ball < 1 ? scene.surfaces[0].tissue : far_ball < 1 ? 3 : 0;
+      near_pixels += near_ball < 1 ? 1 : 0;
+      const auto pixel = static_cast<std::size_t>(i);
+      wrong += view.labels[pixel] != expected || (view.depth[pixel] == 0) != (expected == 0) ? 1 : 0;
+    }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GT(near_pixels, 50);
+    const Vector3d at = project(eye, centre, 320, 240);
+    const std::size_t middle = static_cast<std::size_t>(at.y()) * 320 + static_cast<std::size_t>(at.x());
+    const Vector3d d = centre - eye.position;
+    const double depth = (d.norm() - radius) * d.dot(forward) / d.norm();
+    EXPECT_NEAR(view.depth[middle] * double(kDepthUnit), depth, 3e-4);  // half a pixel and the facets
+  }
+}
+
+TEST_F(Render3d, LabelsTellNeedleAndProbeFromTissues) {
+  const int tissues = static_cast<int>(scene.tissues.size());
+  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  renderer.render(tests::rest_state(scene), scene.camera);
+  const auto count = [&](int label) {
+    const ViewLabels view = renderer.read_labels();
+    return std::count(view.labels.begin(), view.labels.end(), label);
+  };
+  EXPECT_GT(count(tissues + 2), 20) << "needle";
+  EXPECT_GT(count(tissues + 3), 20) << "probe";
+  renderer.render(without_needle(tests::rest_state(scene)), scene.camera);
+  EXPECT_EQ(count(tissues + 2), 0);
 }
 
 TEST_F(Render3d, NormalsTurnWithTheTissue) {

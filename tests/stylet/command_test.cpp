@@ -1,3 +1,4 @@
+#include "tests/stylet/command.h"
 #include "engine/content/motion.h"
 #include "tests/content/glb.h"
 #include "tests/content/shapes.h"
@@ -5,17 +6,13 @@
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
-#include <sys/wait.h>
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -29,47 +26,9 @@
 namespace stylet {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 
 const fs::path kContent = fs::path(STYLET_SOURCE_DIR) / "content";
-
-struct Outcome {
-  int exit_code = -1;
-  std::string output;  // stdout and stderr
-  std::ptrdiff_t lines() const { return std::count(output.begin(), output.end(), '\n'); }
-};
-
-Outcome run(const std::string& arguments, const fs::path& binary = STYLET_COMMAND) {
-  // Leaks are looked for where the process is ours alone; the Vulkan driver keeps memory until the end.
-  const std::string command =
-      fmt::format("ASAN_OPTIONS=detect_leaks=0 '{}' {} 2>&1 </dev/null", binary.string(), arguments);
-  Outcome outcome;
-  FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) return outcome;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
-    outcome.output.append(buffer.data(), n);
-  const int status = ::pclose(pipe);
-  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
-  // Where the tests ask for the validation layers, the passes of whole sessions answer to them.
-  EXPECT_EQ(outcome.output.find("Vulkan validation"), std::string::npos) << arguments << '\n' << outcome.output;
-  return outcome;
-}
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// Relative to the folder.
-std::set<std::string> files_below(const fs::path& folder) {
-  std::set<std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) files.insert(fs::relative(entry.path(), folder).string());
-  }
-  return files;
-}
 
 class Command : public ::testing::Test {
 protected:

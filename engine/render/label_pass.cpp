@@ -1,0 +1,97 @@
+#include "engine/render/label_pass.h"
+
+#include "engine/render/render_pass.h"
+
+#include <array>
+
+#include "shaders/label.frag.h"
+#include "shaders/surface.vert.h"
+
+namespace stylet::render {
+namespace {
+
+gpu::ImageSettings attachment(int width, int height, int views, VkFormat format, VkImageUsageFlags usage) {
+  return {.width = static_cast<std::uint32_t>(width),
+          .height = static_cast<std::uint32_t>(height),
+          .layers = static_cast<std::uint32_t>(views),
+          .format = format,
+          .usage = usage,
+          .array_view = true};
+}
+
+gpu::GraphicsSettings label_pipeline(VkRenderPass render_pass) {
+  gpu::GraphicsSettings settings;
+  settings.vertex = surface_vert;
+  settings.fragment = label_frag;
+  settings.interface = {.slots = {gpu::Slot::uniform_buffer, gpu::Slot::storage_buffer},
+                        .push_constant_bytes = sizeof(SurfaceStyle)};
+  settings.render_pass = render_pass;
+  settings.cull = VK_CULL_MODE_BACK_BIT;
+  settings.depth_test = true;
+  settings.depth_write = true;
+  return settings;
+}
+
+}  // namespace
+
+LabelPass::LabelPass(gpu::Device& device, int width, int height, int views)
+    : device_(device),
+      size_{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)},
+      target_(device, attachment(width, height, views, VK_FORMAT_R32_UINT,
+                                 VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT)),
+      depth_(device,
+             attachment(width, height, views, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT)),
+      render_pass_(make_render_pass(device, target_, depth_, target_, static_cast<std::uint32_t>(views))),
+      framebuffer_(make_framebuffer(device, render_pass_.get(), target_, depth_, target_)),
+      pipeline_(device, label_pipeline(render_pass_.get())) {}
+
+void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const gpu::Buffer& drawn,
+                     const gpu::Buffer& indices, bool with_needle) {
+  gpu::run_now(device_, [&](gpu::Commands& commands) {
+    const auto resources = {gpu::read(0, frame), gpu::read(1, drawn)};
+    commands.prepare_draw(resources);
+    commands.transition(indices, gpu::kIndexRead);
+    commands.transition(depth_, gpu::kDepthAttachment, true);
+    commands.transition(target_, gpu::kColourAttachment, true);
+    const VkCommandBuffer cmd = commands.handle();
+    const VkRect2D area{{0, 0}, size_};
+    const std::array<VkClearValue, 2> clear{};  // no label; reversed depth: 0 is infinitely far
+    VkRenderPassBeginInfo begin{VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO};
+    begin.renderPass = render_pass_.get();
+    begin.framebuffer = framebuffer_.get();
+    begin.renderArea = area;
+    begin.clearValueCount = clear.size();
+    begin.pClearValues = clear.data();
+    const VkSubpassBeginInfo inline_commands{VK_STRUCTURE_TYPE_SUBPASS_BEGIN_INFO};
+    vkCmdBeginRenderPass2(cmd, &begin, &inline_commands);
+    const auto width = static_cast<float>(size_.width);
+    const auto height = static_cast<float>(size_.height);
+    const VkViewport viewport{0, height, width, -height, 0, 1};  // as the renderer's
+    vkCmdSetViewport(cmd, 0, 1, &viewport);
+    vkCmdSetScissor(cmd, 0, 1, &area);
+    vkCmdBindIndexBuffer(cmd, indices.handle(), 0, VK_INDEX_TYPE_UINT32);
+    const auto draw_pieces = [&](const std::vector<Piece>& pieces) {
+      for (const Piece& piece : pieces) {
+        commands.bind(pipeline_, resources, piece.style);
+        vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
+      }
+    };
+    draw_pieces(geometry.solids);
+    draw_pieces(geometry.glass);
+    draw_pieces(geometry.covers);
+    if (with_needle) draw_pieces(geometry.needle_pieces);
+    const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
+    vkCmdEndRenderPass2(cmd, &end);
+  });
+}
+
+ViewLabels LabelPass::read(std::uint32_t layer) const {
+  ViewLabels view;
+  for (const std::uint32_t word : gpu::read_back<std::uint32_t>(device_, target_, layer)) {
+    view.labels.push_back(static_cast<std::uint8_t>(word & 0xFF));
+    view.depth.push_back(static_cast<std::uint16_t>(word >> 8));
+  }
+  return view;
+}
+
+}  // namespace stylet::render

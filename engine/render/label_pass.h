@@ -1,0 +1,40 @@
+// The 3-D view once more, as labels and depths instead of colours: for people who train networks on it.
+#pragma once
+
+#include "engine/gpu/commands.h"
+#include "engine/render/geometry.h"
+#include "shaders/shared.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace stylet::render {
+
+/// Of each pixel, row by row from the top.
+struct ViewLabels {
+  std::vector<std::uint8_t> labels;  ///< indices of content::PictureLabels, 0: no surface
+  std::vector<std::uint16_t> depth;  ///< along the viewing direction, in kDepthUnit; 0: no surface, 65535: or farther
+};
+
+/// Draws the nearest surface at the centre of each pixel, translucent ones as opaque ones; the ultrasound plane is no
+/// surface. Not smoothed: a pixel has one label.
+class LabelPass {
+public:
+  LabelPass(gpu::Device& device, int width, int height, int views);
+
+  /// Submits and waits. @param frame, drawn, indices  as the renderer filled them
+  void draw(const Geometry& geometry, const gpu::Buffer& frame, const gpu::Buffer& drawn, const gpu::Buffer& indices,
+            bool with_needle);
+  ViewLabels read(std::uint32_t layer) const;
+
+private:
+  gpu::Device& device_;
+  VkExtent2D size_;
+  gpu::Image target_;
+  gpu::Image depth_;
+  gpu::RenderPassHandle render_pass_;
+  gpu::FramebufferHandle framebuffer_;
+  gpu::GraphicsPipeline pipeline_;
+};
+
+}  // namespace stylet::render

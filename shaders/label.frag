@@ -1,0 +1,18 @@
+#version 460
+// What surface a pixel of the 3-D view shows, and how far away: every surface counts as opaque, covers where they are
+// more than half there.
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/shared.h"
+#include "shaders/cover_window.glsl"
+
+layout(set = 0, binding = 0, std140) uniform Frame { FrameUniforms frame; };
+layout(push_constant) uniform Push { SurfaceStyle style; };
+layout(location = 0) in vec4 position;
+layout(location = 1) in vec3 normal;
+layout(location = 0) out uint label_and_depth;
+
+void main() {
+  if (style.kind.x == kCover && outside_window(frame, position.xyz) < 0.5) discard;
+  float depth = 1.0 / gl_FragCoord.w;  // along the viewing direction, m
+  label_and_depth = (style.kind.y & 0xffu) | uint(clamp(depth / kDepthUnit + 0.5, 1.0, 65535.0)) << 8;
+}

@@ -1,0 +1,192 @@
+// Random ultrasound frames with labels, for people who train networks: any number, on any number of machines.
+#include "tools/stylet/render.h"
+
+#include "engine/content/error.h"
+#include "engine/gpu/device.h"
+#include "engine/session/coupled_loops.h"
+#include "engine/session/dataset_folder.h"
+#include "engine/session/label_preview.h"
+#include "engine/session/random_frame.h"
+#include "engine/session/replay.h"
+#include "engine/session/session_report.h"
+#include "engine/session/tracked_transforms.h"
+#include "engine/ultrasound/imager.h"
+#include "engine/view/png_bytes.h"
+#include "tools/stylet/commands.h"
+#include "tools/stylet/interrupt.h"
+#include "tools/stylet/progress.h"
+#include "tools/stylet/session_options.h"
+#include "tools/stylet/version.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdio>
+
+namespace stylet::tools {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Of the frames 0, 1, 2 ... every `of`th from `index` on.
+struct Shard {
+  std::uint64_t index = 0;
+  std::uint64_t of = 1;
+};
+
+Shard parse_shard(const std::string& text) {
+  if (text.empty()) return {};
+  unsigned index = 0;
+  unsigned of = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%u/%u%c", &index, &of, &rest) != 2 || of == 0 || index >= of) {
+    throw content::ContentError(fmt::format("--shard {}: give I/N with I from 0 to N - 1, such as 0/8", text));
+  }
+  return {index, of};
+}
+
+Json ranges_json(const session::RandomRanges& r) {
+  return {{"from_s", r.from_s},
+          {"to_s", r.to_s},
+          {"slide_mm", r.slide_mm},
+          {"slide_across_mm", r.slide_across_mm},
+          {"press_mm", r.press_mm},
+          {"tilt_deg", r.tilt_deg},
+          {"rock_deg", r.rock_deg},
+          {"twist_deg", r.twist_deg},
+          {"needle_shift_mm", r.needle_shift_mm},
+          {"needle_tilt_deg", r.needle_tilt_deg},
+          {"attenuation_share", r.attenuation_share},
+          {"backscatter_db", r.backscatter_db},
+          {"impedance_share", r.impedance_share},
+          {"texture_share", r.texture_share}};
+}
+
+Json numbers(const Eigen::Vector3f& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+Json about(std::uint64_t index, const content::Scene& scene, const session::RandomFrame& frame,
+           const session::SettledFrame& settled, const ultrasound::SectorGeometry& geometry,
+           const gpu::DeviceIdentity& gpu) {
+  Json json{{"format", "stylet-dataset-frame"},
+            {"version", 1},
+            {"index", index},
+            {"speckle_seed", frame.seed},
+            {"motion_s", frame.motion_s},
+            {"inspiration", scene.breathing.amplitude * frame.inspiration}};
+  const state::FrameState& state = settled.state;
+  json["speed_m_per_s"] = settled.speed;
+  for (const session::NamedTransform& transform : session::tracked_transforms(state, geometry)) {
+    Json& rows = json["transforms"][transform.name];
+    for (int i = 0; i < 16; ++i) rows.push_back(transform.matrix(i / 4, i % 4));
+  }
+  for (const Eigen::Vector3f& node : state.needle_positions) json["needle"]["nodes_m"].push_back(numbers(node));
+  json["needle"]["insertion_depth_m"] = state.insertion_depth;
+  json["needle"]["target_distance_m"] = state.target_distance;
+  json["needle"]["force_n"] = numbers(state.force);
+  json["probe"] = {{"force_n", state.probe_force}, {"area_m2", state.probe_area}};
+  for (std::size_t i = 1; i < scene.tissues.size(); ++i) {
+    const content::Acoustics& a = scene.tissues[i].acoustics;
+    json["tissues"][scene.tissues[i].name] = {{"impedance_rayl", a.impedance_rayl},
+                                              {"attenuation_db_per_cm_mhz", a.attenuation_db_per_cm_mhz},
+                                              {"backscatter_db", a.backscatter_db},
+                                              {"texture_db", a.texture_db}};
+  }
+  json["gpu"] = gpu.name;
+  json["gpu_driver"] = gpu.driver;
+  return json;
+}
+
+std::vector<session::FrameFile> draw(ultrasound::Imager& imager, const state::FrameState& state, bool preview) {
+  imager.image(state);
+  const ultrasound::SectorGeometry& size = imager.geometry();
+  const std::vector<std::uint8_t> grey = imager.read_back();
+  const std::vector<std::uint8_t> labels = imager.read_label_map();
+  std::vector<session::FrameFile> files{{"image", view::png_bytes(size.width, size.height, grey)},
+                                        {"labels", view::png_bytes(size.width, size.height, labels)}};
+  if (preview) {
+    files.push_back({"preview", view::png_bytes(session::label_preview(
+                                    session::grey_picture(size.width, size.height, grey), labels))});
+  }
+  return files;
+}
+
+}  // namespace
+
+int render_dataset(const RenderOptions& options) {
+  const Size size = parse_size("--ultrasound-size", options.ultrasound_size);
+  const Shard shard = parse_shard(options.shard);
+  if (!options.ultrasound) {
+    throw content::ContentError(
+        "--random: goes with --ultrasound; of the 3-D view there are frames of the motion only");
+  }
+  Progress progress;
+  const content::Scene scene = load_scene(options.scenario, progress);
+  const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
+  session::RandomRanges ranges = options.ranges;
+  const double end_s = scene.motion.stylus.empty() ? 0 : scene.motion.stylus.back().time_s;
+  ranges.from_s = options.from_s;
+  ranges.to_s = options.to_s.value_or(end_s);
+  if (!(ranges.from_s >= 0 && ranges.from_s <= ranges.to_s && ranges.to_s <= end_s)) {
+    throw content::ContentError(fmt::format("--from {} --to {}: the range must lie within the motion, 0 to {} s",
+                                            ranges.from_s, ranges.to_s, end_s));
+  }
+  const content::PictureLabels legend(scene);
+  gpu::Device gpu({.gpu = options.gpu});
+  content::Scene dressed = scene;
+  const ultrasound::ImagerSettings look{.width = size.width, .height = size.height, .depth_scale = false};
+  const double mm_per_pixel =
+      ultrasound::SectorGeometry::fit(ultrasound::ScanGeometry::of(scene.probe, look.line_oversampling), size.width,
+                                      size.height)
+          .mm_per_pixel();
+  const session::DatasetFolder folder(options.out,
+                                      {{"format", "stylet-dataset"},
+                                       {"version", 1},
+                                       {"build", build_name()},
+                                       {"scenario", scene.name},
+                                       {"scenario_hash", session::hash_text(session::file_hash(scene.scenario))},
+                                       {"coupling", session::coupling_name(coupling)},
+                                       {"seed", options.seed},
+                                       {"frames", options.random},
+                                       {"previews", options.previews},
+                                       {"width", size.width},
+                                       {"height", size.height},
+                                       {"mm_per_pixel", mm_per_pixel},
+                                       {"ranges", ranges_json(ranges)},
+                                       {"labels", legend_json(legend)}});
+  std::uint64_t made = 0;
+  std::uint64_t kept = 0;
+  for (std::uint64_t index = shard.index; index < options.random; index += shard.of) {
+    if (options.only && index != *options.only) continue;
+    const auto show = [&](double share) {
+      throw_if_interrupted();
+      progress.show("Drawing frames", (static_cast<double>(index) + share * static_cast<double>(shard.of)) /
+                                          static_cast<double>(options.random));
+    };
+    show(0);
+    if (folder.whole(index)) {
+      ++kept;
+      continue;
+    }
+    const session::RandomFrame frame = session::draw_random_frame(scene, ranges, options.seed, index);
+    session::dress(dressed, frame);
+    const session::SettledFrame settled = session::settle(dressed, coupling, frame, show);
+    ultrasound::ImagerSettings settings = look;
+    settings.seed = frame.seed;
+    ultrasound::Imager imager(gpu, dressed, settings);
+    const bool preview = options.previews > 0 && index % static_cast<std::uint64_t>(options.previews) == 0;
+    const std::vector<session::FrameFile> files = draw(imager, settled.state, preview);
+    Json made_of = about(index, dressed, frame, settled, imager.geometry(), gpu.identity());
+    if (const std::string black = imager.diagnosis(); !black.empty()) made_of["black"] = black;
+    folder.put(index, files, std::move(made_of));
+    ++made;
+  }
+  progress.done();
+  fmt::print("{}: {} frames drawn, {} were there; {} of {} in all\n", options.out, made, kept,
+             folder.count(options.random), options.random);
+  return kExitYes;
+}
+
+}  // namespace stylet::tools

@@ -1,0 +1,254 @@
+// Frames of a scenario's motion: the 3-D view and the ultrasound image, or the image alone as a tracked sequence.
+#include "tools/stylet/render.h"
+
+#include "engine/content/error.h"
+#include "engine/content/scenario.h"
+#include "engine/gpu/device.h"
+#include "engine/session/coupled_loops.h"
+#include "engine/session/frame_clock.h"
+#include "engine/session/frame_publisher.h"
+#include "engine/session/label_preview.h"
+#include "engine/session/lockstep.h"
+#include "engine/session/output_directory.h"
+#include "engine/session/pictures.h"
+#include "engine/session/sequence_file.h"
+#include "engine/session/session_report.h"
+#include "engine/session/state_hash.h"
+#include "engine/session/step_hash.h"
+#include "engine/session/tracked_transforms.h"
+#include "engine/ultrasound/imager.h"
+#include "engine/view/png_bytes.h"
+#include "tools/stylet/commands.h"
+#include "tools/stylet/interrupt.h"
+#include "tools/stylet/progress.h"
+#include "tools/stylet/session_options.h"
+#include "tools/stylet/version.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace stylet::tools {
+
+namespace {
+
+content::Camera chosen_camera(const RenderOptions& options, const content::Scene& scene) {
+  if (options.camera.empty()) return scene.camera;
+  const std::vector<double>& c = options.camera;
+  if (!std::ranges::all_of(c, [](double v) { return std::isfinite(v); })) {
+    throw content::ContentError("--camera: every number must be finite");
+  }
+  content::Camera camera = scene.camera;
+  camera.eye = {c[0], c[1], c[2]};
+  camera.look_at = {c[3], c[4], c[5]};
+  if ((camera.eye - camera.look_at).norm() < 1e-3) {
+    throw content::ContentError("--camera: the eye and the point it looks at are the same; move one of them");
+  }
+  return camera;
+}
+
+/// Of the pixels: for a manifest.
+std::string pixel_hash(int width, std::span<const std::uint8_t> bytes) {
+  session::StateHash hash;
+  hash.add(static_cast<std::uint64_t>(width));
+  for (const std::uint8_t byte : bytes) hash.add(std::uint64_t{byte});
+  return session::hash_text(hash.value());
+}
+
+/// The pictures that a manifest of an earlier run lists; none where there is no such manifest.
+std::vector<std::string> listed_files(const std::filesystem::path& manifest) {
+  std::vector<std::string> files;
+  std::ifstream in(manifest);
+  const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
+  if (!json.is_object() || json.value("format", nlohmann::json()) != "stylet-frames") return files;
+  if (json.contains("sequence") && json["sequence"].is_string()) files.push_back(json["sequence"]);
+  for (const nlohmann::json& frame : json.value("frames", nlohmann::json::array())) {
+    for (const char* key : {"view", "ultrasound", "ultrasound_labels", "ultrasound_preview", "view_labels",
+                            "view_depth", "view_preview"}) {
+      if (frame.is_object() && frame.contains(key) && frame[key].is_string()) files.push_back(frame[key]);
+    }
+  }
+  return files;
+}
+
+constexpr double kDepthMm = 0.1;  // render::kDepthUnit
+static_assert(render::kDepthUnit == 1e-4F);
+constexpr const char* kSequence = "ultrasound.igs.mha";
+
+/// Draws frames into the staged folder and lists them.
+class FrameDrawer {
+public:
+  FrameDrawer(const RenderOptions& options, gpu::Device& gpu, const content::Scene& scene,
+              const session::OutputDirectory& out)
+      : options_(options), out_(out), camera_(chosen_camera(options, scene)), legend_(scene) {
+    const Size size = parse_size("--ultrasound-size", options.ultrasound_size);
+    if (options.ultrasound) {
+      imager_ = std::make_unique<ultrasound::Imager>(
+          gpu, scene, ultrasound::ImagerSettings{.width = size.width, .height = size.height, .seed = options.seed});
+      sequence_ = std::make_unique<session::SequenceFile>(out.staged(kSequence), size.width, size.height);
+      return;
+    }
+    const Size view = parse_size("--size", options.size);
+    pictures_ = std::make_unique<session::Pictures>(gpu, scene,
+                                                    session::PictureSettings{.view_width = view.width,
+                                                                             .view_height = view.height,
+                                                                             .ultrasound_width = size.width,
+                                                                             .ultrasound_height = size.height,
+                                                                             .stereo = options.stereo,
+                                                                             .seed = options.seed});
+  }
+
+  void draw(int frame, const state::FrameState& state) {
+    nlohmann::ordered_json entry{{"time_s", state.time_s}};
+    if (pictures_) {
+      draw_both(frame, state, entry);
+    } else {
+      draw_ultrasound(frame, state, entry);
+    }
+    entry["force_n"] = {state.force.x(), state.force.y(), state.force.z()};
+    entry["insertion_depth_m"] = state.insertion_depth;
+    entry["target_distance_m"] = state.target_distance;
+    entry["probe_force_n"] = state.probe_force;
+    entry["probe_area_m2"] = state.probe_area;
+    frames_.push_back(std::move(entry));
+  }
+
+  /// What the frames have in common, and the frames.
+  void finish(nlohmann::ordered_json& manifest) {
+    if (options_.labels) manifest["labels"] = legend_json(legend_);
+    if (options_.labels && pictures_) manifest["view_depth_mm_per_unit"] = kDepthMm;
+    if (sequence_) {
+      sequence_->close();
+      manifest["sequence"] = kSequence;
+      manifest["ultrasound_mm_per_pixel"] = imager_->geometry().mm_per_pixel();
+    }
+    manifest["frames"] = std::move(frames_);
+  }
+
+private:
+  bool has_preview(int frame) const {
+    return options_.labels && options_.previews > 0 && frame % options_.previews == 0;
+  }
+
+  void draw_both(int frame, const state::FrameState& state, nlohmann::ordered_json& entry) {
+    const auto [view, ultrasound] = pictures_->draw(state, camera_);
+    const std::string view_name = fmt::format("view_{:05}.png", frame);
+    const std::string ultrasound_name = fmt::format("ultrasound_{:05}.png", frame);
+    view::write_png(out_.staged(view_name), view);
+    view::write_png(out_.staged(ultrasound_name), ultrasound);
+    entry["view"] = view_name;
+    entry["view_hash"] = pixel_hash(view.width, view.rgba);
+    entry["ultrasound"] = ultrasound_name;
+    entry["ultrasound_hash"] = pixel_hash(ultrasound.width, ultrasound.rgba);
+    if (!options_.labels) return;
+    const render::ViewLabels seen = pictures_->view_labels();
+    draw_labels("view", frame, seen.labels, view, entry);
+    const std::string depth_name = fmt::format("view_depth_{:05}.png", frame);
+    out_.write(depth_name, view::png_bytes(view.width, view.height, seen.depth));
+    entry["view_depth"] = depth_name;
+    draw_labels("ultrasound", frame, pictures_->ultrasound_labels(), ultrasound, entry);
+  }
+
+  void draw_ultrasound(int frame, const state::FrameState& state, nlohmann::ordered_json& entry) {
+    imager_->image(state);
+    const std::vector<std::uint8_t> grey = imager_->read_back();
+    const ultrasound::SectorGeometry& geometry = imager_->geometry();
+    const std::string name = fmt::format("ultrasound_{:05}.png", frame);
+    out_.write(name, view::png_bytes(geometry.width, geometry.height, grey));
+    sequence_->add(
+        {.time_s = state.time_s, .pixels = grey, .transforms = session::tracked_transforms(state, geometry)});
+    entry["ultrasound"] = name;
+    entry["ultrasound_hash"] = pixel_hash(geometry.width, grey);
+    if (options_.labels) {
+      draw_labels("ultrasound", frame, imager_->read_label_map(),
+                  session::grey_picture(geometry.width, geometry.height, grey), entry);
+    }
+  }
+
+  /// @param of  "view" or "ultrasound"
+  void draw_labels(const std::string& of, int frame, const std::vector<std::uint8_t>& labels,
+                   const view::Picture& picture, nlohmann::ordered_json& entry) {
+    const std::string name = fmt::format("{}_labels_{:05}.png", of, frame);
+    out_.write(name, view::png_bytes(picture.width, picture.height, labels));
+    entry[of + "_labels"] = name;
+    if (!has_preview(frame)) return;
+    const std::string preview = fmt::format("{}_preview_{:05}.png", of, frame);
+    out_.write(preview, view::png_bytes(session::label_preview(picture, labels)));
+    entry[of + "_preview"] = preview;
+  }
+
+  const RenderOptions& options_;
+  const session::OutputDirectory& out_;
+  content::Camera camera_;
+  content::PictureLabels legend_;
+  std::unique_ptr<session::Pictures> pictures_;  // of both
+  std::unique_ptr<ultrasound::Imager> imager_;   // of the ultrasound image alone
+  std::unique_ptr<session::SequenceFile> sequence_;
+  nlohmann::ordered_json frames_ = nlohmann::ordered_json::array();
+};
+
+}  // namespace
+
+int render_motion(const RenderOptions& options) {
+  parse_size("--size", options.size);  // what is wrong with the options is said before the scene loads
+  parse_size("--ultrasound-size", options.ultrasound_size);
+  Progress progress;
+  const content::Scene scene = load_scene(options.scenario, progress);
+  const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
+  chosen_camera(options, scene);
+  const Stylus stylus = make_stylus(options.device, scene);
+  if (!std::isfinite(stylus.duration_s)) {
+    throw content::ContentError("--device mouse: frames need a motion that repeats; use recorded:FILE or scripted");
+  }
+  const double to_s = options.to_s.value_or(stylus.duration_s);
+  if (!(options.frames_per_second > 0 && options.frames_per_second <= 1000)) {
+    throw content::ContentError("--fps: give a number of frames a second above 0 and up to 1000");
+  }
+  if (!(options.from_s >= 0 && options.from_s <= to_s && to_s <= stylus.duration_s)) {
+    throw content::ContentError(fmt::format("--from {} --to {}: the range must lie within the motion, 0 to {} s",
+                                            options.from_s, to_s, stylus.duration_s));
+  }
+  gpu::Device gpu({.gpu = options.gpu});
+  session::OutputDirectory out(options.out);
+  out.supersede(listed_files(out.destination() / "manifest.json"));
+  FrameDrawer drawer(options, gpu, scene, out);
+  session::StepHash hash;
+  session::FramePublisher publisher(scene);
+  session::FrameClock clock(publisher,
+                            {.frames_per_second = options.frames_per_second, .from_s = options.from_s, .to_s = to_s},
+                            [&](int frame, const state::FrameState& state) { drawer.draw(frame, state); });
+  const haptic::StylusSample first = stylus.device->read(0);
+  session::CoupledLoops loops(scene, coupling, {first.position, first.orientation}, {&hash, &publisher, &clock});
+  // A little longer than asked for: the last frame lies between two simulation steps.
+  const double duration_s = to_s + 2.0 / scene.rates.simulation_hz;
+  session::run_lockstep(loops, *stylus.device, scene, duration_s, [&](double share) {
+    throw_if_interrupted();
+    progress.show("Drawing frames", share);
+  });
+  progress.done();
+  nlohmann::ordered_json manifest{{"format", "stylet-frames"},
+                                  {"version", 1},
+                                  {"build", build_name()},
+                                  {"scenario", scene.scenario.string()},
+                                  {"coupling", session::coupling_name(coupling)},
+                                  {"seed", options.seed},
+                                  {"frames_per_second", options.frames_per_second},
+                                  {"state_hash", session::hash_text(hash.state())},
+                                  {"gpu", gpu.identity().name},
+                                  {"gpu_driver", gpu.identity().driver}};
+  drawer.finish(manifest);
+  session::write_json(out.staged("manifest.json"), manifest);
+  out.commit("manifest.json");
+  const std::string what = options.ultrasound ? fmt::format("{}, {}", options.ultrasound_size, kSequence)
+                                              : fmt::format("{} and {}", options.size, options.ultrasound_size);
+  fmt::print("{}: {} frames of {}, manifest.json\n", out.destination().string(), clock.frames(), what);
+  return kExitYes;
+}
+
+}  // namespace stylet::tools
