@@ -32,10 +32,9 @@ void main() {
     float range = sample_range(s);
     float haze = kHazeNear * exp(-range / kHazeNearDecay) + kHazeFar * exp(-range / kHazeFarDecay);
     // Fixed to the probe and smeared along the face.
-    uvec2 noise = speckle[speckle_texel(vec3(0.2 * sample_position(l, s).x, 0.0, range))];
-    vec4 noise01 = first_looks(noise);
-    echo[index] += haze * 0.70710678 * noise01.xy;
-    if (frame.looks > 1) echo[index + polar_size()] += haze * 0.70710678 * noise01.zw;
-    if (frame.looks > 2) echo[index + 2 * polar_size()] += haze * 0.70710678 * third_look(noise).xy;
+    uint texel = speckle_texel(speckle_lattice(vec3(0.2 * sample_position(l, s).x, 0.0, range)));
+    for (int k = 0; k < frame.looks; ++k) {
+      echo[index + k * polar_size()] += haze * 0.70710678 * speckle_of_look(uint(k), texel);
+    }
   }
 }

@@ -1,19 +1,17 @@
 // Beside the image, when asked for: what each pixel of the picture shows. From the pixel to the nearest sample of the scan,
-// to where that sample lies in the tissue at rest, to the label there; nothing is interpolated. One invocation is one pixel.
+// to the tissue found there; nothing is interpolated. One invocation is one pixel.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
-#define VOXEL_BINDING 2
-#include "shaders/ultrasound_labels.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Rest {
-  vec4 rest[];  // w: body, -1 none
+layout(std430, binding = 1) readonly buffer Found {
+  uint found[];
 };
-layout(std430, binding = 3) readonly buffer Needle {
+layout(std430, binding = 2) readonly buffer Needle {
   NeedleSegment needle[];
 };
-layout(std430, binding = 4) writeonly buffer Labels {
+layout(std430, binding = 3) writeonly buffer Labels {
   uint labels[];  // of pixels, row by row
 };
 
@@ -49,8 +47,8 @@ void main() {
   if (line >= -0.5 && line <= float(frame.lines) - 0.5 && along >= -0.5 && along <= float(frame.samples) - 0.5) {
     int l = clamp(int(floor(line + 0.5)), 0, frame.lines - 1);
     int s = clamp(int(floor(along + 0.5)), 0, frame.samples - 1);
-    vec4 here = rest[polar_index(l, s)];
-    label = tissue_at(ivec3(floor(voxel_position(here.xyz) + 0.5)), int(here.w), true);
+    label = int(found[polar_index(l, s)] >> kTexelBits);
+    if (label == 0) label = frame.gel_tissue;
     if (on_needle(vec2(x, z), range)) label = frame.filler_tissue + 1;
   }
   labels[pixel.y * frame.width + pixel.x] = uint(label);

@@ -1,15 +1,18 @@
 // Pass 4: analytic echoes of the needle and of wires. What is thinner than the beam must be splatted, not sampled:
-// sampling drops it. Runs over the lines and samples that they reach.
+// sampling drops it. A workgroup is a tile that they reach.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
 
-layout(local_size_x = 16) in;
+layout(local_size_x = kTile, local_size_y = kTile) in;
 layout(std430, binding = 1) readonly buffer Needle {
   NeedleSegment needle[];  // from the tip to the hub
 };
 layout(std430, binding = 2) readonly buffer Wires {
   WireSegment wires[];
+};
+layout(std430, binding = 5) readonly buffer Tiles {
+  uint tiles[];
 };
 layout(std430, binding = 3) buffer Echo {
   vec2 echo[];
@@ -38,9 +41,10 @@ float wire_echo(vec2 at, vec2 beam, float range) {
 }
 
 void main() {
-  int l = frame.needle_first_line + int(gl_GlobalInvocationID.x);
-  int s = frame.needle_first_sample + int(gl_GlobalInvocationID.y);
-  if (l >= frame.needle_end_line) return;
+  uint tile = tiles[gl_WorkGroupID.x];
+  int l = int(tile % uint(frame.tile_columns)) * kTile + int(gl_LocalInvocationID.x);
+  int s = int(tile / uint(frame.tile_columns)) * kTile + int(gl_LocalInvocationID.y);
+  if (l >= frame.lines || s >= frame.samples) return;
   vec2 at = sample_position(l, s);
   vec2 beam = line_direction(l);
   float sigma = elevation_sigma(sample_range(s));

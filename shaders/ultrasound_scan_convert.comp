@@ -1,17 +1,20 @@
 // Pass 9: from scan lines to the picture: x = (R0 + r) sin t, z = (R0 + r) cos t - R0, inverted; grey map; depth scale.
-// One invocation is one pixel.
+// One invocation is one pixel, a workgroup kPixels of a row that it finds in a list: most of them lie in the sector.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
 
-layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Display {
-  float display[];
-};
+layout(local_size_x = kPixels) in;
+layout(binding = 1) uniform samplerBuffer display;
 layout(binding = 2, rgba8) writeonly uniform image2D picture;
 
+layout(std430, binding = 3) readonly buffer Runs {
+  uint runs[];  // first pixel | row << 16
+};
+
 void main() {
-  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  uint run = runs[gl_WorkGroupID.x];
+  ivec2 pixel = ivec2((run & 0xffffu) + gl_LocalInvocationID.x, run >> 16);
   if (pixel.x >= frame.width) return;
   float x = frame.picture_x + (float(pixel.x) + 0.5) * frame.pixel;
   float z = frame.picture_z + (float(pixel.y) + 0.5) * frame.pixel;
@@ -31,8 +34,8 @@ void main() {
     int s = min(int(fs), frame.samples - 2);
     float wl = fl - float(l);
     float ws = fs - float(s);
-    float value = (1.0 - ws) * ((1.0 - wl) * display[polar_index(l, s)] + wl * display[polar_index(l + 1, s)]) +
-                  ws * ((1.0 - wl) * display[polar_index(l, s + 1)] + wl * display[polar_index(l + 1, s + 1)]);
+    float value = (1.0 - ws) * ((1.0 - wl) * texelFetch(display, polar_index(l, s)).x + wl * texelFetch(display, polar_index(l + 1, s)).x) +
+                  ws * ((1.0 - wl) * texelFetch(display, polar_index(l, s + 1)).x + wl * texelFetch(display, polar_index(l + 1, s + 1)).x);
     float curve = value * value * (3.0 - 2.0 * value);
     grey = (1.0 - kSCurve) * pow(value, kGreyGamma) + kSCurve * curve;
   }

@@ -49,16 +49,27 @@ STYLET_SHARED float kElevationSpacing = 0.55e-3f;   // ... but never further apa
 STYLET_SHARED int kLateralTaps = 11;             // taps on one side, centre included
 STYLET_SHARED int kAxialTaps = 5;
 
+STYLET_SHARED int kTissueRows = 256;             // tissues of a scene, gel and filler
+STYLET_SHARED int kPixels = 32;                  // of a row of the picture, done together
+STYLET_SHARED int kTile = 8;                     // lines, and samples, of a tile: it lists the tetrahedra that may cover it
+STYLET_SHARED float kInsideTet = -1e-4f;         // a point on a face must be found on one side whatever the rounding
+
 // ---- speckle: complex circular Gaussian in rest space (Wagner et al., IEEE Trans. Sonics Ultrason. 30, 1983) ------------
-STYLET_SHARED int kSpeckleSize = 128;            // texels a side, periodic
-STYLET_SHARED float kSpeckleSpacing = 0.20e-3f;
+STYLET_SHARED int kSpeckleSize = 64;             // texels a side of the box of a look: 256 KiB, which caches hold. Boxes of it
+                                                 // fill space, each shifted by a random number of texels: no two are alike
+STYLET_SHARED uint kSpeckleTexels = 262144u;     // kSpeckleSize^3
+STYLET_SHARED int kSlowSize = 128;               // texels along x and y of the slow fields, periodic ...
+STYLET_SHARED int kSlowDepth = 64;               // ... and along z
+STYLET_SHARED int kTexelBits = 20;
+STYLET_SHARED uint kSlowTexels = 1048576u;       // kSlowSize^2 kSlowDepth = 2^kTexelBits
+STYLET_SHARED float kSpeckleSpacing = 0.14e-3f;
 // Rotation from rest space to the speckle lattice, by odd angles, so that its period never lies in the image plane.
 STYLET_SHARED float kSpeckleX0 = -0.24499837f;  STYLET_SHARED float kSpeckleX1 = -0.92956370f;  STYLET_SHARED float kSpeckleX2 = 0.27547620f;
 STYLET_SHARED float kSpeckleY0 = 0.89586691f;  STYLET_SHARED float kSpeckleY1 = -0.32568676f;  STYLET_SHARED float kSpeckleY2 = -0.30224264f;
 STYLET_SHARED float kSpeckleZ0 = 0.37067274f;  STYLET_SHARED float kSpeckleZ1 = 0.17274105f;  STYLET_SHARED float kSpeckleZ2 = 0.91255808f;
-STYLET_SHARED float kSpeckleFwhm = 0.80e-3f;     // full width at half maximum of its autocorrelation
-STYLET_SHARED int kMaxLooks = 3;                 // independent complex fields in one texel
-STYLET_SHARED float kSpeckleScale = 4.0f;        // standard deviations at full scale of a snorm8
+STYLET_SHARED float kSpeckleFwhm = 0.84e-3f;     // full width at half maximum of its autocorrelation
+STYLET_SHARED int kMaxLooks = 3;                 // independent complex fields
+STYLET_SHARED float kSpeckleStep = 0.4f;         // standard deviations between the 16 levels of a texel
 STYLET_SHARED float kTriadThreshold = 2.2f;      // bright portal triads: texture beyond so many standard deviations
 STYLET_SHARED float kTriadDb = 6.5f;
 
@@ -114,11 +125,10 @@ struct TissueRow {
   float texture;        // slow brightness variation, ln of amplitude, standard deviation
 };
 
-/// A tetrahedron cut by the image plane. Barycentric i at (x, y, z) of the probe frame:
-/// barycentric[i].x + dot(barycentric[i].yzw, (x, y, z)).
+/// A tetrahedron cut by the image plane. At (x, z) of the plane, probe frame:
 struct CutTet {
-  vec4 barycentric[4];
-  vec4 rest[4];  // rest[i].xyz: rest position of node i; rest[0].w: the body
+  vec4 barycentric[3];  // of nodes 1 to 3: .x + .y x + .z z; .w: the body
+  vec4 rest[3];         // coordinates of the rest position: .x + .y x + .z z; .w: their slope across the plane
 };
 
 /// A piece of the needle, probe frame.
@@ -151,12 +161,7 @@ struct STYLET_UNIFORM FrameConstants {
   int samples;
   int looks;
   int noise_seed;
-  // bins of cut tetrahedra over the image plane
-  float bin_x;
-  float bin_z;
-  float bin_size;
-  int bin_columns;
-  int bin_rows;
+  int tile_columns;  // tiles of cut tetrahedra
   // label volume
   int label_nx;
   int label_ny;
@@ -171,10 +176,6 @@ struct STYLET_UNIFORM FrameConstants {
   int needle_segments;
   int wires;
   float needle_radius;
-  int needle_first_line;   // lines and samples its echo reaches, and that of the wires
-  int needle_end_line;
-  int needle_first_sample;
-  int needle_end_sample;
   // receiver and display
   float tgc;            // dB a metre
   float noise;          // amplitude before the depth gain

@@ -1,26 +1,42 @@
 // The speckle field (engine/ultrasound/speckle_field.h): lookup by rest position. Define SPECKLE_BINDING before.
-layout(std430, binding = SPECKLE_BINDING) readonly buffer Speckle {
-  uvec2 speckle[];
-};
+layout(binding = SPECKLE_BINDING) uniform usamplerBuffer speckle;
 
-uint speckle_texel(vec3 x) {
-  vec3 q = vec3(kSpeckleX0 * x.x + kSpeckleX1 * x.y + kSpeckleX2 * x.z,
-                kSpeckleY0 * x.x + kSpeckleY1 * x.y + kSpeckleY2 * x.z,
-                kSpeckleZ0 * x.x + kSpeckleZ1 * x.y + kSpeckleZ2 * x.z) * (1.0 / kSpeckleSpacing);
-  ivec3 cell = ivec3(floor(q)) & (kSpeckleSize - 1);
-  // Stored in bricks of 2 x 2 x 2 texels, a cache line each: neighbours in any direction are near in memory.
-  ivec3 brick = cell >> 1;
-  ivec3 corner = cell & 1;
-  return uint((((brick.z * (kSpeckleSize / 2) + brick.y) * (kSpeckleSize / 2) + brick.x) << 3) + (corner.z << 2) +
-              (corner.y << 1) + corner.x);
+/// From rest space to the lattice, in texels. Linear.
+vec3 speckle_lattice(vec3 x) {
+  return vec3(kSpeckleX0 * x.x + kSpeckleX1 * x.y + kSpeckleX2 * x.z,
+              kSpeckleY0 * x.x + kSpeckleY1 * x.y + kSpeckleY2 * x.z,
+              kSpeckleZ0 * x.x + kSpeckleZ1 * x.y + kSpeckleZ2 * x.z) * (1.0 / kSpeckleSpacing);
 }
 
-/// Looks 0 and 1 as (re, im, re, im), mean square 2 each.
-vec4 first_looks(uvec2 texel) {
-  return kSpeckleScale * unpackSnorm4x8(texel.x);
+/// Place of the texel that holds a point of the lattice, in a field of a look: bricks of 4 x 4 x 4, a cache line each.
+uint speckle_texel(vec3 lattice) {
+  ivec3 cell = ivec3(floor(lattice));
+  ivec3 box = cell >> 6;
+  uint shift = uint(box.x + (box.y << 6) + (box.z << 12)) * 2654435769u;
+  shift = ((shift ^ (shift >> 15)) * 2246822519u) >> 14;
+  cell = (cell + ivec3(shift & 63u, (shift >> 6) & 63u, (shift >> 12) & 63u)) & (kSpeckleSize - 1);
+  return uint((cell.z & ~3) << 12 | (cell.y & ~3) << 8 | (cell.x & ~3) << 4 | (cell.z & 3) << 4 | (cell.y & 3) << 2 |
+              (cell.x & 3));
 }
 
-/// Look 2 as (re, im), then texture and beads.
-vec4 third_look(uvec2 texel) {
-  return kSpeckleScale * unpackSnorm4x8(texel.y);
+/// The same in the slow fields.
+uint slow_texel(vec3 lattice) {
+  ivec3 cell = ivec3(floor(lattice)) & ivec3(kSlowSize - 1, kSlowSize - 1, kSlowDepth - 1);
+  return uint((cell.z & ~3) << 14 | (cell.y & ~3) << 9 | (cell.x & ~3) << 4 | (cell.z & 3) << 4 | (cell.y & 3) << 2 |
+              (cell.x & 3));
+}
+
+vec2 speckle_pair(uint index) {
+  uint both = texelFetch(speckle, int(index)).x;
+  return kSpeckleStep * (vec2(both & 15u, both >> 4) - 7.5);
+}
+
+/// Real and imaginary part, mean square 2.
+vec2 speckle_of_look(uint look, uint texel) {
+  return speckle_pair(look * kSpeckleTexels + texel);
+}
+
+/// Slow texture and beads.
+vec2 slow_pair(uint texel) {
+  return speckle_pair(uint(kMaxLooks) * kSpeckleTexels + texel);
 }

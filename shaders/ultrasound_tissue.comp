@@ -1,34 +1,143 @@
-// Pass 2: trilinear mix of the tissues around each sample, in rest space.
+// Pass 1: from the image plane through the deformed tetrahedra to rest space, and what is found there: impedance, loss, and
+// backscatter times speckle over the slice thickness. One invocation is one sample; a workgroup goes through one list of
+// tetrahedra.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
-#define TISSUE_BINDING 1
-#define VOXEL_BINDING 2
+#define TISSUE_BINDING 4
+#define VOXEL_BINDING 5
 #include "shaders/ultrasound_labels.glsl"
+#define SPECKLE_BINDING 6
+#include "shaders/ultrasound_speckle.glsl"
 
-layout(local_size_x = 64) in;
-layout(std430, binding = 3) readonly buffer Rest {
-  vec4 rest[];
+layout(local_size_x = kTile) in;
+layout(std430, binding = 1) readonly buffer Tets {
+  CutTet tets[];
 };
-layout(std430, binding = 4) writeonly buffer Mixes {
-  vec4 mixes[];  // ln Z, loss, texture
+layout(std430, binding = 2) readonly buffer Starts {
+  uint starts[];
 };
+layout(std430, binding = 3) readonly buffer Entries {
+  uint entries[];
+};
+layout(std430, binding = 7) readonly buffer Elevation {
+  float elevation[];  // [sample][kMaxPlanes / 2 + 1]
+};
+layout(std430, binding = 8) writeonly buffer Echo {
+  vec2 echo[];  // [look][sample][line]
+};
+layout(std430, binding = 9) writeonly buffer Impedance {
+  float log_impedance[];
+};
+layout(std430, binding = 10) writeonly buffer Loss {
+  float loss[];  // nepers of the sample
+};
+layout(std430, binding = 11) writeonly buffer Found {
+  uint found[];  // texel of the slow fields | row of the tissue table << kTexelBits
+};
+
+const float kDbToNepers = 0.115129255;
+
+/// Trilinear mix of the tissues around a voxel position: ln Z, loss, texture. @param here  word of the nearest voxel
+vec3 mixed_tissues(vec3 q, uint here, int body, bool gel) {
+  vec3 base = floor(q);
+  vec3 f = q - base;
+  TissueRow row = tissues[tissue_of(here, body, gel)];
+  int corners = clearance_of(here) >= 2 ? 0 : 8;
+  vec3 mixed = corners == 0 ? vec3(row.log_impedance, row.loss, row.texture) : vec3(0.0);
+  for (int corner = 0; corner < corners; ++corner) {
+    ivec3 d = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+    vec3 w = mix(1.0 - f, f, vec3(d));
+    row = tissues[tissue_of(voxel_at(ivec3(base) + d), body, gel)];
+    mixed += w.x * w.y * w.z * vec3(row.log_impedance, row.loss, row.texture);
+  }
+  return mixed;
+}
 
 void main() {
   int l = int(gl_GlobalInvocationID.x);
   int s = int(gl_GlobalInvocationID.y);
-  if (l >= frame.lines) return;
-  vec4 x = rest[polar_index(l, s)];
-  bool gel = sample_range(s) < frame.coupling;
-  vec3 q = voxel_position(x.xyz);
-  vec3 base = floor(q);
-  vec3 f = q - base;
-  vec3 mixed = vec3(0.0);
-  for (int corner = 0; corner < 8; ++corner) {
-    ivec3 d = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
-    vec3 w = mix(1.0 - f, f, vec3(d));
-    TissueRow row = tissues[tissue_at(ivec3(base) + d, int(x.w), gel)];
-    mixed += w.x * w.y * w.z * vec3(row.log_impedance, row.loss, row.texture);
+  vec2 p = sample_position(l, s);
+  vec3 position = frame.origin.xyz + p.x * frame.lateral.xyz + p.y * frame.axial.xyz;
+  vec3 across = frame.elevation.xyz;
+  float body = -1.0;
+
+  uint tile = gl_WorkGroupID.y / uint(kTile) * uint(frame.tile_columns) + gl_WorkGroupID.x;
+  uint end = starts[tile + 1];
+  for (uint e = starts[tile]; e < end; ++e) {
+    uint t = entries[e];
+    vec4 row0 = tets[t].barycentric[0];
+    vec4 row1 = tets[t].barycentric[1];
+    vec4 row2 = tets[t].barycentric[2];
+    vec3 b = vec3(row0.x + row0.y * p.x + row0.z * p.y, row1.x + row1.y * p.x + row1.z * p.y,
+                  row2.x + row2.y * p.x + row2.z * p.y);
+    if (min(min(b.x, b.y), min(b.z, 1.0 - (b.x + b.y + b.z))) >= kInsideTet) {
+      vec4 rest0 = tets[t].rest[0];
+      vec4 rest1 = tets[t].rest[1];
+      vec4 rest2 = tets[t].rest[2];
+      position = vec3(rest0.x + rest0.y * p.x + rest0.z * p.y, rest1.x + rest1.y * p.x + rest1.z * p.y,
+                      rest2.x + rest2.y * p.x + rest2.z * p.y);
+      across = vec3(rest0.w, rest1.w, rest2.w);
+      body = row0.w;
+      break;
+    }
   }
-  mixes[polar_index(l, s)] = vec4(mixed, 0.0);
+  if (body < 0.0 && frame.breath.w >= 0.0) {
+    vec3 before = position - frame.breath.xyz;
+    if (owner_of(voxel_at(ivec3(floor(voxel_position(before) + 0.5)))) == int(frame.breath.w)) {
+      position = before;
+      body = frame.breath.w;
+    }
+  }
+  if (l >= frame.lines) return;
+
+  bool gel = sample_range(s) < frame.coupling;
+  vec3 voxel = voxel_position(position);
+  uint here = voxel_at(ivec3(floor(voxel + 0.5)));
+  int tissue = tissue_of(here, int(body), gel);
+  vec3 mixed = mixed_tissues(voxel, here, int(body), gel);
+
+  vec3 lattice = speckle_lattice(position);
+  vec3 lattice_step = speckle_lattice(frame.plane_spacing * across);
+  vec3 voxel_step = frame.plane_spacing / frame.label_spacing * across;
+  int last_plane = frame.planes / 2;
+  int weights = s * (kMaxPlanes / 2 + 1);
+  vec2 sum0 = vec2(0.0);
+  vec2 sum1 = vec2(0.0);
+  vec2 sum2 = vec2(0.0);
+  // Where all planes lie in one tissue, as most do, its label is known.
+  vec3 reach = float(last_plane) * abs(voxel_step);
+  bool clear = float(clearance_of(here)) > 1.0 + max(reach.x, max(reach.y, reach.z));
+  float level = 0.70710678 * tissues[tissue].backscatter;
+  for (int plane = clear ? -last_plane : last_plane + 1; plane <= last_plane; ++plane) {
+    uint texel = speckle_texel(lattice + float(plane) * lattice_step);
+    float w = level * elevation[weights + abs(plane)];
+    sum0 += w * speckle_of_look(0u, texel);
+    if (frame.looks > 1) sum1 += w * speckle_of_look(1u, texel);
+    if (frame.looks > 2) sum2 += w * speckle_of_look(2u, texel);
+  }
+  // Elsewhere the label of each scatterer is drawn from the eight around it (stochastic trilinear interpolation), by
+  // bits that belong to its place in the tissue.
+  for (int plane = clear ? last_plane + 1 : -last_plane; plane <= last_plane; ++plane) {
+    uint texel = speckle_texel(lattice + float(plane) * lattice_step);
+    uint bits = hash(texel);
+    vec3 jitter = vec3(bits & 1023u, (bits >> 10) & 1023u, (bits >> 20) & 1023u) / 1024.0;
+    uint word = voxel_at(ivec3(floor(voxel + float(plane) * voxel_step + jitter)));
+    float w = 0.70710678 * tissues[tissue_of(word, int(body), gel)].backscatter * elevation[weights + abs(plane)];
+    sum0 += w * speckle_of_look(0u, texel);
+    if (frame.looks > 1) sum1 += w * speckle_of_look(1u, texel);
+    if (frame.looks > 2) sum2 += w * speckle_of_look(2u, texel);
+  }
+
+  uint texel = slow_texel(lattice);
+  float slow = frame.texture == 0.0 ? 0.0 : slow_pair(texel).x;
+  float triads = mixed.z > 0.0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5, slow) : 0.0;
+  float texture_gain = exp(frame.texture * (mixed.z * slow + triads * kTriadDb * kDbToNepers));
+  int index = polar_index(l, s);
+  echo[index] = texture_gain * sum0;
+  if (frame.looks > 1) echo[index + polar_size()] = texture_gain * sum1;
+  if (frame.looks > 2) echo[index + 2 * polar_size()] = texture_gain * sum2;
+  log_impedance[index] = mixed.x;
+  loss[index] = mixed.y * frame.sample_pitch;
+  found[index] = texel | uint(tissue) << kTexelBits;
 }

@@ -2,11 +2,13 @@
 
 namespace stylet::gpu {
 
-Buffer::Buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, Memory memory) : size_(size) {
+Buffer::Buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, Memory memory, VkFormat texels)
+    : size_(size) {
   if (size == 0) throw GpuError("gpu::Buffer: size is 0; ask for at least one byte");
   VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   create.size = size;
   create.usage = usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  if (texels != VK_FORMAT_UNDEFINED) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   VkBuffer buffer = VK_NULL_HANDLE;
   check(vkCreateBuffer(device.handle(), &create, nullptr, &buffer), "vkCreateBuffer");
   buffer_ = BufferHandle(device.handle(), buffer);
@@ -23,6 +25,15 @@ Buffer::Buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, Memo
   memory_ = device.allocate(requirements, required, preferred, addressed);
   check(vkBindBufferMemory(device.handle(), buffer, memory_.get(), 0), "vkBindBufferMemory");
 
+  if (texels != VK_FORMAT_UNDEFINED) {
+    VkBufferViewCreateInfo see{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
+    see.buffer = buffer;
+    see.format = texels;
+    see.range = VK_WHOLE_SIZE;
+    VkBufferView view = VK_NULL_HANDLE;
+    check(vkCreateBufferView(device.handle(), &see, nullptr, &view), "vkCreateBufferView");
+    view_ = BufferViewHandle(device.handle(), view);
+  }
   if (memory != Memory::device) {
     void* pointer = nullptr;
     check(vkMapMemory(device.handle(), memory_.get(), 0, VK_WHOLE_SIZE, 0, &pointer), "vkMapMemory");

@@ -20,9 +20,12 @@ public:
   /// @param size   bytes, > 0
   /// @param usage  VK_BUFFER_USAGE_*; transfer source and destination are always added. With
   ///               VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, address() is valid.
-  Buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, Memory memory = Memory::device);
+  /// @param texels  what a texel_buffer slot reads it as; undefined: it is bound to none
+  Buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, Memory memory = Memory::device,
+         VkFormat texels = VK_FORMAT_UNDEFINED);
 
   VkBuffer handle() const { return buffer_.get(); }
+  VkBufferView view() const { return view_.get(); }
   VkDeviceSize size() const { return size_; }
   VkDeviceAddress address() const { return address_; }
   /// Host view of the whole buffer; empty for Memory::device. Always coherent.
@@ -37,6 +40,7 @@ public:
 private:
   BufferHandle buffer_;
   MemoryHandle memory_;
+  BufferViewHandle view_;
   VkDeviceSize size_ = 0;
   VkDeviceAddress address_ = 0;
   std::span<std::byte> mapped_;

@@ -13,6 +13,7 @@ constexpr VkDeviceSize kStagingBlock = 4u << 20;  // bytes; a larger upload gets
 Access compute_access(Slot slot, bool writes) {
   switch (slot) {
     case Slot::sampled_image:
+    case Slot::texel_buffer:
       return kComputeSample;
     case Slot::uniform_buffer:
       return kComputeUniform;
@@ -140,6 +141,7 @@ void Commands::push(VkPipelineBindPoint point, const PipelineLayout& layout, std
     throw GpuError("gpu::Commands: " + std::to_string(bindings.size()) + " bindings and " +
                    std::to_string(push.size()) + " bytes of push constants do not match the pipeline's interface");
   std::array<VkDescriptorBufferInfo, kMaxBindings> buffers;
+  std::array<VkBufferView, kMaxBindings> views;
   std::array<VkDescriptorImageInfo, kMaxBindings> images;
   std::array<VkWriteDescriptorSet, kMaxBindings> writes;
   for (std::size_t i = 0; i < bindings.size(); ++i) {
@@ -149,7 +151,11 @@ void Commands::push(VkPipelineBindPoint point, const PipelineLayout& layout, std
     write = {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
     write.dstBinding = binding.slot;
     write.descriptorCount = 1;
-    if (binding.buffer != nullptr) {
+    if (slot == Slot::texel_buffer) {
+      views[i] = binding.buffer->view();
+      write.pTexelBufferView = &views[i];
+      write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+    } else if (binding.buffer != nullptr) {
       buffers[i] = {binding.buffer->handle(), 0, VK_WHOLE_SIZE};
       write.pBufferInfo = &buffers[i];
       write.descriptorType =

@@ -12,6 +12,8 @@ VkDescriptorType descriptor_type(Slot slot) {
       return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
     case Slot::uniform_buffer:
       return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+    case Slot::texel_buffer:
+      return VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
     case Slot::sampled_image:
       return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
     case Slot::storage_image:

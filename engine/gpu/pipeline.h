@@ -10,7 +10,7 @@
 namespace stylet::gpu {
 
 /// What is at a binding of set 0.
-enum class Slot { storage_buffer, uniform_buffer, sampled_image, storage_image };
+enum class Slot { storage_buffer, uniform_buffer, texel_buffer, sampled_image, storage_image };
 
 /// Everything a pipeline's shaders are given. Binding i of set 0 is slots[i].
 struct Interface {

@@ -1,6 +1,7 @@
 #include "engine/ultrasound/diagnosis.h"
 
 #include "engine/content/probe_placement.h"
+#include "engine/ultrasound/voxel_words.h"
 
 #include <fmt/format.h>
 
@@ -31,46 +32,31 @@ public:
   int at(const Eigen::Vector2f& p, double range) const {
     Eigen::Vector3f rest = xyz(c_.origin) + p.x() * xyz(c_.lateral) + p.y() * xyz(c_.axial);
     int body = -1;
-    if (const auto carried = in_body(p, &body)) rest = *carried;
-    int both = voxel(rest);
+    const Eigen::Vector2i cell = model_.scan().line_and_sample(p.cast<double>()).array().round().cast<int>();
+    const Eigen::Vector2i last(c_.lines - 1, c_.samples - 1);
+    if (const auto place =
+            model_.slice().find(p, std::clamp(cell.x(), 0, last.x()), std::clamp(cell.y(), 0, last.y()))) {
+      rest = place->position;
+      body = place->body;
+    }
+    std::uint32_t both = voxel(rest);
     if (const auto breathing = static_cast<int>(c_.breath.w); body < 0 && breathing >= 0) {
-      const int before = voxel(rest - xyz(c_.breath));
-      if ((before >> 8) - 1 == breathing) {
+      const std::uint32_t before = voxel(rest - xyz(c_.breath));
+      if (owner_of(before) == breathing) {
         both = before;
         body = breathing;
       }
     }
-    const int owner = (both >> 8) - 1;
+    const int owner = owner_of(both);
     if (owner >= 0 && owner != body) return c_.filler_tissue;
-    const int label = both & 0xFF;
+    const int label = label_of(both);
     return label == 0 && range < double(c_.coupling) ? c_.gel_tissue : label;
   }
 
 private:
   static Eigen::Vector3f xyz(const vec4& v) { return {v.x, v.y, v.z}; }
 
-  std::optional<Eigen::Vector3f> in_body(const Eigen::Vector2f& p, int* body) const {
-    const PlaneSlice& slice = model_.slice();
-    const Eigen::Vector2i bin = ((p - slice.bin_origin()) / slice.bin_size()).array().floor().cast<int>();
-    if ((bin.array() < 0).any() || bin.x() >= slice.columns() || bin.y() >= slice.rows()) return {};
-    const std::size_t b = static_cast<std::size_t>(bin.y()) * slice.columns() + bin.x();
-    for (std::uint32_t e = slice.starts()[b]; e < slice.starts()[b + 1]; ++e) {
-      const CutTet& tet = slice.tets()[slice.entries()[e]];
-      Eigen::Vector3f rest = Eigen::Vector3f::Zero();
-      bool inside = true;
-      for (int i = 0; i < 4; ++i) {
-        const float w = tet.barycentric[i].x + tet.barycentric[i].y * p.x() + tet.barycentric[i].w * p.y();
-        inside = inside && w >= -1e-4F;
-        rest += w * xyz(tet.rest[i]);
-      }
-      if (!inside) continue;
-      *body = static_cast<int>(tet.rest[0].w);
-      return rest;
-    }
-    return {};
-  }
-
-  int voxel(const Eigen::Vector3f& rest) const {
+  std::uint32_t voxel(const Eigen::Vector3f& rest) const {
     const Eigen::Vector3f grid = (rest - Eigen::Vector3f(c_.label_x, c_.label_y, c_.label_z)) / c_.label_spacing;
     const Eigen::Array3i size(c_.label_nx, c_.label_ny, c_.label_nz);
     if (!(grid.array() >= -0.5F).all() || !(grid.array() < size.cast<float>() - 0.5F).all()) return 0;

@@ -6,17 +6,18 @@
 #include "shaders/ultrasound_attenuate.comp.h"
 #include "shaders/ultrasound_axial.comp.h"
 #include "shaders/ultrasound_detect.comp.h"
-#include "shaders/ultrasound_echo.comp.h"
+#include "shaders/ultrasound_interface.comp.h"
 #include "shaders/ultrasound_label_map.comp.h"
 #include "shaders/ultrasound_lateral.comp.h"
 #include "shaders/ultrasound_needle.comp.h"
 #include "shaders/ultrasound_scan_convert.comp.h"
-#include "shaders/ultrasound_slice.comp.h"
 #include "shaders/ultrasound_tissue.comp.h"
 
 #include <algorithm>
+#include <initializer_list>
 #include <optional>
 #include <span>
+#include <utility>
 
 namespace stylet::ultrasound {
 namespace {
@@ -27,25 +28,26 @@ using gpu::read;
 using gpu::Slot;
 using gpu::write;
 
-static_assert(sizeof(CutTet) == 128 && sizeof(NeedleSegment) == 32 && sizeof(WireSegment) == 32 &&
+static_assert(sizeof(CutTet) == 96 && sizeof(NeedleSegment) == 32 && sizeof(WireSegment) == 32 &&
               sizeof(TissueRow) == 16);
 
 constexpr std::uint32_t kGroup = 64;  ///< local_size_x of the passes over samples
-constexpr std::uint32_t kNeedleGroup = 16;
+constexpr std::uint32_t kBlock = 4;   ///< lines or samples of an invocation of the filters
+constexpr std::uint32_t kLateralGroup = 16;
 constexpr std::uint32_t kLineGroup = 8;  ///< of the pass over lines
 
-/// A pass with the frame's constants at binding 0 and `buffers` storage buffers after it.
-gpu::Interface interface(int buffers) {
+/// A pass with the frame's constants at binding 0 and `buffers` storage buffers after it, but for `others`.
+gpu::Interface interface(int buffers, std::initializer_list<std::pair<int, Slot>> others = {}) {
   gpu::Interface result;
   result.slots.assign(static_cast<std::size_t>(buffers) + 1, Slot::storage_buffer);
   result.slots[0] = Slot::uniform_buffer;
+  for (const auto& [binding, slot] : others) result.slots[static_cast<std::size_t>(binding)] = slot;
   return result;
 }
 
-gpu::Interface scan_convert_interface() {
-  gpu::Interface result = interface(2);
-  result.slots[2] = Slot::storage_image;
-  return result;
+/// A storage buffer that other passes read at random, texel by texel: a software rasteriser fetches these faster.
+Buffer texels(gpu::Device& device, std::size_t bytes, VkFormat format) {
+  return {device, std::max<VkDeviceSize>(bytes, 16), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device, format};
 }
 
 }  // namespace
@@ -53,16 +55,15 @@ gpu::Interface scan_convert_interface() {
 struct Imager::Passes {
   Passes(gpu::Device& device_, const content::Scene& scene, const ImagerSettings& settings);
   void record(gpu::Commands& commands, const state::FrameState& state);
-  void upload_tables(gpu::Commands& commands);
+  bool upload_tables(gpu::Commands& commands);
   std::size_t polar_size() const { return static_cast<std::size_t>(model.scan().lines) * model.scan().samples; }
 
   gpu::Device& device;
   ScanModel model;
   int uploaded_tables = 0;  ///< ScanModel::tables_version()
 
-  ComputePipeline slice;
   ComputePipeline tissue;
-  ComputePipeline echoes;
+  ComputePipeline interfaces;
   ComputePipeline needle;
   ComputePipeline attenuate;
   ComputePipeline lateral;
@@ -80,17 +81,18 @@ struct Imager::Passes {
   // Of the frame.
   Buffer frame;
   GrowingBuffer tets;
-  GrowingBuffer bin_starts;
-  GrowingBuffer bin_entries;
+  GrowingBuffer tile_starts;
+  GrowingBuffer tile_entries;
   GrowingBuffer segments;
   GrowingBuffer wires;
+  GrowingBuffer thin_tiles;
+  GrowingBuffer runs;
   // Polar, [sample][line] or [look][sample][line].
-  Buffer rest;
-  Buffer slope;
-  Buffer mixes;
   Buffer echo;
   Buffer convolved;
+  Buffer log_impedance;
   Buffer loss;
+  Buffer found;
   Buffer envelope;
   Buffer display;
   gpu::Image picture;
@@ -103,35 +105,37 @@ struct Imager::Passes {
 Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const ImagerSettings& settings)
     : device(device_),
       model(scene, settings),
-      slice(device, ultrasound_slice_comp, interface(6)),
-      tissue(device, ultrasound_tissue_comp, interface(4)),
-      echoes(device, ultrasound_echo_comp, interface(9)),
-      needle(device, ultrasound_needle_comp, interface(4)),
-      attenuate(device, ultrasound_attenuate_comp, interface(3)),
-      lateral(device, ultrasound_lateral_comp, interface(3)),
-      axial(device, ultrasound_axial_comp, interface(3)),
+      tissue(device, ultrasound_tissue_comp,
+             interface(11, {{4, Slot::uniform_buffer}, {5, Slot::texel_buffer}, {6, Slot::texel_buffer}})),
+      interfaces(device, ultrasound_interface_comp, interface(5, {{1, Slot::texel_buffer}, {2, Slot::texel_buffer}})),
+      needle(device, ultrasound_needle_comp, interface(5)),
+      attenuate(device, ultrasound_attenuate_comp, interface(3, {{1, Slot::texel_buffer}})),
+      lateral(device, ultrasound_lateral_comp, interface(3, {{2, Slot::texel_buffer}})),
+      axial(device, ultrasound_axial_comp, interface(3, {{2, Slot::texel_buffer}})),
       detect(device, ultrasound_detect_comp, interface(3)),
-      scan_convert(device, ultrasound_scan_convert_comp, scan_convert_interface()),
-      tissues(storage(device, model.tissues().size() * sizeof(TissueRow))),
-      voxels(storage(device, model.voxels().size() * sizeof(std::uint16_t))),
-      speckle(storage(device, model.speckle().texels.size() * 8)),
+      scan_convert(device, ultrasound_scan_convert_comp,
+                   interface(3, {{1, Slot::texel_buffer}, {2, Slot::storage_image}})),
+      tissues(device, kTissueRows * sizeof(TissueRow), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
+      voxels(texels(device, model.voxels().size() * sizeof(std::uint16_t), VK_FORMAT_R16_UINT)),
+      speckle(texels(device, model.speckle().texels.size(), VK_FORMAT_R8_UINT)),
       lateral_weights(storage(device, model.beam().lateral.size() * sizeof(float))),
       axial_weights(storage(device, model.beam().axial.size() * sizeof(float))),
       elevation_weights(storage(device, model.beam().elevation.size() * sizeof(float))),
       frame(device, sizeof(FrameConstants), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
       tets(device),
-      bin_starts(device),
-      bin_entries(device),
+      tile_starts(device),
+      tile_entries(device),
       segments(device),
       wires(device),
-      rest(storage(device, polar_size() * sizeof(vec4))),
-      slope(storage(device, polar_size() * sizeof(vec4))),
-      mixes(storage(device, polar_size() * sizeof(vec4))),
-      echo(storage(device, polar_size() * settings.looks * 2 * sizeof(float))),
-      convolved(storage(device, polar_size() * settings.looks * 2 * sizeof(float))),
+      thin_tiles(device),
+      runs(device),
+      echo(texels(device, polar_size() * settings.looks * 2 * sizeof(float), VK_FORMAT_R32G32_SFLOAT)),
+      convolved(texels(device, polar_size() * settings.looks * 2 * sizeof(float), VK_FORMAT_R32G32_SFLOAT)),
+      log_impedance(texels(device, polar_size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
       loss(storage(device, polar_size() * sizeof(float))),
+      found(storage(device, polar_size() * sizeof(std::uint32_t))),
       envelope(storage(device, polar_size() * sizeof(float))),
-      display(storage(device, polar_size() * sizeof(float))),
+      display(texels(device, polar_size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
       picture(device, {.width = static_cast<std::uint32_t>(settings.width),
                        .height = static_cast<std::uint32_t>(settings.height),
                        .format = VK_FORMAT_R8G8B8A8_UNORM,
@@ -143,9 +147,9 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
   });
 }
 
-/// The tables that the controls and the tissue table change, when they have.
-void Imager::Passes::upload_tables(gpu::Commands& commands) {
-  if (uploaded_tables == model.tables_version()) return;
+/// The tables that the controls and the tissue table change. @return  whether they have
+bool Imager::Passes::upload_tables(gpu::Commands& commands) {
+  if (uploaded_tables == model.tables_version()) return false;
   uploaded_tables = model.tables_version();
   const auto upload = [&commands](const Buffer& to, const auto& items) {
     commands.upload(to, std::as_bytes(std::span(items)));
@@ -154,6 +158,8 @@ void Imager::Passes::upload_tables(gpu::Commands& commands) {
   upload(lateral_weights, model.beam().lateral);
   upload(axial_weights, model.beam().axial);
   upload(elevation_weights, model.beam().elevation);
+  runs.upload(commands, std::span<const std::uint32_t>(model.picture_runs()));
+  return true;
 }
 
 void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& state) {
@@ -165,52 +171,53 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
   const std::uint32_t rows = static_cast<std::uint32_t>(c.samples);
   const std::uint32_t looks = static_cast<std::uint32_t>(c.looks);
   const std::array<std::uint32_t, 3> samples{groups(c.lines, kGroup), rows, 1};
-  const std::array<std::uint32_t, 3> look_samples{groups(c.lines, kGroup), rows, looks};
 
   times.reset(commands);
   times.mark(commands, "start");
-  upload_tables(commands);
+  const bool anew = upload_tables(commands);
   commands.upload(frame, std::as_bytes(std::span(&c, 1)));
   tets.upload(commands, model.slice().tets());
-  bin_starts.upload(commands, model.slice().starts());
-  bin_entries.upload(commands, model.slice().entries());
+  tile_starts.upload(commands, model.slice().starts());
+  tile_entries.upload(commands, model.slice().entries());
   segments.upload(commands, std::span<const NeedleSegment>(model.needle()));
   wires.upload(commands, std::span<const WireSegment>(model.wires()));
+  thin_tiles.upload(commands, std::span<const std::uint32_t>(model.thin_tiles()));
   times.mark(commands, "upload");
 
-  commands.dispatch(slice,
-                    {read(0, frame), read(1, tets.buffer()), read(2, bin_starts.buffer()),
-                     read(3, bin_entries.buffer()), write(4, rest), write(5, slope), read(6, voxels)},
-                    samples);
-  times.mark(commands, "slice");
-  commands.dispatch(tissue, {read(0, frame), read(1, tissues), read(2, voxels), read(3, rest), write(4, mixes)},
-                    samples);
+  commands.dispatch(
+      tissue,
+      {read(0, frame), read(1, tets.buffer()), read(2, tile_starts.buffer()), read(3, tile_entries.buffer()),
+       read(4, tissues), read(5, voxels), read(6, speckle), read(7, elevation_weights), write(8, echo),
+       write(9, log_impedance), write(10, loss), write(11, found)},
+      {static_cast<std::uint32_t>(model.slice().columns()), rows, 1});
   times.mark(commands, "tissue");
-  commands.dispatch(echoes,
-                    {read(0, frame), read(1, tissues), read(2, voxels), read(3, speckle), read(4, elevation_weights),
-                     read(5, rest), read(6, slope), read(7, mixes), write(8, echo), write(9, loss)},
-                    samples);
-  times.mark(commands, "echo");
-  if (c.needle_segments + c.wires > 0) {
-    commands.dispatch(
-        needle, {read(0, frame), read(1, segments.buffer()), read(2, wires.buffer()), write(3, echo), write(4, loss)},
-        {groups(c.needle_end_line - c.needle_first_line, kNeedleGroup),
-         static_cast<std::uint32_t>(c.needle_end_sample - c.needle_first_sample), 1});
+  commands.dispatch(
+      interfaces,
+      {read(0, frame), read(1, speckle), read(2, log_impedance), read(3, found), write(4, echo), write(5, loss)},
+      samples);
+  times.mark(commands, "interfaces");
+  if (!model.thin_tiles().empty()) {
+    commands.dispatch(needle,
+                      {read(0, frame), read(1, segments.buffer()), read(2, wires.buffer()), write(3, echo),
+                       write(4, loss), read(5, thin_tiles.buffer())},
+                      {static_cast<std::uint32_t>(model.thin_tiles().size()), 1, 1});
   }
   times.mark(commands, "needle");
   commands.dispatch(attenuate, {read(0, frame), read(1, speckle), read(2, loss), write(3, echo)},
                     {groups(c.lines, kLineGroup), 1, 1});
   times.mark(commands, "attenuate");
   commands.dispatch(lateral, {read(0, frame), read(1, lateral_weights), read(2, echo), write(3, convolved)},
-                    look_samples);
+                    {groups(c.lines, kLateralGroup * kBlock), rows, looks});
   times.mark(commands, "lateral");
   commands.dispatch(axial, {read(0, frame), read(1, axial_weights), read(2, convolved), write(3, echo)},
-                    look_samples);
+                    {groups(c.lines, kGroup), groups(c.samples, kBlock), looks});
   times.mark(commands, "axial");
   commands.dispatch(detect, {read(0, frame), read(1, echo), write(2, envelope), write(3, display)}, samples);
   times.mark(commands, "detect");
-  commands.dispatch(scan_convert, {read(0, frame), read(1, display), write(2, picture)},
-                    {groups(c.width, kGroup), static_cast<std::uint32_t>(c.height), 1});
+  // Around the sector nothing changes from frame to frame.
+  const std::size_t shown = anew ? model.picture_runs().size() : static_cast<std::size_t>(model.sector_runs());
+  commands.dispatch(scan_convert, {read(0, frame), read(1, display), write(2, picture), read(3, runs.buffer())},
+                    {static_cast<std::uint32_t>(shown), 1, 1});
   times.mark(commands, "scan conversion");
 }
 
@@ -263,13 +270,12 @@ std::vector<std::uint8_t> Imager::read_label_map() {
   Passes& p = *passes_;
   const FrameConstants& c = p.model.constants();
   if (!p.label_map) {
-    p.label_map.emplace(p.device, ultrasound_label_map_comp, interface(4));
+    p.label_map.emplace(p.device, ultrasound_label_map_comp, interface(3));
     p.labels.emplace(storage(p.device, static_cast<std::size_t>(c.width) * c.height * sizeof(std::uint32_t)));
   }
   gpu::run_now(p.device, [&](gpu::Commands& commands) {
     commands.dispatch(
-        *p.label_map,
-        {read(0, p.frame), read(1, p.rest), read(2, p.voxels), read(3, p.segments.buffer()), write(4, *p.labels)},
+        *p.label_map, {read(0, p.frame), read(1, p.found), read(2, p.segments.buffer()), write(3, *p.labels)},
         {(static_cast<std::uint32_t>(c.width) + kGroup - 1) / kGroup, static_cast<std::uint32_t>(c.height), 1});
   });
   const std::vector<std::uint32_t> words = gpu::read_back<std::uint32_t>(p.device, *p.labels);

@@ -1,4 +1,4 @@
-// The tetrahedra that the image plane cuts, sorted into bins of the plane, ready for a point query on the GPU.
+// The tetrahedra that the image plane cuts, sorted into tiles of the polar grid, ready for a point query on the GPU.
 #pragma once
 
 #include "engine/content/scene.h"
@@ -8,40 +8,48 @@
 
 #include <Eigen/Geometry>
 
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace stylet::ultrasound {
 
-/// Cut tetrahedra inside the sector and the bins of the plane they touch. Arrays keep their capacity between frames.
+/// Cut tetrahedra inside the sector and the tiles they touch. Arrays keep their capacity between frames.
 class PlaneSlice {
 public:
-  /// @param scan  whose bounding box is covered by the bins
+  /// @param scan  whose lines and samples the tiles cover, kTile of each to a tile
   PlaneSlice(const ScanGeometry& scan, std::span<const content::DeformableBody> bodies);
 
-  /// Cuts `state`'s bodies with the plane y = 0 of the probe. A bin lists its tetrahedra by body, then by index: a
+  /// Cuts `state`'s bodies with the plane y = 0 of the probe. A tile lists its tetrahedra by body, then by index: a
   /// point query that takes the first hit gives the same answer on every run.
   void cut(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient);
 
+  /// Where a point of the plane lies at rest.
+  struct Place {
+    Eigen::Vector3f position;
+    Eigen::Vector3f slope;  ///< d position / d y of the probe
+    int body;
+  };
+  /// @param p  (x, z) of the probe frame, which sample (line, sample) covers
+  std::optional<Place> find(const Eigen::Vector2f& p, int line, int sample) const;
+
   std::span<const CutTet> tets() const { return tets_; }
-  /// Bin b holds entries()[starts()[b]] ... entries()[starts()[b + 1] - 1], indices into tets(). Row-major over (x,
-  /// z).
+  /// Tile t holds entries()[starts()[t]] ... entries()[starts()[t + 1] - 1], indices into tets().
   std::span<const std::uint32_t> starts() const { return starts_; }
   std::span<const std::uint32_t> entries() const { return entries_; }
 
-  Eigen::Vector2f bin_origin() const { return bin_origin_; }
-  float bin_size() const { return kBinSize; }
-  int columns() const { return columns_; }
+  int columns() const { return columns_; }  ///< tiles side by side
   int rows() const { return rows_; }
 
 private:
-  static constexpr float kBinSize = 0.004F;
   struct Box {
     int first_column, last_column, first_row, last_row;
+    bool empty() const { return first_column > last_column || first_row > last_row; }
   };
+  Box tiles_of(std::span<const Eigen::Vector2f> polygon) const;
 
   std::span<const content::DeformableBody> bodies_;
-  Eigen::Vector2f bin_origin_;
+  ScanGeometry scan_;
   int columns_;
   int rows_;
   std::vector<Eigen::Vector3f> nodes_;  ///< of one body, probe frame

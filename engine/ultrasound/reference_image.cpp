@@ -1,18 +1,13 @@
 #include "engine/ultrasound/reference_image.h"
 
+#include "engine/ultrasound/voxel_words.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace stylet::ultrasound {
 namespace {
-
-/// PCG output permutation (O'Neill 2014): random bits of a counter.
-std::uint32_t hash(std::uint32_t x) {
-  x = x * 747796405U + 2891336453U;
-  x = ((x >> ((x >> 28U) + 4U)) ^ x) * 277803737U;
-  return (x >> 22U) ^ x;
-}
 
 float unit(std::uint32_t bits) {
   return (static_cast<float>(bits >> 8U) + 0.5F) * (1.0F / 16777216.0F);
@@ -25,11 +20,6 @@ Eigen::Vector3f xyz(const vec4& v) {
 float smoothstep(float a, float b, float x) {
   const float t = std::clamp((x - a) / (b - a), 0.0F, 1.0F);
   return t * t * (3 - 2 * t);
-}
-
-/// Standard deviations of channel `c` of a texel.
-float channel(const std::array<std::int8_t, 8>& texel, int c) {
-  return std::max(static_cast<float>(texel[c]) / 127.0F, -1.0F) * kSpeckleScale;
 }
 
 }  // namespace
@@ -67,35 +57,12 @@ const std::vector<std::uint8_t>& ReferenceImager::image(const state::FrameState&
 void ReferenceImager::slice() {
   const FrameConstants& c = model_.constants();
   const PlaneSlice& plane = model_.slice();
-  // A point on a face between two tetrahedra must be found in one of them whatever the rounding.
-  constexpr float kInside = -1e-4F;
   for (int s = 0; s < samples_; ++s) {
     for (int l = 0; l < lines_; ++l) {
       const Eigen::Vector2f p = model_.scan().position(l, s).cast<float>();
-      RestPoint& rest = rest_[index(l, s)];
+      PlaneSlice::Place& rest = rest_[index(l, s)];
       rest = {xyz(c.origin) + p.x() * xyz(c.lateral) + p.y() * xyz(c.axial), xyz(c.elevation), -1};
-      const int column = static_cast<int>(std::floor((p.x() - c.bin_x) / c.bin_size));
-      const int row = static_cast<int>(std::floor((p.y() - c.bin_z) / c.bin_size));
-      if (column < 0 || row < 0 || column >= c.bin_columns || row >= c.bin_rows) continue;
-      const std::size_t bin = static_cast<std::size_t>(row) * c.bin_columns + column;
-      for (std::uint32_t e = plane.starts()[bin]; e < plane.starts()[bin + 1]; ++e) {
-        const CutTet& tet = plane.tets()[plane.entries()[e]];
-        float b[4];
-        bool inside = true;
-        for (int i = 0; i < 4; ++i) {
-          b[i] = tet.barycentric[i].x + tet.barycentric[i].y * p.x() + tet.barycentric[i].w * p.y();
-          inside = inside && b[i] >= kInside;
-        }
-        if (!inside) continue;
-        rest.position.setZero();
-        rest.slope.setZero();
-        for (int i = 0; i < 4; ++i) {
-          rest.position += b[i] * xyz(tet.rest[i]);
-          rest.slope += tet.barycentric[i].z * xyz(tet.rest[i]);
-        }
-        rest.body = static_cast<int>(tet.rest[0].w);
-        break;
-      }
+      if (const auto place = plane.find(p, l, s)) rest = *place;
     }
   }
 }
@@ -104,11 +71,11 @@ void ReferenceImager::follow_breath() {
   const FrameConstants& c = model_.constants();
   const int owner = static_cast<int>(c.breath.w);
   if (owner < 0) return;
-  for (RestPoint& rest : rest_) {
+  for (PlaneSlice::Place& rest : rest_) {
     if (rest.body >= 0) continue;
     const Eigen::Vector3f before = rest.position - xyz(c.breath);
     const Eigen::Array3f nearest = (voxel_position(before).array() + 0.5F).floor();
-    if ((voxel_at(nearest.cast<int>()) >> 8) - 1 != owner) continue;
+    if (owner_of(voxel_at(nearest.cast<int>())) != owner) continue;
     rest.position = before;
     rest.body = owner;
   }
@@ -119,7 +86,7 @@ Eigen::Vector3f ReferenceImager::voxel_position(const Eigen::Vector3f& rest) con
   return (rest - Eigen::Vector3f(c.label_x, c.label_y, c.label_z)) / c.label_spacing;
 }
 
-int ReferenceImager::voxel_at(const Eigen::Vector3i& voxel) const {
+std::uint32_t ReferenceImager::voxel_at(const Eigen::Vector3i& voxel) const {
   const FrameConstants& c = model_.constants();
   const bool outside = voxel.x() < 0 || voxel.y() < 0 || voxel.z() < 0 || voxel.x() >= c.label_nx ||
                        voxel.y() >= c.label_ny || voxel.z() >= c.label_nz;
@@ -129,27 +96,27 @@ int ReferenceImager::voxel_at(const Eigen::Vector3i& voxel) const {
 
 int ReferenceImager::tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const {
   const FrameConstants& c = model_.constants();
-  const int both = voxel_at(voxel);
-  const int label = both & 0xFF;
-  const int owner = (both >> 8) - 1;
+  const std::uint32_t word = voxel_at(voxel);
+  const int label = label_of(word);
+  const int owner = owner_of(word);
   // The organ that was here at rest has moved away.
   if (owner >= 0 && owner != body) return c.filler_tissue;
   return label == 0 && gel ? c.gel_tissue : label;
 }
 
-std::size_t ReferenceImager::texel_at(const Eigen::Vector3f& x) const {
+Eigen::Vector3i ReferenceImager::cell_at(const Eigen::Vector3f& x) {
   const float scale = 1.0F / kSpeckleSpacing;
-  const auto wrap = [](float v) { return static_cast<int>(std::floor(v)) & (kSpeckleSize - 1); };
-  return SpeckleField::index(wrap((kSpeckleX0 * x.x() + kSpeckleX1 * x.y() + kSpeckleX2 * x.z()) * scale),
-                             wrap((kSpeckleY0 * x.x() + kSpeckleY1 * x.y() + kSpeckleY2 * x.z()) * scale),
-                             wrap((kSpeckleZ0 * x.x() + kSpeckleZ1 * x.y() + kSpeckleZ2 * x.z()) * scale));
+  const Eigen::Array3f lattice = scale * Eigen::Array3f(kSpeckleX0 * x.x() + kSpeckleX1 * x.y() + kSpeckleX2 * x.z(),
+                                                        kSpeckleY0 * x.x() + kSpeckleY1 * x.y() + kSpeckleY2 * x.z(),
+                                                        kSpeckleZ0 * x.x() + kSpeckleZ1 * x.y() + kSpeckleZ2 * x.z());
+  return lattice.floor().cast<int>();
 }
 
 void ReferenceImager::mix_tissues() {
   for (int s = 0; s < samples_; ++s) {
     const bool gel = static_cast<float>(model_.scan().range(s)) < model_.constants().coupling;
     for (int l = 0; l < lines_; ++l) {
-      const RestPoint& rest = rest_[index(l, s)];
+      const PlaneSlice::Place& rest = rest_[index(l, s)];
       const Eigen::Vector3f q = voxel_position(rest.position);
       const Eigen::Vector3f base = q.array().floor();
       const Eigen::Vector3f f = q - base;
@@ -183,7 +150,7 @@ void ReferenceImager::make_echoes() {
     const bool gel = range < c.coupling;
     const float* elevation = model_.beam().elevation.data() + static_cast<std::size_t>(s) * kElevationTaps;
     for (int l = 0; l < lines_; ++l) {
-      const RestPoint& rest = rest_[index(l, s)];
+      const PlaneSlice::Place& rest = rest_[index(l, s)];
       const Mix& mix = mix_[index(l, s)];
 
       // Backscatter over the slice thickness. The label of each scatterer is drawn from the eight around it
@@ -191,38 +158,40 @@ void ReferenceImager::make_echoes() {
       Complex sum[kMaxLooks] = {};
       for (int off = -(c.planes / 2); off <= c.planes / 2; ++off) {
         const Eigen::Vector3f x = rest.position + static_cast<float>(off) * c.plane_spacing * rest.slope;
-        const std::size_t texel = texel_at(x);
+        const std::size_t texel = SpeckleField::texel(cell_at(x));
         const std::uint32_t bits = hash(static_cast<std::uint32_t>(texel));
         const Eigen::Vector3f jitter(static_cast<float>(bits & 1023U), static_cast<float>((bits >> 10U) & 1023U),
                                      static_cast<float>((bits >> 20U) & 1023U));
         const Eigen::Vector3f q = (x - origin) / c.label_spacing + jitter / 1024.0F;
         const TissueRow& row = model_.tissues()[tissue_at(q.array().floor().matrix().cast<int>(), rest.body, gel)];
         const float w = elevation[std::abs(off)] * row.backscatter * 0.70710678F;
-        const std::array<std::int8_t, 8>& noise = model_.speckle().texels[texel];
-        for (int k = 0; k < looks_; ++k) sum[k] += w * Complex(channel(noise, 2 * k), channel(noise, 2 * k + 1));
+        for (int k = 0; k < looks_; ++k) sum[k] += w * model_.speckle().look(k, texel);
       }
-      const std::array<std::int8_t, 8>& here = model_.speckle().texels[texel_at(rest.position)];
-      const float slow = channel(here, 6);
+      const std::size_t here = SpeckleField::slow_texel(cell_at(rest.position));
+      const Complex texture_and_beads = model_.speckle().slow(here);
+      const float slow = texture_and_beads.real();
       const float triads = mix.texture > 0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5F, slow) : 0.0F;
       const float texture = std::exp(c.texture * (mix.texture * slow + triads * kTriadDb * 0.115129255F));
 
-      // Interfaces: the jump of ln Z along the beam, and the angle from a wider stencil.
+      // Interfaces: the jump of ln Z along the beam, and the angle from the corners of a wider square.
       const float jump = (log_impedance(l, s + 1) - log_impedance(l, s - 1)) / (2 * c.sample_pitch) * ramp;
-      const float along = (2 * (log_impedance(l, s + a) - log_impedance(l, s - a)) + log_impedance(l - b, s + a) -
-                           log_impedance(l - b, s - a) + log_impedance(l + b, s + a) - log_impedance(l + b, s - a)) /
-                          (8 * static_cast<float>(a) * c.sample_pitch);
-      const float across = (2 * (log_impedance(l + b, s) - log_impedance(l - b, s)) + log_impedance(l + b, s - a) -
-                            log_impedance(l - b, s - a) + log_impedance(l + b, s + a) - log_impedance(l - b, s + a)) /
-                           (8 * static_cast<float>(b) * pitch);
+      const float before_left = log_impedance(l - b, s - a);
+      const float before_right = log_impedance(l + b, s - a);
+      const float behind_left = log_impedance(l - b, s + a);
+      const float behind_right = log_impedance(l + b, s + a);
+      const float along =
+          (behind_left - before_left + behind_right - before_right) / (4 * static_cast<float>(a) * c.sample_pitch);
+      const float across =
+          (before_right - before_left + behind_right - behind_left) / (4 * static_cast<float>(b) * pitch);
       const float slope = std::sqrt(along * along + across * across);
       const float cosine = slope > 1e-3F ? std::abs(along) / slope : 1.0F;
       const float reflection = std::tanh(0.5F * std::abs(jump));
       const float total = std::tanh(0.5F * slope * ramp);
-      const float beads = std::exp((c.texture * kBeadDb * channel(here, 7) - kBeadDb) * 0.115129255F);
+      const float beads = std::exp((c.texture * kBeadDb * texture_and_beads.imag() - kBeadDb) * 0.115129255F);
       const float mirror = kInterfaceGain * reflection * std::pow(cosine, kInterfaceExponent) * beads;
       const float diffuse = kInterfaceGain * total * kInterfaceDiffuse;
       for (int k = 0; k < looks_; ++k) {
-        const Complex noise(channel(here, 2 * k), channel(here, 2 * k + 1));
+        const Complex noise = model_.speckle().look(k, here % kSpeckleTexels);
         echo_[k][index(l, s)] = texture * sum[k] + mirror * kInterfaceCoherent +
                                 (mirror * kInterfaceRough + diffuse) * 0.70710678F * noise;
       }
@@ -233,84 +202,93 @@ void ReferenceImager::make_echoes() {
   }
 }
 
-void ReferenceImager::add_needle() {
-  const FrameConstants& c = model_.constants();
-  if (c.needle_segments == 0) return;
-  for (int s = c.needle_first_sample; s < c.needle_end_sample; ++s) {
-    const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
-    const float sigma = static_cast<float>(elevation_fwhm(range)) * 0.42466090F;
-    for (int l = c.needle_first_line; l < c.needle_end_line; ++l) {
-      const Eigen::Vector2f at = model_.scan().position(l, s).cast<float>();
-      const Eigen::Vector2f beam = model_.scan().direction(l).cast<float>();
-      float amplitude = 0;
-      float shadow = 0;
-      for (int n = 0; n <= kReverberations; ++n) {
-        // The echo comes from the near side of the shaft; copy n arrives later.
-        const Eigen::Vector2f p = at + (c.needle_radius - static_cast<float>(n) * kReverberationSpacing) * beam;
-        // The point of the shaft that shows most here: the nearest, lengths counted in standard deviations of the
-        // echo across the shaft (in the plane) and of the beam (out of it).
-        const Eigen::Vector3f scale(1 / kNeedleWidth, 1 / sigma, 1 / kNeedleWidth);
-        float nearest2 = std::numeric_limits<float>::max();
-        float from_tip = 0;
-        float along = 0;
-        for (const NeedleSegment& segment : model_.needle()) {
-          const Eigen::Vector3f axis = xyz(segment.to) - xyz(segment.from);
-          const float length = segment.to.w - segment.from.w;
-          const Eigen::Vector3f to_p = scale.cwiseProduct(Eigen::Vector3f(p.x(), 0, p.y()) - xyz(segment.from));
-          const Eigen::Vector3f scaled_axis = scale.cwiseProduct(axis);
-          const float t = std::clamp(to_p.dot(scaled_axis) / scaled_axis.squaredNorm(), 0.0F, 1.0F);
-          const float distance2 = (to_p - t * scaled_axis).squaredNorm();
-          if (distance2 < nearest2) {
-            nearest2 = distance2;
-            from_tip = segment.from.w + t * length;
-            along = beam.dot(Eigen::Vector2f(axis.x(), axis.z())) / length;
-          }
-        }
-        const float profile = std::exp(-0.5F * nearest2);
-        const float sin2 = std::max(1 - along * along, 0.0F);
-        const float sin6 = sin2 * sin2 * sin2;
-        if (n == 0) {
-          const float tip = std::exp(-from_tip * from_tip / (kTipLength * kTipLength));
-          const float law = kNeedleMirror * sin6 + kNeedleRough * sin2 + kNeedleFloor;
-          amplitude = profile * (law * (1 + kTipGain * tip) + kTipFloor * tip);
-          shadow = profile;
-        } else {
-          amplitude += kReverberationGain * std::pow(kReverberationDecay, static_cast<float>(n - 1)) * profile * sin6;
-        }
-      }
-      for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += kNeedleGain * amplitude;
-      // The profile integrates to sqrt(2 pi) sigma across the shaft.
-      loss_[index(l, s)] += kNeedleShadow * shadow * c.sample_pitch / (2.5066283F * kNeedleWidth);
+/// Calls visit(line, sample) for every sample that echoes of the needle or of wires reach.
+template <typename Visit>
+void ReferenceImager::each_thin_sample(Visit&& visit) const {
+  const int columns = model_.slice().columns();
+  for (const std::uint32_t tile : model_.thin_tiles()) {
+    const int line = static_cast<int>(tile) % columns * kTile;
+    const int sample = static_cast<int>(tile) / columns * kTile;
+    for (int s = sample; s < std::min(sample + kTile, samples_); ++s) {
+      for (int l = line; l < std::min(line + kTile, lines_); ++l) visit(l, s);
     }
   }
 }
 
+void ReferenceImager::add_needle() {
+  const FrameConstants& c = model_.constants();
+  if (c.needle_segments == 0) return;
+  each_thin_sample([&](int l, int s) {
+    const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
+    const float sigma = static_cast<float>(elevation_fwhm(range)) * 0.42466090F;
+    const Eigen::Vector2f at = model_.scan().position(l, s).cast<float>();
+    const Eigen::Vector2f beam = model_.scan().direction(l).cast<float>();
+    float amplitude = 0;
+    float shadow = 0;
+    for (int n = 0; n <= kReverberations; ++n) {
+      // The echo comes from the near side of the shaft; copy n arrives later.
+      const Eigen::Vector2f p = at + (c.needle_radius - static_cast<float>(n) * kReverberationSpacing) * beam;
+      // The point of the shaft that shows most here: the nearest, lengths counted in standard deviations of the
+      // echo across the shaft (in the plane) and of the beam (out of it).
+      const Eigen::Vector3f scale(1 / kNeedleWidth, 1 / sigma, 1 / kNeedleWidth);
+      float nearest2 = std::numeric_limits<float>::max();
+      float from_tip = 0;
+      float along = 0;
+      for (const NeedleSegment& segment : model_.needle()) {
+        const Eigen::Vector3f axis = xyz(segment.to) - xyz(segment.from);
+        const float length = segment.to.w - segment.from.w;
+        const Eigen::Vector3f to_p = scale.cwiseProduct(Eigen::Vector3f(p.x(), 0, p.y()) - xyz(segment.from));
+        const Eigen::Vector3f scaled_axis = scale.cwiseProduct(axis);
+        const float t = std::clamp(to_p.dot(scaled_axis) / scaled_axis.squaredNorm(), 0.0F, 1.0F);
+        const float distance2 = (to_p - t * scaled_axis).squaredNorm();
+        if (distance2 < nearest2) {
+          nearest2 = distance2;
+          from_tip = segment.from.w + t * length;
+          along = beam.dot(Eigen::Vector2f(axis.x(), axis.z())) / length;
+        }
+      }
+      const float profile = std::exp(-0.5F * nearest2);
+      const float sin2 = std::max(1 - along * along, 0.0F);
+      const float sin6 = sin2 * sin2 * sin2;
+      if (n == 0) {
+        const float tip = std::exp(-from_tip * from_tip / (kTipLength * kTipLength));
+        const float law = kNeedleMirror * sin6 + kNeedleRough * sin2 + kNeedleFloor;
+        amplitude = profile * (law * (1 + kTipGain * tip) + kTipFloor * tip);
+        shadow = profile;
+      } else {
+        amplitude += kReverberationGain * std::pow(kReverberationDecay, static_cast<float>(n - 1)) * profile * sin6;
+      }
+    }
+    for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += kNeedleGain * amplitude;
+    // The profile integrates to sqrt(2 pi) sigma across the shaft.
+    loss_[index(l, s)] += kNeedleShadow * shadow * c.sample_pitch / (2.5066283F * kNeedleWidth);
+  });
+}
+
 void ReferenceImager::add_wires() {
   const FrameConstants& c = model_.constants();
-  for (int s = 0; s < samples_ && c.wires > 0; ++s) {
+  if (c.wires == 0) return;
+  each_thin_sample([&](int l, int s) {
     const double range = model_.scan().range(s);
     const auto width = [](double pitch) { return std::max(kWireWidth, kWirePitches * static_cast<float>(pitch)); };
     const Eigen::Array3f scale =
         1 / Eigen::Array3f(width(model_.scan().lateral_pitch(range)),
                            static_cast<float>(elevation_fwhm(range)) * 0.42466090F, width(c.sample_pitch));
-    for (int l = 0; l < lines_; ++l) {
-      const Eigen::Vector2f at = model_.scan().position(l, s).cast<float>();
-      const Eigen::Vector2f beam = model_.scan().direction(l).cast<float>();
-      // Across the beam, out of the plane, along the beam.
-      const auto scaled = [&](const Eigen::Vector3f& v) -> Eigen::Vector3f {
-        return scale *
-               Eigen::Array3f(v.x() * beam.y() - v.z() * beam.x(), v.y(), v.x() * beam.x() + v.z() * beam.y());
-      };
-      float echo = 0;
-      for (const WireSegment& wire : model_.wires()) {
-        const Eigen::Vector3f to_p = scaled(Eigen::Vector3f(at.x(), 0, at.y()) - xyz(wire.from));
-        const Eigen::Vector3f axis = scaled(xyz(wire.to) - xyz(wire.from));
-        const float t = std::clamp(to_p.dot(axis) / axis.squaredNorm(), 0.0F, 1.0F);
-        echo += ((1 - t) * wire.from.w + t * wire.to.w) * std::exp(-0.5F * (to_p - t * axis).squaredNorm());
-      }
-      for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += echo;
+    const Eigen::Vector2f at = model_.scan().position(l, s).cast<float>();
+    const Eigen::Vector2f beam = model_.scan().direction(l).cast<float>();
+    // Across the beam, out of the plane, along the beam.
+    const auto scaled = [&](const Eigen::Vector3f& v) -> Eigen::Vector3f {
+      return scale * Eigen::Array3f(v.x() * beam.y() - v.z() * beam.x(), v.y(), v.x() * beam.x() + v.z() * beam.y());
+    };
+    float echo = 0;
+    for (const WireSegment& wire : model_.wires()) {
+      const Eigen::Vector3f to_p = scaled(Eigen::Vector3f(at.x(), 0, at.y()) - xyz(wire.from));
+      const Eigen::Vector3f axis = scaled(xyz(wire.to) - xyz(wire.from));
+      const float t = std::clamp(to_p.dot(axis) / axis.squaredNorm(), 0.0F, 1.0F);
+      echo += ((1 - t) * wire.from.w + t * wire.to.w) * std::exp(-0.5F * (to_p - t * axis).squaredNorm());
     }
-  }
+    for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += echo;
+  });
 }
 
 void ReferenceImager::attenuate() {
@@ -327,9 +305,9 @@ void ReferenceImager::attenuate() {
       const float haze = kHazeNear * std::exp(-range / kHazeNearDecay) + kHazeFar * std::exp(-range / kHazeFarDecay);
       // Fixed to the probe and smeared along the face.
       const Eigen::Vector2f p = model_.scan().position(l, s).cast<float>();
-      const std::array<std::int8_t, 8>& noise = model_.speckle().texels[texel_at({0.2F * p.x(), 0.0F, range})];
+      const std::size_t texel = SpeckleField::texel(cell_at({0.2F * p.x(), 0.0F, range}));
       for (int k = 0; k < looks_; ++k) {
-        echo_[k][i] += haze * 0.70710678F * Complex(channel(noise, 2 * k), channel(noise, 2 * k + 1));
+        echo_[k][i] += haze * 0.70710678F * model_.speckle().look(k, texel);
       }
     }
   }

@@ -48,12 +48,6 @@ public:
 
 private:
   using Complex = std::complex<float>;
-  /// Where a sample lies in the patient at rest.
-  struct RestPoint {
-    Eigen::Vector3f position;
-    Eigen::Vector3f slope;  ///< d position / d y of the probe
-    int body;               ///< -1: none
-  };
   struct Mix {
     float log_impedance, loss, texture;
   };
@@ -62,6 +56,8 @@ private:
   void follow_breath();
   void mix_tissues();
   void make_echoes();
+  template <typename Visit>
+  void each_thin_sample(Visit&& visit) const;
   void add_needle();
   void add_wires();
   void attenuate();
@@ -71,16 +67,16 @@ private:
 
   bool on_needle(const Eigen::Vector2f& p, float range) const;
   Eigen::Vector3f voxel_position(const Eigen::Vector3f& rest) const;
-  int voxel_at(const Eigen::Vector3i& voxel) const;
+  std::uint32_t voxel_at(const Eigen::Vector3i& voxel) const;
   int tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const;
-  std::size_t texel_at(const Eigen::Vector3f& rest) const;
+  static Eigen::Vector3i cell_at(const Eigen::Vector3f& rest);  ///< of the speckle lattice
   std::size_t index(int line, int sample) const { return static_cast<std::size_t>(sample) * lines_ + line; }
 
   ScanModel model_;
   int lines_;
   int samples_;
   int looks_;
-  std::vector<RestPoint> rest_;
+  std::vector<PlaneSlice::Place> rest_;  ///< body -1: none
   std::vector<Mix> mix_;
   std::array<std::vector<Complex>, kMaxLooks> echo_;
   std::array<std::vector<Complex>, kMaxLooks> scratch_;

@@ -43,7 +43,7 @@ std::vector<std::uint8_t> ReferenceImager::label_map() const {
       }
       const int l = std::clamp(static_cast<int>(std::floor(line + 0.5F)), 0, lines_ - 1);
       const int s = std::clamp(static_cast<int>(std::floor(along + 0.5F)), 0, samples_ - 1);
-      const RestPoint& rest = rest_[index(l, s)];
+      const PlaneSlice::Place& rest = rest_[index(l, s)];
       const Eigen::Vector3f nearest = (voxel_position(rest.position).array() + 0.5F).floor();
       int label = tissue_at(nearest.cast<int>(), rest.body, true);
       if (on_needle({x, z}, range)) label = c.filler_tissue + 1;

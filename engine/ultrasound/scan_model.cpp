@@ -1,6 +1,7 @@
 #include "engine/ultrasound/scan_model.h"
 
 #include "engine/content/error.h"
+#include "engine/ultrasound/voxel_words.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +12,7 @@
 namespace stylet::ultrasound {
 namespace {
 
-constexpr float kMeshEdge = 1.5F;       ///< voxels by which a mesh may miss the surface it was made from
+constexpr double kNoEcho = 5.5;         ///< standard deviations of a profile beyond which it is nothing: -131 dB
 constexpr double kSpeedOfSound = 1540;  ///< m/s, what every scanner assumes
 
 double amplitude(double db) {
@@ -31,37 +32,6 @@ TissueRow tissue_row(const content::Acoustics& acoustics, double frequency_mhz) 
 
 vec4 as_vec4(const Eigen::Vector3f& v, float w = 0) {
   return {v.x(), v.y(), v.z(), w};
-}
-
-/// Voxels of `labels` inside the rest mesh of a body, or within `margin` (m) outside it. [voxels] 1 or 0
-std::vector<std::uint8_t> covered_voxels(const content::LabelVolume& labels, const physics::TetMesh& mesh,
-                                         float margin) {
-  std::vector<std::uint8_t> covered(labels.labels.size(), 0);
-  for (const std::array<int, 4>& tet : mesh.tets) {
-    Eigen::Matrix<float, 3, 4> p;
-    for (int i = 0; i < 4; ++i) p.col(i) = (mesh.nodes[tet[i]].cast<float>() - labels.origin) / labels.spacing;
-    const Eigen::Matrix3f edges = p.rightCols<3>().colwise() - p.col(0);
-    if (!(std::abs(edges.determinant()) > 1e-6F)) continue;
-    const Eigen::Matrix3f inverse = edges.inverse();
-    Eigen::Matrix<float, 4, 3> gradient;
-    gradient << -inverse.colwise().sum(), inverse;
-    const Eigen::Vector4f slack = gradient.rowwise().norm() * (margin / labels.spacing);
-    const float reach = margin / labels.spacing;
-    const Eigen::Array3i low = (p.rowwise().minCoeff().array() - reach).ceil().cast<int>().max(0);
-    const Eigen::Array3i high =
-        (p.rowwise().maxCoeff().array() + reach).floor().cast<int>().min(labels.size.array() - 1);
-    for (int k = low.z(); k <= high.z(); ++k) {
-      for (int j = low.y(); j <= high.y(); ++j) {
-        const std::size_t row = (static_cast<std::size_t>(k) * labels.size.y() + j) * labels.size.x();
-        for (int i = low.x(); i <= high.x(); ++i) {
-          Eigen::Vector4f w = gradient * (Eigen::Vector3f(float(i), float(j), float(k)) - p.col(0));
-          w[0] += 1;
-          if ((w.array() >= -slack.array()).all()) covered[row + i] = 1;
-        }
-      }
-    }
-  }
-  return covered;
 }
 
 void check(const content::Scene& scene, const ImagerSettings& settings) {
@@ -86,6 +56,9 @@ void check(const content::Scene& scene, const ImagerSettings& settings) {
         "label volume of {} x {} x {} voxels has {} labels and {} bodies; build it from the scene's surfaces",
         labels.size.x(), labels.size.y(), labels.size.z(), labels.labels.size(), labels.bodies.size()));
   }
+  if (scene.tissues.size() + 2 > kTissueRows) {
+    fail(fmt::format("scene has {} tissues, the limit is {}", scene.tissues.size(), kTissueRows - 2));
+  }
   for (std::uint8_t label : labels.labels) {
     if (label >= scene.tissues.size()) {
       fail(fmt::format("label {} has no tissue; there are {}", int(label), scene.tissues.size()));
@@ -109,6 +82,7 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
       settings_(settings),
       controls_(ScannerControls::of(scene.probe, settings.persistence)),
       speckle_(settings.seed),
+      voxels_(voxel_words(scene)),
       slice_(ScanGeometry::of(scene.probe, settings.line_oversampling), scene.bodies) {
   for (const content::Tissue& tissue : scene.tissues) acoustics_.push_back(tissue.acoustics);
   // Label 0 is the outside. Air, unless it is the gel in front of the skin.
@@ -126,28 +100,8 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   acoustics_.push_back(medium(kFillerImpedance, kFillerAttenuation, kFillerBackscatterDb));
 
   const content::LabelVolume& labels = scene.labels;
-  voxels_.resize((labels.labels.size() + 1) / 2 * 2);
-  for (std::size_t i = 0; i < labels.labels.size(); ++i) {
-    voxels_[i] = labels.labels[i];
-  }
-  // A voxel belongs to the body whose tetrahedra carry it. What only hangs on a body, outside its mesh (the
-  // gallbladder under the liver), stays where it is at rest; a voxel at the mesh's own rough edge does not.
-  for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
-    const std::vector<std::uint8_t> covered =
-        covered_voxels(labels, scene.bodies[body].mesh, kMeshEdge * labels.spacing);
-    for (std::size_t i = 0; i < labels.labels.size(); ++i) {
-      if (covered[i] != 0 && labels.bodies[i] == static_cast<int>(body)) {
-        voxels_[i] = static_cast<std::uint16_t>(labels.labels[i] | (body + 1) << 8);
-      }
-    }
-  }
-
-  constants_.breath.w = -1;
-  for (std::size_t i = 0; i < labels.labels.size(); ++i) {
-    if (labels.bodies[i] != content::kBreathes) continue;
-    constants_.breath.w = static_cast<float>(scene.bodies.size());
-    voxels_[i] = static_cast<std::uint16_t>(labels.labels[i] | (scene.bodies.size() + 1) << 8);
-  }
+  const bool breathes = std::ranges::find(labels.bodies, content::kBreathes) != labels.bodies.end();
+  constants_.breath.w = breathes ? static_cast<float>(scene.bodies.size()) : -1.0F;
 
   FrameConstants& c = constants_;
   c.looks = settings.looks;
@@ -205,17 +159,32 @@ void ScanModel::make_geometry() {
   c.lines = scan_.lines;
   c.samples = scan_.samples;
   c.plane_spacing = static_cast<float>(beam_.plane_spacing);
-  c.bin_x = slice_.bin_origin().x();
-  c.bin_z = slice_.bin_origin().y();
-  c.bin_size = slice_.bin_size();
-  c.bin_columns = slice_.columns();
-  c.bin_rows = slice_.rows();
+  c.tile_columns = slice_.columns();
   c.width = sector_.width;
   c.height = sector_.height;
   c.pixel = static_cast<float>(sector_.metres_per_pixel);
   c.picture_x = static_cast<float>(sector_.origin.x());
   c.picture_z = static_cast<float>(sector_.origin.y());
+  make_runs();
   ++tables_version_;
+}
+
+/// The picture in runs of kPixels; first those that show the sector.
+void ScanModel::make_runs() {
+  std::vector<std::uint32_t> empty;
+  runs_.clear();
+  for (int v = 0; v < sector_.height; ++v) {
+    for (int u = 0; u < sector_.width; u += kPixels) {
+      bool shown = false;
+      for (int i = u - 1; i <= std::min(u + kPixels, sector_.width) && !shown; ++i) {
+        const Eigen::Vector2d at = scan_.line_and_sample(sector_.position(Eigen::Vector2d(i, v)));
+        shown = at.x() > -1 && at.x() < scan_.lines && at.y() > -1 && at.y() < scan_.samples;
+      }
+      (shown ? runs_ : empty).push_back(static_cast<std::uint32_t>(v << 16 | u));
+    }
+  }
+  sector_runs_ = static_cast<int>(runs_.size());
+  runs_.insert(runs_.end(), empty.begin(), empty.end());
 }
 
 void ScanModel::make_tissues() {
@@ -242,8 +211,7 @@ void ScanModel::update(const state::FrameState& state) {
   patient_from_probe.translation() = state.probe_position;
   const Eigen::Isometry3f probe_from_patient = patient_from_probe.inverse();
   slice_.cut(state, probe_from_patient);
-  place_needle(state, probe_from_patient);
-  place_wires(probe_from_patient);
+  place_thin(state, probe_from_patient);
   constants_.origin = as_vec4(patient_from_probe.translation());
   constants_.lateral = as_vec4(patient_from_probe.linear().col(0));
   constants_.elevation = as_vec4(patient_from_probe.linear().col(1));
@@ -258,41 +226,68 @@ void ScanModel::update(const state::FrameState& state) {
   first_frame_ = false;
 }
 
+/// Marks the tiles that the echo of a piece from `a` to `b` (probe frame) reaches: `across`, `before` and `behind`
+/// from it within the plane, m.
+void ScanModel::mark_tiles(const Eigen::Vector3f& a, const Eigen::Vector3f& b, double across, double before,
+                           double behind) {
+  const auto tile_of = [](double place, int end) {
+    return static_cast<int>(std::clamp(std::floor(place / kTile), -1.0, static_cast<double>(end)));
+  };
+  const double step = 0.5 * kTile * scan_.sample_pitch;
+  const int steps = static_cast<int>(std::ceil(double((b - a).norm()) / step));
+  for (int i = 0; i <= steps; ++i) {
+    const Eigen::Vector3d p = (a + (b - a) * (static_cast<float>(i) / static_cast<float>(steps))).cast<double>();
+    const Eigen::Vector2d place = scan_.line_and_sample({p.x(), p.z()});
+    const double range = scan_.range(place.y());
+    if (std::abs(p.y()) > slice_reach() + step || range + behind < 0) continue;
+    const double nearest = std::max(range - before, scan_.sample_pitch);
+    const double lines = (across + step) / scan_.lateral_pitch(nearest) + 1;
+    const int first_column = std::max(tile_of(place.x() - lines, slice_.columns()), 0);
+    const int last_column = tile_of(place.x() + lines, slice_.columns() - 1);
+    const int first_row = std::max(tile_of(place.y() - (before + step) / scan_.sample_pitch, slice_.rows()), 0);
+    const int last_row = tile_of(place.y() + (behind + step) / scan_.sample_pitch, slice_.rows() - 1);
+    for (int row = first_row; row <= last_row; ++row) {
+      for (int column = first_column; column <= last_column; ++column) {
+        marked_[static_cast<std::size_t>(row) * slice_.columns() + column] = 1;
+      }
+    }
+  }
+}
+
+/// Further out of the plane nothing shows, m.
+float ScanModel::slice_reach() const {
+  return 2.2F * static_cast<float>(elevation_fwhm(scan_.range(scan_.samples)));
+}
+
+void ScanModel::place_thin(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient) {
+  marked_.assign(static_cast<std::size_t>(slice_.columns()) * slice_.rows(), 0);
+  place_needle(state, probe_from_patient);
+  place_wires(probe_from_patient);
+  thin_tiles_.clear();
+  for (std::size_t tile = 0; tile < marked_.size(); ++tile) {
+    if (marked_[tile] != 0) thin_tiles_.push_back(static_cast<std::uint32_t>(tile));
+  }
+}
+
 void ScanModel::place_needle(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient) {
-  // Beyond three standard deviations of the widest beam a segment shows nothing.
-  const float reach = 1.3F * static_cast<float>(elevation_fwhm(scan_.range(scan_.samples)));
-  const double margin = 4 * kNeedleWidth + constants_.needle_radius;
+  const double margin = kNoEcho * kNeedleWidth + constants_.needle_radius;
   needle_.clear();
-  Eigen::AlignedBox2d box;  // of (line, sample)
   float from_tip = 0;
   for (std::size_t i = state.needle_positions.size(); i-- > 1;) {
     const Eigen::Vector3f a = probe_from_patient * state.needle_positions[i];
     const Eigen::Vector3f b = probe_from_patient * state.needle_positions[i - 1];
     const float length = (b - a).norm();
-    const bool away = std::min(std::abs(a.y()), std::abs(b.y())) > reach && a.y() * b.y() > 0;
-    if (!away && std::isfinite(length) && length > 1e-6F) {
+    if (!out_of_slice(a, b) && std::isfinite(length) && length > 1e-6F) {
       needle_.push_back({as_vec4(a, from_tip), as_vec4(b, from_tip + length)});
-      // The range along a segment is convex, its least value inside it: a few points bound it well enough.
-      for (float t : {0.0F, 0.25F, 0.5F, 0.75F, 1.0F}) {
-        const Eigen::Vector3f p = a + t * (b - a);
-        box.extend(scan_.line_and_sample(Eigen::Vector2d(p.x(), p.z())));
-      }
+      mark_tiles(a, b, margin, margin, margin + kReverberations * kReverberationSpacing);
     }
     from_tip += length;
   }
-  const auto clamp_to = [](double value, int end) { return static_cast<int>(std::clamp(value, 0.0, double(end))); };
   constants_.needle_segments = static_cast<int>(needle_.size());
-  if (needle_.empty()) return;
-  const double echo_end = margin + kReverberations * kReverberationSpacing;
-  const double nearest = std::max(scan_.range(box.min().y()), scan_.range(0));
-  const double lines = margin / scan_.lateral_pitch(nearest) + 1;
-  constants_.needle_first_line = clamp_to(box.min().x() - lines, scan_.lines);
-  constants_.needle_end_line = clamp_to(box.max().x() + lines + 1, scan_.lines);
-  constants_.needle_first_sample = clamp_to(box.min().y() - 2 * margin / scan_.sample_pitch, scan_.samples);
-  constants_.needle_end_sample = clamp_to(box.max().y() + echo_end / scan_.sample_pitch + 1, scan_.samples);
-  const bool in_sector = constants_.needle_first_line < constants_.needle_end_line &&
-                         constants_.needle_first_sample < constants_.needle_end_sample;
-  if (!in_sector) constants_.needle_segments = 0;
+}
+
+bool ScanModel::out_of_slice(const Eigen::Vector3f& a, const Eigen::Vector3f& b) const {
+  return std::min(std::abs(a.y()), std::abs(b.y())) > slice_reach() && a.y() * b.y() > 0;
 }
 
 /// Before the beam's kernels, so that behind them it is what the wire is said to be.
@@ -313,21 +308,17 @@ float ScanModel::wire_amplitude(const content::Wire& wire, const Eigen::Vector3f
 
 void ScanModel::place_wires(const Eigen::Isometry3f& probe_from_patient) {
   wires_.clear();
-  const float reach = 1.3F * static_cast<float>(elevation_fwhm(scan_.range(scan_.samples)));
+  const double deepest = scan_.range(scan_.samples);
+  const double across = kNoEcho * std::max<double>(kWireWidth, kWirePitches * scan_.lateral_pitch(deepest));
+  const double along = kNoEcho * std::max<double>(kWireWidth, kWirePitches * scan_.sample_pitch);
   for (const content::Wire& wire : scene_.wires) {
     const Eigen::Vector3f a = probe_from_patient * wire.from.cast<float>();
     const Eigen::Vector3f b = probe_from_patient * wire.to.cast<float>();
-    const bool away = std::min(std::abs(a.y()), std::abs(b.y())) > reach && a.y() * b.y() > 0;
-    if (away || !((b - a).norm() > 1e-6F)) continue;
+    if (out_of_slice(a, b) || !((b - a).norm() > 1e-6F)) continue;
     wires_.push_back({as_vec4(a, wire_amplitude(wire, a)), as_vec4(b, wire_amplitude(wire, b))});
+    mark_tiles(a, b, across, along, along);
   }
   constants_.wires = static_cast<int>(wires_.size());
-  if (wires_.empty()) return;
-  // They lie all over a test object.
-  constants_.needle_first_line = 0;
-  constants_.needle_end_line = scan_.lines;
-  constants_.needle_first_sample = 0;
-  constants_.needle_end_sample = scan_.samples;
 }
 
 }  // namespace stylet::ultrasound

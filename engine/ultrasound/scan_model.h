@@ -50,7 +50,7 @@ public:
   std::string set_controls(ScannerControls controls);
   /// New acoustics for the tissues of the scene, by label. [at most as many as there are]
   void set_acoustics(std::span<const content::Tissue> tissues);
-  /// Counts what changed tissues() or beam() since construction.
+  /// Counts what changed tissues(), beam() or picture_runs() since construction.
   int tables_version() const { return tables_version_; }
 
   const content::Scene& scene() const { return scene_; }
@@ -60,9 +60,12 @@ public:
   const SpeckleField& speckle() const { return speckle_; }
   /// Row of a tissue = its label; then gel and filler.
   const std::vector<TissueRow>& tissues() const { return tissues_; }
-  /// label | (body + 1) << 8, in the order of content::LabelVolume; body -1 where no tetrahedron carries the voxel,
-  /// FrameConstants::breath.w where it goes with the breath. Even number of entries.
+  /// engine/ultrasound/voxel_words.h
   const std::vector<std::uint16_t>& voxels() const { return voxels_; }
+
+  /// All pixels, kPixels of a row at a time: first of them | row << 16. The first sector_runs() show the sector.
+  const std::vector<std::uint32_t>& picture_runs() const { return runs_; }
+  int sector_runs() const { return sector_runs_; }
 
   // Of the last update().
   const PlaneSlice& slice() const { return slice_; }
@@ -71,12 +74,19 @@ public:
   }  ///< from the tip to the hub; at most kMaxBeams
   /// Wires of the scene that come near the image plane.
   const std::vector<WireSegment>& wires() const { return wires_; }
+  /// Tiles (PlaneSlice) that echoes of the needle and of wires reach; ascending.
+  const std::vector<std::uint32_t>& thin_tiles() const { return thin_tiles_; }
   const FrameConstants& constants() const { return constants_; }
 
 private:
   void make_geometry();
   void make_tissues();
   void set_receiver();
+  void make_runs();
+  void place_thin(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient);
+  void mark_tiles(const Eigen::Vector3f& a, const Eigen::Vector3f& b, double across, double before, double behind);
+  float slice_reach() const;
+  bool out_of_slice(const Eigen::Vector3f& a, const Eigen::Vector3f& b) const;
   void place_needle(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient);
   void place_wires(const Eigen::Isometry3f& probe_from_patient);
   float wire_amplitude(const content::Wire& wire, const Eigen::Vector3f& at) const;
@@ -94,6 +104,10 @@ private:
   PlaneSlice slice_;
   std::vector<NeedleSegment> needle_;
   std::vector<WireSegment> wires_;
+  std::vector<std::uint8_t> marked_;  ///< [tiles]
+  std::vector<std::uint32_t> thin_tiles_;
+  std::vector<std::uint32_t> runs_;
+  int sector_runs_ = 0;
   FrameConstants constants_{};
   int tables_version_ = 0;
   bool first_frame_ = true;

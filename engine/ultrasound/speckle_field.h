@@ -1,28 +1,48 @@
 // The scatterers of the tissue: random fields over rest space, so that speckle moves and strains with the tissue.
 #pragma once
 
-#include <array>
+#include "shaders/ultrasound_shared.h"
+
+#include <Eigen/Core>
+
+#include <complex>
 #include <cstdint>
 #include <vector>
 
 namespace stylet::ultrasound {
 
-/// Periodic cube of kSpeckleSize^3 texels, kSpeckleSpacing apart (shaders/ultrasound_shared.h). A texel is 8 signed
-/// bytes, kSpeckleScale standard deviations at full scale:
-///   [2k], [2k + 1]  real and imaginary part of look k: complex circular Gaussian, correlated over kSpeckleFwhm
-///   [6]             slow texture of the parenchyma, correlated over about 2.6 mm
-///   [7]             beads along interfaces, correlated over about 1.9 mm
-///   The parts of a look have variance 1 each; channels 6 and 7 have variance 1.
-/// Texel of a rest position x: floor(R x / kSpeckleSpacing) mod kSpeckleSize, R the rotation of the shared header.
+/// Fields over boxes of texels, kSpeckleSpacing apart (shaders/ultrasound_shared.h). A texel is a byte, two numbers
+/// of four bits, kSpeckleStep standard deviations a step; all have variance 1:
+///   looks  real and imaginary part: complex circular Gaussian, correlated over kSpeckleFwhm. kSpeckleSize^3 texels
+///   slow   texture of the parenchyma, correlated over about 2.6 mm, and beads along interfaces, over about 1.9 mm.
+///          kSlowSize^2 kSlowDepth texels, periodic
+/// Lattice of a rest position x: R x / kSpeckleSpacing, R the rotation of the shared header.
 struct SpeckleField {
-  std::vector<std::array<std::int8_t, 8>> texels;  ///< see index()
+  std::vector<std::uint8_t> texels;  ///< looks [kMaxLooks][kSpeckleTexels], then slow [kSlowTexels]
 
   /// The same seed gives the same bytes on every machine.
   explicit SpeckleField(std::uint32_t seed);
 
-  /// Place of texel (x, y, z), each in [0, kSpeckleSize), in `texels`: bricks of 2 x 2 x 2, a cache line each, so
-  /// that neighbours in any direction are near in memory.
-  static std::size_t index(int x, int y, int z);
+  /// Place of a cell of the lattice within a look. The box is repeated without end, each time shifted at random: what
+  /// is seen of it stays small in memory and never looks like a pattern; across its faces speckle does not go on.
+  static std::size_t texel(const Eigen::Vector3i& cell);
+  /// The same within the slow fields, which go on.
+  static std::size_t slow_texel(const Eigen::Vector3i& cell);
+  /// The two numbers of a texel, in standard deviations.
+  std::complex<float> look(int look, std::size_t texel) const {
+    return pair(look * std::size_t{kSpeckleTexels} + texel);
+  }
+  std::complex<float> slow(std::size_t texel) const { return pair(kMaxLooks * std::size_t{kSpeckleTexels} + texel); }
+
+private:
+  std::complex<float> pair(std::size_t index) const {
+    const unsigned both = texels[index];
+    return {kSpeckleStep * (static_cast<float>(both & 15U) - 7.5F),
+            kSpeckleStep * (static_cast<float>(both >> 4U) - 7.5F)};
+  }
 };
+
+/// PCG output permutation (O'Neill 2014): random bits of a counter.
+std::uint32_t hash(std::uint32_t x);
 
 }  // namespace stylet::ultrasound
