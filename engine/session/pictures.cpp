@@ -1,5 +1,7 @@
 #include "engine/session/pictures.h"
 
+#include "engine/session/scanner_screen.h"
+#include "engine/ultrasound/presets.h"
 #include "engine/view/offscreen.h"
 #include "engine/view/panes.h"
 
@@ -14,13 +16,20 @@ namespace {
 constexpr Colour kText{226, 232, 236, 255};
 constexpr Colour kDim{150, 160, 168, 255};
 
+ultrasound::ImagerSettings imager_settings(const content::Probe& probe, const PictureSettings& settings) {
+  ultrasound::ImagerSettings imager = ultrasound::still_settings(probe);
+  imager.width = settings.ultrasound_width;
+  imager.height = settings.ultrasound_height;
+  imager.seed = settings.seed;
+  return imager;
+}
+
 }  // namespace
 
 Pictures::Pictures(gpu::Device& device, const content::Scene& scene, const PictureSettings& settings)
     : device_(device),
       stereo_(settings.stereo),
-      imager_(device, scene,
-              {.width = settings.ultrasound_width, .height = settings.ultrasound_height, .seed = settings.seed}),
+      imager_(device, scene, imager_settings(scene.probe, settings)),
       renderer_(device, scene,
                 {.width = settings.view_width, .height = settings.view_height, .views = settings.stereo ? 2 : 1}) {}
 
@@ -29,7 +38,10 @@ Pictures::Moment Pictures::draw(const state::FrameState& state, const content::C
   const gpu::Image& ultrasound = imager_.image(state);
   renderer_.render(state, camera,
                    {.image = &ultrasound, .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel});
-  return {.view = read_view(), .ultrasound = view::read_picture(device_, ultrasound)};
+  Moment moment{.view = read_view(), .ultrasound = view::read_picture(device_, ultrasound)};
+  note_ = imager_.diagnosis();
+  draw_note(moment.ultrasound, note_, font_);
+  return moment;
 }
 
 view::Picture Pictures::read_view() const {

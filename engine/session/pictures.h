@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <vector>
+#include <string>
 
 namespace stylet::session {
 
@@ -24,7 +25,8 @@ struct PictureSettings {
   std::uint32_t seed = 1;  ///< of speckle and noise
 };
 
-/// Draws a scene's moments on a GPU and brings them home. One thread.
+/// Draws a scene's moments on a GPU and brings them home: the ultrasound in the preset and with the knobs of the
+/// scene's probe, but without persistence, so that each picture stands for itself. One thread.
 class Pictures {
 public:
   Pictures(gpu::Device& device, const content::Scene& scene, const PictureSettings& settings);
@@ -39,6 +41,8 @@ public:
 
   /// Labels and depths of the view last drawn, both eyes side by side as there; see render::LabelPass.
   render::ViewLabels view_labels();
+  /// Why the ultrasound image last drawn is black, as written at its bottom; empty: it shows something.
+  const std::string& note() const { return note_; }
 
 private:
   view::Picture read_view() const;
@@ -46,6 +50,8 @@ private:
   gpu::Device& device_;
   bool stereo_;
   ultrasound::Imager imager_;
+  Font font_ = Font::load();
+  std::string note_;
   render::Renderer renderer_;
 };
 

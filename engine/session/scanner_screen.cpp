@@ -102,8 +102,8 @@ void draw_scanner_screen(view::Picture& picture, const ScannerReadout& readout, 
   line(fmt::format("Gain {:+.0f} dB", controls.gain_db), kReading);
   line(fmt::format("DR {:.0f} dB", controls.dynamic_range_db), kReading);
   line(fmt::format("Persist {:.1f}", controls.persistence), kFaint);
-  canvas.text(font, fmt::format("{:.1f} N", readout.probe_force), {picture.width - 16.0, height}, height, kFaint,
-              Align::right);
+  canvas.text(font, fmt::format("{:.1f} N", std::max(0.0, readout.probe_force)), {picture.width - 16.0, height},
+              height, kFaint, Align::right);
   if (!console.help())
     canvas.text(font, "H: keys", {picture.width - 16.0, 2.3 * height}, 0.8 * height, kFaint, Align::right);
   if (console.frozen()) {

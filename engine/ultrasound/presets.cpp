@@ -17,6 +17,12 @@ ImagerSettings preset_settings(Preset preset, const content::Probe& probe) {
   return settings;
 }
 
+ImagerSettings still_settings(const content::Probe& probe) {
+  ImagerSettings settings = preset_settings(preset_from_name(probe.preset));
+  settings.persistence = 0;
+  return settings;
+}
+
 const char* preset_name(Preset preset) {
   return preset == Preset::raw ? "raw" : "clinical";
 }

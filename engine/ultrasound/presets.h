@@ -18,6 +18,9 @@ ImagerSettings preset_settings(Preset preset);
 /// The same with the persistence that the probe's file may ask for; raw has none.
 ImagerSettings preset_settings(Preset preset, const content::Probe& probe);
 
+/// Of the preset that the probe's file names, without persistence: for pictures that stand for themselves.
+ImagerSettings still_settings(const content::Probe& probe);
+
 /// "clinical" or "raw".
 const char* preset_name(Preset preset);
 /// @throws content::ContentError  neither; names both

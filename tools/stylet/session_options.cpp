@@ -5,6 +5,8 @@
 #include "engine/content/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/recorded_stylus.h"
+#include "engine/ultrasound/presets.h"
+#include "engine/ultrasound/scanner_controls.h"
 #include "haptic/mouse_device.h"
 #include "haptic/scripted_device.h"
 #include "tools/stylet/interrupt.h"
@@ -94,6 +96,29 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene) 
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .mouse = mouse};
   }
   throw content::ContentError(fmt::format("--device {}: there is recorded:FILE, scripted and mouse", description));
+}
+
+void add_scanner_options(CLI::App& command, ScannerOptions& options) {
+  command.add_option("--us-preset", options.preset,
+                     "Ultrasound: clinical (compounded, textured) or raw (one look, nothing added); default: the "
+                     "probe's");
+  command.add_option("--us-depth-mm", options.depth_mm, "Depth of the ultrasound image; default: the probe's");
+  command.add_option("--us-gain-db", options.gain_db, "Gain of the ultrasound image; default: the probe's");
+}
+
+void set_scanner(content::Scene& scene, const ScannerOptions& options) {
+  if (!options.preset.empty()) {
+    scene.probe.preset = ultrasound::preset_name(ultrasound::preset_from_name(options.preset));
+  }
+  ultrasound::ScannerControls controls = ultrasound::ScannerControls::of(scene.probe, 0);
+  if (options.depth_mm) controls.depth = *options.depth_mm * 1e-3;
+  if (options.gain_db) controls.gain_db = *options.gain_db;
+  if (const std::string limited = ultrasound::limit(controls, scene.probe); !limited.empty()) {
+    throw content::ContentError(
+        fmt::format("--us-...: beyond what the probe can do ({}); give a value within", limited));
+  }
+  scene.probe.depth = controls.depth;
+  scene.probe.gain_db = controls.gain_db;
 }
 
 void set_haptic_rate(content::Scene& scene, double haptic_hz) {

@@ -6,8 +6,11 @@
 #include "physics/loops/haptic_loop.h"
 #include "tools/stylet/progress.h"
 
+#include <CLI/CLI.hpp>
+
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace stylet::haptic {
@@ -36,13 +39,21 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene);
 /// The coupling named, or the scenario's where none is. @throws content::ContentError
 physics::Coupling chosen_coupling(const std::string& name, const content::Scene& scene);
 
+/// What the command line says about the scanner; the rest is as the probe's file has it.
+struct ScannerOptions {
+  std::string preset;
+  std::optional<double> depth_mm;
+  std::optional<double> gain_db;
+};
+void add_scanner_options(CLI::App& command, ScannerOptions& options);
+/// Sets up the probe of `scene`. @throws content::ContentError  out of the probe's limits, which the message names
+void set_scanner(content::Scene& scene, const ScannerOptions& options);
+
 /// Instead of the scenario's. @throws content::ContentError  out of range, or no multiple of the simulation's rate
 void set_haptic_rate(content::Scene& scene, double haptic_hz);
 
 inline constexpr const char* kDeviceHelp =
     "Stylus: recorded:FILE (a motion file), scripted, or mouse; default: the scenario's recorded motion";
-inline constexpr const char* kPresetHelp =
-    "Ultrasound: clinical (compounded, textured) or raw (one look, nothing added); default: the probe's";
 inline constexpr const char* kCouplingHelp = "stylet, paper-updated or paper-frozen; default: the scenario's";
 
 }  // namespace stylet::tools

@@ -37,7 +37,7 @@ struct TrainOptions {
   double haptic_hz = 0;
   std::string out = "out/session";
   std::string gpu;
-  std::string preset;
+  ScannerOptions scanner;
 };
 
 /// What an interrupted session does not draw: pictures of an earlier one must not lie beside its numbers.
@@ -85,8 +85,7 @@ int train(const TrainOptions& options) {
   content::Scene scene = load_scene(options.scenario, progress);
   if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
-  session::ScannerConsole console(scene.probe);
-  if (!options.preset.empty()) console.set_preset(ultrasound::preset_from_name(options.preset));
+  set_scanner(scene, options.scanner);
   const Stylus stylus = make_stylus(options.device, scene);
   if (!display && !std::isfinite(stylus.duration_s)) {
     throw content::ContentError("--device mouse: needs a window, and this session has none");
@@ -120,7 +119,10 @@ int train(const TrainOptions& options) {
     live.start();
     if (display)
       show_session(*display, gpu, scene, live,
-                   {.stereo = options.stereo, .mouse = stylus.mouse, .probe = &probe, .scanner = console});
+                   {.stereo = options.stereo,
+                    .mouse = stylus.mouse,
+                    .probe = &probe,
+                    .scanner = session::ScannerConsole(scene.probe)});
     while (!display && !live.finished() && !interrupted()) {
       progress.show("Session in real time", live.time_s() / stylus.duration_s);
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -193,7 +195,7 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_option("--haptic-hz", options->haptic_hz,
                       "Rate of the haptic loop, up to 4000; default: the scenario's");
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
-  command->add_option("--us-preset", options->preset, kPresetHelp);
+  add_scanner_options(*command, options->scanner);
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
   command->footer(
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
