@@ -29,6 +29,7 @@ ultrasound::ImagerSettings imager_settings(const content::Probe& probe, const Pi
 Pictures::Pictures(gpu::Device& device, const content::Scene& scene, const PictureSettings& settings)
     : device_(device),
       stereo_(settings.stereo),
+      notes_(settings.notes),
       imager_(device, scene, imager_settings(scene.probe, settings)),
       renderer_(device, scene,
                 {.width = settings.view_width, .height = settings.view_height, .views = settings.stereo ? 2 : 1}) {}
@@ -40,7 +41,7 @@ Pictures::Moment Pictures::draw(const state::FrameState& state, const content::C
                    {.image = &ultrasound, .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel});
   Moment moment{.view = read_view(), .ultrasound = view::read_picture(device_, ultrasound)};
   note_ = imager_.diagnosis();
-  draw_note(moment.ultrasound, note_, font_);
+  if (notes_) draw_note(moment.ultrasound, note_, font_);
   return moment;
 }
 

@@ -11,8 +11,8 @@
 #include "engine/view/picture.h"
 
 #include <cstdint>
-#include <vector>
 #include <string>
+#include <vector>
 
 namespace stylet::session {
 
@@ -23,6 +23,7 @@ struct PictureSettings {
   int ultrasound_height = 480;
   bool stereo = false;     ///< the view holds both eyes side by side, each view_width wide
   std::uint32_t seed = 1;  ///< of speckle and noise
+  bool notes = true;       ///< a black ultrasound image says at its bottom why
 };
 
 /// Draws a scene's moments on a GPU and brings them home: the ultrasound in the preset and with the knobs of the
@@ -36,19 +37,20 @@ public:
     view::Picture ultrasound;  ///< B-mode image, grey
   };
   Moment draw(const state::FrameState& state, const content::Camera& camera);
+  /// Why the ultrasound image last drawn is black; empty: it shows something.
+  const std::string& note() const { return note_; }
   /// Label map of the ultrasound image last drawn; see ultrasound::Imager::read_label_map.
   std::vector<std::uint8_t> ultrasound_labels() { return imager_.read_label_map(); }
 
   /// Labels and depths of the view last drawn, both eyes side by side as there; see render::LabelPass.
   render::ViewLabels view_labels();
-  /// Why the ultrasound image last drawn is black, as written at its bottom; empty: it shows something.
-  const std::string& note() const { return note_; }
 
 private:
   view::Picture read_view() const;
 
   gpu::Device& device_;
   bool stereo_;
+  bool notes_;
   ultrasound::Imager imager_;
   Font font_ = Font::load();
   std::string note_;

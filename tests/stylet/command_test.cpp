@@ -361,6 +361,19 @@ TEST_F(Command, RenderGivesTheSameFramesTwice) {
   EXPECT_FALSE(one["gpu"].get<std::string>().empty());
 }
 
+TEST_F(Command, RenderSetsTheScannerAndSaysWhyAnImageIsBlack) {
+  const std::string render = fmt::format("render {} --ultrasound --ultrasound-size 160x120 --to 0 --out {} ",
+                                         default_scenario(), out().string());
+  const Outcome outcome = run(render + "--us-preset raw --us-depth-mm 120 --us-gain-db -58");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const json manifest = json::parse(read_text(out() / "manifest.json"));
+  EXPECT_EQ(manifest["scanner"], json::parse(R"({"preset": "raw", "depth_mm": 120.0, "gain_db": -58.0})"));
+  EXPECT_NE(manifest["frames"][0].value("note", "").find("the gain is too low (-58 dB)"), std::string::npos);
+  const Outcome deep = run(render + "--us-depth-mm 900");
+  EXPECT_EQ(deep.exit_code, 2);
+  EXPECT_NE(deep.output.find("depth limited to 300 mm"), std::string::npos) << deep.output;
+}
+
 TEST_F(Command, RenderRefusesTimesOutsideTheMotion) {
   const std::string render = fmt::format("render {} --device recorded:{} --out {} ", default_scenario(),
                                          short_motion(8, 8.2).string(), out().string());

@@ -23,6 +23,10 @@ Size parse_size(const std::string& option, const std::string& text) {
   return size;
 }
 
+nlohmann::ordered_json scanner_json(const content::Probe& probe) {
+  return {{"preset", probe.preset}, {"depth_mm", probe.depth * 1e3}, {"gain_db", probe.gain_db}};
+}
+
 nlohmann::ordered_json legend_json(const content::PictureLabels& labels) {
   nlohmann::ordered_json legend = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < labels.names.size(); ++i) {
@@ -114,6 +118,7 @@ void add_render(CLI::App& app, int& exit_code) {
   command->add_option("--seed", options->seed, "Of speckle and noise")->capture_default_str();
   command->add_option("--device", options->device, kDeviceHelp);
   command->add_option("--coupling", options->coupling, kCouplingHelp);
+  add_scanner_options(*command, options->scanner);
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
   add_random(*command, options);
   command->footer(kRenderFooter);

@@ -4,6 +4,7 @@
 #include "engine/content/picture_labels.h"
 #include "engine/content/scene.h"
 #include "engine/session/random_frame.h"
+#include "tools/stylet/session_options.h"
 
 #include <nlohmann/json.hpp>
 
@@ -36,6 +37,7 @@ struct RenderOptions {
   std::string device;
   std::string coupling;
   std::string gpu;
+  ScannerOptions scanner{};
   std::uint64_t random = 0;             ///< frames of a data set; 0: those of the motion
   std::string shard;                    ///< "I/N"; empty: all of them
   std::optional<std::uint64_t> only{};  ///< one frame of the data set
@@ -49,6 +51,9 @@ Size parse_size(const std::string& option, const std::string& text);
 int render_motion(const RenderOptions& options);
 /// Random frames, those of a shard that are not there yet. @return exit code
 int render_dataset(const RenderOptions& options);
+
+/// What set the image up, for manifests.
+nlohmann::ordered_json scanner_json(const content::Probe& probe);
 
 /// Names by index, for manifests.
 nlohmann::ordered_json legend_json(const content::PictureLabels& labels);

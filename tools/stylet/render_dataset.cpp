@@ -11,6 +11,7 @@
 #include "engine/session/session_report.h"
 #include "engine/session/tracked_transforms.h"
 #include "engine/ultrasound/imager.h"
+#include "engine/ultrasound/presets.h"
 #include "engine/view/png_bytes.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
@@ -123,7 +124,8 @@ int render_dataset(const RenderOptions& options) {
         "--random: goes with --ultrasound; of the 3-D view there are frames of the motion only");
   }
   Progress progress;
-  const content::Scene scene = load_scene(options.scenario, progress);
+  content::Scene scene = load_scene(options.scenario, progress);
+  set_scanner(scene, options.scanner);
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
   session::RandomRanges ranges = options.ranges;
   const double end_s = scene.motion.stylus.empty() ? 0 : scene.motion.stylus.back().time_s;
@@ -136,7 +138,10 @@ int render_dataset(const RenderOptions& options) {
   const content::PictureLabels legend(scene);
   gpu::Device gpu({.gpu = options.gpu});
   content::Scene dressed = scene;
-  const ultrasound::ImagerSettings look{.width = size.width, .height = size.height, .depth_scale = false};
+  ultrasound::ImagerSettings look = ultrasound::still_settings(scene.probe);
+  look.width = size.width;
+  look.height = size.height;
+  look.depth_scale = false;
   const double mm_per_pixel =
       ultrasound::SectorGeometry::fit(ultrasound::ScanGeometry::of(scene.probe, look.line_oversampling), size.width,
                                       size.height)
@@ -149,6 +154,7 @@ int render_dataset(const RenderOptions& options) {
                                        {"scenario_hash", session::hash_text(session::file_hash(scene.scenario))},
                                        {"coupling", session::coupling_name(coupling)},
                                        {"seed", options.seed},
+                                       {"scanner", scanner_json(scene.probe)},
                                        {"frames", options.random},
                                        {"previews", options.previews},
                                        {"width", size.width},

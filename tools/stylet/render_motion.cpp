@@ -17,6 +17,7 @@
 #include "engine/session/step_hash.h"
 #include "engine/session/tracked_transforms.h"
 #include "engine/ultrasound/imager.h"
+#include "engine/ultrasound/presets.h"
 #include "engine/view/png_bytes.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
@@ -89,8 +90,11 @@ public:
       : options_(options), out_(out), camera_(chosen_camera(options, scene)), legend_(scene) {
     const Size size = parse_size("--ultrasound-size", options.ultrasound_size);
     if (options.ultrasound) {
-      imager_ = std::make_unique<ultrasound::Imager>(
-          gpu, scene, ultrasound::ImagerSettings{.width = size.width, .height = size.height, .seed = options.seed});
+      ultrasound::ImagerSettings settings = ultrasound::still_settings(scene.probe);
+      settings.width = size.width;
+      settings.height = size.height;
+      settings.seed = options.seed;
+      imager_ = std::make_unique<ultrasound::Imager>(gpu, scene, settings);
       sequence_ = std::make_unique<session::SequenceFile>(out.staged(kSequence), size.width, size.height);
       return;
     }
@@ -101,7 +105,8 @@ public:
                                                                              .ultrasound_width = size.width,
                                                                              .ultrasound_height = size.height,
                                                                              .stereo = options.stereo,
-                                                                             .seed = options.seed});
+                                                                             .seed = options.seed,
+                                                                             .notes = !options.labels});
   }
 
   void draw(int frame, const state::FrameState& state) {
@@ -110,6 +115,9 @@ public:
       draw_both(frame, state, entry);
     } else {
       draw_ultrasound(frame, state, entry);
+    }
+    if (const std::string note = pictures_ ? pictures_->note() : imager_->diagnosis(); !note.empty()) {
+      entry["note"] = note;
     }
     entry["force_n"] = {state.force.x(), state.force.y(), state.force.z()};
     entry["insertion_depth_m"] = state.insertion_depth;
@@ -199,7 +207,8 @@ int render_motion(const RenderOptions& options) {
   parse_size("--size", options.size);  // what is wrong with the options is said before the scene loads
   parse_size("--ultrasound-size", options.ultrasound_size);
   Progress progress;
-  const content::Scene scene = load_scene(options.scenario, progress);
+  content::Scene scene = load_scene(options.scenario, progress);
+  set_scanner(scene, options.scanner);
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
   chosen_camera(options, scene);
   const Stylus stylus = make_stylus(options.device, scene);
@@ -238,6 +247,7 @@ int render_motion(const RenderOptions& options) {
                                   {"scenario", scene.scenario.string()},
                                   {"coupling", session::coupling_name(coupling)},
                                   {"seed", options.seed},
+                                  {"scanner", scanner_json(scene.probe)},
                                   {"frames_per_second", options.frames_per_second},
                                   {"state_hash", session::hash_text(hash.state())},
                                   {"gpu", gpu.identity().name},
