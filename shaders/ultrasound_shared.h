@@ -60,6 +60,8 @@ STYLET_SHARED int kSpeckleSize = 64;             // texels a side of the box of 
 STYLET_SHARED uint kSpeckleTexels = 262144u;     // kSpeckleSize^3
 STYLET_SHARED int kSlowSize = 128;               // texels along x and y of the slow fields, periodic ...
 STYLET_SHARED int kSlowDepth = 64;               // ... and along z
+STYLET_SHARED float kTextureFwhm = 2.6e-3f;      // widths of their autocorrelation: brightness of the parenchyma ...
+STYLET_SHARED float kBeadFwhm = 1.9e-3f;         // ... and along interfaces
 STYLET_SHARED int kTexelBits = 20;
 STYLET_SHARED uint kSlowTexels = 1048576u;       // kSlowSize^2 kSlowDepth = 2^kTexelBits
 STYLET_SHARED float kSpeckleSpacing = 0.14e-3f;
@@ -111,7 +113,7 @@ STYLET_SHARED float kHazeNear = 6.0f;            // ring-down under the face: am
 STYLET_SHARED float kHazeNearDecay = 1.6e-3f;
 STYLET_SHARED float kHazeFar = 0.12f;            // ... and reverberation in the abdominal wall
 STYLET_SHARED float kHazeFarDecay = 14.0e-3f;
-STYLET_SHARED float kHazeDepth = 0.050f;         // and none below
+STYLET_SHARED float kHazeDepth = 0.090f;         // below, less than the receiver's noise
 STYLET_SHARED float kWhiteOverLiverDb = 24.0f;   // liver lies at mid grey with a dynamic range of 60 dB
 STYLET_SHARED float kSCurve = 0.10f;             // share of smoothstep in the grey map
 STYLET_SHARED float kGreyGamma = 1.05f;

@@ -125,9 +125,9 @@ SpeckleField::SpeckleField(std::uint32_t seed) {
   static_assert(kSlowTexels == kSlowSize * kSlowSize * kSlowDepth && kSlowTexels == 1U << kTexelBits);
   texels.resize(kMaxLooks * std::size_t{kSpeckleTexels} + kSlowTexels);
   // A kernel of amplitude FWHM a gives white noise an autocorrelation of FWHM a sqrt(2).
-  const double sigma_of_fwhm = 1 / (2 * std::sqrt(2 * std::log(2.0)));
+  const auto sigma = [](double fwhm, double pitch) { return fwhm / (4 * std::sqrt(std::log(2.0))) / pitch; };
   Fields fine({kSpeckleSize, kSpeckleSize, kSpeckleSize}, 2ULL * seed);
-  fine.blur(sigma_of_fwhm * double(kSpeckleFwhm) / std::sqrt(2.0) / double(kSpeckleSpacing));
+  fine.blur(sigma(kSpeckleFwhm, kSpeckleSpacing));
   fine.normalise();
   each_texel(kSpeckleSize, kSpeckleSize, [&](int x, int y, int z) {
     const std::size_t here = bricked(x, y, z, kSpeckleSize);
@@ -140,9 +140,9 @@ SpeckleField::SpeckleField(std::uint32_t seed) {
   constexpr int kStep = 4;
   Fields texture({kSlowSize / kStep, kSlowSize / kStep, kSlowDepth / kStep}, 2ULL * seed + 1);
   Fields beads = texture;
-  texture.blur(0.98);
+  texture.blur(sigma(kTextureFwhm, kStep * double(kSpeckleSpacing)));
   texture.normalise();
-  beads.blur(0.71);
+  beads.blur(sigma(kBeadFwhm, kStep * double(kSpeckleSpacing)));
   beads.normalise();
   each_texel(kSlowSize, kSlowDepth, [&](int x, int y, int z) {
     const float f[3] = {float(x % kStep) / kStep, float(y % kStep) / kStep, float(z % kStep) / kStep};

@@ -14,7 +14,7 @@ namespace stylet::ultrasound {
 /// Fields over boxes of texels, kSpeckleSpacing apart (shaders/ultrasound_shared.h). A texel is a byte, two numbers
 /// of four bits, kSpeckleStep standard deviations a step; all have variance 1:
 ///   looks  real and imaginary part: complex circular Gaussian, correlated over kSpeckleFwhm. kSpeckleSize^3 texels
-///   slow   texture of the parenchyma, correlated over about 2.6 mm, and beads along interfaces, over about 1.9 mm.
+///   slow   texture of the parenchyma, correlated over kTextureFwhm, and beads along interfaces, over kBeadFwhm.
 ///          kSlowSize^2 kSlowDepth texels, periodic
 /// Lattice of a rest position x: R x / kSpeckleSpacing, R the rotation of the shared header.
 struct SpeckleField {
