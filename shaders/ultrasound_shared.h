@@ -55,7 +55,7 @@ STYLET_SHARED int kTile = 8;                     // lines, and samples, of a til
 STYLET_SHARED float kInsideTet = -1e-4f;         // a point on a face must be found on one side whatever the rounding
 
 // ---- speckle: complex circular Gaussian in rest space (Wagner et al., IEEE Trans. Sonics Ultrason. 30, 1983) ------------
-STYLET_SHARED int kSpeckleSize = 64;             // texels a side of the box of a look: 256 KiB, which caches hold. Boxes of it
+STYLET_SHARED int kSpeckleSize = 64;             // texels a side of the box of a look: 512 KiB, which caches hold. Boxes of it
                                                  // fill space, each shifted by a random number of texels: no two are alike
 STYLET_SHARED uint kSpeckleTexels = 262144u;     // kSpeckleSize^3
 STYLET_SHARED int kSlowSize = 128;               // texels along x and y of the slow fields, periodic ...
@@ -71,7 +71,7 @@ STYLET_SHARED float kSpeckleY0 = 0.89586691f;  STYLET_SHARED float kSpeckleY1 = 
 STYLET_SHARED float kSpeckleZ0 = 0.37067274f;  STYLET_SHARED float kSpeckleZ1 = 0.17274105f;  STYLET_SHARED float kSpeckleZ2 = 0.91255808f;
 STYLET_SHARED float kSpeckleFwhm = 0.84e-3f;     // full width at half maximum of its autocorrelation
 STYLET_SHARED int kMaxLooks = 3;                 // independent complex fields
-STYLET_SHARED float kSpeckleStep = 0.4f;         // standard deviations between the 16 levels of a texel
+STYLET_SHARED float kSpeckleScale = 4.0f;        // standard deviations at full scale of a texel
 STYLET_SHARED float kTriadThreshold = 2.2f;      // bright portal triads: texture beyond so many standard deviations
 STYLET_SHARED float kTriadDb = 6.5f;
 

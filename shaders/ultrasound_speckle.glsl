@@ -1,5 +1,5 @@
 // The speckle field (engine/ultrasound/speckle_field.h): lookup by rest position. Define SPECKLE_BINDING before.
-layout(binding = SPECKLE_BINDING) uniform usamplerBuffer speckle;
+layout(binding = SPECKLE_BINDING) uniform samplerBuffer speckle;
 
 /// From rest space to the lattice, in texels. Linear.
 vec3 speckle_lattice(vec3 x) {
@@ -8,7 +8,7 @@ vec3 speckle_lattice(vec3 x) {
               kSpeckleZ0 * x.x + kSpeckleZ1 * x.y + kSpeckleZ2 * x.z) * (1.0 / kSpeckleSpacing);
 }
 
-/// Place of the texel that holds a point of the lattice, in a field of a look: bricks of 4 x 4 x 4, a cache line each.
+/// Place of the texel that holds a point of the lattice, in a field of a look: bricks of 4 x 4 x 4, two cache lines each.
 uint speckle_texel(vec3 lattice) {
   ivec3 cell = ivec3(floor(lattice));
   ivec3 box = cell >> 6;
@@ -27,8 +27,7 @@ uint slow_texel(vec3 lattice) {
 }
 
 vec2 speckle_pair(uint index) {
-  uint both = texelFetch(speckle, int(index)).x;
-  return kSpeckleStep * (vec2(both & 15u, both >> 4) - 7.5);
+  return kSpeckleScale * texelFetch(speckle, int(index)).xy;
 }
 
 /// Real and imaginary part, mean square 2.

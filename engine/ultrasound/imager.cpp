@@ -117,7 +117,7 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
                    interface(3, {{1, Slot::texel_buffer}, {2, Slot::storage_image}})),
       tissues(device, kTissueRows * sizeof(TissueRow), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
       voxels(texels(device, model.voxels().size() * sizeof(std::uint16_t), VK_FORMAT_R16_UINT)),
-      speckle(texels(device, model.speckle().texels.size(), VK_FORMAT_R8_UINT)),
+      speckle(texels(device, model.speckle().texels.size() * sizeof(SpeckleField::Texel), VK_FORMAT_R8G8_SNORM)),
       lateral_weights(storage(device, model.beam().lateral.size() * sizeof(float))),
       axial_weights(storage(device, model.beam().axial.size() * sizeof(float))),
       elevation_weights(storage(device, model.beam().elevation.size() * sizeof(float))),

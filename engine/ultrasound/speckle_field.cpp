@@ -92,16 +92,14 @@ struct Fields {
   }
 };
 
-/// Two numbers of variance 1 to a texel. Rounding adds the variance step^2 / 12: the levels stand that much closer.
-std::uint8_t quantise(float low, float high) {
-  constexpr float kStep = kSpeckleStep * (1 + kSpeckleStep * kSpeckleStep / 24);
+SpeckleField::Texel quantise(float first, float second) {
   const auto level = [](float value) {
-    return static_cast<unsigned>(std::clamp(std::floor(value / kStep + 8), 0.0F, 15.0F));
+    return static_cast<std::int8_t>(std::lround(std::clamp(value * 127.0F / kSpeckleScale, -127.0F, 127.0F)));
   };
-  return static_cast<std::uint8_t>(level(low) | level(high) << 4U);
+  return {level(first), level(second)};
 }
 
-/// Index in bricks of 4 x 4 x 4, a cache line each, so that neighbours in any direction are near in memory.
+/// Index in bricks of 4 x 4 x 4, two cache lines each, so that neighbours in any direction are near in memory.
 std::size_t bricked(int x, int y, int z, int side) {
   const std::size_t bricks = static_cast<std::size_t>(side) / 4;
   const std::size_t brick = (static_cast<std::size_t>(z / 4) * bricks + y / 4) * bricks + x / 4;

@@ -5,20 +5,22 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <complex>
 #include <cstdint>
 #include <vector>
 
 namespace stylet::ultrasound {
 
-/// Fields over boxes of texels, kSpeckleSpacing apart (shaders/ultrasound_shared.h). A texel is a byte, two numbers
-/// of four bits, kSpeckleStep standard deviations a step; all have variance 1:
+/// Fields over boxes of texels, kSpeckleSpacing apart (shaders/ultrasound_shared.h). A texel is a pair of signed
+/// bytes, kSpeckleScale standard deviations at full scale; all have variance 1:
 ///   looks  real and imaginary part: complex circular Gaussian, correlated over kSpeckleFwhm. kSpeckleSize^3 texels
 ///   slow   texture of the parenchyma, correlated over kTextureFwhm, and beads along interfaces, over kBeadFwhm.
 ///          kSlowSize^2 kSlowDepth texels, periodic
 /// Lattice of a rest position x: R x / kSpeckleSpacing, R the rotation of the shared header.
 struct SpeckleField {
-  std::vector<std::uint8_t> texels;  ///< looks [kMaxLooks][kSpeckleTexels], then slow [kSlowTexels]
+  using Texel = std::array<std::int8_t, 2>;
+  std::vector<Texel> texels;  ///< looks [kMaxLooks][kSpeckleTexels], then slow [kSlowTexels]
 
   /// The same seed gives the same bytes on every machine.
   explicit SpeckleField(std::uint32_t seed);
@@ -36,9 +38,8 @@ struct SpeckleField {
 
 private:
   std::complex<float> pair(std::size_t index) const {
-    const unsigned both = texels[index];
-    return {kSpeckleStep * (static_cast<float>(both & 15U) - 7.5F),
-            kSpeckleStep * (static_cast<float>(both >> 4U) - 7.5F)};
+    const Texel& texel = texels[index];
+    return kSpeckleScale / 127.0F * std::complex<float>(texel[0], texel[1]);
   }
 };
 
