@@ -316,7 +316,10 @@ constexpr BadScenario kBadScenarios[] = {
      "needle.json:/inner_diameter_mm: is 2, not smaller than outer_diameter_mm (1.27)"},
     {"ConvexWidth", [](auto& s) { s.probe["width_mm"] = 50; },
      "probe.json:/width_mm: is for linear probes; remove it"},
-    {"BandWithoutItsFrequency", [](auto& s) { s.probe["frequency_range_mhz"] = {4, 5}; },
+    {"BandWithoutItsFrequency",
+     [](auto& s) {
+       s.probe["frequency_range_mhz"] = {4, 5};
+     },
      "probe.json:/frequency_range_mhz: is 4 to 5, without frequency_mhz (3.5); widen it"},
     {"SevenSliders", [](auto& s) { s.probe["tgc_db"] = {0, 0, 0, 0, 0, 0, 1}; },
      "probe.json:/tgc_db: is an array of 7, expected an array of 8 numbers"},
