@@ -366,25 +366,35 @@ void ReferenceImager::detect() {
   }
 }
 
+ReferenceImager::Pixel ReferenceImager::pixel(int u, int v) const {
+  const FrameConstants& c = model_.constants();
+  Pixel pixel;
+  pixel.x = c.picture_x + (static_cast<float>(u) + 0.5F) * c.pixel;
+  pixel.z = c.picture_z + (static_cast<float>(v) + 0.5F) * c.pixel;
+  float across = pixel.x;
+  pixel.range = pixel.z;
+  if (c.face_radius != 0) {
+    const float from_centre = pixel.z + c.face_radius;
+    across = std::atan2(pixel.x, from_centre);
+    pixel.range = std::sqrt(pixel.x * pixel.x + from_centre * from_centre) - c.face_radius;
+  }
+  pixel.line = (across - c.first_line) / c.line_pitch;
+  pixel.sample = pixel.range / c.sample_pitch - 0.5F;
+  pixel.in_sector = pixel.line >= -0.5F && pixel.line <= static_cast<float>(lines_) - 0.5F && pixel.sample >= -0.5F &&
+                    pixel.sample <= static_cast<float>(samples_) - 0.5F;
+  return pixel;
+}
+
 void ReferenceImager::scan_convert() {
   const FrameConstants& c = model_.constants();
   for (int v = 0; v < c.height; ++v) {
     for (int u = 0; u < c.width; ++u) {
-      const float x = c.picture_x + (static_cast<float>(u) + 0.5F) * c.pixel;
-      const float z = c.picture_z + (static_cast<float>(v) + 0.5F) * c.pixel;
-      float across = x;
-      float range = z;
-      if (c.face_radius != 0) {
-        across = std::atan2(x, z + c.face_radius);
-        range = std::sqrt(x * x + (z + c.face_radius) * (z + c.face_radius)) - c.face_radius;
-      }
-      const float line = (across - c.first_line) / c.line_pitch;
-      const float sample = range / c.sample_pitch - 0.5F;
+      const Pixel at = pixel(u, v);
+      const float z = at.z;
       float grey = 0;
-      if (line >= -0.5F && line <= static_cast<float>(lines_) - 0.5F && sample >= -0.5F &&
-          sample <= static_cast<float>(samples_) - 0.5F) {
-        const float fl = std::clamp(line, 0.0F, static_cast<float>(lines_ - 1));
-        const float fs = std::clamp(sample, 0.0F, static_cast<float>(samples_ - 1));
+      if (at.in_sector) {
+        const float fl = std::clamp(at.line, 0.0F, static_cast<float>(lines_ - 1));
+        const float fs = std::clamp(at.sample, 0.0F, static_cast<float>(samples_ - 1));
         const int l = std::min(static_cast<int>(fl), lines_ - 2);
         const int s = std::min(static_cast<int>(fs), samples_ - 2);
         const float wl = fl - static_cast<float>(l);

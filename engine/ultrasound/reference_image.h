@@ -48,6 +48,13 @@ public:
 
 private:
   using Complex = std::complex<float>;
+  /// What a pixel of the picture shows.
+  struct Pixel {
+    float x, z;          ///< probe frame, m
+    float range;         ///< m below the face
+    float line, sample;  ///< fractional
+    bool in_sector;
+  };
   struct Mix {
     float log_impedance, loss, texture;
   };
@@ -65,6 +72,7 @@ private:
   void detect();
   void scan_convert();
 
+  Pixel pixel(int u, int v) const;
   bool on_needle(const Eigen::Vector2f& p, float range) const;
   Eigen::Vector3f voxel_position(const Eigen::Vector3f& rest) const;
   std::uint32_t voxel_at(const Eigen::Vector3i& voxel) const;

@@ -27,26 +27,14 @@ std::vector<std::uint8_t> ReferenceImager::label_map() const {
   std::vector<std::uint8_t> labels(static_cast<std::size_t>(c.width) * c.height, 0);
   for (int v = 0; v < c.height; ++v) {
     for (int u = 0; u < c.width; ++u) {
-      const float x = c.picture_x + (static_cast<float>(u) + 0.5F) * c.pixel;
-      const float z = c.picture_z + (static_cast<float>(v) + 0.5F) * c.pixel;
-      float across = x;
-      float range = z;
-      if (c.face_radius != 0) {
-        across = std::atan2(x, z + c.face_radius);
-        range = std::sqrt(x * x + (z + c.face_radius) * (z + c.face_radius)) - c.face_radius;
-      }
-      const float line = (across - c.first_line) / c.line_pitch;
-      const float along = range / c.sample_pitch - 0.5F;
-      if (line < -0.5F || line > static_cast<float>(lines_) - 0.5F || along < -0.5F ||
-          along > static_cast<float>(samples_) - 0.5F) {
-        continue;
-      }
-      const int l = std::clamp(static_cast<int>(std::floor(line + 0.5F)), 0, lines_ - 1);
-      const int s = std::clamp(static_cast<int>(std::floor(along + 0.5F)), 0, samples_ - 1);
+      const Pixel at = pixel(u, v);
+      if (!at.in_sector) continue;
+      const int l = std::clamp(static_cast<int>(std::floor(at.line + 0.5F)), 0, lines_ - 1);
+      const int s = std::clamp(static_cast<int>(std::floor(at.sample + 0.5F)), 0, samples_ - 1);
       const PlaneSlice::Place& rest = rest_[index(l, s)];
       const Eigen::Vector3f nearest = (voxel_position(rest.position).array() + 0.5F).floor();
       int label = tissue_at(nearest.cast<int>(), rest.body, true);
-      if (on_needle({x, z}, range)) label = c.filler_tissue + 1;
+      if (on_needle({at.x, at.z}, at.range)) label = c.filler_tissue + 1;
       labels[static_cast<std::size_t>(v) * c.width + u] = static_cast<std::uint8_t>(label);
     }
   }
