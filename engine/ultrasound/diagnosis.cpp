@@ -138,6 +138,7 @@ int commonest(const std::vector<int>& values) {
 std::string diagnose(const ScanModel& model) {
   const TissueLookup lookup(model);
   std::vector<Line> lines;
+  lines.reserve(kLines);
   for (int i = 0; i < kLines; ++i) {
     lines.push_back(follow(model, lookup, (model.scan().lines - 1.0) * i / (kLines - 1)));
   }
