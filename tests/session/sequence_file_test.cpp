@@ -51,8 +51,8 @@ TEST(SequenceFile, GivesBackPixelsTimesAndTransforms) {
   const auto element = [](int frame, int row, int column) { return frame + 0.1 * row - std::sqrt(2.0) * column; };
   SequenceFile sequence(folder / "run.igs.mha", width, height);
   for (int f = 0; f < frames; ++f) {
-    std::vector<std::uint8_t> grey;
-    for (int i = 0; i < width * height; ++i) grey.push_back(pixel(f, i));
+    std::vector<std::uint8_t> grey(static_cast<std::size_t>(width) * height);
+    for (int i = 0; i < width * height; ++i) grey[static_cast<std::size_t>(i)] = pixel(f, i);
     SequenceFrame frame{.time_s = 0.25 * f, .pixels = grey, .transforms = {{"ProbeToTracker"}, {"NeedleToTracker"}}};
     for (int i = 0; i < 12; ++i) frame.transforms[0].matrix(i / 4, i % 4) = element(f, i / 4, i % 4);
     sequence.add(frame);

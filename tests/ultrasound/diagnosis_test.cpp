@@ -118,7 +118,8 @@ TEST(Diagnosis, SeesBoneOverEverything) {
   content::LabelVolume& labels = scene.labels;
   const std::size_t layer = static_cast<std::size_t>(labels.size.x()) * labels.size.y();
   for (std::size_t i = 0; i < labels.labels.size(); ++i) {
-    const float z = labels.origin.z() + labels.spacing * static_cast<float>(i / layer);
+    const std::size_t slice = i / layer;
+    const float z = labels.origin.z() + labels.spacing * static_cast<float>(slice);
     if (z > 0.0035F && z < 0.0135F) labels.labels[i] = test::kBone;
   }
   const Seen seen = look(scene, test::at_rest(scene));

@@ -101,8 +101,9 @@ SeenShaft seen_shaft(float y) {
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i] != needle) continue;
     ++seen.pixels;
-    const Eigen::Vector2d p =
-        imager.geometry().position({double(i % kCystImage.width), double(i / kCystImage.width)});
+    const std::size_t row = i / kCystImage.width;
+    const std::size_t column = i % kCystImage.width;
+    const Eigen::Vector2d p = imager.geometry().position({double(column), double(row)});
     const Eigen::Vector2d d = p - Eigen::Vector2d(kShaft[0], kShaft[1]);
     seen.farthest = std::max(seen.farthest, std::abs(d.x() * along.y() - d.y() * along.x()));
   }
