@@ -1,4 +1,4 @@
-// Pass 5: two-way amplitude along each scan line, and the haze under the face. One invocation is one line: the sum
+// Pass 4: two-way amplitude along each scan line, and the haze under the face. One invocation is one line: the sum
 // along it is the only serial work of the chain.
 #version 460
 #extension GL_GOOGLE_include_directive : require

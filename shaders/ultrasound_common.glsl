@@ -24,8 +24,7 @@ vec2 sample_position(int l, int s) {
   return (frame.face_radius + r) * line_direction(l) - vec2(0.0, frame.face_radius);
 }
 
-/// Samples that one invocation of a filter makes.
-const int kBlock = 4;
+const float kDbToNepers = 0.115129255;
 
 int polar_index(int l, int s) {
   return s * frame.lines + l;

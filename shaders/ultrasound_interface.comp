@@ -17,8 +17,6 @@ layout(std430, binding = 5) buffer Loss {
   float loss[];
 };
 
-const float kDbToNepers = 0.115129255;
-
 float impedance_at(int l, int s) {
   return texelFetch(log_impedance, polar_index(clamp(l, 0, frame.lines - 1), clamp(s, 0, frame.samples - 1))).x;
 }

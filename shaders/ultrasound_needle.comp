@@ -1,4 +1,4 @@
-// Pass 4: analytic echoes of the needle and of wires. What is thinner than the beam must be splatted, not sampled:
+// Pass 3: analytic echoes of the needle and of wires. What is thinner than the beam must be splatted, not sampled:
 // sampling drops it. A workgroup is a tile that they reach.
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -51,6 +51,7 @@ STYLET_SHARED int kAxialTaps = 5;
 
 STYLET_SHARED int kTissueRows = 256;             // tissues of a scene, gel and filler
 STYLET_SHARED int kPixels = 32;                  // of a row of the picture, done together
+STYLET_SHARED int kBlock = 4;                    // lines, or samples, that one invocation of a filter makes
 STYLET_SHARED int kTile = 8;                     // lines, and samples, of a tile: it lists the tetrahedra that may cover it
 STYLET_SHARED float kInsideTet = -1e-4f;         // a point on a face must be found on one side whatever the rounding
 

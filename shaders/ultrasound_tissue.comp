@@ -36,8 +36,6 @@ layout(std430, binding = 11) writeonly buffer Found {
   uint found[];  // texel of the slow fields | row of the tissue table << kTexelBits
 };
 
-const float kDbToNepers = 0.115129255;
-
 /// Trilinear mix of the tissues around a voxel position: ln Z, loss, texture. @param here  word of the nearest voxel
 vec3 mixed_tissues(vec3 q, uint here, int body, bool gel) {
   vec3 base = floor(q);

@@ -32,7 +32,6 @@ static_assert(sizeof(CutTet) == 96 && sizeof(NeedleSegment) == 32 && sizeof(Wire
               sizeof(TissueRow) == 16);
 
 constexpr std::uint32_t kGroup = 64;  ///< local_size_x of the passes over samples
-constexpr std::uint32_t kBlock = 4;   ///< lines or samples of an invocation of the filters
 constexpr std::uint32_t kLateralGroup = 16;
 constexpr std::uint32_t kLineGroup = 8;  ///< of the pass over lines
 
@@ -60,7 +59,8 @@ struct Imager::Passes {
 
   gpu::Device& device;
   ScanModel model;
-  int uploaded_tables = 0;  ///< ScanModel::tables_version()
+  int uploaded_tables = 0;   ///< ScanModel::tables_version()
+  int uploaded_speckle = 0;  ///< ScanModel::speckle_version()
 
   ComputePipeline tissue;
   ComputePipeline interfaces;
@@ -141,10 +141,8 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
                        .format = VK_FORMAT_R8G8B8A8_UNORM,
                        .usage = gpu::kStorageUsage}),
       times(device, 16) {
-  gpu::run_now(device, [this](gpu::Commands& commands) {
-    commands.upload(voxels, std::as_bytes(std::span(model.voxels())));
-    commands.upload(speckle, std::as_bytes(std::span(model.speckle().texels)));
-  });
+  gpu::run_now(
+      device, [this](gpu::Commands& commands) { commands.upload(voxels, std::as_bytes(std::span(model.voxels()))); });
 }
 
 /// The tables that the controls and the tissue table change. @return  whether they have
@@ -175,6 +173,10 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
   times.reset(commands);
   times.mark(commands, "start");
   const bool anew = upload_tables(commands);
+  if (uploaded_speckle != model.speckle_version()) {
+    uploaded_speckle = model.speckle_version();
+    commands.upload(speckle, std::as_bytes(std::span(model.speckle().texels)));
+  }
   commands.upload(frame, std::as_bytes(std::span(&c, 1)));
   tets.upload(commands, model.slice().tets());
   tile_starts.upload(commands, model.slice().starts());
@@ -245,6 +247,10 @@ const ScannerControls& Imager::controls() const {
 
 std::string Imager::set_controls(const ScannerControls& controls) {
   return passes_->model.set_controls(controls);
+}
+
+void Imager::set_seed(std::uint32_t seed) {
+  passes_->model.set_seed(seed);
 }
 
 void Imager::set_acoustics(std::span<const content::Tissue> tissues) {

@@ -46,6 +46,8 @@ public:
   /// From the next image on; limited to what the probe can do. geometry() and scan() follow.
   /// @return  what was limited, for the user; empty: nothing
   std::string set_controls(const ScannerControls& controls);
+  /// From the next image on: other speckle and noise.
+  void set_seed(std::uint32_t seed);
   /// From the next image on: the acoustics of these tissues, in the order of the scene's.
   void set_acoustics(std::span<const content::Tissue> tissues);
   /// The picture last made: the sector, grey on black, RGBA8 [width x height].

@@ -1,8 +1,8 @@
 // The image chain in plain C++: what the GPU passes are tested against, and what image-quality tests measure on.
 //
-//   slice      (line, sample) -> rest position X, body, dX/dy across the plane
-//   tissue     trilinear mix of the labels around X: ln Z, loss, texture
-//   echo       backscatter * speckle over the slice thickness, and interface echoes from the gradient of ln Z
+//   tissue     (line, sample) -> rest position X and dX/dy across the plane; trilinear mix of the labels around X;
+//              backscatter * speckle over the slice thickness        (slice, follow_breath, mix_tissues, make_echoes)
+//   interface  echoes from the gradient of ln Z, and what they take from the beam                      (make_echoes)
 //   needle     analytic echoes of the shaft and tip, reverberation, shadow
 //   attenuate  two-way amplitude exp(-sum of loss) along each line
 //   lateral, axial   separable Gaussian point-spread function, complex

@@ -136,6 +136,13 @@ std::string ScanModel::set_controls(ScannerControls controls) {
   return limited;
 }
 
+void ScanModel::set_seed(std::uint32_t seed) {
+  if (seed == settings_.seed) return;
+  settings_.seed = seed;
+  speckle_ = SpeckleField(seed);
+  ++speckle_version_;
+}
+
 void ScanModel::set_acoustics(std::span<const content::Tissue> tissues) {
   for (std::size_t i = 1; i < std::min(tissues.size(), scene_.tissues.size()); ++i) {
     acoustics_[i] = tissues[i].acoustics;
@@ -234,7 +241,8 @@ void ScanModel::mark_tiles(const Eigen::Vector3f& a, const Eigen::Vector3f& b, d
     return static_cast<int>(std::clamp(std::floor(place / kTile), -1.0, static_cast<double>(end)));
   };
   const double step = 0.5 * kTile * scan_.sample_pitch;
-  const int steps = static_cast<int>(std::ceil(double((b - a).norm()) / step));
+  constexpr double kMostSteps = 4096;  // metres of needle: longer is a state that has gone wrong
+  const int steps = static_cast<int>(std::min(std::ceil(double((b - a).norm()) / step), kMostSteps));
   for (int i = 0; i <= steps; ++i) {
     const Eigen::Vector3d p = (a + (b - a) * (static_cast<float>(i) / static_cast<float>(steps))).cast<double>();
     const Eigen::Vector2d place = scan_.line_and_sample({p.x(), p.z()});

@@ -48,8 +48,12 @@ public:
   /// the size of the picture stay.
   /// @return  what was limited (ultrasound::limit)
   std::string set_controls(ScannerControls controls);
+  /// Other speckle and noise.
+  void set_seed(std::uint32_t seed);
   /// New acoustics for the tissues of the scene, by label. [at most as many as there are]
   void set_acoustics(std::span<const content::Tissue> tissues);
+  /// Counts the speckle fields there were.
+  int speckle_version() const { return speckle_version_; }
   /// Counts what changed tissues(), beam() or picture_runs() since construction.
   int tables_version() const { return tables_version_; }
 
@@ -110,6 +114,7 @@ private:
   int sector_runs_ = 0;
   FrameConstants constants_{};
   int tables_version_ = 0;
+  int speckle_version_ = 1;
   bool first_frame_ = true;
 };
 

@@ -5,11 +5,15 @@
 #include "engine/ultrasound/scan_geometry.h"
 #include "engine/ultrasound/scan_model.h"
 #include "engine/ultrasound/speckle_field.h"
+#include "engine/ultrasound/voxel_words.h"
 #include "tests/ultrasound/phantom.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <set>
 
 namespace stylet::ultrasound {
 namespace {
@@ -166,6 +170,74 @@ TEST(PlaneSlice, FindsEveryPointOfADeformedBlockWhereItWasAtRest) {
     }
   }
   EXPECT_EQ(found, 10 * 40);
+}
+
+TEST(VoxelWords, KnowHowFarTheNextTissueIs) {
+  content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
+  content::LabelVolume& labels = scene.labels;
+  labels.size = {23, 17, 19};
+  const auto at = [&](int x, int y, int z) { return (z * 17 + y) * 23 + x; };
+  labels.labels.assign(static_cast<std::size_t>(at(22, 16, 18)) + 1, test::kBackground);
+  labels.bodies.assign(labels.labels.size(), -1);
+  labels.labels[static_cast<std::size_t>(at(4, 5, 6))] = test::kFluid;
+  labels.bodies[static_cast<std::size_t>(at(15, 11, 9))] = content::kBreathes;  // another owner, the same tissue
+  const std::vector<std::uint16_t> words = voxel_words(scene);
+  const auto distance = [](const Eigen::Array3i& a, const Eigen::Array3i& b) { return (a - b).abs().maxCoeff(); };
+  for (int z = 0; z < 19; ++z) {
+    for (int y = 0; y < 17; ++y) {
+      for (int x = 0; x < 23; ++x) {
+        const Eigen::Array3i here(x, y, z);
+        const int rim = std::min((here + 1).minCoeff(), (Eigen::Array3i(23, 17, 19) - here).minCoeff());
+        const int first = distance(here, {4, 5, 6}), second = distance(here, {15, 11, 9});
+        const int expected = first == 0 || second == 0 ? 1 : std::min({rim, first, second});
+        ASSERT_EQ(words[static_cast<std::size_t>(at(x, y, z))] >> 11, expected) << here.transpose();
+      }
+    }
+  }
+  EXPECT_EQ(label_of(words[static_cast<std::size_t>(at(4, 5, 6))]), int(test::kFluid));
+  EXPECT_EQ(owner_of(words[static_cast<std::size_t>(at(15, 11, 9))]), static_cast<int>(scene.bodies.size()));
+}
+
+TEST(ScanModel, ListsEveryTileThatANeedleReaches) {
+  const content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
+  ScanModel model(scene, {.line_oversampling = 1});
+  state::FrameState state = test::at_rest(scene);
+  const Eigen::Vector2d hub(-0.04, 0.01), tip(0.03, 0.11);
+  test::place_needle(state, {-0.04F, 0.001F, 0.01F}, {0.03F, 0.001F, 0.11F});
+  model.update(state);
+  std::set<std::uint32_t> listed(model.thin_tiles().begin(), model.thin_tiles().end());
+  const int columns = model.slice().columns();
+  EXPECT_LT(listed.size(), static_cast<std::size_t>(columns * model.slice().rows()) / 4);
+  // Five deviations of the echo across, and as far behind as its last copy comes.
+  const double reach = 5 * double(kNeedleWidth);
+  for (int l = 0; l < model.scan().lines; ++l) {
+    for (int s = 0; s < model.scan().samples; ++s) {
+      const Eigen::Vector2d back = model.scan().direction(l);
+      bool reached = false;
+      for (int copy = 0; copy <= kReverberations; ++copy) {
+        const Eigen::Vector2d p = model.scan().position(l, s) - copy * double(kReverberationSpacing) * back;
+        const double t = std::clamp((p - hub).dot(tip - hub) / (tip - hub).squaredNorm(), 0.0, 1.0);
+        reached = reached || (p - hub - t * (tip - hub)).norm() < reach;
+      }
+      const auto tile = static_cast<std::uint32_t>(s / kTile * columns + l / kTile);
+      ASSERT_TRUE(!reached || listed.contains(tile)) << l << ' ' << s;
+    }
+  }
+}
+
+TEST(ScanModel, TakesANeedleThatHasGoneWrong) {
+  const content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
+  ScanModel model(scene, {.line_oversampling = 1});
+  state::FrameState state = test::at_rest(scene);
+  for (const float wrong :
+       {1e15F, 1e30F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    test::place_needle(state, {0, 0, 0.01F}, {0, 0, 0.05F});
+    state.needle_positions.back() = {wrong, 0, -wrong};
+    state.bodies = test::at_rest(scene).bodies;
+    if (!state.bodies.empty()) state.bodies[0][0] = {wrong, wrong, wrong};
+    model.update(state);
+    EXPECT_FALSE(model.needle().empty()) << wrong;  // what is sound of it is still seen
+  }
 }
 
 TEST(ScanModel, RefusesAScenesThatCannotBeImaged) {
