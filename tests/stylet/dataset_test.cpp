@@ -165,5 +165,22 @@ TEST_F(Dataset, RefusesAFolderOfAnotherAndNonsense) {
   EXPECT_EQ(bytes("whole"), before);
 }
 
+TEST_F(Dataset, OptionsThatWouldDoNothingAreRefused) {
+  const std::string plain =
+      fmt::format("render {} --ultrasound --out {} ", small->path().string(), folder("refused").string());
+  for (const char* alone : {"--shard 0/2", "--only 1", "--slide 3"}) {
+    const Outcome outcome = run(plain + alone);
+    EXPECT_NE(outcome.exit_code, 0) << alone;
+    EXPECT_NE(outcome.output.find("--random"), std::string::npos) << outcome.output;
+  }
+  for (const char* wrong :
+       {"--only 3", "--only 1 --shard 0/2", "--attenuation 1.5", "--attenuation nan", "--tilt -1"}) {
+    const Outcome outcome = make("refused", wrong);
+    EXPECT_NE(outcome.exit_code, 0) << wrong;
+    EXPECT_EQ(outcome.lines(), 1) << outcome.output;
+  }
+  EXPECT_FALSE(fs::exists(folder("refused")));
+}
+
 }  // namespace
 }  // namespace stylet

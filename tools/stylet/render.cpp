@@ -63,30 +63,43 @@ constexpr const char* kRenderFooter =
     "inside\n"
     "tools/jobs has job files for Slurm and Kubernetes.";
 
-/// The options of data sets.
+/// The options of data sets; none of them does anything without --random.
 void add_random(CLI::App& command, const std::shared_ptr<RenderOptions>& options) {
   const char* group = "Data sets (with --ultrasound)";
-  const auto number = [&](const char* name, double& value, const char* help) {
-    command.add_option(name, value, help)->check(CLI::NonNegativeNumber)->capture_default_str()->group(group);
+  CLI::Option* random =
+      command.add_option("--random", options->random, "So many random frames instead of those of the motion")
+          ->check(CLI::Range(1, 100'000'000))
+          ->group(group);
+  const CLI::Validator finite(
+      [](const std::string& text) {
+        return std::string(text.find_first_of("nN") == text.npos ? "" : "is not a number");
+      },
+      "");
+  const auto number = [&](const char* name, double& value, double most, const char* help) {
+    command.add_option(name, value, help)
+        ->check(finite)
+        ->check(CLI::Range(0.0, most))
+        ->needs(random)
+        ->capture_default_str()
+        ->group(group);
   };
-  command.add_option("--random", options->random, "So many random frames instead of those of the motion")
-      ->check(CLI::Range(1, 100'000'000))
+  command.add_option("--shard", options->shard, "I/N: only frames I, I + N, I + 2 N ...; I from 0")
+      ->needs(random)
       ->group(group);
-  command.add_option("--shard", options->shard, "I/N: only frames I, I + N, I + 2 N ...; I from 0")->group(group);
-  command.add_option("--only", options->only, "Only this frame")->group(group);
+  command.add_option("--only", options->only, "Only this frame")->needs(random)->group(group);
   session::RandomRanges& r = options->ranges;
-  number("--slide", r.slide_mm, "Probe on the skin along the image, +- mm");
-  number("--slide-across", r.slide_across_mm, "Probe on the skin across the image, +- mm");
-  number("--press", r.press_mm, "Probe into the skin, +- mm");
-  number("--tilt", r.tilt_deg, "Image plane out of itself, +- degrees");
-  number("--rock", r.rock_deg, "Image in its plane, +- degrees");
-  number("--twist", r.twist_deg, "Probe about its axis, +- degrees");
-  number("--needle-shift", r.needle_shift_mm, "Way of the needle, across it, +- mm");
-  number("--needle-tilt", r.needle_tilt_deg, "Way of the needle about where it enters, +- degrees");
-  number("--attenuation", r.attenuation_share, "Of each tissue, +- share");
-  number("--backscatter", r.backscatter_db, "Of each tissue, +- dB");
-  number("--impedance", r.impedance_share, "Of each tissue, +- share");
-  number("--texture", r.texture_share, "Of each tissue, +- share");
+  number("--slide", r.slide_mm, 200, "Probe on the skin along the image, +- mm");
+  number("--slide-across", r.slide_across_mm, 200, "Probe on the skin across the image, +- mm");
+  number("--press", r.press_mm, 20, "Probe into the skin, +- mm");
+  number("--tilt", r.tilt_deg, 90, "Image plane out of itself, +- degrees");
+  number("--rock", r.rock_deg, 90, "Image in its plane, +- degrees");
+  number("--twist", r.twist_deg, 180, "Probe about its axis, +- degrees");
+  number("--needle-shift", r.needle_shift_mm, 200, "Way of the needle, across it, +- mm");
+  number("--needle-tilt", r.needle_tilt_deg, 90, "Way of the needle about where it enters, +- degrees");
+  number("--attenuation", r.attenuation_share, 0.9, "Of each tissue, +- share");
+  number("--backscatter", r.backscatter_db, 40, "Of each tissue, +- dB");
+  number("--impedance", r.impedance_share, 0.5, "Of each tissue, +- share");
+  number("--texture", r.texture_share, 1, "Of each tissue, +- share");
 }
 
 }  // namespace

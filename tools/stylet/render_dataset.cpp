@@ -23,6 +23,7 @@
 
 #include <array>
 #include <cstdio>
+#include <optional>
 
 namespace stylet::tools {
 
@@ -123,6 +124,11 @@ int render_dataset(const RenderOptions& options) {
     throw content::ContentError(
         "--random: goes with --ultrasound; of the 3-D view there are frames of the motion only");
   }
+  if (options.only && (*options.only >= options.random || *options.only % shard.of != shard.index)) {
+    throw content::ContentError(fmt::format("--only {}: is none of the {} frames asked for; give one from 0 to {}{}",
+                                            *options.only, options.random, options.random - 1,
+                                            shard.of > 1 ? " of this shard" : ""));
+  }
   Progress progress;
   content::Scene scene = load_scene(options.scenario, progress);
   set_scanner(scene, options.scanner);
@@ -162,6 +168,7 @@ int render_dataset(const RenderOptions& options) {
                                        {"mm_per_pixel", mm_per_pixel},
                                        {"ranges", ranges_json(ranges)},
                                        {"labels", legend_json(legend)}});
+  std::optional<ultrasound::Imager> imager;  // one for all frames: it holds nothing of the one before
   std::uint64_t made = 0;
   std::uint64_t kept = 0;
   for (std::uint64_t index = shard.index; index < options.random; index += shard.of) {
@@ -179,13 +186,13 @@ int render_dataset(const RenderOptions& options) {
     const session::RandomFrame frame = session::draw_random_frame(scene, ranges, options.seed, index);
     session::dress(dressed, frame);
     const session::SettledFrame settled = session::settle(dressed, coupling, frame, show);
-    ultrasound::ImagerSettings settings = look;
-    settings.seed = frame.seed;
-    ultrasound::Imager imager(gpu, dressed, settings);
+    if (!imager) imager.emplace(gpu, dressed, look);
+    imager->set_acoustics(dressed.tissues);
+    imager->set_seed(frame.seed);
     const bool preview = options.previews > 0 && index % static_cast<std::uint64_t>(options.previews) == 0;
-    const std::vector<session::FrameFile> files = draw(imager, settled.state, preview);
-    Json made_of = about(index, dressed, frame, settled, imager.geometry(), gpu.identity());
-    if (const std::string black = imager.diagnosis(); !black.empty()) made_of["black"] = black;
+    const std::vector<session::FrameFile> files = draw(*imager, settled.state, preview);
+    Json made_of = about(index, dressed, frame, settled, imager->geometry(), gpu.identity());
+    if (const std::string black = imager->diagnosis(); !black.empty()) made_of["black"] = black;
     folder.put(index, files, std::move(made_of));
     ++made;
   }
