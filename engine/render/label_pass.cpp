@@ -2,8 +2,6 @@
 
 #include "engine/render/render_pass.h"
 
-#include <array>
-
 #include "shaders/label.frag.h"
 #include "shaders/surface.vert.h"
 
@@ -54,21 +52,7 @@ void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const g
     commands.transition(depth_, gpu::kDepthAttachment, true);
     commands.transition(target_, gpu::kColourAttachment, true);
     const VkCommandBuffer cmd = commands.handle();
-    const VkRect2D area{{0, 0}, size_};
-    const std::array<VkClearValue, 2> clear{};  // no label; reversed depth: 0 is infinitely far
-    VkRenderPassBeginInfo begin{VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO};
-    begin.renderPass = render_pass_.get();
-    begin.framebuffer = framebuffer_.get();
-    begin.renderArea = area;
-    begin.clearValueCount = clear.size();
-    begin.pClearValues = clear.data();
-    const VkSubpassBeginInfo inline_commands{VK_STRUCTURE_TYPE_SUBPASS_BEGIN_INFO};
-    vkCmdBeginRenderPass2(cmd, &begin, &inline_commands);
-    const auto width = static_cast<float>(size_.width);
-    const auto height = static_cast<float>(size_.height);
-    const VkViewport viewport{0, height, width, -height, 0, 1};  // as the renderer's
-    vkCmdSetViewport(cmd, 0, 1, &viewport);
-    vkCmdSetScissor(cmd, 0, 1, &area);
+    begin_render_pass(cmd, render_pass_.get(), framebuffer_.get(), size_);
     vkCmdBindIndexBuffer(cmd, indices.handle(), 0, VK_INDEX_TYPE_UINT32);
     const auto draw_pieces = [&](const std::vector<Piece>& pieces) {
       for (const Piece& piece : pieces) {

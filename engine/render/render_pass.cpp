@@ -1,5 +1,6 @@
 #include "engine/render/render_pass.h"
 
+#include <array>
 #include <vector>
 
 namespace stylet::render {
@@ -69,6 +70,25 @@ gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render
   VkFramebuffer framebuffer = VK_NULL_HANDLE;
   gpu::check(vkCreateFramebuffer(device.handle(), &create, nullptr, &framebuffer), "vkCreateFramebuffer");
   return {device.handle(), framebuffer};
+}
+
+void begin_render_pass(VkCommandBuffer commands, VkRenderPass render_pass, VkFramebuffer framebuffer,
+                       VkExtent2D size) {
+  const std::array<VkClearValue, 2> clear{};
+  VkRenderPassBeginInfo begin{VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO};
+  begin.renderPass = render_pass;
+  begin.framebuffer = framebuffer;
+  begin.renderArea = {{0, 0}, size};
+  begin.clearValueCount = clear.size();
+  begin.pClearValues = clear.data();
+  const VkSubpassBeginInfo inline_commands{VK_STRUCTURE_TYPE_SUBPASS_BEGIN_INFO};
+  vkCmdBeginRenderPass2(commands, &begin, &inline_commands);
+  // Negative height: clip space has +y up, as the camera has.
+  const auto width = static_cast<float>(size.width);
+  const auto height = static_cast<float>(size.height);
+  const VkViewport viewport{0, height, width, -height, 0, 1};
+  vkCmdSetViewport(commands, 0, 1, &viewport);
+  vkCmdSetScissor(commands, 0, 1, &begin.renderArea);
 }
 
 }  // namespace stylet::render

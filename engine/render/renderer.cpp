@@ -268,27 +268,8 @@ void Renderer::draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool 
   if (multisampled_) commands.transition(*multisampled_, gpu::kColourAttachment, true);
 
   const VkCommandBuffer cmd = commands.handle();
-  const VkRect2D area{{0, 0},
-                      {static_cast<std::uint32_t>(settings_.width), static_cast<std::uint32_t>(settings_.height)}};
-  std::array<VkClearValue, 2> clear{};
-  clear[1].depthStencil = {0, 0};  // reversed depth: 0 is infinitely far
-  VkRenderPassBeginInfo begin{VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO};
-  begin.renderPass = render_pass_.get();
-  begin.framebuffer = framebuffer_.get();
-  begin.renderArea = area;
-  begin.clearValueCount = clear.size();
-  begin.pClearValues = clear.data();
-  const VkSubpassBeginInfo inline_commands{VK_STRUCTURE_TYPE_SUBPASS_BEGIN_INFO};
-  vkCmdBeginRenderPass2(cmd, &begin, &inline_commands);
-  // Negative height: clip space has +y up, as the camera has.
-  const VkViewport viewport{0,
-                            static_cast<float>(settings_.height),
-                            static_cast<float>(settings_.width),
-                            -static_cast<float>(settings_.height),
-                            0,
-                            1};
-  vkCmdSetViewport(cmd, 0, 1, &viewport);
-  vkCmdSetScissor(cmd, 0, 1, &area);
+  begin_render_pass(cmd, render_pass_.get(), framebuffer_.get(),
+                    {static_cast<std::uint32_t>(settings_.width), static_cast<std::uint32_t>(settings_.height)});
   vkCmdBindIndexBuffer(cmd, indices_.handle(), 0, VK_INDEX_TYPE_UINT32);
 
   const auto draw_piece = [&](const gpu::GraphicsPipeline& pipeline, const Piece& piece) {

@@ -49,33 +49,30 @@ struct Behind {
   double half_width, from, to;  ///< from and to: ranges beyond the cylinder's middle
 
   Eigen::Vector2d middle() const { return phantom.scan().line_and_sample({cylinder.x, cylinder.z}); }
-  double power(const Eigen::MatrixXd& envelope) const {
-    const ultrasound::ScanGeometry& scan = phantom.scan();
-    const double range = scan.range(middle().y());
-    const double lines = half_width / scan.lateral_pitch(range);
+  double range() const { return phantom.scan().range(middle().y()); }
+  /// Mean of value(line) over the lines.
+  template <typename Value>
+  double mean_over_lines(Value&& value) const {
+    const double lines = half_width / phantom.scan().lateral_pitch(range());
     double sum = 0;
     int count = 0;
     for (int l = static_cast<int>(std::ceil(middle().x() - lines)); l <= middle().x() + lines; ++l) {
-      for (int s = phantom.sample_at(range + from); s <= phantom.sample_at(range + to); ++s) {
-        sum += envelope(s, l) * envelope(s, l);
-        ++count;
-      }
-    }
-    return sum / count;
-  }
-  /// Path through the cylinder, mean over its lines, m.
-  double path() const {
-    const ultrasound::ScanGeometry& scan = phantom.scan();
-    const double range = scan.range(middle().y());
-    const double lines = half_width / scan.lateral_pitch(range);
-    double sum = 0;
-    int count = 0;
-    for (int l = static_cast<int>(std::ceil(middle().x() - lines)); l <= middle().x() + lines; ++l) {
-      const double off = (l - middle().x()) * scan.lateral_pitch(range);
-      sum += 2 * std::sqrt(cylinder.radius * cylinder.radius - off * off);
+      sum += value(l);
       ++count;
     }
     return sum / count;
+  }
+  double power(const Eigen::MatrixXd& envelope) const {
+    const int first = phantom.sample_at(range() + from), last = phantom.sample_at(range() + to);
+    return mean_over_lines(
+        [&](int l) { return envelope.col(l).segment(first, last - first + 1).squaredNorm() / (last - first + 1); });
+  }
+  /// Path through the cylinder, mean over its lines, m.
+  double path() const {
+    return mean_over_lines([&](int l) {
+      const double off = (l - middle().x()) * phantom.scan().lateral_pitch(range());
+      return 2 * std::sqrt(cylinder.radius * cylinder.radius - off * off);
+    });
   }
 };
 
