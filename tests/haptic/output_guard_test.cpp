@@ -134,8 +134,7 @@ TEST(OutputGuard, UselessTimeStepHoldsTheForce) {
 
 TEST(OutputGuard, LimitsHoldForAnyInput) {
   GuardSettings settings;
-  settings.limits = {
-      .max_force_n = 3.3, .max_torque_nm = 0.1, .max_stiffness_n_per_m = 500, .max_force_rate_n_per_s = 1000};
+  settings.limits = {.max_force_n = 3.3, .max_torque_nm = 0.1, .max_force_rate_n_per_s = 1000};
   settings.ramp_s = 0.02;
   OutputGuard guard(settings);
   std::mt19937_64 random(7);
