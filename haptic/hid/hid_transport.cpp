@@ -1,0 +1,87 @@
+#include "haptic/hid/hid_transport.h"
+
+#include "haptic/hid_devices.h"
+
+#include <fmt/format.h>
+#include <hidapi.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace stylet::haptic::hid {
+namespace {
+
+constexpr std::size_t kMostDescriptor = 4096;  // of the kernel
+
+/// hidapi 0.13 says no more than that it failed, but leaves errno as open() set it.
+HidError cannot_open(const std::string& path, int error) {
+  if (error == EACCES || error == EPERM) {
+    for (const HidDeviceSummary& device : list_hid_devices()) {
+      if (device.path != path) continue;
+      return HidError(
+          fmt::format("{}: no permission to open it; {}", path, udev_rule(device.vendor_id, device.product_id)));
+    }
+    return HidError(fmt::format("{}: no permission to open it; `stylet devices` has the udev rule", path));
+  }
+  return HidError(fmt::format("{}: cannot be opened ({}); see `stylet devices`", path,
+                              error != 0 ? std::strerror(error) : "unknown reason"));
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> report_descriptor(const std::string& path) {
+  const std::filesystem::path file = std::filesystem::path("/sys/class/hidraw") /
+                                     std::filesystem::path(path).filename() / "device/report_descriptor";
+  std::ifstream in(file, std::ios::binary);
+  std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+  if (!in.is_open() || in.bad() || bytes.empty()) {
+    throw HidError(fmt::format("{}: no report descriptor in {}; plug the device in again", path, file.string()));
+  }
+  if (bytes.size() > kMostDescriptor) {
+    throw HidError(fmt::format("{}: report descriptor of more than {} bytes", path, kMostDescriptor));
+  }
+  return bytes;
+}
+
+std::string udev_rule(std::uint16_t vendor_id, std::uint16_t product_id) {
+  return fmt::format(
+      "put KERNEL==\"hidraw*\", ATTRS{{idVendor}}==\"{:04x}\", ATTRS{{idProduct}}==\"{:04x}\", TAG+=\"uaccess\" into "
+      "/etc/udev/rules.d/70-stylet.rules, run `udevadm control --reload` and plug it in again",
+      vendor_id, product_id);
+}
+
+void HidTransport::Close::operator()(hid_device_* device) const {
+  hid_close(device);
+}
+
+HidTransport::HidTransport(const std::string& path) : path_(path) {
+  errno = 0;
+  in_.reset(hid_open_path(path.c_str()));
+  if (in_) out_.reset(hid_open_path(path.c_str()));
+  if (!in_ || !out_) throw cannot_open(path, errno);
+}
+
+HidTransport::~HidTransport() = default;
+
+int HidTransport::read(std::span<std::uint8_t> bytes, int timeout_ms) {
+  return hid_read_timeout(in_.get(), bytes.data(), bytes.size(), timeout_ms);
+}
+
+bool HidTransport::write(std::span<const std::uint8_t> bytes) {
+  return hid_write(out_.get(), bytes.data(), bytes.size()) == static_cast<int>(bytes.size());
+}
+
+bool HidTransport::set_feature(std::span<const std::uint8_t> bytes) {
+  return hid_send_feature_report(out_.get(), bytes.data(), bytes.size()) >= 0;
+}
+
+int HidTransport::get_feature(std::span<std::uint8_t> bytes) {
+  return hid_get_feature_report(out_.get(), bytes.data(), bytes.size());
+}
+
+}  // namespace stylet::haptic::hid
