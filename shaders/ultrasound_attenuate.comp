@@ -23,7 +23,7 @@ void main() {
     float here = loss[index];
     float transmission = exp(-(lost + 0.5 * here));
     lost += here;
-    for (int k = 0; k < frame.looks; ++k) echo[index + k * polar_size()] *= transmission;
+    for (int k = 0; k < kLooks; ++k) echo[index + k * polar_size()] *= transmission;
   }
   if (frame.haze == 0.0) return;
   int end = min(frame.samples, int(kHazeDepth / frame.sample_pitch + 0.5));
@@ -33,7 +33,7 @@ void main() {
     float haze = kHazeNear * exp(-range / kHazeNearDecay) + kHazeFar * exp(-range / kHazeFarDecay);
     // Fixed to the probe and smeared along the face.
     uint texel = speckle_texel(speckle_lattice(vec3(0.2 * sample_position(l, s).x, 0.0, range)));
-    for (int k = 0; k < frame.looks; ++k) {
+    for (int k = 0; k < kLooks; ++k) {
       echo[index + k * polar_size()] += haze * 0.70710678 * speckle_of_look(uint(k), texel);
     }
   }

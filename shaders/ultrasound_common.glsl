@@ -7,6 +7,13 @@ layout(std140, binding = 0) uniform Frame {
   FrameConstants frame;
 };
 
+// What an imager is made for (ScanModel::switches): what it never needs is compiled away, which a software rasteriser
+// would otherwise go through masked.
+layout(constant_id = 0) const int kLooks = kMaxLooks;
+layout(constant_id = 1) const bool kTextured = true;   // slow texture, triads and beads
+layout(constant_id = 2) const bool kBreathing = true;  // some voxels go with the breath
+layout(constant_id = 3) const bool kConvex = true;     // the probe's face is an arc
+
 float sample_range(int s) {
   return (float(s) + 0.5) * frame.sample_pitch;
 }
@@ -14,13 +21,13 @@ float sample_range(int s) {
 /// Unit direction (x, z) of a scan line.
 vec2 line_direction(int l) {
   float c = frame.first_line + float(l) * frame.line_pitch;
-  return frame.face_radius == 0.0 ? vec2(0.0, 1.0) : vec2(sin(c), cos(c));
+  return !kConvex ? vec2(0.0, 1.0) : vec2(sin(c), cos(c));
 }
 
 /// (x, z) in the probe frame.
 vec2 sample_position(int l, int s) {
   float r = sample_range(s);
-  if (frame.face_radius == 0.0) return vec2(frame.first_line + float(l) * frame.line_pitch, r);
+  if (!kConvex) return vec2(frame.first_line + float(l) * frame.line_pitch, r);
   return (frame.face_radius + r) * line_direction(l) - vec2(0.0, frame.face_radius);
 }
 

@@ -33,7 +33,7 @@ void main() {
   if (l >= frame.lines) return;
   int index = polar_index(l, s);
   float intensity = 0.0;
-  for (int k = 0; k < frame.looks; ++k) {
+  for (int k = 0; k < kLooks; ++k) {
     int here = k * polar_size() + index;
     uint first = hash(uint(here) + hash(uint(frame.noise_seed)));
     uint second = hash(first);
@@ -43,7 +43,7 @@ void main() {
     vec2 iq = echo[here] + modulus * vec2(cos(phase), sin(phase));
     intensity += dot(iq, iq);
   }
-  float amplitude = sqrt(intensity / float(frame.looks));
+  float amplitude = sqrt(intensity / float(kLooks));
   envelope[index] = amplitude;
   float db = 8.6858896 * log(max(amplitude, 1e-9)) + frame.tgc * sample_range(s) + slider_gain(s);
   float now = clamp((db - frame.white_db + frame.dynamic_range) / frame.dynamic_range, 0.0, 1.0);

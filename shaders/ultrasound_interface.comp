@@ -27,7 +27,7 @@ void main() {
   if (l >= frame.lines) return;
   int index = polar_index(l, s);
   // The jump of ln Z along the beam, and the angle from the corners of a wider square.
-  float pitch = frame.face_radius == 0.0 ? frame.line_pitch : (frame.face_radius + sample_range(s)) * frame.line_pitch;
+  float pitch = !kConvex ? frame.line_pitch : (frame.face_radius + sample_range(s)) * frame.line_pitch;
   float ramp = max(frame.label_spacing, 2.0 * frame.sample_pitch);
   int a = max(1, int(frame.gradient_reach / frame.sample_pitch + 0.5));
   int b = clamp(int(frame.gradient_reach / pitch + 0.5), 1, 16);
@@ -44,12 +44,12 @@ void main() {
   float total = tanh(0.5 * steepness * ramp);
 
   uint texel = found[index] & ((1u << kTexelBits) - 1u);
-  float slow = frame.texture == 0.0 ? 0.0 : slow_pair(texel).y;
+  float slow = kTextured ? slow_pair(texel).y : 0.0;
   float beads = exp((kBeadDb * slow - kBeadDb) * kDbToNepers);
   float mirror = kInterfaceGain * reflection * pow(cosine, kInterfaceExponent) * beads;
   float diffuse = kInterfaceGain * total * kInterfaceDiffuse;
   float rough = (mirror * kInterfaceRough + diffuse) * 0.70710678;
-  for (int k = 0; k < frame.looks; ++k) {
+  for (int k = 0; k < kLooks; ++k) {
     vec2 noise = speckle_of_look(uint(k), texel & (kSpeckleTexels - 1u));
     echo[index + k * polar_size()] += vec2(mirror * kInterfaceCoherent, 0.0) + rough * noise;
   }

@@ -23,7 +23,7 @@ layout(std430, binding = 4) buffer Loss {
 
 /// Sum of the echoes of the wires: no tip, no copies, no shadow, the same under every angle.
 float wire_echo(vec2 at, vec2 beam, float range) {
-  float pitch = frame.face_radius == 0.0 ? frame.line_pitch : (frame.face_radius + range) * frame.line_pitch;
+  float pitch = !kConvex ? frame.line_pitch : (frame.face_radius + range) * frame.line_pitch;
   vec3 scale = 1.0 / vec3(max(kWireWidth, kWirePitches * pitch), elevation_sigma(range),
                           max(kWireWidth, kWirePitches * frame.sample_pitch));
   float sum = 0.0;
@@ -90,7 +90,7 @@ void main() {
   }
   int index = polar_index(l, s);
   float echoes = kNeedleGain * amplitude + wire_echo(at, beam, sample_range(s));
-  for (int k = 0; k < frame.looks; ++k) echo[index + k * polar_size()].x += echoes;
+  for (int k = 0; k < kLooks; ++k) echo[index + k * polar_size()].x += echoes;
   // The profile integrates to sqrt(2 pi) sigma across the shaft.
   loss[index] += kNeedleShadow * shadow * frame.sample_pitch / (2.5066283 * kNeedleWidth);
 }

@@ -20,7 +20,7 @@ void main() {
   float z = frame.picture_z + (float(pixel.y) + 0.5) * frame.pixel;
   float across = x;
   float range = z;
-  if (frame.face_radius != 0.0) {
+  if (kConvex) {
     across = atan(x, z + frame.face_radius);
     range = sqrt(x * x + (z + frame.face_radius) * (z + frame.face_radius)) - frame.face_radius;
   }

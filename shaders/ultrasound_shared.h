@@ -162,7 +162,6 @@ struct STYLET_UNIFORM FrameConstants {
   float sample_pitch;   // m
   int lines;
   int samples;
-  int looks;
   int noise_seed;
   int tile_columns;  // tiles of cut tetrahedra
   // label volume
@@ -195,7 +194,6 @@ struct STYLET_UNIFORM FrameConstants {
   float picture_x;      // probe frame, of the first pixel's corner
   float picture_z;
   float tick_pitch;     // m between marks of the depth scale, 0: none
-  float texture;        // 1 shows slow texture, triads and beads, 0 does not
   float persistence;    // share of the frame before in what is shown; 0 in a first frame
   float coupling;       // m below the face where label 0 is gel and not air
 };

@@ -80,7 +80,7 @@ void main() {
       break;
     }
   }
-  if (body < 0.0 && frame.breath.w >= 0.0) {
+  if (kBreathing && body < 0.0) {
     vec3 before = position - frame.breath.xyz;
     if (owner_of(voxel_at(ivec3(floor(voxel_position(before) + 0.5)))) == int(frame.breath.w)) {
       position = before;
@@ -111,8 +111,8 @@ void main() {
     uint texel = speckle_texel(lattice + float(plane) * lattice_step);
     float w = level * elevation[weights + abs(plane)];
     sum0 += w * speckle_of_look(0u, texel);
-    if (frame.looks > 1) sum1 += w * speckle_of_look(1u, texel);
-    if (frame.looks > 2) sum2 += w * speckle_of_look(2u, texel);
+    if (kLooks > 1) sum1 += w * speckle_of_look(1u, texel);
+    if (kLooks > 2) sum2 += w * speckle_of_look(2u, texel);
   }
   // Elsewhere the label of each scatterer is drawn from the eight around it (stochastic trilinear interpolation), by
   // bits that belong to its place in the tissue.
@@ -123,18 +123,21 @@ void main() {
     uint word = voxel_at(ivec3(floor(voxel + float(plane) * voxel_step + jitter)));
     float w = 0.70710678 * tissues[tissue_of(word, int(body), gel)].backscatter * elevation[weights + abs(plane)];
     sum0 += w * speckle_of_look(0u, texel);
-    if (frame.looks > 1) sum1 += w * speckle_of_look(1u, texel);
-    if (frame.looks > 2) sum2 += w * speckle_of_look(2u, texel);
+    if (kLooks > 1) sum1 += w * speckle_of_look(1u, texel);
+    if (kLooks > 2) sum2 += w * speckle_of_look(2u, texel);
   }
 
   uint texel = slow_texel(lattice);
-  float slow = frame.texture == 0.0 ? 0.0 : slow_pair(texel).x;
-  float triads = mixed.z > 0.0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5, slow) : 0.0;
-  float texture_gain = exp(frame.texture * (mixed.z * slow + triads * kTriadDb * kDbToNepers));
+  float texture_gain = 1.0;
+  if (kTextured) {
+    float slow = slow_pair(texel).x;
+    float triads = mixed.z > 0.0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5, slow) : 0.0;
+    texture_gain = exp(mixed.z * slow + triads * kTriadDb * kDbToNepers);
+  }
   int index = polar_index(l, s);
   echo[index] = texture_gain * sum0;
-  if (frame.looks > 1) echo[index + polar_size()] = texture_gain * sum1;
-  if (frame.looks > 2) echo[index + 2 * polar_size()] = texture_gain * sum2;
+  if (kLooks > 1) echo[index + polar_size()] = texture_gain * sum1;
+  if (kLooks > 2) echo[index + 2 * polar_size()] = texture_gain * sum2;
   log_impedance[index] = mixed.x;
   loss[index] = mixed.y * frame.sample_pitch;
   found[index] = texel | uint(tissue) << kTexelBits;

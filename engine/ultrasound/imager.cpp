@@ -36,8 +36,10 @@ constexpr std::uint32_t kLateralGroup = 16;
 constexpr std::uint32_t kLineGroup = 8;  ///< of the pass over lines
 
 /// A pass with the frame's constants at binding 0 and `buffers` storage buffers after it, but for `others`.
-gpu::Interface interface(int buffers, std::initializer_list<std::pair<int, Slot>> others = {}) {
+gpu::Interface interface(const ScanModel& model, int buffers,
+                         std::initializer_list<std::pair<int, Slot>> others = {}) {
   gpu::Interface result;
+  result.specialization = model.switches();
   result.slots.assign(static_cast<std::size_t>(buffers) + 1, Slot::storage_buffer);
   result.slots[0] = Slot::uniform_buffer;
   for (const auto& [binding, slot] : others) result.slots[static_cast<std::size_t>(binding)] = slot;
@@ -106,15 +108,16 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
     : device(device_),
       model(scene, settings),
       tissue(device, ultrasound_tissue_comp,
-             interface(11, {{4, Slot::uniform_buffer}, {5, Slot::texel_buffer}, {6, Slot::texel_buffer}})),
-      interfaces(device, ultrasound_interface_comp, interface(5, {{1, Slot::texel_buffer}, {2, Slot::texel_buffer}})),
-      needle(device, ultrasound_needle_comp, interface(5)),
-      attenuate(device, ultrasound_attenuate_comp, interface(3, {{1, Slot::texel_buffer}})),
-      lateral(device, ultrasound_lateral_comp, interface(3, {{2, Slot::texel_buffer}})),
-      axial(device, ultrasound_axial_comp, interface(3, {{2, Slot::texel_buffer}})),
-      detect(device, ultrasound_detect_comp, interface(3)),
+             interface(model, 11, {{4, Slot::uniform_buffer}, {5, Slot::texel_buffer}, {6, Slot::texel_buffer}})),
+      interfaces(device, ultrasound_interface_comp,
+                 interface(model, 5, {{1, Slot::texel_buffer}, {2, Slot::texel_buffer}})),
+      needle(device, ultrasound_needle_comp, interface(model, 5)),
+      attenuate(device, ultrasound_attenuate_comp, interface(model, 3, {{1, Slot::texel_buffer}})),
+      lateral(device, ultrasound_lateral_comp, interface(model, 3, {{2, Slot::texel_buffer}})),
+      axial(device, ultrasound_axial_comp, interface(model, 3, {{2, Slot::texel_buffer}})),
+      detect(device, ultrasound_detect_comp, interface(model, 3)),
       scan_convert(device, ultrasound_scan_convert_comp,
-                   interface(3, {{1, Slot::texel_buffer}, {2, Slot::storage_image}})),
+                   interface(model, 3, {{1, Slot::texel_buffer}, {2, Slot::storage_image}})),
       tissues(device, kTissueRows * sizeof(TissueRow), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
       voxels(texels(device, model.voxels().size() * sizeof(std::uint16_t), VK_FORMAT_R16_UINT)),
       speckle(texels(device, model.speckle().texels.size() * sizeof(SpeckleField::Texel), VK_FORMAT_R8G8_SNORM)),
@@ -167,7 +170,7 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
     return (static_cast<std::uint32_t>(count) + size - 1) / size;
   };
   const std::uint32_t rows = static_cast<std::uint32_t>(c.samples);
-  const std::uint32_t looks = static_cast<std::uint32_t>(c.looks);
+  const std::uint32_t looks = model.switches()[0];
   const std::array<std::uint32_t, 3> samples{groups(c.lines, kGroup), rows, 1};
 
   times.reset(commands);
@@ -276,7 +279,7 @@ std::vector<std::uint8_t> Imager::read_label_map() {
   Passes& p = *passes_;
   const FrameConstants& c = p.model.constants();
   if (!p.label_map) {
-    p.label_map.emplace(p.device, ultrasound_label_map_comp, interface(3));
+    p.label_map.emplace(p.device, ultrasound_label_map_comp, interface(p.model, 3));
     p.labels.emplace(storage(p.device, static_cast<std::size_t>(c.width) * c.height * sizeof(std::uint32_t)));
   }
   gpu::run_now(p.device, [&](gpu::Commands& commands) {

@@ -25,7 +25,11 @@ float smoothstep(float a, float b, float x) {
 }  // namespace
 
 ReferenceImager::ReferenceImager(const content::Scene& scene, const ImagerSettings& settings)
-    : model_(scene, settings), lines_(model_.scan().lines), samples_(model_.scan().samples), looks_(settings.looks) {
+    : model_(scene, settings),
+      lines_(model_.scan().lines),
+      samples_(model_.scan().samples),
+      looks_(settings.looks),
+      textured_(settings.texture ? 1.0F : 0.0F) {
   const std::size_t size = static_cast<std::size_t>(lines_) * samples_;
   rest_.resize(size);
   mix_.resize(size);
@@ -171,7 +175,7 @@ void ReferenceImager::make_echoes() {
       const Complex texture_and_beads = model_.speckle().slow(here);
       const float slow = texture_and_beads.real();
       const float triads = mix.texture > 0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5F, slow) : 0.0F;
-      const float texture = std::exp(c.texture * (mix.texture * slow + triads * kTriadDb * 0.115129255F));
+      const float texture = std::exp(textured_ * (mix.texture * slow + triads * kTriadDb * 0.115129255F));
 
       // Interfaces: the jump of ln Z along the beam, and the angle from the corners of a wider square.
       const float jump = (log_impedance(l, s + 1) - log_impedance(l, s - 1)) / (2 * c.sample_pitch) * ramp;
@@ -187,7 +191,7 @@ void ReferenceImager::make_echoes() {
       const float cosine = slope > 1e-3F ? std::abs(along) / slope : 1.0F;
       const float reflection = std::tanh(0.5F * std::abs(jump));
       const float total = std::tanh(0.5F * slope * ramp);
-      const float beads = std::exp((c.texture * kBeadDb * texture_and_beads.imag() - kBeadDb) * 0.115129255F);
+      const float beads = std::exp((textured_ * kBeadDb * texture_and_beads.imag() - kBeadDb) * 0.115129255F);
       const float mirror = kInterfaceGain * reflection * std::pow(cosine, kInterfaceExponent) * beads;
       const float diffuse = kInterfaceGain * total * kInterfaceDiffuse;
       for (int k = 0; k < looks_; ++k) {

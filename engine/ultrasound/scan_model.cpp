@@ -104,7 +104,6 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   constants_.breath.w = breathes ? static_cast<float>(scene.bodies.size()) : -1.0F;
 
   FrameConstants& c = constants_;
-  c.looks = settings.looks;
   c.label_nx = labels.size.x();
   c.label_ny = labels.size.y();
   c.label_nz = labels.size.z();
@@ -117,12 +116,17 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   c.gradient_reach = std::max(kGradientReach, 0.5F * labels.spacing);
   c.planes = settings.planes;
   c.haze = settings.haze ? 1.0F : 0.0F;
-  c.texture = settings.texture ? 1.0F : 0.0F;
   c.tick_pitch = settings.depth_scale ? 0.010F : 0.0F;
   limit(controls_, scene.probe);
   make_geometry();
   make_tissues();
   set_receiver();
+}
+
+std::vector<std::uint32_t> ScanModel::switches() const {
+  const auto flag = [](bool on) { return on ? 1U : 0U; };
+  return {static_cast<std::uint32_t>(settings_.looks), flag(settings_.texture), flag(constants_.breath.w >= 0),
+          flag(constants_.face_radius != 0)};
 }
 
 std::string ScanModel::set_controls(ScannerControls controls) {

@@ -81,6 +81,8 @@ public:
   /// Tiles (PlaneSlice) that echoes of the needle and of wires reach; ascending.
   const std::vector<std::uint32_t>& thin_tiles() const { return thin_tiles_; }
   const FrameConstants& constants() const { return constants_; }
+  /// What an imager is made for, in the order of the constant_ids in shaders/ultrasound_common.glsl.
+  std::vector<std::uint32_t> switches() const;
 
 private:
   void make_geometry();
