@@ -42,7 +42,8 @@ std::shared_ptr<const physics::TissueMap> tissue_map(const content::Scene& scene
   return map;
 }
 
-physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics::Coupling coupling) {
+physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics::Coupling coupling,
+                                            const physics::NeedleBase& base) {
   physics::HapticLoopSettings settings;
   settings.needle = {.length = scene.needle.length,
                      .outer_diameter = scene.needle.outer_diameter,
@@ -50,6 +51,7 @@ physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics
                      .young_modulus = scene.needle.young_modulus,
                      .poisson_ratio = scene.needle.poisson_ratio,
                      .beams = scene.needle.beams};
+  settings.base = base;
   settings.coupling = coupling;
   settings.track.spacing = scene.contact_spacing;
   settings.track.bevel_ratio = scene.needle.bevel_force_ratio;
@@ -153,10 +155,10 @@ physics::Coupling coupling_from_name(const std::string& name) {
 }
 
 CoupledLoops::CoupledLoops(const content::Scene& scene, physics::Coupling coupling, const physics::StylusPose& start,
-                           std::vector<StepListener*> listeners)
+                           std::vector<StepListener*> listeners, const physics::NeedleBase& base)
     : scene_(scene),
       listeners_(std::move(listeners)),
-      haptic_(with_place(scene, [&] { return physics::HapticLoop(haptic_settings(scene, coupling), start); })),
+      haptic_(with_place(scene, [&] { return physics::HapticLoop(haptic_settings(scene, coupling, base), start); })),
       simulation_(with_place(scene, [&] { return simulation_bodies(scene); }), simulation_settings(scene, coupling)),
       haptic_dt_(1.0 / scene.rates.haptic_hz),
       hub_(start) {}
@@ -180,6 +182,10 @@ const physics::NeedleState& CoupledLoops::haptic_step(const HapticStepRecord& in
   ++haptic_steps_;
   for (StepListener* listener : listeners_) listener->haptic_stepped(input, needle);
   return needle;
+}
+
+void CoupledLoops::force_sent(double time_s, const haptic::GuardedWrench& out) {
+  for (StepListener* listener : listeners_) listener->force_sent(time_s, haptic_steps_, out);
 }
 
 physics::SimulationReport CoupledLoops::simulation_step(double time_s, const physics::NeedleState& needle, bool take,

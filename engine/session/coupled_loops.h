@@ -5,6 +5,7 @@
 #include "engine/content/scene.h"
 #include "engine/session/recording.h"
 #include "haptic/device.h"
+#include "haptic/output_guard.h"
 #include "physics/loops/haptic_loop.h"
 #include "physics/loops/simulation_loop.h"
 
@@ -22,6 +23,9 @@ public:
   virtual void haptic_stepped(const HapticStepRecord&, const physics::NeedleState&) {}
   virtual void simulation_stepped(const SimulationStepRecord&, const physics::SimulationReport&,
                                   const physics::TissueState&, const physics::NeedleState&) {}
+  /// What went to a device that renders force after haptic step `step`; haptic thread.
+  /// @realtime
+  virtual void force_sent(double /*time_s*/, std::uint64_t /*step*/, const haptic::GuardedWrench&) {}
 };
 
 /// Name of a coupling on the command line and in recordings: "stylet", "paper-updated", "paper-frozen".
@@ -34,9 +38,10 @@ public:
   /// Builds both loops; factorises the tissue at rest, so it takes a moment.
   /// @param start      pose of the hub before the first step
   /// @param listeners  outlive this; called in this order
+  /// @param base       how the needle is held at the stylus
   /// @throws content::ContentError  where the scene's bodies cannot be simulated
   CoupledLoops(const content::Scene& scene, physics::Coupling coupling, const physics::StylusPose& start,
-               std::vector<StepListener*> listeners);
+               std::vector<StepListener*> listeners, const physics::NeedleBase& base = {});
 
   /// A haptic step. An invalid sample leaves the hub where it was.
   /// @realtime
@@ -44,6 +49,10 @@ public:
 
   /// The same with the input as recorded.
   const physics::NeedleState& haptic_step(const HapticStepRecord& input, const physics::TissuePatch& patch);
+
+  /// Tells the listeners what went to the device.
+  /// @realtime
+  void force_sent(double time_s, const haptic::GuardedWrench& out);
 
   /// A simulation step, the probe where the scene has it. `take` and `request`: see physics::SimulationInput.
   physics::SimulationReport simulation_step(double time_s, const physics::NeedleState& needle, bool take,

@@ -79,7 +79,7 @@ Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, g
                      video.add_frame(compose_frame(moment, state, trace, font, width, height).rgba);
                    });
   Debrief debrief;
-  CoupledLoops loops(scene, recorded.coupling, recorded.start, {&hash, &frames, &clock});
+  CoupledLoops loops(scene, recorded.coupling, recorded.start, {&hash, &frames, &clock}, recorded.base);
   debrief.replay =
       replay(recording, loops, hash, [&](double share) { report("Replaying and drawing the video", share); });
   debrief.state_hash = hash.state();

@@ -1,6 +1,7 @@
 #include "engine/session/live_session.h"
 
 #include "engine/session/lockstep.h"
+#include "engine/session/needle_base.h"
 #include "engine/session/replay.h"
 
 #include <algorithm>
@@ -17,7 +18,8 @@ physics::StylusPose first_pose(haptic::Device& device) {
 }
 
 RecordingHeader recording_header(const content::Scene& scene, const haptic::Device& device,
-                                 const LiveSettings& settings, const physics::StylusPose& start) {
+                                 const LiveSettings& settings, const physics::StylusPose& start,
+                                 const physics::NeedleBase& base) {
   return {.build = settings.build,
           .scenario = scene.scenario.string(),
           .scenario_hash = file_hash(scene.scenario),
@@ -25,6 +27,7 @@ RecordingHeader recording_header(const content::Scene& scene, const haptic::Devi
                                                     .mode = settings.lockstep ? "lockstep" : "threaded",
                                                     .device = device.name(),
                                                     .start = start,
+                                                    .base = base,
                                                     .haptic_hz = scene.rates.haptic_hz})};
 }
 
@@ -35,11 +38,12 @@ LiveSession::LiveSession(const content::Scene& scene, haptic::Device& device, co
       device_(device),
       settings_(settings),
       start_(first_pose(device)),
-      writer_(settings.recording, recording_header(scene, device, settings, start_)),
+      base_(needle_base(device.limits(), scene.rates.haptic_hz)),
+      writer_(settings.recording, recording_header(scene, device, settings, start_, base_)),
       recorder_(writer_, hash_, scene),
       force_(scene, std::min(settings.duration_s, kLongestTrace)),
       frames_(scene),
-      loops_(scene, settings.coupling, start_, {&hash_, &recorder_, &force_, &frames_}) {}
+      loops_(scene, settings.coupling, start_, {&hash_, &recorder_, &force_, &frames_}, base_) {}
 
 RunStatistics LiveSession::run_in_lockstep(const RunProgress& progress) {
   const RunStatistics run = run_lockstep(loops_, device_, scene_, settings_.duration_s, [&](double share) {

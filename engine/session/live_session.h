@@ -62,6 +62,7 @@ private:
   haptic::Device& device_;
   LiveSettings settings_;
   physics::StylusPose start_;
+  physics::NeedleBase base_;
   RecordingWriter writer_;
   StepHash hash_;
   Recorder recorder_;

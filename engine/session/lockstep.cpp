@@ -1,5 +1,6 @@
 #include "engine/session/lockstep.h"
 
+#include "engine/session/stylus_step.h"
 #include "haptic/denormals.h"
 #include "haptic/paced_loop.h"
 
@@ -14,7 +15,7 @@ RunStatistics run_lockstep(CoupledLoops& loops, haptic::Device& device, const co
   haptic::MonotonicClock clock;
   haptic::LatencyHistogram haptic_time;
   haptic::LatencyHistogram simulation_time;
-  haptic::OutputGuard guard({.limits = device.limits()});
+  StylusStep hand(loops, device);
   physics::TissuePatch patch = loops.make_patch();
   RunStatistics run{.mode = "lockstep", .duration_s = duration_s};
   const auto steps = static_cast<std::uint64_t>(std::llround(duration_s * scene.rates.haptic_hz));
@@ -42,21 +43,16 @@ RunStatistics run_lockstep(CoupledLoops& loops, haptic::Device& device, const co
       ++run.simulation.steps;
       if (progress) progress(static_cast<double>(k) / static_cast<double>(steps));
     }
-    haptic::StylusSample sample = device.read(time_s);
-    sample.time_s = time_s;
     const std::int64_t start = clock.now_ns();
-    const physics::NeedleState& needle = loops.haptic_step(sample, patch);
+    const physics::NeedleState& needle = hand.step(time_s, loops.haptic_dt(), patch);
     haptic_time.add(clock.now_ns() - start);
-    const haptic::GuardedWrench out =
-        guard.apply(needle.wrench.force, needle.wrench.moment, sample.valid, loops.haptic_dt());
-    device.write(out.force, out.torque);
     run.needle_flags |= needle.flags;
   }
   run.wall_s = static_cast<double>(clock.now_ns() - begin) * 1e-9;
   run.haptic = {.steps = steps, .rate_hz = scene.rates.haptic_hz, .step_time = haptic_time.quantiles()};
   run.simulation.rate_hz = scene.rates.simulation_hz;
   run.simulation.step_time = simulation_time.quantiles();
-  run.guard = guard.counters();
+  run.guard = hand.counters();
   return run;
 }
 

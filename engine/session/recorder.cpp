@@ -37,6 +37,17 @@ void Recorder::simulation_stepped(const SimulationStepRecord& record, const phys
   }
 }
 
+void Recorder::force_sent(double time_s, std::uint64_t step, const haptic::GuardedWrench& out) {
+  for (int bit = 0; bit < haptic::kOutputFlagCount; ++bit) {
+    if (((out.flags >> bit) & 1u) == 0) continue;
+    double& last = limited_s_[static_cast<std::size_t>(bit)];
+    if (time_s - last > kQuiet) {
+      writer_.haptic().add_event(time_s, step, kSafetyEvent, haptic::output_flag_name(bit));
+    }
+    last = time_s;
+  }
+}
+
 void Recorder::finish() {
   writer_.haptic().add(
       HashRecord{.loop = LoopName::haptic, .final = true, .step = haptic_step_, .hash = hash_.haptic()});

@@ -5,14 +5,20 @@
 #include "engine/session/recording_writer.h"
 #include "engine/session/step_hash.h"
 
+#include <array>
+
 namespace stylet::session {
 
 /// Writes every step, and the chained hash of each loop every so many steps. `hash` must be told of a step before
-/// this. Events: "entered" and "left" (a body), "puncture" (puncture_event.h), "buttons".
+/// this. Events: "entered" and "left" (a body), "puncture" (puncture_event.h), "buttons"; of a device that renders
+/// force, "safety" with the name of an OutputFlag when a limit acts that has not acted for kQuiet.
 class Recorder final : public StepListener {
 public:
   static constexpr std::uint64_t kHapticStepsPerHash = 100;
   static constexpr std::uint64_t kSimulationStepsPerHash = 10;
+
+  static constexpr const char* kSafetyEvent = "safety";
+  static constexpr double kQuiet = 0.5;  ///< s
 
   Recorder(RecordingWriter& writer, const StepHash& hash, const content::Scene& scene)
       : writer_(writer), hash_(hash), scene_(scene) {}
@@ -20,10 +26,17 @@ public:
   void haptic_stepped(const HapticStepRecord& record, const physics::NeedleState& needle) override;
   void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState&, const physics::NeedleState&) override;
+  void force_sent(double time_s, std::uint64_t step, const haptic::GuardedWrench& out) override;
   /// Writes the final hashes. The loops must have stopped.
   void finish();
 
 private:
+  static constexpr std::array<double, haptic::kOutputFlagCount> never() {
+    std::array<double, haptic::kOutputFlagCount> times{};
+    times.fill(-1e300);
+    return times;
+  }
+
   RecordingWriter& writer_;
   const StepHash& hash_;
   const content::Scene& scene_;
@@ -32,6 +45,7 @@ private:
   bool inside_ = false;
   std::uint32_t punctures_ = 0;
   std::uint32_t buttons_ = 0;
+  std::array<double, haptic::kOutputFlagCount> limited_s_ = never();  // when each last acted
 };
 
 }  // namespace stylet::session

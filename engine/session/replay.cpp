@@ -120,12 +120,18 @@ std::string to_json(const RecordedSettings& settings) {
   const Eigen::Vector3d& p = settings.start.position;
   const Eigen::Quaterniond& q = settings.start.orientation;
   // Doubles are written so that they read back to the same bits.
-  return nlohmann::json{{"coupling", coupling_name(settings.coupling)},
-                        {"mode", settings.mode},
-                        {"device", settings.device},
-                        {"haptic_hz", settings.haptic_hz},
-                        {"start_pose", {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}}}
-      .dump();
+  nlohmann::json json{{"coupling", coupling_name(settings.coupling)},
+                      {"mode", settings.mode},
+                      {"device", settings.device},
+                      {"haptic_hz", settings.haptic_hz},
+                      {"start_pose", {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}}};
+  if (const physics::NeedleBase& base = settings.base; base.kind == physics::BaseKind::spring_damper) {
+    json["base"] = {{"stiffness_n_per_m", base.stiffness},
+                    {"damping_n_s_per_m", base.damping},
+                    {"rotational_stiffness_nm_per_rad", base.rotational_stiffness},
+                    {"rotational_damping_nm_s_per_rad", base.rotational_damping}};
+  }
+  return json.dump();
 }
 
 RecordedSettings recorded_settings(const Recording& recording) {
@@ -139,6 +145,13 @@ RecordedSettings recorded_settings(const Recording& recording) {
     settings.start.position = {pose[0], pose[1], pose[2]};
     settings.start.orientation = {pose[3], pose[4], pose[5], pose[6]};
     settings.haptic_hz = json.value("haptic_hz", 0.0);
+    if (const auto base = json.find("base"); base != json.end()) {
+      settings.base = {.kind = physics::BaseKind::spring_damper,
+                       .stiffness = base->at("stiffness_n_per_m").get<double>(),
+                       .damping = base->at("damping_n_s_per_m").get<double>(),
+                       .rotational_stiffness = base->at("rotational_stiffness_nm_per_rad").get<double>(),
+                       .rotational_damping = base->at("rotational_damping_nm_s_per_rad").get<double>()};
+    }
   } catch (const nlohmann::json::exception& error) {
     impossible(fmt::format("the settings in its header are not a session's ({})", error.what()));
   }

@@ -40,6 +40,7 @@ struct RecordedSettings {
   std::string mode{};  ///< "threaded" or "lockstep"
   std::string device{};
   physics::StylusPose start{};  ///< of the hub before the first step
+  physics::NeedleBase base{};   ///< how the needle was held; prescribed where the recording does not say
   double haptic_hz = 0;         ///< 0: the scenario's, in recordings of earlier versions
 };
 std::string to_json(const RecordedSettings& settings);

@@ -24,6 +24,14 @@ nlohmann::ordered_json to_json(const LoopRun& loop) {
           {"wakeup_latency", quantiles_us(loop.wakeup)}};
 }
 
+nlohmann::ordered_json to_json(const haptic::GuardCounters& guard) {
+  nlohmann::ordered_json json{{"samples", guard.samples}};
+  for (int bit = 0; bit < haptic::kOutputFlagCount; ++bit) {
+    json[haptic::output_flag_name(bit)] = guard.flagged[static_cast<std::size_t>(bit)];
+  }
+  return json;
+}
+
 }  // namespace
 
 std::string hash_text(std::uint64_t hash) {
@@ -45,12 +53,7 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
       {"simulation_loop", to_json(run.simulation)},
       {"factorisations", run.factorisations},
       {"flags", {{"needle", run.needle_flags}, {"simulation", run.simulation_flags}, {"patch", run.patch_flags}}},
-      {"output_guard",
-       {{"samples", run.guard.samples},
-        {"clamped", run.guard.clamped},
-        {"rate_limited", run.guard.rate_limited},
-        {"non_finite", run.guard.non_finite},
-        {"invalid", run.guard.invalid}}},
+      {"output_guard", to_json(run.guard)},
       {"peak_force_n", report.force.peak_force},
       {"peak_axial_force_n", report.force.peak_axial},
       {"peak_lateral_force_n", report.force.peak_lateral},

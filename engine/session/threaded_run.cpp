@@ -6,12 +6,7 @@ namespace stylet::session {
 
 ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
                          const ThreadedSettings& settings)
-    : loops_(loops),
-      device_(device),
-      settings_(settings),
-      scene_(scene),
-      patches_(loops.make_patch()),
-      guard_({.limits = device.limits()}) {
+    : loops_(loops), settings_(settings), scene_(scene), patches_(loops.make_patch()), hand_(loops, device) {
   physics::copy_state(loops.needle(), needles_.back());
   needles_.publish();
   begin_ns_ = clock_.now_ns();
@@ -39,13 +34,10 @@ void ThreadedRun::haptic_step(const haptic::StepTiming& timing) {
     return;
   }
   end_s_ = time_s;
-  haptic::StylusSample sample = device_.read(time_s);
-  sample.time_s = time_s;
+  const double elapsed_s = last_step_s_ < 0 ? loops_.haptic_dt() : time_s - last_step_s_;
+  last_step_s_ = time_s;
   patches_.update();
-  const physics::NeedleState& needle = loops_.haptic_step(sample, patches_.front());
-  const haptic::GuardedWrench out =
-      guard_.apply(needle.wrench.force, needle.wrench.moment, sample.valid, loops_.haptic_dt());
-  device_.write(out.force, out.torque);
+  const physics::NeedleState& needle = hand_.step(time_s, elapsed_s, patches_.front());
   needle_flags_ |= needle.flags;
   physics::copy_state(needle, needles_.back());
   needles_.publish();
@@ -82,7 +74,7 @@ void ThreadedRun::stop() {
     worker_.request_stop();
     requests_.release();
     worker_.join();
-    device_.write(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+    hand_.release();
   }
 }
 
@@ -108,7 +100,7 @@ RunStatistics ThreadedRun::statistics() const {
           .needle_flags = needle_flags_,
           .simulation_flags = simulation_flags_,
           .patch_flags = patch_flags_,
-          .guard = guard_.counters(),
+          .guard = hand_.counters(),
           .warning = haptic_->warning()};
 }
 

@@ -5,6 +5,7 @@
 #include "engine/session/coupled_loops.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/run_statistics.h"
+#include "engine/session/stylus_step.h"
 #include "haptic/device.h"
 #include "haptic/real_time_thread.h"
 #include "physics/loops/latest_value.h"
@@ -48,14 +49,14 @@ private:
   void work(const std::stop_token& stop);
 
   CoupledLoops& loops_;
-  haptic::Device& device_;
   ThreadedSettings settings_;
   const content::Scene& scene_;
   haptic::MonotonicClock clock_;
   std::int64_t begin_ns_ = 0;
   physics::LatestValue<physics::TissuePatch> patches_;
   physics::LatestValue<physics::NeedleState> needles_;
-  haptic::OutputGuard guard_;
+  StylusStep hand_;
+  double last_step_s_ = -1;             // haptic thread's; negative: none yet
   std::uint32_t needle_flags_ = 0;      // haptic thread's
   std::uint32_t simulation_flags_ = 0;  // simulation thread's
   std::uint32_t patch_flags_ = 0;

@@ -34,7 +34,7 @@ TEST(RealTimeSafety, StepsWithAnyDeviceAllocateNothing) {
   RecordedDevice recorded(track);
   ScriptedDevice scripted{ScriptedMotion{}};
   MouseDevice mouse{MouseWorkspace{}};
-  OutputGuard guard{GuardSettings{}};
+  OutputGuard guard{DeviceLimits{}};
   InstantClock clock;
   LoopStatistics statistics;
   std::stop_source stop;
@@ -43,7 +43,8 @@ TEST(RealTimeSafety, StepsWithAnyDeviceAllocateNothing) {
     for (Device* device :
          {static_cast<Device*>(&recorded), static_cast<Device*>(&scripted), static_cast<Device*>(&mouse)}) {
       const StylusSample sample = device->read(now);
-      const GuardedWrench out = guard.apply(1e3 * sample.position, {0, 0, 0}, sample.valid, 1e-3);
+      const GuardedWrench out =
+          guard.apply({.force = 1e3 * sample.position, .position = sample.position, .valid = sample.valid}, 1e-3);
       device->write(out.force, out.torque);
     }
     mouse.advance(1e-4);

@@ -127,7 +127,7 @@ TEST(Breathing, IsReplayedToTheSameBits) {
   const Recording recording = read_recording(path);
   const RecordedSettings settings = recorded_settings(recording);
   StepHash hash;
-  CoupledLoops loops(scene, settings.coupling, settings.start, {&hash});
+  CoupledLoops loops(scene, settings.coupling, settings.start, {&hash}, settings.base);
   EXPECT_TRUE(replay(recording, loops, hash).identical());
   content::Scene held = scene;
   held.breathing.amplitude = 0;

@@ -102,7 +102,7 @@ TEST(HeldProbe, AThreadedSessionThatItMovedReplaysBitForBit) {
   EXPECT_GT((recording.simulation.back().probe.position - scene.probe.pose.position).norm(), 0.005);
   const RecordedSettings settings = recorded_settings(recording);
   StepHash hash;
-  CoupledLoops loops(scene, settings.coupling, settings.start, {&hash});
+  CoupledLoops loops(scene, settings.coupling, settings.start, {&hash}, settings.base);
   const ReplayResult result = replay(recording, loops, hash);
   EXPECT_TRUE(result.identical());
   EXPECT_EQ(hash.state(), session.state_hash());

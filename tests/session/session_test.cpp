@@ -57,7 +57,7 @@ std::pair<ReplayResult, std::uint64_t> replay_file(const content::Scene& scene, 
   const RecordedSettings settings = recorded_settings(recording);
   EXPECT_EQ(settings.haptic_hz, scene.rates.haptic_hz);
   StepHash hash;
-  CoupledLoops loops(scene, settings.coupling, settings.start, {&hash});
+  CoupledLoops loops(scene, settings.coupling, settings.start, {&hash}, settings.base);
   ReplayResult result = replay(recording, loops, hash);
   return {std::move(result), hash.state()};
 }

@@ -146,7 +146,7 @@ TEST(Soak, DefaultScenarioNeitherFailsNorGrowsNorDrifts) {
   EXPECT_EQ(run.needle_flags & failed, 0u);
   EXPECT_EQ(run.simulation_flags & (physics::kSimulationNonFinite | physics::kSimulationFactorisationFailed), 0u);
   EXPECT_EQ(run.patch_flags, 0u) << "a capacity overflowed";
-  EXPECT_EQ(run.guard.non_finite, 0u);
+  EXPECT_EQ(run.guard.count(haptic::kOutputNonFinite), 0u);
   EXPECT_TRUE(observer.finite());
 
   const std::vector<Pass>& passes = observer.passes();

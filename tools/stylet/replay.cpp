@@ -29,7 +29,7 @@ int replay_recording(const std::string& path, const std::string& scenario) {
   content::Scene scene = load_scene(scenario_path.string(), progress);
   if (settings.haptic_hz > 0) set_haptic_rate(scene, settings.haptic_hz);
   session::StepHash hash;
-  session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash});
+  session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash}, settings.base);
   const session::ReplayResult result = session::replay(recording, loops, hash, [&](double share) {
     throw_if_interrupted();
     progress.show("Replaying", share);

@@ -1,0 +1,34 @@
+// One step of the hand: its pose into the haptic loop, the guarded force out to it.
+#pragma once
+
+#include "engine/session/coupled_loops.h"
+#include "haptic/device.h"
+#include "haptic/output_guard.h"
+
+namespace stylet::session {
+
+/// Reads the device, steps the loop, limits the force by the device's data sheet and writes it. What the schedule is
+/// like, threads or lockstep, is its caller's.
+class StylusStep {
+public:
+  /// @param loops, device  outlive this
+  StylusStep(CoupledLoops& loops, haptic::Device& device);
+
+  /// @param time_s     session time
+  /// @param elapsed_s  since the last call, by the clock
+  /// @realtime
+  const physics::NeedleState& step(double time_s, double elapsed_s, const physics::TissuePatch& patch);
+  /// Zero force. The next step starts from there.
+  void release() { device_.write(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()); }
+
+  const haptic::GuardCounters& counters() const { return guard_.counters(); }
+
+private:
+  CoupledLoops& loops_;
+  haptic::Device& device_;
+  bool renders_force_;
+  haptic::OutputGuard guard_;
+  double refused_s_ = 0;  // since when the physics has taken no pose
+};
+
+}  // namespace stylet::session

@@ -1,0 +1,306 @@
+// A stylus with force in a hand: coupled, limited, recorded, replayed.
+#include "engine/session/live_session.h"
+#include "engine/session/needle_base.h"
+#include "engine/session/replay.h"
+#include "engine/session/stylus_step.h"
+#include "tests/session/cube_scene.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stylet::session {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kMs = 1e-3;
+
+/// A stylus of 45 g, held by a hand: a soft spring to where the hand wants it. Readings and forces travel.
+class HeldStylus final : public haptic::Device {
+public:
+  explicit HeldStylus(const content::Scene& scene) : above_(0, 0, 0.1 + scene.needle.length) {
+    limits_.renders_force = true;
+    orientation_ = scene.motion.stylus.front().pose.orientation;
+    position_ = wanted(0);
+    seen_.fill(position_);
+  }
+
+  std::string name() const override { return "held stylus"; }
+  haptic::DeviceLimits limits() const override { return limits_; }
+  haptic::StylusSample read(double now_s) override {
+    while (time_s_ < now_s) advance();
+    return {.time_s = now_s, .position = seen_[0], .orientation = orientation_, .valid = plugged, .age_s = age_s};
+  }
+  void write(const Vector3d& force, const Vector3d&) override {
+    sent = force;
+    largest = std::max(largest, force.norm());
+  }
+
+  /// Where the hand wants to be: 30 mm in by 0.8 s, 4 mm sideways by 1.4 s, then still.
+  Vector3d wanted(double t) const {
+    const auto ease = [](double u) { return 0.5 * (1 - std::cos(std::numbers::pi * std::clamp(u, 0.0, 1.0))); };
+    return above_ + Vector3d(0.004 * ease((t - 0.8) / 0.6), 0, 0.005 - 0.035 * ease(t / 0.8));
+  }
+  double speed() const { return velocity_.norm(); }
+  const Vector3d& seen() const { return seen_[0]; }
+
+  bool plugged = true;
+  double age_s = 0;
+  Vector3d sent = Vector3d::Zero();
+  double largest = 0;
+
+private:
+  // Half of the data sheet's delay is on the way in, half on the way out.
+  static constexpr double kSubstep = 0.125e-3;
+  static constexpr std::size_t kDelay = 6;
+  static constexpr double kMass = 0.045, kGrip = 400;  // kg, N/m
+
+  void advance() {
+    time_s_ += kSubstep;
+    std::rotate(on_the_way_.begin(), on_the_way_.begin() + 1, on_the_way_.end());
+    on_the_way_.back() = sent;
+    const Vector3d force =
+        on_the_way_[0] + kGrip * (wanted(time_s_) - position_) - limits_.physical_damping_n_s_per_m * velocity_;
+    velocity_ += force / kMass * kSubstep;
+    position_ += velocity_ * kSubstep;
+    std::rotate(seen_.begin(), seen_.begin() + 1, seen_.end());
+    seen_.back() = position_;
+  }
+
+  haptic::DeviceLimits limits_;
+  Vector3d above_;
+  Eigen::Quaterniond orientation_;
+  Vector3d position_, velocity_ = Vector3d::Zero();
+  std::array<Vector3d, kDelay> seen_;
+  std::array<Vector3d, kDelay> on_the_way_{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(),
+                                           Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+  double time_s_ = 0;
+};
+
+/// Peak of the motion of a mass on a sampled, delayed spring, after `seconds`, over its start.
+double growth(const physics::NeedleBase& base, const haptic::DeviceLimits& limits, double seconds) {
+  constexpr double kMass = 0.045, kSubstep = 0.1e-3;
+  double x = 1e-3, v = 0, last = x, peak = 0;
+  std::vector<double> on_the_way(static_cast<std::size_t>(std::lround(limits.loop_delay_s / kSubstep)), 0.0);
+  double force = 0;
+  for (int n = 0; n < static_cast<int>(seconds / kMs); ++n) {
+    force = -base.stiffness * x - base.damping * (x - last) / kMs;
+    last = x;
+    for (int s = 0; s < 10; ++s) {
+      on_the_way.push_back(force);
+      v += (on_the_way.front() - limits.physical_damping_n_s_per_m * v) / kMass * kSubstep;
+      on_the_way.erase(on_the_way.begin());
+      x += v * kSubstep;
+    }
+    if (n > 900 * seconds) peak = std::max(peak, std::abs(x));
+  }
+  return peak / 1e-3;
+}
+
+TEST(NeedleBase, FollowsTheDataSheetAndStaysStable) {
+  haptic::DeviceLimits limits;
+  EXPECT_EQ(needle_base(limits, 1000).kind, physics::BaseKind::prescribed);
+  limits.renders_force = true;
+  for (const double delay : {0.0, 0.0015, 0.003}) {
+    limits.loop_delay_s = delay;
+    physics::NeedleBase base = needle_base(limits, 1000);
+    const double stable = stable_stiffness(limits.physical_damping_n_s_per_m + base.damping, kMs, delay);
+    EXPECT_LE(base.stiffness, limits.max_stiffness_n_per_m);
+    EXPECT_LE(base.stiffness, 0.5 * stable);
+    const double held = growth(base, limits, 1);
+    base.stiffness = 2 * stable;
+    const double beyond = growth(base, limits, 1);
+    std::printf("delay %.1f ms: %4.0f N/m and %.1f N s/m decay to %.1e in 1 s; %4.0f N/m grow to %.1e\n", 1e3 * delay,
+                needle_base(limits, 1000).stiffness, base.damping, held, base.stiffness, beyond);
+    EXPECT_LT(held, 1e-2);
+    EXPECT_GT(beyond, 1);
+  }
+}
+
+class SentForces final : public StepListener {
+public:
+  void force_sent(double, std::uint64_t, const haptic::GuardedWrench& out) override {
+    flags |= out.flags;
+    ++count;
+  }
+  std::uint32_t flags = 0;
+  std::uint64_t count = 0;
+};
+
+TEST(StylusWithForce, SettlesInTissueWithTheForceOfTheBaseSpring) {
+  content::Scene scene = tests::cube_scene(5);
+  HeldStylus device(scene);
+  const physics::NeedleBase base = needle_base(device.limits(), scene.rates.haptic_hz);
+  SentForces sent;
+  CoupledLoops loops(scene, physics::Coupling::stylet, {device.read(0).position, device.read(0).orientation}, {&sent},
+                     base);
+  double least_work = 0, late_change = 0;
+  Vector3d late = Vector3d::Zero();
+  StylusStep hand(loops, device);
+  physics::TissuePatch patch = loops.make_patch();
+  const int steps = support::kSanitized ? 2400 : 4000;
+  for (int k = 0; k < steps; ++k) {
+    if (k % 20 == 0) loops.simulation_step(k * kMs, loops.needle(), false, false, patch);
+    const physics::NeedleState& needle = hand.step(k * kMs, kMs, patch);
+    least_work = std::min(least_work, needle.hand_work);
+    if (k >= steps - 200) {
+      if (k > steps - 200) late_change = std::max(late_change, (device.sent - late).norm());
+      late = device.sent;
+    }
+  }
+  const physics::NeedleState& needle = loops.needle();
+  const Vector3d spring = base.stiffness * (needle.positions.col(0) - device.seen());
+  Vector3d reaction = Vector3d::Zero();
+  for (int i = 0; i < needle.force_count; ++i) reaction -= needle.forces[static_cast<std::size_t>(i)].force;
+  std::printf(
+      "base %.0f N/m, %.1f N s/m; at rest |F| %.4f N, from the spring's by %.1e N, from the reaction by %.1e N, "
+      "from what was sent by %.1e N; last 0.2 s: change %.1e N a sample, hand %.1e m/s; least work %.1e J\n",
+      base.stiffness, base.damping, needle.wrench.force.norm(), (needle.wrench.force - spring).norm(),
+      (needle.wrench.force - reaction).norm(), (needle.wrench.force - device.sent).norm(), late_change,
+      device.speed(), least_work);
+  EXPECT_GT(needle.wrench.force.norm(), 0.1) << "the needle must be in the tissue";
+  EXPECT_LT((needle.wrench.force - spring).norm(), 1e-3);
+  EXPECT_LT((needle.wrench.force - reaction).norm(), 1e-6);
+  EXPECT_LT((needle.wrench.force - device.sent).norm(), 1e-9);
+  EXPECT_LT(late_change, 1e-4);
+  EXPECT_LT(device.speed(), 1e-3);
+  EXPECT_GT(least_work, -1e-6);
+  EXPECT_LE(device.largest, device.limits().max_force_n);
+  EXPECT_EQ(sent.count, static_cast<std::uint64_t>(steps));
+}
+
+TEST(StylusWithForce, RecordsHowTheNeedleWasHeldAndReplaysToTheSameBits) {
+  const content::Scene scene = tests::cube_scene(5);
+  const support::TemporaryFolder folder;
+  HeldStylus device(scene);
+  std::uint64_t hash = 0;
+  {
+    LiveSession session(scene, device,
+                        {.coupling = physics::Coupling::stylet,
+                         .duration_s = 0.9,
+                         .lockstep = true,
+                         .recording = folder / "held",
+                         .build = "test"});
+    session.run_in_lockstep();
+    hash = session.state_hash();
+  }
+  const Recording recording = read_recording(folder / "held");
+  const RecordedSettings settings = recorded_settings(recording);
+  const physics::NeedleBase base = needle_base(device.limits(), scene.rates.haptic_hz);
+  EXPECT_EQ(settings.base.kind, physics::BaseKind::spring_damper);
+  EXPECT_EQ(settings.base.stiffness, base.stiffness);
+  EXPECT_EQ(settings.base.damping, base.damping);
+  EXPECT_EQ(settings.base.rotational_stiffness, base.rotational_stiffness);
+
+  StepHash step_hash;
+  CoupledLoops loops(scene, settings.coupling, settings.start, {&step_hash}, settings.base);
+  EXPECT_TRUE(replay(recording, loops, step_hash).identical());
+  EXPECT_EQ(step_hash.state(), hash);
+  StepHash prescribed_hash;
+  CoupledLoops prescribed(scene, settings.coupling, settings.start, {&prescribed_hash});
+  EXPECT_FALSE(replay(recording, prescribed, prescribed_hash).identical()) << "the base must matter";
+
+  const auto is_safety = [](const EventRecord& e) {
+    return e.name == Recorder::kSafetyEvent && e.detail == "rising";
+  };
+  EXPECT_EQ(std::count_if(recording.events.begin(), recording.events.end(), is_safety), 1);
+}
+
+/// Needle 20 mm in tissue with force on the hand.
+class Faulty : public ::testing::Test {
+protected:
+  Faulty() : scene_(tests::cube_scene(4)), device_(scene_) {
+    loops_.emplace(scene_, physics::Coupling::stylet,
+                   physics::StylusPose{device_.read(0).position, device_.read(0).orientation},
+                   std::vector<StepListener*>{&sent_}, needle_base(device_.limits(), scene_.rates.haptic_hz));
+    hand_.emplace(*loops_, device_);
+    patch_ = loops_->make_patch();
+    for (int k = 0; k < 700; ++k) step();
+    sent_.flags = 0;
+  }
+  /// A millisecond.
+  const physics::NeedleState& step(bool simulate = true) {
+    const double time_s = step_ * kMs;
+    if (simulate && step_ % 20 == 0) loops_->simulation_step(time_s, loops_->needle(), false, false, patch_);
+    ++step_;
+    return hand_->step(time_s, kMs, patch_);
+  }
+
+  content::Scene scene_;
+  HeldStylus device_;
+  SentForces sent_;
+  std::optional<CoupledLoops> loops_;
+  std::optional<StylusStep> hand_;
+  physics::TissuePatch patch_;
+  int step_ = 0;
+};
+
+TEST_F(Faulty, UnpluggedStylusLeavesTheNeedleAndItsForceComesBackInARise) {
+  ASSERT_GT(device_.sent.norm(), 0.2);
+  const Vector3d hub = loops_->needle().positions.col(0);
+  device_.plugged = false;
+  for (int k = 0; k < 50; ++k) {
+    step();
+    ASSERT_EQ(device_.sent, Vector3d::Zero()) << k;
+  }
+  EXPECT_LT((loops_->needle().positions.col(0) - hub).norm(), 1e-3);
+  device_.plugged = true;
+  double last = 0;
+  for (int k = 0; k < 400; ++k) {
+    step();
+    ASSERT_LT(device_.sent.norm() - last, 0.02) << k;  // of a rise over 0.5 s to at most 3.3 N
+    last = device_.sent.norm();
+  }
+}
+
+TEST_F(Faulty, SilentSimulationFadesTheForce) {
+  ASSERT_GT(device_.sent.norm(), 0.2);
+  int faded = -1, gone = -1;
+  const double begin_s = patch_.time_s;
+  for (int k = 0; k < 600 && gone < 0; ++k) {
+    step(false);
+    const int age_ms = static_cast<int>(std::lround(((step_ - 1) * kMs - begin_s) / kMs));
+    if (faded < 0 && (sent_.flags & haptic::kOutputStalePatch) != 0) faded = age_ms;
+    if (device_.sent.isZero(0)) gone = age_ms;
+  }
+  std::printf("patch %d ms old: fades; %d ms old: zero\n", faded, gone);
+  EXPECT_NEAR(faded, 201, 1);
+  EXPECT_NEAR(gone, 500, 1);
+}
+
+TEST_F(Faulty, PhysicsThatRefusesItsInputFadesTheForceAsAStalePose) {
+  ASSERT_GT(device_.sent.norm(), 0.2);
+  patch_.epoch += 1;
+  patch_.bodies[0].free_positions.setConstant(std::numeric_limits<double>::quiet_NaN());
+  int gone = -1;
+  for (int k = 0; k < 40 && gone < 0; ++k) {
+    step(false);
+    if (device_.sent.isZero(0)) gone = k + 1;
+  }
+  std::printf("patch of NaN: zero after %d ms\n", gone);
+  EXPECT_LE(gone, 20);
+  EXPECT_GT(gone, 5);
+}
+
+TEST_F(Faulty, OldPoseFadesTheForce) {
+  ASSERT_GT(device_.sent.norm(), 0.2);
+  for (int k = 1; k <= 25; ++k) {
+    device_.age_s = k * kMs;
+    step();
+    ASSERT_EQ(device_.sent.isZero(0), k >= 20) << k;
+  }
+}
+
+}  // namespace
+}  // namespace stylet::session
