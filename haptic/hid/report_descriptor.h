@@ -33,7 +33,7 @@ enum FieldFlag : std::uint32_t {
   kConstant = 0x001,
   kVariable = 0x002,  ///< clear: an array, whose elements hold indices into the usages
   kRelative = 0x004,
-  kWrap = 0x008,
+  kWraps = 0x008,
   kNonLinear = 0x010,
   kNoPreferredState = 0x020,
   kNullState = 0x040,  ///< a value outside the logical range means: no value

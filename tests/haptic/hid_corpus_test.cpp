@@ -81,7 +81,7 @@ std::string flag_words(const Field& field) {
   if (field.is(kConstant)) words += " Constant";
   words += field.is(kVariable) ? " Variable" : " Array";
   words += field.is(kRelative) ? " Relative" : " Absolute";
-  if (field.is(kWrap)) words += " Wrap";
+  if (field.is(kWraps)) words += " Wrap";
   if (field.is(kNonLinear)) words += " NonLinear";
   if (field.is(kNoPreferredState)) words += " NoPreferredState";
   if (field.is(kNullState)) words += " NullState";
