@@ -7,13 +7,14 @@ namespace stylet::haptic::hid {
 namespace {
 
 constexpr double kWrap = 65536;
-constexpr double kDrift = 500e-6;      // of a cheap oscillator against ours: the smallest delay is forgotten so fast
-constexpr double kDisagree = 10e6;     // ns; a fresh report cannot look older than this
-constexpr double kPeriodShare = 0.02;  // of a new period in the mean
+constexpr double kDrift = 500e-6;   // of a cheap oscillator against ours: the smallest delay is forgotten so fast
+constexpr double kDisagree = 10e6;  // ns; what has just come is not older
+constexpr std::int64_t kPatience = 500'000'000;  // ns
+constexpr double kPeriodShare = 0.02;            // of a new period in the mean
 
 }  // namespace
 
-ReportTime ReportClock::stamp(std::uint32_t scan_time, std::int64_t arrived_ns, bool fresh) {
+ReportTime ReportClock::stamp(std::uint32_t scan_time, std::int64_t arrived_ns) {
   const std::uint32_t ticks = scan_time & 0xFFFF;
   ReportTime out{.made_ns = arrived_ns};
   if (!started_) {
@@ -21,6 +22,7 @@ ReportTime ReportClock::stamp(std::uint32_t scan_time, std::int64_t arrived_ns, 
     device_ns_ = 0;
     offset_ns_ = static_cast<double>(arrived_ns);
     period_ns_ = 0;
+    agreed_ns_ = arrived_ns;
   } else {
     const double between = static_cast<double>((ticks - last_ticks_) & 0xFFFF) * tick_ns_;
     const double host = static_cast<double>(arrived_ns - last_arrived_ns_);
@@ -38,9 +40,10 @@ ReportTime ReportClock::stamp(std::uint32_t scan_time, std::int64_t arrived_ns, 
     }
     device_ns_ += step;
     offset_ns_ = std::min(offset_ns_ + kDrift * std::max(0.0, host), static_cast<double>(arrived_ns) - device_ns_);
-    const double made = device_ns_ + offset_ns_;
-    if (fresh && static_cast<double>(arrived_ns) - made > kDisagree) {
-      offset_ns_ = static_cast<double>(arrived_ns) - device_ns_;  // its clock was set back
+    if (static_cast<double>(arrived_ns) - device_ns_ - offset_ns_ < kDisagree) {
+      agreed_ns_ = arrived_ns;
+    } else if (arrived_ns - agreed_ns_ > kPatience) {
+      offset_ns_ = static_cast<double>(arrived_ns) - device_ns_;
     }
     out.made_ns = static_cast<std::int64_t>(device_ns_ + offset_ns_);
   }

@@ -13,8 +13,8 @@ struct ReportTime {
 };
 
 /// Maps Scan Time (ticks of the device's clock, modulo 2^16) to the host's clock by the smallest delay seen: what was
-/// queued shows as a larger one. The mapping is given up and learnt anew whenever a report is known to be fresh, that
-/// is, when the reader had to wait for it, and its stamp says otherwise. Depends on its inputs only.
+/// queued shows as a larger one. Where all reports look old for half a second the device's clock had stood still, and
+/// the mapping is learnt anew. Depends on its inputs only.
 class ReportClock {
 public:
   /// @param tick_s    of Scan Time, s
@@ -22,8 +22,7 @@ public:
 
   /// @param scan_time   of the report
   /// @param arrived_ns  host clock when it was read
-  /// @param fresh       the reader had to wait for it
-  ReportTime stamp(std::uint32_t scan_time, std::int64_t arrived_ns, bool fresh);
+  ReportTime stamp(std::uint32_t scan_time, std::int64_t arrived_ns);
   void reset() { started_ = false; }
 
 private:
@@ -31,9 +30,10 @@ private:
   bool started_ = false;
   std::uint32_t last_ticks_ = 0;
   std::int64_t last_arrived_ns_ = 0;
-  double device_ns_ = 0;  // the device's clock, not wrapped
-  double offset_ns_ = 0;  // host minus device, smallest delay
-  double period_ns_ = 0;  // between reports, smoothed; 0: not known yet
+  std::int64_t agreed_ns_ = 0;  // when a report last looked as new as one that has just come
+  double device_ns_ = 0;        // the device's clock, not wrapped
+  double offset_ns_ = 0;        // host minus device, smallest delay
+  double period_ns_ = 0;        // between reports, smoothed; 0: not known yet
 };
 
 }  // namespace stylet::haptic::hid

@@ -10,15 +10,15 @@ constexpr std::int64_t kStart = 50'000 * kMs;
 
 TEST(ReportClock, QueuedReportsAreAsOldAsTheyWaited) {
   ReportClock clock;
-  for (int k = 0; k < 100; ++k) clock.stamp(10 * k, kStart + k * kMs, true);
+  for (int k = 0; k < 100; ++k) clock.stamp(10 * k, kStart + k * kMs);
   // The host sleeps for 300 ms; the ring holds the 63 reports made first, read all at once.
   const std::int64_t woken = kStart + 400 * kMs;
   for (int k = 100; k < 163; ++k) {
-    const ReportTime time = clock.stamp(10 * k, woken, false);
+    const ReportTime time = clock.stamp(10 * k, woken);
     EXPECT_NEAR(static_cast<double>(time.made_ns - kStart) / kMs, k, 0.3);
     EXPECT_EQ(time.missing, 0u);
   }
-  const ReportTime fresh = clock.stamp(4010, woken + kMs, true);
+  const ReportTime fresh = clock.stamp(4010, woken + kMs);
   EXPECT_NEAR(static_cast<double>(woken + kMs - fresh.made_ns) / kMs, 0, 0.3);
   EXPECT_EQ(fresh.missing, 401u - 163u);
 }
@@ -26,12 +26,12 @@ TEST(ReportClock, QueuedReportsAreAsOldAsTheyWaited) {
 TEST(ReportClock, WrappedStampsGoOn) {
   ReportClock clock;
   for (int k = 0; k < 20'000; ++k) {
-    const ReportTime time = clock.stamp((10 * k) & 0xFFFF, kStart + k * kMs, true);
+    const ReportTime time = clock.stamp((10 * k) & 0xFFFF, kStart + k * kMs);
     ASSERT_NEAR(static_cast<double>(time.made_ns - kStart) / kMs, k, 0.3);
     ASSERT_EQ(time.missing, 0u);
   }
   // Twenty seconds of silence are three times round and more.
-  const ReportTime late = clock.stamp((10 * 40'000) & 0xFFFF, kStart + 40'000 * kMs, true);
+  const ReportTime late = clock.stamp((10 * 40'000) & 0xFFFF, kStart + 40'000 * kMs);
   EXPECT_NEAR(static_cast<double>(late.made_ns - kStart) / kMs, 40'000, 10.0);
 }
 
@@ -39,7 +39,7 @@ TEST(ReportClock, DelaysOfTheBusAreNotAges) {
   ReportClock clock;
   for (int k = 0; k < 1000; ++k) {
     const std::int64_t delay = k % 7 == 0 ? 3 * kMs : 0;  // some come late
-    const ReportTime time = clock.stamp((10 * k) & 0xFFFF, kStart + k * kMs + delay, true);
+    const ReportTime time = clock.stamp((10 * k) & 0xFFFF, kStart + k * kMs + delay);
     EXPECT_NEAR(static_cast<double>(time.made_ns - kStart) / kMs, k, k == 0 ? 3.1 : 0.3);
   }
 }
@@ -50,7 +50,7 @@ TEST(ReportClock, ADeviceClockThatRunsFastOrSlowIsFollowed) {
     for (int k = 0; k < 60'000; ++k) {
       const auto ticks = static_cast<std::uint32_t>(10 * k * rate) & 0xFFFF;
       const std::int64_t now = kStart + k * kMs;
-      const ReportTime time = clock.stamp(ticks, now, true);
+      const ReportTime time = clock.stamp(ticks, now);
       ASSERT_NEAR(static_cast<double>(now - time.made_ns) / kMs, 0, 0.5) << rate << " " << k;
     }
   }
@@ -58,19 +58,29 @@ TEST(ReportClock, ADeviceClockThatRunsFastOrSlowIsFollowed) {
 
 TEST(ReportClock, AClockThatWasSetIsLearntAnew) {
   ReportClock clock;
-  for (int k = 0; k < 100; ++k) clock.stamp(10 * k, kStart + k * kMs, true);
+  for (int k = 0; k < 100; ++k) clock.stamp(10 * k, kStart + k * kMs);
   for (int k = 100; k < 200; ++k) {
-    const ReportTime time = clock.stamp(10 * (k - 100) + 3, kStart + k * kMs, true);  // the device has started again
+    const ReportTime time = clock.stamp(10 * (k - 100) + 3, kStart + k * kMs);  // the device has started again
     EXPECT_NEAR(static_cast<double>(time.made_ns - kStart) / kMs, k, 0.3);
     EXPECT_EQ(time.missing, 0u);
   }
 }
 
+TEST(ReportClock, AClockThatStoodStillIsMistrustedForHalfASecond) {
+  ReportClock clock;
+  for (int k = 0; k < 100; ++k) clock.stamp(10 * k, kStart + k * kMs);
+  // It stands still for 50 ms; no report comes in that time.
+  for (int k = 150; k < 1000; ++k) {
+    const ReportTime time = clock.stamp(10 * (k - 50), kStart + k * kMs);
+    EXPECT_NEAR(static_cast<double>(kStart + k * kMs - time.made_ns) / kMs, k < 600 ? 50 : 0, 0.6) << k;
+  }
+}
+
 TEST(ReportClock, AStampThatStandsStillIsTold) {
   ReportClock clock;
-  EXPECT_FALSE(clock.stamp(500, kStart, true).repeated);
-  EXPECT_TRUE(clock.stamp(500, kStart + kMs, true).repeated);
-  EXPECT_FALSE(clock.stamp(520, kStart + 2 * kMs, true).repeated);
+  EXPECT_FALSE(clock.stamp(500, kStart).repeated);
+  EXPECT_TRUE(clock.stamp(500, kStart + kMs).repeated);
+  EXPECT_FALSE(clock.stamp(520, kStart + 2 * kMs).repeated);
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+#include "haptic/hid/hand_follower.h"
+
+#include <algorithm>
+
+namespace stylet::haptic::hid {
+namespace {
+
+constexpr double kLongestStep = 0.02;  // s; a loop that was kept away does not move the hub by all of it
+
+/// Negative: drawing back.
+double push_of(const HidReading& reading) {
+  const bool back = (reading.buttons & (kBarrelButton | kEraserButton)) != 0;
+  return back ? -reading.pressure : reading.pressure;
+}
+
+}  // namespace
+
+bool HandFollower::can_follow(const StreamedPose& pose, double age_s) const {
+  if (!pose.connected || pose.gaps != gaps_) return false;
+  if (settings_.stale_s > 0 && age_s > settings_.stale_s) return false;
+  if ((pose.reading.buttons & settings_.clutch) != 0) return false;
+  return settings_.kind == DeviceKind::kSpaceMouse || pose.reading.in_range;
+}
+
+StylusSample HandFollower::follow(const StreamedPose& pose, std::int64_t now_ns) {
+  const double dt_s =
+      last_ns_ == 0 ? 0 : std::clamp(static_cast<double>(now_ns - last_ns_) * 1e-9, 0.0, kLongestStep);
+  last_ns_ = now_ns;
+  const double age_s = std::max(0.0, static_cast<double>(now_ns - pose.made_ns) * 1e-9);
+  StylusSample sample{.buttons = pose.connected ? pose.reading.buttons : 0,
+                      .valid = can_follow(pose, age_s),
+                      .age_s = settings_.stale_s > 0 ? age_s : 0};
+  if (!sample.valid) {
+    gaps_ = pose.gaps;
+    map_.release();
+    rate_.stop();
+    pen_.lift();
+  } else if (settings_.kind == DeviceKind::kSpaceMouse) {
+    const HandPose hand = rate_.step(pose.reading.velocity, pose.reading.angular_velocity, dt_s);
+    map_.follow(hand.position, hand.orientation);
+  } else if (settings_.kind == DeviceKind::kPen) {
+    map_.follow(pen_.step(pose.reading.position.head<2>(), push_of(pose.reading), dt_s).position,
+                Eigen::Quaterniond::Identity());
+  } else {
+    map_.follow(pose.reading.position, pose.reading.orientation);
+  }
+  sample.position = map_.position();
+  sample.orientation = map_.orientation();
+  return sample;
+}
+
+}  // namespace stylet::haptic::hid

@@ -1,0 +1,133 @@
+#include "haptic/hid/hid_stylus.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <chrono>
+#include <utility>
+
+namespace stylet::haptic::hid {
+namespace {
+
+constexpr int kReadTimeout = 5;   // ms; a stop is seen so late
+constexpr int kMostQueued = 256;  // of any backend; a device that floods is not drained for ever
+
+std::string title(const HidDeviceSummary& device) {
+  return fmt::format("{} ({:04x}:{:04x})", device.product.empty() ? "HID device" : device.product, device.vendor_id,
+                     device.product_id);
+}
+
+/// How long a device that renders force may be silent before its pose is none.
+double stale_s(const ForceOutput& output) {
+  return output.way() == ForceOutput::Way::kNone ? 0 : output.limits().stale_pose_zero_s;
+}
+
+}  // namespace
+
+struct HidStylus::Link {
+  Link(const std::string& path, const ReportDescriptor& descriptor, const DeviceProfile& profile)
+      : map(descriptor, profile), output(descriptor, profile), transport(path) {}
+
+  StylusMap map;
+  ForceOutput output;
+  HidTransport transport;
+};
+
+std::unique_ptr<HidStylus::Link> HidStylus::open(const std::string& path) const {
+  const ReportDescriptor descriptor =
+      with_vendor_reports(parse_report_descriptor(report_descriptor(path)), settings_.profile);
+  auto link = std::make_unique<Link>(path, descriptor, settings_.profile);
+  if (!link->map.usable()) throw HidError(fmt::format("{}: {}", path, link->map.reason()));
+  return link;
+}
+
+HidStylus::HidStylus(const HidStylusSettings& settings) : settings_(settings), name_(title(settings.device)) {
+  std::unique_ptr<Link> link = open(settings.device.path);
+  kind_ = link->map.kind();
+  limits_ = limits_in_patient_frame(link->output.limits(), settings.workspace.scale);
+  follower_ = std::make_unique<HandFollower>(FollowSettings{.kind = kind_,
+                                                            .workspace = settings.workspace,
+                                                            .rate = settings.rate,
+                                                            .pen = settings.pen,
+                                                            .clutch = settings.clutch,
+                                                            .stale_s = stale_s(link->output)});
+  reader_ = std::jthread(
+      [this, link = std::move(link)](const std::stop_token& stop) mutable { run(stop, std::move(link)); });
+}
+
+HidStylus::~HidStylus() = default;
+
+StylusSample HidStylus::read(double now_s) {
+  poses_.update();
+  StylusSample sample = follower_->follow(poses_.get(), clock_.now_ns());
+  sample.time_s = now_s;
+  answered_ns_ = sample.valid ? poses_.get().made_ns : 0;
+  return sample;
+}
+
+void HidStylus::write(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
+  forces_.put({.force = follower_->map().to_device(force),
+               .torque = follower_->map().to_device(torque),
+               .made_ns = answered_ns_,
+               .number = ++orders_});
+}
+
+void HidStylus::run(const std::stop_token& stop, std::unique_ptr<Link> link) {
+  run_under_fifo(settings_.fifo_priority);
+  while (true) {
+    if (link) {
+      connected_.store(true, std::memory_order_release);
+      counters_.connections.fetch_add(1, std::memory_order_relaxed);
+      serve(*link, stop);
+      link.reset();
+      connected_.store(false, std::memory_order_release);
+      poses_.put({.gaps = ++gaps_});
+    }
+    if (stop.stop_requested()) return;
+    std::unique_lock lock(waiting_);
+    stopped_.wait_for(lock, stop, std::chrono::duration<double>(settings_.retry_s), [] { return false; });
+    if (stop.stop_requested()) return;
+    link = look_for_device();
+  }
+}
+
+/// Until it is pulled out or the stop is asked for.
+void HidStylus::serve(Link& link, const std::stop_token& stop) {
+  std::unique_ptr<ForceWriter> writer;
+  if (link.output.way() != ForceOutput::Way::kNone) {
+    writer =
+        std::make_unique<ForceWriter>(link.transport, link.output, forces_, counters_.force, settings_.fifo_priority);
+  }
+  PoseStream stream(link.map, counters_.stream, stale_s(link.output), gaps_);
+  std::array<std::uint8_t, kReadBuffer> report;
+  while (!stop.stop_requested()) {
+    int size = link.transport.read(report, kReadTimeout);
+    for (int k = 0; size > 0 && k < kMostQueued; ++k) {
+      stream.add(std::span(report).first(static_cast<std::size_t>(size)), clock_.now_ns());
+      size = link.transport.read(report, 0);
+    }
+    if (size < 0) return;
+    if (!stream.end(clock_.now_ns())) continue;
+    poses_.put(stream.latest());
+    gaps_ = stream.latest().gaps;
+  }
+}
+
+std::unique_ptr<HidStylus::Link> HidStylus::look_for_device() const {
+  const HidDeviceSummary& lost = settings_.device;
+  for (const HidDeviceSummary& device : list_hid_devices()) {
+    if (device.vendor_id != lost.vendor_id || device.product_id != lost.product_id ||
+        device.serial_number != lost.serial_number) {
+      continue;
+    }
+    try {
+      std::unique_ptr<Link> link = open(device.path);
+      if (link->map.kind() == kind_) return link;
+    } catch (const std::exception&) {
+      // Its node is there before udev has given the permission for it: the next look will tell.
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace stylet::haptic::hid

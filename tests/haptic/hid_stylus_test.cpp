@@ -1,0 +1,192 @@
+#include "haptic/hid/hid_stylus.h"
+
+#include "tests/support/hid/mock_hid_node.h"
+#include "tests/support/hid/stylus_firmware.h"
+
+#include <gtest/gtest.h>
+
+#include <cerrno>
+#include <chrono>
+#include <memory>
+#include <thread>
+
+namespace stylet::haptic::hid {
+namespace {
+
+using Eigen::Vector3d;
+using support::FirmwareEvent;
+using support::MockHidBus;
+using support::MockHidNode;
+using support::StylusFirmware;
+
+const Vector3d kStart(0.1, 0.2, 0.3);
+
+/// The hand goes to the right at 10 mm/s.
+ForceStylusPose to_the_right(double time_s) {
+  ForceStylusPose pose;
+  pose.position.x() = 0.01 * time_s;
+  return pose;
+}
+
+/// A stylus on the mocked bus, driven at 1 kHz by the test's own thread.
+class HidStylusTest : public testing::Test {
+protected:
+  void open() {
+    const std::vector<HidDeviceSummary> devices = list_hid_devices();
+    ASSERT_FALSE(devices.empty());
+    stylus = std::make_unique<HidStylus>(
+        HidStylusSettings{.device = devices[0], .workspace = {.start = kStart}, .fifo_priority = 0, .retry_s = 0.02});
+  }
+  /// Reads and writes until `done`, at most so many milliseconds.
+  bool step_until(const std::function<bool()>& done, int ms = 5000) {
+    const auto begin = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(ms)) {
+      const StylusSample last = sample;
+      sample = stylus->read(0);
+      if ((sample.position - last.position).norm() > worst_step)
+        worst_step = (sample.position - last.position).norm();
+      stylus->write(sample.valid ? force : Vector3d::Zero(), Vector3d::Zero());
+      if (done()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  }
+  bool step_until_valid() {
+    return step_until([&] { return sample.valid; });
+  }
+  /// By the motors, device frame.
+  Vector3d applied() const {
+    const Vector3d reported = node.with_device([&] { return firmware.applied_force(); });
+    return DeviceProfile{}.device_from_report * reported;
+  }
+  std::size_t count(FirmwareEvent::Kind kind) const {
+    return node.with_device([&] { return firmware.count(kind); });
+  }
+
+  MockHidBus bus;
+  StylusFirmware firmware{to_the_right};
+  MockHidNode node{bus, firmware};
+  Vector3d force{0, 1, 0};
+  StylusSample sample{.position = kStart};
+  double worst_step = 0;
+  std::unique_ptr<HidStylus> stylus;
+};
+
+TEST_F(HidStylusTest, PosesComeInAndForcesGoOut) {
+  open();
+  EXPECT_EQ(stylus->kind(), DeviceKind::kStylus);
+  EXPECT_TRUE(stylus->limits().renders_force);
+  EXPECT_EQ(stylus->name(), "Mocked stylus (1209:0001)");
+  ASSERT_TRUE(step_until([&] { return sample.position.x() - kStart.x() > 0.003; }));
+  EXPECT_TRUE(sample.valid);
+  EXPECT_LT((sample.position - kStart).tail<2>().norm(), 1e-6);
+  EXPECT_TRUE(applied().isApprox(force, 1e-3)) << applied().transpose();
+  const HidStylusCounters& counters = stylus->counters();
+  EXPECT_GT(counters.stream.reports, 250u);
+  EXPECT_EQ(counters.stream.reports, counters.stream.decoded[static_cast<std::size_t>(Decoded::kReading)]);
+  EXPECT_GT(counters.force.written, 10u);
+  EXPECT_EQ(counters.force.failed, 0u);
+  EXPECT_GT(counters.force.pose_to_force.count(), 0u);
+}
+
+TEST_F(HidStylusTest, EndsWithZeroForceAndMotorsOff) {
+  open();
+  ASSERT_TRUE(step_until([&] { return applied().norm() > 0.9; }));
+  stylus.reset();
+  node.with_device([&] {
+    const std::vector<FirmwareEvent>& events = firmware.events();
+    ASSERT_GE(events.size(), 2u);
+    EXPECT_EQ(events.back().kind, FirmwareEvent::kDisabled);
+    EXPECT_EQ(events[events.size() - 2].kind, FirmwareEvent::kForce);
+    EXPECT_TRUE(events[events.size() - 2].force.isZero(0));
+    EXPECT_EQ(firmware.count(FirmwareEvent::kTimeOut), 0u);
+  });
+  EXPECT_TRUE(node.wait([&] { return true; }));
+}
+
+TEST_F(HidStylusTest, LoopThatStopsLeavesNoForce) {
+  open();
+  ASSERT_TRUE(step_until([&] { return applied().norm() > 0.9; }));
+  ASSERT_TRUE(node.wait([&] { return firmware.applied_force().isZero(0); }));
+  EXPECT_TRUE(firmware.enabled());
+}
+
+TEST_F(HidStylusTest, PulledOutAndPutBackElsewhereItGoesOnWithoutAJump) {
+  open();
+  ASSERT_TRUE(step_until([&] { return sample.position.x() - kStart.x() > 0.002; }));
+  node.unplug();
+  ASSERT_TRUE(step_until([&] { return !sample.valid && !stylus->connected(); }));
+  const Vector3d left = sample.position;
+  ASSERT_FALSE(step_until([&] { return sample.valid; }, 50));
+  EXPECT_EQ(sample.position, left);
+  node.plug(5);
+  ASSERT_TRUE(step_until_valid());
+  ASSERT_TRUE(step_until([&] { return sample.position.x() - left.x() > 0.001; }));
+  ASSERT_TRUE(step_until([&] { return applied().norm() > 0.9; }));
+  EXPECT_LT(worst_step, 0.002);
+  EXPECT_EQ(stylus->counters().connections, 2u);
+  EXPECT_EQ(count(FirmwareEvent::kEnabled), 2u);
+}
+
+TEST_F(HidStylusTest, StallOf300MillisecondsIsAGapWithoutAJump) {
+  open();
+  ASSERT_TRUE(step_until([&] { return sample.position.x() - kStart.x() > 0.002; }));
+  node.stall(0.3);
+  ASSERT_TRUE(step_until([&] { return !sample.valid; }));
+  const Vector3d left = sample.position;
+  ASSERT_TRUE(step_until_valid());
+  EXPECT_NEAR((sample.position - left).norm(), 0, 0.001);
+  EXPECT_LT(worst_step, 0.002);
+  EXPECT_EQ(stylus->counters().stream.gaps, 1u);
+}
+
+TEST_F(HidStylusTest, GarbageIsCountedAndChangesNothing) {
+  open();
+  ASSERT_TRUE(step_until_valid());
+  node.set_streaming(false);
+  ASSERT_TRUE(step_until([&] { return !sample.valid; }));
+  const std::uint64_t before = stylus->counters().stream.reports;
+  node.inject(std::vector<std::uint8_t>{1, 2, 3});                 // truncated
+  node.inject(std::vector<std::uint8_t>(1000, 1));                 // oversized
+  node.inject(std::vector<std::uint8_t>{77, 1, 2, 3, 4});          // undeclared
+  node.inject(std::vector<std::uint8_t>(kPoseReportBytes, 0x80));  // undeclared, as long as a pose
+  std::vector<std::uint8_t> far(kPoseReportBytes, 0x7F);           // far out of its range
+  far[0] = kPoseReport;
+  node.inject(far);
+  const auto decoded = [&](Decoded what) {
+    return stylus->counters().stream.decoded[static_cast<std::size_t>(what)].load();
+  };
+  ASSERT_TRUE(step_until([&] { return stylus->counters().stream.reports == before + 5; }));
+  EXPECT_FALSE(sample.valid);
+  EXPECT_EQ(decoded(Decoded::kTruncated), 1u);
+  EXPECT_EQ(decoded(Decoded::kOversized), 1u);
+  EXPECT_EQ(decoded(Decoded::kUndeclared), 2u);
+  EXPECT_EQ(decoded(Decoded::kOutOfRange), 1u);
+}
+
+TEST_F(HidStylusTest, SlowWritesLoseOldForcesAndNoPoses) {
+  open();
+  ASSERT_TRUE(step_until_valid());
+  node.delay_writes(0.010);
+  const std::uint64_t missing = stylus->counters().stream.missing;
+  force = {0, 0.5, 0};
+  ASSERT_TRUE(step_until([&] { return stylus->counters().force.superseded > 20; }));
+  force = {2, 0, 0};
+  ASSERT_TRUE(step_until([&] { return applied().isApprox(force, 1e-3); }));
+  EXPECT_TRUE(sample.valid);
+  EXPECT_EQ(stylus->counters().stream.discarded, 0u);
+  EXPECT_EQ(stylus->counters().stream.missing, missing);
+}
+
+TEST_F(HidStylusTest, RefusedWritesAreCountedAndPosesGoOn) {
+  open();
+  ASSERT_TRUE(step_until_valid());
+  node.fail_writes(EIO);
+  ASSERT_TRUE(step_until([&] { return stylus->counters().force.failed > 5; }));
+  EXPECT_TRUE(sample.valid);
+  node.fail_writes(0);
+  EXPECT_TRUE(step_until([&] { return applied().norm() > 0.9; }));
+}
+
+}  // namespace
+}  // namespace stylet::haptic::hid
