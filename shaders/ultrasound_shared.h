@@ -44,8 +44,10 @@ STYLET_SHARED float kElevationFwhm = 3.0e-3f;    // fixed lens of a convex abdom
 STYLET_SHARED float kElevationFocus = 0.070f;
 STYLET_SHARED float kElevationFieldDepth = 0.055f;
 STYLET_SHARED int kMaxPlanes = 13;               // sub-planes summed across the slice thickness, an odd number
-STYLET_SHARED float kElevationReach = 2.2f;      // standard deviations at the focus that they cover on either side ...
-STYLET_SHARED float kElevationSpacing = 0.55e-3f;   // ... but never further apart: the speckle between would decorrelate
+STYLET_SHARED float kElevationReach = 2.2f;      // standard deviations that they cover on either side ...
+STYLET_SHARED float kElevationSpacing = 0.55e-3f;   // ... but at the focus never further apart, m: the speckle between would decorrelate ...
+STYLET_SHARED float kMostElevationSpacing = 0.70e-3f;  // ... and nowhere further than this
+STYLET_SHARED int kElevationRow = 8;             // of a depth: weights of the planes from the centre out, then their spacing
 STYLET_SHARED int kLateralTaps = 11;             // taps on one side, centre included
 STYLET_SHARED int kAxialTaps = 5;
 
@@ -186,7 +188,6 @@ struct STYLET_UNIFORM FrameConstants {
   float haze;           // 1 shows the near-field haze, 0 does not
   float gradient_reach;  // m between the centre and the taps of the interface normal
   int planes;            // across the slice thickness
-  float plane_spacing;   // m
   // scan-converted picture
   int width;
   int height;

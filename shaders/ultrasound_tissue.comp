@@ -11,18 +11,12 @@
 #include "shaders/ultrasound_speckle.glsl"
 
 layout(local_size_x = kTile) in;
-layout(std430, binding = 1) readonly buffer Tets {
-  CutTet tets[];
-};
+layout(binding = 1) uniform samplerBuffer tets;  // a CutTet is six
 layout(std430, binding = 2) readonly buffer Starts {
   uint starts[];
 };
-layout(std430, binding = 3) readonly buffer Entries {
-  uint entries[];
-};
-layout(std430, binding = 7) readonly buffer Elevation {
-  float elevation[];  // [sample][kMaxPlanes / 2 + 1]
-};
+layout(binding = 3) uniform usamplerBuffer entries;
+layout(binding = 7) uniform samplerBuffer elevation;  // [sample][kElevationRow]
 layout(std430, binding = 8) writeonly buffer Echo {
   vec2 echo[];  // [look][sample][line]
 };
@@ -63,16 +57,16 @@ void main() {
   uint tile = gl_WorkGroupID.y / uint(kTile) * uint(frame.tile_columns) + gl_WorkGroupID.x;
   uint end = starts[tile + 1];
   for (uint e = starts[tile]; e < end; ++e) {
-    uint t = entries[e];
-    vec4 row0 = tets[t].barycentric[0];
-    vec4 row1 = tets[t].barycentric[1];
-    vec4 row2 = tets[t].barycentric[2];
+    int t = 6 * int(texelFetch(entries, int(e)).x);
+    vec4 row0 = texelFetch(tets, t);
+    vec4 row1 = texelFetch(tets, t + 1);
+    vec4 row2 = texelFetch(tets, t + 2);
     vec3 b = vec3(row0.x + row0.y * p.x + row0.z * p.y, row1.x + row1.y * p.x + row1.z * p.y,
                   row2.x + row2.y * p.x + row2.z * p.y);
     if (min(min(b.x, b.y), min(b.z, 1.0 - (b.x + b.y + b.z))) >= kInsideTet) {
-      vec4 rest0 = tets[t].rest[0];
-      vec4 rest1 = tets[t].rest[1];
-      vec4 rest2 = tets[t].rest[2];
+      vec4 rest0 = texelFetch(tets, t + 3);
+      vec4 rest1 = texelFetch(tets, t + 4);
+      vec4 rest2 = texelFetch(tets, t + 5);
       position = vec3(rest0.x + rest0.y * p.x + rest0.z * p.y, rest1.x + rest1.y * p.x + rest1.z * p.y,
                       rest2.x + rest2.y * p.x + rest2.z * p.y);
       across = vec3(rest0.w, rest1.w, rest2.w);
@@ -96,10 +90,11 @@ void main() {
   vec3 mixed = mixed_tissues(voxel, here, int(body), gel);
 
   vec3 lattice = speckle_lattice(position);
-  vec3 lattice_step = speckle_lattice(frame.plane_spacing * across);
-  vec3 voxel_step = frame.plane_spacing / frame.label_spacing * across;
+  int weights = s * kElevationRow;
+  vec3 plane_step = texelFetch(elevation, weights + kElevationRow - 1).x * across;
+  vec3 lattice_step = speckle_lattice(plane_step);
+  vec3 voxel_step = plane_step / frame.label_spacing;
   int last_plane = frame.planes / 2;
-  int weights = s * (kMaxPlanes / 2 + 1);
   vec2 sum0 = vec2(0.0);
   vec2 sum1 = vec2(0.0);
   vec2 sum2 = vec2(0.0);
@@ -109,7 +104,7 @@ void main() {
   float level = 0.70710678 * tissues[tissue].backscatter;
   for (int plane = clear ? -last_plane : last_plane + 1; plane <= last_plane; ++plane) {
     uint texel = speckle_texel(lattice + float(plane) * lattice_step);
-    float w = level * elevation[weights + abs(plane)];
+    float w = level * texelFetch(elevation, weights + abs(plane)).x;
     sum0 += w * speckle_of_look(0u, texel);
     if (kLooks > 1) sum1 += w * speckle_of_look(1u, texel);
     if (kLooks > 2) sum2 += w * speckle_of_look(2u, texel);
@@ -121,7 +116,7 @@ void main() {
     uint bits = hash(texel);
     vec3 jitter = vec3(bits & 1023u, (bits >> 10) & 1023u, (bits >> 20) & 1023u) / 1024.0;
     uint word = voxel_at(ivec3(floor(voxel + float(plane) * voxel_step + jitter)));
-    float w = 0.70710678 * tissues[tissue_of(word, int(body), gel)].backscatter * elevation[weights + abs(plane)];
+    float w = 0.70710678 * tissues[tissue_of(word, int(body), gel)].backscatter * texelFetch(elevation, weights + abs(plane)).x;
     sum0 += w * speckle_of_look(0u, texel);
     if (kLooks > 1) sum1 += w * speckle_of_look(1u, texel);
     if (kLooks > 2) sum2 += w * speckle_of_look(2u, texel);

@@ -99,10 +99,10 @@ double elevation_fwhm(double range) {
 BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength, double focus, int planes) {
   BeamProfile beam;
   const double reach = kElevationReach * kSigmaOfFwhm * double(kElevationFwhm);
-  beam.plane_spacing = std::min<double>(kElevationSpacing, 2 * reach / std::max(planes - 1, 1));
+  const double focal_spacing = std::min<double>(kElevationSpacing, 2 * reach / std::max(planes - 1, 1));
   beam.lateral.resize(static_cast<std::size_t>(scan.samples) * kLateralTaps);
   beam.axial.resize(static_cast<std::size_t>(scan.samples) * kAxialTaps);
-  beam.elevation.resize(static_cast<std::size_t>(scan.samples) * kElevationTaps);
+  beam.elevation.resize(static_cast<std::size_t>(scan.samples) * kElevationRow);
   for (int s = 0; s < scan.samples; ++s) {
     const double r = scan.range(s);
     const auto row = [s](std::vector<float>& table, int taps) {
@@ -110,8 +110,12 @@ BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength, double 
     };
     fit(row(beam.lateral, kLateralTaps), lateral_fwhm(r, wavelength, focus), scan.lateral_pitch(r));
     fit(row(beam.axial, kAxialTaps), axial_fwhm(r, wavelength), scan.sample_pitch);
-    Kernel(static_cast<std::size_t>(planes / 2 + 1), kernel_fwhm(elevation_fwhm(r)), beam.plane_spacing)
-        .write(row(beam.elevation, kElevationTaps));
+    const double width = elevation_fwhm(r);
+    const double spacing = std::min<double>(focal_spacing * width / kElevationFwhm, kMostElevationSpacing);
+    const std::span<float> planes_here = row(beam.elevation, kElevationRow);
+    Kernel(static_cast<std::size_t>(planes / 2 + 1), kernel_fwhm(width), spacing)
+        .write(planes_here.first(kElevationRow - 1));
+    planes_here.back() = static_cast<float>(spacing);
   }
   return beam;
 }

@@ -12,7 +12,7 @@
 
 namespace stylet::ultrasound {
 
-inline constexpr int kElevationTaps = kMaxPlanes / 2 + 1;
+static_assert(kElevationRow == kMaxPlanes / 2 + 2);
 /// Wavelength at which the pulse has the length of kAxialFwhm0, m; it is as many cycles at any other.
 inline constexpr double kReferenceWavelength = 1540 / 3.5e6;
 
@@ -23,11 +23,11 @@ double lateral_fwhm(double range, double wavelength, double focus = kLateralFocu
 double elevation_fwhm(double range);
 
 /// Weights of one side, centre first, by sample. A weight of zero ends the sum: none beyond it counts.
+/// Across the slice the planes spread with the beam; the last of a row is their spacing, m.
 struct BeamProfile {
   std::vector<float> lateral;    ///< [samples][kLateralTaps]    over lines
   std::vector<float> axial;      ///< [samples][kAxialTaps]      over samples
-  std::vector<float> elevation;  ///< [samples][kElevationTaps]  over sub-planes
-  double plane_spacing = 0;      ///< m between sub-planes
+  std::vector<float> elevation;  ///< [samples][kElevationRow]   over sub-planes
 
   /// @param wavelength  m
   /// @param focus       m

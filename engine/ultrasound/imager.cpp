@@ -46,11 +46,6 @@ gpu::Interface interface(const ScanModel& model, int buffers,
   return result;
 }
 
-/// A storage buffer that other passes read at random, texel by texel: a software rasteriser fetches these faster.
-Buffer texels(gpu::Device& device, std::size_t bytes, VkFormat format) {
-  return {device, std::max<VkDeviceSize>(bytes, 16), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device, format};
-}
-
 }  // namespace
 
 struct Imager::Passes {
@@ -108,7 +103,13 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
     : device(device_),
       model(scene, settings),
       tissue(device, ultrasound_tissue_comp,
-             interface(model, 11, {{4, Slot::uniform_buffer}, {5, Slot::texel_buffer}, {6, Slot::texel_buffer}})),
+             interface(model, 11,
+                       {{1, Slot::texel_buffer},
+                        {3, Slot::texel_buffer},
+                        {4, Slot::uniform_buffer},
+                        {5, Slot::texel_buffer},
+                        {6, Slot::texel_buffer},
+                        {7, Slot::texel_buffer}})),
       interfaces(device, ultrasound_interface_comp,
                  interface(model, 5, {{1, Slot::texel_buffer}, {2, Slot::texel_buffer}})),
       needle(device, ultrasound_needle_comp, interface(model, 5)),
@@ -119,26 +120,26 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
       scan_convert(device, ultrasound_scan_convert_comp,
                    interface(model, 3, {{1, Slot::texel_buffer}, {2, Slot::storage_image}})),
       tissues(device, kTissueRows * sizeof(TissueRow), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
-      voxels(texels(device, model.voxels().size() * sizeof(std::uint16_t), VK_FORMAT_R16_UINT)),
-      speckle(texels(device, model.speckle().texels.size() * sizeof(SpeckleField::Texel), VK_FORMAT_R8G8_SNORM)),
+      voxels(storage(device, model.voxels().size() * sizeof(std::uint16_t), VK_FORMAT_R16_UINT)),
+      speckle(storage(device, model.speckle().texels.size() * sizeof(SpeckleField::Texel), VK_FORMAT_R8G8_SNORM)),
       lateral_weights(storage(device, model.beam().lateral.size() * sizeof(float))),
       axial_weights(storage(device, model.beam().axial.size() * sizeof(float))),
-      elevation_weights(storage(device, model.beam().elevation.size() * sizeof(float))),
+      elevation_weights(storage(device, model.beam().elevation.size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
       frame(device, sizeof(FrameConstants), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
-      tets(device),
+      tets(device, VK_FORMAT_R32G32B32A32_SFLOAT),
       tile_starts(device),
-      tile_entries(device),
+      tile_entries(device, VK_FORMAT_R32_UINT),
       segments(device),
       wires(device),
       thin_tiles(device),
       runs(device),
-      echo(texels(device, polar_size() * settings.looks * 2 * sizeof(float), VK_FORMAT_R32G32_SFLOAT)),
-      convolved(texels(device, polar_size() * settings.looks * 2 * sizeof(float), VK_FORMAT_R32G32_SFLOAT)),
-      log_impedance(texels(device, polar_size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
+      echo(storage(device, polar_size() * settings.looks * 2 * sizeof(float), VK_FORMAT_R32G32_SFLOAT)),
+      convolved(storage(device, polar_size() * settings.looks * 2 * sizeof(float), VK_FORMAT_R32G32_SFLOAT)),
+      log_impedance(storage(device, polar_size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
       loss(storage(device, polar_size() * sizeof(float))),
       found(storage(device, polar_size() * sizeof(std::uint32_t))),
       envelope(storage(device, polar_size() * sizeof(float))),
-      display(texels(device, polar_size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
+      display(storage(device, polar_size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
       picture(device, {.width = static_cast<std::uint32_t>(settings.width),
                        .height = static_cast<std::uint32_t>(settings.height),
                        .format = VK_FORMAT_R8G8B8A8_UNORM,

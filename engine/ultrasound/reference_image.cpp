@@ -152,7 +152,8 @@ void ReferenceImager::make_echoes() {
     const float pitch = c.face_radius == 0 ? c.line_pitch : (c.face_radius + range) * c.line_pitch;
     const int b = std::clamp(static_cast<int>(c.gradient_reach / pitch + 0.5F), 1, 16);
     const bool gel = range < c.coupling;
-    const float* elevation = model_.beam().elevation.data() + static_cast<std::size_t>(s) * kElevationTaps;
+    const float* elevation = model_.beam().elevation.data() + static_cast<std::size_t>(s) * kElevationRow;
+    const float plane_spacing = elevation[kElevationRow - 1];
     for (int l = 0; l < lines_; ++l) {
       const PlaneSlice::Place& rest = rest_[index(l, s)];
       const Mix& mix = mix_[index(l, s)];
@@ -161,7 +162,7 @@ void ReferenceImager::make_echoes() {
       // (stochastic trilinear interpolation), by bits that belong to its place in the tissue.
       Complex sum[kMaxLooks] = {};
       for (int off = -(c.planes / 2); off <= c.planes / 2; ++off) {
-        const Eigen::Vector3f x = rest.position + static_cast<float>(off) * c.plane_spacing * rest.slope;
+        const Eigen::Vector3f x = rest.position + static_cast<float>(off) * plane_spacing * rest.slope;
         const std::size_t texel = SpeckleField::texel(cell_at(x));
         const std::uint32_t bits = hash(static_cast<std::uint32_t>(texel));
         const Eigen::Vector3f jitter(static_cast<float>(bits & 1023U), static_cast<float>((bits >> 10U) & 1023U),

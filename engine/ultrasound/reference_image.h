@@ -84,7 +84,7 @@ private:
   int lines_;
   int samples_;
   int looks_;
-  float textured_;  ///< 1 shows slow texture, triads and beads, 0 does not
+  float textured_;                       ///< 1 shows slow texture, triads and beads, 0 does not
   std::vector<PlaneSlice::Place> rest_;  ///< body -1: none
   std::vector<Mix> mix_;
   std::array<std::vector<Complex>, kMaxLooks> echo_;

@@ -169,7 +169,6 @@ void ScanModel::make_geometry() {
   c.sample_pitch = static_cast<float>(scan_.sample_pitch);
   c.lines = scan_.lines;
   c.samples = scan_.samples;
-  c.plane_spacing = static_cast<float>(beam_.plane_spacing);
   c.tile_columns = slice_.columns();
   c.width = sector_.width;
   c.height = sector_.height;
