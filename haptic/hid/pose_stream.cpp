@@ -38,6 +38,10 @@ bool PoseStream::end(std::int64_t now_ns) {
   const bool fresh = fresh_;
   queued_ = 0;
   fresh_ = false;
+  if (silence_ns_ > 0 && !placed_) {
+    placed_ = fresh;
+    return false;
+  }
   if (queued >= kFullQueue || (fresh && now_ns - made_ns_ > kMostAge)) {
     count(counters_.discarded, queued);
     gap_ = true;

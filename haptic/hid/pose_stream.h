@@ -31,7 +31,8 @@ struct StreamCounters {
 
 /// The kernel's queue of a device has room for 63 reports and drops what comes when it is full. So a reader that was
 /// kept away finds old poses, the newest of them too: a queue that was full, or whose newest report is older than
-/// kMostAge by its Scan Time, is discarded whole, and the first report after it counts. Depends on its inputs only.
+/// kMostAge by its Scan Time, is discarded whole, and the first report after it counts. So is the very first queue of
+/// a device that may not be silent: how long it had waited nothing tells. Depends on its inputs only.
 class PoseStream {
 public:
   static constexpr std::size_t kFullQueue = 63;
@@ -57,8 +58,9 @@ private:
   HidReading reading_;  // after the last report, trusted or not
   std::int64_t made_ns_ = 0;
   std::size_t queued_ = 0;
-  bool fresh_ = false;  // something of the queue is newer than what was published
-  bool gap_ = false;    // since the last pose published
+  bool fresh_ = false;   // something of the queue is newer than what was published
+  bool placed_ = false;  // there was a first queue, which places the device's clock
+  bool gap_ = false;     // since the last pose published
   StreamedPose latest_;
 };
 

@@ -10,6 +10,7 @@ namespace {
 /// Reports of the force stylus, one a millisecond; x of report k is k um.
 class PoseStreamTest : public testing::Test {
 protected:
+  void SetUp() override { one(-1); }  // the first places the clock
   void add(int k, double arrived_ms) {
     ForceStylusPose pose;
     pose.position.x() = k * 1e-6;
@@ -32,8 +33,21 @@ TEST_F(PoseStreamTest, OfAQueueTheNewestCounts) {
   EXPECT_TRUE(end(5));
   EXPECT_EQ(x_um(), 5);
   EXPECT_EQ(stream.latest().gaps, 0u);
-  EXPECT_EQ(counters.reports, 6u);
+  EXPECT_EQ(counters.reports, 7u);
   EXPECT_EQ(counters.missing, 0u);
+}
+
+TEST_F(PoseStreamTest, TheFirstQueueMayHaveWaited) {
+  PoseStream opened(map, counters, 0.020);
+  for (int k = 0; k < 3; ++k) {
+    ForceStylusPose pose;
+    pose.scan_time = static_cast<std::uint16_t>(10 * k);
+    opened.add(pack_pose(pose), at(40));  // the reader was kept away from the start
+  }
+  EXPECT_FALSE(opened.end(at(40)));
+  EXPECT_FALSE(opened.latest().connected);
+  opened.add(pack_pose({.scan_time = 410}), at(41));
+  EXPECT_TRUE(opened.end(at(41)));
 }
 
 TEST_F(PoseStreamTest, AFullQueueIsDiscardedAndAFreshReportWaitedFor) {

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,28 @@ TEST(RealTimeSafety, StepsWithAnyDeviceAllocateNothing) {
   EXPECT_EQ(statistics.steps, 1001u);
   const std::string name = recorded.name() + " is a name too long for the small string buffer";
   EXPECT_GT(allocations.value(), 0);  // the counter counts
+}
+
+TEST(RealTimeSafety, GuardAllocatesNothingInAnyOfItsStates) {
+  DeviceLimits limits;
+  limits.engage_rise_s = 0.05;
+  limits.thermal_time_constant_s = 0.5;
+  OutputGuard guard{limits};
+  const tests::AllocationCount allocations;
+  for (int k = 0; k < 4000; ++k) {
+    const double away = 1e-4 * k;  // pulled out by the force: it gives energy, and must be damped
+    GuardInput input{.force = {k < 300 ? 0.1 : 4.0, 0, 0}, .position = {away, 0, 0}, .valid = k % 1000 != 999};
+    if (k % 1000 > 700) input.pose_age_s = 1e-3 * (k % 20);
+    if (k % 1000 > 800) input.patch_age_s = 0.3;
+    if (k % 1000 == 850) input.force.x() = std::numeric_limits<double>::quiet_NaN();
+    if (k % 1000 == 600) input.position.y() = 0.02;
+    if (k >= 3500 && k < 3600) input.position.x() += 2e-3 * (k - 3500);
+    guard.apply(input, k % 1000 == 900 ? 0.03 : 1e-3);
+  }
+  EXPECT_EQ(allocations.value(), 0);
+  for (int bit = 0; bit < kOutputFlagCount; ++bit) {
+    EXPECT_GT(guard.counters().count(static_cast<OutputFlag>(1u << bit)), 0u) << output_flag_name(bit);
+  }
 }
 
 }  // namespace
