@@ -66,10 +66,11 @@ add_custom_target(generated_headers)
 add_custom_target(all_tests)
 add_custom_target(thread_tests)
 
-# stylet_test(NAME SOURCES files... LINK targets... [LABEL cpu|physics|threads|gpu|bench] [TIMEOUT seconds]): one
-# GoogleTest executable, one CTest entry a test. Those with the label threads are what ThreadSanitizer runs.
+# stylet_test(NAME SOURCES files... LINK targets... [LABEL cpu|physics|threads|gpu|bench] [TIMEOUT seconds]
+# [TOGETHER suites...]): one GoogleTest executable, one CTest entry a test; one for all of a suite in TOGETHER, whose
+# tests share what takes seconds to make and skip nothing. ThreadSanitizer runs those with the label threads.
 function(stylet_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT;LABEL" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "TIMEOUT;LABEL" "SOURCES;LINK;TOGETHER" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES STYLET_TEST ON)
   target_precompile_headers(${name} REUSE_FROM stylet_test_headers)
@@ -89,8 +90,14 @@ function(stylet_test name)
   if(NOT arg_LABEL)
     set(arg_LABEL cpu)
   endif()
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} ${environment})
+  set(properties LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} ${environment})
+  list(TRANSFORM arg_TOGETHER APPEND ".*")
+  foreach(suite ${arg_TOGETHER})
+    add_test(NAME ${suite} COMMAND ${name} --gtest_filter=${suite})
+    set_tests_properties(${suite} PROPERTIES ${properties})
+  endforeach()
+  list(JOIN arg_TOGETHER ":" together)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_FILTER "-${together}" PROPERTIES ${properties})
   add_dependencies(all_tests ${name})
   if(arg_LABEL STREQUAL threads)
     add_dependencies(thread_tests ${name})
