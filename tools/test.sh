@@ -9,6 +9,7 @@ Installs what is missing (Debian 12), then builds and runs through CTest:
   release   every test, Vulkan validation and synchronisation validation on
   asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviourSanitizer, by clang
   tsan      the tests with threads, under ThreadSanitizer, by clang
+  kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
 --all adds the benchmarks, a soak of the default scenario (STYLET_SOAK_MINUTES of session time, 10), coverage-guided
 fuzzing of every reader (STYLET_FUZZ_SECONDS each, 3600), clang-format and clang-tidy on every file.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
@@ -27,7 +28,7 @@ install_packages "${sections[@]}"
 
 XDG_RUNTIME_DIR=$(mktemp -d)
 chmod 700 "$XDG_RUNTIME_DIR"
-trap 'rm -rf "$XDG_RUNTIME_DIR"' EXIT
+trap 'rm -rf "$XDG_RUNTIME_DIR"; kill $(jobs -p) 2>/dev/null || true' EXIT
 export XDG_RUNTIME_DIR
 # The software rasteriser, so that pictures are the same everywhere; hazards between submissions count too.
 export VK_LOADER_DRIVERS_SELECT=${VK_LOADER_DRIVERS_SELECT:-lvp_icd*}
@@ -52,12 +53,22 @@ data=-DSTYLET_TEST_DATA=${STYLET_TEST_DATA:-}
 
 stage "Build release" build release all_tests -DBUILD_TESTING=ON -DSTYLET_DRACO=ON "$data"
 stage "Test release" run_tests release all || status=1
+# One emulated processor, indifferent to how busy the machine is.
+tools/kernel_test.sh >build/kernel_test.txt 2>&1 &
+kernel_test=$!
 stage "Build asan" build asan all_tests -DSTYLET_DRACO=ON "$data"
 stage "Test asan" run_tests asan cpu -LE gpu || status=1
 # The Vulkan loader, layers and driver keep memory until the process ends and are unloaded before the leak check.
 ASAN_OPTIONS=detect_leaks=0 STYLET_VALIDATION=0 stage "Test asan, Vulkan" run_tests asan gpu -L gpu || status=1
 stage "Build tsan" build tsan thread_tests
 stage "Test tsan" run_tests tsan threads || status=1
+kernel_test_result() {
+  local result=0
+  wait "$kernel_test" || result=$?
+  cat build/kernel_test.txt
+  return $result
+}
+stage "Test kernel" kernel_test_result || status=1
 if [ -n "$all" ]; then
   stage "Benchmarks" tools/bench.sh || status=1
   stage "Soak" build/release/bin/stylet_soak || status=1

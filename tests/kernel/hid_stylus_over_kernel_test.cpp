@@ -1,0 +1,141 @@
+// What a session uses of the stylus, HidStylus, on the real kernel: uhid and USB.
+#include "haptic/hid/hid_stylus.h"
+#include "tests/kernel/kernel_device.h"
+#include "tests/support/hid/stylus_firmware.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <thread>
+
+namespace stylet::kernel_test {
+namespace {
+
+using Eigen::Vector3d;
+using namespace haptic::hid;
+using support::FirmwareEvent;
+
+/// The hand goes to the right at 10 mm/s.
+ForceStylusPose hand(double time_s) {
+  ForceStylusPose pose;
+  pose.position.x() = 0.01 * time_s;
+  return pose;
+}
+
+/// A stylus in use: the test's thread is the haptic loop.
+class HidStylusOverKernel : public testing::TestWithParam<PortKind> {
+protected:
+  void SetUp() override {
+    device_.plug();
+    std::vector<haptic::HidDeviceSummary> devices;
+    ASSERT_TRUE(step_until([&] { return !(devices = haptic::list_hid_devices()).empty(); }, 20'000));
+    stylus_ =
+        std::make_unique<HidStylus>(HidStylusSettings{.device = devices[0], .fifo_priority = 0, .retry_s = 0.02});
+    ASSERT_TRUE(step_until_valid());
+  }
+  /// Steps of 1 ms until `done`, at most so many.
+  bool step_until(const std::function<bool()>& done, int steps = 10'000) {
+    for (; steps > 0; --steps) {
+      if (stylus_) step();
+      if (done()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  }
+  void step() {
+    const haptic::StylusSample last = sample_;
+    sample_ = stylus_->read(0);
+    if (last.valid) worst_step_ = std::max(worst_step_, (sample_.position - last.position).norm());
+    stylus_->write(sample_.valid ? kForce : Vector3d::Zero(), Vector3d::Zero());
+  }
+  bool step_until_valid() {
+    return step_until([this] { return sample_.valid; });
+  }
+  /// By the motors, device frame.
+  Vector3d applied() const {
+    return DeviceProfile{}.device_from_report * device_.with_firmware([this] { return firmware_.applied_force(); });
+  }
+  bool step_until_force() {
+    return step_until([this] { return applied().isApprox(kForce, 1e-3); });
+  }
+
+  static inline const Vector3d kForce{0, 1, 0};
+  support::StylusFirmware firmware_{hand};
+  KernelDevice device_{GetParam(), firmware_, {}};
+  haptic::StylusSample sample_{};
+  double worst_step_ = 0;
+  std::unique_ptr<HidStylus> stylus_;
+};
+
+TEST_P(HidStylusOverKernel, EveryPoseComesInAndForcesGoOut) {
+  EXPECT_TRUE(stylus_->limits().renders_force);
+  ASSERT_TRUE(step_until_force());
+  const HidStylusCounters& counters = stylus_->counters();
+  const auto made = [this] { return device_.with_firmware([this] { return firmware_.reports(); }); };
+  const std::uint64_t made_before = made();
+  const std::uint64_t read_before = counters.stream.reports;
+  ASSERT_TRUE(step_until([&] { return counters.stream.reports >= read_before + 2000; }));
+  // One may be on its way at either end.
+  EXPECT_NEAR(static_cast<double>(made() - made_before), static_cast<double>(counters.stream.reports - read_before),
+              2);
+  EXPECT_EQ(counters.stream.decoded[static_cast<std::size_t>(Decoded::kReading)], counters.stream.reports);
+  EXPECT_EQ(counters.stream.missing, 0U);
+  EXPECT_EQ(counters.stream.gaps, 0U);
+  EXPECT_EQ(counters.stream.discarded, 0U);
+  EXPECT_EQ(counters.force.failed, 0U);
+  EXPECT_EQ(device_.with_firmware([this] { return firmware_.count(FirmwareEvent::kRefused); }), 0U);
+  EXPECT_TRUE(applied().isApprox(kForce, 1e-3)) << applied().transpose();
+  const haptic::LatencyHistogram& latency = counters.force.pose_to_force;
+  EXPECT_GT(latency.count(), 1000U);
+  std::printf("  %d poses in, %d forces out; from pose to force %.0f us median, %.0f us p99\n",
+              static_cast<int>(counters.stream.reports), static_cast<int>(counters.force.written),
+              1e6 * latency.quantile(0.5), 1e6 * latency.quantile(0.99));
+}
+
+TEST_P(HidStylusOverKernel, AStallOf300msIsAGapWithoutAJump) {
+  ASSERT_TRUE(step_until_force());
+  device_.set_streaming(false);
+  ASSERT_TRUE(step_until([this] { return !sample_.valid; }));
+  ASSERT_FALSE(step_until([this] { return sample_.valid; }, 300));
+  EXPECT_TRUE(applied().isZero(0));
+  device_.set_streaming(true);
+  ASSERT_TRUE(step_until_valid());
+  ASSERT_TRUE(step_until_force());
+  EXPECT_LT(worst_step_, 0.002);
+  EXPECT_EQ(stylus_->counters().stream.gaps, 1U);
+}
+
+TEST_P(HidStylusOverKernel, UnpluggedAndPluggedInAgainItGoesOnWithoutAJump) {
+  ASSERT_TRUE(step_until_force());
+  device_.unplug();
+  ASSERT_TRUE(step_until([this] { return !sample_.valid && !stylus_->connected(); }));
+  const Vector3d left = sample_.position;
+  ASSERT_FALSE(step_until([this] { return sample_.valid; }, 50));
+  EXPECT_EQ(sample_.position, left);
+  device_.plug();
+  ASSERT_TRUE(step_until_valid());
+  ASSERT_TRUE(step_until_force());
+  EXPECT_LT(worst_step_, 0.002);
+  EXPECT_EQ(stylus_->counters().connections, 2U);
+}
+
+TEST_P(HidStylusOverKernel, ALoopThatStopsAndAHostThatEndsLeaveNoForce) {
+  ASSERT_TRUE(step_until_force());
+  const auto stopped = [this] { return applied().isZero(0); };
+  for (int ms = 0; ms < 1000 && !stopped(); ++ms) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_TRUE(stopped()) << "nobody steps, and the force is " << applied().transpose();
+  ASSERT_TRUE(step_until_force());
+  stylus_.reset();
+  const auto disabled = [this] { return device_.with_firmware([this] { return !firmware_.enabled(); }); };
+  EXPECT_TRUE(step_until(disabled, 1000));
+  EXPECT_TRUE(applied().isZero(0));
+}
+
+INSTANTIATE_TEST_SUITE_P(Over, HidStylusOverKernel, testing::Values(PortKind::kUhid, PortKind::kUsb),
+                         [](const auto& port) { return port.param == PortKind::kUhid ? "Uhid" : "Usb"; });
+
+}  // namespace
+}  // namespace stylet::kernel_test
