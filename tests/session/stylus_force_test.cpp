@@ -217,6 +217,33 @@ TEST(StylusWithForce, RecordsHowTheNeedleWasHeldAndReplaysToTheSameBits) {
   EXPECT_EQ(std::count_if(recording.events.begin(), recording.events.end(), is_safety), 1);
 }
 
+TEST(SafetyEvents, EachLimitLeavesOneWhenItBeginsToAct) {
+  const content::Scene scene = tests::cube_scene(3);
+  const support::TemporaryFolder folder;
+  {
+    RecordingWriter writer(folder / "events", RecordingHeader{});
+    const StepHash hash;
+    Recorder recorder(writer, hash, scene);
+    for (int k = 0; k < 3000; ++k) {  // each for 100 ms, one after the other, twice
+      std::uint32_t flags = 0;
+      for (int bit = 0; bit < haptic::kOutputFlagCount; ++bit) {
+        if (k % 1500 >= 50 * bit && k % 1500 < 50 * bit + 100) flags |= 1u << bit;
+      }
+      recorder.force_sent(k * kMs, static_cast<std::uint64_t>(k) + 1, {.flags = flags});
+    }
+    writer.finish();
+  }
+  const Recording recording = read_recording(folder / "events");
+  ASSERT_EQ(recording.events.size(), 2u * haptic::kOutputFlagCount);
+  for (std::size_t e = 0; e < recording.events.size(); ++e) {
+    const auto bit = static_cast<int>(e % haptic::kOutputFlagCount);
+    const EventRecord& event = recording.events[e];
+    EXPECT_EQ(event.name, "safety");
+    EXPECT_EQ(event.detail, haptic::output_flag_name(bit));
+    EXPECT_EQ(event.step, 1500 * (e / haptic::kOutputFlagCount) + 50u * static_cast<unsigned>(bit) + 1);
+  }
+}
+
 /// Needle 20 mm in tissue with force on the hand.
 class Faulty : public ::testing::Test {
 protected:
