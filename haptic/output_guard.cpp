@@ -12,7 +12,9 @@ namespace {
 constexpr double kLongestStep = 0.005;  // s; a late step may not change the force more than this much of a rise
 constexpr double kShortestStep = 1e-4;  // s; between two poses: what is less is jitter of their time stamps
 constexpr double kFutureAge = -1e-3;    // s; an age below says that a clock was set
-constexpr double kLever = 0.05;         // m; passivity of rotations: a grip of this radius has the speeds above
+constexpr double kPassivityShare =
+    0.5;                         // of the damping that is stable: the spring at the needle's base has the rest
+constexpr double kLever = 0.05;  // m; passivity of rotations: a grip of this radius has the speeds above
 
 bool usable(const GuardInput& input) {
   return input.valid && input.position.allFinite() && input.orientation.coeffs().allFinite() &&
@@ -26,14 +28,14 @@ Eigen::Vector3d small_turn(const Eigen::Quaterniond& from, const Eigen::Quaterni
 }
 
 PassivitySettings of_force(const DeviceLimits& limits) {
-  return {.max_damping = limits.max_damping_n_s_per_m,
+  return {.max_damping = kPassivityShare * limits.max_damping_n_s_per_m,
           .own_damping = limits.physical_damping_n_s_per_m,
           .delay_s = limits.loop_delay_s};
 }
 
 PassivitySettings of_torque(const DeviceLimits& limits) {
   const PassivitySettings force;
-  return {.max_damping = limits.max_rotational_damping_nm_s_per_rad,
+  return {.max_damping = kPassivityShare * limits.max_rotational_damping_nm_s_per_rad,
           .delay_s = limits.loop_delay_s,
           .min_speed = force.min_speed / kLever,
           .softest = force.softest * kLever * kLever};
