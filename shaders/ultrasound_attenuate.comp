@@ -1,5 +1,5 @@
-// Pass 4: two-way amplitude along each scan line, and the haze under the face. One invocation is one line: the sum
-// along it is the only serial work of the chain.
+// Pass 5: two-way amplitude along each scan line, how well the face touches the skin there, the haze under the face and the
+// clutter behind what is bright. One invocation is one line: the sums along it are the only serial work of the chain.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
@@ -18,6 +18,12 @@ void main() {
   int l = int(gl_GlobalInvocationID.x);
   if (l >= frame.lines) return;
   float lost = 0.0;
+  vec2 face = !kConvex ? vec2(sample_position(l, 0).x, 0.0)
+                                       : frame.face_radius * line_direction(l) - vec2(0.0, frame.face_radius);
+  if (kTextured) {  // what is wrong with the contact belongs to the skin
+    vec3 skin = frame.origin.xyz + face.x * frame.lateral.xyz + face.y * frame.axial.xyz;
+    lost = kContactDb * kDbToNepers * slow_pair(slow_texel(kContactStretch * speckle_lattice(skin))).y;
+  }
   for (int s = 0; s < frame.samples; ++s) {
     int index = polar_index(l, s);
     float here = loss[index];
@@ -26,11 +32,16 @@ void main() {
     for (int k = 0; k < kLooks; ++k) echo[index + k * polar_size()] *= transmission;
   }
   if (frame.haze == 0.0) return;
-  int end = min(frame.samples, int(kHazeDepth / frame.sample_pitch + 0.5));
-  for (int s = 0; s < end; ++s) {
+  float fresh = 1.0 - exp(-frame.sample_pitch / kClutterLength);
+  float above = 0.0;
+  for (int s = 0; s < frame.samples; ++s) {
     int index = polar_index(l, s);
     float range = sample_range(s);
-    float haze = kHazeNear * exp(-range / kHazeNearDecay) + kHazeFar * exp(-range / kHazeFarDecay);
+    float haze = kClutter * above;
+    if (range < kHazeDepth) haze += kHazeNear * exp(-range / kHazeNearDecay) + kHazeFar * exp(-range / kHazeFarDecay);
+    float level = length(echo[index]);
+    above += fresh * (level - above);
+    if (haze < kLeastHaze * level) continue;
     // Fixed to the probe and smeared along the face.
     uint texel = speckle_texel(speckle_lattice(vec3(0.2 * sample_position(l, s).x, 0.0, range)));
     for (int k = 0; k < kLooks; ++k) {

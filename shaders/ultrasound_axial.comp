@@ -1,4 +1,4 @@
-// Pass 6: the pulse's length: Gaussian over samples, longer with depth. One invocation is kBlock samples, which share what
+// Pass 7: the pulse's length: Gaussian over samples, longer with depth. One invocation is kBlock samples, which share what
 // they read. z: look.
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -13,6 +13,7 @@ layout(constant_id = 0) const int kLooks = kMaxLooks;
 layout(constant_id = 1) const bool kTextured = true;   // slow texture, triads and beads
 layout(constant_id = 2) const bool kBreathing = true;  // some voxels go with the breath
 layout(constant_id = 3) const bool kConvex = true;     // the probe's face is an arc
+layout(constant_id = 4) const bool kLayered = true;    // some tissue's texture runs along the layers of the body
 
 float sample_range(int s) {
   return (float(s) + 0.5) * frame.sample_pitch;
@@ -29,6 +30,17 @@ vec2 sample_position(int l, int s) {
   float r = sample_range(s);
   if (!kConvex) return vec2(frame.first_line + float(l) * frame.line_pitch, r);
   return (frame.face_radius + r) * line_direction(l) - vec2(0.0, frame.face_radius);
+}
+
+/// Fractional line and sample of (x, z) in the probe frame: the inverse of sample_position().
+vec2 line_and_sample(vec2 p) {
+  float across = p.x;
+  float range = p.y;
+  if (kConvex) {
+    across = atan(p.x, p.y + frame.face_radius);
+    range = length(p + vec2(0.0, frame.face_radius)) - frame.face_radius;
+  }
+  return vec2((across - frame.first_line) / frame.line_pitch, range / frame.sample_pitch - 0.5);
 }
 
 const float kDbToNepers = 0.115129255;

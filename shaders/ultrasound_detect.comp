@@ -1,4 +1,4 @@
-// Pass 7: receiver noise, compounding of looks, envelope, depth gain, log compression,
+// Pass 8: receiver noise, compounding of looks, envelope, depth gain, log compression,
 // persistence (a recursive filter over frames of the compressed value).
 #version 460
 #extension GL_GOOGLE_include_directive : require

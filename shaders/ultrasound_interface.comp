@@ -1,7 +1,9 @@
-// Pass 2: interface echoes from the jump of impedance and its angle to the beam, and what they take from it.
+// Pass 2: the texture of tissue, and interface echoes from the jump of impedance and its angle to the beam, and what they take from it.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
+#define TISSUE_BINDING 6
+#include "shaders/ultrasound_labels.glsl"
 #define SPECKLE_BINDING 1
 #include "shaders/ultrasound_speckle.glsl"
 
@@ -44,14 +46,23 @@ void main() {
   float total = tanh(0.5 * steepness * ramp);
 
   uint texel = found[index] & ((1u << kTexelBits) - 1u);
-  float slow = kTextured ? slow_pair(texel).y : 0.0;
-  float beads = exp((kBeadDb * slow - kBeadDb) * kDbToNepers);
+  vec2 slow = vec2(0.0);
+  float texture_gain = 1.0;
+  if (kTextured) {
+    slow = slow_pair(texel);
+    TissueRow row = tissues[found[index] >> kTexelBits];
+    float triads = smoothstep(kTriadThreshold, kTriadThreshold + kTriadEdge, slow.x);
+    float septa = exp(-slow.x * slow.x / (kSeptumWidth * kSeptumWidth)) * smoothstep(kSeptumGap, kSeptumGap + 1.0, slow.y);
+    texture_gain = exp(row.texture * slow.x + row.triads * triads + row.septa * septa);
+  }
+  float beads = exp((kBeadDb * slow.y - kBeadDb) * kDbToNepers);
   float mirror = kInterfaceGain * reflection * pow(cosine, kInterfaceExponent) * beads;
   float diffuse = kInterfaceGain * total * kInterfaceDiffuse;
   float rough = (mirror * kInterfaceRough + diffuse) * 0.70710678;
   for (int k = 0; k < kLooks; ++k) {
     vec2 noise = speckle_of_look(uint(k), texel & (kSpeckleTexels - 1u));
-    echo[index + k * polar_size()] += vec2(mirror * kInterfaceCoherent, 0.0) + rough * noise;
+    int at = index + k * polar_size();
+    echo[at] = texture_gain * echo[at] + vec2(mirror * kInterfaceCoherent, 0.0) + rough * noise;
   }
   float crossing = -log(max(1.0 - reflection * reflection, 1e-4)) / ramp;
   float grazing = kGrazingLoss * (1.0 - cosine) * (1.0 - cosine) * min(1.0, 20.0 * total);

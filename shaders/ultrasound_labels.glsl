@@ -1,16 +1,19 @@
 // The anatomy in rest space: tissue of a voxel as the beam meets it. Define VOXEL_BINDING before, and TISSUE_BINDING
-// where the properties of tissues are wanted.
+// where the properties of tissues are wanted, which need no voxels.
 #ifdef TISSUE_BINDING
 layout(std140, binding = TISSUE_BINDING) uniform Tissues {
   TissueRow tissues[kTissueRows];
 };
 #endif
+#ifdef VOXEL_BINDING
 layout(binding = VOXEL_BINDING) uniform usamplerBuffer voxels;
 
-/// label | (body + 1) << 8 | clearance << 11; 0 outside the volume.
+/// label | (body + 1) << 8 | clearance << 11; beyond the volume as at its border, far away 0.
 uint voxel_at(ivec3 voxel) {
   ivec3 size = ivec3(frame.label_nx, frame.label_ny, frame.label_nz);
-  if (any(lessThan(voxel, ivec3(0))) || any(greaterThanEqual(voxel, size))) return 0u;
+  ivec3 wanted = voxel;
+  voxel = clamp(voxel, ivec3(0), size - 1);
+  if (any(greaterThan(abs(wanted - voxel), ivec3(kBeyond)))) return 0u;
   return texelFetch(voxels, (voxel.z * size.y + voxel.y) * size.x + voxel.x).x;
 }
 
@@ -38,3 +41,4 @@ int tissue_of(uint voxel, int body, bool gel) {
 vec3 voxel_position(vec3 rest) {
   return (rest - vec3(frame.label_x, frame.label_y, frame.label_z)) / frame.label_spacing;
 }
+#endif

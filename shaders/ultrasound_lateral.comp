@@ -1,4 +1,4 @@
-// Pass 5: the beam's width: Gaussian over lines, wider with depth. One invocation is kBlock lines, which share what they
+// Pass 6: the beam's width: Gaussian over lines, wider with depth. One invocation is kBlock lines, which share what they
 // read. z: look.
 #version 460
 #extension GL_GOOGLE_include_directive : require

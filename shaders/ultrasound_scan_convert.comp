@@ -1,4 +1,4 @@
-// Pass 8: from scan lines to the picture: x = (R0 + r) sin t, z = (R0 + r) cos t - R0, inverted; grey map; depth scale.
+// Pass 9: from scan lines to the picture: x = (R0 + r) sin t, z = (R0 + r) cos t - R0, inverted; grey map; depth scale.
 // One invocation is one pixel, a workgroup kPixels of a row that it finds in a list: most of them lie in the sector.
 #version 460
 #extension GL_GOOGLE_include_directive : require

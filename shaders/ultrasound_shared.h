@@ -75,8 +75,18 @@ STYLET_SHARED float kSpeckleZ0 = 0.37067274f;  STYLET_SHARED float kSpeckleZ1 = 
 STYLET_SHARED float kSpeckleFwhm = 0.84e-3f;     // full width at half maximum of its autocorrelation
 STYLET_SHARED int kMaxLooks = 3;                 // independent complex fields
 STYLET_SHARED float kSpeckleScale = 4.0f;        // standard deviations at full scale of a texel
-STYLET_SHARED float kTriadThreshold = 2.2f;      // bright portal triads: texture beyond so many standard deviations
-STYLET_SHARED float kTriadDb = 6.5f;
+STYLET_SHARED float kTriadThreshold = 2.5f;      // bright portal triads: texture beyond so many standard deviations
+STYLET_SHARED float kTriadEdge = 0.5f;           // ... and this many more at full brightness
+// Layered tissue looks its texture up at x / n along the layers and at the depth below the skin across them.
+STYLET_SHARED float kLayerFwhm = 0.9e-3f;        // across the layers: fascicles and septa of 0.5-2 mm in B-mode pictures of the wall
+STYLET_SHARED float kLayerX = 0.7549f;  STYLET_SHARED float kLayerY = 0.5698f;  STYLET_SHARED float kLayerZ = 0.3247f;  // unit vector of
+                                                 // the lattice for the depth: along none of its periods
+STYLET_SHARED float kSeptumWidth = 0.22f;        // septa lie where the texture changes its sign: half-width there, standard deviations,
+STYLET_SHARED float kSeptumGap = -0.6f;          // and are broken where the beads are below this many
+STYLET_SHARED float kDepthUnit = 1e-6f;          // m, of a stored depth below the skin
+STYLET_SHARED int kDepthCell = 2;                // voxels a side of a cell of depths
+STYLET_SHARED int kDepthSmoothing = 3;           // passes of 1-2-1 along each axis: voxels of the skin leave no steps
+STYLET_SHARED int kBeyond = 160;                 // voxels beyond the volume where anatomy is as at its border
 
 // ---- interfaces ------------------------------------------------------------------------------------------------------
 STYLET_SHARED float kGradientReach = 0.8e-3f;    // m, at least; normals of voxel surfaces need several samples
@@ -87,6 +97,19 @@ STYLET_SHARED float kInterfaceRough = 0.45f;     // ... and that the roughness o
 STYLET_SHARED float kInterfaceDiffuse = 0.05f;   // scattered into all directions
 STYLET_SHARED float kBeadDb = 4.5f;              // slow brightness variation along an interface, standard deviation
 STYLET_SHARED float kGrazingLoss = 60.0f;        // nepers a metre lost to refraction at grazing incidence: edge shadows
+
+// ---- gas: nothing goes on behind it; what is shown there are echoes of what lies in front ----------------------------------
+STYLET_SHARED float kAirMirror = 0.22f;          // -13 dB: the mirror image of liver above the diaphragm is seen, weaker
+STYLET_SHARED float kMirrorLength = 0.025f;      // m over which it loses 1/e: 0.35 dB/mm, the surface is not smooth
+STYLET_SHARED float kMirrorReach = 6.0e-3f;      // m of the surface to either side that say how it is tilted
+STYLET_SHARED float kMirrorStep = 2.0e-3f;       // m between two lines: more, and it is not one surface
+STYLET_SHARED float kFaceReverberation = 0.03f;  // amplitude of the echo that comes again by way of the probe's face: A-lines of lung
+STYLET_SHARED float kRing = 0.3f;                // froth's first reverberation over its surface, where bubbles are: -10 dB
+STYLET_SHARED float kRingSpacing = 1.0e-3f;      // m between reverberations in froth, 0.5-2 mm in pictures of comet tails
+STYLET_SHARED float kRingWidth = 0.25e-3f;       // m, standard deviation of each
+STYLET_SHARED float kDirty = 0.04f;              // disordered echoes behind gas over the surface's, -28 dB: dirty shadow ...
+STYLET_SHARED float kDirtySmooth = 0.02f;        // ... share of it behind a surface that is no froth: lung ...
+STYLET_SHARED float kDirtyLength = 0.030f;       // ... and the length over which they lose 1/e, m
 
 // ---- needle: authored law, monotone in the beam-needle angle as measured by Nichols et al., AJR 180 (2003) and ------
 // ---- Hopkins & Bradley, Anaesthesia and Intensive Care 29 (2001) ------------------------------------------------------
@@ -117,6 +140,11 @@ STYLET_SHARED float kHazeNearDecay = 1.6e-3f;
 STYLET_SHARED float kHazeFar = 0.12f;            // ... and reverberation in the abdominal wall
 STYLET_SHARED float kHazeFarDecay = 14.0e-3f;
 STYLET_SHARED float kHazeDepth = 0.090f;         // below, less than the receiver's noise
+STYLET_SHARED float kClutter = 0.035f;           // multiple scattering and side lobes, -29 dB of what lies above ...
+STYLET_SHARED float kClutterLength = 7.0e-3f;    // ... within this length, m: haze under the front wall of fluids
+STYLET_SHARED float kLeastHaze = 0.2f;           // of the echo there: less is not seen
+STYLET_SHARED float kContactDb = 0.8f;           // contact of head and skin, standard deviation over the face ...
+STYLET_SHARED float kContactStretch = 0.35f;     // ... and how much wider than texture it changes: 7 mm
 STYLET_SHARED float kWhiteOverLiverDb = 24.0f;   // liver lies at mid grey with a dynamic range of 60 dB
 STYLET_SHARED float kSCurve = 0.10f;             // share of smoothstep in the grey map
 STYLET_SHARED float kGreyGamma = 1.05f;
@@ -128,6 +156,12 @@ struct TissueRow {
   float loss;           // nepers of amplitude lost, there and back, a metre of depth
   float backscatter;    // amplitude
   float texture;        // slow brightness variation, ln of amplitude, standard deviation
+  float layering;       // times that it is longer along the layers than across; 0: isotropic
+  float septa;          // ln of amplitude over the tissue
+  float triads;         // the same
+  float mirror;         // amplitude of the mirror image behind it: gas; 0: none
+  float ring_down;      // amplitude of a reverberation over the one before: froth; 0: none
+  float unused0, unused1, unused2;  // std140 rounds up to 16 bytes
 };
 
 /// A tetrahedron cut by the image plane. At (x, z) of the plane, probe frame:
@@ -174,6 +208,9 @@ struct STYLET_UNIFORM FrameConstants {
   float label_y;
   float label_z;
   float label_spacing;
+  int depth_nx;         // depth below the skin, 0: no tissue is layered
+  int depth_ny;
+  int depth_nz;
   int gel_tissue;       // rows of the tissue table that are no tissue of the scene
   int filler_tissue;
   // needle

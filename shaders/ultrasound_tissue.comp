@@ -29,19 +29,38 @@ layout(std430, binding = 10) writeonly buffer Loss {
 layout(std430, binding = 11) writeonly buffer Found {
   uint found[];  // texel of the slow fields | row of the tissue table << kTexelBits
 };
+layout(binding = 12) uniform usamplerBuffer depths;  // below the skin, kDepthUnit, of cells of kDepthCell voxels
+layout(std430, binding = 13) buffer Fronts {
+  uint fronts[];  // first sample in gas of each line
+};
 
-/// Trilinear mix of the tissues around a voxel position: ln Z, loss, texture. @param here  word of the nearest voxel
-vec3 mixed_tissues(vec3 q, uint here, int body, bool gel) {
+/// Depth below the skin at a voxel position, m.
+float layer_depth(vec3 q) {
+  vec3 base = floor(q / float(kDepthCell));
+  vec3 f = q / float(kDepthCell) - base;
+  ivec3 size = ivec3(frame.depth_nx, frame.depth_ny, frame.depth_nz);
+  float mixed = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    ivec3 d = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+    vec3 w = mix(1.0 - f, f, vec3(d));
+    ivec3 cell = clamp(ivec3(base) + d, ivec3(0), size - 1);
+    mixed += w.x * w.y * w.z * float(texelFetch(depths, (cell.z * size.y + cell.y) * size.x + cell.x).x);
+  }
+  return kDepthUnit * mixed;
+}
+
+/// Trilinear mix of the tissues around a voxel position: ln Z, loss. @param here  word of the nearest voxel
+vec2 mixed_tissues(vec3 q, uint here, int body, bool gel) {
   vec3 base = floor(q);
   vec3 f = q - base;
   TissueRow row = tissues[tissue_of(here, body, gel)];
   int corners = clearance_of(here) >= 2 ? 0 : 8;
-  vec3 mixed = corners == 0 ? vec3(row.log_impedance, row.loss, row.texture) : vec3(0.0);
+  vec2 mixed = corners == 0 ? vec2(row.log_impedance, row.loss) : vec2(0.0);
   for (int corner = 0; corner < corners; ++corner) {
     ivec3 d = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
     vec3 w = mix(1.0 - f, f, vec3(d));
     row = tissues[tissue_of(voxel_at(ivec3(base) + d), body, gel)];
-    mixed += w.x * w.y * w.z * vec3(row.log_impedance, row.loss, row.texture);
+    mixed += w.x * w.y * w.z * vec2(row.log_impedance, row.loss);
   }
   return mixed;
 }
@@ -87,7 +106,7 @@ void main() {
   vec3 voxel = voxel_position(position);
   uint here = voxel_at(ivec3(floor(voxel + 0.5)));
   int tissue = tissue_of(here, int(body), gel);
-  vec3 mixed = mixed_tissues(voxel, here, int(body), gel);
+  vec2 mixed = mixed_tissues(voxel, here, int(body), gel);
 
   vec3 lattice = speckle_lattice(position);
   int weights = s * kElevationRow;
@@ -122,18 +141,18 @@ void main() {
     if (kLooks > 2) sum2 += w * speckle_of_look(2u, texel);
   }
 
-  uint texel = slow_texel(lattice);
-  float texture_gain = 1.0;
-  if (kTextured) {
-    float slow = slow_pair(texel).x;
-    float triads = mixed.z > 0.0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5, slow) : 0.0;
-    texture_gain = exp(mixed.z * slow + triads * kTriadDb * kDbToNepers);
+  float layering = kLayered ? tissues[tissue].layering : 0.0;
+  if (layering > 0.0) {
+    float finer = kTextureFwhm / kLayerFwhm;
+    lattice = finer / layering * lattice +
+              (finer - finer / layering) / kSpeckleSpacing * layer_depth(voxel) * vec3(kLayerX, kLayerY, kLayerZ);
   }
   int index = polar_index(l, s);
-  echo[index] = texture_gain * sum0;
-  if (kLooks > 1) echo[index + polar_size()] = texture_gain * sum1;
-  if (kLooks > 2) echo[index + 2 * polar_size()] = texture_gain * sum2;
+  echo[index] = sum0;
+  if (kLooks > 1) echo[index + polar_size()] = sum1;
+  if (kLooks > 2) echo[index + 2 * polar_size()] = sum2;
   log_impedance[index] = mixed.x;
   loss[index] = mixed.y * frame.sample_pitch;
-  found[index] = texel | uint(tissue) << kTexelBits;
+  found[index] = slow_texel(lattice) | uint(tissue) << kTexelBits;
+  if (tissues[tissue].mirror + tissues[tissue].ring_down > 0.0) atomicMin(fronts[l], uint(s));
 }

@@ -213,6 +213,7 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
     scene.tissues = std::move(table.tissues);
     scene.tissue_table = scenario.tissues;
     scene.tissue_surfaces = std::move(table.surfaces);
+    scene.tissue_walls = std::move(table.walls);
   }
   if (!scenario.needle.empty()) scene.needle = read_json(scenario.needle, read_needle, problems);
   if (!scenario.probe.empty()) scene.probe = read_json(scenario.probe, read_probe, problems);

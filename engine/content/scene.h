@@ -26,6 +26,19 @@ struct Acoustics {
   double attenuation_db_per_cm_mhz = 0.5;  ///< one way
   double backscatter_db = 0;               ///< relative to liver
   double texture_db = 0;                   ///< rms of the slow brightness variation
+  double layering = 0;   ///< times that the texture is longer along the layers of the body than across; 0: isotropic
+  double septa_db = 0;   ///< thin bright sheets between lobules and fascicles, over the tissue; 0: none
+  double triads_db = 0;  ///< bright portal triads of liver, over the tissue; 0: none
+  double mirror = 0;     ///< gas: amplitude of the image of what lies in front, mirrored in its surface; 0: none
+  double ring_down = 0;  ///< froth: amplitude of a reverberation over the one before; 0: none
+};
+
+/// A sheath thinner than the meshes: what `outside` is next to `inside`, one voxel thick, is `wall`. Seen by
+/// ultrasound only. Indices into Scene::tissues.
+struct TissueWall {
+  int outside = 0;
+  int inside = 0;
+  int wall = 0;
 };
 
 /// One row of content/tissues.json, as a scene uses it. Index in Scene::tissues = label in LabelVolume.
@@ -186,7 +199,8 @@ struct Scene {
   Eigen::Isometry3d room_from_patient = Eigen::Isometry3d::Identity();
   std::vector<Tissue> tissues;                          ///< [0] is "outside" (air / gel)
   std::vector<physics::TissueSurface> tissue_surfaces;  ///< between two tissues, where the table says so
-  std::vector<DeformableBody> bodies;                   ///< at most physics::kMaxBodies
+  std::vector<TissueWall> tissue_walls;
+  std::vector<DeformableBody> bodies;  ///< at most physics::kMaxBodies
   std::vector<Surface> surfaces;
   LabelVolume labels;
   Needle needle;

@@ -9,7 +9,7 @@
 namespace stylet::content {
 namespace {
 
-constexpr std::array<TissueKey, 14> kKeys{{
+constexpr std::array<TissueKey, 19> kKeys{{
     {"mechanics",
      "young_modulus_pa",
      "youngsModulus",
@@ -72,6 +72,11 @@ constexpr std::array<TissueKey, 14> kKeys{{
      [](Tissue& t) -> double& { return t.acoustics.attenuation_db_per_cm_mhz; }},
     {"acoustics", "backscatter_db", "", {-200, 60}, [](Tissue& t) -> double& { return t.acoustics.backscatter_db; }},
     {"acoustics", "texture_db", "", {0, 20}, [](Tissue& t) -> double& { return t.acoustics.texture_db; }},
+    {"acoustics", "layering", "", {0, 30}, [](Tissue& t) -> double& { return t.acoustics.layering; }, false},
+    {"acoustics", "septa_db", "", {0, 40}, [](Tissue& t) -> double& { return t.acoustics.septa_db; }, false},
+    {"acoustics", "triads_db", "", {0, 40}, [](Tissue& t) -> double& { return t.acoustics.triads_db; }, false},
+    {"acoustics", "mirror", "", {0, 1}, [](Tissue& t) -> double& { return t.acoustics.mirror; }, false},
+    {"acoustics", "ring_down", "", {0, 0.95}, [](Tissue& t) -> double& { return t.acoustics.ring_down; }, false},
 }};
 
 constexpr std::array<std::string_view, 3> kGroups{"mechanics", "needle", "acoustics"};
@@ -97,7 +102,8 @@ Tissue read_row(const std::string& name, JsonObject row) {
   return tissue;
 }
 
-physics::TissueSurface read_surface(JsonObject& object, const std::vector<Tissue>& tissues) {
+void read_surface(JsonObject& object, TissueTable& table) {
+  const std::vector<Tissue>& tissues = table.tissues;
   physics::TissueSurface surface;
   const std::vector<std::string> between = object.texts("between");
   if (between.size() == 2 && between[0] != between[1]) {
@@ -114,9 +120,16 @@ physics::TissueSurface read_surface(JsonObject& object, const std::vector<Tissue
     object.problem("between", "is not two different tissues");
   }
   surface.puncture_force = object.number("puncture_force_n", {0, 100});
+  if (const std::string name = object.text("wall", ""); !name.empty()) {
+    const int wall = find_tissue(tissues, name);
+    if (wall < 0) {
+      object.problem("wall", fmt::format("names the tissue \"{}\", which is not in this table; correct it", name));
+    }
+    table.walls.push_back({.outside = surface.from, .inside = surface.to, .wall = std::max(wall, 0)});
+  }
   object.ignore("source");
   object.finish();
-  return surface;
+  table.surfaces.push_back(surface);
 }
 
 }  // namespace
@@ -148,7 +161,7 @@ TissueTable read_tissues(JsonFile& file) {
     // A label is a byte, and glTF materials may add rows.
     if (tissues.size() > 200) table->problem("", fmt::format("has {} tissues, the limit is 200", tissues.size()));
   }
-  for (JsonObject& object : root.objects("surfaces", false)) read.surfaces.push_back(read_surface(object, tissues));
+  for (JsonObject& object : root.objects("surfaces", false)) read_surface(object, read);
   root.finish();
   return read;
 }

@@ -28,6 +28,7 @@ struct TissueKey {
 struct TissueTable {
   std::vector<Tissue> tissues;
   std::vector<physics::TissueSurface> surfaces;
+  std::vector<TissueWall> walls{};
 };
 
 /// Every number a tissue has, by group.

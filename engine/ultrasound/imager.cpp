@@ -6,6 +6,7 @@
 #include "shaders/ultrasound_attenuate.comp.h"
 #include "shaders/ultrasound_axial.comp.h"
 #include "shaders/ultrasound_detect.comp.h"
+#include "shaders/ultrasound_gas.comp.h"
 #include "shaders/ultrasound_interface.comp.h"
 #include "shaders/ultrasound_label_map.comp.h"
 #include "shaders/ultrasound_lateral.comp.h"
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -29,7 +31,7 @@ using gpu::Slot;
 using gpu::write;
 
 static_assert(sizeof(CutTet) == 96 && sizeof(NeedleSegment) == 32 && sizeof(WireSegment) == 32 &&
-              sizeof(TissueRow) == 16);
+              sizeof(TissueRow) == 48);
 
 constexpr std::uint32_t kGroup = 64;  ///< local_size_x of the passes over samples
 constexpr std::uint32_t kLateralGroup = 16;
@@ -62,6 +64,7 @@ struct Imager::Passes {
   ComputePipeline tissue;
   ComputePipeline interfaces;
   ComputePipeline needle;
+  ComputePipeline gas;
   ComputePipeline attenuate;
   ComputePipeline lateral;
   ComputePipeline axial;
@@ -71,6 +74,7 @@ struct Imager::Passes {
   // Of the scene.
   Buffer tissues;
   Buffer voxels;
+  Buffer depths;
   Buffer speckle;
   Buffer lateral_weights;
   Buffer axial_weights;
@@ -90,10 +94,12 @@ struct Imager::Passes {
   Buffer log_impedance;
   Buffer loss;
   Buffer found;
+  Buffer fronts;  ///< of gas: first sample in it, [line]
   Buffer envelope;
   Buffer display;
   gpu::Image picture;
   gpu::Timestamps times;
+  std::vector<std::uint32_t> no_fronts;  ///< where no line meets gas
   // Made when labels are asked for the first time.
   std::optional<ComputePipeline> label_map;
   std::optional<Buffer> labels;
@@ -103,16 +109,18 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
     : device(device_),
       model(scene, settings),
       tissue(device, ultrasound_tissue_comp,
-             interface(model, 11,
+             interface(model, 13,
                        {{1, Slot::texel_buffer},
                         {3, Slot::texel_buffer},
                         {4, Slot::uniform_buffer},
                         {5, Slot::texel_buffer},
                         {6, Slot::texel_buffer},
-                        {7, Slot::texel_buffer}})),
+                        {7, Slot::texel_buffer},
+                        {12, Slot::texel_buffer}})),
       interfaces(device, ultrasound_interface_comp,
-                 interface(model, 5, {{1, Slot::texel_buffer}, {2, Slot::texel_buffer}})),
+                 interface(model, 6, {{1, Slot::texel_buffer}, {2, Slot::texel_buffer}, {6, Slot::uniform_buffer}})),
       needle(device, ultrasound_needle_comp, interface(model, 5)),
+      gas(device, ultrasound_gas_comp, interface(model, 6, {{1, Slot::texel_buffer}, {6, Slot::uniform_buffer}})),
       attenuate(device, ultrasound_attenuate_comp, interface(model, 3, {{1, Slot::texel_buffer}})),
       lateral(device, ultrasound_lateral_comp, interface(model, 3, {{2, Slot::texel_buffer}})),
       axial(device, ultrasound_axial_comp, interface(model, 3, {{2, Slot::texel_buffer}})),
@@ -121,6 +129,7 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
                    interface(model, 3, {{1, Slot::texel_buffer}, {2, Slot::storage_image}})),
       tissues(device, kTissueRows * sizeof(TissueRow), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
       voxels(storage(device, model.voxels().size() * sizeof(std::uint16_t), VK_FORMAT_R16_UINT)),
+      depths(storage(device, model.layers().depth.size() * sizeof(std::uint16_t), VK_FORMAT_R16_UINT)),
       speckle(storage(device, model.speckle().texels.size() * sizeof(SpeckleField::Texel), VK_FORMAT_R8G8_SNORM)),
       lateral_weights(storage(device, model.beam().lateral.size() * sizeof(float))),
       axial_weights(storage(device, model.beam().axial.size() * sizeof(float))),
@@ -138,15 +147,19 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
       log_impedance(storage(device, polar_size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
       loss(storage(device, polar_size() * sizeof(float))),
       found(storage(device, polar_size() * sizeof(std::uint32_t))),
+      fronts(storage(device, model.scan().lines * sizeof(std::uint32_t))),
       envelope(storage(device, polar_size() * sizeof(float))),
       display(storage(device, polar_size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
       picture(device, {.width = static_cast<std::uint32_t>(settings.width),
                        .height = static_cast<std::uint32_t>(settings.height),
                        .format = VK_FORMAT_R8G8B8A8_UNORM,
                        .usage = gpu::kStorageUsage}),
-      times(device, 16) {
-  gpu::run_now(
-      device, [this](gpu::Commands& commands) { commands.upload(voxels, std::as_bytes(std::span(model.voxels()))); });
+      times(device, 16),
+      no_fronts(static_cast<std::size_t>(model.scan().lines), std::numeric_limits<std::uint32_t>::max()) {
+  gpu::run_now(device, [this](gpu::Commands& commands) {
+    commands.upload(voxels, std::as_bytes(std::span(model.voxels())));
+    if (!model.layers().depth.empty()) commands.upload(depths, std::as_bytes(std::span(model.layers().depth)));
+  });
 }
 
 /// The tables that the controls and the tissue table change. @return  whether they have
@@ -182,6 +195,7 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
     commands.upload(speckle, std::as_bytes(std::span(model.speckle().texels)));
   }
   commands.upload(frame, std::as_bytes(std::span(&c, 1)));
+  commands.upload(fronts, std::as_bytes(std::span(no_fronts)));
   tets.upload(commands, model.slice().tets());
   tile_starts.upload(commands, model.slice().starts());
   tile_entries.upload(commands, model.slice().entries());
@@ -194,13 +208,13 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
       tissue,
       {read(0, frame), read(1, tets.buffer()), read(2, tile_starts.buffer()), read(3, tile_entries.buffer()),
        read(4, tissues), read(5, voxels), read(6, speckle), read(7, elevation_weights), write(8, echo),
-       write(9, log_impedance), write(10, loss), write(11, found)},
+       write(9, log_impedance), write(10, loss), write(11, found), read(12, depths), write(13, fronts)},
       {static_cast<std::uint32_t>(model.slice().columns()), rows, 1});
   times.mark(commands, "tissue");
-  commands.dispatch(
-      interfaces,
-      {read(0, frame), read(1, speckle), read(2, log_impedance), read(3, found), write(4, echo), write(5, loss)},
-      samples);
+  commands.dispatch(interfaces,
+                    {read(0, frame), read(1, speckle), read(2, log_impedance), read(3, found), write(4, echo),
+                     write(5, loss), read(6, tissues)},
+                    samples);
   times.mark(commands, "interfaces");
   if (!model.thin_tiles().empty()) {
     commands.dispatch(needle,
@@ -209,6 +223,11 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
                       {static_cast<std::uint32_t>(model.thin_tiles().size()), 1, 1});
   }
   times.mark(commands, "needle");
+  commands.dispatch(gas,
+                    {read(0, frame), read(1, speckle), read(2, fronts), read(3, found), write(4, echo),
+                     write(5, loss), read(6, tissues)},
+                    {groups(c.lines, kLineGroup), 1, 1});
+  times.mark(commands, "gas");
   commands.dispatch(attenuate, {read(0, frame), read(1, speckle), read(2, loss), write(3, echo)},
                     {groups(c.lines, kLineGroup), 1, 1});
   times.mark(commands, "attenuate");

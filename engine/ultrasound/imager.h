@@ -3,7 +3,7 @@
 // The image plane cuts the deformed tetrahedra; every sample of every scan line is carried back to rest space, where
 // the tissue labels and the speckle live, so that both follow the tissue. The chain is that of engine/ultrasound/
 // reference_image.h, pass by pass, one shader each (shaders/ultrasound_*.comp):
-//   tissue -> interface -> needle -> attenuate -> lateral -> axial -> detect -> scan conversion
+//   tissue -> interface -> needle -> gas -> attenuate -> lateral -> axial -> detect -> scan conversion
 #pragma once
 
 #include "engine/content/scene.h"

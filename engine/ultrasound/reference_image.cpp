@@ -33,6 +33,8 @@ ReferenceImager::ReferenceImager(const content::Scene& scene, const ImagerSettin
   const std::size_t size = static_cast<std::size_t>(lines_) * samples_;
   rest_.resize(size);
   mix_.resize(size);
+  found_.resize(size);
+  fronts_.resize(static_cast<std::size_t>(lines_));
   for (int k = 0; k < looks_; ++k) {
     echo_[k].resize(size);
     scratch_[k].resize(size);
@@ -51,6 +53,8 @@ const std::vector<std::uint8_t>& ReferenceImager::image(const state::FrameState&
   make_echoes();
   add_needle();
   add_wires();
+  find_gas();
+  add_gas();
   attenuate();
   convolve();
   detect();
@@ -92,10 +96,10 @@ Eigen::Vector3f ReferenceImager::voxel_position(const Eigen::Vector3f& rest) con
 
 std::uint32_t ReferenceImager::voxel_at(const Eigen::Vector3i& voxel) const {
   const FrameConstants& c = model_.constants();
-  const bool outside = voxel.x() < 0 || voxel.y() < 0 || voxel.z() < 0 || voxel.x() >= c.label_nx ||
-                       voxel.y() >= c.label_ny || voxel.z() >= c.label_nz;
-  if (outside) return 0;
-  return model_.voxels()[(static_cast<std::size_t>(voxel.z()) * c.label_ny + voxel.y()) * c.label_nx + voxel.x()];
+  const Eigen::Array3i last(c.label_nx - 1, c.label_ny - 1, c.label_nz - 1);
+  const Eigen::Array3i v = voxel.array().max(0).min(last);
+  if (((voxel.array() - v).abs() > kBeyond).any()) return 0;
+  return model_.voxels()[(static_cast<std::size_t>(v.z()) * c.label_ny + v.y()) * c.label_nx + v.x()];
 }
 
 int ReferenceImager::tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const {
@@ -108,12 +112,23 @@ int ReferenceImager::tissue_at(const Eigen::Vector3i& voxel, int body, bool gel)
   return label == 0 && gel ? c.gel_tissue : label;
 }
 
-Eigen::Vector3i ReferenceImager::cell_at(const Eigen::Vector3f& x) {
+Eigen::Vector3f ReferenceImager::lattice_at(const Eigen::Vector3f& x) {
   const float scale = 1.0F / kSpeckleSpacing;
-  const Eigen::Array3f lattice = scale * Eigen::Array3f(kSpeckleX0 * x.x() + kSpeckleX1 * x.y() + kSpeckleX2 * x.z(),
-                                                        kSpeckleY0 * x.x() + kSpeckleY1 * x.y() + kSpeckleY2 * x.z(),
-                                                        kSpeckleZ0 * x.x() + kSpeckleZ1 * x.y() + kSpeckleZ2 * x.z());
-  return lattice.floor().cast<int>();
+  return scale * Eigen::Vector3f(kSpeckleX0 * x.x() + kSpeckleX1 * x.y() + kSpeckleX2 * x.z(),
+                                 kSpeckleY0 * x.x() + kSpeckleY1 * x.y() + kSpeckleY2 * x.z(),
+                                 kSpeckleZ0 * x.x() + kSpeckleZ1 * x.y() + kSpeckleZ2 * x.z());
+}
+
+std::size_t ReferenceImager::slow_texel(const Eigen::Vector3f& rest, int tissue) const {
+  Eigen::Vector3f lattice = lattice_at(rest);
+  const float layering = textured_ * model_.tissues()[tissue].layering;
+  if (layering > 0) {
+    const float finer = kTextureFwhm / kLayerFwhm;
+    lattice = finer / layering * lattice + (finer - finer / layering) / kSpeckleSpacing *
+                                               model_.layers().at(voxel_position(rest)) *
+                                               Eigen::Vector3f(kLayerX, kLayerY, kLayerZ);
+  }
+  return SpeckleField::slow_texel(lattice.array().floor().matrix().cast<int>());
 }
 
 void ReferenceImager::mix_tissues() {
@@ -124,7 +139,7 @@ void ReferenceImager::mix_tissues() {
       const Eigen::Vector3f q = voxel_position(rest.position);
       const Eigen::Vector3f base = q.array().floor();
       const Eigen::Vector3f f = q - base;
-      Mix mix{0, 0, 0};
+      Mix mix{0, 0};
       for (int corner = 0; corner < 8; ++corner) {
         const Eigen::Vector3i d(corner & 1, (corner >> 1) & 1, corner >> 2);
         float w = 1;
@@ -132,9 +147,10 @@ void ReferenceImager::mix_tissues() {
         const TissueRow& row = model_.tissues()[tissue_at(base.cast<int>() + d, rest.body, gel)];
         mix.log_impedance += w * row.log_impedance;
         mix.loss += w * row.loss;
-        mix.texture += w * row.texture;
       }
       mix_[index(l, s)] = mix;
+      const Eigen::Vector3f nearest = (q.array() + 0.5F).floor();
+      found_[index(l, s)] = tissue_at(nearest.cast<int>(), rest.body, gel);
     }
   }
 }
@@ -172,11 +188,14 @@ void ReferenceImager::make_echoes() {
         const float w = elevation[std::abs(off)] * row.backscatter * 0.70710678F;
         for (int k = 0; k < looks_; ++k) sum[k] += w * model_.speckle().look(k, texel);
       }
-      const std::size_t here = SpeckleField::slow_texel(cell_at(rest.position));
-      const Complex texture_and_beads = model_.speckle().slow(here);
+      const TissueRow& row = model_.tissues()[found_[index(l, s)]];
+      const std::size_t here = slow_texel(rest.position, found_[index(l, s)]);
+      const Complex texture_and_beads = textured_ * model_.speckle().slow(here);
       const float slow = texture_and_beads.real();
-      const float triads = mix.texture > 0 ? smoothstep(kTriadThreshold, kTriadThreshold + 0.5F, slow) : 0.0F;
-      const float texture = std::exp(textured_ * (mix.texture * slow + triads * kTriadDb * 0.115129255F));
+      const float triads = smoothstep(kTriadThreshold, kTriadThreshold + kTriadEdge, slow);
+      const float septa = std::exp(-slow * slow / (kSeptumWidth * kSeptumWidth)) *
+                          smoothstep(kSeptumGap, kSeptumGap + 1, texture_and_beads.imag());
+      const float texture = std::exp(textured_ * (row.texture * slow + row.triads * triads + row.septa * septa));
 
       // Interfaces: the jump of ln Z along the beam, and the angle from the corners of a wider square.
       const float jump = (log_impedance(l, s + 1) - log_impedance(l, s - 1)) / (2 * c.sample_pitch) * ramp;
@@ -192,7 +211,7 @@ void ReferenceImager::make_echoes() {
       const float cosine = slope > 1e-3F ? std::abs(along) / slope : 1.0F;
       const float reflection = std::tanh(0.5F * std::abs(jump));
       const float total = std::tanh(0.5F * slope * ramp);
-      const float beads = std::exp((textured_ * kBeadDb * texture_and_beads.imag() - kBeadDb) * 0.115129255F);
+      const float beads = std::exp((kBeadDb * texture_and_beads.imag() - kBeadDb) * 0.115129255F);
       const float mirror = kInterfaceGain * reflection * std::pow(cosine, kInterfaceExponent) * beads;
       const float diffuse = kInterfaceGain * total * kInterfaceDiffuse;
       for (int k = 0; k < looks_; ++k) {
@@ -300,14 +319,31 @@ void ReferenceImager::attenuate() {
   const FrameConstants& c = model_.constants();
   for (int l = 0; l < lines_; ++l) {
     float lost = 0;
+    if (textured_ != 0) {  // what is wrong with the contact belongs to the skin
+      const Eigen::Vector2f face = model_.scan().position(l, -0.5).cast<float>();
+      const Eigen::Vector3f skin = xyz(c.origin) + face.x() * xyz(c.lateral) + face.y() * xyz(c.axial);
+      const Eigen::Vector3f cell = (kContactStretch * lattice_at(skin)).array().floor();
+      lost = kContactDb * 0.115129255F * model_.speckle().slow(SpeckleField::slow_texel(cell.cast<int>())).imag();
+    }
     for (int s = 0; s < samples_; ++s) {
       const std::size_t i = index(l, s);
       const float transmission = std::exp(-(lost + 0.5F * loss_[i]));
       lost += loss_[i];
       for (int k = 0; k < looks_; ++k) echo_[k][i] *= transmission;
+    }
+    if (c.haze == 0) continue;
+    const float fresh = 1 - std::exp(-c.sample_pitch / kClutterLength);
+    float above = 0;
+    for (int s = 0; s < samples_; ++s) {
+      const std::size_t i = index(l, s);
       const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
-      if (c.haze == 0 || range >= kHazeDepth) continue;
-      const float haze = kHazeNear * std::exp(-range / kHazeNearDecay) + kHazeFar * std::exp(-range / kHazeFarDecay);
+      float haze = kClutter * above;
+      if (range < kHazeDepth) {
+        haze += kHazeNear * std::exp(-range / kHazeNearDecay) + kHazeFar * std::exp(-range / kHazeFarDecay);
+      }
+      const float level = std::abs(echo_[0][i]);
+      above += fresh * (level - above);
+      if (haze < kLeastHaze * level) continue;
       // Fixed to the probe and smeared along the face.
       const Eigen::Vector2f p = model_.scan().position(l, s).cast<float>();
       const std::size_t texel = SpeckleField::texel(cell_at({0.2F * p.x(), 0.0F, range}));

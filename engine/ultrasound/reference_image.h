@@ -2,12 +2,12 @@
 //
 //   tissue     (line, sample) -> rest position X and dX/dy across the plane; trilinear mix of the labels around X;
 //              backscatter * speckle over the slice thickness        (slice, follow_breath, mix_tissues, make_echoes)
-//   interface  echoes from the gradient of ln Z, and what they take from the beam                      (make_echoes)
-//   needle     analytic echoes of the shaft and tip, reverberation, shadow
-//   attenuate  two-way amplitude exp(-sum of loss) along each line
-//   lateral, axial   separable Gaussian point-spread function, complex
-//   detect     receiver noise, compounding of looks, envelope, depth gain, log compression, persistence
-//   scan conversion  polar to picture, grey map, depth scale
+//   interface  texture of the tissue; echoes from the gradient of ln Z, and what they take from the beam
+//   (make_echoes) needle     analytic echoes of the shaft and tip, reverberation, shadow gas        what is shown
+//   behind it: mirror image, echoes between surface and face, ringing froth attenuate  two-way amplitude exp(-sum of
+//   loss) along each line; haze and clutter lateral, axial   separable Gaussian point-spread function, complex detect
+//   receiver noise, compounding of looks, envelope, depth gain, log compression, persistence scan conversion  polar
+//   to picture, grey map, depth scale
 #pragma once
 
 #include "engine/ultrasound/diagnosis.h"
@@ -56,7 +56,7 @@ private:
     bool in_sector;
   };
   struct Mix {
-    float log_impedance, loss, texture;
+    float log_impedance, loss;
   };
 
   void slice();
@@ -67,6 +67,10 @@ private:
   void each_thin_sample(Visit&& visit) const;
   void add_needle();
   void add_wires();
+  void find_gas();
+  void add_gas();
+  void add_gas(int line);
+  int edge_of_surface(int line, int step, int reach) const;
   void attenuate();
   void convolve();
   void detect();
@@ -77,7 +81,12 @@ private:
   Eigen::Vector3f voxel_position(const Eigen::Vector3f& rest) const;
   std::uint32_t voxel_at(const Eigen::Vector3i& voxel) const;
   int tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const;
-  static Eigen::Vector3i cell_at(const Eigen::Vector3f& rest);  ///< of the speckle lattice
+  static Eigen::Vector3f lattice_at(const Eigen::Vector3f& rest);  ///< speckle lattice, texels
+  static Eigen::Vector3i cell_at(const Eigen::Vector3f& rest) {
+    return lattice_at(rest).array().floor().matrix().cast<int>();
+  }
+  /// Texel of the slow fields for tissue of row `tissue`.
+  std::size_t slow_texel(const Eigen::Vector3f& rest, int tissue) const;
   std::size_t index(int line, int sample) const { return static_cast<std::size_t>(sample) * lines_ + line; }
 
   ScanModel model_;
@@ -87,6 +96,8 @@ private:
   float textured_;                       ///< 1 shows slow texture, triads and beads, 0 does not
   std::vector<PlaneSlice::Place> rest_;  ///< body -1: none
   std::vector<Mix> mix_;
+  std::vector<int> found_;   ///< row of the tissue table
+  std::vector<int> fronts_;  ///< first sample in gas of each line; as many as there are samples: none
   std::array<std::vector<Complex>, kMaxLooks> echo_;
   std::array<std::vector<Complex>, kMaxLooks> scratch_;
   std::vector<float> loss_;  ///< nepers of a sample

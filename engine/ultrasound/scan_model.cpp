@@ -27,7 +27,15 @@ TissueRow tissue_row(const content::Acoustics& acoustics, double frequency_mhz) 
   return {.log_impedance = static_cast<float>(std::log(acoustics.impedance_rayl)),
           .loss = static_cast<float>(nepers(db_per_m)),
           .backscatter = static_cast<float>(amplitude(acoustics.backscatter_db)),
-          .texture = static_cast<float>(nepers(acoustics.texture_db))};
+          .texture = static_cast<float>(nepers(acoustics.texture_db)),
+          .layering = static_cast<float>(acoustics.layering),
+          .septa = static_cast<float>(nepers(acoustics.septa_db)),
+          .triads = static_cast<float>(nepers(acoustics.triads_db)),
+          .mirror = static_cast<float>(acoustics.mirror),
+          .ring_down = static_cast<float>(acoustics.ring_down),
+          .unused0 = 0,
+          .unused1 = 0,
+          .unused2 = 0};
 }
 
 vec4 as_vec4(const Eigen::Vector3f& v, float w = 0) {
@@ -83,6 +91,7 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
       controls_(ScannerControls::of(scene.probe, settings.persistence)),
       speckle_(settings.seed),
       voxels_(voxel_words(scene)),
+      layers_(LayerDepth::of(scene, voxels_)),
       slice_(ScanGeometry::of(scene.probe, settings.line_oversampling), scene.bodies) {
   for (const content::Tissue& tissue : scene.tissues) acoustics_.push_back(tissue.acoustics);
   // Label 0 is the outside. Air, unless it is the gel in front of the skin.
@@ -94,6 +103,7 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
     return acoustics;
   };
   acoustics_[0] = medium(kAirImpedance, kAirAttenuation, kNoBackscatterDb);
+  acoustics_[0].mirror = kAirMirror;
   constants_.gel_tissue = static_cast<int>(acoustics_.size());
   acoustics_.push_back(medium(kGelImpedance, kGelAttenuation, kNoBackscatterDb));
   constants_.filler_tissue = static_cast<int>(acoustics_.size());
@@ -111,6 +121,9 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   c.label_y = labels.origin.y();
   c.label_z = labels.origin.z();
   c.label_spacing = labels.spacing;
+  c.depth_nx = layers_.size.x();
+  c.depth_ny = layers_.size.y();
+  c.depth_nz = layers_.size.z();
   c.needle_radius = static_cast<float>(0.5 * scene.needle.outer_diameter);
   c.noise = static_cast<float>(amplitude(settings.noise_db));
   c.gradient_reach = std::max(kGradientReach, 0.5F * labels.spacing);
@@ -126,7 +139,7 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
 std::vector<std::uint32_t> ScanModel::switches() const {
   const auto flag = [](bool on) { return on ? 1U : 0U; };
   return {static_cast<std::uint32_t>(settings_.looks), flag(settings_.texture), flag(constants_.breath.w >= 0),
-          flag(constants_.face_radius != 0)};
+          flag(constants_.face_radius != 0), flag(settings_.texture && constants_.depth_nx > 0)};
 }
 
 std::string ScanModel::set_controls(ScannerControls controls) {

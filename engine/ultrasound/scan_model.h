@@ -5,6 +5,7 @@
 #include "engine/content/scene.h"
 #include "engine/state/frame_state.h"
 #include "engine/ultrasound/beam_profile.h"
+#include "engine/ultrasound/layer_depth.h"
 #include "engine/ultrasound/plane_slice.h"
 #include "engine/ultrasound/scan_geometry.h"
 #include "engine/ultrasound/scanner_controls.h"
@@ -66,6 +67,7 @@ public:
   const std::vector<TissueRow>& tissues() const { return tissues_; }
   /// engine/ultrasound/voxel_words.h
   const std::vector<std::uint16_t>& voxels() const { return voxels_; }
+  const LayerDepth& layers() const { return layers_; }
 
   /// All pixels, kPixels of a row at a time: first of them | row << 16. The first sector_runs() show the sector.
   const std::vector<std::uint32_t>& picture_runs() const { return runs_; }
@@ -107,6 +109,7 @@ private:
   SpeckleField speckle_;
   std::vector<TissueRow> tissues_;
   std::vector<std::uint16_t> voxels_;
+  LayerDepth layers_;
   PlaneSlice slice_;
   std::vector<NeedleSegment> needle_;
   std::vector<WireSegment> wires_;

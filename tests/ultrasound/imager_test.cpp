@@ -184,7 +184,7 @@ TEST(Imager, KeepsValidationSilent) {
     device.wait_idle();
     imager.read_back();
     imager.read_back_envelope();
-    EXPECT_EQ(imager.pass_times().size(), 9U);
+    EXPECT_EQ(imager.pass_times().size(), 10U);
   }
   EXPECT_EQ(messages.load(), 0U);
 }

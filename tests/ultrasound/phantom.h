@@ -18,6 +18,8 @@ enum PhantomTissue : std::uint8_t {
   kBright,  ///< background + 6 dB
   kDark,    ///< background - 8 dB
   kWall,    ///< fibrous: higher impedance and backscatter
+  kMuscle,  ///< layered, with septa
+  kFroth,   ///< gas bubbles
   kPhantomTissues,
 };
 

@@ -129,6 +129,12 @@ double peritoneal_space(const Vector3& x) {
   return smooth_max(torso::inner_distance(x, 23.0_mm), box, 8.0_mm);
 }
 
+double lung(const Vector3& x) {
+  constexpr double kInDiaphragm = 3.0_mm;  // the middle of its sheet, 1.3 to 4.8 mm over the subphrenic space
+  constexpr double kBase = 15.0_mm;        // quiet breathing leaves the recess beside the liver empty
+  return std::max({peritoneal_space(x), kInDiaphragm - torso::subphrenic(x), kBase - x.y()});
+}
+
 LiverVessels liver_vessels() {
   struct Trunk {
     std::vector<Vector3> knots;

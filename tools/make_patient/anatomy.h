@@ -14,6 +14,8 @@ double kidney_sinus(const Vector3& x);
 double vena_cava(const Vector3& x);  ///< without ends
 double tumour(const Vector3& x);
 double peritoneal_space(const Vector3& x);
+/// The right lung, over the diaphragm, whose sheet it reaches into.
+double lung(const Vector3& x);
 
 inline constexpr double kGallbladderWall = 2.0_mm;
 inline constexpr double kTumourRadius = 11.3_mm;

@@ -52,6 +52,8 @@ std::vector<Organ> make_organs() {
   std::vector<Organ> organs;
   organs.push_back({"peritoneal_fat", "region", "peritoneal_fat", "",
                     contour(anatomy::peritoneal_space, box(mm(-150, -120, -110), mm(90, 95, 90)), 11.0_mm, 4000)});
+  organs.push_back({"lung_right", "region", "outside", "",
+                    contour(anatomy::lung, box(mm(-150, 10, -110), mm(90, 95, 90)), 5.0_mm, 6000)});
   organs.push_back({"intercostal_muscle", "region", "muscle", "", torso::intercostal_muscle()});
   organs.push_back({wall, "boundary", "muscle", wall, torso::wall_layer(0)});
   organs.push_back({"skin", "region", "skin", wall, torso::wall_layer(0, torso::kSkinEnd)});
