@@ -35,7 +35,7 @@ struct HidStylus::Link {
 
 std::unique_ptr<HidStylus::Link> HidStylus::open(const std::string& path) const {
   const ReportDescriptor descriptor =
-      with_vendor_reports(parse_report_descriptor(report_descriptor(path)), settings_.profile);
+      with_vendor_reports(parse_report_descriptor(hid::report_descriptor(path)), settings_.profile);
   auto link = std::make_unique<Link>(path, descriptor, settings_.profile);
   if (!link->map.usable()) throw HidError(fmt::format("{}: {}", path, link->map.reason()));
   return link;
@@ -43,6 +43,7 @@ std::unique_ptr<HidStylus::Link> HidStylus::open(const std::string& path) const 
 
 HidStylus::HidStylus(const HidStylusSettings& settings) : settings_(settings), name_(title(settings.device)) {
   std::unique_ptr<Link> link = open(settings.device.path);
+  descriptor_ = hid::report_descriptor(settings.device.path);
   kind_ = link->map.kind();
   limits_ = limits_in_patient_frame(link->output.limits(), settings.workspace.scale);
   follower_ = std::make_unique<HandFollower>(FollowSettings{.kind = kind_,
@@ -103,7 +104,10 @@ void HidStylus::serve(Link& link, const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     int size = link.transport.read(report, kReadTimeout);
     for (int k = 0; size > 0 && k < kMostQueued; ++k) {
-      stream.add(std::span(report).first(static_cast<std::size_t>(size)), clock_.now_ns());
+      const auto bytes = std::span(report).first(static_cast<std::size_t>(size));
+      const std::int64_t now_ns = clock_.now_ns();
+      stream.add(bytes, now_ns);
+      if (settings_.log != nullptr) settings_.log->add(now_ns, bytes);
       size = link.transport.read(report, 0);
     }
     if (size < 0) return;

@@ -6,6 +6,7 @@
 #include "haptic/hid/hand_follower.h"
 #include "haptic/hid/newest_value.h"
 #include "haptic/hid/pose_stream.h"
+#include "haptic/hid/report_log.h"
 #include "haptic/hid_devices.h"
 #include "haptic/paced_loop.h"
 
@@ -25,8 +26,9 @@ struct HidStylusSettings {
   RateSteering rate{};
   PenSteering pen{};
   std::uint32_t clutch = kSecondaryBarrelButton;
-  int fifo_priority = 81;  ///< of its threads, above the haptic thread's; 0: ordinary threads
-  double retry_s = 0.25;   ///< between looks for a device that has gone
+  int fifo_priority = 81;    ///< of its threads, above the haptic thread's; 0: ordinary threads
+  double retry_s = 0.25;     ///< between looks for a device that has gone
+  ReportLog* log = nullptr;  ///< takes every report; outlives the stylus
 };
 
 /// Any thread may read them.
@@ -48,6 +50,8 @@ public:
   std::string name() const override { return name_; }
   DeviceLimits limits() const override { return limits_; }
   DeviceKind kind() const { return kind_; }
+  /// As it was when the stylus was made.
+  const std::vector<std::uint8_t>& report_descriptor() const { return descriptor_; }
   /// @realtime reads the clock; no other system call
   StylusSample read(double now_s) override;
   /// @realtime at most a wake-up
@@ -67,6 +71,7 @@ private:
 
   HidStylusSettings settings_;
   std::string name_;
+  std::vector<std::uint8_t> descriptor_;
   DeviceKind kind_ = DeviceKind::kUnusable;
   DeviceLimits limits_;
   std::unique_ptr<HandFollower> follower_;  // haptic thread's

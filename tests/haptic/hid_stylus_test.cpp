@@ -4,9 +4,12 @@
 #include "tests/support/hid/stylus_firmware.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <memory>
 #include <thread>
 
@@ -99,9 +102,7 @@ TEST_F(HidStylusTest, EndsWithZeroForceAndMotorsOff) {
     EXPECT_EQ(events.back().kind, FirmwareEvent::kDisabled);
     EXPECT_EQ(events[events.size() - 2].kind, FirmwareEvent::kForce);
     EXPECT_TRUE(events[events.size() - 2].force.isZero(0));
-    EXPECT_EQ(firmware.count(FirmwareEvent::kTimeOut), 0u);
   });
-  EXPECT_TRUE(node.wait([&] { return true; }));
 }
 
 TEST_F(HidStylusTest, LoopThatStopsLeavesNoForce) {
@@ -109,6 +110,40 @@ TEST_F(HidStylusTest, LoopThatStopsLeavesNoForce) {
   ASSERT_TRUE(step_until([&] { return applied().norm() > 0.9; }));
   ASSERT_TRUE(node.wait([&] { return firmware.applied_force().isZero(0); }));
   EXPECT_TRUE(firmware.enabled());
+}
+
+// Its own process, so that it can be killed: pushes with 1 N until then.
+TEST(HidHost, DISABLED_PushesUntilKilled) {
+  const std::vector<HidDeviceSummary> devices = list_hid_devices();
+  ASSERT_FALSE(devices.empty());
+  HidStylus stylus({.device = devices[0], .fifo_priority = 0});
+  while (true) {
+    stylus.read(0);
+    stylus.write({0, 1, 0}, Vector3d::Zero());
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+TEST_F(HidStylusTest, KilledHostLeavesNoForceAfter20Milliseconds) {
+  const pid_t host = fork();
+  ASSERT_GE(host, 0);
+  if (host == 0) {
+    execl("/proc/self/exe", "host", "--gtest_also_run_disabled_tests", "--gtest_brief=1",
+          "--gtest_filter=HidHost.DISABLED_PushesUntilKilled", nullptr);
+    _exit(127);
+  }
+  const bool pushed = node.wait([&] { return firmware.applied_force().norm() > 0.9; });
+  ASSERT_EQ(kill(host, SIGKILL), 0);
+  ASSERT_EQ(waitpid(host, nullptr, 0), host);
+  ASSERT_TRUE(pushed);
+  ASSERT_TRUE(node.wait([&] { return firmware.applied_force().isZero(0); }));
+  node.with_device([&] {
+    const std::vector<FirmwareEvent>& events = firmware.events();
+    ASSERT_EQ(events.back().kind, FirmwareEvent::kTimeOut);
+    const FirmwareEvent& last = events[events.size() - 2];
+    EXPECT_TRUE(last.force.norm() > 0.9);  // the host said no good-bye
+    EXPECT_GE(events.back().time_ns - last.time_ns, 20'000'000);
+  });
 }
 
 TEST_F(HidStylusTest, PulledOutAndPutBackElsewhereItGoesOnWithoutAJump) {

@@ -25,7 +25,6 @@ namespace {
 
 constexpr std::uint64_t kRing = 63;  // usable of the 64 entries of hidraw
 constexpr std::int64_t kTick = 1'000'000;
-constexpr std::int64_t kMostBehind = 10;  // periods; a device that could not run skips reports, it sends no burst
 
 std::int64_t now() {
   timespec t{};
@@ -233,7 +232,7 @@ std::int64_t MockHidNode::serve(std::int64_t now_ns) {
   std::int64_t due = now_ns + kTick;
   if (settings_.streaming) {
     const std::int64_t period = to_ns(1 / settings_.rate_hz);
-    if (now_ns - next_report_ns_ > kMostBehind * period) next_report_ns_ = now_ns;
+    if (now_ns - next_report_ns_ > settings_.most_behind * period) next_report_ns_ = now_ns;
     for (; next_report_ns_ <= now_ns; next_report_ns_ += period) {
       std::array<std::uint8_t, kMostHidBytes> report;
       const std::size_t size = firmware_.input(next_report_ns_, report);

@@ -18,6 +18,7 @@ struct MockNodeSettings {
   int number = 0;         ///< N of /dev/hidrawN
   double rate_hz = 1000;  ///< of input reports
   bool streaming = true;  ///< from the beginning
+  int most_behind = 10;   ///< periods that it makes up for; a device that could not run longer skips reports
   int fifo_priority = 0;  ///< of the device's thread, where the system allows it; 0: an ordinary thread
   MockHidIdentity identity{};
 };
