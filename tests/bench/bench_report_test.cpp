@@ -1,6 +1,7 @@
 // What a bench reports: the shape of its JSON, the table, the quantiles; and `stylet bench paper` as a user runs it.
 #include "tests/bench/short_insertion.h"
 #include "tests/support/dense_algebra.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/bench/gauss_seidel.h"
 #include "tools/bench/haptic_cost.h"
@@ -16,6 +17,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <set>
 #include <string>
 
@@ -138,6 +140,26 @@ TEST(BenchCommand, WritesTheNumbersOfThePaperAsJson) {
   EXPECT_GT(value("table1.total.constraints.steps"), 100);
   for (const char* rows : {"rows.16.steps", "rows.64.steps", "rows.192.steps"}) EXPECT_GT(value(rows), 100) << rows;
   EXPECT_LT(value("rows.16.fraction_of_limit"), 1);
+}
+
+/// What depends on how busy this machine is (latency, deadlines) is measured and not judged here.
+TEST(HapticBench, ASessionWithTheMockedStylusGivesForceWithinLimits) {
+  if (support::kSanitized) GTEST_SKIP() << "real time";
+  const support::TemporaryFolder folder;
+  const auto file = folder.path() / "haptic.json";
+  const std::string command = std::string("'") + STYLET_COMMAND + "' bench haptic --quick --json '" + file.string() +
+                              "' --out '" + folder.path().string() + "' >/dev/null";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::ifstream in(file);
+  std::map<std::string, json> numbers;
+  for (const json& entry : json::parse(in)) numbers[entry.at("name")] = entry;
+  EXPECT_GT(numbers.at("reports.in.read").at("value").get<double>(), 100);
+  EXPECT_GT(numbers.at("forces.out.received").at("value").get<double>(), 100);
+  for (const char* name :
+       {"forces.out.lost", "forces.out.refused", "force.peak", "force.felt", "force.not_finite", "end.motors_off"}) {
+    EXPECT_TRUE(numbers.at(name).at("met").get<bool>()) << numbers.at(name);
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "haptic_latency.png"));
 }
 
 }  // namespace

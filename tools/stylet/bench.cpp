@@ -1,6 +1,7 @@
 // `stylet bench`: measurements of this machine and build, beside published figures and the bounds asked for.
 #include "engine/content/scenario.h"
 #include "tools/bench/coupling.h"
+#include "tools/bench/haptic.h"
 #include "tools/bench/line_compliance.h"
 #include "tools/bench/paper.h"
 #include "tools/bench/report.h"
@@ -44,6 +45,8 @@ constexpr std::array kBenches{
     Bench{"paper", "tables and figures of Martin, Zeng, Courtecuisse (IROS 2023) next to ours", bench::bench_paper},
     Bench{"coupling", "what the coupling stylet gains: smoothness, meshes, resistance, speed", bench::bench_coupling},
     Bench{"line-compliance", "sub-grid compliance against a resolved needle", bench::bench_line_compliance},
+    Bench{"haptic", "a session with a mocked stylus: reports lost, latency, limits of the force",
+          bench::bench_haptic},
     Bench{"ultrasound", "quality control of the image on a virtual phantom, and its speed", bench::bench_ultrasound},
 };
 

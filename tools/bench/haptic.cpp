@@ -1,0 +1,90 @@
+#include "tools/bench/haptic.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+namespace stylet::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Waits for the end of a program.
+void run_program(const fs::path& program, std::array<std::string, 3> arguments) {
+  std::string name = program.string();
+  std::array<char*, 5> argv{name.data(), arguments[0].data(), arguments[1].data(), arguments[2].data(), nullptr};
+  pid_t child = 0;
+  const int error = ::posix_spawn(&child, name.c_str(), nullptr, nullptr, argv.data(), environ);
+  if (error != 0) throw std::system_error(error, std::generic_category(), name);
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw std::runtime_error("bench haptic: the session with the mocked stylus did not get to its end");
+  }
+}
+
+/// What to_json() wrote.
+Report read_report(const fs::path& file) {
+  std::ifstream in(file);
+  Report report;
+  for (const nlohmann::json& entry : nlohmann::json::parse(in)) {
+    const auto number = [&](const char* key) {
+      return entry.at(key).is_null() ? std::optional<double>() : entry.at(key).get<double>();
+    };
+    Measurement measurement;
+    measurement.name = entry.at("name");
+    measurement.value = number("value").value_or(std::numeric_limits<double>::quiet_NaN());
+    measurement.unit = entry.at("unit");
+    measurement.reference = number("reference");
+    if (!entry.at("target").is_null()) measurement.target = entry.at("target");
+    if (!entry.at("met").is_null()) measurement.met = entry.at("met").get<bool>();
+    if (entry.contains("note")) measurement.note = entry.at("note");
+    report.add(measurement);
+  }
+  return report;
+}
+
+}  // namespace
+
+Report bench_haptic(const BenchOptions& options) {
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "stylet_haptic_session";
+  if (!fs::exists(program)) {
+    throw std::runtime_error(
+        fmt::format("bench haptic: {} is not there; it is built with the tests (tools/test.sh, or cmake "
+                    "-DBUILD_TESTING=ON and the target stylet_haptic_session)",
+                    program.string()));
+  }
+  std::string folder = (fs::temp_directory_path() / "stylet-bench-XXXXXX").string();
+  if (::mkdtemp(folder.data()) == nullptr) throw std::system_error(errno, std::generic_category(), folder);
+  const fs::path json = fs::path(folder) / "report.json";
+  Report report;
+  try {
+    run_program(program, {options.quick ? "2" : "60", json.string(), options.out.string()});
+    report = read_report(json);
+  } catch (...) {
+    fs::remove_all(folder);
+    throw;
+  }
+  fs::remove_all(folder);
+  if (!options.out.empty()) {
+    report.figures.push_back({"Latency",
+                              "From a pose report of the device until the force that answers it is written.",
+                              options.out / "haptic_latency.png"});
+  }
+  return report;
+}
+
+}  // namespace stylet::bench
