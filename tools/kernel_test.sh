@@ -40,7 +40,7 @@ resolve() {
 fetch_kernel() {
   local package=$1 root version module path
   root=$(mktemp -d "$work/fetch.XXXXXX")
-  (cd "$root" && apt-get download "$package" 2>&1 | grep -v 'unsandboxed') || fail "cannot fetch $package; is there a network?"
+  (cd "$root" && apt-get download "$package" 2>&1 | grep -v 'unsandboxed') || fail "cannot fetch $package: no network, or old package lists (apt-get update)"
   dpkg-deb -x "$root"/*.deb "$root/root"
   version=$(basename "$root"/root/lib/modules/*)
   depmod -b "$root/root" "$version"
