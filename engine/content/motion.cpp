@@ -7,8 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
+#include <iterator>
+#include <optional>
+#include <utility>
 
 namespace stylet::content {
 namespace {
@@ -17,8 +21,9 @@ using nlohmann::json;
 
 /// Row of a track: [t, px, py, pz, qw, qx, qy, qz] or the same with buttons.
 constexpr std::size_t kPoseNumbers = 8;
-constexpr double kLongest = 24 * 3600;  ///< s
-constexpr double kFarthest = 100;       ///< m
+constexpr double kLongest = 24 * 3600;        ///< s
+constexpr double kFarthest = 100;             ///< m
+constexpr std::size_t kLongestReport = 4096;  ///< bytes, and of a report descriptor
 
 /// Problems of one row; empty: none.
 std::string check_row(const json& row, double previous, MotionSample& sample) {
@@ -76,9 +81,63 @@ std::vector<MotionSample> read_track(JsonFile& file, JsonObject tracks, const st
   return track;
 }
 
+/// Two hexadecimal digits a byte; nothing where it is not that.
+std::optional<std::vector<std::uint8_t>> from_hex(const std::string& text) {
+  if (text.size() % 2 != 0 || text.size() > 2 * kLongestReport) return {};
+  std::vector<std::uint8_t> bytes(text.size() / 2);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const char* begin = text.data() + 2 * i;
+    if (std::from_chars(begin, begin + 2, bytes[i], 16).ptr != begin + 2) return {};
+  }
+  return bytes;
+}
+
+std::string to_hex(const std::vector<std::uint8_t>& bytes) {
+  std::string text;
+  text.reserve(2 * bytes.size());
+  for (const std::uint8_t byte : bytes) fmt::format_to(std::back_inserter(text), "{:02x}", byte);
+  return text;
+}
+
+/// Problems of one row [t, hex]; empty: none.
+std::string check_report(const json& row, double previous, RawReport& report) {
+  if (!row.is_array() || row.size() != 2 || !row[0].is_number() || !row[1].is_string()) {
+    return "is not [t, \"bytes in hexadecimal\"]";
+  }
+  report.time_s = row[0].get<double>();
+  if (!(report.time_s >= previous) || report.time_s > kLongest) {
+    return fmt::format("time {:g} s comes before {:g} s; sort the reports by time", report.time_s, previous);
+  }
+  std::optional<std::vector<std::uint8_t>> bytes = from_hex(row[1].get_ref<const std::string&>());
+  if (!bytes || bytes->empty()) {
+    return fmt::format("report is not 1 to {} bytes of two hexadecimal digits", kLongestReport);
+  }
+  report.bytes = std::move(*bytes);
+  return {};
+}
+
+std::vector<RawReport> read_reports(JsonFile& file, JsonObject tracks) {
+  std::vector<RawReport> track;
+  const json* rows = tracks.array("reports", false);
+  if (rows == nullptr) return track;
+  int bad = 0;
+  for (std::size_t i = 0; i < rows->size() && bad < 10; ++i) {
+    RawReport report;
+    const std::string what = check_report((*rows)[i], track.empty() ? 0 : track.back().time_s, report);
+    if (what.empty()) {
+      track.push_back(std::move(report));
+    } else {
+      file.add_problem(fmt::format("{}/reports/{}", tracks.pointer(), i), what);
+      ++bad;
+    }
+  }
+  return track;
+}
+
 }  // namespace
 
-Motion read_motion(JsonFile& file) {
+Motion read_motion(JsonFile& file, RawReports* raw) {
+  RawReports found;
   JsonObject root = file.root("stylet-motion", 1);
   Motion motion;
   for (const char* key : {"name", "licence", "source"}) root.ignore(key);
@@ -87,28 +146,43 @@ Motion read_motion(JsonFile& file) {
     tracks->ignore("stylus");
     motion.probe = read_track(file, *tracks, "probe", false);
     tracks->ignore("probe");
+    found.reports = read_reports(file, *tracks);
+    tracks->ignore("reports");
     tracks->finish();
   }
+  if (auto device = root.object("device", false)) {
+    found.device = device->text("name");
+    if (auto bytes = from_hex(device->text("report_descriptor"))) {
+      found.report_descriptor = std::move(*bytes);
+    } else {
+      device->problem("report_descriptor", "is not bytes of two hexadecimal digits");
+    }
+    device->finish();
+  }
   root.finish();
+  if (raw != nullptr) *raw = std::move(found);
   return motion;
 }
 
-Motion read_motion(const std::filesystem::path& path) {
+Motion read_motion(const std::filesystem::path& path, RawReports* raw) {
   JsonFile file(path, kMotionLimits);
-  Motion motion = read_motion(file);
+  Motion motion = read_motion(file, raw);
   file.throw_problems();
   return motion;
 }
 
-void write_motion(const Motion& motion, const std::string& name, const std::filesystem::path& path) {
+void write_motion(const Motion& motion, const std::string& name, const std::filesystem::path& path, int decimals,
+                  const RawReports& raw) {
   std::string out;
   const auto write_track = [&](const char* key, const std::vector<MotionSample>& track) {
     out += fmt::format("    \"{}\": [", key);
     for (std::size_t i = 0; i < track.size(); ++i) {
       const auto& p = track[i].pose.position;
       const auto& q = track[i].pose.orientation;
-      out += fmt::format("{}\n      [{:.6f}, {:.6f}, {:.6f}, {:.6f}, {:.6f}, {:.6f}, {:.6f}, {:.6f}",
-                         i == 0 ? "" : ",", track[i].time_s, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z());
+      out += fmt::format("{}\n      [{:.{}f}", i == 0 ? "" : ",", track[i].time_s, decimals);
+      for (const double value : {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
+        out += fmt::format(", {:.{}f}", value, decimals);
+      }
       if (track[i].buttons != 0) out += fmt::format(", {}", track[i].buttons);
       out += "]";
     }
@@ -117,11 +191,23 @@ void write_motion(const Motion& motion, const std::string& name, const std::file
   out += fmt::format(
       "{{\n  \"format\": \"stylet-motion\",\n  \"version\": 1,\n  \"name\": {},\n  \"licence\": \"CC0-1.0\",\n",
       json(name).dump());
+  if (!raw.report_descriptor.empty()) {
+    out += fmt::format("  \"device\": {{\"name\": {}, \"report_descriptor\": \"{}\"}},\n", json(raw.device).dump(),
+                       to_hex(raw.report_descriptor));
+  }
   out += "  \"tracks\": {\n";
   write_track("stylus", motion.stylus);
   if (!motion.probe.empty()) {
     out += ",\n";
     write_track("probe", motion.probe);
+  }
+  if (!raw.reports.empty()) {
+    out += ",\n    \"reports\": [";
+    for (std::size_t i = 0; i < raw.reports.size(); ++i) {
+      out += fmt::format("{}\n      [{:.{}f}, \"{}\"]", i == 0 ? "" : ",", raw.reports[i].time_s, decimals,
+                         to_hex(raw.reports[i].bytes));
+    }
+    out += "\n    ]";
   }
   out += "\n  }\n}\n";
   std::ofstream file(path, std::ios::binary);

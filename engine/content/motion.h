@@ -4,19 +4,37 @@
 #include "engine/content/error.h"
 #include "engine/content/scene.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace stylet::content {
 
+/// A report of a HID device, as it came in.
+struct RawReport {
+  double time_s = 0;
+  std::vector<std::uint8_t> bytes;  ///< with its id first where the device numbers its reports
+};
+
+/// What the HID device sent that led the hand of a motion.
+struct RawReports {
+  std::string device;                           ///< its name
+  std::vector<std::uint8_t> report_descriptor;  ///< what the reports mean; empty: there was no such device
+  std::vector<RawReport> reports;               ///< times not decreasing
+};
+
 /// Reads a motion file. Quaternions come out normalised; times are finite and strictly increasing in each track, and
 /// the stylus track has at least two samples.
+/// @param[out] raw  the reports it holds; null: they are checked only
 /// @throws ContentError
-Motion read_motion(const std::filesystem::path& path);
+Motion read_motion(const std::filesystem::path& path, RawReports* raw = nullptr);
 
-/// Writes a motion file that read_motion() reads back to the same samples (positions to 1e-6 m, times to 1e-6 s,
-/// orientations to 1e-6). @throws ContentError when the file cannot be written
-void write_motion(const Motion& motion, const std::string& name, const std::filesystem::path& path);
+/// Writes a motion file that read_motion() reads back to the same samples, as far as `decimals` go (s, m).
+/// @param decimals  9 for a hand recorded at 1 kHz: a micrometre a millisecond would be a tremor
+/// @throws ContentError when the file cannot be written
+void write_motion(const Motion& motion, const std::string& name, const std::filesystem::path& path, int decimals = 6,
+                  const RawReports& raw = {});
 
 /// Pose of a track at a time: linear in position, spherical in rotation, held before its first and after its last
 /// sample; buttons of the sample before. `track` is not empty.

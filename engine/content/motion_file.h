@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/content/json_reader.h"
+#include "engine/content/motion.h"
 #include "engine/content/scene.h"
 
 namespace stylet::content {
@@ -10,6 +11,6 @@ namespace stylet::content {
 inline constexpr JsonLimits kMotionLimits{.bytes = 128u << 20, .depth = 16};
 
 /// Problems go to `file`.
-Motion read_motion(JsonFile& file);
+Motion read_motion(JsonFile& file, RawReports* raw = nullptr);
 
 }  // namespace stylet::content

@@ -45,6 +45,39 @@ TEST(Motion, WhatIsWrittenIsReadBack) {
   }
 }
 
+TEST(Motion, RawReportsAndTheirDeviceAreReadBack) {
+  Motion motion;
+  motion.stylus = {{0, {{0, 0, 0}, Eigen::Quaterniond::Identity()}, 0},
+                   {1, {{1e-7, 0, 0}, Eigen::Quaterniond::Identity()}, 0}};
+  const RawReports raw{.device = "A stylus",
+                       .report_descriptor = {0x05, 0x01},
+                       .reports = {{0.001, {1, 0xFF, 0}}, {0.001, {9}}, {0.002, std::vector<std::uint8_t>(4096, 7)}}};
+  support::TemporaryFolder folder;
+  write_motion(motion, "raw", folder.path() / "m.json", 9, raw);
+  RawReports back;
+  const Motion poses = read_motion(folder.path() / "m.json", &back);
+  EXPECT_EQ(poses.stylus[1].pose.position.x(), 1e-7);
+  EXPECT_EQ(back.device, raw.device);
+  EXPECT_EQ(back.report_descriptor, raw.report_descriptor);
+  ASSERT_EQ(back.reports.size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(back.reports[i].time_s, raw.reports[i].time_s, 1e-9);
+    EXPECT_EQ(back.reports[i].bytes, raw.reports[i].bytes);
+  }
+}
+
+TEST(Motion, BadReportsAreRefusedAtTheirPlace) {
+  const auto error = [](const std::string& reports) {
+    return motion_error("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0,0,0]], \"reports\": " + reports);
+  };
+  EXPECT_THAT(error("[[0, \"01\"], [-1, \"01\"]]"), HasSubstr("/tracks/reports/1: time -1 s comes before 0 s"));
+  EXPECT_THAT(error("[[0, \"1\"]]"), HasSubstr("/tracks/reports/0: report is not 1 to 4096 bytes"));
+  EXPECT_THAT(error("[[0, \"0x\"]]"), HasSubstr("/tracks/reports/0: report is not 1 to 4096 bytes"));
+  EXPECT_THAT(error("[[0, \"\"]]"), HasSubstr("/tracks/reports/0: report is not 1 to 4096 bytes"));
+  EXPECT_THAT(error("[[0]]"), HasSubstr("/tracks/reports/0: is not [t, "));
+  EXPECT_EQ(error("[[0, \"01fF\"], [0, \"02\"]]"), "no error");
+}
+
 TEST(Motion, SamplingIsExactAtSamplesLinearBetweenAndHeldOutside) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX()));
   const std::vector<MotionSample> track{{1, {{0, 0, 0}, Eigen::Quaterniond::Identity()}, 3},

@@ -282,7 +282,8 @@ TEST(Schemas, AgreeWithTheReaders) {
   expect_schema_agrees("needle", shipped("needles/18g_150mm.json"), 1, [](JsonFile& f) { read_needle(f); });
   expect_schema_agrees("probe", shipped("probes/c5_2.json"), 1, [](JsonFile& f) { read_probe(f); });
   expect_schema_agrees("procedure", shipped("organs/abdomen.json"), 3, [](JsonFile& f) { read_procedure(f); });
-  expect_schema_agrees("motion", shipped("motions/liver_biopsy.json"), 2, [](JsonFile& f) { read_motion(f); });
+  expect_schema_agrees("motion", R"({"format": "stylet-motion", "version": 1, "device": {}, "tracks": {}})", 3,
+                       [](JsonFile& f) { read_motion(f); });
   expect_schema_agrees("tissues", shipped("tissues.json"), 7, [](JsonFile& f) { read_tissues(f); });
   // Every optional object there is; the values do not matter.
   const char* full = R"({"format": "stylet-scenario", "version": 1, "probe": {},

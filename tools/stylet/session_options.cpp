@@ -9,6 +9,7 @@
 #include "engine/ultrasound/scanner_controls.h"
 #include "haptic/mouse_device.h"
 #include "haptic/scripted_device.h"
+#include "tools/stylet/hid_device.h"
 #include "tools/stylet/interrupt.h"
 
 #include <fmt/format.h>
@@ -62,11 +63,11 @@ content::Scene load_scene(const std::string& name, Progress& progress) {
   return scene;
 }
 
-Stylus make_stylus(const std::string& description, const content::Scene& scene) {
+Stylus make_stylus(const std::string& description, const content::Scene& scene, haptic::hid::ReportLog* log) {
   if (description.empty()) {
     if (scene.motion.stylus.empty()) {
-      throw content::ContentError(
-          fmt::format("{}: names no motion; say --device recorded:FILE, scripted or mouse", scene.scenario.string()));
+      throw content::ContentError(fmt::format(
+          "{}: names no motion; say --device recorded:FILE, scripted, mouse or hid", scene.scenario.string()));
     }
     return recorded(scene.motion, "recorded stylus");
   }
@@ -95,7 +96,14 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene) 
     haptic::MouseDevice* mouse = device.get();
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .mouse = mouse};
   }
-  throw content::ContentError(fmt::format("--device {}: there is recorded:FILE, scripted and mouse", description));
+  if (const std::optional<HidChoice> choice = hid_choice(description)) {
+    const Approach way = approach(scene);
+    std::unique_ptr<haptic::hid::HidStylus> device = open_hid_stylus(*choice, scene, way.entry, way.target, log);
+    haptic::hid::HidStylus* hid = device.get();
+    return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .hid = hid};
+  }
+  throw content::ContentError(
+      fmt::format("--device {}: there is recorded:FILE, scripted, mouse, hid and hid:VID:PID", description));
 }
 
 void add_scanner_options(CLI::App& command, ScannerOptions& options) {

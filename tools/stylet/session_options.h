@@ -15,7 +15,11 @@
 
 namespace stylet::haptic {
 class MouseDevice;
-}
+namespace hid {
+class HidStylus;
+class ReportLog;
+}  // namespace hid
+}  // namespace stylet::haptic
 
 namespace stylet::tools {
 
@@ -28,13 +32,17 @@ content::Scene load_scene(const std::string& name, Progress& progress);
 /// A stylus made from what was said with --device, and for how long it moves.
 struct Stylus {
   std::unique_ptr<haptic::Device> device;
-  double duration_s = 0;                 ///< infinite: as long as the user wants
-  haptic::MouseDevice* mouse = nullptr;  ///< the device, where it is the mouse
+  double duration_s = 0;                  ///< infinite: as long as the user wants
+  haptic::MouseDevice* mouse = nullptr;   ///< the device, where it is the mouse
+  haptic::hid::HidStylus* hid = nullptr;  ///< the device, where it is a HID device
 };
 
-/// @param description  "" (the scenario's motion), "recorded:FILE", "scripted" or "mouse"
-/// @throws content::ContentError
-Stylus make_stylus(const std::string& description, const content::Scene& scene);
+/// @param description  "" (the scenario's motion), "recorded:FILE", "scripted", "mouse", "hid" or
+///                     "hid:VID:PID"
+/// @throws content::ContentError, haptic::hid::HidError
+/// @param log  takes the raw reports of a HID device; outlives the stylus
+Stylus make_stylus(const std::string& description, const content::Scene& scene,
+                   haptic::hid::ReportLog* log = nullptr);
 
 /// The coupling named, or the scenario's where none is. @throws content::ContentError
 physics::Coupling chosen_coupling(const std::string& name, const content::Scene& scene);
@@ -53,7 +61,9 @@ void set_scanner(content::Scene& scene, const ScannerOptions& options);
 void set_haptic_rate(content::Scene& scene, double haptic_hz);
 
 inline constexpr const char* kDeviceHelp =
-    "Stylus: recorded:FILE (a motion file), scripted, or mouse; default: the scenario's recorded motion";
+    "Stylus: hid or hid:VID:PID (`stylet devices` lists them), recorded:FILE (a motion file), scripted, or mouse; "
+    "default: "
+    "the scenario's recorded motion";
 inline constexpr const char* kCouplingHelp = "stylet, paper-updated or paper-frozen; default: the scenario's";
 
 }  // namespace stylet::tools

@@ -74,7 +74,9 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
   LiveCurve curve;
   // One simulation period behind the newest state there is always a later one to interpolate to.
   const double delay_s = 1.5 / scene.rates.simulation_hz;
+  StylusWatch watch(settings.hid);
   while (!session.finished() && !interrupted()) {
+    watch.look();
     const view::Input input = window.poll();
     if (input.close || std::ranges::find(input.keys, 'Q') != input.keys.end()) return;
     if (settings.mouse != nullptr) {

@@ -8,6 +8,7 @@
 #include "engine/session/scanner_console.h"
 #include "engine/view/window.h"
 #include "haptic/mouse_device.h"
+#include "tools/stylet/hid_device.h"
 
 namespace stylet::tools {
 
@@ -17,6 +18,7 @@ bool has_display();
 struct SessionWindowSettings {
   bool stereo = false;
   haptic::MouseDevice* mouse = nullptr;               ///< fed with drags and wheel when the mouse is the stylus
+  const haptic::hid::HidStylus* hid = nullptr;        ///< its coming and going is told
   session::HeldProbe* probe = nullptr;                ///< moved by keys and the middle button
   session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
 };

@@ -8,6 +8,7 @@
 #include "engine/session/session_report.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/hid_device.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
 #include "tools/stylet/session_options.h"
@@ -16,6 +17,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -35,6 +37,8 @@ struct TrainOptions {
   bool lockstep = false;
   std::string coupling;
   double haptic_hz = 0;
+  double seconds = 0;  // 0: as long as the stylus moves
+  std::string record;
   std::string out = "out/session";
   std::string gpu;
   ScannerOptions scanner;
@@ -86,8 +90,13 @@ int train(const TrainOptions& options) {
   if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
   set_scanner(scene, options.scanner);
-  const Stylus stylus = make_stylus(options.device, scene);
-  if (!display && !std::isfinite(stylus.duration_s)) {
+  haptic::hid::ReportLog log;
+  Stylus stylus = make_stylus(options.device, scene, options.record.empty() ? nullptr : &log);
+  if (options.seconds > 0) stylus.duration_s = std::min(stylus.duration_s, options.seconds);
+  if (options.lockstep && stylus.hid != nullptr) {
+    throw content::ContentError("--lockstep: a HID device moves in real time; leave one of --lockstep and hid out");
+  }
+  if (!display && stylus.mouse != nullptr) {
     throw content::ContentError("--device mouse: needs a window, and this session has none");
   }
   gpu::Device gpu(
@@ -110,6 +119,7 @@ int train(const TrainOptions& options) {
                                 .gpu = gpu.identity().name,
                                 .gpu_driver = gpu.identity().driver,
                                 .blas = physics::single_threaded_blas().name};
+  std::int64_t begin_ns = 0;  // CLOCK_MONOTONIC at session time 0
   if (options.lockstep) {
     report.run = live.run_in_lockstep([&](double share) {
       throw_if_interrupted();
@@ -117,18 +127,23 @@ int train(const TrainOptions& options) {
     });
   } else {
     live.start();
+    begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
     if (display)
       show_session(*display, gpu, scene, live,
                    {.stereo = options.stereo,
                     .mouse = stylus.mouse,
+                    .hid = stylus.hid,
                     .probe = &probe,
                     .scanner = session::ScannerConsole(scene.probe)});
+    StylusWatch watch(stylus.hid);
     while (!display && !live.finished() && !interrupted()) {
+      watch.look();
       progress.show("Session in real time", live.time_s() / stylus.duration_s);
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
     report.run = live.stop();
   }
+  const std::string hid_counts = stylus.hid != nullptr ? hid_summary(*stylus.hid) + "\n" : "";
   progress.done();
   if (interrupted()) {
     fmt::print(stderr,
@@ -141,6 +156,8 @@ int train(const TrainOptions& options) {
   report.state_hash = live.state_hash();
 
   const session::Recording recording = session::read_recording(recording_file);
+  if (!options.record.empty()) write_hand(recording, stylus.hid, log, begin_ns, options.record);
+  stylus.device.reset();  // motors off before the pictures are drawn
   report.punctures = session::punctures(recording);
   session::Debrief debrief;
   try {
@@ -165,7 +182,7 @@ int train(const TrainOptions& options) {
   session::write_json(out.staged("session.json"), session::to_json(report));
   out.commit("session.json");
 
-  fmt::print("\n{}\n{}", scene.name, session::main_figures(report));
+  fmt::print("\n{}\n{}{}", scene.name, session::main_figures(report), hid_counts);
   fmt::print("\n{} holds:\n", out.destination().string());
   fmt::print(
       "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
@@ -194,6 +211,11 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_option("--coupling", options->coupling, kCouplingHelp);
   command->add_option("--haptic-hz", options->haptic_hz,
                       "Rate of the haptic loop, up to 4000; default: the scenario's");
+  command->add_option("--seconds", options->seconds, "End the session after so long; default: when the stylus rests")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--record", options->record,
+                      "Motion file to write: the hand's poses, and the raw reports of a HID device; --device "
+                      "recorded:FILE plays it");
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   add_scanner_options(*command, options->scanner);
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
@@ -203,6 +225,7 @@ void add_train(CLI::App& app, int& exit_code) {
       "it\n"
       "gives the same bits, and the pictures are drawn from the replay, so that drawing never disturbs the loops.\n\n"
       "  stylet train liver_biopsy --out out/demo\n"
+      "  stylet train liver_biopsy --device hid          a stylus, space mouse or pen; `stylet devices` lists them\n"
       "  stylet train liver_biopsy --device mouse        drag: move the hub; wheel: advance the needle\n"
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
       "In the window: H lists the keys of scanner and probe. A tissue table that is saved meanwhile shows in the "
