@@ -28,7 +28,7 @@ fuzz() {
     "$(find "$corpus" -type f | wc -l)" "$result" >"$folder/$name.summary"
 }
 
-names=(gltf scenario_files organ_files recording)
+names=(gltf scenario_files organ_files recording report_descriptor)
 rm -f "$folder"/*.summary
 for name in "${names[@]}"; do
   while [ "$(jobs -rp | wc -l)" -ge "$(nproc)" ]; do wait -n || true; done

@@ -2,6 +2,7 @@
 
 #include "engine/content/anatomy.h"
 #include "engine/content/deformable.h"
+#include "engine/content/device_profile.h"
 #include "engine/content/embedding.h"
 #include "engine/content/gltf.h"
 #include "engine/content/instruments.h"
@@ -314,6 +315,7 @@ const std::map<std::string_view, Check> kChecks{
     {"stylet-needle", check_file<read_needle>},
     {"stylet-probe", check_file<read_probe>},
     {"stylet-procedure", check_file<read_procedure>},
+    {"stylet-device", check_file<read_device_profile>},
     {"stylet-motion", check_file<[](JsonFile& file) { return read_motion(file); }>},
 };
 

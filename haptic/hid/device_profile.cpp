@@ -23,25 +23,19 @@ const char* name_of(DeviceKind kind) {
 }
 
 int DeviceProfile::match(const DeviceIdentity& identity, DeviceKind described) const {
-  int met = 0;
-  if (vendor_id) {
-    if (*vendor_id != identity.vendor_id) return 0;
-    met += 4;
+  int best = 0;
+  for (const DeviceMatch& match : matches) {
+    int met = 1;
+    if (match.vendor_id) met = *match.vendor_id == identity.vendor_id ? met + 4 : -100;
+    if (!match.product_ids.empty()) {
+      met += std::ranges::find(match.product_ids, identity.product_id) != match.product_ids.end() ? 8 : -100;
+    }
+    if (!match.product.empty()) met += identity.product.find(match.product) != std::string::npos ? 2 : -100;
+    // Vendor reports are there because the descriptor says nothing.
+    if (match.kind && vendor_reports.empty()) met += *match.kind == described ? 1 : -100;
+    best = std::max(best, met);
   }
-  if (!product_ids.empty()) {
-    if (std::ranges::find(product_ids, identity.product_id) == product_ids.end()) return 0;
-    met += 8;
-  }
-  if (!product.empty()) {
-    if (identity.product.find(product) == std::string::npos) return 0;
-    met += 2;
-  }
-  // Vendor reports are there because the descriptor says nothing.
-  if (kind && vendor_reports.empty()) {
-    if (*kind != described) return 0;
-    met += 1;
-  }
-  return met;
+  return best;
 }
 
 ReportDescriptor with_vendor_reports(ReportDescriptor descriptor, const DeviceProfile& profile) {

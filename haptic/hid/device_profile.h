@@ -45,6 +45,15 @@ struct VendorReport {
   std::vector<Field> fields{};  ///< bit offsets from the first bit after the id
 };
 
+/// Which devices a profile is for: all that is given must fit.
+struct DeviceMatch {
+  std::optional<std::uint16_t> vendor_id{};
+  std::vector<std::uint16_t> product_ids{};  ///< empty: any
+  std::string product{};                     ///< part of its name; empty: any
+  /// What its descriptor makes it, or what the vendor reports of the profile do.
+  std::optional<DeviceKind> kind{};
+};
+
 /// The axes of HID 1.11, 5.9: X from left to right, Y from far to near, Z from high to low.
 inline Eigen::Matrix3d hid_axes() {
   return (Eigen::Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished();
@@ -57,11 +66,7 @@ inline Eigen::Matrix3d hid_axes() {
 struct DeviceProfile {
   std::string name{};  ///< of the file, without .json
 
-  // Which devices: all that is given must fit. Of several profiles that fit the one with most of it is taken.
-  std::optional<std::uint16_t> vendor_id{};
-  std::vector<std::uint16_t> product_ids{};  ///< empty: any
-  std::string product{};                     ///< part of its name; empty: any
-  std::optional<DeviceKind> kind{};          ///< what its descriptor makes it; with vendor reports: what it is
+  std::vector<DeviceMatch> matches{};  ///< which devices: any of these
 
   std::string unusable{};  ///< why it cannot be used, one line; empty: it can
 
@@ -82,13 +87,15 @@ struct DeviceProfile {
   double dead_zone = 0.05;  ///< of full deflection
 
   double force_sign = 1;  ///< -1: its firmware pushes the other way
+  /// N at the end of the range of force fields that say no newtons; 0: the largest force of the limits.
+  double full_scale_force_n = 0;
 
   std::optional<DeviceLimits> limits{};  ///< data sheet; nothing: the defaults, with the forces the descriptor gives
   double force_timeout_s = 0;  ///< without an output report until it drops the force itself; 0: it never does
 
   std::vector<VendorReport> vendor_reports{};
 
-  /// How much of the match this profile asks for is met: 0: not this device.
+  /// How closely it fits: of several profiles the one with most is taken. 0: not this device.
   int match(const DeviceIdentity& identity, DeviceKind described) const;
 };
 

@@ -85,6 +85,7 @@ ForceOutput::ForceOutput(const ReportDescriptor& descriptor, const DeviceProfile
       force_sign_(profile.force_sign),
       limits_(profile.limits.value_or(DeviceLimits{})),
       descriptor_(descriptor) {
+  full_scale_ = profile.full_scale_force_n > 0 ? profile.full_scale_force_n : limits_.max_force_n;
   if (profile.unusable.empty()) find_force_sample(descriptor);
   if (profile.unusable.empty() && axes_.empty()) find_constant_force(descriptor);
   find_controls(descriptor);
@@ -120,7 +121,7 @@ void ForceOutput::find_force_sample(const ReportDescriptor& descriptor) {
     if (conversion.dimension == (index < 3 ? kNewtons : kNewtonMetres)) {
       axis.scale = conversion.scale;
       axis.offset = conversion.offset;
-    } else if (const double full = index < 3 ? limits_.max_force_n : limits_.max_torque_nm; full > 0 && end > 0) {
+    } else if (const double full = index < 3 ? full_scale_ : limits_.max_torque_nm; full > 0 && end > 0) {
       axis.scale = full / end;
     } else {
       continue;
@@ -149,8 +150,8 @@ void ForceOutput::find_constant_force(const ReportDescriptor& descriptor) {
     if (!enabled && index > 0) continue;
     axes_.push_back({.field = *magnitude,
                      .index = index,
-                     .range = limits_.max_force_n,
-                     .scale = limits_.max_force_n / static_cast<double>(magnitude->logical_max)});
+                     .range = full_scale_,
+                     .scale = full_scale_ / static_cast<double>(magnitude->logical_max)});
   }
   force_ = layout(descriptor, *magnitude);
   block_index_ = *constant.find(u::kEffectBlockIndex);

@@ -86,6 +86,7 @@ private:
   Eigen::Matrix3d force_from_device_ = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d torque_from_device_ = Eigen::Matrix3d::Identity();
   double force_sign_ = 1;
+  double full_scale_ = 0;  // N at the end of fields without newtons
   DeviceLimits limits_;
   std::vector<Axis> axes_;
   Layout force_;

@@ -48,11 +48,15 @@ std::vector<std::uint8_t> report_descriptor(const std::string& path) {
   return bytes;
 }
 
-std::string udev_rule(std::uint16_t vendor_id, std::uint16_t product_id) {
+std::string udev_rule_line(std::uint16_t vendor_id, std::uint16_t product_id) {
   return fmt::format(
-      "put KERNEL==\"hidraw*\", ATTRS{{idVendor}}==\"{:04x}\", ATTRS{{idProduct}}==\"{:04x}\", TAG+=\"uaccess\" into "
-      "/etc/udev/rules.d/70-stylet.rules, run `udevadm control --reload` and plug it in again",
-      vendor_id, product_id);
+      R"(KERNEL=="hidraw*", ATTRS{{idVendor}}=="{:04x}", ATTRS{{idProduct}}=="{:04x}", TAG+="uaccess")", vendor_id,
+      product_id);
+}
+
+std::string udev_rule(std::uint16_t vendor_id, std::uint16_t product_id) {
+  return fmt::format("put {} into {}, run `udevadm control --reload` and plug it in again",
+                     udev_rule_line(vendor_id, product_id), kUdevRulesFile);
 }
 
 void HidTransport::Close::operator()(hid_device_* device) const {

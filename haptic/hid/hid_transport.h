@@ -26,6 +26,10 @@ inline constexpr std::size_t kReadBuffer = 4097;
 /// @throws HidError
 std::vector<std::uint8_t> report_descriptor(const std::string& path);
 
+/// The udev rule that lets the user at the seat open such devices: a line of kUdevRulesFile.
+std::string udev_rule_line(std::uint16_t vendor_id, std::uint16_t product_id);
+inline constexpr const char* kUdevRulesFile = "/etc/udev/rules.d/70-stylet.rules";
+
 /// The udev rule that lets the user at the seat open such devices, and where to put it.
 std::string udev_rule(std::uint16_t vendor_id, std::uint16_t product_id);
 

@@ -1,4 +1,5 @@
 // What the project ships: it loads, it is what it says, and schemas, readers and files agree.
+#include "engine/content/device_profile.h"
 #include "engine/content/instruments.h"
 #include "engine/content/json_reader.h"
 #include "engine/content/motion.h"
@@ -281,6 +282,10 @@ TEST(Schemas, AgreeWithTheReaders) {
   const auto shipped = [](const char* path) { return read_file(kContent / path, 16u << 20); };
   expect_schema_agrees("needle", shipped("needles/18g_150mm.json"), 1, [](JsonFile& f) { read_needle(f); });
   expect_schema_agrees("probe", shipped("probes/c5_2.json"), 1, [](JsonFile& f) { read_probe(f); });
+  expect_schema_agrees("device",
+                       R"({"format": "stylet-device", "version": 1, "matches": [{}], "rate": {}, "limits": {},
+                           "reports": [{"fields": [{}]}]})",
+                       6, [](JsonFile& f) { read_device_profile(f); });
   expect_schema_agrees("procedure", shipped("organs/abdomen.json"), 3, [](JsonFile& f) { read_procedure(f); });
   expect_schema_agrees("motion", R"({"format": "stylet-motion", "version": 1, "device": {}, "tracks": {}})", 3,
                        [](JsonFile& f) { read_motion(f); });

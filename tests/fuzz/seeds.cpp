@@ -1,6 +1,7 @@
-// Writes what the fuzzers start from: fuzz_seeds DIR makes DIR/{gltf,scenario_files,organ_files,recording}/ and
-// DIR/json.dict.
+// Writes what the fuzzers start from: fuzz_seeds DIR makes
+// DIR/{gltf,scenario_files,organ_files,recording,report_descriptor}/ and DIR/json.dict.
 #include "engine/session/recording_writer.h"
+#include "haptic/hid/force_stylus.h"
 #include "tests/content/glb.h"
 
 #include <nlohmann/json.hpp>
@@ -175,6 +176,8 @@ int main(int argc, char** argv) try {
   write_gltf(out / "gltf", words);
   write_organ_files(out / "organ_files", words);
   write_recording(out / "recording" / "short.rec");
+  write(out / "report_descriptor" / "force_stylus.bin",
+        {haptic::hid::kForceStylusDescriptor.begin(), haptic::hid::kForceStylusDescriptor.end()});
   write_dictionary(words, out / "json.dict");
   return 0;
 } catch (const std::exception& error) {

@@ -29,6 +29,8 @@ TEST(StylusFirmware, GivesNoForceBeforeTheMotorsAreEnabledAndAfter) {
   firmware.output(0, kPush);
   EXPECT_TRUE(firmware.applied_force().isZero(0));
   firmware.output(0, kEnable);
+  EXPECT_TRUE(firmware.applied_force().isZero(0)) << "of before";
+  firmware.output(0, kPush);
   EXPECT_FALSE(firmware.applied_force().isZero(0));
   firmware.output(0, std::array<std::uint8_t, 2>{3, 2});
   EXPECT_TRUE(firmware.applied_force().isZero(0));

@@ -18,5 +18,6 @@ void add_render(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_import(CLI::App& app, int& exit_code);
 void add_validate(CLI::App& app, int& exit_code);
+void add_devices(CLI::App& app);
 
 }  // namespace stylet::tools

@@ -1,5 +1,6 @@
 #include "tools/stylet/hid_device.h"
 
+#include "engine/content/device_profile.h"
 #include "engine/content/error.h"
 #include "engine/content/motion.h"
 #include "engine/session/motion_of_recording.h"
@@ -50,10 +51,13 @@ struct Candidate {
   std::string reason;  ///< why it cannot be used
 };
 
-Candidate candidate(const HidDeviceSummary& device) {
+Candidate candidate(const HidDeviceSummary& device, const std::vector<DeviceProfile>& profiles) {
   Candidate found{.device = device, .profile = {}};
   try {
-    const auto descriptor = haptic::hid::parse_report_descriptor(haptic::hid::report_descriptor(device.path));
+    const auto described = haptic::hid::parse_report_descriptor(haptic::hid::report_descriptor(device.path));
+    found.profile = content::choose_profile(profiles, {device.vendor_id, device.product_id, device.product},
+                                            haptic::hid::kind_of(described));
+    const auto descriptor = haptic::hid::with_vendor_reports(described, found.profile);
     const haptic::hid::StylusMap map(descriptor, found.profile);
     const haptic::hid::ForceOutput output(descriptor, found.profile);
     found.kind = map.kind();
@@ -66,6 +70,7 @@ Candidate candidate(const HidDeviceSummary& device) {
 }
 
 Candidate choose(const HidChoice& choice) {
+  const std::vector<DeviceProfile> profiles = content::load_device_profiles();
   Candidate best;
   std::string reasons;
   std::set<std::string> seen;  // hidapi lists a device once for each of its usages
@@ -73,7 +78,7 @@ Candidate choose(const HidChoice& choice) {
     const bool meant =
         choice.vendor_id == 0 || (device.vendor_id == choice.vendor_id && device.product_id == choice.product_id);
     if (!meant || !seen.insert(device.path).second) continue;
-    const Candidate found = candidate(device);
+    const Candidate found = candidate(device, profiles);
     if (found.rank == 0) reasons += fmt::format("; {} {}: {}", device.path, device.product, found.reason);
     if (found.rank > best.rank) best = found;
   }

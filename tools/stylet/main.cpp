@@ -27,6 +27,7 @@ constexpr const char* kFooter =
     "  stylet train                                    list the scenarios\n"
     "  stylet train liver_biopsy --out out/demo        run one; with no display it runs headless\n"
     "  stylet train liver_biopsy --device mouse        drive the needle yourself\n"
+    "  stylet devices                                  what stylus is connected, and what it can do\n"
     "  stylet replay out/demo/session.rec              check that the recording replays bit for bit\n"
     "  stylet render liver_biopsy --out frames         deterministic PNG frames, no display needed\n"
     "  stylet import liver.stl --out organs            a mesh becomes an organ with tetrahedra\n"
@@ -63,6 +64,7 @@ int run(int argc, char** argv) {
   tools::add_replay(app, exit_code);
   tools::add_import(app, exit_code);
   tools::add_validate(app, exit_code);
+  tools::add_devices(app);
   tools::add_bench(app, exit_code);
   try {
     app.parse(argc, argv);

@@ -39,11 +39,13 @@ int StylusFirmware::output(std::int64_t now_ns, std::span<const std::uint8_t> re
   }
   switch (static_cast<ForceStylusControl>(report[1])) {
     case ForceStylusControl::kEnableActuators:
+      if (!enabled_) force_.setZero();
       enabled_ = true;
       note(FirmwareEvent::kEnabled);
       return 0;
     case ForceStylusControl::kDisableActuators:
       enabled_ = false;
+      force_.setZero();
       note(FirmwareEvent::kDisabled);
       return 0;
     case ForceStylusControl::kStopAll:

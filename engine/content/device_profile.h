@@ -1,0 +1,26 @@
+// Device profiles (content/README.md, "stylet-device").
+#pragma once
+
+#include "engine/content/json_reader.h"
+#include "haptic/hid/device_profile.h"
+
+#include <filesystem>
+#include <vector>
+
+namespace stylet::content {
+
+/// Problems go to `file`; what comes out is in range even then.
+haptic::hid::DeviceProfile read_device_profile(JsonFile& file);
+
+/// All profiles of a folder, by file name. @throws ContentError  one of them is wrong
+std::vector<haptic::hid::DeviceProfile> load_device_profiles(const std::filesystem::path& folder);
+/// Those that Stylet ships, or STYLET_CONTENT has.
+std::vector<haptic::hid::DeviceProfile> load_device_profiles();
+
+/// The profile that fits best, the first of several; one without a name where none does.
+/// @param described  what its descriptor makes of the device
+haptic::hid::DeviceProfile choose_profile(const std::vector<haptic::hid::DeviceProfile>& profiles,
+                                          const haptic::hid::DeviceIdentity& identity,
+                                          haptic::hid::DeviceKind described);
+
+}  // namespace stylet::content
