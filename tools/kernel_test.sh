@@ -41,18 +41,18 @@ fetch_kernel() {
   local package=$1 root version module path
   root=$(mktemp -d "$work/fetch.XXXXXX")
   (cd "$root" && apt-get download "$package" 2>&1 | grep -v 'unsandboxed') || fail "cannot fetch $package: no network, or old package lists (apt-get update)"
-  dpkg-deb -x "$root"/*.deb "$root/root"
-  version=$(basename "$root"/root/lib/modules/*)
-  depmod -b "$root/root" "$version"
+  dpkg-deb -x "$root"/*.deb "$root/files"
+  version=$(basename "$root"/files/lib/modules/*)
+  depmod -b "$root/files" "$version"
   mkdir "$root/kernel"
   for module in "${modules[@]}"; do
-    modprobe -d "$root/root" -S "$version" --show-depends "$module"
+    modprobe -d "$root/files" -S "$version" --show-depends "$module"
   done | awk '$1 == "insmod" && !seen[$2]++ { print $2 }' >"$root/paths"
   while read -r path; do
     cp "$path" "$root/kernel"
     basename "$path"
   done <"$root/paths" >"$root/kernel/modules"
-  cp "$root/root/boot/vmlinuz-$version" "$root/kernel/vmlinuz"
+  cp "$root/files/boot/vmlinuz-$version" "$root/kernel/vmlinuz"
   rm -rf "${work:?}/$package"
   mv "$root/kernel" "$work/$package"
   rm -rf "$root"
