@@ -20,9 +20,8 @@ timespec deadline(double seconds) {
 }  // namespace
 
 void run_under_fifo(int priority) {
-  if (priority <= 0) return;
-  const sched_param parameter{.sched_priority = priority};
-  pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+  const sched_param parameter{.sched_priority = std::max(priority, 0)};
+  pthread_setschedparam(pthread_self(), priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameter);
 }
 
 ForceSlot::ForceSlot() {

@@ -76,7 +76,8 @@ private:
   std::jthread thread_;
 };
 
-/// Puts the calling thread under SCHED_FIFO; where that is not allowed it stays as it is.
+/// Puts the calling thread under SCHED_FIFO, at 0 back among the ordinary ones; where that is not allowed it stays as
+/// it is.
 void run_under_fifo(int priority);
 
 }  // namespace stylet::haptic::hid

@@ -74,15 +74,16 @@ void HidStylus::write(const Eigen::Vector3d& force, const Eigen::Vector3d& torqu
 }
 
 void HidStylus::run(const std::stop_token& stop, std::unique_ptr<Link> link) {
-  run_under_fifo(settings_.fifo_priority);
   while (true) {
     if (link) {
+      run_under_fifo(settings_.fifo_priority);
       connected_.store(true, std::memory_order_release);
       counters_.connections.fetch_add(1, std::memory_order_relaxed);
       serve(*link, stop);
       link.reset();
       connected_.store(false, std::memory_order_release);
       poses_.put({.gaps = ++gaps_});
+      run_under_fifo(0);  // looking for it takes milliseconds, which the haptic thread is not to wait for
     }
     if (stop.stop_requested()) return;
     std::unique_lock lock(waiting_);
