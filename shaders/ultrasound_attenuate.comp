@@ -19,7 +19,7 @@ void main() {
   if (l >= frame.lines) return;
   float lost = 0.0;
   vec2 face = !kConvex ? vec2(sample_position(l, 0).x, 0.0)
-                                       : frame.face_radius * line_direction(l) - vec2(0.0, frame.face_radius);
+                      : frame.face_radius * line_direction(l) - vec2(0.0, frame.face_radius);
   if (kTextured) {  // what is wrong with the contact belongs to the skin
     vec3 skin = frame.origin.xyz + face.x * frame.lateral.xyz + face.y * frame.axial.xyz;
     lost = kContactDb * kDbToNepers * slow_pair(slow_texel(kContactStretch * speckle_lattice(skin))).y;
