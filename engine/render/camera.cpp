@@ -41,6 +41,34 @@ std::vector<Eye> eyes_of(const content::Camera& camera, double aspect, int views
   return eyes;
 }
 
+Eye eye_of(const EyeView& view) {
+  const double left = std::tan(view.left), right = std::tan(view.right);
+  const double up = std::tan(view.up), down = std::tan(view.down);
+  Eigen::Matrix4d clip_from_eye = Eigen::Matrix4d::Zero();
+  clip_from_eye(0, 0) = 2 / (right - left);
+  clip_from_eye(0, 2) = (right + left) / (right - left);
+  clip_from_eye(1, 1) = 2 / (up - down);
+  clip_from_eye(1, 2) = (up + down) / (up - down);
+  clip_from_eye(2, 3) = kNearPlane;
+  clip_from_eye(3, 2) = -1;
+  return {view.patient_from_eye.translation(), clip_from_eye * view.patient_from_eye.inverse().matrix()};
+}
+
+content::Camera camera_between(std::span<const EyeView> eyes, double distance) {
+  content::Camera camera;
+  Eigen::Vector3d back = Eigen::Vector3d::Zero();
+  camera.up = Eigen::Vector3d::Zero();
+  for (const EyeView& view : eyes) {
+    camera.eye += view.patient_from_eye.translation() / static_cast<double>(eyes.size());
+    back += view.patient_from_eye.linear().col(2);
+    camera.up += view.patient_from_eye.linear().col(1);
+  }
+  camera.look_at = camera.eye - distance * back.normalized();
+  camera.up.normalize();
+  camera.vertical_fov = eyes.front().up - eyes.front().down;
+  return camera;
+}
+
 Eigen::Vector3d project(const Eye& eye, const Eigen::Vector3d& point, int width, int height) {
   const Eigen::Vector4d clip = eye.clip_from_patient * point.homogeneous();
   return {(clip.x() / clip.w() + 1) / 2 * width, (1 - clip.y() / clip.w()) / 2 * height, clip.w()};

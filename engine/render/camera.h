@@ -4,7 +4,9 @@
 #include "engine/content/scene.h"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
+#include <span>
 #include <vector>
 
 namespace stylet::render {
@@ -23,6 +25,23 @@ struct Eye {
 };
 
 inline constexpr double kNearPlane = 0.01;  ///< m
+
+/// An eye as a headset reports it: a pose and an asymmetric field of view (OpenXR's XrView).
+struct EyeView {
+  Eigen::Isometry3d patient_from_eye = Eigen::Isometry3d::Identity();  ///< the eye looks along -z, +x right, +y up
+  /// Angles of the picture's edges off the axis, rad; to the left and downwards they are negative. left < right,
+  /// down < up, all within a right angle.
+  double left = -0.5;
+  double right = 0.5;
+  double up = 0.5;
+  double down = -0.5;
+};
+
+Eye eye_of(const EyeView& view);
+
+/// A camera between the eyes that looks as they do on average; `distance` ahead is what it looks at, m. Its field of
+/// view is the first eye's.
+content::Camera camera_between(std::span<const EyeView> eyes, double distance);
 
 /// The eyes of a camera: one, or left and right. Their axes stay parallel and the frusta are sheared (off-axis), so a
 /// point at depth z has the disparity x_left - x_right = f b (1/z - 1/convergence), f in pixels, b the separation.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "shaders/background.frag.h"
@@ -171,7 +172,7 @@ void Renderer::take_nodes(const state::FrameState& state) {
 }
 
 FrameUniforms Renderer::uniforms(const state::FrameState& state, const content::Camera& camera,
-                                 const PlaneTexture& ultrasound) const {
+                                 const ViewOptions& options) const {
   FrameUniforms u{};
   Eigen::Vector3d between_eyes = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < 2; ++i) {
@@ -203,11 +204,11 @@ FrameUniforms Renderer::uniforms(const state::FrameState& state, const content::
   u.fan = {static_cast<float>(probe_.convex ? probe_.radius : 0),
            static_cast<float>(probe_.convex ? probe_.field_of_view / 2 : probe_.width / 2),
            static_cast<float>(probe_.depth), probe_.convex ? 1.0F : 0.0F};
-  if (ultrasound.image != nullptr && ultrasound.metres_per_pixel > 0) {
-    const VkExtent3D size = ultrasound.image->extent();
-    u.fan_image = {static_cast<float>(ultrasound.origin.x()), static_cast<float>(ultrasound.origin.y()),
-                   static_cast<float>(1 / (ultrasound.metres_per_pixel * size.width)),
-                   static_cast<float>(1 / (ultrasound.metres_per_pixel * size.height))};
+  if (options.plane.image != nullptr && options.plane.metres_per_pixel > 0) {
+    const VkExtent3D size = options.plane.image->extent();
+    u.fan_image = {static_cast<float>(options.plane.origin.x()), static_cast<float>(options.plane.origin.y()),
+                   static_cast<float>(1 / (options.plane.metres_per_pixel * size.width)),
+                   static_cast<float>(1 / (options.plane.metres_per_pixel * size.height))};
   }
   u.viewport = {static_cast<float>(settings_.width), static_cast<float>(settings_.height),
                 static_cast<float>(ground_cells(settings_.width)),
@@ -232,10 +233,32 @@ std::vector<std::size_t> Renderer::glass_order() const {
 }
 
 const gpu::Image& Renderer::render(const state::FrameState& state, const content::Camera& camera,
-                                   const PlaneTexture& ultrasound) {
-  take_nodes(state);
+                                   const ViewOptions& options) {
   eyes_ = eyes_of(camera, static_cast<double>(settings_.width) / settings_.height, settings_.views, settings_.stereo);
-  const FrameUniforms frame = uniforms(state, camera, ultrasound);
+  return render_seen(state, camera, options);
+}
+
+const gpu::Image& Renderer::render(const state::FrameState& state, std::span<const EyeView> eyes,
+                                   const ViewOptions& options) {
+  if (eyes.size() != static_cast<std::size_t>(settings_.views))
+    throw gpu::GpuError("3-D view of " + std::to_string(settings_.views) + " views with " +
+                        std::to_string(eyes.size()) + " eyes; give one a view");
+  eyes_.clear();
+  for (const EyeView& view : eyes) {
+    constexpr double kRightAngle = std::numbers::pi / 2;
+    if (!(-kRightAngle < view.left && view.left < view.right && view.right < kRightAngle &&
+          -kRightAngle < view.down && view.down < view.up && view.up < kRightAngle))
+      throw gpu::GpuError("3-D view: an eye's field of view is empty or reaches behind it; check its angles");
+    eyes_.push_back(eye_of(view));
+  }
+  const content::Camera ahead = camera_between(eyes, 1);
+  return render_seen(state, camera_between(eyes, focus_ ? (*focus_ - ahead.eye).norm() : 1), options);
+}
+
+const gpu::Image& Renderer::render_seen(const state::FrameState& state, const content::Camera& camera,
+                                        const ViewOptions& options) {
+  take_nodes(state);
+  const FrameUniforms frame = uniforms(state, camera, options);
   with_needle_ = geometry_.needle.fits(state.needle_positions.size(), state.needle_orientations.size());
 
   gpu::Commands& commands = ring_.next();
@@ -253,7 +276,7 @@ const gpu::Image& Renderer::render(const state::FrameState& state, const content
                      gpu::write(3, drawn_), gpu::read(4, frame_)},
                     {(count + 63) / 64, 1, 1}, DeformPush{count});
   timestamps_.mark(commands, "deform");
-  draw(commands, ultrasound.image != nullptr ? *ultrasound.image : no_ultrasound_, with_needle_);
+  draw(commands, options.plane.image != nullptr ? *options.plane.image : no_ultrasound_, with_needle_);
   timestamps_.mark(commands, "draw");
   submission_ = commands.submit();
   return target_;

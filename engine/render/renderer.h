@@ -11,12 +11,14 @@
 #include "engine/render/camera.h"
 #include "engine/render/geometry.h"
 #include "engine/render/label_pass.h"
+#include "engine/render/view_options.h"
 #include "engine/state/frame_state.h"
 
 #include <Eigen/Core>
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace stylet::render {
@@ -30,14 +32,6 @@ struct RenderSettings {
   double window_radius = 0.082;  ///< of the opening in skin, fat and muscle round the focus, m
 };
 
-/// The ultrasound image as a texture of the imaging plane: pixel (u, v) lies at origin + (u, v) * metres_per_pixel in
-/// (x, z) of the probe frame; the grey value is its red channel.
-struct PlaneTexture {
-  const gpu::Image* image = nullptr;
-  Eigen::Vector2d origin = Eigen::Vector2d::Zero();
-  double metres_per_pixel = 0;
-};
-
 /// Draws one scene. Thread: the one that uses the device.
 class Renderer {
 public:
@@ -49,7 +43,11 @@ public:
   /// that samples it). R8G8B8A8_SRGB, one layer an eye, valid until the next call.
   /// A body that `state` does not have is drawn as it was last (at first: at rest), a needle not at all.
   const gpu::Image& render(const state::FrameState& state, const content::Camera& camera,
-                           const PlaneTexture& ultrasound = {});
+                           const ViewOptions& options = {});
+  /// The same for the eyes of a headset, one a view; RenderSettings::stereo does not matter then.
+  /// @throws gpu::GpuError if there are not as many as views, or a field of view is empty or behind the eye
+  const gpu::Image& render(const state::FrameState& state, std::span<const EyeView> eyes,
+                           const ViewOptions& options = {});
   /// The picture last rendered.
   const gpu::Image& image() const { return target_; }
   /// Labels and depths of the picture last rendered, of one eye; a pass of its own, which runs only here.
@@ -61,9 +59,11 @@ public:
   std::vector<gpu::Timestamps::Span> stage_times() const;
 
 private:
+  const gpu::Image& render_seen(const state::FrameState& state, const content::Camera& camera,
+                                const ViewOptions& options);
   void take_nodes(const state::FrameState& state);
   FrameUniforms uniforms(const state::FrameState& state, const content::Camera& camera,
-                         const PlaneTexture& ultrasound) const;
+                         const ViewOptions& options) const;
   /// Indices of the glass organs, farthest first.
   std::vector<std::size_t> glass_order() const;
   void draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool with_needle) const;

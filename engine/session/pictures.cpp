@@ -37,8 +37,9 @@ Pictures::Pictures(gpu::Device& device, const content::Scene& scene, const Pictu
 Pictures::Moment Pictures::draw(const state::FrameState& state, const content::Camera& camera) {
   const ultrasound::SectorGeometry sector = imager_.geometry();
   const gpu::Image& ultrasound = imager_.image(state);
-  renderer_.render(state, camera,
-                   {.image = &ultrasound, .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel});
+  renderer_.render(
+      state, camera,
+      {.plane = {.image = &ultrasound, .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel}});
   Moment moment{.view = read_view(), .ultrasound = view::read_picture(device_, ultrasound)};
   note_ = imager_.diagnosis();
   if (notes_) draw_note(moment.ultrasound, note_, font_);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <vector>
 
 namespace stylet::render {
 namespace {
@@ -230,6 +231,48 @@ TEST_F(Render3d, DisparityIsFocalTimesSeparationOverDepth) {
   }
 }
 
+TEST_F(Render3d, EyesOfAHeadsetSeeABallWhereTheirAnglesSay) {
+  // Oracle: the picture is a plane at distance 1 before the eye, its edges at the tangents of the angles.
+  const double separation = 0.064;
+  std::vector<EyeView> eyes(2);
+  eyes[0] = {.left = -0.75, .right = 0.45, .up = 0.40, .down = -0.55};
+  eyes[1] = {.left = -0.45, .right = 0.75, .up = 0.40, .down = -0.55};
+  const Eigen::Isometry3d head = Eigen::Translation3d(0.1, 0.05, 0.3) * Eigen::AngleAxisd(0.3, Vector3d::UnitY()) *
+                                 Eigen::AngleAxisd(-0.2, Vector3d::UnitX());
+  for (std::size_t i = 0; i < 2; ++i)
+    eyes[i].patient_from_eye = head * Eigen::Translation3d((i == 0 ? -0.5 : 0.5) * separation, 0, 0);
+  const Vector3d in_head(0.02, -0.05, -0.35);
+  leave_only_a_ball(head * in_head, 0.008, -1);
+  scene.targets.clear();
+  Renderer renderer(device, scene, {.width = 400, .height = 320, .views = 2});
+  renderer.render(without_needle(tests::rest_state(scene)), eyes);
+  std::vector<Vector3d> found;
+  for (std::uint32_t i : {0u, 1u}) {
+    found.push_back(centroid(view::read_picture(device, renderer.image(), i), is_green));
+    ASSERT_GT(found[i].z(), 50) << "eye " << i;
+    const EyeView& eye = eyes[i];
+    const double x = (in_head.x() + (i == 0 ? 0.5 : -0.5) * separation) / 0.35, y = in_head.y() / 0.35;
+    EXPECT_NEAR(found[i].x(), 400 * (x - std::tan(eye.left)) / (std::tan(eye.right) - std::tan(eye.left)), 0.5);
+    EXPECT_NEAR(found[i].y(), 320 * (std::tan(eye.up) - y) / (std::tan(eye.up) - std::tan(eye.down)), 0.5);
+    const Vector3d projected = project(renderer.eyes()[i], head * in_head, 400, 320);
+    EXPECT_NEAR(found[i].x(), projected.x(), 0.5);
+    EXPECT_NEAR(projected.z(), 0.35, 1e-9);
+  }
+  // In angles: the left eye sees what is near further to the right.
+  const auto tangent = [&](std::size_t i) {
+    return std::tan(eyes[i].left) + found[i].x() / 400 * (std::tan(eyes[i].right) - std::tan(eyes[i].left));
+  };
+  EXPECT_NEAR(tangent(0) - tangent(1), separation / 0.35, 0.004);
+}
+
+TEST_F(Render3d, EyesThatCannotBeAreRefused) {
+  Renderer renderer(device, scene, {.width = 64, .height = 64});
+  const auto state = tests::rest_state(scene);
+  EXPECT_THROW(renderer.render(state, std::vector<EyeView>(2)), gpu::GpuError);
+  EXPECT_THROW(renderer.render(state, std::vector{EyeView{.left = 0.5, .right = -0.5}}), gpu::GpuError);
+  EXPECT_THROW(renderer.render(state, std::vector{EyeView{.up = 1.7}}), gpu::GpuError);
+}
+
 TEST_F(Render3d, NearerSurfaceHidesTheFarther) {
   const Vector3d forward = (scene.camera.look_at - scene.camera.eye).normalized();
   for (bool green_in_front : {true, false}) {
@@ -324,7 +367,8 @@ TEST_F(Render3d, ImagingPlaneShowsTheUltrasoundImage) {
   gpu::run_now(device, [&](gpu::Commands& commands) { commands.upload(image, std::as_bytes(std::span(pixels))); });
   Renderer renderer(device, scene, {.width = 320, .height = 240});
   const auto with_image = [&] {
-    return view::read_picture(device, renderer.render(state, scene.camera, {&image, Vector2d(-0.05, 0), 0.001}));
+    return view::read_picture(device,
+                              renderer.render(state, scene.camera, {.plane = {&image, Vector2d(-0.05, 0), 0.001}}));
   };
   Picture picture = with_image();
   std::fill(pixels.begin(), pixels.end(), std::uint8_t{0});
