@@ -158,6 +158,24 @@ struct Target {
   double radius = 0.01;
 };
 
+/// An organ that the needle must not enter. Where organs overlap the later one counts, as in LabelVolume.
+struct Forbidden {
+  std::string name{};    ///< organ id
+  int tissue = 0;        ///< of its voxels in Scene::labels
+  int body = -1;         ///< and their body, -1 or kBreathes
+  LabelVolume inside{};  ///< 1 inside its surface at rest; around it alone, spacing of Scene::labels
+};
+inline constexpr std::size_t kMaxForbidden = 32;
+
+/// What a metric (metric_names.h) must come to: all points at `full`, none at `zero`, linear between them.
+struct Criterion {
+  std::string metric;
+  double full = 0;        ///< in the metric's unit
+  double zero = 0;        ///< above or below full
+  double weight = 1;      ///< share of the total
+  bool critical = false;  ///< no points here: failed, whatever the total
+};
+
 /// Camera of the 3-D view, room or patient frame resolved to the patient frame.
 struct Camera {
   Eigen::Vector3d eye = Eigen::Vector3d::Zero();
@@ -207,6 +225,9 @@ struct Scene {
   std::vector<Wire> wires;
   Probe probe;
   std::vector<Target> targets;
+  std::vector<Forbidden> forbidden;  ///< at most kMaxForbidden
+  std::vector<Criterion> scoring;    ///< each metric once; empty: the session is measured, not scored
+  double pass_mark = 70;             ///< of 100
   Camera camera;
   Motion motion;
   LoopRates rates;

@@ -43,7 +43,13 @@ LiveSession::LiveSession(const content::Scene& scene, haptic::Device& device, co
       recorder_(writer_, hash_, scene),
       force_(scene, std::min(settings.duration_s, kLongestTrace)),
       frames_(scene),
-      loops_(scene, settings.coupling, start_, {&hash_, &recorder_, &force_, &frames_}, base_) {}
+      loops_(scene, settings.coupling, start_, listeners(), base_) {}
+
+std::vector<StepListener*> LiveSession::listeners() {
+  std::vector<StepListener*> all{&hash_, &recorder_, &force_, &frames_};
+  all.insert(all.end(), settings_.listeners.begin(), settings_.listeners.end());
+  return all;
+}
 
 RunStatistics LiveSession::run_in_lockstep(const RunProgress& progress) {
   const RunStatistics run = run_lockstep(loops_, device_, scene_, settings_.duration_s, [&](double share) {

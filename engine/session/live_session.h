@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace stylet::session {
 
@@ -22,9 +23,10 @@ struct LiveSettings {
   physics::Coupling coupling = physics::Coupling::stylet;
   double duration_s = 0;  ///< infinity: until stop()
   bool lockstep = false;
-  std::filesystem::path recording{};  ///< file to write
-  std::string build{};                ///< for its header
-  HeldProbe* probe = nullptr;         ///< moves the probe of a threaded session; null: the scene does
+  std::filesystem::path recording{};       ///< file to write
+  std::string build{};                     ///< for its header
+  HeldProbe* probe = nullptr;              ///< moves the probe of a threaded session; null: the scene does
+  std::vector<StepListener*> listeners{};  ///< told of every step after the session's own; they outlive it
 };
 
 /// Use: construct (loads the loops), then either run_lockstep() or start() ... stop().
@@ -56,6 +58,7 @@ public:
   }
 
 private:
+  std::vector<StepListener*> listeners();
   void finish();
 
   const content::Scene& scene_;

@@ -91,11 +91,6 @@ double lateral_fwhm(double range, double wavelength, double focus) {
   return kLateralLambdas * wavelength * f_number * std::sqrt(1 + kLateralDefocus * defocus * defocus);
 }
 
-double elevation_fwhm(double range) {
-  const double defocus = (range - kElevationFocus) / kElevationFieldDepth;
-  return kElevationFwhm * std::sqrt(1 + defocus * defocus);
-}
-
 BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength, double focus, int planes) {
   BeamProfile beam;
   const double reach = kElevationReach * kSigmaOfFwhm * double(kElevationFwhm);

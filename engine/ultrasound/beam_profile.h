@@ -6,6 +6,7 @@
 #pragma once
 
 #include "engine/ultrasound/scan_geometry.h"
+#include "engine/ultrasound/slice_thickness.h"
 #include "shaders/ultrasound_shared.h"
 
 #include <vector>
@@ -20,7 +21,7 @@ inline constexpr double kReferenceWavelength = 1540 / 3.5e6;
 double axial_fwhm(double range, double wavelength = kReferenceWavelength);
 /// @param focus  of the transmitted beam, m
 double lateral_fwhm(double range, double wavelength, double focus = kLateralFocus);
-double elevation_fwhm(double range);
+// elevation_fwhm(): slice_thickness.h
 
 /// Weights of one side, centre first, by sample. A weight of zero ends the sum: none beyond it counts.
 /// Across the slice the planes spread with the beam; the last of a row is their spacing, m.
