@@ -154,8 +154,8 @@ Device::Device(const DeviceSettings& settings)
       can_present_(!settings.window_extensions.empty()) {
   try {
     create_instance(settings);
-    choose_physical(settings.gpu);
-    create_device();
+    choose_physical(settings);
+    create_device(settings.maker);
   } catch (...) {
     destroy();
     throw;
@@ -198,7 +198,8 @@ void Device::create_instance(const DeviceSettings& settings) {
   create.ppEnabledLayerNames = layers.data();
   create.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
   create.ppEnabledExtensionNames = extensions.data();
-  const VkResult result = vkCreateInstance(&create, nullptr, &instance_);
+  const VkResult result = settings.maker != nullptr ? settings.maker->create_instance(create, instance_)
+                                                    : vkCreateInstance(&create, nullptr, &instance_);
   if (result != VK_SUCCESS)
     throw GpuError(
         fmt::format("vkCreateInstance: {}; install a Vulkan 1.3 driver (mesa-vulkan-drivers has one for "
@@ -211,8 +212,13 @@ void Device::create_instance(const DeviceSettings& settings) {
   }
 }
 
-void Device::choose_physical(const std::string& wanted) {
-  const std::vector<VkPhysicalDevice> devices = physical_devices(instance_);
+void Device::choose_physical(const DeviceSettings& settings) {
+  const std::string& wanted = settings.gpu;
+  std::vector<VkPhysicalDevice> devices = physical_devices(instance_);
+  if (settings.maker != nullptr) {
+    const VkPhysicalDevice chosen = settings.maker->physical_device(instance_);
+    std::erase_if(devices, [&](VkPhysicalDevice device) { return device != chosen; });
+  }
   if (devices.empty())
     throw GpuError(
         "no Vulkan device found; install a Vulkan 1.3 driver (mesa-vulkan-drivers has one for every machine)");
@@ -239,7 +245,7 @@ void Device::choose_physical(const std::string& wanted) {
   vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
 }
 
-void Device::create_device() {
+void Device::create_device(DeviceMaker* maker) {
   VkPhysicalDeviceProperties properties;
   vkGetPhysicalDeviceProperties(physical_, &properties);
   if (properties.apiVersion < VK_API_VERSION_1_3)
@@ -278,7 +284,8 @@ void Device::create_device() {
   create.pQueueCreateInfos = &queue;
   create.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
   create.ppEnabledExtensionNames = extensions.data();
-  const VkResult result = vkCreateDevice(physical_, &create, nullptr, &device_);
+  const VkResult result = maker != nullptr ? maker->create_device(physical_, create, device_)
+                                           : vkCreateDevice(physical_, &create, nullptr, &device_);
   if (result != VK_SUCCESS)
     throw GpuError(fmt::format("vkCreateDevice on {}: {}; update its driver or choose another (--gpu)",
                                identity_.name, result_name(result)));

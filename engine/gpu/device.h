@@ -13,6 +13,17 @@
 
 namespace stylet::gpu {
 
+/// Who makes the Vulkan instance and device in place of Vulkan itself, and says which GPU: the runtime of a headset,
+/// which adds to both what it needs to show images.
+class DeviceMaker {
+public:
+  virtual ~DeviceMaker() = default;
+  virtual VkResult create_instance(const VkInstanceCreateInfo& create, VkInstance& instance) = 0;
+  /// The GPU to draw on; null: none.
+  virtual VkPhysicalDevice physical_device(VkInstance instance) = 0;
+  virtual VkResult create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo& create, VkDevice& device) = 0;
+};
+
 struct DeviceSettings {
   /// Which GPU: a part of its name (case ignored), its index in the list, or empty: discrete before integrated before
   /// CPU.
@@ -23,7 +34,10 @@ struct DeviceSettings {
   /// is destroyed. Must outlive the device.
   std::atomic<std::uint32_t>* message_counter = nullptr;
   /// Extensions a window system asks for (engine/view/window.h); with any, VK_KHR_swapchain is enabled on the device.
-  std::vector<std::string> window_extensions;
+  std::vector<std::string> window_extensions{};
+  /// Null: Vulkan. It chooses the GPU, and a name in `gpu` that is not its own is an error. Used by the constructor
+  /// only.
+  DeviceMaker* maker = nullptr;
 };
 
 /// What the device calls itself.
@@ -76,8 +90,8 @@ public:
 
 private:
   void create_instance(const DeviceSettings& settings);
-  void choose_physical(const std::string& wanted);
-  void create_device();
+  void choose_physical(const DeviceSettings& settings);
+  void create_device(DeviceMaker* maker);
   void destroy();
 
   std::atomic<std::uint32_t> own_counter_{0};

@@ -1,0 +1,60 @@
+// The controllers in both hands: where they are and what is pressed on them.
+#pragma once
+
+#include "engine/view/xr.h"
+
+#include <Eigen/Geometry>
+
+#include <array>
+
+namespace stylet::view {
+
+/// A controller, in the room. Grip: origin in the palm, -Z from the little finger to the thumb (along a rod that is
+/// held), +X across the palm to the right.
+struct Hand {
+  bool tracked = false;  ///< false: the pose means nothing
+  Eigen::Isometry3d room_from_grip = Eigen::Isometry3d::Identity();
+  bool trigger = false;
+  bool squeeze = false;
+};
+
+struct Hands {
+  Hand left;
+  Hand right;
+  bool menu_pressed = false;      ///< since the last frame, on either
+  bool recentre_pressed = false;  ///< the same: thumb stick or pad, pushed
+};
+
+/// Actions of a session, bound to the controllers that runtimes know: Oculus Touch, Valve Index, HTC Vive, Windows
+/// Mixed Reality, and Khronos' simple one (no squeeze, no recentring).
+class HeadsetControllers {
+public:
+  /// @throws HeadsetError
+  HeadsetControllers(XrInstance instance, XrSession session);
+  ~HeadsetControllers();
+  HeadsetControllers(const HeadsetControllers&) = delete;
+  HeadsetControllers& operator=(const HeadsetControllers&) = delete;
+
+  /// State at `time`, poses in `base`, which stands in the room as `room_from_base` says. Hands are untracked while
+  /// the session is not focused. @throws HeadsetError
+  Hands read(XrTime time, XrSpace base, const Eigen::Isometry3d& room_from_base);
+
+private:
+  XrAction make(XrActionType type, const char* name, const char* title);
+  void suggest(const char* profile, const char* trigger, const char* squeeze, const char* menu, const char* recentre,
+               bool menu_right = true);
+  bool pressed(XrAction action, XrPath hand, bool only_new) const;
+
+  XrInstance instance_;
+  XrSession session_;
+  XrActionSet set_ = XR_NULL_HANDLE;
+  std::array<XrPath, 2> paths_{};  // left, right
+  XrAction grip_ = XR_NULL_HANDLE;
+  XrAction trigger_ = XR_NULL_HANDLE;
+  XrAction squeeze_ = XR_NULL_HANDLE;
+  XrAction menu_ = XR_NULL_HANDLE;
+  XrAction recentre_ = XR_NULL_HANDLE;
+  std::array<XrSpace, 2> grips_{};
+};
+
+}  // namespace stylet::view

@@ -1,0 +1,93 @@
+// The controllers: poses in the room, buttons of each kind of controller, and when there are none.
+#include "tests/headset/rig.h"
+
+namespace stylet::tests {
+namespace {
+
+using mock::HandScript;
+
+TEST(HeadsetControllers, HandsAreInTheRoom) {
+  Eigen::Isometry3d standing = Eigen::Isometry3d::Identity();
+  standing.translate(Eigen::Vector3d(-0.4, 0.5, 0.3));
+  standing.rotate(Eigen::AngleAxisd(-1.1, Eigen::Vector3d::UnitY()));
+  const XrPosef left = mock::looking(0.4F, -0.2F, {-0.2F, -0.3F, -0.4F});
+  Rig rig({.left = [&](XrTime) { return HandScript{.grip = left}; },
+           .right = [](XrTime) { return HandScript{.tracked = false}; }},
+          {.room_from_standing = standing});
+  rig.turn_until_focused();
+  const auto frame = rig.turn();
+  EXPECT_TRUE(frame->hands.left.tracked);
+  EXPECT_TRUE(frame->hands.left.room_from_grip.isApprox(standing * isometry(left), 1e-6));
+  EXPECT_FALSE(frame->hands.right.tracked);
+  rig.expect_clean();
+}
+
+class EveryController : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryController, TellsWhatIsPressed) {
+  HandScript left, right;
+  Rig rig({.controller = GetParam(), .left = [&](XrTime) { return left; }, .right = [&](XrTime) { return right; }});
+  rig.turn_until_focused();
+  const auto hands = [&] { return rig.turn()->hands; };
+  const bool simple = std::string(GetParam()) == "khr/simple_controller";
+  view::Hands now = hands();
+  EXPECT_FALSE(now.left.trigger || now.right.trigger || now.left.squeeze || now.right.squeeze || now.menu_pressed);
+
+  right.trigger = true;
+  left.squeeze = true;
+  now = hands();
+  EXPECT_TRUE(now.right.trigger);
+  EXPECT_FALSE(now.left.trigger);
+  EXPECT_EQ(now.left.squeeze, !simple);
+  EXPECT_FALSE(now.right.squeeze);
+  EXPECT_TRUE(hands().right.trigger) << "as long as it is held";
+
+  left.menu = true;
+  EXPECT_TRUE(hands().menu_pressed);
+  EXPECT_FALSE(hands().menu_pressed) << "once, however long it is held";
+  left.menu = false;
+  hands();
+  left.menu = true;
+  EXPECT_TRUE(hands().menu_pressed);
+
+  right.thumbstick = true;
+  EXPECT_EQ(hands().recentre_pressed, !simple);
+  rig.expect_clean();
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EveryController,
+                         testing::Values("khr/simple_controller", "oculus/touch_controller", "valve/index_controller",
+                                         "htc/vive_controller", "microsoft/motion_controller"),
+                         [](const auto& one) {
+                           const std::string name = one.param;
+                           return name.substr(0, name.find('/'));
+                         });
+
+TEST(HeadsetControllers, RestWhileTheRuntimesMenuIsOpen) {
+  Rig rig({.right = [](XrTime) { return HandScript{.trigger = true}; }});
+  rig.turn_until_focused();
+  EXPECT_TRUE(rig.turn()->hands.right.trigger);
+  mock::take_off();
+  for (int i = 0; i < 3; ++i) rig.turn();
+  const auto frame = rig.turn();
+  EXPECT_FALSE(frame->hands.right.trigger);
+  EXPECT_FALSE(frame->hands.right.tracked);
+  rig.expect_clean();
+}
+
+TEST(HeadsetControllers, ThumbStickRecentresFromTheNextFrameOn) {
+  const XrPosef head = mock::looking(1.0F, 0, {0.5F, 0, 0});
+  HandScript left;
+  Rig rig({.head = [&](XrTime) { return head; }, .left = [&](XrTime) { return left; }});
+  rig.turn_until_focused();
+  left.thumbstick = true;
+  rig.turn();
+  const auto frame = rig.turn();
+  const Eigen::Vector3d between =
+      (frame->eyes[0].room_from_eye.translation() + frame->eyes[1].room_from_eye.translation()) / 2;
+  EXPECT_LT(between.norm(), 1e-6);
+  rig.expect_clean();
+}
+
+}  // namespace
+}  // namespace stylet::tests
