@@ -43,10 +43,11 @@ LiveSession::LiveSession(const content::Scene& scene, haptic::Device& device, co
       recorder_(writer_, hash_, scene),
       force_(scene, std::min(settings.duration_s, kLongestTrace)),
       frames_(scene),
+      needle_(frames_.buffer().make_frame()),
       loops_(scene, settings.coupling, start_, listeners(), base_) {}
 
 std::vector<StepListener*> LiveSession::listeners() {
-  std::vector<StepListener*> all{&hash_, &recorder_, &force_, &frames_};
+  std::vector<StepListener*> all{&hash_, &recorder_, &force_, &frames_, &needle_};
   all.insert(all.end(), settings_.listeners.begin(), settings_.listeners.end());
   return all;
 }

@@ -5,6 +5,7 @@
 #include "engine/session/coupled_loops.h"
 #include "engine/session/force_recorder.h"
 #include "engine/session/frame_publisher.h"
+#include "engine/session/newest_needle.h"
 #include "engine/session/recorder.h"
 #include "engine/session/recording_writer.h"
 #include "engine/session/run_statistics.h"
@@ -45,6 +46,8 @@ public:
   double time_s() const { return threads_->time_s(); }
   /// What the pictures show; any thread.
   const state::StateBuffer& frames() const { return frames_.buffer(); }
+  /// The needle as it is now, newer than any of frames(); one thread.
+  NewestNeedle& newest_needle() { return needle_; }
   /// Stops the threads and completes the recording.
   RunStatistics stop();
 
@@ -71,6 +74,7 @@ private:
   Recorder recorder_;
   ForceRecorder force_;
   FramePublisher frames_;
+  NewestNeedle needle_;
   CoupledLoops loops_;
   std::optional<ThreadedRun> threads_;
 };

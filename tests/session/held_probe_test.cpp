@@ -1,6 +1,7 @@
 // A probe in the hand: where the keys send it, smoothly, and replayed to the same bits.
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
+#include "engine/session/probe_hand.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
 #include "engine/session/step_hash.h"
@@ -106,6 +107,65 @@ TEST(HeldProbe, AThreadedSessionThatItMovedReplaysBitForBit) {
   const ReplayResult result = replay(recording, loops, hash);
   EXPECT_TRUE(result.identical());
   EXPECT_EQ(hash.state(), session.state_hash());
+}
+
+// --- the same in a hand that a headset tracks ---
+
+const Eigen::Quaterniond kLevel = Eigen::Quaterniond::Identity();
+
+TEST(ProbeHand, TakesTheProbeUpWhereverTheHandIs) {
+  const content::Scene scene = pressed_cube();
+  HeldProbe probe(scene);
+  ProbeHand hand(scene, probe);
+  EXPECT_TRUE(hand.follow({3, 2, 1}, Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())), 0));
+  const content::ProbeMove move = probe.moved();
+  for (const double part : {move.lateral, move.elevation, move.press, move.tilt, move.rock, move.twist})
+    EXPECT_NEAR(part, 0, 1e-9);
+}
+
+TEST(ProbeHand, SlidesOnTheSkinAndTurnsAsTheHandDoes) {
+  const content::Scene scene = pressed_cube();
+  HeldProbe probe(scene);
+  ProbeHand hand(scene, probe);
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitY()) *
+                                  Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX());
+  hand.follow({0, 0, 0}, kLevel, 0);
+  ASSERT_TRUE(hand.follow({-0.008, 0.006, 0}, turn, 0));
+  physics::RigidPose pose;
+  for (int i = 0; i <= 100; ++i) pose = probe.pose(0.02 * i);
+  // The cube's upper face is level: there is nothing to follow but the hand.
+  EXPECT_TRUE(pose.position.isApprox(scene.probe.pose.position + Eigen::Vector3d(-0.008, 0.006, 0), 1e-4));
+  EXPECT_LT(angle_between(pose.orientation, turn * scene.probe.pose.orientation), 1e-3);
+}
+
+TEST(ProbeHand, FeelsNoSkinSoItsDepthIsLimited) {
+  const content::Scene scene = pressed_cube();
+  HeldProbe probe(scene);
+  ProbeHand hand(scene, probe);
+  hand.follow({0, 0, 0}, kLevel, 0);
+  ASSERT_TRUE(hand.follow({0, 0, -0.004}, kLevel, 0));
+  EXPECT_NEAR(probe.moved().press, 0.004, 1e-9);
+  ASSERT_TRUE(hand.follow({0, 0, -0.2}, kLevel, 0));
+  EXPECT_NEAR(probe.moved().press, ProbeHand::kDeepest, 1e-9);
+  ASSERT_TRUE(hand.follow({0, 0, 0.2}, kLevel, 0));
+  EXPECT_NEAR(probe.moved().press, -ProbeHand::kHighest, 1e-9);
+}
+
+TEST(ProbeHand, BeyondTheSkinTheProbeStaysAndLetGoItIsTakenUpAnew) {
+  const content::Scene scene = pressed_cube();
+  HeldProbe probe(scene);
+  ProbeHand hand(scene, probe);
+  hand.follow({0, 0, 0}, kLevel, 0);
+  ASSERT_TRUE(hand.follow({0.005, 0, 0}, kLevel, 0));
+  const content::ProbeMove before = probe.moved();
+  EXPECT_FALSE(hand.follow({0.5, 0, 0}, kLevel, 0));
+  EXPECT_EQ(probe.moved(), before);
+  hand.release();
+  ASSERT_TRUE(hand.follow({0.5, 0, 0}, kLevel, 0));
+  EXPECT_NEAR(probe.moved().lateral, before.lateral, 1e-9);
+  ASSERT_TRUE(hand.follow({0.495, 0, 0}, kLevel, 0));
+  EXPECT_NEAR(std::abs(probe.moved().lateral), 0, 1e-9);
 }
 
 }  // namespace

@@ -1,0 +1,38 @@
+#include "engine/immersive/hands_on_patient.h"
+
+namespace stylet::immersive {
+
+namespace {
+
+constexpr std::uint32_t kButton0 = 1;
+
+bool holds(const view::Hand& hand) {
+  return hand.tracked && !hand.squeeze;
+}
+
+}  // namespace
+
+HandsOnPatient::HandsOnPatient(const content::Scene& scene, haptic::HandDevice* needle, session::HeldProbe* probe)
+    : patient_from_room_(scene.room_from_patient.inverse()), needle_(needle) {
+  if (probe != nullptr) probe_.emplace(scene, *probe);
+}
+
+void HandsOnPatient::move(const view::Hands& hands, double time_s) {
+  if (needle_ != nullptr) {
+    const Eigen::Isometry3d hand = patient_from_room_ * hands.right.room_from_grip;
+    if (holds(hands.right))
+      needle_->follow(hand.translation(), Eigen::Quaterniond(hand.linear()));
+    else
+      needle_->release();
+    needle_->press(hands.right.trigger ? kButton0 : 0);
+  }
+  if (probe_) {
+    const Eigen::Isometry3d hand = patient_from_room_ * hands.left.room_from_grip;
+    if (holds(hands.left))
+      probe_->follow(hand.translation(), Eigen::Quaterniond(hand.linear()), time_s);
+    else
+      probe_->release();
+  }
+}
+
+}  // namespace stylet::immersive

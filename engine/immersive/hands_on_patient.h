@@ -1,0 +1,31 @@
+// The controllers of a headset as what they hold: the needle in the right hand, the probe in the left.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/session/probe_hand.h"
+#include "engine/view/headset_controllers.h"
+#include "haptic/hand_device.h"
+
+#include <optional>
+
+namespace stylet::immersive {
+
+/// Squeezed, or out of sight, a hand has let go: what it held stays, and is taken up again from wherever the hand is
+/// then. The trigger of the right hand is button 0 of the stylus. Thread: the display's.
+class HandsOnPatient {
+public:
+  /// @param needle  null: something else leads the needle
+  /// @param probe   null: the scene moves the probe
+  /// All outlive this.
+  HandsOnPatient(const content::Scene& scene, haptic::HandDevice* needle, session::HeldProbe* probe);
+
+  /// With each frame. @param time_s  of the session
+  void move(const view::Hands& hands, double time_s);
+
+private:
+  Eigen::Isometry3d patient_from_room_;
+  haptic::HandDevice* needle_;
+  std::optional<session::ProbeHand> probe_;
+};
+
+}  // namespace stylet::immersive

@@ -1,0 +1,40 @@
+// The scene as a headset shows it: from where the trainee stands, in the size that the runtime wants.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/render/renderer.h"
+#include "engine/view/headset.h"
+
+#include <array>
+#include <optional>
+
+namespace stylet::immersive {
+
+/// Where the trainee's head is at the start: at the eye of the scene's camera, turned as it looks, in the room.
+Eigen::Isometry3d standing_place(const content::Scene& scene);
+
+/// The eyes of a frame, for the renderer.
+std::array<render::EyeView, 2> eyes_in_patient(const content::Scene& scene, const view::HeadsetFrame& frame);
+
+/// Thread: the one that uses the device.
+class ImmersiveView {
+public:
+  /// Keeps references.
+  ImmersiveView(gpu::Device& device, const content::Scene& scene) : device_(device), scene_(scene) {}
+  ~ImmersiveView();
+  ImmersiveView(const ImmersiveView&) = delete;
+  ImmersiveView& operator=(const ImmersiveView&) = delete;
+
+  /// Both eyes, left in layer 0. The renderer is made anew when the frame wants another size.
+  /// @throws gpu::GpuError
+  const gpu::Image& draw(const view::HeadsetFrame& frame, const state::FrameState& state,
+                         const render::ViewOptions& options);
+
+private:
+  gpu::Device& device_;
+  const content::Scene& scene_;
+  view::EyeSize size_;
+  std::optional<render::Renderer> renderer_;
+};
+
+}  // namespace stylet::immersive

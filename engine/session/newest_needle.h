@@ -1,0 +1,51 @@
+// The needle as the haptic loop has it now: pictures of the simulation's states show it as it was.
+#pragma once
+
+#include "engine/session/coupled_loops.h"
+#include "engine/state/frame_state.h"
+#include "physics/loops/latest_value.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <vector>
+
+namespace stylet::session {
+
+/// Keeps the shape of the needle after every haptic step. The haptic thread writes, one other reads.
+class NewestNeedle final : public StepListener {
+public:
+  /// @param rest  has as many needle nodes as all states to come
+  explicit NewestNeedle(const state::FrameState& rest)
+      : latest_(Shape{rest.needle_positions, rest.needle_orientations}) {}
+
+  /// @realtime
+  void haptic_stepped(const HapticStepRecord&, const physics::NeedleState& needle) override {
+    Shape& shape = latest_.back();
+    if (static_cast<std::size_t>(needle.node_count) != shape.positions.size()) return;
+    for (int i = 0; i < needle.node_count; ++i) {
+      const auto node = static_cast<std::size_t>(i);
+      shape.positions[node] = needle.positions.col(i).cast<float>();
+      shape.orientations[node] = needle.orientations[node].cast<float>();
+    }
+    latest_.publish();
+  }
+
+  /// Reader: replaces the needle of a picture, if it has one. Before the first step nothing.
+  void show(std::vector<Eigen::Vector3f>& positions, std::vector<Eigen::Quaternionf>& orientations) {
+    known_ = latest_.update() || known_;
+    if (!known_ || positions.size() != latest_.front().positions.size()) return;
+    positions = latest_.front().positions;
+    orientations = latest_.front().orientations;
+  }
+
+private:
+  struct Shape {
+    std::vector<Eigen::Vector3f> positions;
+    std::vector<Eigen::Quaternionf> orientations;
+  };
+  physics::LatestValue<Shape> latest_;
+  bool known_ = false;  // reader's
+};
+
+}  // namespace stylet::session
