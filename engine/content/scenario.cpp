@@ -197,6 +197,31 @@ std::vector<Target> build_targets(const ScenarioFile& scenario, const std::vecto
   return targets;
 }
 
+std::vector<Forbidden> build_forbidden(const ScenarioFile& scenario, const std::vector<Organ>& organs, double spacing,
+                                       Problems& problems) {
+  std::vector<Forbidden> forbidden;
+  for (std::size_t i = 0; i < scenario.forbidden.size(); ++i) {
+    const Organ* organ = find_organ(organs, scenario.forbidden[i]);
+    if (organ == nullptr || organ->role == SurfaceRole::visual) {
+      problems.push_back(fmt::format(
+          "{}:/forbidden/{}: {}", scenario.path.string(), i,
+          organ == nullptr
+              ? fmt::format("there is no organ \"{}\" in the organ files; correct its id", scenario.forbidden[i])
+              : fmt::format("\"{}\" is visual, it has no inside; take it out or give it "
+                            "another role",
+                            scenario.forbidden[i])));
+      continue;
+    }
+    const int body = breathes(scenario, *organ) ? kBreathes : body_index(scenario, organ->body);
+    const LabelledSolid solid{&organ->mesh, 1, static_cast<std::int8_t>(body)};
+    forbidden.push_back({.name = organ->id,
+                         .tissue = organ->tissue,
+                         .body = body,
+                         .inside = voxelise({&solid, 1}, spacing, std::nullopt)});
+  }
+  return forbidden;
+}
+
 /// Everything load_scene() and validate() do. Steps that need sound input are left out after a problem.
 std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgress& progress, Problems& problems,
                               Problems& warnings) {
@@ -248,6 +273,7 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   }
   report("labelling the volume", 0.85);
   scene.labels = build_labels(scenario, organs, scene.tissues, problems);
+  scene.forbidden = build_forbidden(scenario, organs, scene.labels.spacing, problems);
   if (!problems.empty()) return std::nullopt;
 
   scene.name = scenario.name;
@@ -260,6 +286,8 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   if (const std::string odd = odd_probe_placement(scene.probe, scene.labels); !odd.empty()) {
     warnings.push_back(fmt::format("{}:/probe: {}", scenario.path.string(), odd));
   }
+  scene.scoring = scenario.scoring;
+  scene.pass_mark = scenario.pass_mark;
   scene.camera = scenario.camera;
   scene.rates = scenario.rates;
   scene.coupling = scenario.coupling;

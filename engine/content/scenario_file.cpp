@@ -1,8 +1,11 @@
 #include "engine/content/scenario_file.h"
 
+#include "engine/content/metric_names.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -13,6 +16,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr Range kCoordinate{-kPatientExtent, kPatientExtent};
 constexpr Range kComponent{-1e3, 1e3};
+constexpr Range kThreshold{-1e6, 1e6};
 constexpr double kLongestSession = 86400;  // s
 
 /// A direction; normalised.
@@ -163,6 +167,49 @@ TargetRequest read_target(JsonObject object) {
   return target;
 }
 
+Criterion read_criterion(JsonObject& object) {
+  Criterion criterion;
+  criterion.metric = object.text("metric");
+  const std::set<std::string> names(kMetricNames.begin(), kMetricNames.end());
+  if (!criterion.metric.empty() && !names.contains(criterion.metric)) {
+    const std::string close = nearest(criterion.metric, names);
+    object.problem("metric", fmt::format("\"{}\" is no metric; {}", criterion.metric,
+                                         close.empty() ? "content/README.md lists them"
+                                                       : fmt::format("did you mean \"{}\"?", close)));
+  }
+  criterion.full = object.number("full", kThreshold);
+  criterion.zero = object.number("zero", kThreshold);
+  if (criterion.full == criterion.zero && object.has("full") && object.has("zero")) {
+    object.problem("zero", "is the same as full; move them apart, points fall from one to the other");
+  }
+  criterion.weight = object.number("weight", {0, 1000}, 1);
+  criterion.critical = object.boolean("critical", false);
+  object.ignore("source");
+  object.finish();
+  return criterion;
+}
+
+void read_scoring(JsonObject& root, ScenarioFile& scenario) {
+  double weights = 0;
+  for (JsonObject& object : root.objects("scoring", false)) {
+    const Criterion criterion = read_criterion(object);
+    if (std::ranges::find(scenario.scoring, criterion.metric, &Criterion::metric) != scenario.scoring.end()) {
+      object.problem("metric", fmt::format("\"{}\" is scored by an earlier entry; keep one", criterion.metric));
+    }
+    scenario.scoring.push_back(criterion);
+    weights += criterion.weight;
+  }
+  if (!scenario.scoring.empty() && !(weights > 0)) {
+    root.problem("scoring", "has no weight above 0; there must be points for something");
+  }
+  scenario.pass_mark = root.number("pass_mark", {0, 100}, scenario.pass_mark);
+  scenario.forbidden = root.texts("forbidden");
+  if (scenario.forbidden.size() > kMaxForbidden) {
+    root.problem("forbidden",
+                 fmt::format("has {} organs, the limit is {}", scenario.forbidden.size(), kMaxForbidden));
+  }
+}
+
 Camera read_camera(JsonObject object, const Eigen::Isometry3d& room_from_patient) {
   Camera camera;
   const bool room = object.choice("frame", {"patient", "room"}, "patient") == "room";
@@ -253,6 +300,7 @@ ScenarioFile read_scenario_file(JsonFile& file) {
   root.ignore("probe");
   read_contacts(root, scenario);
   for (JsonObject& target : root.objects("targets", false)) scenario.targets.push_back(read_target(target));
+  read_scoring(root, scenario);
 
   // Supine: the patient's front (+Z) is up (+Y) in the room, the head (+Y) points away (-Z).
   const double half = std::sqrt(0.5);

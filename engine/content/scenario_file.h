@@ -83,6 +83,9 @@ struct ScenarioFile {
   std::vector<OrganFile> organs;
   std::vector<BodyRequest> bodies;
   std::vector<TargetRequest> targets;
+  std::vector<std::string> forbidden;  ///< organ ids
+  std::vector<Criterion> scoring;
+  double pass_mark = 70;
   LabelRequest labels;
   Camera camera;
   Eigen::Isometry3d room_from_patient = Eigen::Isometry3d::Identity();

@@ -264,8 +264,8 @@ void add_johnson(MetricList& out, const Trace& trace, const content::Scene& scen
 void add_perk_tutor(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
   const Samples samples = trace.samples;
   const Rates rate = rates(samples);
-  Path tips;
-  for (const TraceSample& s : samples) tips.push_back(s.tip);
+  Path hubs;
+  for (const TraceSample& s : samples) hubs.push_back(s.hub);
   const double elapsed = samples.empty() ? 0 : step_time(samples.front(), samples.back());
   const double path = kMm * sum_where(samples, kAlways, step_length);
   std::optional<double> hit, velocity;
@@ -293,8 +293,8 @@ void add_perk_tutor(MetricList& out, const Trace& trace, const content::Scene& s
   out.add(content::kRotationalActions, "rotational actions", "",
           spells_above(rate.times, rate.turning, kActionTurning, kActionTime),
           "spells of the hand above 50 deg/s for more than 0.2 s", kPerkTutor);
-  out.add(content::kSmoothness, "jerk cost", "mm/s^2.5", kMm * jerk_cost(rate.times, tips),
-          "square root of the time integral of the tip's squared jerk: 0 is smooth", kPerkTutor);
+  out.add(content::kSmoothness, "jerk cost", "mm/s^2.5", kMm * jerk_cost(rate.times, hubs),
+          "square root of the time integral of the hub's squared jerk: 0 is smooth", kPerkTutor);
   out.add(content::kPathInefficiency, "path inefficiency", "%", inefficiency(samples, arrived),
           "100 (way / distance - 1) of the tip from the first entry to the arrival", kPerkTutor);
   out.add(content::kRotation, "rotation", "deg", kDegrees * sum_where(samples, kAlways, turned),

@@ -52,6 +52,7 @@ TissuePlace TissueLocator::find(const Eigen::Vector3d& x) {
   TissuePlace place = labelled(find_body(x), x);
   for (std::size_t i = 0; i < scene_.forbidden.size(); ++i) {
     const content::Forbidden& organ = scene_.forbidden[i];
+    if (organ.body != place.body) continue;  // it was there at rest, but what is there now moves otherwise
     const std::ptrdiff_t voxel = voxel_at(scene_.labels, place.rest);
     const std::ptrdiff_t inside = voxel_at(organ.inside, place.rest);
     if (voxel < 0 || inside < 0 || organ.inside.labels[static_cast<std::size_t>(inside)] == 0) continue;
@@ -73,7 +74,7 @@ TissuePlace TissueLocator::labelled(const Carrier& at, const Eigen::Vector3d& x)
     const auto b = static_cast<std::size_t>(at.body);
     const Eigen::Vector3d rest = topologies_[b].position(rest_[b], at.point);
     if (still >= 0 && scene_.tissues[static_cast<std::size_t>(still)].mechanics.young_modulus >= kRigid) {
-      return {.tissue = still, .body = at.body, .rest = x};
+      return {.tissue = still, .rest = x};
     }
     const int tissue = tissue_of(voxel_at(labels, rest), at.body);
     // Where the mesh is not quite the organ, its tetrahedron tells.
@@ -82,7 +83,7 @@ TissuePlace TissueLocator::labelled(const Carrier& at, const Eigen::Vector3d& x)
             .rest = rest};
   }
   if (const int tissue = tissue_of(voxel_at(labels, x - breath_), content::kBreathes); tissue >= 0) {
-    return {.tissue = tissue, .rest = x - breath_};
+    return {.tissue = tissue, .body = content::kBreathes, .rest = x - breath_};
   }
   return {.tissue = std::max(still, 0), .rest = x};
 }

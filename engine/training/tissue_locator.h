@@ -14,8 +14,8 @@ namespace stylet::training {
 
 /// The anatomy at a point.
 struct TissuePlace {
-  int tissue = 0;                                  ///< index into Scene::tissues; 0: outside, or a gap between organs
-  int body = -1;                                   ///< deformable body that it is in, -1: none
+  int tissue = 0;  ///< index into Scene::tissues; 0: outside, or a gap between organs
+  int body = -1;   ///< deformable body that it goes with, -1: none, or content::kBreathes
   Eigen::Vector3d rest = Eigen::Vector3d::Zero();  ///< where that point of the tissue was at rest, m
   std::uint32_t forbidden = 0;                     ///< bit i: in Scene::forbidden[i]
 };

@@ -119,6 +119,33 @@ TEST(Scenario, LetsARigidOrganGoWithTheBreath) {
   EXPECT_GT(bone, 100);
 }
 
+TEST(Scenario, SaysWhatIsScoredAndWhatIsForbidden) {
+  SmallScenario small;
+  EXPECT_TRUE(load_scene(small.write()).scoring.empty());
+  small.scenario["forbidden"] = {"tumour", "bone"};
+  small.scenario["pass_mark"] = 65;
+  small.scenario["scoring"] = json::parse(R"([
+    {"metric": "targeting", "full": 2, "zero": 12, "weight": 3, "source": "a paper"},
+    {"metric": "forbidden_hits", "full": 0, "zero": 1, "weight": 0, "critical": true}])");
+  const Scene scene = load_scene(small.write());
+  EXPECT_EQ(scene.pass_mark, 65);
+  ASSERT_THAT(scene.scoring, SizeIs(2));
+  EXPECT_EQ(scene.scoring[0].metric, "targeting");
+  EXPECT_EQ(scene.scoring[0].full, 2);
+  EXPECT_EQ(scene.scoring[0].zero, 12);
+  EXPECT_EQ(scene.scoring[0].weight, 3);
+  EXPECT_FALSE(scene.scoring[0].critical);
+  EXPECT_TRUE(scene.scoring[1].critical);
+  ASSERT_THAT(scene.forbidden, SizeIs(2));
+  const double ball = 4.0 / 3 * std::acos(-1) * std::pow(0.01, 3) / std::pow(scene.labels.spacing, 3);
+  EXPECT_EQ(scene.forbidden[0].name, "tumour");
+  EXPECT_EQ(scene.forbidden[0].body, 0) << "the liver carries it";
+  EXPECT_EQ(scene.forbidden[0].tissue, scene.surfaces[2].tissue);
+  EXPECT_NEAR(static_cast<double>(std::ranges::count(scene.forbidden[0].inside.labels, 1)), ball, 0.1 * ball);
+  EXPECT_EQ(scene.forbidden[1].body, -1);
+  EXPECT_EQ(scene.forbidden[1].inside.spacing, scene.labels.spacing);
+}
+
 TEST(Scenario, LoadsTheSameBitsTwice) {
   const SmallScenario small;
   const Scene a = load_scene(small.write());
@@ -214,6 +241,13 @@ TEST_P(ScenarioDefect, IsOneLineAndNothingIsLoaded) {
   }
 }
 
+constexpr const char* kNoMetric = R"([{"metric": "targetting", "full": 1, "zero": 2}])";
+constexpr const char* kTwice =
+    R"([{"metric": "targeting", "full": 1, "zero": 2}, {"metric": "targeting", "full": 0, "zero": 1}])";
+constexpr const char* kStep = R"([{"metric": "targeting", "full": 2, "zero": 2}])";
+constexpr const char* kNothing = R"([{"metric": "targeting", "full": 1, "zero": 2, "weight": 0}])";
+constexpr const char* kNoZero = R"([{"metric": "targeting", "full": 1}])";
+
 constexpr BadScenario kBadScenarios[] = {
     {"MissingOrgans", [](auto& s) { s.scenario["organs"][0]["file"] = "gone.glb"; },
      "scenario.json:/organs/0/file: there is no file gone.glb; correct the path"},
@@ -236,6 +270,30 @@ constexpr BadScenario kBadScenarios[] = {
      "scenario.json:/bodies/0/fixed/0/near: there is no organ \"spine\""},
     {"TargetOfNothing", [](auto& s) { s.scenario["targets"][0]["organ"] = "cyst"; },
      "scenario.json:/targets/0/organ: there is no organ \"cyst\""},
+    {"ForbidsNothing",
+     [](auto& s) {
+       s.scenario["forbidden"] = {"tumour", "cyst"};
+     },
+     "scenario.json:/forbidden/1: there is no organ \"cyst\""},
+    {"ForbidsWhatHasNoInside",
+     [](auto& s) {
+       s.scenario["forbidden"] = {"bone"};
+       s.scenario["organs"][0]["nodes"]["bone_ball"] = {{"id", "bone"}, {"role", "visual"}};
+       s.scenario["bodies"][0]["fixed"] = json::parse(R"([{"plane": {"point": [0.1, 0, -0.03]}}])");
+     },
+     "scenario.json:/forbidden/0: \"bone\" is visual"},
+    {"ScoresNoMetric", [](auto& s) { s.scenario["scoring"] = json::parse(kNoMetric); },
+     "scenario.json:/scoring/0/metric: \"targetting\" is no metric; did you mean \"targeting\"?"},
+    {"ScoresTwice", [](auto& s) { s.scenario["scoring"] = json::parse(kTwice); },
+     "scenario.json:/scoring/1/metric: \"targeting\" is scored by an earlier entry"},
+    {"ScoresAStep", [](auto& s) { s.scenario["scoring"] = json::parse(kStep); },
+     "scenario.json:/scoring/0/zero: is the same as full"},
+    {"ScoresForNothing", [](auto& s) { s.scenario["scoring"] = json::parse(kNothing); },
+     "scenario.json:/scoring: has no weight above 0"},
+    {"ScoreWithoutThreshold", [](auto& s) { s.scenario["scoring"] = json::parse(kNoZero); },
+     "scenario.json:/scoring/0/zero: is missing; add it"},
+    {"PassMarkBeyondTheTotal", [](auto& s) { s.scenario["pass_mark"] = 101; },
+     "scenario.json:/pass_mark: is 101, accepted is 0 to 100"},
     {"CarriesNothing", [](auto& s) { s.scenario["bodies"][0]["carries"] = {"cyst"}; },
      "scenario.json:/bodies/0/carries/0: there is no organ \"cyst\""},
     {"CameraAtItsTarget",

@@ -295,8 +295,8 @@ TEST(Schemas, AgreeWithTheReaders) {
     "organs": [{"nodes": {"a": {}}}],
     "bodies": [{"mesh": {}, "fixed": [{"box": {}, "outside_box": {}, "plane": {}}]}],
     "targets": [{}], "labels": {}, "camera": {}, "room_from_patient": {}, "rates": {},
-    "contacts": [{}], "breathing": {"rigid": {}}})";
-  expect_schema_agrees("scenario", full, 19, [](JsonFile& f) { read_scenario_file(f); });
+    "contacts": [{}], "scoring": [{}], "breathing": {"rigid": {}}})";
+  expect_schema_agrees("scenario", full, 20, [](JsonFile& f) { read_scenario_file(f); });
 }
 
 /// A value against the parts of JSON Schema that our schemas of generated files use.

@@ -4,6 +4,7 @@
 #include "engine/session/lockstep.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/recorded_stylus.h"
+#include "engine/training/training_report.h"
 #include "tests/session/target_watch.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -54,15 +55,33 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   haptic::RecordedDevice device = recorded_stylus(scene.motion);
   const support::TemporaryFolder folder;
   const auto path = folder / "liver_biopsy.rec";
+  const double duration = scene.motion.stylus.back().time_s;
+  training::TraceRecorder trace(scene, duration);
   LiveSession session(
       scene, device,
-      {.duration_s = scene.motion.stylus.back().time_s, .lockstep = true, .recording = path, .build = "test"});
+      {.duration_s = duration, .lockstep = true, .recording = path, .build = "test", .listeners = {&trace}});
   const RunStatistics run = session.run_in_lockstep();
   EXPECT_EQ(run.needle_flags, 0U);
   EXPECT_EQ(run.patch_flags, 0U);
   // The capsule gives way at once: the tissue's way back is longer than one step may be.
   EXPECT_EQ(run.simulation_flags & ~std::uint32_t{physics::kSimulationStepLimited}, 0U);
 
+  const training::TrainingReport report = training::assess(trace.take(read_recording(path).events), scene);
+  std::printf("%s%s", training::summary(report.metrics, {}).c_str(), training::in_words(report).c_str());
+  ASSERT_TRUE(report.score);
+  EXPECT_TRUE(report.score->passed);
+  EXPECT_GT(report.score->total, 85) << "an expert's hand, but for one correction";
+  const auto value = [&](std::string_view key) {
+    return training::find_metric(std::span<const training::Metric>(report.metrics), key).value.value_or(NAN);
+  };
+  EXPECT_EQ(value("forbidden_hits"), 0);
+  EXPECT_EQ(value("punctures"), 1);
+  EXPECT_EQ(value("skin_contacts"), 1);
+  EXPECT_EQ(value("targets_hit"), 1);
+  EXPECT_NEAR(value("targeting"), 1e3 * session.closest_target_distance(), 1e-3);
+  EXPECT_NEAR(value("peak_force"), session.force().summary().peak_force, 0.5) << "seen once a simulation step";
+  EXPECT_NEAR(value("path_inefficiency"), 75, 15) << "60 mm of 80 are gone back and forth again";
+  EXPECT_GT(value("needle_in_beam"), 30);
   const std::vector<PunctureEvent> felt = punctures(read_recording(path));
   auto from = felt.begin();
   double deepest = -1;
