@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Coverage-guided fuzzing of everything that reads a file: ./tools/fuzz.sh [SECONDS of each fuzzer, 600]
+# Coverage-guided fuzzing of everything that reads a file or the network: ./tools/fuzz.sh [SECONDS of each fuzzer, 600]
 # As many at a time as there are cores.
 # What it learnt stays in build/fuzz/corpus and is gone on with; an input that broke something in build/fuzz/findings.
 source "$(dirname "$0")/setup.sh"
@@ -28,7 +28,7 @@ fuzz() {
     "$(find "$corpus" -type f | wc -l)" "$result" >"$folder/$name.summary"
 }
 
-names=(gltf scenario_files organ_files recording report_descriptor)
+names=(gltf scenario_files organ_files link_messages recording report_descriptor)
 rm -f "$folder"/*.summary
 for name in "${names[@]}"; do
   while [ "$(jobs -rp | wc -l)" -ge "$(nproc)" ]; do wait -n || true; done

@@ -111,6 +111,17 @@ std::optional<physics::RigidPose> moved_on_skin(const physics::RigidPose& pose, 
   return moved;
 }
 
+std::optional<physics::RigidPose> drawn_back(const physics::RigidPose& pose, const LabelVolume& labels,
+                                             double deepest) {
+  if (!in_patient(labels, pose.position)) return pose;
+  const Eigen::Vector3d axis = pose.orientation * Eigen::Vector3d::UnitZ();
+  const std::optional<double> skin = to_skin(labels, pose.position, axis);
+  if (!skin) return {};
+  physics::RigidPose back = pose;
+  back.position += std::min(*skin + deepest, 0.0) * axis;
+  return back;
+}
+
 std::string odd_probe_placement(const Probe& probe, const LabelVolume& labels) {
   if (std::ranges::all_of(labels.labels, [](std::uint8_t label) { return label == 0; })) {
     return "the patient's label volume holds no tissue to image; check that its organs are closed surfaces";

@@ -33,4 +33,9 @@ struct ProbeMove {
 std::optional<physics::RigidPose> moved_on_skin(const physics::RigidPose& pose, const LabelVolume& labels,
                                                 const ProbeMove& move);
 
+/// The pose, drawn back along its axis until the face is no deeper than `deepest` (m) below the skin at rest.
+/// Nothing: the face is inside the patient, far from the skin that it would have come through.
+std::optional<physics::RigidPose> drawn_back(const physics::RigidPose& pose, const LabelVolume& labels,
+                                             double deepest);
+
 }  // namespace stylet::content

@@ -25,11 +25,22 @@ bool HeldProbe::move(const content::ProbeMove& by, double time_s) {
   for (const auto part : kParts) to.*part += by.*part;
   if (!content::moved_on_skin(probe_pose(scene_, time_s), scene_.labels, to)) return false;
   for (std::size_t i = 0; i < kParts.size(); ++i) goal_[i].store(to.*kParts[i], std::memory_order_relaxed);
+  is_tracked_.store(false, std::memory_order_relaxed);
   return true;
 }
 
 void HeldProbe::release() {
   for (std::atomic<double>& part : goal_) part.store(0, std::memory_order_relaxed);
+  is_tracked_.store(false, std::memory_order_relaxed);
+}
+
+bool HeldProbe::follow(const physics::RigidPose& patient_from_probe) {
+  const auto pose = content::drawn_back(patient_from_probe, scene_.labels, kDeepest);
+  if (!pose) return false;
+  tracked_.back() = *pose;
+  tracked_.publish();
+  is_tracked_.store(true, std::memory_order_release);
+  return true;
 }
 
 content::ProbeMove HeldProbe::moved() const {
@@ -43,19 +54,27 @@ physics::RigidPose HeldProbe::pose(double time_s) {
   const double dt = std::max(time_s - last_s_, 0.0);
   last_s_ = time_s;
   const content::ProbeMove goal = moved();
-  if (is_none(goal) && at_rest_) return scene;
+  const bool tracked = is_tracked_.load(std::memory_order_acquire);
+  const bool elsewhere = tracked || !is_none(goal);
+  if (!elsewhere && at_rest_) return scene;
 
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
-  if (!is_none(goal)) {
-    const std::optional<physics::RigidPose> hand = content::moved_on_skin(scene, scene_.labels, goal);
+  if (elsewhere) {
+    std::optional<physics::RigidPose> hand;
+    if (tracked) {
+      tracked_.update();
+      hand = tracked_.front();
+    } else {
+      hand = content::moved_on_skin(scene, scene_.labels, goal);
+    }
     offset = hand ? Eigen::Vector3d(scene.orientation.conjugate() * (hand->position - scene.position)) : offset_;
     turn = hand ? scene.orientation.conjugate() * hand->orientation : turn_;
   }
-  const double share = 1 - std::exp(-dt / kTimeConstant);
+  const double share = 1 - std::exp(-dt / (tracked ? kTrackedConstant : kTimeConstant));
   offset_ += share * (offset - offset_);
   turn_ = turn_.slerp(share, turn).normalized();
-  at_rest_ = is_none(goal) && offset_.norm() < 1e-6 && turn_.vec().norm() < 1e-6;
+  at_rest_ = !elsewhere && offset_.norm() < 1e-6 && turn_.vec().norm() < 1e-6;
   if (at_rest_) {
     offset_.setZero();
     turn_.setIdentity();

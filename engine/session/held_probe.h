@@ -1,16 +1,18 @@
-// The probe in the hand of someone at the keyboard: on the scene's own path, moved on the skin from there.
+// The probe in someone's hand: at the keyboard, on the scene's own path and moved on the skin from there; or tracked
+// elsewhere.
 #pragma once
 
 #include "engine/content/probe_placement.h"
 #include "engine/content/scene.h"
+#include "physics/loops/latest_value.h"
 
 #include <array>
 #include <atomic>
 
 namespace stylet::session {
 
-/// The window moves it in steps; the simulation reads a smooth pose. They share six atomics, neither waits for the
-/// other. Where nobody moves it, it is exactly where the scene has it.
+/// The window moves it in steps, a tracker says where it is; the simulation reads a smooth pose. They share atomics
+/// and a latest-value slot, none waits for another. Where nobody moves it, it is exactly where the scene has it.
 class HeldProbe {
 public:
   /// Keeps a reference to `scene`.
@@ -24,14 +26,23 @@ public:
   /// Window thread: moved from there by so much.
   content::ProbeMove moved() const;
 
+  /// Tracker's thread: it is there, and stays there until the next call, move() or release(). Pressed in deeper than
+  /// kDeepest it is drawn back along its axis.
+  /// @return false: that is inside the patient; it stays where it was
+  bool follow(const physics::RigidPose& patient_from_probe);
+
   /// Simulation thread, times ascending: patient_from_probe, approaching the hand's over kTimeConstant.
   physics::RigidPose pose(double time_s);
 
-  static constexpr double kTimeConstant = 0.12;  ///< s: a hand does not jump
+  static constexpr double kTimeConstant = 0.12;      ///< s: a hand does not jump
+  static constexpr double kTrackedConstant = 0.030;  ///< s: a tracked hand has moved already
+  static constexpr double kDeepest = 0.030;          ///< of the face below the skin at rest, m
 
 private:
   const content::Scene& scene_;
   std::array<std::atomic<double>, 6> goal_{};
+  physics::LatestValue<physics::RigidPose> tracked_;
+  std::atomic<bool> is_tracked_{false};
   // Simulation thread's: probe in the scene from probe in the hand.
   Eigen::Vector3d offset_ = Eigen::Vector3d::Zero();
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();

@@ -5,14 +5,19 @@ namespace {
 
 constexpr double kMm = 1000;  // a metre
 
-/// Of a frame given in the patient frame, both in millimetres.
-Eigen::Matrix4d to_tracker(const Eigen::Vector3f& position, const Eigen::Quaternionf& orientation) {
+}  // namespace
+
+Eigen::Matrix3d ras_from_patient() {
   // Patient: +X left, +Y superior, +Z anterior.
-  Eigen::Matrix3d ras_from_patient;
-  ras_from_patient << -1, 0, 0, 0, 0, 1, 0, 1, 0;
+  Eigen::Matrix3d axes;
+  axes << -1, 0, 0, 0, 0, 1, 0, 1, 0;
+  return axes;
+}
+
+Eigen::Matrix4d ras_pose(const Eigen::Vector3f& position, const Eigen::Quaternionf& orientation) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  matrix.topLeftCorner<3, 3>() = ras_from_patient * orientation.cast<double>().normalized().toRotationMatrix();
-  matrix.topRightCorner<3, 1>() = kMm * (ras_from_patient * position.cast<double>());
+  matrix.topLeftCorner<3, 3>() = ras_from_patient() * orientation.cast<double>().normalized().toRotationMatrix();
+  matrix.topRightCorner<3, 1>() = kMm * (ras_from_patient() * position.cast<double>());
   return matrix;
 }
 
@@ -27,20 +32,17 @@ Eigen::Matrix4d image_to_probe(const ultrasound::SectorGeometry& image) {
   return matrix;
 }
 
-}  // namespace
-
 std::vector<NamedTransform> tracked_transforms(const state::FrameState& state,
                                                const ultrasound::SectorGeometry& image) {
-  std::vector<NamedTransform> transforms{
-      {"ImageToProbe", image_to_probe(image)},
-      {"ProbeToTracker", to_tracker(state.probe_position, state.probe_orientation)}};
+  std::vector<NamedTransform> transforms{{"ImageToProbe", image_to_probe(image)},
+                                         {"ProbeToTracker", ras_pose(state.probe_position, state.probe_orientation)}};
   if (!state.needle_positions.empty()) {
     transforms.push_back(
-        {"NeedleToTracker", to_tracker(state.needle_positions.front(), state.needle_orientations.front())});
+        {"NeedleToTracker", ras_pose(state.needle_positions.front(), state.needle_orientations.front())});
     transforms.push_back(
-        {"NeedleTipToTracker", to_tracker(state.needle_positions.back(), state.needle_orientations.back())});
+        {"NeedleTipToTracker", ras_pose(state.needle_positions.back(), state.needle_orientations.back())});
   }
-  transforms.push_back({"TargetToTracker", to_tracker(state.target, Eigen::Quaternionf::Identity())});
+  transforms.push_back({"TargetToTracker", ras_pose(state.target, Eigen::Quaternionf::Identity())});
   return transforms;
 }
 

@@ -19,4 +19,11 @@ namespace stylet::session {
 std::vector<NamedTransform> tracked_transforms(const state::FrameState& state,
                                                const ultrasound::SectorGeometry& image);
 
+/// The rotation from the patient frame to RAS.
+Eigen::Matrix3d ras_from_patient();
+/// Of a frame given in the patient frame (m): to RAS, both in millimetres.
+Eigen::Matrix4d ras_pose(const Eigen::Vector3f& position, const Eigen::Quaternionf& orientation);
+/// Pixel centres (column, row, 0) to the probe frame in millimetres.
+Eigen::Matrix4d image_to_probe(const ultrasound::SectorGeometry& image);
+
 }  // namespace stylet::session

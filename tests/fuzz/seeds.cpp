@@ -1,5 +1,6 @@
 // Writes what the fuzzers start from: fuzz_seeds DIR makes
-// DIR/{gltf,scenario_files,organ_files,recording,report_descriptor}/ and DIR/json.dict.
+// DIR/{gltf,scenario_files,organ_files,link_messages,recording,report_descriptor}/ and DIR/json.dict.
+#include "engine/link/message.h"
 #include "engine/session/recording_writer.h"
 #include "haptic/hid/force_stylus.h"
 #include "tests/content/glb.h"
@@ -135,6 +136,39 @@ void write_recording(const fs::path& path) {
   writer.finish();
 }
 
+/// A byte that says how to cut them and whether to repair them, then OpenIGTLink messages.
+void write_link_messages(const fs::path& folder) {
+  const auto save = [&](const char* name, const link::Bytes& bytes) {
+    write(folder / name, '\x31' + std::string(bytes.begin(), bytes.end()));
+  };
+  link::Bytes transform;
+  link::append_transform(transform, link::kNeedleName, 1.5, Eigen::Matrix4d::Identity());
+  save("transform", transform);
+  link::Bytes several;
+  const std::vector<std::uint8_t> pixels(8 * 4, 9);
+  link::append_image(several, link::kImageName, 1.5, {.width = 8, .height = 4, .pixels = pixels});
+  link::append_status(several, link::kStatusName, 1.5, link::Status::ok, "seed");
+  several.insert(several.end(), transform.begin(), transform.end());
+  save("several", several);
+  // Two tools: the names and kinds of the tools lie before their twelve numbers.
+  link::Bytes tracking = transform;
+  std::memcpy(tracking.data() + 2, "TDATA\0\0\0\0\0", 10);
+  tracking[49] = 140;
+  for (int tool = 0; tool < 2; ++tool) {
+    const std::string name("NeedleToReference\0\0\0\2\0", 22);
+    if (tool == 0) tracking.resize(58);
+    tracking.insert(tracking.end(), name.begin(), name.end());
+    tracking.insert(tracking.end(), transform.begin() + 58, transform.end());
+  }
+  save("tracking", tracking);
+  link::Bytes second = transform;
+  second[1] = 2;
+  second[49] = 60;
+  const link::Bytes extended{0, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
+  second.insert(second.begin() + 58, extended.begin(), extended.end());
+  save("version_2", second);
+}
+
 /// A tetrahedron as STL and OBJ, and a volume of eight voxels.
 void write_organ_files(const fs::path& folder, std::set<std::string>& words) {
   write(folder / "text.stl",
@@ -175,6 +209,7 @@ int main(int argc, char** argv) try {
   write_scenario_files(out / "scenario_files", words);
   write_gltf(out / "gltf", words);
   write_organ_files(out / "organ_files", words);
+  write_link_messages(out / "link_messages");
   write_recording(out / "recording" / "short.rec");
   write(out / "report_descriptor" / "force_stylus.bin",
         {haptic::hid::kForceStylusDescriptor.begin(), haptic::hid::kForceStylusDescriptor.end()});

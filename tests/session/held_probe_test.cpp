@@ -57,6 +57,41 @@ TEST(HeldProbe, StaysWhereTheSceneHasItUntilItIsMoved) {
   }
 }
 
+TEST(HeldProbe, GoesWhereATrackerHasItAndNoDeeper) {
+  const content::Scene scene = pressed_cube();  // skin at z = 0.1 m, the probe looks down
+  HeldProbe probe(scene);
+  probe.pose(0);
+  double t = 0;
+  const auto settled = [&] {
+    physics::RigidPose pose;
+    for (int step = 0; step < 50; ++step) pose = probe.pose(t += 0.02);
+    return pose;
+  };
+  physics::RigidPose tracked = scene.probe.pose;
+  tracked.position = {-0.02, 0.01, 0.12};  // in the air
+  tracked.orientation = tracked.orientation * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX());
+  ASSERT_TRUE(probe.follow(tracked));
+  const physics::RigidPose in_air = settled();
+  EXPECT_LT((in_air.position - tracked.position).norm(), 1e-6);
+  EXPECT_LT(angle_between(in_air.orientation, tracked.orientation), 1e-6);
+
+  tracked.orientation = scene.probe.pose.orientation;
+  tracked.position.z() = 0.065;  // 35 mm deep: drawn back to 30, to a voxel
+  ASSERT_TRUE(probe.follow(tracked));
+  EXPECT_NEAR(settled().position.z(), 0.1 - HeldProbe::kDeepest, 0.0025);
+  tracked.position.z() = 0.04;
+  EXPECT_FALSE(probe.follow(tracked));
+  EXPECT_NEAR(settled().position.z(), 0.1 - HeldProbe::kDeepest, 0.0025);
+
+  probe.release();
+  settled();
+  EXPECT_EQ(settled().position, scene.probe.pose.position);
+  ASSERT_TRUE(probe.follow(in_air));
+  ASSERT_TRUE(probe.move({.lateral = 0.01}, t));
+  settled();
+  EXPECT_LT((settled().position - Eigen::Vector3d(0.02, 0, 0.098)).norm(), 2e-5);
+}
+
 TEST(HeldProbe, GoesSmoothlyWhereItIsSentAndBack) {
   const content::Scene scene = pressed_cube();
   HeldProbe probe(scene);
