@@ -41,7 +41,8 @@ double bend(const physics::NeedleState& needle) {
 TraceRecorder::TraceRecorder(const content::Scene& scene, double duration_s)
     : scene_(scene),
       tissue_(scene),
-      capacity_(static_cast<std::size_t>(std::min(duration_s, kLongest) * scene.rates.simulation_hz) + 100),
+      capacity_(std::min(static_cast<std::size_t>(std::min(duration_s, kLongest) * scene.rates.simulation_hz) + 100,
+                         kMostSamples)),
       pressed_(std::make_unique<std::array<std::atomic<std::uint64_t>, kRemembered>>()) {
   for (const content::Target& target : scene.targets) targets_.push_back(tissue_.carrier(target.centre));
   trace_.samples.reserve(capacity_);

@@ -57,11 +57,12 @@ struct Trace {
 
 /// Fills a Trace, live and in replay alike: the samples are a function of the steps and what they consumed, so a
 /// recording's are those of its session, bit for bit. Simulation thread; of haptic steps it takes the buttons alone.
-/// Memory for the whole duration, at most kLongest (about 40 MB), is taken at construction; later samples are dropped
-/// and counted.
+/// Memory for the whole duration, at most kLongest and kMostSamples (40 MB), is taken at construction; later samples
+/// are dropped and counted.
 class TraceRecorder final : public session::StepListener {
 public:
   static constexpr double kLongest = 1800;  ///< s
+  static constexpr std::size_t kMostSamples = 100'000;
 
   /// Keeps a reference to `scene`. @param duration_s  of the session; infinite: kLongest
   TraceRecorder(const content::Scene& scene, double duration_s);

@@ -6,10 +6,12 @@
 
 namespace stylet::training {
 
-TrainingReport assess(Trace trace, const content::Scene& scene) {
+TrainingReport assess(Trace trace, const content::Scene& scene,
+                      const std::function<void(std::span<Metric>)>& complete) {
   TrainingReport report;
   report.trace = std::move(trace);
   report.metrics = measure(report.trace, scene);
+  if (complete) complete(report.metrics);
   report.score = score(report.metrics, scene);
   return report;
 }
@@ -23,8 +25,8 @@ nlohmann::ordered_json with_training(nlohmann::ordered_json session, const Train
 
 std::string in_words(const TrainingReport& report) {
   std::string text = summary(report.metrics, report.score);
-  if (report.trace.dropped > 0) {
-    text += fmt::format("  measured are the first {:.0f} minutes\n", TraceRecorder::kLongest / 60);
+  if (report.trace.dropped > 0 && !report.trace.samples.empty()) {
+    text += fmt::format("  measured are the first {:.0f} minutes\n", report.trace.samples.back().time_s / 60);
   }
   return text;
 }

@@ -351,6 +351,18 @@ TEST(Metrics, TargetingIsTheFiredNeedlesElseTheClosest) {
   EXPECT_NEAR(value(measure(trace, scene), "targeting"), 4, 0.01);
 }
 
+TEST(Metrics, OvershootIsBeyondTheTargetThatItCameTo) {
+  Trace trace = trace_of(stations({{0, {0, 0, 0.01}}, {3.5, {0, 0, -0.06}}}), 4);
+  EXPECT_NEAR(value(measure(trace, flat_scene()), "depth_overshoot"), 10, 1e-6);
+  for (TraceSample& s : trace.samples) {
+    if (s.tip.z() > -0.0551) continue;  // 5 mm beyond it another one is nearer
+    s.target = 1;
+    s.target_position = {0.004, 0, -0.03};
+    s.target_distance = 0.004;
+  }
+  EXPECT_NEAR(value(measure(trace, flat_scene()), "depth_overshoot"), 5, 0.3);
+}
+
 TEST(Metrics, EachTargetIsHitOnce) {
   Trace trace = trace_of(stations({{0, {0.002, 0, 0.01}}, {4, {0.002, 0, -0.09}}, {8, {0.002, 0, -0.01}}}), 8);
   for (TraceSample& s : trace.samples) {
@@ -410,6 +422,12 @@ TEST(Metrics, AgainstTheReferenceMotion) {
   for (const char* key : {"reference_rms", "reference_hausdorff", "reference_frechet", "reference_dtw"}) {
     EXPECT_NEAR(value(m, key), 6, 1e-6) << key;
   }
+  for (std::size_t i = 0; i < trace.samples.size(); ++i) {
+    physics::StylusPose& pose = scene.motion.stylus[i].pose;
+    pose.position = trace.samples[i].hub;
+    pose.orientation = pose.orientation * Eigen::AngleAxisd(0.06, Vector3d::UnitX());
+  }
+  EXPECT_NEAR(value(measure(trace, scene), "reference_frechet"), 2 * 100 * std::sin(0.03), 1e-6) << "100 mm ahead";
 }
 
 TEST(PathDistance, OfSimplePathsIsKnown) {

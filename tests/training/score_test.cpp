@@ -80,6 +80,14 @@ TEST(Score, WhatWasNotMeasuredHasNoPoints) {
   EXPECT_FALSE(training::score(s.metrics, s.scene));
 }
 
+TEST(Score, CountsWhatATraceDoesNotTell) {
+  Scored s;
+  s.scene.scoring = {{.metric = "tumour_content", .full = 80, .zero = 20}};
+  EXPECT_DOUBLE_EQ(assess({}, s.scene).score->total, 0);
+  const auto complete = [](std::span<Metric> all) { find_metric(all, "tumour_content").value = 50; };
+  EXPECT_DOUBLE_EQ(assess({}, s.scene, complete).score->total, 50);
+}
+
 TEST(Score, GoesIntoTheSessionsResults) {
   Scored s;
   metric(s.metrics, "tumour_content").value.reset();
@@ -95,6 +103,8 @@ TEST(Score, GoesIntoTheSessionsResults) {
   EXPECT_EQ(json["score"]["criteria"][2]["critical"], true);
   EXPECT_FALSE(json.contains("samples_not_measured"));
   report.trace.dropped = 3;
+  report.trace.samples.resize(1);
+  report.trace.samples[0].time_s = 1800;
   report.score.reset();
   const auto short_of = with_training({}, report);
   EXPECT_EQ(short_of["samples_not_measured"], 3U);

@@ -6,6 +6,7 @@
 #include "engine/session/live_session.h"
 #include "engine/session/output_directory.h"
 #include "engine/session/session_report.h"
+#include "engine/training/training_report.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/hid_device.h"
@@ -105,13 +106,15 @@ int train(const TrainOptions& options) {
 
   const auto recording_file = out.staged("session.rec");
   session::HeldProbe probe(scene);
+  training::TraceRecorder trace(scene, stylus.duration_s);
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
                              .lockstep = options.lockstep,
                              .recording = recording_file,
                              .build = build_name(),
-                             .probe = display ? &probe : nullptr});
+                             .probe = display ? &probe : nullptr,
+                             .listeners = {&trace}});
   session::SessionReport report{.scenario = scene.scenario.string(),
                                 .build = build_name(),
                                 .coupling = session::coupling_name(coupling),
@@ -159,6 +162,7 @@ int train(const TrainOptions& options) {
   if (!options.record.empty()) write_hand(recording, stylus.hid, log, begin_ns, options.record);
   stylus.device.reset();  // motors off before the pictures are drawn
   report.punctures = session::punctures(recording);
+  const training::TrainingReport training = training::assess(trace.take(recording.events), scene);
   session::Debrief debrief;
   try {
     debrief = session::write_debrief(out, scene, gpu, recording, live.force(), {.stereo = options.stereo},
@@ -170,7 +174,7 @@ int train(const TrainOptions& options) {
     progress.done();
     out.keep_only({"session.rec", "force.csv", "force.png"});
     out.supersede(kPictures);
-    session::write_json(out.staged("session.json"), session::to_json(report));
+    session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
     out.commit("session.json");
     fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n",
                out.destination().string());
@@ -179,10 +183,11 @@ int train(const TrainOptions& options) {
   progress.done();
   report.replay_identical = debrief.replay.identical() && debrief.state_hash == report.state_hash;
   report.replay_hashes = debrief.replay.compared;
-  session::write_json(out.staged("session.json"), session::to_json(report));
+  session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
   out.commit("session.json");
 
   fmt::print("\n{}\n{}{}", scene.name, session::main_figures(report), hid_counts);
+  fmt::print("\n{}", training::in_words(training));
   fmt::print("\n{} holds:\n", out.destination().string());
   fmt::print(
       "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
