@@ -1,6 +1,7 @@
 // The trace of a session: what it says of a needle in layers, and that a replay says the same.
 #include "engine/training/trace.h"
 
+#include "engine/content/motion.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
@@ -28,7 +29,11 @@ content::Scene scene_to_train() {
   std::ranges::transform(scene.labels.labels, tumour.inside.labels.begin(),
                          [](std::uint8_t label) { return static_cast<std::uint8_t>(label == 5 ? 1 : 0); });
   scene.forbidden = {tumour};
-  for (content::MotionSample& sample : scene.motion.stylus) sample.buttons = sample.time_s > 0.5 ? 1 : 0;
+  std::vector<content::MotionSample>& hand = scene.motion.stylus;
+  content::MotionSample pressed = content::sample_motion(hand, 0.5);
+  pressed.time_s = 0.5;
+  hand.insert(hand.begin() + 1, pressed);
+  for (content::MotionSample& sample : hand) sample.buttons = sample.time_s >= 0.5 ? 1 : 0;
   return scene;
 }
 
