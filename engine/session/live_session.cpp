@@ -57,6 +57,7 @@ RunStatistics LiveSession::run_in_lockstep(const RunProgress& progress) {
     writer_.drain();
     if (progress) progress(share);
   });
+  if (progress) progress(1);
   finish();
   return run;
 }

@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stylet::session {
@@ -36,6 +37,7 @@ public:
   /// @param scene, device  outlive the session
   LiveSession(const content::Scene& scene, haptic::Device& device, const LiveSettings& settings);
 
+  /// @param progress  every simulation step, and with 1 at the end, when the recording can still take events
   RunStatistics run_in_lockstep(const RunProgress& progress = {});
 
   /// Starts the threads.
@@ -44,6 +46,21 @@ public:
   /// Returns when the duration has passed.
   void wait() const { threads_->wait(); }
   double time_s() const { return threads_->time_s(); }
+  /// Between start() and stop(): the loops stand, session time stands, the force fades to zero, and engages anew
+  /// afterwards. Replays as if the pause had not been. One thread calls both, a second call of either does nothing.
+  /// In lockstep, where nobody waits, they do nothing.
+  void pause() {
+    if (threads_) threads_->pause();
+  }
+  void resume() {
+    if (threads_) threads_->resume();
+  }
+  bool paused() const { return threads_ && threads_->paused(); }
+  /// Puts something on record that no loop knows of: what the user did. One thread, before stop() or the end of
+  /// run_in_lockstep(); texts as in EventRecord.
+  void add_event(double time_s, std::uint64_t haptic_step, std::string_view name, std::string_view detail = {}) {
+    writer_.session().add_event(time_s, haptic_step, name, detail);
+  }
   /// What the pictures show; any thread.
   const state::StateBuffer& frames() const { return frames_.buffer(); }
   /// The needle as it is now, newer than any of frames(); one thread.

@@ -21,6 +21,12 @@ using content::ContentError;
 using format::RecordBytes;
 using format::RecordType;
 
+namespace {
+
+constexpr std::size_t kSessionRingBytes = std::size_t{64} << 10;  // events only, a few a second at most
+
+}  // namespace
+
 ByteRing::ByteRing(std::size_t capacity) : bytes_(std::bit_ceil(std::max<std::size_t>(capacity, 64))) {}
 
 bool ByteRing::push(std::span<const std::uint8_t> message) {
@@ -88,7 +94,11 @@ struct RecordingWriter::File {
 
 RecordingWriter::RecordingWriter(const std::filesystem::path& path, const RecordingHeader& header,
                                  std::size_t ring_bytes)
-    : path_(path), file_(std::make_unique<File>()), haptic_(ring_bytes), simulation_(ring_bytes) {
+    : path_(path),
+      file_(std::make_unique<File>()),
+      haptic_(ring_bytes),
+      simulation_(ring_bytes),
+      session_(kSessionRingBytes) {
   const nlohmann::json settings = nlohmann::json::parse(header.settings_json, nullptr, /*allow_exceptions=*/false);
   if (!settings.is_object()) throw ContentError(path_.string() + ": the settings to record are not a JSON object");
   nlohmann::ordered_json json;
@@ -140,6 +150,7 @@ void RecordingWriter::drain() {
   drained_.clear();
   haptic_.ring_.drain(drained_);
   simulation_.ring_.drain(drained_);
+  session_.ring_.drain(drained_);
   // Whole records only are in the rings: count the steps by walking from record to record.
   for (std::size_t at = 0; at < drained_.size();) {
     const auto type = static_cast<RecordType>(drained_[at]);
@@ -160,7 +171,11 @@ void RecordingWriter::finish() {
   drain();
   RecordBytes end(RecordType::end);
   end.put(haptic_steps_), end.put(simulation_steps_);
-  end.put(haptic_.lost_.load(std::memory_order_relaxed) + simulation_.lost_.load(std::memory_order_relaxed));
+  std::uint64_t lost = 0;
+  for (const RecordingChannel* channel : {&haptic_, &simulation_, &session_}) {
+    lost += channel->lost_.load(std::memory_order_relaxed);
+  }
+  end.put(lost);
   write(end.finish());
   const bool closed = std::fclose(file_->stream) == 0;
   file_->stream = nullptr;

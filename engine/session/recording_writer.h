@@ -54,11 +54,12 @@ private:
   std::atomic<std::uint64_t> lost_{0};
 };
 
-/// The file. One channel for the thread of each loop; drain() moves what they hold to disk.
+/// The file. One channel for the thread of each loop and one for the session's own; drain() moves what they hold to
+/// disk.
 class RecordingWriter {
 public:
   /// Creates the file and writes the header.
-  /// @param ring_bytes  of each channel; 4 MiB hold about 40 s of haptic steps at 1 kHz
+  /// @param ring_bytes  of each loop's channel; 4 MiB hold about 40 s of haptic steps at 1 kHz
   /// @throws content::ContentError  when the file cannot be made or written
   RecordingWriter(const std::filesystem::path& path, const RecordingHeader& header,
                   std::size_t ring_bytes = std::size_t{4} << 20);
@@ -69,6 +70,7 @@ public:
 
   RecordingChannel& haptic() { return haptic_; }          ///< for the haptic thread
   RecordingChannel& simulation() { return simulation_; }  ///< for the simulation thread
+  RecordingChannel& session() { return session_; }        ///< for the thread that runs the session: its events
 
   /// Drains every 20 ms from a thread of its own until finish(). Threaded sessions; in lockstep call drain() instead.
   void start_background();
@@ -87,6 +89,7 @@ private:
   std::unique_ptr<File> file_;
   RecordingChannel haptic_;
   RecordingChannel simulation_;
+  RecordingChannel session_;
   std::mutex drain_mutex_;  // drain() may be called from the background and from finish()
   std::vector<std::uint8_t> drained_;
   std::uint64_t haptic_steps_ = 0;

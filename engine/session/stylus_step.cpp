@@ -11,6 +11,7 @@ StylusStep::StylusStep(CoupledLoops& loops, haptic::Device& device)
       guard_(device.limits(), loops.haptic_dt()) {}
 
 const physics::NeedleState& StylusStep::step(double time_s, double elapsed_s, const physics::TissuePatch& patch) {
+  held_s_ = 0;
   haptic::StylusSample sample = device_.read(time_s);
   sample.time_s = time_s;
   const physics::NeedleState& needle = loops_.haptic_step(sample, patch);
@@ -30,6 +31,21 @@ const physics::NeedleState& StylusStep::step(double time_s, double elapsed_s, co
   device_.write(out.force, out.torque);
   if (renders_force_) loops_.force_sent(time_s, out);
   return needle;
+}
+
+void StylusStep::hold(double time_s, double elapsed_s) {
+  held_s_ += elapsed_s;
+  const haptic::StylusSample sample = device_.read(time_s);
+  const physics::Wrench& wrench = loops_.needle().wrench;
+  const double share = std::max(0.0, 1 - held_s_ / kPauseFade);
+  const haptic::GuardedWrench out = guard_.apply({.force = share * wrench.force,
+                                                  .torque = share * wrench.moment,
+                                                  .position = sample.position,
+                                                  .orientation = sample.orientation,
+                                                  .valid = sample.valid && share > 0,
+                                                  .pose_age_s = sample.age_s},
+                                                 elapsed_s);
+  device_.write(out.force, out.torque);
 }
 
 }  // namespace stylet::session

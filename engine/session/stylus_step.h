@@ -11,6 +11,8 @@ namespace stylet::session {
 /// like, threads or lockstep, is its caller's.
 class StylusStep {
 public:
+  static constexpr double kPauseFade = 0.05;  ///< s; as soft as the rate limit of a stylus, shorter than a start
+
   /// @param loops, device  outlive this
   StylusStep(CoupledLoops& loops, haptic::Device& device);
 
@@ -18,6 +20,11 @@ public:
   /// @param elapsed_s  since the last call, by the clock
   /// @realtime
   const physics::NeedleState& step(double time_s, double elapsed_s, const physics::TissuePatch& patch);
+  /// In place of step() while the session is paused: no loop steps, and the force fades to zero within kPauseFade.
+  /// The next step() is that of a stylus that was plugged in again: the force engages anew.
+  /// @param elapsed_s  since the last call of either, by the clock
+  /// @realtime
+  void hold(double time_s, double elapsed_s);
   /// Zero force. The next step starts from there.
   void release() { device_.write(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()); }
 
@@ -29,6 +36,7 @@ private:
   bool renders_force_;
   haptic::OutputGuard guard_;
   double refused_s_ = 0;  // since when the physics has taken no pose
+  double held_s_ = 0;     // since when the session is paused
 };
 
 }  // namespace stylet::session

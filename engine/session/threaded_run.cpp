@@ -2,6 +2,8 @@
 
 #include "haptic/denormals.h"
 
+#include <algorithm>
+
 namespace stylet::session {
 
 ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
@@ -9,7 +11,7 @@ ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const cont
     : loops_(loops), settings_(settings), scene_(scene), patches_(loops.make_patch()), hand_(loops, device) {
   physics::copy_state(loops.needle(), needles_.back());
   needles_.publish();
-  begin_ns_ = clock_.now_ns();
+  clock_state_.store(clock_.now_ns(), std::memory_order_release);
   worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
   simulation_ = std::make_unique<haptic::RealTimeThread>(
       haptic::RealTimeSettings{.rate_hz = scene.rates.simulation_hz, .fifo_priority = 0},
@@ -23,18 +25,42 @@ ThreadedRun::~ThreadedRun() {
   stop();
 }
 
+double ThreadedRun::session_s(std::int64_t clock_state, std::int64_t now_ns) const {
+  return static_cast<double>(clock_state >= 0 ? now_ns - clock_state : -1 - clock_state) * 1e-9;
+}
+
 double ThreadedRun::time_s() const {
-  return static_cast<double>(haptic::MonotonicClock().now_ns() - begin_ns_) * 1e-9;
+  return session_s(clock_state_.load(std::memory_order_acquire), haptic::MonotonicClock().now_ns());
+}
+
+void ThreadedRun::pause() {
+  const std::int64_t begin_ns = clock_state_.load(std::memory_order_relaxed);
+  if (begin_ns < 0) return;
+  clock_state_.store(-1 - (haptic::MonotonicClock().now_ns() - begin_ns), std::memory_order_release);
+}
+
+void ThreadedRun::resume() {
+  const std::int64_t stands_at = clock_state_.load(std::memory_order_relaxed);
+  if (stands_at >= 0) return;
+  clock_state_.store(haptic::MonotonicClock().now_ns() + 1 + stands_at, std::memory_order_release);
 }
 
 void ThreadedRun::haptic_step(const haptic::StepTiming& timing) {
-  const double time_s = static_cast<double>(timing.started_ns - begin_ns_) * 1e-9;
+  const std::int64_t state = clock_state_.load(std::memory_order_acquire);
+  // A step that began just before a pause or its end may see the other clock.
+  const double time_s = std::max(session_s(state, timing.started_ns), last_step_s_);
+  const double elapsed_s =
+      last_step_ns_ == 0 ? loops_.haptic_dt() : static_cast<double>(timing.started_ns - last_step_ns_) * 1e-9;
+  last_step_ns_ = timing.started_ns;
+  if (state < 0) {
+    hand_.hold(time_s, elapsed_s);
+    return;
+  }
   if (time_s >= settings_.duration_s) {
     if (!finished_.exchange(true, std::memory_order_acq_rel)) finished_.notify_all();
     return;
   }
   end_s_ = time_s;
-  const double elapsed_s = last_step_s_ < 0 ? loops_.haptic_dt() : time_s - last_step_s_;
   last_step_s_ = time_s;
   patches_.update();
   const physics::NeedleState& needle = hand_.step(time_s, elapsed_s, patches_.front());
@@ -44,9 +70,10 @@ void ThreadedRun::haptic_step(const haptic::StepTiming& timing) {
 }
 
 void ThreadedRun::simulation_step(const haptic::StepTiming& timing) {
-  if (finished()) return;
+  const std::int64_t state = clock_state_.load(std::memory_order_acquire);
+  if (finished() || state < 0) return;
   needles_.update();
-  const double time_s = static_cast<double>(timing.started_ns - begin_ns_) * 1e-9;
+  const double time_s = session_s(state, timing.started_ns);
   const physics::RigidPose probe =
       settings_.probe != nullptr ? settings_.probe->pose(time_s) : probe_pose(scene_, time_s);
   const physics::SimulationReport report =

@@ -32,8 +32,13 @@ public:
   ThreadedRun(const ThreadedRun&) = delete;
   ThreadedRun& operator=(const ThreadedRun&) = delete;
 
-  /// Session time, from the start of the threads, s. Any thread.
+  /// Session time, from the start of the threads without the pauses, s. Any thread.
   double time_s() const;
+  /// Session time stands still, the loops make no step, the force fades out. One thread calls both.
+  void pause();
+  void resume();
+  /// Any thread.
+  bool paused() const { return clock_state_.load(std::memory_order_acquire) < 0; }
   /// The duration has passed. Any thread.
   bool finished() const { return finished_.load(std::memory_order_acquire); }
   /// Returns when the duration has passed.
@@ -44,6 +49,7 @@ public:
   RunStatistics statistics() const;
 
 private:
+  double session_s(std::int64_t clock_state, std::int64_t now_ns) const;
   void haptic_step(const haptic::StepTiming& timing);
   void simulation_step(const haptic::StepTiming& timing);
   void work(const std::stop_token& stop);
@@ -52,11 +58,13 @@ private:
   ThreadedSettings settings_;
   const content::Scene& scene_;
   haptic::MonotonicClock clock_;
-  std::int64_t begin_ns_ = 0;
+  // Running: the clock at session time 0, ns. Paused: -1 - session time, ns. One word, so that no thread sees half.
+  std::atomic<std::int64_t> clock_state_{0};
   physics::LatestValue<physics::TissuePatch> patches_;
   physics::LatestValue<physics::NeedleState> needles_;
   StylusStep hand_;
   double last_step_s_ = -1;             // haptic thread's; negative: none yet
+  std::int64_t last_step_ns_ = 0;       // haptic thread's, by the clock; 0: none yet
   std::uint32_t needle_flags_ = 0;      // haptic thread's
   std::uint32_t simulation_flags_ = 0;  // simulation thread's
   std::uint32_t patch_flags_ = 0;

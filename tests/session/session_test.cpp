@@ -7,15 +7,19 @@
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
 #include "engine/session/step_hash.h"
+#include "haptic/paced_loop.h"
 #include "tests/session/cube_scene.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <thread>
 
 namespace stylet::session {
 namespace {
@@ -125,6 +129,57 @@ TEST(Lockstep, CouplingsDiffer) {
   const Outcome stylet = record(scene, folder / "stylet", Mode::lockstep, 0.4, physics::Coupling::stylet);
   EXPECT_NE(updated.hash, frozen.hash);
   EXPECT_NE(updated.hash, stylet.hash);
+}
+
+TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
+  const content::Scene scene = tests::cube_scene(5);
+  const support::TemporaryFolder folder;
+  haptic::RecordedDevice device = recorded_stylus(scene.motion);
+  LiveSession session(
+      scene, device,
+      {.coupling = physics::Coupling::stylet, .duration_s = 0.9, .recording = folder / "paused", .build = "test"});
+  const auto until = [&](double time_s) {
+    while (session.time_s() < time_s) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  };
+  haptic::MonotonicClock clock;
+  const std::int64_t began_ns = clock.now_ns();
+  session.start();
+  int pauses = 0;
+  for (const double at : {0.3, 0.6}) {
+    until(at);
+    session.pause();
+    session.pause();
+    const double stands = session.time_s();
+    session.add_event(stands, 0, "paused");
+    std::this_thread::sleep_for(std::chrono::milliseconds(120));
+    EXPECT_TRUE(session.paused());
+    EXPECT_EQ(session.time_s(), stands);
+    const double newest = session.frames().newest_s();
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    EXPECT_EQ(session.frames().newest_s(), newest) << "three simulation steps long nothing happened";
+    session.resume();
+    session.add_event(session.time_s(), 0, "resumed", std::to_string(++pauses));
+    EXPECT_FALSE(session.paused());
+  }
+  session.wait();
+  EXPECT_GE(static_cast<double>(clock.now_ns() - began_ns) * 1e-9, 0.9 + 2 * 0.18) << "time stood in the pauses";
+  session.stop();
+  const Recording recording = read_recording(folder / "paused");
+  ASSERT_TRUE(recording.complete()) << recording.condition();
+  std::string seen;
+  for (const EventRecord& event : recording.events) {
+    if (event.name == "paused" || event.name == "resumed") seen += event.name + event.detail + " ";
+  }
+  EXPECT_EQ(seen, "paused resumed1 paused resumed2 ");
+  double last_s = -1;
+  for (const HapticStepRecord& step : recording.haptic) {
+    ASSERT_GE(step.time_s, last_s);
+    last_s = step.time_s;
+  }
+  EXPECT_LT(last_s, 0.9);
+  const auto [result, hash] = replay_file(scene, recording);
+  EXPECT_TRUE(result.identical());
+  EXPECT_EQ(hash, session.state_hash());
 }
 
 class EachCoupling : public ::testing::TestWithParam<physics::Coupling> {};

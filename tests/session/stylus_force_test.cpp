@@ -291,6 +291,29 @@ TEST_F(Faulty, UnpluggedStylusLeavesTheNeedleAndItsForceComesBackInARise) {
   }
 }
 
+TEST_F(Faulty, PauseFadesTheForceAndItComesBackInARise) {
+  ASSERT_GT(device_.sent.norm(), 0.2);
+  const physics::NeedleState before = loops_->needle();
+  const double allowed = device_.sent.norm() * kMs / StylusStep::kPauseFade * (1 + 1e-9);
+  double last = device_.sent.norm();
+  for (int k = 0; k < 200; ++k) {
+    hand_->hold(step_++ * kMs, kMs);
+    ASSERT_LE(last - device_.sent.norm(), allowed) << k;
+    last = device_.sent.norm();
+    if (k * kMs >= StylusStep::kPauseFade) {
+      ASSERT_EQ(device_.sent, Vector3d::Zero()) << k;
+    }
+  }
+  EXPECT_EQ(loops_->needle().step, before.step) << "the loops stand";
+  EXPECT_EQ(loops_->needle().positions, before.positions);
+  for (int k = 0; k < 1700; ++k) {  // it may wait for a second, and rises in half of one
+    step();
+    ASSERT_LT(device_.sent.norm() - last, 0.02) << k;  // as after an unplugged stylus
+    last = device_.sent.norm();
+  }
+  EXPECT_GT(last, 0.05) << "it is felt again";
+}
+
 TEST_F(Faulty, SilentSimulationFadesTheForce) {
   ASSERT_GT(device_.sent.norm(), 0.2);
   int faded = -1, gone = -1;
