@@ -298,6 +298,7 @@ std::optional<Scene> assemble(const std::filesystem::path& path, const LoadProgr
   scene.gravity = scene.room_from_patient.linear().transpose() * Eigen::Vector3d(0, -scenario.gravity, 0);
   scene.contacts = scenario.contacts;
   scene.breathing = scenario.breathing;
+  scene.exercise = scenario.exercise;
   report("ready", 1);
   return scene;
 }

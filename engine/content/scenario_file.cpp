@@ -1,5 +1,6 @@
 #include "engine/content/scenario_file.h"
 
+#include "engine/content/exercise_file.h"
 #include "engine/content/metric_names.h"
 
 #include <fmt/format.h>
@@ -333,6 +334,7 @@ ScenarioFile read_scenario_file(JsonFile& file) {
     }
     breathing->finish();
   }
+  scenario.exercise = read_exercise(root);
   scenario.damping_time_s = root.number("damping_time_s", {0, 10}, 0);
   scenario.gravity = root.number("gravity_m_per_s2", {0, 20}, 0);
   root.finish();

@@ -2,6 +2,7 @@
 // "stylet-scenario").
 #pragma once
 
+#include "engine/content/exercise.h"
 #include "engine/content/gltf.h"
 #include "engine/content/json_reader.h"
 #include "engine/content/scene.h"
@@ -98,6 +99,7 @@ struct ScenarioFile {
   std::vector<BodyContact> contacts;
   Breathing breathing;
   std::vector<std::string> breathing_organs;  ///< ids of rigid ones that go with the breath
+  Exercise exercise;
 };
 
 /// Problems go to `file`.

@@ -1,6 +1,7 @@
 // What a scenario becomes once it is loaded: everything the loops and the pictures need, in memory.
 #pragma once
 
+#include "engine/content/exercise.h"
 #include "physics/contact/tissue_map.h"
 #include "physics/contact/track_rows.h"
 #include "physics/loops/messages.h"
@@ -238,6 +239,7 @@ struct Scene {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();                        ///< patient frame, m/s^2
   std::vector<BodyContact> contacts;
   Breathing breathing;
+  Exercise exercise;
 };
 
 }  // namespace stylet::content
