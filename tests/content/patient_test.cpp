@@ -5,6 +5,8 @@
 #include "engine/content/tet_quality.h"
 #include "engine/content/tetrahedralise.h"
 #include "tests/support/sanitized.h"
+#include "tools/make_patient/ablation_case.h"
+#include "tools/make_patient/phantom.h"
 #include "tools/make_patient/torso.h"
 
 #include <gtest/gtest.h>
@@ -95,6 +97,24 @@ TEST(Patient, CommittedFilesAreWhatTheGeneratorMakes) {
   const std::string made(reinterpret_cast<const char*>(glb.data()), glb.size());
   EXPECT_TRUE(same_or_a_micrometre_apart(made, read_bytes(kContent / "organs/abdomen.glb")))
       << "run stylet-make-patient and look at what changed";
+}
+
+TEST(Patient, PhantomAndTumourForAblationAreWhatTheGeneratorMakes) {
+  const auto expect_made = [](const std::vector<Organ>& made, const char* file) {
+    const content::GltfScene shipped = content::read_gltf(kContent / "organs" / file);
+    ASSERT_EQ(made.size(), shipped.organs.size()) << file;
+    for (std::size_t i = 0; i < made.size(); ++i) {
+      EXPECT_EQ(made[i].name, shipped.organs[i].name);
+      EXPECT_EQ(made[i].role, shipped.organs[i].organ.role);
+      expect_same(made[i].mesh, shipped.organs[i].mesh);
+      const SurfaceReport report = content::inspect(made[i].mesh);
+      EXPECT_TRUE(report.closed() && report.oriented()) << made[i].name;
+    }
+  };
+  expect_made(make_phantom(), "phantom.glb");
+  expect_made(make_ablation_tumour(), "ablation_tumour.glb");
+  EXPECT_EQ(procedure_json(make_ablation_procedure(), "ablation_tumour.glb", "ablation_tumour"),
+            read_bytes(kContent / "organs/ablation_tumour.json"));
 }
 
 TEST(Patient, EverySurfaceIsClosedManifoldAndOutward) {

@@ -1,7 +1,9 @@
-// stylet-make-patient: writes the default patient, content/organs/abdomen.glb and abdomen.json.
+// stylet-make-patient: writes the default patient, a tumour for its ablation, and the phantom: content/organs.
 
 #include "engine/content/surface_mesh.h"
+#include "tools/make_patient/ablation_case.h"
 #include "tools/make_patient/patient.h"
+#include "tools/make_patient/phantom.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -45,21 +47,39 @@ void print(const std::vector<patient::Organ>& organs) {
   }
 }
 
+/// A glTF file of surfaces made from formulas.
+void write_glb(const std::filesystem::path& path, const std::vector<patient::Organ>& organs,
+               const content::TissueColours& colours, const std::string& scene) {
+  const auto glb = content::write_glb(
+      organs, colours,
+      {.generator = "stylet-make-patient", .copyright = "Apache-2.0, Stylet contributors", .scene = scene});
+  write(path, reinterpret_cast<const char*>(glb.data()), glb.size());
+  print(organs);
+  fmt::print("{}: {:.2f} MB\n", path.string(), static_cast<double>(glb.size()) * 1e-6);
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  write(path, text.data(), text.size());
+}
+
 int run(int argc, char** argv) {
-  CLI::App app{"Makes the default patient from implicit surfaces: DIR/abdomen.glb and DIR/abdomen.json"};
+  CLI::App app{
+      "Makes patients from implicit surfaces: DIR/abdomen.glb and .json, the tumour beside a vein and the way to it, "
+      "DIR/ablation_tumour.glb and .json, and the training phantom, DIR/phantom.glb"};
   std::filesystem::path out = "content/organs";
   std::filesystem::path tissues = "content/tissues.json";
+  std::filesystem::path phantom_tissues = "content/phantom_tissues.json";
   app.add_option("--out", out, "folder to write to")->capture_default_str();
   app.add_option("--tissues", tissues, "tissue table: colours of the materials")->capture_default_str();
+  app.add_option("--phantom-tissues", phantom_tissues, "the same of the phantom")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  const std::vector<patient::Organ> organs = patient::make_organs();
-  const auto glb = patient::patient_glb(read_colours(tissues));
-  const std::string json = patient::procedure_json(patient::make_procedure());
   std::filesystem::create_directories(out);
-  write(out / "abdomen.glb", reinterpret_cast<const char*>(glb.data()), glb.size());
-  write(out / "abdomen.json", json.data(), json.size());
-  print(organs);
-  fmt::print("{}: {:.2f} MB\n", (out / "abdomen.glb").string(), static_cast<double>(glb.size()) * 1e-6);
+  write_glb(out / "abdomen.glb", patient::make_organs(), read_colours(tissues), "abdomen");
+  write_text(out / "abdomen.json", patient::procedure_json(patient::make_procedure()));
+  write_glb(out / "ablation_tumour.glb", patient::make_ablation_tumour(), read_colours(tissues), "ablation_tumour");
+  write_text(out / "ablation_tumour.json",
+             patient::procedure_json(patient::make_ablation_procedure(), "ablation_tumour.glb", "ablation_tumour"));
+  write_glb(out / "phantom.glb", patient::make_phantom(), read_colours(phantom_tissues), "phantom");
   return 0;
 }
 

@@ -130,7 +130,7 @@ Procedure make_procedure() {
   return procedure;
 }
 
-std::string procedure_json(const Procedure& procedure) {
+std::string procedure_json(const Procedure& procedure, const std::string& organs, const std::string& target) {
   const auto triple = [](const Vector3& x) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (int axis = 0; axis < 3; ++axis) list.push_back(std::round(x[axis] * 1e6) / 1e6);
@@ -139,9 +139,9 @@ std::string procedure_json(const Procedure& procedure) {
   nlohmann::ordered_json json;
   json["format"] = "stylet-procedure";
   json["version"] = 1;
-  json["organs"] = "abdomen.glb";
+  json["organs"] = organs;
   json["entry"] = triple(procedure.entry);
-  json["target"] = {{"name", "tumour"},
+  json["target"] = {{"name", target},
                     {"centre", triple(procedure.target)},
                     {"radius", std::round(procedure.target_radius * 1e6) / 1e6}};
   json["needle_direction"] = triple((procedure.target - procedure.entry).normalized());

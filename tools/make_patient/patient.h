@@ -39,7 +39,9 @@ struct Procedure {
 };
 Procedure make_procedure();
 
-/// abdomen.json, specified in content/organs/README.md.
-std::string procedure_json(const Procedure& procedure);
+/// A stylet-procedure, specified in content/organs/README.md.
+/// @param organs, target  the glTF file and the node in it
+std::string procedure_json(const Procedure& procedure, const std::string& organs = "abdomen.glb",
+                           const std::string& target = "tumour");
 
 }  // namespace stylet::patient
