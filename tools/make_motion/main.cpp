@@ -1,12 +1,15 @@
-// Writes content/motions/liver_biopsy.json from the planned entry and target of the default patient.
-//   make_motion content/organs/abdomen.json content/needles/18g_150mm.json content/motions/liver_biopsy.json
+// Writes the motions of content/motions; content/motions/LICENCE.md has the commands.
 #include "engine/content/instruments.h"
 #include "engine/content/motion.h"
 #include "engine/content/procedure.h"
+#include "engine/content/scenario_file.h"
 #include "tools/make_motion/biopsy_motion.h"
+#include "tools/make_motion/stroke_motion.h"
 
 #include <exception>
 #include <iostream>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -24,21 +27,69 @@ stylet::motion::BiopsyPlan read_plan(const char* procedure, const char* needle) 
   return plan;
 }
 
+/// The scenario as written; the motion that it names may not be there yet.
+stylet::content::ScenarioFile read_scenario(const char* path) {
+  stylet::content::JsonFile file{std::filesystem::path(path)};
+  return stylet::content::read_scenario_file(file);
+}
+
+double needle_length(const stylet::content::ScenarioFile& scenario) {
+  stylet::content::JsonFile file{scenario.needle};
+  const double length = stylet::content::read_needle(file).length;
+  file.throw_problems();
+  return length;
+}
+
+stylet::content::Motion make_tour(const char* path) {
+  using namespace stylet::content;
+  const ScenarioFile scenario = read_scenario(path);
+  std::vector<Target> targets;
+  for (const TargetRequest& target : scenario.targets) targets.push_back({target.name, target.centre, target.radius});
+  // Beside the probe's face, image left.
+  return stylet::motion::tour_motion(
+      {.entry = {-0.040, 0, 0}, .targets = targets, .needle_length = needle_length(scenario)});
+}
+
+stylet::content::Motion make_ablation(const char* procedure, const char* path) {
+  using namespace stylet::content;
+  const ScenarioFile scenario = read_scenario(path);
+  JsonFile file{std::filesystem::path(procedure)};
+  const Procedure planned = read_procedure(file);
+  file.throw_problems();
+  const AblationPlan& ablation = scenario.exercise.sampling.ablation;
+  return stylet::motion::ablation_motion({.entry = planned.entry,
+                                          .target = planned.target,
+                                          .exposed = ablation.exposed,
+                                          .needle_length = needle_length(scenario),
+                                          .breathing = scenario.breathing,
+                                          .carried = 0.9 * scenario.breathing.rigid_motion,
+                                          .heating = ablation.duration_s / ablation.time_factor + 2});
+}
+
+int write(const stylet::content::Motion& motion, const char* name, const char* path) {
+  stylet::content::write_motion(motion, name, path);
+  std::cout << path << ": " << motion.stylus.size() << " samples, " << motion.stylus.back().time_s << " s\n";
+  return 0;
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 4) {
-    std::cerr << "usage: make_motion PROCEDURE.json NEEDLE.json OUT.json\n";
-    return 2;
-  }
+  const std::string kind = count > 1 ? arguments[1] : "";
   try {
-    const auto motion = stylet::motion::biopsy_motion(read_plan(arguments[1], arguments[2]));
-    stylet::content::write_motion(motion, "liver biopsy", arguments[3]);
-    std::cout << arguments[3] << ": " << motion.stylus.size() << " samples, " << motion.stylus.back().time_s
-              << " s\n";
+    if (kind == "tour" && count == 4) return write(make_tour(arguments[2]), "phantom tour", arguments[3]);
+    if (kind == "ablation" && count == 5) {
+      return write(make_ablation(arguments[2], arguments[3]), "ablation", arguments[4]);
+    }
+    if (count == 4) {
+      return write(stylet::motion::biopsy_motion(read_plan(arguments[1], arguments[2])), "liver biopsy",
+                   arguments[3]);
+    }
+    std::cerr << "usage: make_motion PROCEDURE.json NEEDLE.json OUT.json         the liver biopsy\n"
+                 "       make_motion tour SCENARIO.json OUT.json                 to each of its targets in turn\n"
+                 "       make_motion ablation PROCEDURE.json SCENARIO.json OUT.json\n";
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
-    return 2;
   }
-  return 0;
+  return 2;
 }

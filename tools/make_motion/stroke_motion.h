@@ -1,0 +1,38 @@
+// Hands that go straight: to every target of a phantom in turn, and into a tumour to stay while it is ablated.
+#pragma once
+
+#include "engine/content/scene.h"
+
+#include <Eigen/Core>
+
+#include <span>
+
+namespace stylet::motion {
+
+/// One insertion after the other. Patient frame, metres, seconds.
+struct TourPlan {
+  Eigen::Vector3d entry = Eigen::Vector3d::Zero();  ///< where the needle goes into the phantom, for all targets
+  std::span<const content::Target> targets{};
+  double needle_length = 0.150;
+  double sample_hz = 125;
+};
+/// To each target's centre, a rest of 1.2 s, and out again. Strokes are minimum-jerk, peak 40 mm/s.
+content::Motion tour_motion(const TourPlan& plan);
+
+struct AblationMotionPlan {
+  Eigen::Vector3d entry = Eigen::Vector3d::Zero();
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();
+  double exposed = 0.030;  ///< bare tip: its middle comes to lie in the target, m
+  double needle_length = 0.150;
+  content::Breathing breathing{};
+  Eigen::Vector3d carried = Eigen::Vector3d::Zero();  ///< of the target at full inspiration, m
+  double pivot_depth = 0.030;                         ///< along the needle below the skin, where the wall holds it, m
+  double begin = 4.4;                                 ///< s, of the insertion: in a held breath
+  double heating = 14;                                ///< s that the hand stays
+  double sample_hz = 125;
+};
+/// Straight in while the breath is held, button 1, then the hand lets the electrode swing with the breath: the tip
+/// goes with the liver, the hub the other way round the wall.
+content::Motion ablation_motion(const AblationMotionPlan& plan);
+
+}  // namespace stylet::motion
