@@ -1,6 +1,7 @@
 #include "engine/training/tissue_locator.h"
 
 #include "engine/session/breathing.h"
+#include "engine/training/voxel.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -9,14 +10,6 @@ namespace stylet::training {
 namespace {
 
 constexpr double kRigid = 1e6;  // Pa; as where the loops are made: bone and cartilage in a body that deforms
-
-/// Index of the voxel around a point, -1: none.
-std::ptrdiff_t voxel_at(const content::LabelVolume& volume, const Eigen::Vector3d& x) {
-  const Eigen::Array3d at = ((x - volume.origin.cast<double>()) / volume.spacing).array().round();
-  if (!(at >= 0).all() || !(at < volume.size.array().cast<double>()).all()) return -1;
-  const auto i = at.cast<std::ptrdiff_t>().eval();
-  return (i[2] * volume.size.y() + i[1]) * volume.size.x() + i[0];
-}
 
 }  // namespace
 

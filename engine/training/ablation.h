@@ -1,0 +1,67 @@
+// An ablation in the patient: the zone that an electrode destroys, growing in the tissue at rest.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/content/triangle_mesh.h"
+#include "engine/training/bioheat.h"
+#include "engine/training/electrode.h"
+
+#include <vector>
+
+namespace stylet::training {
+
+/// How much of what was to be destroyed is.
+struct AblationCoverage {
+  double tumour = 0;        ///< share of the target's volume
+  double with_margin = 0;   ///< of the target and what lies within the margin around it, vessels apart
+  double least_margin = 0;  ///< from the target to the nearest tissue that lives, m; 0 where target is left
+};
+
+/// The heat spreads in the rest frame of the tissue around the electrode, where the label volume says what are large
+/// vessels (tissues of surfaces with that role: they stay at body temperature). Time goes in steps of kStep whatever
+/// the rate at which it is asked for, so the zone depends on the seconds heated and nothing else. One thread.
+class Ablation {
+public:
+  static constexpr double kStep = 1.0;     ///< s
+  static constexpr double kCell = 0.002;   ///< m
+  static constexpr double kReach = 0.024;  ///< of the grid beyond the electrode, m: five times that of the heat
+
+  /// @param scene      kept
+  /// @param electrode  at rest
+  /// @param target     index into Scene::targets that is to be destroyed; -1: none
+  Ablation(const content::Scene& scene, const Electrode& electrode, int target);
+
+  /// The electrode was moved; the grid stays where it is.
+  void place(const Electrode& electrode);
+  /// Goes on until so many seconds have been heated since the start; whole steps.
+  void heat_to(double heated_s);
+
+  double heated_s() const { return kStep * steps_; }
+  double power_w() const { return power_w_; }  ///< in the last step
+  double energy_j() const { return energy_j_; }
+  double volume() const;  ///< destroyed, m^3
+  AblationCoverage coverage() const;
+  /// Surface of what is destroyed, patient frame at rest; empty before there is anything.
+  content::TriangleMesh zone() const;
+  /// The same as the renderer draws surfaces: carried by a deformable body, with normals.
+  content::Surface surface(int body) const;
+  const Bioheat& field() const { return heat_; }
+
+private:
+  /// A voxel of the target, or of what lies within the margin.
+  struct Voxel {
+    Eigen::Vector3d at;
+    double distance;  // to the target, m; 0: of it
+  };
+  void find_region(int target);
+  std::vector<double> log_dose() const;
+
+  const content::Scene& scene_;
+  Bioheat heat_;
+  std::vector<Voxel> region_;
+  int steps_ = 0;
+  double power_w_ = 0;
+  double energy_j_ = 0;
+};
+
+}  // namespace stylet::training

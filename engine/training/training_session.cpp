@@ -1,0 +1,130 @@
+#include "engine/training/training_session.h"
+
+#include "engine/content/metric_names.h"
+#include "engine/training/voxel.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace stylet::training {
+
+static_assert(flow_event::kBiopsyFired == kFireEvent && flow_event::kAblationStarted == kAblationEvent,
+              "the metrics look for the flow's events");
+
+TrainingSession::TrainingSession(const content::Scene& scene, const TrainingSettings& settings)
+    : scene_(scene),
+      watch_(scene),
+      flow_(scene.exercise, scene.targets.size(), settings.automatic),
+      target_tissue_(scene.tissues.size(), false) {
+  for (const content::Target& target : scene.targets) {
+    const std::ptrdiff_t voxel = voxel_at(scene.labels, target.centre);
+    if (voxel >= 0) target_tissue_[scene.labels.labels[static_cast<std::size_t>(voxel)]] = true;
+  }
+}
+
+const FlowState& TrainingSession::poll(session::LiveSession& live, std::span<const Action> actions) {
+  const Watched& seen = watch_.latest();
+  const std::vector<FlowEvent> events = flow_.step(seen.input, actions);
+  record(live, seen, events);
+  take_core(live, seen);
+  if (flow_.state().paused != live.paused()) flow_.state().paused ? live.pause() : live.resume();
+  if (ablation_) ablation_->heat_to(flow_.state().heated_s);
+  return flow_.state();
+}
+
+void TrainingSession::end(session::LiveSession& live) {
+  constexpr std::array kFinish{Action::finish};
+  const Stage stage = flow_.state().stage;
+  if (stage == Stage::procedure || stage == Stage::sampling) {
+    poll(live, kFinish);
+  } else {
+    poll(live);
+  }
+}
+
+void TrainingSession::record(session::LiveSession& live, const Watched& seen, std::span<const FlowEvent> events) {
+  for (const FlowEvent& event : events) {
+    live.add_event(seen.input.time_s, seen.haptic_step, event.name, event.detail);
+    if (event.name == flow_event::kBiopsyFired) watch_.cut_core();
+    if (event.name == flow_event::kAblationStarted) {
+      body_ = seen.electrode_body;
+      if (ablation_) {
+        ablation_->place(seen.electrode);
+      } else {
+        // The target that is nearest to the bare tip is the one meant.
+        const auto& distances = seen.input.target_distances;
+        const auto nearest = std::ranges::min_element(distances);
+        const int target = distances.empty() ? -1 : static_cast<int>(nearest - distances.begin());
+        ablation_.emplace(scene_, seen.electrode, target);
+      }
+    }
+    if (event.name == flow_event::kAblationStopped) tell_ablation(live, seen);
+  }
+}
+
+void TrainingSession::take_core(session::LiveSession& live, const Watched& seen) {
+  if (seen.cores == cores_) return;
+  cores_ = seen.cores;
+  double share = 0;
+  for (std::size_t t = 0; t < seen.core.content.size(); ++t) share += target_tissue_[t] ? seen.core.content[t] : 0;
+  result_.cores.push_back(seen.core);
+  result_.tumour_shares.push_back(share);
+  live.add_event(seen.core.time_s, seen.core.haptic_step, training_event::kCore, content_text(seen.core.content));
+}
+
+void TrainingSession::tell_ablation(session::LiveSession& live, const Watched& seen) {
+  ablation_->heat_to(flow_.state().heated_s);
+  result_.heated = true;
+  result_.heated_s = ablation_->heated_s();
+  result_.volume = ablation_->volume();
+  result_.coverage = ablation_->coverage();
+  live.add_event(seen.input.time_s, seen.haptic_step, training_event::kAblated,
+                 fmt::format("{:.0f} s, {:.2f} ml; target {:.4f}, with margin {:.4f}, least margin {:.1f} mm",
+                             result_.heated_s, result_.volume * 1e6, result_.coverage.tumour,
+                             result_.coverage.with_margin, result_.coverage.least_margin * 1e3));
+}
+
+std::string TrainingSession::content_text(const std::vector<double>& shares) const {
+  std::vector<std::size_t> order(shares.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
+  std::string text;
+  for (const std::size_t t : order) {
+    if (shares[t] > 0)
+      text += fmt::format("{}{} {:.4f}", text.empty() ? "" : ", ", scene_.tissues[t].name, shares[t]);
+  }
+  return text;
+}
+
+std::string in_words(const SamplingResult& result) {
+  std::string text;
+  for (std::size_t i = 0; i < result.cores.size(); ++i) {
+    text += fmt::format("core {} at {:.1f} s: {:.0f} % target\n", i + 1, result.cores[i].time_s,
+                        100 * result.tumour_shares[i]);
+  }
+  if (result.heated) {
+    text += fmt::format(
+        "ablation of {:.0f} s: {:.1f} ml; of the target {:.0f} %, with its margin {:.0f} %; least margin {:.1f} mm\n",
+        result.heated_s, result.volume * 1e6, 100 * result.coverage.tumour, 100 * result.coverage.with_margin,
+        1e3 * result.coverage.least_margin);
+  }
+  return text;
+}
+
+void TrainingSession::add_to(std::span<Metric> metrics) const {
+  if (!result_.cores.empty()) {
+    const double sum = std::accumulate(result_.tumour_shares.begin(), result_.tumour_shares.end(), 0.0);
+    find_metric(metrics, content::kTumourContent).value = 100 * sum / static_cast<double>(result_.cores.size());
+  }
+  if (result_.heated) find_metric(metrics, content::kAblationCoverage).value = 100 * result_.coverage.with_margin;
+}
+
+void TrainingSession::complete(TrainingReport& report) const {
+  add_to(report.metrics);
+  report.score = score(report.metrics, scene_);
+}
+
+}  // namespace stylet::training

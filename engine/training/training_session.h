@@ -1,0 +1,89 @@
+// A live session with its course: what a window and a headless run both drive.
+//
+//   TrainingSession training(scene, {.automatic = true});
+//   LiveSession live(scene, device, {..., .listeners = {&training.watch()}});
+//   live.start();
+//   while (...) training.poll(live, actions);   // every frame
+//   training.end(live);
+//   live.stop();
+#pragma once
+
+#include "engine/session/live_session.h"
+#include "engine/training/ablation.h"
+#include "engine/training/procedure_watch.h"
+#include "engine/training/training_report.h"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace stylet::training {
+
+/// What was sampled or destroyed.
+struct SamplingResult {
+  std::vector<Core> cores;
+  std::vector<double> tumour_shares;  ///< [cores] of the targets' tissues
+  bool heated = false;                ///< an electrode was; of it:
+  double heated_s = 0;
+  double volume = 0;  ///< destroyed, m^3
+  AblationCoverage coverage;
+};
+
+struct TrainingSettings {
+  bool automatic = false;  ///< nobody is there to start it: Flow
+};
+
+/// One thread, but for watch().
+class TrainingSession {
+public:
+  /// Keeps a reference to `scene`.
+  TrainingSession(const content::Scene& scene, const TrainingSettings& settings);
+
+  /// To be told of the steps: LiveSettings::listeners.
+  ProcedureWatch& watch() { return watch_; }
+
+  /// Goes on to the newest simulation step: does what is asked for, pauses or resumes `live`, puts what happened on
+  /// record, lets the zone grow. Once a frame, or a simulation step.
+  const FlowState& poll(session::LiveSession& live, std::span<const Action> actions = {});
+  /// The run is over: finishes what is under way. While `live` still records.
+  void end(session::LiveSession& live);
+
+  const FlowState& state() const { return flow_.state(); }
+  /// The trainee wants to begin anew: end() this and its LiveSession, make others on the same scene.
+  bool reset_asked_for() const { return flow_.reset_asked_for(); }
+  const SamplingResult& result() const { return result_; }
+  /// The zone, once there is one.
+  const Ablation* ablation() const { return ablation_ ? &*ablation_ : nullptr; }
+  int ablated_body() const { return body_; }
+  /// Fills in the metrics that the course alone knows: content of the cores, coverage of the ablation.
+  void add_to(std::span<Metric> metrics) const;
+  /// The same, and scores anew.
+  void complete(TrainingReport& report) const;
+
+private:
+  void record(session::LiveSession& live, const Watched& seen, std::span<const FlowEvent> events);
+  void take_core(session::LiveSession& live, const Watched& seen);
+  void tell_ablation(session::LiveSession& live, const Watched& seen);
+  std::string content_text(const std::vector<double>& shares) const;
+
+  const content::Scene& scene_;
+  ProcedureWatch watch_;
+  Flow flow_;
+  std::vector<bool> target_tissue_;  // [Scene::tissues]
+  std::uint32_t cores_ = 0;          // taken from the watch
+  std::optional<Ablation> ablation_;
+  int body_ = -1;
+  SamplingResult result_;
+};
+
+/// Some lines for the terminal; empty where nothing was sampled or destroyed.
+std::string in_words(const SamplingResult& result);
+
+/// Events besides those of the flow.
+namespace training_event {
+inline constexpr std::string_view kCore = "core";        ///< detail: shares by tissue, "tumour 0.62, liver 0.38"
+inline constexpr std::string_view kAblated = "ablated";  ///< detail: seconds, volume, coverage
+}  // namespace training_event
+
+}  // namespace stylet::training

@@ -1,0 +1,110 @@
+// The shipped exercises, with the hands that are shipped for them.
+#include "engine/content/gltf.h"
+#include "engine/content/motion.h"
+#include "engine/content/procedure.h"
+#include "engine/content/scenario.h"
+#include "engine/content/scenario_file.h"
+#include "engine/session/recorded_stylus.h"
+#include "engine/training/training_session.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/make_motion/stroke_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <vector>
+
+namespace stylet::training {
+namespace {
+
+const std::filesystem::path kContent = std::filesystem::path(STYLET_SOURCE_DIR) / "content";
+
+void expect_same(const content::Motion& made, const content::Motion& shipped) {
+  ASSERT_EQ(made.stylus.size(), shipped.stylus.size()) << "run make_motion again (content/motions/LICENCE.md)";
+  for (std::size_t i = 0; i < made.stylus.size(); ++i) {
+    ASSERT_LT((made.stylus[i].pose.position - shipped.stylus[i].pose.position).norm(), 2e-6) << i;
+    ASSERT_LT(made.stylus[i].pose.orientation.angularDistance(shipped.stylus[i].pose.orientation), 1e-5) << i;
+    ASSERT_EQ(made.stylus[i].buttons, shipped.stylus[i].buttons) << i;
+  }
+}
+
+// The first of its three targets: the others are the same again.
+TEST(Tutorial, HandTakesACoreOfTheFirstTarget) {
+  if (support::kSanitized) GTEST_SKIP() << "seconds of session; its parts are tested under sanitizers elsewhere";
+  const content::Scene scene = content::load_scene(kContent / "scenarios/tutorial.json");
+  EXPECT_EQ(scene.targets.size(), 3U);
+  const support::TemporaryFolder folder;
+  haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
+  TrainingSession training(scene, {.automatic = true});
+  session::LiveSession live(scene, device,
+                            {.duration_s = 4.4,
+                             .lockstep = true,
+                             .recording = folder / "tutorial",
+                             .build = "test",
+                             .listeners = {&training.watch()}});
+  std::string hints;
+  live.run_in_lockstep([&](double share) {
+    if (share >= 1) return training.end(live);
+    const std::string& hint = training.poll(live).hint;
+    if (!hints.ends_with(hint + "|")) hints += hint + "|";
+  });
+  ASSERT_EQ(training.result().cores.size(), 1U);
+  std::printf("core of %.0f %% target; hints %s\n", 100 * training.result().tumour_shares[0], hints.c_str());
+  EXPECT_GT(training.result().tumour_shares[0], 0.9) << "5 mm from near the middle of a ball of 7 mm";
+  EXPECT_NE(hints.find("In the target"), std::string::npos);
+}
+
+TEST(RfaScenario, TumourLiesBesideTheVeinAndTheElectrodeInTheTumour) {
+  content::JsonFile file(kContent / "scenarios/rfa.json");
+  const content::ScenarioFile scenario = content::read_scenario_file(file);
+  ASSERT_TRUE(file.problems().empty()) << file.problems().front();
+  content::JsonFile procedure_file(kContent / "organs/ablation_tumour.json");
+  const content::Procedure procedure = content::read_procedure(procedure_file);
+  const content::AblationPlan& plan = scenario.exercise.sampling.ablation;
+  const content::Motion shipped = content::read_motion(scenario.motion);
+  expect_same(motion::ablation_motion({.entry = procedure.entry,
+                                       .target = procedure.target,
+                                       .exposed = plan.exposed,
+                                       .breathing = scenario.breathing,
+                                       .carried = 0.9 * scenario.breathing.rigid_motion,
+                                       .heating = plan.duration_s / plan.time_factor + 2}),
+              shipped);
+  // The vein's wall is a few millimetres from the tumour: it cools, and is not in it.
+  double gap = 1;
+  for (const content::GltfOrgan& organ : content::read_gltf(kContent / "organs/abdomen.glb").organs) {
+    if (organ.name != "hepatic_veins") continue;
+    for (const Eigen::Vector3d& x : organ.mesh.vertices) {
+      gap = std::min(gap, (x - procedure.target).norm() - procedure.target_radius);
+    }
+  }
+  std::printf("vein %.1f mm from the tumour\n", 1e3 * gap);
+  EXPECT_GT(gap, 0.002);
+  EXPECT_LT(gap, 0.006);
+}
+
+TEST(Tutorial, MotionIsWhatItsGeneratorMakes) {
+  content::JsonFile file(kContent / "scenarios/tutorial.json");
+  const content::ScenarioFile scenario = content::read_scenario_file(file);
+  std::vector<content::Target> targets;
+  for (const content::TargetRequest& target : scenario.targets) {
+    targets.push_back({.name = target.name, .centre = target.centre, .radius = target.radius});
+    double nearest = 1;  // a ball of the phantom
+    for (const content::GltfOrgan& organ : content::read_gltf(kContent / "organs/phantom.glb").organs) {
+      if (organ.organ.role != "target") continue;
+      double worst = 0;
+      for (const Eigen::Vector3d& x : organ.mesh.vertices) {
+        worst = std::max(worst, std::abs((x - target.centre).norm() - target.radius));
+      }
+      nearest = std::min(nearest, worst);
+    }
+    EXPECT_LT(nearest, 0.3e-3) << target.name;
+  }
+  expect_same(motion::tour_motion({.entry = {-0.040, 0, 0}, .targets = targets}),
+              content::read_motion(kContent / "motions/tutorial.json"));
+}
+
+}  // namespace
+}  // namespace stylet::training
