@@ -4,6 +4,7 @@
 #include "engine/session/force_trace.h"
 #include "engine/session/live_scanner.h"
 #include "engine/view/orbit.h"
+#include "tools/stylet/course_keys.h"
 #include "tools/stylet/interrupt.h"
 
 #include <fmt/format.h>
@@ -64,7 +65,7 @@ bool has_display() {
 }
 
 void show_session(view::Display& display, gpu::Device& device, const content::Scene& scene,
-                  const session::LiveSession& session, const SessionWindowSettings& settings) {
+                  session::LiveSession& session, const SessionWindowSettings& settings) {
   view::Window window(display, device, {.title = fmt::format("Stylet: {}", scene.name)});
   session::LiveScanner scanner(device, scene, settings.scanner);
   render::Renderer renderer(device, scene,
@@ -79,6 +80,11 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
     watch.look();
     const view::Input input = window.poll();
     if (input.close || std::ranges::find(input.keys, 'Q') != input.keys.end()) return;
+    if (settings.course != nullptr) {
+      const training::FlowState& state =
+          settings.course->poll(session, course_actions(input, settings.course->state()));
+      if (state.stage == training::Stage::debrief || settings.course->reset_asked_for()) return;
+    }
     if (settings.mouse != nullptr) {
       settings.mouse->move(input.drag_x * kMetresPerHeight, -input.drag_y * kMetresPerHeight);
       settings.mouse->advance(input.advance * kMetresPerNotch);

@@ -6,6 +6,7 @@
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
 #include "engine/session/scanner_console.h"
+#include "engine/training/training_session.h"
 #include "engine/view/window.h"
 #include "haptic/mouse_device.h"
 #include "tools/stylet/hid_device.h"
@@ -21,10 +22,12 @@ struct SessionWindowSettings {
   const haptic::hid::HidStylus* hid = nullptr;        ///< its coming and going is told
   session::HeldProbe* probe = nullptr;                ///< moved by keys and the middle button
   session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
+  training::TrainingSession* course = nullptr;        ///< driven by the keys of course_keys.h
 };
 
-/// Shows the session until it is finished, the window is closed or an interrupt comes. Main thread.
+/// Shows the session until it is finished, the trainee finishes or resets it, the window is closed or an interrupt
+/// comes. Main thread.
 void show_session(view::Display& display, gpu::Device& device, const content::Scene& scene,
-                  const session::LiveSession& session, const SessionWindowSettings& settings);
+                  session::LiveSession& session, const SessionWindowSettings& settings);
 
 }  // namespace stylet::tools

@@ -7,6 +7,7 @@
 #include "engine/session/output_directory.h"
 #include "engine/session/session_report.h"
 #include "engine/training/training_report.h"
+#include "engine/training/training_session.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/hid_device.h"
@@ -22,6 +23,7 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -83,14 +85,10 @@ std::unique_ptr<view::Display> open_display(const TrainOptions& options) {
   }
 }
 
-int train(const TrainOptions& options) {
-  if (options.scenario.empty()) return list_scenarios();
-  const std::unique_ptr<view::Display> display = open_display(options);
-  Progress progress;
-  content::Scene scene = load_scene(options.scenario, progress);
-  if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
+/// One attempt. @return nothing: the trainee wants to begin anew
+std::optional<int> attempt(const TrainOptions& options, const content::Scene& scene, view::Display* display,
+                           Progress& progress) {
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
-  set_scanner(scene, options.scanner);
   haptic::hid::ReportLog log;
   Stylus stylus = make_stylus(options.device, scene, options.record.empty() ? nullptr : &log);
   if (options.seconds > 0) stylus.duration_s = std::min(stylus.duration_s, options.seconds);
@@ -107,6 +105,7 @@ int train(const TrainOptions& options) {
   const auto recording_file = out.staged("session.rec");
   session::HeldProbe probe(scene);
   training::TraceRecorder trace(scene, stylus.duration_s);
+  training::TrainingSession course(scene, {.automatic = stylus.mouse == nullptr && stylus.hid == nullptr});
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
@@ -114,7 +113,7 @@ int train(const TrainOptions& options) {
                              .recording = recording_file,
                              .build = build_name(),
                              .probe = display ? &probe : nullptr,
-                             .listeners = {&trace}});
+                             .listeners = {&trace, &course.watch()}});
   session::SessionReport report{.scenario = scene.scenario.string(),
                                 .build = build_name(),
                                 .coupling = session::coupling_name(coupling),
@@ -126,6 +125,7 @@ int train(const TrainOptions& options) {
   if (options.lockstep) {
     report.run = live.run_in_lockstep([&](double share) {
       throw_if_interrupted();
+      share < 1 ? (void)course.poll(live) : course.end(live);
       progress.show("Session in lockstep", share);
     });
   } else {
@@ -137,15 +137,19 @@ int train(const TrainOptions& options) {
                     .mouse = stylus.mouse,
                     .hid = stylus.hid,
                     .probe = &probe,
-                    .scanner = session::ScannerConsole(scene.probe)});
+                    .scanner = session::ScannerConsole(scene.probe),
+                    .course = &course});
     StylusWatch watch(stylus.hid);
     while (!display && !live.finished() && !interrupted()) {
       watch.look();
+      course.poll(live);
       progress.show("Session in real time", live.time_s() / stylus.duration_s);
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
+    course.end(live);
     report.run = live.stop();
   }
+  if (course.reset_asked_for() && !interrupted()) return std::nullopt;
   const std::string hid_counts = stylus.hid != nullptr ? hid_summary(*stylus.hid) + "\n" : "";
   progress.done();
   if (interrupted()) {
@@ -162,7 +166,8 @@ int train(const TrainOptions& options) {
   if (!options.record.empty()) write_hand(recording, stylus.hid, log, begin_ns, options.record);
   stylus.device.reset();  // motors off before the pictures are drawn
   report.punctures = session::punctures(recording);
-  const training::TrainingReport training = training::assess(trace.take(recording.events), scene);
+  training::TrainingReport training = training::assess(trace.take(recording.events), scene);
+  course.complete(training);
   session::Debrief debrief;
   try {
     debrief = session::write_debrief(out, scene, gpu, recording, live.force(), {.stereo = options.stereo},
@@ -187,7 +192,7 @@ int train(const TrainOptions& options) {
   out.commit("session.json");
 
   fmt::print("\n{}\n{}{}", scene.name, session::main_figures(report), hid_counts);
-  fmt::print("\n{}", training::in_words(training));
+  fmt::print("{}\n{}", training::in_words(course.result()), training::in_words(training));
   fmt::print("\n{} holds:\n", out.destination().string());
   fmt::print(
       "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
@@ -198,6 +203,19 @@ int train(const TrainOptions& options) {
       "  session.rec      the recording; `stylet replay {}` runs it again\n",
       debrief.video_frames, (out.destination() / "session.rec").string());
   return *report.replay_identical ? kExitYes : kExitNo;
+}
+
+int train(const TrainOptions& options) {
+  if (options.scenario.empty()) return list_scenarios();
+  const std::unique_ptr<view::Display> display = open_display(options);
+  Progress progress;
+  content::Scene scene = load_scene(options.scenario, progress);
+  if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
+  set_scanner(scene, options.scanner);
+  while (true) {
+    if (const std::optional<int> code = attempt(options, scene, display.get(), progress)) return *code;
+    fmt::print(stderr, "stylet: once more from the start\n");
+  }
 }
 
 }  // namespace
@@ -233,7 +251,9 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --device hid          a stylus, space mouse or pen; `stylet devices` lists them\n"
       "  stylet train liver_biopsy --device mouse        drag: move the hub; wheel: advance the needle\n"
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
-      "In the window: H lists the keys of scanner and probe. A tissue table that is saved meanwhile shows in the "
+      "In the window: Enter begins and finishes, T fires or heats, K pauses, Backspace tries again; H lists the keys "
+      "of "
+      "scanner and probe. A tissue table that is saved meanwhile shows in the "
       "image.\n"
       "Ctrl-C ends the session early; what happened until then is kept and drawn.\n"
       "Exit code 0: done; 1: the replay differs; 2: bad input.");
