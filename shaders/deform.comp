@@ -38,6 +38,6 @@ void main() {
     float size = dot(carried, carried);
     if (size > 0.0) normal = carried * inversesqrt(size);
   }
-  drawn[i].position = vec4(position, v.normal.w);
-  drawn[i].normal = vec4(normal, 0.0);
+  drawn[i].position = vec4(position, v.at.x);
+  drawn[i].normal = vec4(normal, v.at.y);
 }

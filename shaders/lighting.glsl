@@ -1,37 +1,5 @@
-// Light of the 3-D view: soft key, cool fill, rim from behind, GGX highlights, and the curve to what a screen can show.
-
-const float kPi = 3.14159265;
-
-/// GGX distribution with Kelemen's visibility term; returns specular reflectance times n.l (Karis 2013; Kelemen 2001).
-float ggx(vec3 n, vec3 v, vec3 l, float roughness, float f0) {
-  vec3 h = normalize(v + l);
-  float nl = max(dot(n, l), 0.0), nh = max(dot(n, h), 0.0), lh = max(dot(l, h), 0.05);
-  float a2 = roughness * roughness * roughness * roughness;
-  float d = nh * nh * (a2 - 1.0) + 1.0;
-  float fresnel = f0 + (1.0 - f0) * pow(1.0 - lh, 5.0);
-  return min(a2 / (kPi * d * d), 40.0) * fresnel * nl / (4.0 * lh * lh);
-}
-
-/// Diffuse light that wraps a little round the terminator, as it does in tissue.
-float wrapped(vec3 n, vec3 l, float wrap) { return max((dot(n, l) + wrap) / (1.0 + wrap), 0.0); }
-
-struct Shade {
-  vec3 diffuse;
-  vec3 specular;
-};
-
-Shade shade(FrameUniforms frame, vec3 albedo, vec3 n, vec3 v, float roughness, float f0) {
-  Shade s;
-  vec3 key = vec3(1.0, 0.96, 0.90) * frame.to_key.w;
-  vec3 fill = vec3(0.72, 0.84, 1.0) * frame.to_fill.w;
-  vec3 rim = vec3(0.85, 0.92, 1.0) * frame.to_rim.w;
-  float sky = 0.5 + 0.5 * dot(n, frame.focus_axis.xyz);
-  vec3 ambient = mix(vec3(0.05, 0.055, 0.07), vec3(0.22, 0.22, 0.23), sky);
-  s.diffuse = albedo * (ambient + key * wrapped(n, frame.to_key.xyz, 0.25) + fill * wrapped(n, frame.to_fill.xyz, 0.4) +
-                        rim * 0.3 * max(dot(n, frame.to_rim.xyz), 0.0));
-  s.specular = key * ggx(n, v, frame.to_key.xyz, roughness, f0) + rim * ggx(n, v, frame.to_rim.xyz, roughness, f0);
-  return s;
-}
+// One light for everything drawn: the surgical lamp with its shadow, the room round it, a little light from the eye.
+// Needs `frame`, kInside, kMirrors, kCoated, brdf.glsl, room.glsl.
 
 /// Film-like curve (Narkowicz 2015, a fit of the ACES reference transform).
 vec3 tone_map(vec3 c) {
@@ -39,11 +7,31 @@ vec3 tone_map(vec3 c) {
   return clamp(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
 }
 
-/// Calm dark ground, lighter behind the middle. `at` in [-1, 1] across the picture.
-vec3 background(vec2 at) {
-  float fall = exp(-1.1 * dot(at * vec2(0.8, 1.0), at * vec2(0.8, 1.0)));
-  return mix(vec3(0.0045, 0.0050, 0.0065), vec3(0.030, 0.034, 0.041), fall);
-}
-
 /// Interleaved gradient noise (Jimenez 2014), half a level of 8 bits: no bands in the dark gradient.
 float dither(vec2 pixel) { return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715)))) - 0.5; }
+
+/// @param lit  share of the lamp that is seen from here
+Reflected shade(Material m, vec3 position, vec3 n, vec3 v, float lit) {
+  vec3 to_lamp;
+  vec3 lamp = lamp_light(position, to_lamp) * kPi * lit;
+  // The lamp is wide: its highlight is never smaller than its face.
+  Material wide = m;
+  wide.roughness = min(m.roughness + 0.09, 1.0);
+  Reflected key = reflected(wide, n, v, to_lamp, kMirrors, kCoated);
+  float nv = max(dot(n, v), 1e-3);
+  Reflected s;
+  vec3 base = m.albedo * (1.0 - m.metalness);
+  float from_eye = (kInside ? frame.eye_light.y : frame.eye_light.x) * max(nv + m.wrap, 0.0) / (1.0 + m.wrap);
+  s.diffuse = key.diffuse * lamp + base * (ambient(n) + from_eye);
+  s.specular = vec3(0.0);
+  if (!kMirrors) return s;
+  vec3 mirror = reflect(-v, n);
+  float mirrored = kInside ? 0.3 : 1.0;  // between organs the room is hardly seen
+  vec3 base_mirror = mirrored_environment(specular_colour(m), m.roughness, nv);
+  s.specular = key.specular * lamp + mirrored * environment(mirror, m.roughness) * base_mirror;
+  if (kCoated) {
+    vec3 coat_mirror = m.coat * mirrored_environment(vec3(0.04), kCoatRoughness, nv);
+    s.specular += mirrored * environment(mirror, kCoatRoughness) * coat_mirror;
+  }
+  return s;
+}

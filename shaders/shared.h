@@ -20,12 +20,22 @@ STYLET_SHARED uint kFixedToPatient = 0xffffffffu;
 STYLET_SHARED uint kFixedToProbe = 0xfffffffeu;
 STYLET_SHARED uint kFixedToBreath = 0xfffffffdu;
 
-// What SurfaceStyle::kind says.
-STYLET_SHARED uint kSolid = 0u;  // opaque, lit
-STYLET_SHARED uint kGlass = 1u;  // translucent organ: clear where seen face on, dense at its silhouette
-STYLET_SHARED uint kCover = 2u;  // glass with a window cut round the focus: skin, fat, muscle
-STYLET_SHARED uint kSteel = 3u;  // needle shaft: metal with a mark every centimetre
-STYLET_SHARED uint kMatte = 4u;  // plastic: probe, hub
+// What SurfaceStyle::kind says; surface.frag is made once for each.
+STYLET_SHARED uint kSolid = 0u;   // opaque organ
+STYLET_SHARED uint kGlass = 1u;   // translucent organ: clear where seen face on, dense at its silhouette
+STYLET_SHARED uint kCover = 2u;   // skin, fat, muscle: closed, with a window cut round the focus, or glass
+STYLET_SHARED uint kSteel = 3u;   // needle shaft: metal with a mark every centimetre
+STYLET_SHARED uint kMatte = 4u;   // plastic, paint, metal: probe, hub, furniture
+STYLET_SHARED uint kCloth = 5u;   // drape: open where the field is; seen from both sides
+STYLET_SHARED uint kScreen = 6u;  // shows the scanner's picture
+STYLET_SHARED uint kGlow = 7u;    // the lamp's face
+STYLET_SHARED uint kCavity = 8u;  // inside of the trunk
+STYLET_SHARED uint kKinds = 9u;
+
+// How far one sees into the patient.
+STYLET_SHARED uint kSeeClosed = 0u;
+STYLET_SHARED uint kSeeWindow = 1u;
+STYLET_SHARED uint kSeeGlass = 2u;
 
 STYLET_SHARED float kDepthUnit = 1e-4f;  // m a unit of the depth map
 
@@ -33,37 +43,52 @@ STYLET_SHARED float kDepthUnit = 1e-4f;  // m a unit of the depth map
 struct RestVertex {
   uvec4 nodes;   // indices into all bodies' nodes, one after the other
   vec4 weights;  // barycentric
-  vec4 normal;   // xyz unit, outward; w: distance along the needle, m
+  vec4 normal;   // xyz unit, outward
+  vec4 at;       // xy: coordinates on the surface, handed on
 };
 
 /// A vertex as drawn, in the patient frame.
 struct DrawnVertex {
-  vec4 position;  // w: distance along the needle from the hub, m
-  vec4 normal;    // w: unused
+  vec4 position;  // w: first coordinate on the surface: m along the needle; m from the middle of the drape's field, round
+                  // the trunk; u of the screen
+  vec4 normal;    // w: second coordinate: m from the middle of the field, along the table; v of the screen
 };
 
 /// Everything that is one for a frame. std140: only vec4 and mat4.
 struct FrameUniforms {
   mat4 clip_from_patient[2];  // left (or only) eye, right eye
-  vec4 eye[2];                // xyz
+  mat4 patient_from_clip[2];
+  vec4 eye[2];  // xyz
   mat4 patient_from_probe;
   mat4 probe_from_patient;
-  vec4 breath;  // xyz: motion of what goes with the breath
-  vec4 to_key;  // unit, towards the light; w: intensity
-  vec4 to_fill;
-  vec4 to_rim;
+  mat4 table_from_patient;
+  mat4 light_clip_from_patient;
+  vec4 breath;      // xyz: motion of what goes with the breath
+  vec4 up;          // unit, of the room
+  vec4 along;       // unit, along the table
+  vec4 lamp;        // xyz; w: intensity at the distance below, over pi
+  vec4 lamp_axis;   // unit, from the lamp to the field; w: that distance
+  vec4 eye_light;   // intensity of a light at the eye, over pi: x: outside, y: on organs
+  vec4 shadow;      // x: 1 if there is a shadow map; y: size of its texels; z: m that a receiver is moved along its normal
+  vec4 room_min;    // table's frame
+  vec4 room_max;
+  vec4 table_foot;  // x and y of two corners of what stands on the floor, table's frame
+  vec4 cart_foot;
+  vec4 field;       // half extents of the drape's opening, radius of its corners, m
   vec4 focus;       // xyz: what the window of the covers shows; w: radius of the window
   vec4 focus_axis;  // unit, from the focus to between the eyes; w: distance
   vec4 fan;         // radius of the face (0: linear), half angle or half width, depth, 1 if convex
   vec4 fan_image;   // picture's origin (x, z) in the probe frame, 1 / width in m, 1 / height in m (0: none)
   vec4 viewport;    // width, height; columns and rows of the ground's grid
+  uvec4 see;        // x: how far one sees into the patient; y: 1 if the screen has a picture, 2 if its texels are sRGB
 };
 
 /// Push constants of a surface.
 struct SurfaceStyle {
   vec4 colour;   // rgb, opacity
-  vec4 surface;  // roughness, silhouette opacity, exponent of the silhouette, unused
-  uvec4 kind;    // x: one of the above; y: label (content::PictureLabels)
+  vec4 surface;  // roughness, metalness, wrap, coat; see brdf.glsl
+  vec4 glass;    // silhouette opacity, exponent of the silhouette, unused, unused
+  uvec4 kind;    // x: one of the above; y: label (content::PictureLabels), 0: none
 };
 
 /// Push constants of the deformation pass.

@@ -7,14 +7,14 @@
 layout(set = 0, binding = 0, std140) uniform Frame { FrameUniforms frame; };
 layout(set = 0, binding = 1, std430) readonly buffer Drawn { DrawnVertex drawn[]; };
 
-layout(location = 0) out vec4 position;  // patient frame; w: along the needle
-layout(location = 1) out vec3 normal;
+layout(location = 0) out vec4 position;  // patient frame; w: first coordinate
+layout(location = 1) out vec4 normal;    // w: second coordinate
 
 invariant gl_Position;  // the depth pass of a glass organ and its colour pass must agree to the bit
 
 void main() {
   DrawnVertex v = drawn[gl_VertexIndex];
   position = v.position;
-  normal = v.normal.xyz;
+  normal = v.normal;
   gl_Position = frame.clip_from_patient[gl_ViewIndex] * vec4(v.position.xyz, 1.0);
 }

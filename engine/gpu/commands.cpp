@@ -54,9 +54,9 @@ std::uint64_t Commands::submit(const std::vector<VkSemaphoreSubmitInfo>& waits,
   return submission_;
 }
 
-std::pair<VkBuffer, VkDeviceSize> Commands::stage(std::span<const std::byte> bytes) {
+Commands::Staged Commands::stage(VkDeviceSize size) {
   constexpr VkDeviceSize kAlign = 16;  // of any texel, so a copy may start here
-  const VkDeviceSize needed = (bytes.size() + kAlign - 1) / kAlign * kAlign;
+  const VkDeviceSize needed = (size + kAlign - 1) / kAlign * kAlign;
   auto block = std::find_if(staging_.begin(), staging_.end(),
                             [&](const Staging& s) { return s.used + needed <= s.buffer.size(); });
   if (block == staging_.end()) {
@@ -64,20 +64,24 @@ std::pair<VkBuffer, VkDeviceSize> Commands::stage(std::span<const std::byte> byt
     block = std::prev(staging_.end());
   }
   const VkDeviceSize offset = block->used;
-  std::memcpy(block->buffer.mapped().data() + offset, bytes.data(), bytes.size());
   block->used += needed;
-  return {block->buffer.handle(), offset};
+  return {block->buffer.handle(), offset, block->buffer.mapped().subspan(offset, size)};
 }
 
 void Commands::upload(const Buffer& to, std::span<const std::byte> bytes, VkDeviceSize offset) {
   if (bytes.empty()) return;
-  if (offset + bytes.size() > to.size())
-    throw GpuError("gpu::Commands::upload: " + std::to_string(bytes.size()) + " bytes at " + std::to_string(offset) +
+  std::ranges::copy(bytes, upload_later(to, bytes.size(), offset).begin());
+}
+
+std::span<std::byte> Commands::upload_later(const Buffer& to, VkDeviceSize size, VkDeviceSize offset) {
+  if (offset + size > to.size())
+    throw GpuError("gpu::Commands::upload: " + std::to_string(size) + " bytes at " + std::to_string(offset) +
                    " do not fit a buffer of " + std::to_string(to.size()));
-  const auto [source, start] = stage(bytes);
+  const Staged staged = stage(size);
   transition(to, kTransferWrite);
-  const VkBufferCopy region{start, offset, bytes.size()};
-  vkCmdCopyBuffer(buffer_, source, to.handle(), 1, &region);
+  const VkBufferCopy region{staged.offset, offset, size};
+  vkCmdCopyBuffer(buffer_, staged.buffer, to.handle(), 1, &region);
+  return staged.bytes;
 }
 
 void Commands::upload(const Image& to, std::span<const std::byte> bytes) {
@@ -85,13 +89,14 @@ void Commands::upload(const Image& to, std::span<const std::byte> bytes) {
   if (bytes.size() != expected)
     throw GpuError("gpu::Commands::upload: " + std::to_string(bytes.size()) + " bytes given, the image has " +
                    std::to_string(expected));
-  const auto [source, start] = stage(bytes);
+  const Staged staged = stage(bytes.size());
+  std::ranges::copy(bytes, staged.bytes.begin());
   transition(to, kTransferWrite, true);
   VkBufferImageCopy region{};
-  region.bufferOffset = start;
+  region.bufferOffset = staged.offset;
   region.imageSubresource = {to.range().aspectMask, 0, 0, to.settings().layers};
   region.imageExtent = to.extent();
-  vkCmdCopyBufferToImage(buffer_, source, to.handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+  vkCmdCopyBufferToImage(buffer_, staged.buffer, to.handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
 }
 
 void Commands::fill(const Buffer& to, std::uint32_t word) {

@@ -62,6 +62,8 @@ public:
 
   /// Copies host bytes into a device buffer, at the time the GPU gets here. `bytes` is read at once.
   void upload(const Buffer& to, std::span<const std::byte> bytes, VkDeviceSize offset = 0);
+  /// The same with bytes that are not known yet: to be written where this points, whole, before submit().
+  std::span<std::byte> upload_later(const Buffer& to, VkDeviceSize size, VkDeviceSize offset = 0);
   /// The whole image, tightly packed, layer by layer. Throws GpuError if the number of bytes is not the image's.
   void upload(const Image& to, std::span<const std::byte> bytes);
   void fill(const Buffer& to, std::uint32_t word);
@@ -103,7 +105,12 @@ private:
     Buffer buffer;
     VkDeviceSize used = 0;
   };
-  std::pair<VkBuffer, VkDeviceSize> stage(std::span<const std::byte> bytes);
+  struct Staged {
+    VkBuffer buffer;
+    VkDeviceSize offset;
+    std::span<std::byte> bytes;
+  };
+  Staged stage(VkDeviceSize size);
   void dispatch_bytes(const ComputePipeline& pipeline, std::span<const Binding> bindings,
                       const std::array<std::uint32_t, 3>& groups, std::span<const std::byte> push);
   void bind_bytes(const GraphicsPipeline& pipeline, std::span<const Binding> bindings,

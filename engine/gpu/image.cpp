@@ -134,6 +134,8 @@ Sampler::Sampler(Device& device, const SamplerSettings& settings) {
   create.addressModeV = settings.address;
   create.addressModeW = settings.address;
   create.borderColor = settings.border;
+  create.compareEnable = settings.shadow;
+  create.compareOp = VK_COMPARE_OP_GREATER_OR_EQUAL;
   VkSampler sampler = VK_NULL_HANDLE;
   check(vkCreateSampler(device.handle(), &create, nullptr, &sampler), "vkCreateSampler");
   sampler_ = SamplerHandle(device.handle(), sampler);

@@ -64,6 +64,7 @@ struct SamplerSettings {
   VkFilter filter = VK_FILTER_LINEAR;
   VkSamplerAddressMode address = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   VkBorderColor border = VK_BORDER_COLOR_FLOAT_TRANSPARENT_BLACK;
+  bool shadow = false;  ///< compares: 1 where the reference is not less than the texel (reversed depth)
 };
 
 class Sampler {

@@ -145,6 +145,7 @@ GraphicsPipeline::GraphicsPipeline(Device& device, const GraphicsSettings& setti
   raster.lineWidth = 1;
   VkPipelineMultisampleStateCreateInfo multisample{VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO};
   multisample.rasterizationSamples = settings.samples;
+  multisample.alphaToCoverageEnable = settings.alpha_to_coverage;
   VkPipelineDepthStencilStateCreateInfo depth{VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO};
   depth.depthTestEnable = settings.depth_test;
   depth.depthWriteEnable = settings.depth_write;

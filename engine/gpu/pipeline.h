@@ -62,7 +62,8 @@ struct GraphicsSettings {
   bool depth_write = false;
   VkCompareOp depth_compare = VK_COMPARE_OP_GREATER;
   bool colour_write = true;
-  std::vector<Blend> blend{Blend::none};  ///< one a colour attachment
+  bool alpha_to_coverage = false;         ///< a multisampled edge where the shader fades out
+  std::vector<Blend> blend{Blend::none};  ///< one a colour attachment; none at all: depth only
 };
 
 /// Vertices are pulled from storage buffers: there is no vertex input. Viewport and scissor are dynamic; front faces

@@ -2,8 +2,13 @@
 
 #include "engine/content/picture_labels.h"
 #include "engine/render/probe_mesh.h"
+#include "engine/render/room_mesh.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
 
 namespace stylet::render {
 
@@ -15,9 +20,10 @@ constexpr float kCoverOpacity = 0.5F;
 
 SurfaceStyle style_of(const content::Tissue& tissue) {
   const auto [r, g, b, opacity] = tissue.colour;
-  if (opacity >= kOpaque) return {{r, g, b, 1}, {0.42F, 1, 1, 0}, {kSolid, 0, 0, 0}};
-  if (opacity > kCoverOpacity) return {{r, g, b, 0.5F * opacity}, {0.34F, 0.92F, 2.2F, 0}, {kGlass, 0, 0, 0}};
-  return {{r, g, b, 1.25F * opacity}, {0.5F, 0.85F, 2.5F, 0}, {kCover, 0, 0, 0}};
+  if (opacity >= kOpaque) return {{r, g, b, 1}, {0.45F, 0, 0.25F, 0.7F}, {}, {kSolid, 0, 0, 0}};
+  if (opacity > kCoverOpacity)
+    return {{r, g, b, 0.5F * opacity}, {0.38F, 0, 0.25F, 0.5F}, {0.92F, 2.2F, 0, 0}, {kGlass, 0, 0, 0}};
+  return {{r, g, b, 1.25F * opacity}, {0.52F, 0, 0.35F, 0.05F}, {0.85F, 2.5F, 0, 0}, {kCover, 0, 0, 0}};
 }
 
 /// The outside of a body whose tissues are drawn as covers of their own (skin over fat over muscle) shows nothing
@@ -32,8 +38,10 @@ bool shown_by_its_regions(const content::Scene& scene, const content::Surface& s
 
 void push_vertex(Geometry& geometry, std::uint32_t anchor, const Eigen::Vector3f& position,
                  const Eigen::Vector3f& normal) {
-  geometry.rest.push_back(
-      {{anchor, 0, 0, 0}, {position.x(), position.y(), position.z(), 0}, {normal.x(), normal.y(), normal.z(), 0}});
+  geometry.rest.push_back({{anchor, 0, 0, 0},
+                           {position.x(), position.y(), position.z(), 0},
+                           {normal.x(), normal.y(), normal.z(), 0},
+                           {}});
 }
 
 Piece append(Geometry& geometry, std::string name, std::span<const std::uint32_t> indices, std::uint32_t base,
@@ -68,7 +76,8 @@ Piece append(Geometry& geometry, const content::Surface& surface, std::uint32_t 
     geometry.rest.push_back(
         {{first_node + e.nodes[0], first_node + e.nodes[1], first_node + e.nodes[2], first_node + e.nodes[3]},
          e.weights,
-         {n.x(), n.y(), n.z(), 0}});
+         {n.x(), n.y(), n.z(), 0},
+         {}});
   }
   Piece piece = append(geometry, surface.name, surface.indices, base, style);
   constexpr std::size_t kSamples = 512;
@@ -78,9 +87,97 @@ Piece append(Geometry& geometry, const content::Surface& surface, std::uint32_t 
   return piece;
 }
 
+Piece append(Geometry& geometry, std::string name, const RoomMesh& mesh, const RoomLayout& layout,
+             const SurfaceStyle& style) {
+  const auto base = static_cast<std::uint32_t>(geometry.rest.size());
+  const Eigen::Isometry3f patient_from_table = layout.patient_from_table.cast<float>();
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    push_vertex(geometry, kFixedToPatient, patient_from_table * mesh.positions[i],
+                patient_from_table.linear() * mesh.normals[i]);
+    if (mesh.coordinates.empty()) continue;
+    geometry.rest.back().at = {mesh.coordinates[i][0], mesh.coordinates[i][1], 0, 0};
+  }
+  return append(geometry, std::move(name), mesh.indices, base, style);
+}
+
+std::vector<Eigen::Vector3f> skin_of(const content::Scene& scene) {
+  std::vector<Eigen::Vector3f> skin;
+  for (const content::Surface& surface : scene.surfaces)
+    if (scene.tissues[static_cast<std::size_t>(surface.tissue)].name == kSkin)
+      skin.insert(skin.end(), surface.positions.begin(), surface.positions.end());
+  return skin;
+}
+
+/// Lets the cloth go with the skin under it: a vertex near one that a body carries is carried by the same
+/// tetrahedron.
+void lay_on_skin(Geometry& geometry, const Piece& drape, const content::Scene& scene) {
+  constexpr float kNear = 0.02F;     // m
+  constexpr float kFarthest = 4.0F;  // times a tetrahedron's size that its motion is carried on outside it
+  std::size_t first_node = 0;
+  std::vector<std::size_t> first_nodes;
+  for (const content::DeformableBody& body : scene.bodies) {
+    first_nodes.push_back(first_node);
+    first_node += body.mesh.nodes.size();
+  }
+  Eigen::AlignedBox3f around;
+  for (const Eigen::Vector3f& position : skin_of(scene)) around.extend(position);
+  around.min().array() -= kNear;
+  around.max().array() += kNear;
+  const std::uint32_t* begin = &geometry.indices[drape.first_index];
+  const auto [least, most] = std::minmax_element(begin, begin + drape.index_count);
+  for (std::uint32_t i = *least; i <= *most; ++i) {
+    RestVertex& vertex = geometry.rest[i];
+    const Eigen::Vector3f at(vertex.weights[0], vertex.weights[1], vertex.weights[2]);
+    if (!around.contains(at)) continue;
+    float nearest = kNear * kNear;
+    const content::Embedding* skin = nullptr;
+    std::size_t body = 0;
+    for (const content::Surface& surface : scene.surfaces) {
+      if (surface.body < 0 || scene.tissues[static_cast<std::size_t>(surface.tissue)].name != kSkin) continue;
+      for (std::size_t k = 0; k < surface.positions.size(); ++k) {
+        const float distance = (surface.positions[k] - at).squaredNorm();
+        if (distance >= nearest) continue;
+        nearest = distance;
+        skin = &surface.embedding[k];
+        body = static_cast<std::size_t>(surface.body);
+      }
+    }
+    if (skin == nullptr) continue;
+    Eigen::Matrix4f corners;
+    for (int k = 0; k < 4; ++k)
+      corners.col(k) =
+          scene.bodies[body].mesh.nodes[skin->nodes[static_cast<std::size_t>(k)]].cast<float>().homogeneous();
+    const Eigen::Vector4f weights = corners.partialPivLu().solve(at.homogeneous().eval());
+    if (!weights.allFinite() || weights.cwiseAbs().maxCoeff() > kFarthest) continue;
+    for (std::size_t k = 0; k < 4; ++k) {
+      vertex.nodes[k] = static_cast<std::uint32_t>(first_nodes[body]) + skin->nodes[k];
+      vertex.weights[k] = weights[static_cast<int>(k)];
+    }
+  }
+}
+
+void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayout& layout) {
+  const RoomMeshes meshes = room_meshes(layout, skin_of(scene));
+  const auto style = [](std::array<float, 3> c, vec4 surface, std::uint32_t kind = kMatte) {
+    return SurfaceStyle{{c[0], c[1], c[2], 1}, surface, {}, {kind, 0, 0, 0}};
+  };
+  const auto add = [&](std::vector<Piece>& to, const char* name, const RoomMesh& mesh, const SurfaceStyle& look) {
+    if (!mesh.indices.empty()) to.push_back(append(geometry, name, mesh, layout, look));
+  };
+  add(geometry.drape, "drape", meshes.drape, style({0.030F, 0.145F, 0.190F}, {0.88F, 0, 0.2F, 0}, kCloth));
+  if (!geometry.drape.empty()) lay_on_skin(geometry, geometry.drape.front(), scene);
+  add(geometry.cavity, "cavity", meshes.cavity, style({0.050F, 0.015F, 0.012F}, {0.6F, 0, 0, 0.15F}, kCavity));
+  add(geometry.room, "mattress", meshes.mattress, style({0.022F, 0.024F, 0.028F}, {0.55F, 0, 0, 0.1F}));
+  add(geometry.room, "enamel", meshes.enamel, style({0.66F, 0.68F, 0.68F}, {0.40F, 0, 0, 0.3F}));
+  add(geometry.room, "dark", meshes.dark, style({0.020F, 0.022F, 0.026F}, {0.40F, 0, 0, 0}));
+  add(geometry.room, "steel", meshes.steel, style({0.60F, 0.60F, 0.61F}, {0.32F, 1, 0, 0}));
+  add(geometry.room, "screen", meshes.screen, style({0.006F, 0.007F, 0.009F}, {0.2F, 0, 0, 0}, kScreen));
+  add(geometry.room, "glow", meshes.glow, style({1.0F, 0.97F, 0.90F}, {1, 0, 0, 0}, kGlow));
+}
+
 }  // namespace
 
-Geometry::Geometry(const content::Scene& scene)
+Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
     : needle(scene.needle.beams + 1, scene.needle.outer_diameter, scene.needle.length) {
   std::vector<std::uint32_t> first_node;
   for (const content::DeformableBody& body : scene.bodies) {
@@ -103,15 +200,18 @@ Geometry::Geometry(const content::Scene& scene)
     pieces.push_back(append(*this, surface, base, style));
   }
   const SurfaceStyle shell{
-      {0.36F, 0.38F, 0.41F, 1}, {0.40F, 1, 1, 0}, {kMatte, tissues + content::kProbeLabel, 0, 0}};
+      {0.50F, 0.52F, 0.54F, 1}, {0.42F, 0, 0, 0.3F}, {}, {kMatte, tissues + content::kProbeLabel, 0, 0}};
   solids.push_back(append(*this, "probe", probe_body(scene.probe), shell));
   fan = append(*this, "fan", probe_fan(scene.probe), {});
 
+  if (layout != nullptr) append_room(*this, scene, *layout);
+
   needle_base = static_cast<std::uint32_t>(rest.size());
   const SurfaceStyle steel{
-      {0.72F, 0.74F, 0.78F, 1}, {0.3F, 1, 1, 0}, {kSteel, tissues + content::kNeedleLabel, 0, 0}};
+      {0.66F, 0.66F, 0.67F, 1}, {0.30F, 1, 0, 0}, {}, {kSteel, tissues + content::kNeedleLabel, 0, 0}};
   // ISO 6009 colours hubs by gauge; pink is 18G (1.2 mm).
-  const SurfaceStyle hub{{0.78F, 0.22F, 0.36F, 1}, {0.35F, 1, 1, 0}, {kMatte, tissues + content::kNeedleLabel, 0, 0}};
+  const SurfaceStyle hub{
+      {0.78F, 0.16F, 0.30F, 1}, {0.35F, 0, 0.1F, 0.4F}, {}, {kMatte, tissues + content::kNeedleLabel, 0, 0}};
   needle_pieces.push_back(append(*this, "needle", needle.shaft_indices(), needle_base, steel));
   needle_pieces.push_back(append(*this, "hub", needle.hub_indices(), needle_base, hub));
 }

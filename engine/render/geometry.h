@@ -3,6 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "engine/render/needle_mesh.h"
+#include "engine/render/room_layout.h"
 #include "shaders/shared.h"
 
 #include <Eigen/Core>
@@ -26,19 +27,25 @@ struct Piece {
 /// Rest geometry of a scene as the GPU holds it. Vertices [0, rest.size()) are placed by deform.comp; the needle's
 /// follow and come from the host every frame.
 struct Geometry {
-  explicit Geometry(const content::Scene& scene);
+  /// @param layout  of the room; null: none is drawn
+  explicit Geometry(const content::Scene& scene, const RoomLayout* layout = nullptr);
 
   std::vector<RestVertex> rest;
   std::vector<std::uint32_t> indices;  ///< into rest and needle vertices, as one
   std::vector<float> rest_nodes;       ///< x, y, z of all bodies' nodes, one body after the other; never empty
   std::vector<std::size_t> body_node_count;
-  std::vector<Piece> solids;         ///< opaque organs, bone, probe
+  std::vector<Piece> solids;         ///< opaque organs, bone; the probe is the last
   std::vector<Piece> needle_pieces;  ///< shaft and hub
   std::vector<Piece> glass;          ///< translucent organs, in the order of the scene
   std::vector<Piece> covers;         ///< skin, fat, muscle: what is cut open towards the focus
+  std::vector<Piece> room;           ///< furniture; empty without a room
+  std::vector<Piece> drape;          ///< cloth, or nothing
+  std::vector<Piece> cavity;         ///< inside of the trunk, or nothing
   Piece fan;
   NeedleMesh needle;
   std::uint32_t needle_base = 0;  ///< first vertex of the needle
+
+  const Piece& probe() const { return solids.back(); }
 };
 
 /// Position of a rest vertex for given node positions (x, y, z each), patient frame, breathed out. For probe

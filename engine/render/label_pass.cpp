@@ -44,7 +44,7 @@ LabelPass::LabelPass(gpu::Device& device, int width, int height, int views)
       pipeline_(device, label_pipeline(render_pass_.get())) {}
 
 void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const gpu::Buffer& drawn,
-                     const gpu::Buffer& indices, bool with_needle) {
+                     const gpu::Buffer& indices, bool with_needle, SeeThrough see_through) {
   gpu::run_now(device_, [&](gpu::Commands& commands) {
     const auto resources = {gpu::read(0, frame), gpu::read(1, drawn)};
     commands.prepare_draw(resources);
@@ -60,6 +60,8 @@ void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const g
         vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
       }
     };
+    if (see_through != SeeThrough::glass) draw_pieces(geometry.drape);
+    draw_pieces(geometry.room);
     draw_pieces(geometry.solids);
     draw_pieces(geometry.glass);
     draw_pieces(geometry.covers);

@@ -3,6 +3,7 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/render/geometry.h"
+#include "engine/render/view_options.h"
 #include "shaders/shared.h"
 
 #include <cstdint>
@@ -17,14 +18,14 @@ struct ViewLabels {
 };
 
 /// Draws the nearest surface at the centre of each pixel, translucent ones as opaque ones; the ultrasound plane is no
-/// surface. Not smoothed: a pixel has one label.
+/// surface, and what stands in the room hides but has no label. Not smoothed: a pixel has one label.
 class LabelPass {
 public:
   LabelPass(gpu::Device& device, int width, int height, int views);
 
   /// Submits and waits. @param frame, drawn, indices  as the renderer filled them
   void draw(const Geometry& geometry, const gpu::Buffer& frame, const gpu::Buffer& drawn, const gpu::Buffer& indices,
-            bool with_needle);
+            bool with_needle, SeeThrough see_through);
   ViewLabels read(std::uint32_t layer) const;
 
 private:

@@ -5,24 +5,66 @@
 
 namespace stylet::render {
 
+namespace {
+
+VkAttachmentDescription2 attachment(const gpu::Image& image, VkAttachmentLoadOp load, VkAttachmentStoreOp store,
+                                    VkImageLayout layout) {
+  VkAttachmentDescription2 description{VK_STRUCTURE_TYPE_ATTACHMENT_DESCRIPTION_2};
+  description.format = image.format();
+  description.samples = image.settings().samples;
+  description.loadOp = load;
+  description.storeOp = store;
+  description.stencilLoadOp = VK_ATTACHMENT_LOAD_OP_DONT_CARE;
+  description.stencilStoreOp = VK_ATTACHMENT_STORE_OP_DONT_CARE;
+  description.initialLayout = layout;
+  description.finalLayout = layout;
+  return description;
+}
+
+constexpr auto kDepth = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+
+gpu::FramebufferHandle framebuffer_of(gpu::Device& device, VkRenderPass render_pass,
+                                      const std::vector<VkImageView>& views, const gpu::Image& target) {
+  VkFramebufferCreateInfo create{VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO};
+  create.renderPass = render_pass;
+  create.attachmentCount = static_cast<std::uint32_t>(views.size());
+  create.pAttachments = views.data();
+  create.width = target.settings().width;
+  create.height = target.settings().height;
+  create.layers = 1;  // multiview addresses the layers itself
+  VkFramebuffer framebuffer = VK_NULL_HANDLE;
+  gpu::check(vkCreateFramebuffer(device.handle(), &create, nullptr, &framebuffer), "vkCreateFramebuffer");
+  return {device.handle(), framebuffer};
+}
+
+}  // namespace
+
+gpu::RenderPassHandle make_depth_pass(gpu::Device& device, const gpu::Image& depth) {
+  const VkAttachmentDescription2 description =
+      attachment(depth, VK_ATTACHMENT_LOAD_OP_CLEAR, VK_ATTACHMENT_STORE_OP_STORE, kDepth);
+  const VkAttachmentReference2 reference{VK_STRUCTURE_TYPE_ATTACHMENT_REFERENCE_2, nullptr, 0, kDepth,
+                                         VK_IMAGE_ASPECT_DEPTH_BIT};
+  VkSubpassDescription2 subpass{VK_STRUCTURE_TYPE_SUBPASS_DESCRIPTION_2};
+  subpass.pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS;
+  subpass.pDepthStencilAttachment = &reference;
+  VkRenderPassCreateInfo2 create{VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO_2};
+  create.attachmentCount = 1;
+  create.pAttachments = &description;
+  create.subpassCount = 1;
+  create.pSubpasses = &subpass;
+  VkRenderPass render_pass = VK_NULL_HANDLE;
+  gpu::check(vkCreateRenderPass2(device.handle(), &create, nullptr, &render_pass), "vkCreateRenderPass2");
+  return {device.handle(), render_pass};
+}
+
+gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render_pass, const gpu::Image& depth) {
+  return framebuffer_of(device, render_pass, {depth.view()}, depth);
+}
+
 gpu::RenderPassHandle make_render_pass(gpu::Device& device, const gpu::Image& colour, const gpu::Image& depth,
                                        const gpu::Image& target, std::uint32_t views) {
   const bool multisampled = &colour != &target;
-  const auto attachment = [](const gpu::Image& image, VkAttachmentLoadOp load, VkAttachmentStoreOp store,
-                             VkImageLayout layout) {
-    VkAttachmentDescription2 description{VK_STRUCTURE_TYPE_ATTACHMENT_DESCRIPTION_2};
-    description.format = image.format();
-    description.samples = image.settings().samples;
-    description.loadOp = load;
-    description.storeOp = store;
-    description.stencilLoadOp = VK_ATTACHMENT_LOAD_OP_DONT_CARE;
-    description.stencilStoreOp = VK_ATTACHMENT_STORE_OP_DONT_CARE;
-    description.initialLayout = layout;
-    description.finalLayout = layout;
-    return description;
-  };
   constexpr auto kColour = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
-  constexpr auto kDepth = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
   std::vector<VkAttachmentDescription2> attachments{
       attachment(colour, VK_ATTACHMENT_LOAD_OP_CLEAR,
                  multisampled ? VK_ATTACHMENT_STORE_OP_DONT_CARE : VK_ATTACHMENT_STORE_OP_STORE, kColour),
@@ -60,16 +102,7 @@ gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render
                                         const gpu::Image& depth, const gpu::Image& target) {
   std::vector<VkImageView> views{colour.view(), depth.view()};
   if (&colour != &target) views.push_back(target.view());
-  VkFramebufferCreateInfo create{VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO};
-  create.renderPass = render_pass;
-  create.attachmentCount = static_cast<std::uint32_t>(views.size());
-  create.pAttachments = views.data();
-  create.width = target.settings().width;
-  create.height = target.settings().height;
-  create.layers = 1;  // multiview addresses the layers itself
-  VkFramebuffer framebuffer = VK_NULL_HANDLE;
-  gpu::check(vkCreateFramebuffer(device.handle(), &create, nullptr, &framebuffer), "vkCreateFramebuffer");
-  return {device.handle(), framebuffer};
+  return framebuffer_of(device, render_pass, views, target);
 }
 
 void begin_render_pass(VkCommandBuffer commands, VkRenderPass render_pass, VkFramebuffer framebuffer,

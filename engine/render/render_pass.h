@@ -17,6 +17,10 @@ gpu::RenderPassHandle make_render_pass(gpu::Device& device, const gpu::Image& co
 gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render_pass, const gpu::Image& colour,
                                         const gpu::Image& depth, const gpu::Image& target);
 
+/// Depth alone, of one view, kept for who samples it.
+gpu::RenderPassHandle make_depth_pass(gpu::Device& device, const gpu::Image& depth);
+gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render_pass, const gpu::Image& depth);
+
 /// Begins the pass over a whole framebuffer, cleared to nothing, infinitely far away (reversed depth: 0); all of it
 /// is drawn to, +y up as the camera has it.
 void begin_render_pass(VkCommandBuffer commands, VkRenderPass render_pass, VkFramebuffer framebuffer,

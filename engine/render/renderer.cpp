@@ -1,5 +1,6 @@
 #include "engine/render/renderer.h"
 
+#include "engine/render/frame_uniforms.h"
 #include "engine/render/render_pass.h"
 
 #include <algorithm>
@@ -8,12 +9,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "shaders/background.frag.h"
-#include "shaders/background.vert.h"
 #include "shaders/deform.comp.h"
-#include "shaders/fan.frag.h"
-#include "shaders/surface.frag.h"
-#include "shaders/surface.vert.h"
 
 namespace stylet::render {
 
@@ -25,16 +21,6 @@ constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 /// Cells of the ground's grid along an edge of the picture; background.vert says why there is a grid.
 int ground_cells(int pixels) {
   return (pixels + 63) / 64;
-}
-
-vec4 pack(const Eigen::Vector3d& v, double w) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), static_cast<float>(w)};
-}
-
-mat4 pack(const Eigen::Matrix4d& m) {
-  mat4 columns;
-  for (int i = 0; i < 16; ++i) columns[static_cast<std::size_t>(i)] = static_cast<float>(m(i % 4, i / 4));
-  return columns;
 }
 
 template <typename T>
@@ -66,62 +52,14 @@ gpu::ImageSettings attachment(const RenderSettings& settings, VkFormat format, V
           .array_view = true};
 }
 
-/// Everything the surface pipelines have in common.
-gpu::GraphicsSettings surface_pipeline(VkRenderPass render_pass, bool antialias) {
-  gpu::GraphicsSettings settings;
-  settings.vertex = surface_vert;
-  settings.fragment = surface_frag;
-  settings.interface = {.slots = {gpu::Slot::uniform_buffer, gpu::Slot::storage_buffer, gpu::Slot::sampled_image},
-                        .push_constant_bytes = sizeof(SurfaceStyle)};
-  settings.render_pass = render_pass;
-  settings.samples = antialias ? VK_SAMPLE_COUNT_4_BIT : VK_SAMPLE_COUNT_1_BIT;
-  settings.cull = VK_CULL_MODE_BACK_BIT;
-  settings.depth_test = true;
-  settings.depth_write = true;
-  return settings;
-}
-
-gpu::GraphicsSettings ground_pipeline(VkRenderPass render_pass, bool antialias) {
-  gpu::GraphicsSettings settings = surface_pipeline(render_pass, antialias);
-  settings.vertex = background_vert;
-  settings.fragment = background_frag;
-  settings.cull = VK_CULL_MODE_NONE;
-  settings.depth_write = false;
-  settings.depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;  // where nothing was drawn the depth is 0, the ground's
-  return settings;
-}
-
-gpu::GraphicsSettings fan_pipeline(VkRenderPass render_pass, bool antialias) {
-  gpu::GraphicsSettings settings = surface_pipeline(render_pass, antialias);
-  settings.fragment = fan_frag;
-  settings.cull = VK_CULL_MODE_NONE;
-  settings.depth_write = false;
-  settings.blend = {gpu::Blend::premultiplied};
-  return settings;
-}
-
-gpu::GraphicsSettings glass_depth_pipeline(VkRenderPass render_pass, bool antialias) {
-  gpu::GraphicsSettings settings = surface_pipeline(render_pass, antialias);
-  settings.fragment = {};
-  settings.colour_write = false;
-  return settings;
-}
-
-gpu::GraphicsSettings glass_colour_pipeline(VkRenderPass render_pass, bool antialias) {
-  gpu::GraphicsSettings settings = surface_pipeline(render_pass, antialias);
-  settings.depth_write = false;
-  settings.depth_compare = VK_COMPARE_OP_EQUAL;
-  settings.blend = {gpu::Blend::premultiplied};
-  return settings;
-}
-
 }  // namespace
 
 Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const RenderSettings& settings)
     : device_(device),
       settings_(checked(settings)),
+      layout_(room_layout(scene)),
       probe_(scene.probe),
-      geometry_(scene),
+      geometry_(scene, settings.room ? &layout_ : nullptr),
       nodes_(geometry_.rest_nodes),
       rest_(storage_buffer(device, bytes_of(geometry_.rest).size())),
       rest_nodes_(storage_buffer(device, bytes_of(nodes_).size())),
@@ -132,7 +70,7 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
       target_(device, attachment(settings, kColourFormat, gpu::kTargetUsage, false)),
       depth_(device,
              attachment(settings, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT, settings.antialias)),
-      no_ultrasound_(device, {.format = VK_FORMAT_R8_UNORM}),
+      black_(device, {.format = VK_FORMAT_R8_UNORM}),
       sampler_(device),
       render_pass_([&] {
         if (settings.antialias)
@@ -145,19 +83,16 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
               {.slots = {gpu::Slot::storage_buffer, gpu::Slot::storage_buffer, gpu::Slot::storage_buffer,
                          gpu::Slot::storage_buffer, gpu::Slot::uniform_buffer},
                .push_constant_bytes = sizeof(DeformPush)}),
-      ground_(device, ground_pipeline(render_pass_.get(), settings.antialias)),
-      solid_(device, surface_pipeline(render_pass_.get(), settings.antialias)),
-      fan_(device, fan_pipeline(render_pass_.get(), settings.antialias)),
-      glass_depth_(device, glass_depth_pipeline(render_pass_.get(), settings.antialias)),
-      glass_colour_(device, glass_colour_pipeline(render_pass_.get(), settings.antialias)),
+      pipelines_(device, render_pass_.get(), settings.antialias, settings.room),
+      shadow_(device, settings.shadows),
       ring_(device),
-      timestamps_(device, 4) {
+      timestamps_(device, 5) {
   if (!scene.targets.empty()) focus_ = scene.targets.front().centre;
   gpu::run_now(device, [&](gpu::Commands& commands) {
     commands.upload(rest_, bytes_of(geometry_.rest));
     commands.upload(rest_nodes_, bytes_of(geometry_.rest_nodes));
     commands.upload(indices_, bytes_of(geometry_.indices));
-    commands.upload(no_ultrasound_, std::as_bytes(std::span("\0", 1)));
+    commands.upload(black_, std::as_bytes(std::span("\0", 1)));
   });
 }
 
@@ -169,51 +104,6 @@ void Renderer::take_nodes(const state::FrameState& state) {
       std::copy_n(state.bodies[body].front().data(), 3 * count, &nodes_[3 * first]);
     first += count;
   }
-}
-
-FrameUniforms Renderer::uniforms(const state::FrameState& state, const content::Camera& camera,
-                                 const ViewOptions& options) const {
-  FrameUniforms u{};
-  Eigen::Vector3d between_eyes = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < 2; ++i) {
-    const Eye& eye = eyes_[std::min(i, eyes_.size() - 1)];
-    u.clip_from_patient[i] = pack(eye.clip_from_patient);
-    u.eye[i] = pack(eye.position, 1);
-    between_eyes += eye.position / 2;
-  }
-  Eigen::Isometry3d patient_from_probe = Eigen::Isometry3d::Identity();
-  patient_from_probe.translate(state.probe_position.cast<double>());
-  patient_from_probe.rotate(state.probe_orientation.cast<double>().normalized());
-  u.patient_from_probe = pack(patient_from_probe.matrix());
-  u.probe_from_patient = pack(patient_from_probe.inverse().matrix());
-  u.breath = {state.breath.x(), state.breath.y(), state.breath.z(), 0};
-
-  // The lights are the photographer's: they stand where the camera stands.
-  const Eigen::Vector3d back = (camera.eye - camera.look_at).normalized();
-  Eigen::Vector3d right = camera.up.cross(back);
-  right = right.norm() < 1e-9 ? back.unitOrthogonal() : Eigen::Vector3d(right.normalized());
-  const Eigen::Vector3d up = back.cross(right);
-  u.to_key = pack((-0.55 * right + 0.75 * up + 0.65 * back).normalized(), 1.25);
-  u.to_fill = pack((0.85 * right - 0.15 * up + 0.55 * back).normalized(), 0.32);
-  u.to_rim = pack((0.45 * right + 0.55 * up - 0.75 * back).normalized(), 1.1);
-
-  const Eigen::Vector3d focus = focus_.value_or(camera.look_at);
-  u.focus = pack(focus, settings_.window_radius);
-  const Eigen::Vector3d towards_eyes = between_eyes - focus;
-  u.focus_axis = pack(towards_eyes.normalized(), std::max(towards_eyes.norm(), 1e-3));
-  u.fan = {static_cast<float>(probe_.convex ? probe_.radius : 0),
-           static_cast<float>(probe_.convex ? probe_.field_of_view / 2 : probe_.width / 2),
-           static_cast<float>(probe_.depth), probe_.convex ? 1.0F : 0.0F};
-  if (options.plane.image != nullptr && options.plane.metres_per_pixel > 0) {
-    const VkExtent3D size = options.plane.image->extent();
-    u.fan_image = {static_cast<float>(options.plane.origin.x()), static_cast<float>(options.plane.origin.y()),
-                   static_cast<float>(1 / (options.plane.metres_per_pixel * size.width)),
-                   static_cast<float>(1 / (options.plane.metres_per_pixel * size.height))};
-  }
-  u.viewport = {static_cast<float>(settings_.width), static_cast<float>(settings_.height),
-                static_cast<float>(ground_cells(settings_.width)),
-                static_cast<float>(ground_cells(settings_.height))};
-  return u;
 }
 
 std::vector<std::size_t> Renderer::glass_order() const {
@@ -258,17 +148,24 @@ const gpu::Image& Renderer::render(const state::FrameState& state, std::span<con
 const gpu::Image& Renderer::render_seen(const state::FrameState& state, const content::Camera& camera,
                                         const ViewOptions& options) {
   take_nodes(state);
-  const FrameUniforms frame = uniforms(state, camera, options);
+  FrameUniforms frame = frame_uniforms(state, eyes_, layout_, probe_, focus_.value_or(camera.look_at),
+                                       settings_.window_radius, options);
+  frame.shadow = shadow_.uniform();
+  frame.viewport = {static_cast<float>(settings_.width), static_cast<float>(settings_.height),
+                    static_cast<float>(ground_cells(settings_.width)),
+                    static_cast<float>(ground_cells(settings_.height))};
   with_needle_ = geometry_.needle.fits(state.needle_positions.size(), state.needle_orientations.size());
+  see_through_ = options.see_through;
 
   gpu::Commands& commands = ring_.next();
   timestamps_.reset(commands);
   timestamps_.mark(commands, "start");
   commands.upload(frame_, std::as_bytes(std::span(&frame, 1)));
   commands.upload(current_nodes_, bytes_of(nodes_));
+  std::span<std::byte> needle;
   if (with_needle_)
-    commands.upload(drawn_, std::as_bytes(geometry_.needle.shape(state.needle_positions, state.needle_orientations)),
-                    geometry_.needle_base * sizeof(DrawnVertex));
+    needle = commands.upload_later(drawn_, geometry_.needle.vertex_count() * sizeof(DrawnVertex),
+                                   geometry_.needle_base * sizeof(DrawnVertex));
   timestamps_.mark(commands, "upload");
   const auto count = static_cast<std::uint32_t>(geometry_.rest.size());
   commands.dispatch(deform_,
@@ -276,14 +173,25 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
                      gpu::write(3, drawn_), gpu::read(4, frame_)},
                     {(count + 63) / 64, 1, 1}, DeformPush{count});
   timestamps_.mark(commands, "deform");
-  draw(commands, options.plane.image != nullptr ? *options.plane.image : no_ultrasound_, with_needle_);
+  shadow_.draw(commands, geometry_, frame_, drawn_, indices_, with_needle_);
+  timestamps_.mark(commands, "shadow");
+  draw(commands, options);
   timestamps_.mark(commands, "draw");
+  if (with_needle_) {
+    needle_positions_ = state.needle_positions;
+    needle_orientations_ = state.needle_orientations;
+    if (options.latch_needle) options.latch_needle({needle_positions_, needle_orientations_});
+    std::ranges::copy(std::as_bytes(geometry_.needle.shape(needle_positions_, needle_orientations_)), needle.begin());
+  }
   submission_ = commands.submit();
   return target_;
 }
 
-void Renderer::draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool with_needle) const {
-  const auto resources = {gpu::read(0, frame_), gpu::read(1, drawn_), gpu::sample(2, ultrasound, sampler_)};
+void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
+  const gpu::Image& ultrasound = options.plane.image != nullptr ? *options.plane.image : black_;
+  const gpu::Image& screen = options.screen != nullptr ? *options.screen : black_;
+  const auto resources = {gpu::read(0, frame_), gpu::read(1, drawn_), gpu::sample(2, ultrasound, sampler_),
+                          gpu::sample(3, screen, sampler_), gpu::sample(4, shadow_.map(), shadow_.sampler())};
   commands.prepare_draw(resources);
   commands.transition(indices_, gpu::kIndexRead);
   commands.transition(depth_, gpu::kDepthAttachment, true);
@@ -299,27 +207,38 @@ void Renderer::draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool 
     commands.bind(pipeline, resources, piece.style);
     vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
   };
-  for (const Piece& piece : geometry_.solids) draw_piece(solid_, piece);
-  if (with_needle)
-    for (const Piece& piece : geometry_.needle_pieces) draw_piece(solid_, piece);
-  commands.bind(ground_, resources, SurfaceStyle{});
+  const auto draw_pieces = [&](const std::vector<Piece>& pieces) {
+    for (const Piece& piece : pieces) draw_piece(pipelines_.surface(piece.style.kind[0]), piece);
+  };
+  // What hides most comes first.
+  if (see_through_ != SeeThrough::glass) draw_pieces(geometry_.drape);
+  if (with_needle_) draw_pieces(geometry_.needle_pieces);
+  // Closed skin hides the organs, and all that is spared would have to be rasterised.
+  const bool closed = see_through_ == SeeThrough::closed && !geometry_.covers.empty();
+  if (closed)
+    draw_piece(pipelines_.surface(kMatte), geometry_.probe());
+  else
+    draw_pieces(geometry_.solids);
+  if (see_through_ == SeeThrough::window) draw_pieces(geometry_.cavity);
+  draw_pieces(geometry_.room);
+  commands.bind(pipelines_.ground(), resources, SurfaceStyle{});
   vkCmdDraw(cmd, static_cast<std::uint32_t>(6 * ground_cells(settings_.width) * ground_cells(settings_.height)), 1, 0,
             0);
-  draw_piece(fan_, geometry_.fan);
-  for (std::size_t i : glass_order()) {
-    draw_piece(glass_depth_, geometry_.glass[i]);
-    draw_piece(glass_colour_, geometry_.glass[i]);
+  draw_piece(pipelines_.fan(), geometry_.fan);
+  for (std::size_t i : closed ? std::vector<std::size_t>{} : glass_order()) {
+    draw_piece(pipelines_.depth(), geometry_.glass[i]);
+    draw_piece(pipelines_.surface(kGlass), geometry_.glass[i]);
   }
   // Skin, fat and muscle are one shell: of all of them together only the nearest surface is seen.
-  for (const Piece& piece : geometry_.covers) draw_piece(glass_depth_, piece);
-  for (const Piece& piece : geometry_.covers) draw_piece(glass_colour_, piece);
+  for (const Piece& piece : geometry_.covers) draw_piece(pipelines_.depth(), piece);
+  for (const Piece& piece : geometry_.covers) draw_piece(pipelines_.surface(kCover), piece);
   const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
   vkCmdEndRenderPass2(cmd, &end);
 }
 
 ViewLabels Renderer::read_labels(std::uint32_t layer) {
   if (!labels_) labels_.emplace(device_, settings_.width, settings_.height, settings_.views);
-  labels_->draw(geometry_, frame_, drawn_, indices_, with_needle_);
+  labels_->draw(geometry_, frame_, drawn_, indices_, with_needle_, see_through_);
   return labels_->read(layer);
 }
 

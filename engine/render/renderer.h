@@ -1,9 +1,11 @@
-// The 3-D view: organs, needle, probe and imaging plane of one frame, drawn offscreen for one eye or both.
+// The 3-D view: patient, needle, probe and imaging plane of one frame in their room, drawn offscreen for one eye or
+// both.
 //
-// A frame: upload nodes, needle and uniforms; place every vertex (deform.comp); then one render pass over all eyes
-// (multiview): solids, ground, imaging plane, glass organs, and the covers over them. Of a glass organ
-// only its nearest surface is seen: its depth is laid first, then its colour where the depth is its own. That needs
-// no sorting of triangles and gives the same picture for any order of them.
+// A frame: upload nodes and uniforms; place every vertex (deform.comp); the lamp's shadow map; then one render pass
+// over all eyes (multiview): drape, solids, room, imaging plane, glass organs, and the covers over them. The needle's
+// vertices come last, right before all of it goes to the GPU. Of a glass organ only its nearest surface is seen: its
+// depth is laid first, then its colour where the depth is its own. That needs no sorting of triangles and gives the
+// same picture for any order of them.
 #pragma once
 
 #include "engine/content/scene.h"
@@ -11,6 +13,9 @@
 #include "engine/render/camera.h"
 #include "engine/render/geometry.h"
 #include "engine/render/label_pass.h"
+#include "engine/render/room_layout.h"
+#include "engine/render/shadow_pass.h"
+#include "engine/render/surface_pipelines.h"
 #include "engine/render/view_options.h"
 #include "engine/state/frame_state.h"
 
@@ -29,6 +34,8 @@ struct RenderSettings {
   int views = 1;  ///< 2: stereo, left eye in layer 0, right eye in layer 1
   StereoSettings stereo{};
   bool antialias = true;         ///< 4 samples a pixel
+  bool room = true;              ///< the operating room with its furniture and the drape; else a plain dark ground
+  bool shadows = true;           ///< of the surgical lamp
   double window_radius = 0.082;  ///< of the opening in skin, fat and muscle round the focus, m
 };
 
@@ -53,6 +60,7 @@ public:
   /// Labels and depths of the picture last rendered, of one eye; a pass of its own, which runs only here.
   ViewLabels read_labels(std::uint32_t layer = 0);
   const RenderSettings& settings() const { return settings_; }
+  const RoomLayout& layout() const { return layout_; }
   /// The eyes of the last frame, to project points as it does.
   const std::vector<Eye>& eyes() const { return eyes_; }
   /// Time the GPU spent on the stages of the last frame; waits for it.
@@ -62,20 +70,21 @@ private:
   const gpu::Image& render_seen(const state::FrameState& state, const content::Camera& camera,
                                 const ViewOptions& options);
   void take_nodes(const state::FrameState& state);
-  FrameUniforms uniforms(const state::FrameState& state, const content::Camera& camera,
-                         const ViewOptions& options) const;
   /// Indices of the glass organs, farthest first.
   std::vector<std::size_t> glass_order() const;
-  void draw(gpu::Commands& commands, const gpu::Image& ultrasound, bool with_needle) const;
+  void draw(gpu::Commands& commands, const ViewOptions& options) const;
   const gpu::Image& colour() const { return multisampled_ ? *multisampled_ : target_; }
 
   gpu::Device& device_;
   RenderSettings settings_;
+  RoomLayout layout_;
   std::optional<Eigen::Vector3d> focus_;  ///< what the covers' window shows: the first target; none: where one looks
   content::Probe probe_;
   Geometry geometry_;
   std::vector<float> nodes_;  ///< current positions, laid out as geometry_.rest_nodes
   std::vector<Eye> eyes_;
+  std::vector<Eigen::Vector3f> needle_positions_;  ///< as drawn
+  std::vector<Eigen::Quaternionf> needle_orientations_;
 
   gpu::Buffer rest_;
   gpu::Buffer rest_nodes_;
@@ -86,21 +95,19 @@ private:
   gpu::Image target_;
   std::optional<gpu::Image> multisampled_;
   gpu::Image depth_;
-  gpu::Image no_ultrasound_;  ///< one black pixel, bound where there is no ultrasound image
+  gpu::Image black_;  ///< one pixel, bound where there is no picture
   gpu::Sampler sampler_;
   gpu::RenderPassHandle render_pass_;
   gpu::FramebufferHandle framebuffer_;
 
   gpu::ComputePipeline deform_;
-  gpu::GraphicsPipeline ground_;
-  gpu::GraphicsPipeline solid_;
-  gpu::GraphicsPipeline fan_;
-  gpu::GraphicsPipeline glass_depth_;
-  gpu::GraphicsPipeline glass_colour_;
+  SurfacePipelines pipelines_;
+  ShadowPass shadow_;
   gpu::FrameRing ring_;
   gpu::Timestamps timestamps_;
   std::uint64_t submission_ = 0;
-  bool with_needle_ = false;         ///< of the last frame
+  bool with_needle_ = false;  ///< of the last frame
+  SeeThrough see_through_ = SeeThrough::window;
   std::optional<LabelPass> labels_;  ///< made when labels are asked for the first time
 };
 

@@ -4,6 +4,11 @@
 #include "engine/gpu/image.h"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <functional>
+#include <span>
 
 namespace stylet::render {
 
@@ -15,8 +20,28 @@ struct PlaneTexture {
   double metres_per_pixel = 0;
 };
 
+/// How far one sees into the patient.
+enum class SeeThrough : std::uint8_t {
+  closed,  ///< skin and drape, as in life
+  window,  ///< an opening round the target shows the organs, for teaching
+  glass,   ///< no drape, all of skin and organs clear, for instructors
+};
+
+/// Poses of the needle's nodes, hub first, patient frame; as many as the state has.
+struct NeedlePose {
+  std::span<Eigen::Vector3f> positions;
+  std::span<Eigen::Quaternionf> orientations;
+};
+
 struct ViewOptions {
   PlaneTexture plane{};  ///< none: the imaging plane is a pane of light
+  /// What the ultrasound machine's screen shows, whole; null: it is dark. RGBA of 8 bits; the bytes mean sRGB.
+  const gpu::Image* screen = nullptr;
+  SeeThrough see_through = SeeThrough::window;
+  /// Called when all else of the frame is ready, right before it goes to the GPU: overwrites the state's pose of the
+  /// needle with the newest, so that the hand sees it without the frame's delay. Must not throw. Empty: the state's
+  /// pose is drawn. Not called where the state has no needle.
+  std::function<void(NeedlePose)> latch_needle{};
 };
 
 }  // namespace stylet::render

@@ -32,14 +32,18 @@ Pictures::Pictures(gpu::Device& device, const content::Scene& scene, const Pictu
       notes_(settings.notes),
       imager_(device, scene, imager_settings(scene.probe, settings)),
       renderer_(device, scene,
-                {.width = settings.view_width, .height = settings.view_height, .views = settings.stereo ? 2 : 1}) {}
+                {.width = settings.view_width,
+                 .height = settings.view_height,
+                 .views = settings.stereo ? 2 : 1,
+                 .room = settings.room}) {}
 
 Pictures::Moment Pictures::draw(const state::FrameState& state, const content::Camera& camera) {
   const ultrasound::SectorGeometry sector = imager_.geometry();
   const gpu::Image& ultrasound = imager_.image(state);
   renderer_.render(
       state, camera,
-      {.plane = {.image = &ultrasound, .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel}});
+      {.plane = {.image = &ultrasound, .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel},
+       .screen = &ultrasound});
   Moment moment{.view = read_view(), .ultrasound = view::read_picture(device_, ultrasound)};
   note_ = imager_.diagnosis();
   if (notes_) draw_note(moment.ultrasound, note_, font_);

@@ -23,6 +23,7 @@ struct PictureSettings {
   int ultrasound_height = 480;
   bool stereo = false;     ///< the view holds both eyes side by side, each view_width wide
   std::uint32_t seed = 1;  ///< of speckle and noise
+  bool room = true;        ///< the view shows the operating room; else a plain ground, as data sets want it
   bool notes = true;       ///< a black ultrasound image says at its bottom why
 };
 

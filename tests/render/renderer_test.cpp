@@ -68,7 +68,7 @@ state::FrameState without_needle(state::FrameState state) {
 TEST_F(Render3d, BallAppearsWhereTheCameraProjectsIt) {
   const Vector3d centre(0.03, -0.02, 0.05);
   leave_only_a_ball(centre, 0.006, -1);
-  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
   const Picture picture = draw(renderer, without_needle(tests::rest_state(scene)));
   const Vector3d found = centroid(picture, is_green);
   // Oracle: similar triangles with the camera's own axes, no matrix of the renderer.
@@ -92,7 +92,7 @@ TEST_F(Render3d, CarriedVerticesFollowTheNodes) {
   scene.tissues[4].colour = {0, 0.8F, 0, 1};
   scene.surfaces = {scene.surfaces.back()};
   const Vector3d rest_centre = scene.targets.front().centre;
-  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
   state::FrameState state = without_needle(tests::rest_state(scene));
   state.probe_position = {0, 0, 10};
   // An affine motion is exact for linear tetrahedra: x' = A x + b, with a stretch, a shear and a rotation.
@@ -114,7 +114,7 @@ TEST_F(Render3d, WhatBreathesGoesWithTheBreath) {
   state.breath = breath.cast<float>();
   for (const bool breathes : {false, true}) {
     scene.surfaces[0].breathes = breathes;
-    Renderer renderer(device, scene, {.width = 320, .height = 240});
+    Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
     const Vector3d found = centroid(draw(renderer, state), is_green);
     const Vector3d moved = breathes ? Vector3d(centre + breath) : centre;
     const Vector3d expected = project(renderer.eyes()[0], moved, 320, 240);
@@ -137,7 +137,7 @@ TEST_F(Render3d, LabelsAndDepthsAreThoseOfTheNearestSurface) {
   behind.tissue = 3;
   scene.tissues[3].colour = {0.5F, 0.2F, 0.1F, 0.7F};
   scene.surfaces.push_back(behind);
-  Renderer renderer(device, scene, {.width = 320, .height = 240, .views = 2});
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .views = 2, .room = false});
   renderer.render(without_needle(tests::rest_state(scene)), scene.camera);
   for (const std::uint32_t layer : {0u, 1u}) {
     const ViewLabels view = renderer.read_labels(layer);
@@ -173,7 +173,7 @@ TEST_F(Render3d, LabelsAndDepthsAreThoseOfTheNearestSurface) {
 
 TEST_F(Render3d, LabelsTellNeedleAndProbeFromTissues) {
   const int tissues = static_cast<int>(scene.tissues.size());
-  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
   renderer.render(tests::rest_state(scene), scene.camera);
   const auto count = [&](int label) {
     const ViewLabels view = renderer.read_labels();
@@ -191,7 +191,7 @@ TEST_F(Render3d, NormalsTurnWithTheTissue) {
   scene.tissues[4].colour = {0, 0.8F, 0, 1};
   scene.surfaces = {scene.surfaces.back()};
   const Vector3d centre = scene.targets.front().centre;
-  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
   state::FrameState state = without_needle(tests::rest_state(scene));
   state.probe_position = {0, 0, 10};
   const Picture before = draw(renderer, state);
@@ -218,8 +218,9 @@ TEST_F(Render3d, DisparityIsFocalTimesSeparationOverDepth) {
     scene = tests::make_test_scene();
     leave_only_a_ball(scene.camera.eye + depth * forward, 0.006, -1);
     scene.targets.clear();
-    Renderer renderer(device, scene,
-                      {.width = 480, .height = 480, .views = 2, .stereo = {.eye_separation = separation}});
+    Renderer renderer(
+        device, scene,
+        {.width = 480, .height = 480, .views = 2, .stereo = {.eye_separation = separation}, .room = false});
     const auto state = without_needle(tests::rest_state(scene));
     const Vector3d left = centroid(draw(renderer, state, 0), is_green);
     const Vector3d right = centroid(view::read_picture(device, renderer.image(), 1), is_green);
@@ -244,7 +245,7 @@ TEST_F(Render3d, EyesOfAHeadsetSeeABallWhereTheirAnglesSay) {
   const Vector3d in_head(0.02, -0.05, -0.35);
   leave_only_a_ball(head * in_head, 0.008, -1);
   scene.targets.clear();
-  Renderer renderer(device, scene, {.width = 400, .height = 320, .views = 2});
+  Renderer renderer(device, scene, {.width = 400, .height = 320, .views = 2, .room = false});
   renderer.render(without_needle(tests::rest_state(scene)), eyes);
   std::vector<Vector3d> found;
   for (std::uint32_t i : {0u, 1u}) {
@@ -266,7 +267,7 @@ TEST_F(Render3d, EyesOfAHeadsetSeeABallWhereTheirAnglesSay) {
 }
 
 TEST_F(Render3d, EyesThatCannotBeAreRefused) {
-  Renderer renderer(device, scene, {.width = 64, .height = 64});
+  Renderer renderer(device, scene, {.width = 64, .height = 64, .room = false});
   const auto state = tests::rest_state(scene);
   EXPECT_THROW(renderer.render(state, std::vector<EyeView>(2)), gpu::GpuError);
   EXPECT_THROW(renderer.render(state, std::vector{EyeView{.left = 0.5, .right = -0.5}}), gpu::GpuError);
@@ -287,7 +288,7 @@ TEST_F(Render3d, NearerSurfaceHidesTheFarther) {
       if (other_first) std::swap(surfaces[0], surfaces[1]);
       content::Scene both = scene;
       both.surfaces = surfaces;
-      Renderer renderer(device, both, {.width = 160, .height = 120});
+      Renderer renderer(device, both, {.width = 160, .height = 120, .room = false});
       const Picture picture = draw(renderer, without_needle(tests::rest_state(both)));
       EXPECT_EQ(is_green(picture.at(80, 60)), green_in_front) << "drawn first: " << other_first;
     }
@@ -295,29 +296,29 @@ TEST_F(Render3d, NearerSurfaceHidesTheFarther) {
 }
 
 TEST_F(Render3d, GlassShowsWhatIsInsideButNotThroughSolids) {
-  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
   const auto state = without_needle(tests::rest_state(scene));
   const Picture with = draw(renderer, state);
   const Vector3d pixel = project(renderer.eyes()[0], scene.targets.front().centre, 320, 240);
   content::Scene no_tumour = scene;
   no_tumour.surfaces.pop_back();
-  Renderer other(device, no_tumour, {.width = 320, .height = 240});
+  Renderer other(device, no_tumour, {.width = 320, .height = 240, .room = false});
   const Picture without = view::read_picture(device, other.render(state, scene.camera));
   const auto at = [&](const Picture& picture) {
     return picture.at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
   };
   EXPECT_GT(at(with)[1], at(without)[1] + 25) << "the tumour must be seen through liver and skin";
   scene.tissues[2].colour[3] = 1;  // a liver of wood
-  Renderer solid(device, scene, {.width = 320, .height = 240});
+  Renderer solid(device, scene, {.width = 320, .height = 240, .room = false});
   scene.surfaces.pop_back();
-  Renderer solid_without(device, scene, {.width = 320, .height = 240});
+  Renderer solid_without(device, scene, {.width = 320, .height = 240, .room = false});
   const Picture a = draw(solid, state), b = draw(solid_without, state);
   EXPECT_EQ(at(a)[1], at(b)[1]);
 }
 
 TEST_F(Render3d, NeedleIsDrawnAlongItsBentShaft) {
   scene.surfaces.clear();
-  Renderer renderer(device, scene, {.width = 640, .height = 480});
+  Renderer renderer(device, scene, {.width = 640, .height = 480, .room = false});
   state::FrameState state = tests::rest_state(scene);
   tests::deform(state);
   state.probe_position = {0, 0, 10};
@@ -365,7 +366,7 @@ TEST_F(Render3d, ImagingPlaneShowsTheUltrasoundImage) {
       for (int c = 0; c < 3; ++c) pixels[static_cast<std::size_t>((v * 100 + u) * 4 + c)] = 255;
   const gpu::Image image(device, {.width = 100, .height = 120});
   gpu::run_now(device, [&](gpu::Commands& commands) { commands.upload(image, std::as_bytes(std::span(pixels))); });
-  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
   const auto with_image = [&] {
     return view::read_picture(device,
                               renderer.render(state, scene.camera, {.plane = {&image, Vector2d(-0.05, 0), 0.001}}));
@@ -386,18 +387,19 @@ TEST_F(Render3d, ImagingPlaneShowsTheUltrasoundImage) {
 TEST_F(Render3d, DrawsTheSameBitsEveryTime) {
   state::FrameState bent = tests::rest_state(scene);
   tests::deform(bent);
-  Renderer first(device, scene, {.width = 320, .height = 240});
+  Renderer first(device, scene, {.width = 320, .height = 240, .room = false});
   const Picture once = draw(first, bent);
   draw(first, tests::rest_state(scene));  // another frame between must leave no trace
   EXPECT_EQ(draw(first, bent).rgba, once.rgba);
-  Renderer second(device, scene, {.width = 320, .height = 240});
+  Renderer second(device, scene, {.width = 320, .height = 240, .room = false});
   EXPECT_EQ(draw(second, bent).rgba, once.rgba);
 }
 
 TEST_F(Render3d, StereoEyesAreTheMonoViewSeenFromTheSides) {
   const auto state = tests::rest_state(scene);
-  Renderer stereo(device, scene, {.width = 320, .height = 240, .views = 2, .stereo = {.eye_separation = 1e-9}});
-  Renderer mono(device, scene, {.width = 320, .height = 240});
+  Renderer stereo(device, scene,
+                  {.width = 320, .height = 240, .views = 2, .stereo = {.eye_separation = 1e-9}, .room = false});
+  Renderer mono(device, scene, {.width = 320, .height = 240, .room = false});
   const Picture left = draw(stereo, state, 0);
   const Picture right = view::read_picture(device, stereo.image(), 1);
   const Picture one = draw(mono, state);
@@ -406,7 +408,7 @@ TEST_F(Render3d, StereoEyesAreTheMonoViewSeenFromTheSides) {
 }
 
 TEST_F(Render3d, FramesWithoutAntialiasingOrNeedleOrBodiesAreDrawn) {
-  Renderer renderer(device, scene, {.width = 64, .height = 48, .antialias = false});
+  Renderer renderer(device, scene, {.width = 64, .height = 48, .antialias = false, .room = false});
   const Picture picture = draw(renderer, {});
   EXPECT_GT(centroid(picture, [](const std::uint8_t* p) { return p[0] > 60; }).z(), 20);
 }
@@ -419,7 +421,7 @@ TEST_F(Render3d, ImpossibleSizesAreRefused) {
 
 TEST_F(Render3d, DrawsTheTestScene) {
   if (const auto why = tests::no_golden_for(device.identity())) GTEST_SKIP() << *why;
-  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
   state::FrameState state = tests::rest_state(scene);
   tests::deform(state);
   EXPECT_TRUE(tests::matches_golden(device.identity(), draw(renderer, state), "render_scene"));
@@ -427,7 +429,7 @@ TEST_F(Render3d, DrawsTheTestScene) {
 
 TEST_F(Render3d, DrawsTheTestSceneForTwoEyes) {
   if (const auto why = tests::no_golden_for(device.identity())) GTEST_SKIP() << *why;
-  Renderer renderer(device, scene, {.width = 180, .height = 180, .views = 2});
+  Renderer renderer(device, scene, {.width = 180, .height = 180, .views = 2, .room = false});
   state::FrameState state = tests::rest_state(scene);
   tests::deform(state);
   Picture both(360, 180);

@@ -128,6 +128,8 @@ void add_render(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_flag("--stereo", options->stereo, "Both eyes side by side");
+  command->add_flag("--room", options->room,
+                    "The 3-D view shows the operating room and the drape, not the patient alone");
   command->add_option("--seed", options->seed, "Of speckle and noise")->capture_default_str();
   command->add_option("--device", options->device, kDeviceHelp);
   command->add_option("--coupling", options->coupling, kCouplingHelp);

@@ -30,6 +30,7 @@ struct RenderOptions {
   std::optional<double> to_s;
   std::vector<double> camera;
   bool stereo = false;
+  bool room = false;        ///< round the patient in the 3-D view
   bool ultrasound = false;  ///< and no 3-D view
   bool labels = false;
   int previews = 100;  ///< every so manyth frame has one, 0: none

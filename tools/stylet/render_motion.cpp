@@ -106,6 +106,7 @@ public:
                                                                              .ultrasound_height = size.height,
                                                                              .stereo = options.stereo,
                                                                              .seed = options.seed,
+                                                                             .room = options.room,
                                                                              .notes = !options.labels});
   }
 

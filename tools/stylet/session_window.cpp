@@ -95,7 +95,8 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
     if (std::ranges::find(input.keys, 'R') != input.keys.end()) camera = scene.camera;
     session.frames().sample(session.time_s() - delay_s, frame);
     scanner.draw(frame);
-    const gpu::Image& view = renderer.render(frame, camera, {.plane = scanner.in_view()});
+    const gpu::Image& view =
+        renderer.render(frame, camera, {.plane = scanner.in_view(), .screen = &scanner.screen()});
     const view::Pane plot = view::PaneLayout::of(window.width(), window.height(), true).plot;
     window.present(view, &scanner.screen(), &curve.picture(frame, plot));
   }

@@ -1,0 +1,228 @@
+#include "engine/render/drape_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+namespace stylet::render {
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// A body lying under a sheet, from the feet to the shoulders: half width and half height of its ellipse as shares of
+/// the trunk's, and how far its middle sinks between two legs. y from the middle of the trunk, m.
+struct Station {
+  double y, width, height, cleft;
+};
+constexpr Station kBody[] = {{-1.40, 0.70, 0.02, 0.0},  {-1.27, 0.66, 0.30, 0.01}, {-1.15, 0.64, 0.84, 0.035},
+                             {-1.04, 0.66, 0.52, 0.05}, {-0.80, 0.74, 0.56, 0.05}, {-0.62, 0.80, 0.70, 0.04},
+                             {-0.40, 0.96, 0.82, 0.02}, {-0.22, 1.04, 0.95, 0.0},  {-0.12, 1.00, 1.00, 0.0},
+                             {0.14, 1.00, 1.00, 0.0},   {0.26, 1.06, 1.06, 0.0},   {0.34, 1.16, 0.98, 0.0},
+                             {0.50, 1.10, 0.85, 0.0}};
+
+double smooth(double from, double to, double x) {
+  const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+Station body_at(double y) {
+  const Station* next = std::find_if(std::begin(kBody), std::end(kBody), [&](const Station& s) { return s.y >= y; });
+  if (next == std::begin(kBody)) return kBody[0];
+  if (next == std::end(kBody)) return kBody[std::size(kBody) - 1];
+  const Station& a = next[-1];
+  const Station& b = *next;
+  const double t = smooth(a.y, b.y, y);
+  return {y, a.width + t * (b.width - a.width), a.height + t * (b.height - a.height),
+          a.cleft + t * (b.cleft - a.cleft)};
+}
+
+constexpr double kMattressHalf = 0.285;  // the sheet turns down here
+constexpr double kHang = 0.40;           // and falls so far
+constexpr double kFoot = -1.40, kHead = kScreenY;
+
+// Columns of one half of the sheet, from the middle outwards: over the body, over the mattress, down the side.
+constexpr int kOver = 18, kFlat = 8, kDown = 14;
+constexpr int kColumns = kOver + kFlat + kDown;
+constexpr double kLowest = 1.85;  // rad round the trunk where the sheet leaves it
+
+/// Point of the sheet's half section at column i (0 ... kColumns); x outwards, y up.
+Vector2d section(const RoomLayout& layout, const Station& body, int i) {
+  const double width = layout.trunk_half.x() * body.width + kDrapeOffset;
+  const double height = layout.trunk_half.y() * body.height + kDrapeOffset;
+  const double middle = std::max(layout.trunk_half.y() * body.height - 0.006, 0.0);
+  const auto round = [&](double angle) {
+    const double dip = body.cleft * std::exp(-std::pow(angle / 0.35, 2.0));
+    return Vector2d(width * std::sin(angle), std::max(middle + height * std::cos(angle) - dip, 0.008));
+  };
+  const Vector2d leaves = round(kLowest);
+  const double ground = 0.006;
+  if (i <= kOver) return round(kLowest * i / kOver);
+  if (i <= kOver + kFlat) {
+    // A short curve down to the mattress, and out to its edge.
+    const double t = static_cast<double>(i - kOver) / kFlat;
+    const double edge = std::max(kMattressHalf, leaves.x() + 0.05);
+    return {leaves.x() + t * (edge - leaves.x()), ground + (leaves.y() - ground) * std::pow(1 - t, 4.0)};
+  }
+  const double t = static_cast<double>(i - kOver - kFlat) / kDown;
+  const double edge = std::max(kMattressHalf, leaves.x() + 0.05);
+  return {edge + 0.034 * (1 - std::exp(-8 * t)), ground - kHang * t};
+}
+
+/// The half section of the sheet hung over the bar.
+Vector2d at_bar(int i) {
+  const double t = static_cast<double>(i) / (kOver + kFlat);
+  if (i <= kOver + kFlat)
+    return {kScreenHalfWidth * t, kScreenHeight + 0.004 - 0.012 * std::sin(std::numbers::pi * t)};
+  const double down = static_cast<double>(i - kOver - kFlat) / kDown;
+  return {kScreenHalfWidth + 0.012, kScreenHeight - (kHang + kScreenHeight) * down};
+}
+
+/// Soft folds, m: of cloth that lies (`lying`), and that hangs. Sums of waves that never meet again nearby.
+double hanging_fold(double y, double down) {
+  const double deep = smooth(0.02, 0.5, down);
+  return deep * (0.016 * std::sin(41 * y + 0.8 * std::sin(9 * y)) + 0.009 * std::sin(67 * y + 1.3) +
+                 0.006 * std::sin(23 * y + 4 * down));
+}
+double lying_fold(double x, double y) {
+  // Bent so that no fold runs straight; sharper on top than below, as creases are.
+  const double a = std::sin(23 * y + 13 * x + 2.1 * std::sin(7 * x + 5 * y));
+  const double b = std::sin(31 * x - 15 * y + 2.4 * std::sin(6 * y + 3 * x));
+  return 0.0042 * (a * a * a) + 0.0034 * (b * b * b) + 0.0012 * std::sin(61 * y - 23 * x);
+}
+
+/// How far the skin stands out of the trunk's ellipse round a place; 0 where there is none.
+class Bulge {
+public:
+  Bulge(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin)
+      : layout_(layout), cells_(kAround * kAlong, 0.0) {
+    const Eigen::Isometry3d table_from_patient = layout.patient_from_table.inverse();
+    for (const Eigen::Vector3f& position : skin) {
+      const Vector3d p = table_from_patient * position.cast<double>();
+      const double angle = layout.trunk_angle(p);
+      const Vector3d on = layout.trunk_point(angle, p.y());
+      const Vector2d middle(layout.trunk_centre);
+      const double out = (Vector2d(p.x(), p.z()) - middle).norm() - (Vector2d(on.x(), on.z()) - middle).norm();
+      double& cell = cells_[index(angle, p.y())];
+      cell = std::max(cell, out);
+    }
+  }
+  double at(double angle, double y) const {
+    double most = 0;
+    for (const double da : {-kAngle, 0.0, kAngle})
+      for (const double dy : {-kLength, 0.0, kLength}) most = std::max(most, cells_[index(angle + da, y + dy)]);
+    return most;
+  }
+
+private:
+  static constexpr int kAround = 128, kAlong = 64;
+  static constexpr double kAngle = 2 * std::numbers::pi / kAround, kLength = 0.01;
+  std::size_t index(double angle, double y) const {
+    const int i =
+        static_cast<int>(std::floor((std::remainder(angle, 2 * std::numbers::pi) + std::numbers::pi) / kAngle));
+    const int j = static_cast<int>(std::floor((y - layout_.trunk_y[0]) / kLength)) + 1;
+    return static_cast<std::size_t>(std::clamp(j, 0, kAlong - 1) * kAround + std::clamp(i, 0, kAround - 1));
+  }
+  const RoomLayout& layout_;
+  std::vector<double> cells_;
+};
+
+void compute_normals(RoomMesh& mesh) {
+  mesh.normals.assign(mesh.positions.size(), Eigen::Vector3f::Zero());
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    const std::span<const std::uint32_t> t = std::span(mesh.indices).subspan(i, 3);
+    const Eigen::Vector3f area =
+        (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]);
+    for (const std::uint32_t k : t) mesh.normals[k] += area;
+  }
+  for (Eigen::Vector3f& normal : mesh.normals)
+    normal = normal.norm() > 0 ? normal.normalized() : Eigen::Vector3f::UnitZ();
+}
+
+/// Triangles of a grid of rows, its upper side seen with columns to the right and rows away.
+void join_grid(RoomMesh& mesh, std::uint32_t rows, std::uint32_t columns) {
+  for (std::uint32_t j = 0; j + 1 < rows; ++j)
+    for (std::uint32_t i = 0; i + 1 < columns; ++i) {
+      const std::uint32_t a = j * columns + i, b = a + 1, c = b + columns, d = a + columns;
+      mesh.indices.insert(mesh.indices.end(), {a, b, c, a, c, d});
+    }
+}
+
+}  // namespace
+
+RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin) {
+  RoomMesh mesh;
+  const Bulge bulge(layout, skin);
+  constexpr double kSteep = kHead - 0.18;  // from here on it rises to the bar
+  constexpr int kRowsBelow = 64, kRowsAbove = 14;
+  const int rows = kRowsBelow + kRowsAbove + 1;
+  constexpr int kBehind = 5;  // rows that hang behind the bar
+  for (int row = 0; row < rows + kBehind; ++row) {
+    const double y = row <= kRowsBelow ? kFoot + (kSteep - kFoot) * row / kRowsBelow
+                                       : std::min(kSteep + (kHead - kSteep) * (row - kRowsBelow) / kRowsAbove, kHead);
+    const Station body = body_at(y);
+    const double raised = smooth(kHead - 0.17, kHead, y);
+    for (int column = -kColumns; column <= kColumns; ++column) {
+      const int i = std::abs(column);
+      const double side = column < 0 ? -1 : 1;
+      Vector2d p = section(layout, body, i);
+      const double angle = side * kLowest * std::min(i, kOver) / kOver;
+      const bool over_body = i <= kOver;
+      if (over_body) {
+        const Vector2d out =
+            Vector2d(p.x() / layout.trunk_half.x(), (p.y() - layout.trunk_centre.y()) / layout.trunk_half.y())
+                .normalized();
+        p += out * bulge.at(angle, y) * (1 - smooth(0.12, 0.3, std::abs(y)));
+      }
+      p = (1 - raised) * p + raised * at_bar(i);
+      // Taut on the trunk, loose elsewhere.
+      const double loose = std::clamp(
+          smooth(0.06, 0.30, std::abs(layout.outside_field(angle, y))) + (over_body ? 0.0 : 1.0), 0.0, 1.0);
+      const double fold = over_body || i <= kOver + kFlat
+                              ? loose * (lying_fold(side * p.x(), y) + 0.0088)
+                              : hanging_fold(y + 0.1 * side, static_cast<double>(i - kOver - kFlat) / kDown);
+      if (over_body)
+        p += fold * Vector2d(std::sin(std::abs(angle)), std::cos(angle));
+      else if (i <= kOver + kFlat)
+        p.y() += fold;
+      else
+        p.x() += fold;
+      const double behind = row >= rows ? 0.02 * (row - rows + 1) : 0.0;
+      mesh.positions.emplace_back(
+          static_cast<float>(side * p.x()),
+          static_cast<float>(y + std::min(behind, 0.012) + 0.3 * raised * lying_fold(p.x(), p.y())),
+          static_cast<float>(p.y() - behind));
+      const Vector2d at = layout.in_field(angle, y);
+      mesh.coordinates.push_back({static_cast<float>(at.x()), static_cast<float>(at.y())});
+    }
+  }
+  join_grid(mesh, static_cast<std::uint32_t>(rows + kBehind), 2 * kColumns + 1);
+  compute_normals(mesh);
+  return mesh;
+}
+
+RoomMesh cavity_mesh(const RoomLayout& layout) {
+  RoomMesh mesh;
+  constexpr int kSides = 48, kRows = 16, kCapRings = 8;
+  // Along the wall, then towards the middle of either end.
+  const auto ring = [&](double y, double share) {
+    for (int side = 0; side <= kSides; ++side) {
+      const Vector3d p = layout.trunk_point(-2 * std::numbers::pi * side / kSides, y, -0.012);
+      const Vector2d middle = layout.trunk_centre;
+      mesh.positions.emplace_back(static_cast<float>(middle.x() + share * (p.x() - middle.x())),
+                                  static_cast<float>(y),
+                                  static_cast<float>(middle.y() + share * (p.z() - middle.y())));
+    }
+  };
+  const double low = layout.trunk_y[0] - 0.05, high = layout.trunk_y[1] + 0.05;
+  for (int i = 0; i <= kCapRings; ++i) ring(low, std::max(static_cast<double>(i) / kCapRings, 1e-3));
+  for (int row = 1; row < kRows; ++row) ring(low + (high - low) * row / kRows, 1);
+  for (int i = 0; i <= kCapRings; ++i) ring(high, std::max(1 - static_cast<double>(i) / kCapRings, 1e-3));
+  join_grid(mesh, static_cast<std::uint32_t>(kRows - 1 + 2 * (kCapRings + 1)), kSides + 1);
+  compute_normals(mesh);
+  return mesh;
+}
+
+}  // namespace stylet::render

@@ -1,0 +1,174 @@
+#include "engine/render/room_layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+namespace stylet::render {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kSkinMargin = 0.022;   // m of skin that stays under the drape where the patient's surfaces end
+constexpr double kFieldMargin = 0.040;  // m of open skin round probe and needle
+constexpr double kEyeHeight = 1.62;     // m over the floor
+
+/// Axes of the table in the patient frame: up as the room has it, along towards the head where the patient lies.
+Eigen::Isometry3d axes_of(const content::Scene& scene) {
+  const Vector3d up = scene.room_from_patient.linear().transpose() * Vector3d::UnitY();
+  Vector3d along = Vector3d::UnitY() - up.y() * up;
+  if (along.norm() < 0.5) along = -Vector3d::UnitZ() + up.z() * up;  // a patient that sits or stands
+  Eigen::Isometry3d axes = Eigen::Isometry3d::Identity();
+  axes.linear().col(1) = along.normalized();
+  axes.linear().col(2) = up;
+  axes.linear().col(0) = axes.linear().col(1).cross(up);
+  return axes;
+}
+
+/// Where the needle of the motion's start, pushed on straight, meets the trunk; in the table's frame.
+std::optional<Vector3d> needle_entry(const content::Scene& scene, const RoomLayout& layout) {
+  if (scene.motion.stylus.empty()) return {};
+  const physics::StylusPose pose = scene.motion.stylus.front().pose;
+  const Eigen::Isometry3d table_from_patient = layout.patient_from_table.inverse();
+  const Vector3d from = table_from_patient * pose.position;
+  const Vector3d way = table_from_patient.linear() * (pose.orientation * Vector3d::UnitZ());
+  // In units of the half axes the trunk is a unit circle.
+  const Eigen::Vector2d p((from.x() - layout.trunk_centre.x()) / layout.trunk_half.x(),
+                          (from.z() - layout.trunk_centre.y()) / layout.trunk_half.y());
+  const Eigen::Vector2d d(way.x() / layout.trunk_half.x(), way.z() / layout.trunk_half.y());
+  const double a = d.squaredNorm(), b = p.dot(d), c = p.squaredNorm() - 1;
+  const double root = b * b - a * c;
+  if (a <= 0 || root < 0) return {};
+  const double t = (-b - std::sqrt(root)) / a;
+  if (t < 0) return {};
+  return from + t * way;
+}
+
+void place_field(const content::Scene& scene, RoomLayout& layout) {
+  const Vector3d probe = layout.patient_from_table.inverse() * scene.probe.pose.position;
+  const Vector3d entry = needle_entry(scene, layout).value_or(probe);
+  const double round = (layout.trunk_half.x() + layout.trunk_half.y()) / 2;
+  const double a = layout.trunk_angle(probe), b = layout.trunk_angle(entry);
+  layout.field_angle = (a + b) / 2;
+  layout.field_half.x() = round * std::abs(a - b) / 2 + kFieldMargin + 0.006;
+  double low = std::min(probe.y(), entry.y()) - kFieldMargin, high = std::max(probe.y(), entry.y()) + kFieldMargin;
+  low = std::max(low, layout.trunk_y[0] + kSkinMargin);
+  high = std::min(high, layout.trunk_y[1] - kSkinMargin);
+  layout.field_y = (low + high) / 2;
+  layout.field_half.y() = std::max((high - low) / 2, 0.02);
+}
+
+}  // namespace
+
+Vector3d RoomLayout::trunk_point(double angle, double y, double offset) const {
+  return {trunk_centre.x() + (trunk_half.x() + offset) * std::sin(angle), y,
+          trunk_centre.y() + (trunk_half.y() + offset) * std::cos(angle)};
+}
+
+double RoomLayout::trunk_angle(const Vector3d& in_table) const {
+  return std::atan2((in_table.x() - trunk_centre.x()) / trunk_half.x(),
+                    (in_table.z() - trunk_centre.y()) / trunk_half.y());
+}
+
+Eigen::Vector2d RoomLayout::in_field(double angle, double y) const {
+  const double round = (trunk_half.x() + trunk_half.y()) / 2;
+  return {round * std::remainder(angle - field_angle, 2 * std::numbers::pi), y - field_y};
+}
+
+double RoomLayout::outside_field(double angle, double y) const {
+  const Eigen::Vector2d d = in_field(angle, y).cwiseAbs() - field_half + Eigen::Vector2d::Constant(field_corner);
+  return std::min(d.maxCoeff(), 0.0) + d.cwiseMax(0.0).norm() - field_corner;
+}
+
+std::array<Vector3d, 4> RoomLayout::screen_corners() const {
+  std::array<Vector3d, 4> corners;
+  constexpr std::array<std::array<double, 2>, 4> kSigns{{{-1, 1}, {1, 1}, {1, -1}, {-1, -1}}};
+  for (std::size_t i = 0; i < 4; ++i)
+    corners[i] = patient_from_table *
+                 (table_from_screen * Vector3d(kSigns[i][0] * screen_half.x(), kSigns[i][1] * screen_half.y(), 0));
+  return corners;
+}
+
+content::Camera RoomLayout::standing_camera() const {
+  const Vector3d eye(trainee_side * 0.72, field_y - 0.34, floor_z + kEyeHeight);
+  const Vector3d at = 0.62 * trunk_point(field_angle, field_y) + 0.38 * table_from_screen.translation();
+  return {patient_from_table * eye, patient_from_table * at, patient_from_table.linear().col(2), 0.9};
+}
+
+content::Camera RoomLayout::room_camera() const {
+  const Vector3d eye(trainee_side * 2.25, field_y - 1.9, floor_z + 1.85);
+  const Vector3d at(0, field_y + 0.05, -0.02);
+  return {patient_from_table * eye, patient_from_table * at, patient_from_table.linear().col(2), 0.85};
+}
+
+RoomLayout room_layout(const content::Scene& scene) {
+  RoomLayout layout;
+  const Eigen::Isometry3d axes = axes_of(scene);
+  constexpr double kFar = std::numeric_limits<double>::max();
+  Vector3d least = Vector3d::Constant(kFar), most = -least, skin_top = -least;
+  double skin_side_z = 0;
+  const auto is_skin = [&](const content::Surface& surface) {
+    return scene.tissues[static_cast<std::size_t>(surface.tissue)].name == kSkin;
+  };
+  for (const content::Surface& surface : scene.surfaces) {
+    const bool skin = is_skin(surface);
+    layout.draped = layout.draped || (skin && !surface.positions.empty());
+    for (const Eigen::Vector3f& position : surface.positions) {
+      const Vector3d p = axes.inverse() * position.cast<double>();
+      least = least.cwiseMin(p);
+      most = most.cwiseMax(p);
+      if (!skin) continue;
+      if (p.z() > skin_top.z()) skin_top = p;
+    }
+  }
+  if (least.x() > most.x()) least = Vector3d(-0.1, -0.1, 0), most = Vector3d(0.1, 0.1, 0.2);
+  if (layout.draped) {
+    // Half a trunk is enough: its highest point lies in the midline, its widest at half its height.
+    double widest = 0;
+    for (const content::Surface& surface : scene.surfaces) {
+      if (!is_skin(surface)) continue;
+      for (const Eigen::Vector3f& position : surface.positions) {
+        const Vector3d p = axes.inverse() * position.cast<double>();
+        if (std::abs(p.x() - skin_top.x()) <= widest) continue;
+        widest = std::abs(p.x() - skin_top.x());
+        skin_side_z = p.z();
+      }
+    }
+    layout.trunk_centre.x() = skin_top.x();
+    layout.trunk_half = {widest, skin_top.z() - skin_side_z};
+    least.z() = std::min(least.z(), skin_side_z - layout.trunk_half.y());
+  } else {
+    layout.trunk_centre.x() = (least.x() + most.x()) / 2;
+    layout.trunk_half = {(most.x() - least.x()) / 2, (most.z() - least.z()) / 2};
+    skin_side_z = (most.z() + least.z()) / 2;
+  }
+  layout.trunk_half = layout.trunk_half.cwiseMax(0.02);  // a plate still has a round side
+  const double middle_y = (least.y() + most.y()) / 2;
+  const double bottom = layout.draped ? skin_side_z - layout.trunk_half.y() + 0.006 : least.z();  // sunk in a little
+  layout.patient_from_table = axes * Eigen::Translation3d(layout.trunk_centre.x(), middle_y, bottom);
+  layout.trunk_centre = {0, skin_side_z - bottom};
+  layout.trunk_y = {least.y() - middle_y, most.y() - middle_y};
+  place_field(scene, layout);
+
+  const Vector3d eye = layout.patient_from_table.inverse() * scene.camera.eye;
+  layout.trainee_side = eye.x() > 0.02 ? 1 : -1;
+  const Vector3d field = layout.trunk_point(layout.field_angle, layout.field_y);
+  layout.lamp = field + Vector3d(-0.30 * layout.trainee_side, 0.32, 1.08);
+  layout.lamp_axis = (field - layout.lamp).normalized();
+
+  // The machine stands across the table, its screen turned to the trainee's eyes.
+  const Vector3d screen(-layout.trainee_side * 0.74, layout.field_y + 0.30, 0.42);
+  const Vector3d trainee(layout.trainee_side * 0.72, layout.field_y - 0.30, layout.floor_z + kEyeHeight);
+  const Vector3d normal = (trainee - screen).normalized();
+  const Vector3d right = Vector3d::UnitZ().cross(normal).normalized();
+  layout.table_from_screen.translation() = screen;
+  layout.table_from_screen.linear().col(0) = right;
+  layout.table_from_screen.linear().col(1) = normal.cross(right);
+  layout.table_from_screen.linear().col(2) = normal;
+  return layout;
+}
+
+}  // namespace stylet::render

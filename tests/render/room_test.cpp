@@ -1,0 +1,264 @@
+// The room round the patient: light, shadow, cloth and screen are where geometry says, on any device.
+#include "engine/render/room_mesh.h"
+
+#include "engine/render/renderer.h"
+#include "engine/view/offscreen.h"
+#include "tests/render/test_scene.h"
+#include "tests/support/image_compare.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stylet::render {
+namespace {
+
+using Eigen::Vector3d;
+using view::Picture;
+
+struct Room : testing::Test {
+  std::atomic<std::uint32_t> messages{0};
+  gpu::Device device{{.validation = true, .message_counter = &messages}};
+  content::Scene scene = tests::make_test_scene();
+  state::FrameState state = tests::rest_state(scene);
+
+  void TearDown() override { EXPECT_EQ(messages.load(), 0u); }
+
+  Picture draw(Renderer& renderer, const content::Camera& camera, const ViewOptions& options = {}) {
+    return view::read_picture(device, renderer.render(state, camera, options));
+  }
+};
+
+/// A camera that looks straight at the field from outside.
+content::Camera at_field(const RoomLayout& layout, double distance) {
+  const Vector3d field = layout.trunk_point(layout.field_angle, layout.field_y);
+  const Vector3d out(std::sin(layout.field_angle), 0, std::cos(layout.field_angle));
+  return {layout.patient_from_table * (field + distance * out), layout.patient_from_table * field,
+          layout.patient_from_table.linear().col(1), 0.6};
+}
+
+const std::uint8_t* pixel_at(const Renderer& renderer, const Picture& picture, const Vector3d& patient) {
+  const Vector3d at = project(renderer.eyes()[0], patient, picture.width, picture.height);
+  return picture.at(std::clamp(static_cast<int>(at.x()), 0, picture.width - 1),
+                    std::clamp(static_cast<int>(at.y()), 0, picture.height - 1));
+}
+
+TEST(RoomLayout, StandsUprightWithTheFieldOverTheProbe) {
+  content::Scene scene = tests::make_test_scene();
+  scene.probe.pose.position = {-0.03, 0.02, 0.085};
+  for (const double turn : {0.0, 0.7}) {  // of the room about its vertical
+    scene.room_from_patient.linear() =
+        (Eigen::AngleAxisd(turn, Vector3d::UnitY()) * Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d::UnitX()))
+            .toRotationMatrix();
+    const RoomLayout layout = room_layout(scene);
+    const Eigen::Matrix3d room_from_table = scene.room_from_patient.linear() * layout.patient_from_table.linear();
+    EXPECT_NEAR(room_from_table.determinant(), 1, 1e-12);
+    EXPECT_LT((room_from_table.col(2) - Vector3d::UnitY()).norm(), 1e-12);
+    EXPECT_LT((layout.patient_from_table.linear().col(1) - Vector3d::UnitY()).norm(), 1e-12) << "the head";
+    const Vector3d probe = layout.patient_from_table.inverse() * scene.probe.pose.position;
+    EXPECT_LT(layout.outside_field(layout.trunk_angle(probe), layout.field_y), -0.02);
+    EXPECT_GT(layout.lamp.z(), 0.9);
+    EXPECT_GT((layout.trunk_point(0, 0) - layout.lamp).dot(layout.lamp_axis), 0.8);
+  }
+}
+
+TEST(RoomMeshes, TrianglesFaceOutwardsAndAreSmall) {
+  const RoomLayout layout = room_layout(tests::make_test_scene());
+  RoomMesh box;
+  add_box(box, Eigen::Isometry3d::Identity(), {0.3, 0.2, 0.1}, 0.02);
+  double volume = 0;
+  for (std::size_t i = 0; i < box.indices.size(); i += 3) {
+    const auto corner = [&](std::size_t k) -> Eigen::Vector3f { return box.positions[box.indices[i + k]]; };
+    volume += static_cast<double>(corner(0).dot(corner(1).cross(corner(2)))) / 6;
+  }
+  // Minus the rounded edges: (1 - pi / 4) r^2 along each, and the corners.
+  const double r = 0.02, edges = 4 * (0.26 + 0.16 + 0.06);
+  const double expected =
+      0.3 * 0.2 * 0.1 - (1 - std::numbers::pi / 4) * r * r * edges - (8 - 4 * std::numbers::pi / 3) * r * r * r;
+  EXPECT_NEAR(volume, expected, 0.01 * expected);
+  for (const RoomMesh& mesh : {room_meshes(layout, {}).mattress, room_meshes(layout, {}).drape}) {
+    float longest = 0;
+    for (std::size_t i = 0; i + 1 < mesh.indices.size(); ++i)
+      if (i % 3 != 2)
+        longest = std::max(longest, (mesh.positions[mesh.indices[i]] - mesh.positions[mesh.indices[i + 1]]).norm());
+    EXPECT_LT(longest, 0.12F);
+  }
+}
+
+TEST_F(Room, ScreenShowsThePictureGiven) {
+  Renderer renderer(device, scene, {.width = 480, .height = 360});
+  const RoomLayout& layout = renderer.layout();
+  content::Camera camera = layout.standing_camera();
+  camera.look_at = layout.patient_from_table * layout.table_from_screen.translation();
+  // Four quarters of different colours, as bytes that mean sRGB.
+  const std::array<std::array<std::uint8_t, 3>, 4> colours{
+      {{200, 40, 40}, {40, 180, 60}, {50, 60, 220}, {128, 128, 128}}};
+  std::vector<std::uint8_t> pixels;
+  for (int v = 0; v < 48; ++v)
+    for (int u = 0; u < 64; ++u) {
+      const auto& c = colours[(v < 24 ? 0U : 2U) + (u < 32 ? 0U : 1U)];
+      pixels.insert(pixels.end(), {c[0], c[1], c[2], 255});
+    }
+  const std::array<Vector3d, 4> corners = layout.screen_corners();
+  const Vector3d middle = (corners[0] + corners[2]) / 2;
+  for (const VkFormat format : {VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_R8G8B8A8_SRGB}) {
+    const gpu::Image image(device, {.width = 64, .height = 48, .format = format});
+    gpu::run_now(device, [&](gpu::Commands& commands) { commands.upload(image, std::as_bytes(std::span(pixels))); });
+    const Picture picture = draw(renderer, camera, {.screen = &image});
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      const auto& c = colours[corner < 2 ? corner : 5 - corner];  // corners go round
+      const std::uint8_t* found = pixel_at(renderer, picture, (corners[corner] + middle) / 2);
+      for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(found[k], c[k], 2) << "corner " << corner << " channel " << k;
+    }
+  }
+  const Picture dark = draw(renderer, camera);
+  EXPECT_LT(pixel_at(renderer, dark, middle)[1], 40);
+}
+
+TEST_F(Room, DrapeLeavesTheFieldOpenAndHidesTheRest) {
+  state.needle_positions.clear();
+  state.needle_orientations.clear();
+  state.probe_position = {0, 0, 10};
+  Renderer renderer(device, scene, {.width = 320, .height = 320});
+  const RoomLayout& layout = renderer.layout();
+  const Picture picture = draw(renderer, at_field(layout, 0.6), {.see_through = SeeThrough::closed});
+  const auto cloth = [&](double angle, double y) {
+    const std::uint8_t* p =
+        pixel_at(renderer, picture, layout.patient_from_table * layout.trunk_point(angle, y, 0.005));
+    return p[2] > p[0] + 20;  // skin is red, the drape blue
+  };
+  const double round = (layout.trunk_half.x() + layout.trunk_half.y()) / 2;
+  const double half = layout.field_half.x() / round;
+  EXPECT_FALSE(cloth(layout.field_angle, layout.field_y));
+  for (const double side : {-1.0, 1.0}) {
+    EXPECT_FALSE(cloth(layout.field_angle + 0.7 * side * half, layout.field_y));
+    EXPECT_FALSE(cloth(layout.field_angle, layout.field_y + 0.7 * side * layout.field_half.y()));
+    EXPECT_TRUE(cloth(layout.field_angle + side * (half + 0.03 / round), layout.field_y));
+    EXPECT_TRUE(cloth(layout.field_angle, layout.field_y + side * (layout.field_half.y() + 0.03)));
+  }
+}
+
+TEST_F(Room, SeeThroughShowsOrHidesTheTumour) {
+  scene.tissues[4].colour = {0, 0.8F, 0, 1};
+  Renderer renderer(device, scene, {.width = 320, .height = 240});
+  const auto green = [&](SeeThrough see_through) {
+    const Picture picture = draw(renderer, scene.camera, {.see_through = see_through});
+    int count = 0;
+    for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
+      count += picture.rgba[i + 1] > picture.rgba[i] + 30 && picture.rgba[i + 1] > picture.rgba[i + 2] + 30 ? 1 : 0;
+    return count;
+  };
+  EXPECT_EQ(green(SeeThrough::closed), 0);
+  EXPECT_GT(green(SeeThrough::window), 50);
+  EXPECT_GT(green(SeeThrough::glass), 10);
+}
+
+TEST_F(Room, NeedleThrowsItsShadowAwayFromTheLamp) {
+  // A plate of skin, the needle upright over it.
+  content::Surface plate;
+  plate.name = "plate";
+  plate.tissue = 1;
+  constexpr int kCells = 20;
+  for (int j = 0; j <= kCells; ++j)
+    for (int i = 0; i <= kCells; ++i) {
+      plate.positions.emplace_back(0.02F * float(i) - 0.2F, 0.0F, 0.02F * float(j) - 0.2F);
+      plate.normals.push_back(Eigen::Vector3f::UnitY());
+    }
+  for (std::uint32_t j = 0; j < kCells; ++j)
+    for (std::uint32_t i = 0; i < kCells; ++i) {
+      const std::uint32_t a = j * (kCells + 1) + i, b = a + kCells + 1;
+      plate.indices.insert(plate.indices.end(), {a, b, b + 1, a, b + 1, a + 1});
+    }
+  scene.surfaces = {plate};
+  const Vector3d tip(0.02, 0.03, -0.01);
+  for (std::size_t i = 0; i < state.needle_positions.size(); ++i) {
+    const double along = scene.needle.length * (1 - double(i) / double(scene.needle.beams));
+    state.needle_positions[i] = (tip + Vector3d(0, along, 0)).cast<float>();
+    state.needle_orientations[i] = Eigen::AngleAxisf(std::numbers::pi_v<float> / 2, Eigen::Vector3f::UnitX());
+  }
+  state.probe_position = {0, 0, 10};
+  for (const bool shadows : {true, false}) {
+    Renderer renderer(device, scene, {.width = 480, .height = 480, .room = false, .shadows = shadows});
+    const content::Camera above{{0, 0.7, 0.25}, {0, 0, 0}, Vector3d::UnitY(), 0.6};
+    const Picture with = draw(renderer, above, {.see_through = SeeThrough::closed});
+    const Vector3d lamp = renderer.layout().patient_from_table * renderer.layout().lamp;
+    state::FrameState bare = state;
+    bare.needle_positions.clear();
+    bare.needle_orientations.clear();
+    const Picture without =
+        view::read_picture(device, renderer.render(bare, above, {.see_through = SeeThrough::closed}));
+    const auto darker = [&](const Vector3d& at) {
+      return int{pixel_at(renderer, without, at)[1]} - int{pixel_at(renderer, with, at)[1]};
+    };
+    for (const double height : {0.045, 0.07, 0.10}) {
+      const Vector3d shaft(tip.x(), height, tip.z());
+      // Oracle: the ray from the lamp through the shaft, down to the plate.
+      const Vector3d shadow = shaft + (shaft - lamp) * height / (lamp.y() - height);
+      if (shadows)
+        EXPECT_GT(darker(shadow), 6) << "height " << height;
+      else
+        EXPECT_EQ(darker(shadow), 0);
+      const Vector3d aside = shadow + 0.008 * (shadow - tip).cross(Vector3d::UnitY()).normalized();
+      EXPECT_LE(std::abs(darker(aside)), 1);
+    }
+  }
+}
+
+TEST_F(Room, TheNeedleDrawnIsTheOneLatched) {
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
+  const state::FrameState early = state;
+  for (Eigen::Vector3f& p : state.needle_positions) p += Eigen::Vector3f(0.012F, 0.004F, 0);
+  const std::vector<Eigen::Vector3f> late = state.needle_positions;
+  const Picture expected = draw(renderer, scene.camera);
+  state = early;
+  const Picture before = draw(renderer, scene.camera);
+  int asked = 0;
+  const ViewOptions latched{.latch_needle = [&](NeedlePose pose) {
+    ++asked;
+    EXPECT_TRUE(std::ranges::equal(pose.positions, early.needle_positions));
+    EXPECT_EQ(pose.orientations.size(), late.size());
+    std::ranges::copy(late, pose.positions.begin());
+  }};
+  EXPECT_EQ(draw(renderer, scene.camera, latched).rgba, expected.rgba);
+  EXPECT_NE(before.rgba, expected.rgba);
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(draw(renderer, scene.camera).rgba, before.rgba);
+}
+
+TEST_F(Room, BothEyesSeeTheWholeRoom) {
+  const auto camera = room_layout(scene).standing_camera();
+  Renderer stereo(device, scene, {.width = 256, .height = 192, .views = 2, .stereo = {.eye_separation = 1e-9}});
+  Renderer mono(device, scene, {.width = 256, .height = 192});
+  const Picture one = draw(mono, camera);
+  const Picture left = draw(stereo, camera);
+  const Picture right = view::read_picture(device, stereo.image(), 1);
+  EXPECT_TRUE(tests::compare(one, left).passes()) << tests::compare(one, left).text();
+  EXPECT_TRUE(tests::compare(one, right).passes()) << tests::compare(one, right).text();
+}
+
+TEST_F(Room, ClothHidesLabelsAndHasNone) {
+  Renderer renderer(device, scene, {.width = 160, .height = 160});
+  state.needle_positions.clear();
+  state.needle_orientations.clear();
+  state.probe_position = {0, 0, 10};
+  renderer.render(state, at_field(renderer.layout(), 0.6), {.see_through = SeeThrough::closed});
+  const ViewLabels view = renderer.read_labels();
+  const auto skin = std::count(view.labels.begin(), view.labels.end(), std::uint8_t{1});
+  const auto none = std::count(view.labels.begin(), view.labels.end(), std::uint8_t{0});
+  EXPECT_GT(skin, 160 * 160 / 100);
+  EXPECT_GE(skin + none, 160 * 160 - 4)
+      << "in the field skin (with a hole at the pole of its mesh), round it nothing";
+  EXPECT_EQ(view.labels[80 * 160 + 80], 1);
+}
+
+TEST_F(Room, DrawsTheTestSceneInItsRoom) {
+  if (const auto why = tests::no_golden_for(device.identity())) GTEST_SKIP() << *why;
+  Renderer renderer(device, scene, {.width = 320, .height = 180});
+  EXPECT_TRUE(
+      tests::matches_golden(device.identity(), draw(renderer, renderer.layout().standing_camera()), "render_room"));
+}
+
+}  // namespace
+}  // namespace stylet::render
