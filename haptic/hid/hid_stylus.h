@@ -4,10 +4,10 @@
 #include "haptic/device.h"
 #include "haptic/hid/force_writer.h"
 #include "haptic/hid/hand_follower.h"
+#include "haptic/hid/hid_devices.h"
 #include "haptic/hid/newest_value.h"
 #include "haptic/hid/pose_stream.h"
 #include "haptic/hid/report_log.h"
-#include "haptic/hid_devices.h"
 #include "haptic/paced_loop.h"
 
 #include <atomic>

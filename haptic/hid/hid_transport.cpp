@@ -1,6 +1,6 @@
 #include "haptic/hid/hid_transport.h"
 
-#include "haptic/hid_devices.h"
+#include "haptic/hid/hid_devices.h"
 
 #include <fmt/format.h>
 #include <hidapi.h>

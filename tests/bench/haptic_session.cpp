@@ -88,7 +88,7 @@ Measurement none_of(std::string name, double count, std::string note) {
 class HapticSession {
 public:
   HapticSession(const content::Scene& scene, double seconds) : scene_(scene), seconds_(seconds) {
-    const auto devices = haptic::list_hid_devices();
+    const auto devices = haptic::hid::list_hid_devices();
     if (devices.empty()) throw std::runtime_error("the mocked stylus is not listed; umockdev-preload is not loaded");
     const physics::StylusPose first = scene.motion.stylus.front().pose;
     stylus_ = std::make_unique<HidStylus>(HidStylusSettings{

@@ -1,11 +1,11 @@
-#include "haptic/hid_devices.h"
+#include "haptic/hid/hid_devices.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
 
-namespace stylet::haptic {
+namespace stylet::haptic::hid {
 namespace {
 
 TEST(HidDevices, EveryListedPathExistsAndTheListIsSorted) {
@@ -28,4 +28,4 @@ TEST(HidDevices, LibraryNamesItsVersion) {
 }
 
 }  // namespace
-}  // namespace stylet::haptic
+}  // namespace stylet::haptic::hid

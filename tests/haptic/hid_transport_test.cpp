@@ -1,6 +1,6 @@
 #include "haptic/hid/hid_transport.h"
 
-#include "haptic/hid_devices.h"
+#include "haptic/hid/hid_devices.h"
 #include "tests/support/hid/mock_hid_node.h"
 
 #include <gtest/gtest.h>

@@ -30,8 +30,8 @@ class HidStylusOverKernel : public testing::TestWithParam<PortKind> {
 protected:
   void SetUp() override {
     device_.plug();
-    std::vector<haptic::HidDeviceSummary> devices;
-    ASSERT_TRUE(step_until([&] { return !(devices = haptic::list_hid_devices()).empty(); }, 20'000));
+    std::vector<haptic::hid::HidDeviceSummary> devices;
+    ASSERT_TRUE(step_until([&] { return !(devices = haptic::hid::list_hid_devices()).empty(); }, 20'000));
     stylus_ =
         std::make_unique<HidStylus>(HidStylusSettings{.device = devices[0], .fifo_priority = 0, .retry_s = 0.02});
     ASSERT_TRUE(step_until_valid());

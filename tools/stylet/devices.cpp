@@ -2,7 +2,7 @@
 #include "engine/content/device_profile.h"
 #include "engine/content/json_reader.h"
 #include "haptic/hid/hid_transport.h"
-#include "haptic/hid_devices.h"
+#include "haptic/hid/hid_devices.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/device_listing.h"
 
@@ -29,7 +29,7 @@ namespace {
 /// hidapi has one entry for every usage of a device.
 std::vector<ListedDevice> plugged_in() {
   std::vector<ListedDevice> devices;
-  for (const haptic::HidDeviceSummary& summary : haptic::list_hid_devices()) {
+  for (const haptic::hid::HidDeviceSummary& summary : haptic::hid::list_hid_devices()) {
     if (!devices.empty() && devices.back().path == summary.path) continue;
     devices.push_back({.path = summary.path,
                        .identity = {summary.vendor_id, summary.product_id, summary.product},

@@ -15,7 +15,7 @@
 namespace stylet::tools {
 namespace {
 
-using haptic::HidDeviceSummary;
+using haptic::hid::HidDeviceSummary;
 using haptic::hid::DeviceKind;
 using haptic::hid::DeviceProfile;
 
@@ -74,7 +74,7 @@ Candidate choose(const HidChoice& choice) {
   Candidate best;
   std::string reasons;
   std::set<std::string> seen;  // hidapi lists a device once for each of its usages
-  for (const HidDeviceSummary& device : haptic::list_hid_devices()) {
+  for (const HidDeviceSummary& device : haptic::hid::list_hid_devices()) {
     const bool meant =
         choice.vendor_id == 0 || (device.vendor_id == choice.vendor_id && device.product_id == choice.product_id);
     if (!meant || !seen.insert(device.path).second) continue;

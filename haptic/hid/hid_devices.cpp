@@ -1,11 +1,11 @@
-#include "haptic/hid_devices.h"
+#include "haptic/hid/hid_devices.h"
 
 #include <hidapi.h>
 
 #include <algorithm>
 #include <memory>
 
-namespace stylet::haptic {
+namespace stylet::haptic::hid {
 namespace {
 
 /// hidapi gives wchar_t texts (UTF-32 on Linux), any pointer may be null.
@@ -51,4 +51,4 @@ std::string hid_library_version() {
   return hid_version_str();
 }
 
-}  // namespace stylet::haptic
+}  // namespace stylet::haptic::hid

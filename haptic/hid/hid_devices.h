@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace stylet::haptic {
+namespace stylet::haptic::hid {
 
 /// One HID interface as the operating system lists it. Texts are UTF-8, empty where the device gives none.
 struct HidDeviceSummary {
@@ -26,4 +26,4 @@ std::vector<HidDeviceSummary> list_hid_devices();
 /// Version of the HID library that is loaded, such as "0.13.1".
 std::string hid_library_version();
 
-}  // namespace stylet::haptic
+}  // namespace stylet::haptic::hid
