@@ -46,6 +46,7 @@ struct DeviceLimits {
   // How it is moved.
   double max_speed_m_per_s = 1.0;      ///< faster is a device let go or thrown: trips
   double max_position_jump_m = 0.010;  ///< between two readings: trips
+  double max_rotation_jump_rad = 0.3;  ///< the same; a hand turns a needle by at most some 30 rad/s
 
   // How long old data count.
   double stale_pose_fade_s = 0.005;  ///< age of the pose at which the force begins to fade

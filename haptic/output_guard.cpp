@@ -60,7 +60,9 @@ OutputGuard::OutputGuard(const DeviceLimits& limits, double period_s)
       torque_passivity_(of_torque(limits), period_s),
       force_thermal_(limits.max_force_n, limits.continuous_force_n, limits.thermal_time_constant_s),
       torque_thermal_(limits.max_torque_nm, limits.continuous_torque_nm, limits.thermal_time_constant_s),
-      tripwire_({.max_speed_m_per_s = limits.max_speed_m_per_s, .max_jump_m = limits.max_position_jump_m}),
+      tripwire_({.max_speed_m_per_s = limits.max_speed_m_per_s,
+                 .max_jump_m = limits.max_position_jump_m,
+                 .max_turn_rad = limits.max_rotation_jump_rad}),
       gain_({.rise_s = limits.engage_rise_s,
              .engage_share = limits.engage_force_n / limits.max_force_n,
              .pose_fade_s = limits.stale_pose_fade_s,
@@ -90,6 +92,7 @@ OutputGuard::Motion OutputGuard::motion_since_last(const GuardInput& input, doub
   if (has_pose_) {
     motion.translation = input.position - last_input_.position;
     motion.rotation = small_turn(last_input_.orientation, input.orientation);
+    motion.turn_rad = last_input_.orientation.angularDistance(input.orientation);
     const bool moved = !motion.translation.isZero(0) || !motion.rotation.isZero(0);
     const double between = dt_s + last_input_.pose_age_s - input.pose_age_s;
     if (moved || between > kShortestStep) motion.dt_s = std::max(between, kShortestStep);
@@ -105,7 +108,7 @@ std::uint32_t OutputGuard::reason_for_zero(const GuardInput& input, const Motion
   if (!input.force.allFinite() || !input.torque.allFinite()) flags |= kOutputNonFinite;
   if (dt_s >= limits_.stale_pose_zero_s) flags |= kOutputStalled;
   if (motion.dt_s <= 0) return tripwire_.tripped() ? flags | kOutputTripped : flags;
-  switch (tripwire_.step(motion.translation, motion.dt_s)) {
+  switch (tripwire_.step(motion.translation, motion.turn_rad, motion.dt_s)) {
     case MotionTrip::none:
       return flags;
     case MotionTrip::speed:

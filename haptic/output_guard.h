@@ -81,6 +81,7 @@ private:
   struct Motion {
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
+    double turn_rad = 0;
     double dt_s = 0;  ///< 0: no new pose
   };
   Motion motion_since_last(const GuardInput& input, double dt_s);

@@ -138,6 +138,7 @@ void read_limits(JsonObject& object, haptic::DeviceLimits& limits) {
   number("loop_delay_s", {0, 0.1}, limits.loop_delay_s);
   number("max_speed_m_per_s", {0.01, 20}, limits.max_speed_m_per_s);
   number("max_position_jump_m", {1e-4, 1}, limits.max_position_jump_m);
+  number("max_rotation_jump_rad", {1e-3, 3.2}, limits.max_rotation_jump_rad);
   number("stale_pose_fade_s", {1e-3, 0.02}, limits.stale_pose_fade_s);
   number("stale_pose_zero_s", {1e-3, 0.02}, limits.stale_pose_zero_s);
   number("stale_patch_fade_s", {0.02, 0.5}, limits.stale_patch_fade_s);

@@ -2,8 +2,9 @@
 
 namespace stylet::haptic {
 
-MotionTrip MotionTripwire::step(const Eigen::Vector3d& motion, double dt_s) {
-  const bool jump = !(motion.squaredNorm() <= settings_.max_jump_m * settings_.max_jump_m);
+MotionTrip MotionTripwire::step(const Eigen::Vector3d& motion, double turn_rad, double dt_s) {
+  const bool jump =
+      !(motion.squaredNorm() <= settings_.max_jump_m * settings_.max_jump_m && turn_rad <= settings_.max_turn_rad);
   if (jump) {
     velocity_.setZero();
     still_to_wait_s_ = settings_.rearm_s;

@@ -30,8 +30,11 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::int64_t kMsNs = 1'000'000;
+constexpr double kRise = 0.05;  // s, of the rig's device
+/// N that the motors may give in the first millisecond: a step of up to 5 ms of the rise to the greatest force.
+constexpr double kFirstForce = 3.3 * 0.005 / kRise + 1e-3;
 
-/// Any of them may come and go; all but the last may come to stay.
+/// Any of them may come and go; those before kLasting may come to stay.
 enum Fault {
   kSilence,
   kStarved,
@@ -41,12 +44,13 @@ enum Fault {
   kSlowSimulation,
   kLoopStopped,
   kWrongPose,
+  kKicks,
   kFaults,
   kLasting = kWrongPose
 };
 constexpr std::array<const char*, kFaults> kNames{"device stalls",   "reader starved",   "unplugged",
                                                   "garbage reports", "NaN from physics", "simulation stalls",
-                                                  "loop stops",      "wrong poses"};
+                                                  "loop stops",      "wrong poses",      "kicks from physics"};
 /// ms after which there must be no force, by the table of haptic/README.md; one more for the step that sees it.
 constexpr std::array<int, kLasting> kZeroWithin{20, 20, 0, 20, 0, 500, 20};
 
@@ -63,7 +67,7 @@ public:
     limits_ = output_.limits();
     limits_.renders_force = true;
     limits_.engage_force_n = 1.5;  // so that the force is back between two faults
-    limits_.engage_rise_s = 0.05;
+    limits_.engage_rise_s = kRise;
     guard_.emplace(limits_);
     connect();
   }
@@ -80,9 +84,11 @@ public:
       --away_ms;
       return;
     }
+    const double before = applied();
     run_reader();
     if (!active[kLoopStopped]) run_loop();
     run_writer();
+    if (before == 0 && applied() > kFirstForce) broken_ = "a force comes on at once: " + std::to_string(applied()) + " N";
   }
 
   double applied() const { return firmware_.applied_force().norm(); }
@@ -143,9 +149,11 @@ private:
   // Sound to look at.
   void misplace(std::vector<std::uint8_t>& bytes) {
     const auto any = [&] { return std::uniform_real_distribution<double>(-0.08, 0.08)(random_); };
-    const auto wrong = pack_pose({.position = {any(), any(), any()}, .scan_time = 0});
-    // The position is what comes first; the rest stays.
-    std::copy_n(wrong.begin() + 1, 12, bytes.begin() + 1);
+    const auto wrong = pack_pose(
+        {.position = {any(), any(), any()}, .rotation_vector = Vector3d(any(), any(), any()) * 30, .scan_time = 0});
+    // The position is what comes first, then the rotation; one of them is wrong, the rest stays.
+    const int first = any() > 0 ? 1 : 13;
+    std::copy_n(wrong.begin() + first, 12, bytes.begin() + first);
   }
 
   // Nothing that a device of this descriptor sends.
@@ -177,6 +185,7 @@ private:
     if (!active[kUnplugged] && !connected_) {
       connect();
       connected_ = true;
+      to_write_.setZero();  // an order from before is not for this connection, says ForceWriter
     }
     if (active[kStarved] || !connected_) return;
     for (; !queue_.empty(); queue_.pop_front()) {
@@ -199,8 +208,14 @@ private:
                      .valid = sample.valid,
                      .pose_age_s = sample.age_s,
                      .patch_age_s = static_cast<double>(now_ns_ - patch_ns_) * 1e-9};
+    if (active[kKicks]) input.force += Vector3d(std::uniform_real_distribution<double>(-2, 2)(random_), 0, 0);
     if (active[kNotFinite]) input.force.y() = std::numeric_limits<double>::quiet_NaN();
+    const Vector3d way = sample.position - last_sample_.position;
+    const double turn = sample.orientation.angularDistance(last_sample_.orientation);
+    const bool moved_as_no_hand = sample.valid && last_sample_.valid && (way.norm() > 0.0101 || turn > 0.301);
+    last_sample_ = sample;
     const GuardedWrench out = guard_->apply(input, dt_s);
+    if (moved_as_no_hand && !out.force.isZero(0)) broken_ = "a force answers a pose that no hand takes";
     check(out.force, dt_s);
     if (sent_.isZero(0) && !out.force.isZero(0)) ++engagements_;
     sent_ = out.force;
@@ -251,6 +266,7 @@ private:
   std::int64_t patch_ns_ = 0;
   std::int64_t ordered_ns_ = 0;
   std::int64_t newest_ns_ = 0;  // when the newest sound report that was read was made
+  StylusSample last_sample_;
   Vector3d sent_ = Vector3d::Zero();
   Vector3d to_write_ = Vector3d::Zero();
   std::uint64_t engagements_ = 0;
@@ -321,8 +337,9 @@ TEST(FaultCampaign, EverySequenceEndsWithoutForceInTime) {
     clock_jumps += outcome.clock_jumps;
     engagements += outcome.engagements;
   }
-  std::printf("%d sequences, %d with wrong poses, %d clock jumps, the force engaged %llu times\n", sequences,
-              injected[kWrongPose], clock_jumps, static_cast<unsigned long long>(engagements));
+  std::printf("%d sequences, %d with wrong poses, %d with kicks, %d clock jumps, the force engaged %llu times\n",
+              sequences, injected[kWrongPose], injected[kKicks], clock_jumps,
+              static_cast<unsigned long long>(engagements));
   for (int f = 0; f < kLasting; ++f) {
     std::printf("%-18s %5d in the middle, %4d at the end (%4d with force): zero after %3d ms, allowed %3d\n",
                 kNames[f], injected[f], ends[f], with_force[f], longest[f], kZeroWithin[f]);

@@ -274,6 +274,26 @@ TEST(Trip, JumpOfThePoseCutsTheForceInTheSameSample) {
   EXPECT_EQ(move(guard, x, 0, 10).force.x(), 1);
 }
 
+TEST(Trip, JumpOfTheOrientationCutsTheForceAndAFastTwirlDoesNot) {
+  OutputGuard guard(free_device());
+  double angle = 0;
+  const auto turn = [&](double by) {
+    angle += by;
+    return guard.apply({.force = {1, 0, 0},
+                        .position = {0, 0, 0},
+                        .orientation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, Vector3d(0, 0.6, 0.8))),
+                        .valid = true},
+                       kMs);
+  };
+  for (int n = 0; n < 500; ++n) ASSERT_EQ(turn(0.030).force.x(), 1) << n;  // 30 rad/s, through whole turns
+  ASSERT_EQ(turn(0.29).flags & kOutputJumped, 0u);
+  EXPECT_EQ(turn(0.31).flags, kOutputJumped);
+  EXPECT_EQ(turn(0).force, Vector3d::Zero());
+  for (int n = 0; n < 120; ++n) turn(0);
+  EXPECT_EQ(turn(0).force.x(), 1);
+  EXPECT_EQ(turn(M_PI).flags, kOutputJumped) << "the needle points the other way";
+}
+
 TEST(Trip, LateReportIsNoFastMotion) {
   OutputGuard guard(free_device());
   double x = 0;

@@ -24,6 +24,26 @@ TEST(StylusFirmware, DropsTheForce20MillisecondsAfterTheLastReport) {
   EXPECT_EQ(firmware.count(FirmwareEvent::kTimeOut), 1u);
 }
 
+TEST(StylusFirmware, DropsTheForceWhileTheHandleIsOutOfRange) {
+  bool in_range = true;
+  StylusFirmware firmware([&](double) { return haptic::hid::ForceStylusPose{.in_range = in_range}; });
+  std::array<std::uint8_t, 64> report{};
+  firmware.output(0, kEnable);
+  const auto millisecond = [&](std::int64_t ms) {
+    firmware.input(ms * 1'000'000, report);
+    firmware.output(ms * 1'000'000, kPush);
+    return firmware.applied_force().x();
+  };
+  EXPECT_NEAR(millisecond(1), 3.3, 1e-9);
+  in_range = false;
+  firmware.input(2'000'000, report);
+  EXPECT_TRUE(firmware.applied_force().isZero(0)) << "before the host has seen it";
+  EXPECT_EQ(millisecond(3), 0) << "a host that does not look";
+  in_range = true;
+  EXPECT_NEAR(millisecond(4), 3.3, 1e-9);
+  EXPECT_EQ(firmware.count(FirmwareEvent::kOutOfRange), 1u);
+}
+
 TEST(StylusFirmware, GivesNoForceBeforeTheMotorsAreEnabledAndAfter) {
   StylusFirmware firmware;
   firmware.output(0, kPush);

@@ -14,8 +14,14 @@ std::vector<std::uint8_t> StylusFirmware::descriptor() const {
 std::size_t StylusFirmware::input(std::int64_t now_ns, std::span<std::uint8_t> report) {
   if (first_report_ns_ < 0) first_report_ns_ = now_ns;
   last_report_ns_ = now_ns;
+  now_ns_ = now_ns;
   const std::int64_t time_ns = now_ns - first_report_ns_;
   ForceStylusPose pose = motion_ ? motion_(static_cast<double>(time_ns) * 1e-9) : ForceStylusPose{};
+  if (in_range_ && !pose.in_range) {
+    force_.setZero();
+    note(FirmwareEvent::kOutOfRange);
+  }
+  in_range_ = pose.in_range;
   pose.scan_time = static_cast<std::uint16_t>(time_ns / 100'000);
   pose.actuators_enabled = enabled_;
   pose.safety_switch = pose.actuator_power = true;
@@ -28,9 +34,9 @@ std::size_t StylusFirmware::input(std::int64_t now_ns, std::span<std::uint8_t> r
 int StylusFirmware::output(std::int64_t now_ns, std::span<const std::uint8_t> report) {
   now_ns_ = now_ns;
   if (const std::optional<Eigen::Vector3d> force = unpack_force(report)) {
-    force_ = *force;
+    force_ = in_range_ ? *force : Eigen::Vector3d(0, 0, 0);
     force_ns_ = now_ns;
-    note(FirmwareEvent::kForce, force_);
+    note(FirmwareEvent::kForce, *force);
     return 0;
   }
   if (report.size() != kControlReportBytes || report[0] != kControlReport) {

@@ -12,7 +12,7 @@ namespace stylet::support {
 
 /// What the device did, and when (CLOCK_MONOTONIC, ns).
 struct FirmwareEvent {
-  enum Kind { kForce, kTimeOut, kEnabled, kDisabled, kStopped, kReset, kRefused, kPowerOff };
+  enum Kind { kForce, kTimeOut, kEnabled, kDisabled, kStopped, kReset, kRefused, kPowerOff, kOutOfRange };
   Kind kind = kForce;
   std::int64_t time_ns = 0;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< asked for, of kForce; N, along the axes of the reports
@@ -35,8 +35,8 @@ public:
   void tick(std::int64_t now_ns) override;
   void power_off() override;
 
-  /// What the motors give: zero unless they are enabled and a force came in time; times the gain. N, along the
-  /// axes of the reports
+  /// What the motors give: zero unless they are enabled, the handle is in range and a force came in time; times the
+  /// gain. N, along the axes of the reports
   Eigen::Vector3d applied_force() const;
   bool enabled() const { return enabled_; }
   std::uint8_t gain() const { return gain_; }
@@ -57,6 +57,7 @@ private:
   std::int64_t last_report_ns_ = 0;
   std::uint64_t reports_ = 0;
   bool enabled_ = false;
+  bool in_range_ = true;
   std::uint8_t gain_ = 255;
 };
 
