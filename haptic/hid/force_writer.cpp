@@ -6,45 +6,29 @@
 #include <sched.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <ctime>
 
 namespace stylet::haptic::hid {
-namespace {
-
-timespec deadline(double seconds) {
-  const std::int64_t ns = MonotonicClock().now_ns() + static_cast<std::int64_t>(seconds * 1e9);
-  return {.tv_sec = ns / 1'000'000'000, .tv_nsec = ns % 1'000'000'000};
-}
-
-}  // namespace
 
 void run_under_fifo(int priority) {
   const sched_param parameter{.sched_priority = std::max(priority, 0)};
   pthread_setschedparam(pthread_self(), priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameter);
 }
 
-ForceSlot::ForceSlot() {
-  sem_init(&posted_, 0, 0);
-}
-
-ForceSlot::~ForceSlot() {
-  sem_destroy(&posted_);
-}
-
-void ForceSlot::put(const ForceOrder& order) {
-  orders_.put(order);
-  sem_post(&posted_);
-}
-
 bool ForceSlot::wait(double seconds, ForceOrder& order) {
-  const timespec until = deadline(seconds);
+  MonotonicClock clock;
+  const std::int64_t until_ns = clock.now_ns() + static_cast<std::int64_t>(seconds * 1e9);
+  const std::int64_t due_ns = taken_ns_ + period_ns_ / 8 * 7;
   while (!orders_.update()) {
-    if (sem_clockwait(&posted_, CLOCK_MONOTONIC, &until) != 0 && errno == ETIMEDOUT) return false;
-  }
-  while (sem_trywait(&posted_) == 0) {  // one wake-up is enough for all that were put meanwhile
+    const std::int64_t now_ns = clock.now_ns();
+    if (now_ns >= until_ns) return false;
+    const std::int64_t look_ns = now_ns < due_ns ? due_ns : now_ns + (now_ns < due_ns + kLate ? kLook : kRareLook);
+    clock.sleep_until_ns(std::min(look_ns, until_ns));
   }
   order = orders_.get();
+  const std::int64_t now_ns = clock.now_ns();
+  // One that came late is no new period.
+  period_ns_ = std::clamp(now_ns - taken_ns_, kShortest, std::max(kShortest, period_ns_ / 16 * 17));
+  taken_ns_ = now_ns;
   return true;
 }
 

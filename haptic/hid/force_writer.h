@@ -6,8 +6,6 @@
 #include "haptic/hid/newest_value.h"
 #include "haptic/latency_histogram.h"
 
-#include <semaphore.h>
-
 #include <atomic>
 #include <string>
 #include <thread>
@@ -25,19 +23,22 @@ struct ForceOrder {
 /// Where the haptic thread puts its newest force.
 class ForceSlot {
 public:
-  ForceSlot();
-  ~ForceSlot();
-  ForceSlot(const ForceSlot&) = delete;
-  ForceSlot& operator=(const ForceSlot&) = delete;
-
-  /// Haptic thread. @realtime one atomic exchange, and a wake-up where the writer sleeps
-  void put(const ForceOrder& order);
-  /// Writer: waits for a newer one. @return false: none within the time
+  /// Haptic thread. @realtime one atomic exchange: waking a thread would be a system call
+  void put(const ForceOrder& order) { orders_.put(order); }
+  /// Writer: sleeps until the next one is due by the time between the last ones, and then looks every kLook.
+  /// @return false: none within the time
   bool wait(double seconds, ForceOrder& order);
 
 private:
+  // ns
+  static constexpr std::int64_t kLook = 50'000;
+  static constexpr std::int64_t kRareLook = 1'000'000;  // where the loop has stopped
+  static constexpr std::int64_t kLate = 2'000'000;      // after which it has
+  static constexpr std::int64_t kShortest = 100'000;    // between two orders
+
   NewestValue<ForceOrder> orders_;
-  sem_t posted_{};
+  std::int64_t taken_ns_ = 0;   // writer's: when the last one was taken
+  std::int64_t period_ns_ = 0;  // writer's: between two, the shortest of late
 };
 
 /// Any thread may read them.
