@@ -1,11 +1,17 @@
 #include "haptic/hid/hand_follower.h"
 
 #include <algorithm>
+#include <numbers>
 
 namespace stylet::haptic::hid {
 namespace {
 
 constexpr double kLongestStep = 0.02;  // s; a loop that was kept away does not move the hub by all of it
+
+/// Right, near and into the tablet from right, up and near.
+Eigen::Quaterniond tablet_from_device() {
+  return {std::numbers::sqrt2 / 2, -std::numbers::sqrt2 / 2, 0, 0};
+}
 
 /// Negative: drawing back.
 double push_of(const HidReading& reading) {
@@ -19,7 +25,9 @@ bool HandFollower::can_follow(const StreamedPose& pose, double age_s) const {
   if (!pose.connected || pose.gaps != gaps_) return false;
   if (settings_.stale_s > 0 && age_s > settings_.stale_s) return false;
   if ((pose.reading.buttons & settings_.clutch) != 0) return false;
-  return settings_.kind == DeviceKind::kSpaceMouse || pose.reading.in_range;
+  if (settings_.kind == DeviceKind::kSpaceMouse) return true;
+  if (!pose.reading.in_range) return false;
+  return !waits_for_rest_ || (pose.reading.position - *settings_.workspace.rest).norm() <= kAtRest;
 }
 
 StylusSample HandFollower::follow(const StreamedPose& pose, std::int64_t now_ns) {
@@ -39,11 +47,17 @@ StylusSample HandFollower::follow(const StreamedPose& pose, std::int64_t now_ns)
     const HandPose hand = rate_.step(pose.reading.velocity, pose.reading.angular_velocity, dt_s);
     map_.follow(hand.position, hand.orientation);
   } else if (settings_.kind == DeviceKind::kPen) {
-    map_.follow(pen_.step(pose.reading.position.head<2>(), push_of(pose.reading), dt_s).position,
-                Eigen::Quaterniond::Identity());
+    const Eigen::Vector3d axis = map_.to_device(map_.orientation() * Eigen::Vector3d::UnitZ());
+    const HandPose hand = pen_.step({.at = {pose.reading.position.x(), pose.reading.position.z()},
+                                     .orientation = tablet_from_device() * pose.reading.orientation,
+                                     .push = push_of(pose.reading),
+                                     .along = axis / settings_.workspace.scale},
+                                    dt_s);
+    map_.follow(hand.position, hand.orientation);
   } else {
     map_.follow(pose.reading.position, pose.reading.orientation);
   }
+  waits_for_rest_ = waits_for_rest_ && !sample.valid;
   sample.position = map_.position();
   sample.orientation = map_.orientation();
   return sample;

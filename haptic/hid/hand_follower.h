@@ -19,24 +19,35 @@ struct FollowSettings {
 
 /// Gives the hub's pose for the latest pose of the hand. The sample is not valid, and the hub stays where it is,
 /// while the device is away, out of range or silent, while the clutch is held, and for one step after a gap; when the
-/// hand comes back it is taken up from where it is, and nothing jumps. @realtime
+/// hand comes back it is taken up from where it is, and nothing jumps. Where the workspace has a rest place the first
+/// engagement waits for the hand to come there. @realtime
 class HandFollower {
 public:
   explicit HandFollower(const FollowSettings& settings)
-      : settings_(settings), map_(settings.workspace), rate_(settings.rate), pen_(settings.pen) {}
+      : settings_(settings),
+        map_(settings.workspace),
+        rate_(settings.rate),
+        pen_(settings.pen),
+        waits_for_rest_(settings.workspace.rest && has_place(settings.kind)) {}
 
   /// @param now_ns  host clock, that of StreamedPose::made_ns; never goes back
   StylusSample follow(const StreamedPose& pose, std::int64_t now_ns);
 
   const WorkspaceMap& map() const { return map_; }
+  /// Whether the hand has still to come to its rest place.
+  bool waits_for_rest() const { return waits_for_rest_; }
+
+  static constexpr double kAtRest = 0.010;  ///< m from the rest place
 
 private:
+  static bool has_place(DeviceKind kind) { return kind == DeviceKind::kStylus || kind == DeviceKind::kJoystick; }
   bool can_follow(const StreamedPose& pose, double age_s) const;
 
   FollowSettings settings_;
   WorkspaceMap map_;
   RateHand rate_;
   PenHand pen_;
+  bool waits_for_rest_ = false;
   std::uint64_t gaps_ = 0;
   std::int64_t last_ns_ = 0;
 };

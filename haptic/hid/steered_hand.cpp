@@ -27,20 +27,28 @@ HandPose RateHand::step(const Eigen::Vector3d& velocity, const Eigen::Vector3d& 
                                    : Eigen::Quaterniond::Identity()};
 }
 
-HandPose PenHand::step(const Eigen::Vector2d& at, double push, double dt_s) {
-  const double beyond = std::clamp((std::abs(push) - steering_.touch) / (1 - steering_.touch), 0.0, 1.0);
-  depth_ = std::clamp(depth_ + steering_.full_speed_m_per_s * std::copysign(beyond, push) * dt_s,
-                      steering_.min_depth_m, steering_.max_depth_m);
-  const Eigen::Vector3d goal(at.x(), at.y(), depth_);
+HandPose PenHand::step(const PenInput& pen, double dt_s) {
+  const double beyond = std::clamp((std::abs(pen.push) - steering_.touch) / (1 - steering_.touch), 0.0, 1.0);
+  const double depth = std::clamp(depth_ + steering_.full_speed_m_per_s * std::copysign(beyond, pen.push) * dt_s,
+                                  steering_.min_depth_m, steering_.max_depth_m);
+  goal_ = {.at = pen.at, .orientation = pen.orientation, .advance = goal_.advance + (depth - depth_) * pen.along};
+  depth_ = depth;
   if (!placed_) {
     placed_ = true;
-    first_stage_ << at, second_stage_.z();
+    first_stage_ = {.at = pen.at, .orientation = pen.orientation, .advance = second_stage_.advance};
     second_stage_ = first_stage_;
   }
   const double towards = share(dt_s, steering_.smoothing_s);
-  first_stage_ += towards * (goal - first_stage_);
-  second_stage_ += towards * (first_stage_ - second_stage_);
-  return {.position = second_stage_};
+  approach(first_stage_, goal_, towards);
+  approach(second_stage_, first_stage_, towards);
+  const Stage& now = second_stage_;
+  return {.position = Eigen::Vector3d(now.at.x(), now.at.y(), 0) + now.advance, .orientation = now.orientation};
+}
+
+void PenHand::approach(Stage& stage, const Stage& goal, double share) {
+  stage.at += share * (goal.at - stage.at);
+  stage.orientation = stage.orientation.slerp(share, goal.orientation);
+  stage.advance += share * (goal.advance - stage.advance);
 }
 
 }  // namespace stylet::haptic::hid

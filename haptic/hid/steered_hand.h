@@ -42,24 +42,39 @@ struct PenSteering {
   double smoothing_s = 0.015;  ///< time constant of each of two low-passes: pens report at 130 to 300 Hz
 };
 
-/// A pen over a tablet moves the hub across the needle; pressing advances it, the harder the faster, and pressing
-/// with the barrel button held, or with the eraser, draws it back. Frame: X right and Y up on the tablet, Z along the
-/// needle. @realtime
+/// What a pen does. Frame: X right and Y towards the trainee on the tablet, Z into it, which is along the needle.
+struct PenInput {
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();  ///< on the tablet, m
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  double push = 0;  ///< pressure, 0 to 1; negative: drawing back
+  /// Axis of the needle as it is now, as long as the hand goes for a metre of the needle.
+  Eigen::Vector3d along = Eigen::Vector3d::UnitZ();
+};
+
+/// A pen over a tablet moves the hub across the needle, and tilting and twisting it turns the needle about the hub;
+/// pressing advances the needle along its axis, the harder the faster, and pressing with the barrel button held, or
+/// with the eraser, draws it back. Pens report tilt in whole degrees: all of it is smoothed. @realtime
 class PenHand {
 public:
   explicit PenHand(const PenSteering& steering = {}) : steering_(steering) {}
-  /// @param at       on the tablet, m
-  /// @param push     pressure, 0 to 1; negative: drawing back
-  HandPose step(const Eigen::Vector2d& at, double push, double dt_s);
+  HandPose step(const PenInput& pen, double dt_s);
   /// The pen is taken off and may come back elsewhere.
   void lift() { placed_ = false; }
 
 private:
+  struct Stage {
+    Eigen::Vector2d at = Eigen::Vector2d::Zero();
+    Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+    Eigen::Vector3d advance = Eigen::Vector3d::Zero();  // by pushing
+  };
+  static void approach(Stage& stage, const Stage& goal, double share);
+
   PenSteering steering_;
   bool placed_ = false;
-  double depth_ = 0;
-  Eigen::Vector3d first_stage_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d second_stage_ = Eigen::Vector3d::Zero();
+  double depth_ = 0;  // pushed, along the axes that the needle had
+  Stage goal_;
+  Stage first_stage_;
+  Stage second_stage_;
 };
 
 }  // namespace stylet::haptic::hid

@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <optional>
+
 namespace stylet::haptic::hid {
 
 /// Device frame: X right, Y up, Z towards the user, m.
@@ -12,6 +14,8 @@ struct Workspace {
   Eigen::Quaterniond start_orientation = Eigen::Quaterniond::Identity();  ///< needle frame -> patient frame
   Eigen::Quaterniond patient_from_device = Eigen::Quaterniond::Identity();
   double scale = 1;  ///< patient-frame length over device length
+  /// Of the hand, device frame, m: the first engagement is there; nothing: it is wherever the hand is.
+  std::optional<Eigen::Vector3d> rest{};
 };
 
 /// While engaged the hub follows the hand from where both were at the engagement:

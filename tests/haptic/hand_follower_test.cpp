@@ -132,5 +132,111 @@ TEST_F(HandFollowerTest, PenAdvancesByPressureAndDrawsBackWithTheBarrel) {
   EXPECT_FALSE(pen.follow(at, now_ns += kMs).valid);
 }
 
+TEST_F(HandFollowerTest, PenMovesTheHubAcrossTheNeedleBothWays) {
+  HandFollower pen({.kind = DeviceKind::kPen, .workspace = {.start = start}, .stale_s = 0});
+  StreamedPose at = here();
+  const auto settle = [&](const Vector3d& place) {
+    at.reading.position = place;
+    StylusSample sample;
+    for (int k = 0; k < 300; ++k) sample = pen.follow(at, now_ns += kMs);
+    return sample.position;
+  };
+  EXPECT_TRUE(settle({0.1, 0, 0.05}).isApprox(start));
+  EXPECT_LT((settle({0.12, 0, 0.05}) - start - Vector3d(0.02, 0, 0)).norm(), 1e-6);
+  EXPECT_LT((settle({0.12, 0, 0.08}) - start - Vector3d(0.02, 0.03, 0)).norm(), 1e-6) << "towards the trainee";
+}
+
+// What the pen does about the tablet's normal the needle does about its own axis.
+TEST_F(HandFollowerTest, PenTiltTurnsTheNeedleAndPressureFollowsItsAxis) {
+  const Eigen::Quaterniond patient_from_tablet(Eigen::AngleAxisd(2.1, Vector3d(0.36, 0.48, 0.8)));
+  const Eigen::Quaterniond first = patient_from_tablet;  // along the tablet's Z
+  HandFollower pen(
+      {.kind = DeviceKind::kPen,
+       .workspace = {.start = start, .start_orientation = first, .patient_from_device = patient_from_tablet},
+       .stale_s = 0});
+  StreamedPose at = here();
+  const auto upright = Eigen::Quaterniond(hid_axes());  // the needle of a pen that stands on the tablet
+  const auto tilt_right = [](double angle) {
+    return Eigen::Quaterniond(
+        Eigen::AngleAxisd(-angle, Vector3d::UnitZ()));  // about near: the upper end to the right
+  };
+  const auto run = [&](double angle, double pressure, int ms) {
+    at.reading.orientation = tilt_right(angle) * upright;
+    at.reading.pressure = pressure;
+    StylusSample sample;
+    for (int k = 0; k < ms; ++k) sample = pen.follow(at, now_ns += kMs);
+    return sample;
+  };
+  EXPECT_LT(run(0, 0, 300).orientation.angularDistance(first), 1e-6);
+  double last = 0, worst = 0;
+  for (int k = 0; k < 300; ++k) {
+    const double turned = run(0.3, 0, 1).orientation.angularDistance(first);
+    worst = std::max(worst, turned - last);
+    last = turned;
+  }
+  EXPECT_NEAR(last, 0.3, 1e-6);
+  EXPECT_LT(worst, 0.02) << "a step of the tilt is smoothed";
+  const StylusSample tilted = run(0.3, 0, 1);
+  EXPECT_LT((tilted.position - start).norm(), 1e-9) << "about the hub";
+  // The hub is the upper end: its axis now points to the left of the tablet's normal.
+  const Vector3d axis = tilted.orientation * Vector3d::UnitZ();
+  EXPECT_LT((patient_from_tablet.conjugate() * axis - Vector3d(-std::sin(0.3), 0, std::cos(0.3))).norm(), 1e-6);
+  const Vector3d way = run(0.3, 1, 1000).position - tilted.position;
+  EXPECT_NEAR(way.norm(), PenSteering{}.full_speed_m_per_s, 2e-3);
+  EXPECT_LT(way.normalized().cross(axis).norm(), 1e-3);
+}
+
+TEST_F(HandFollowerTest, ScaleOfAPenIsOfItsWayAndNotOfItsPressure) {
+  HandFollower pen({.kind = DeviceKind::kPen, .workspace = {.start = start, .scale = 3}, .stale_s = 0});
+  StreamedPose at = here();
+  at.reading.pressure = 1;
+  pen.follow(at, now_ns += kMs);
+  at.reading.position = {0.01, 0, 0};
+  StylusSample sample;
+  for (int k = 0; k < 1000; ++k) sample = pen.follow(at, now_ns += kMs);
+  EXPECT_NEAR((sample.position - start).x(), 0.03, 1e-6);
+  EXPECT_NEAR((sample.position - start).z(), PenSteering{}.full_speed_m_per_s, 2e-3);
+}
+
+TEST_F(HandFollowerTest, LiftedPenMayComeBackElsewhereAndAtAnotherTilt) {
+  HandFollower pen({.kind = DeviceKind::kPen, .workspace = {.start = start}, .stale_s = 0});
+  StreamedPose at = here();
+  StylusSample sample;
+  for (int k = 0; k < 100; ++k) sample = pen.follow(at, now_ns += kMs);
+  const StylusSample before = sample;
+  at.reading.in_range = false;
+  pen.follow(at, now_ns += kMs);
+  at.reading.in_range = true;
+  at.reading.position = {0.1, 0, -0.1};
+  at.reading.orientation = Eigen::AngleAxisd(0.5, Vector3d::UnitX());
+  for (int k = 0; k < 100; ++k) {
+    sample = pen.follow(at, now_ns += kMs);
+    ASSERT_TRUE(sample.position.isApprox(before.position));
+    ASSERT_LT(sample.orientation.angularDistance(before.orientation), 1e-9);
+  }
+}
+
+TEST_F(HandFollowerTest, FirstEngagementWaitsForTheRestPlace) {
+  HandFollower calibrated({.workspace = {.start = start, .scale = 2, .rest = Vector3d(0.05, 0, 0)}});
+  const auto at = [&](const Vector3d& hand) {
+    pose.reading.position = hand;
+    now_ns += kMs;
+    pose.made_ns = now_ns;
+    return calibrated.follow(pose, now_ns);
+  };
+  EXPECT_FALSE(at({0, 0, 0}).valid);
+  EXPECT_FALSE(at({0.039, 0, 0}).valid);
+  EXPECT_TRUE(calibrated.waits_for_rest());
+  const StylusSample first = at({0.041, 0, 0});
+  EXPECT_TRUE(first.valid);
+  EXPECT_FALSE(calibrated.waits_for_rest());
+  EXPECT_TRUE(first.position.isApprox(start)) << "and nothing jumps";
+  EXPECT_TRUE(at({0.101, 0, 0}).position.isApprox(start + Vector3d(0.12, 0, 0)));
+  pose.connected = false;
+  at({0, 0, 0});
+  pose.connected = true;
+  EXPECT_TRUE(at({0, 0, 0}).valid) << "only the first";
+}
+
 }  // namespace
 }  // namespace stylet::haptic::hid

@@ -77,20 +77,20 @@ TEST(PenHand, PressureAdvancesAndTheBarrelDrawsBack) {
   const PenSteering steering;
   HandPose pose;
   const Eigen::Vector2d at(0.05, 0.03);
-  for (int k = 0; k < 1000; ++k) pose = hand.step(at, 1, 1e-3);
+  for (int k = 0; k < 1000; ++k) pose = hand.step({.at = at, .push = 1}, 1e-3);
   EXPECT_NEAR(pose.position.z(), steering.full_speed_m_per_s, 2e-3);
   EXPECT_TRUE(pose.position.head<2>().isApprox(at));
-  for (int k = 0; k < 1000; ++k) pose = hand.step(at, -1, 1e-3);
+  for (int k = 0; k < 1000; ++k) pose = hand.step({.at = at, .push = -1}, 1e-3);
   EXPECT_NEAR(pose.position.z(), 0, 2e-3);
 }
 
 TEST(PenHand, LiftedPenKeepsItsDepth) {
   PenHand hand;
   HandPose pose;
-  for (int k = 0; k < 1000; ++k) pose = hand.step({0, 0}, 1, 1e-3);
+  for (int k = 0; k < 1000; ++k) pose = hand.step({.push = 1}, 1e-3);
   const double depth = pose.position.z();
   hand.lift();
-  pose = hand.step({0.1, 0.1}, 0, 1e-3);
+  pose = hand.step({.at = {0.1, 0.1}}, 1e-3);
   EXPECT_NEAR(pose.position.z(), depth, 1e-4);
   EXPECT_TRUE(pose.position.head<2>().isApprox(Eigen::Vector2d(0.1, 0.1)));
 }
