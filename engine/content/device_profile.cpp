@@ -71,21 +71,13 @@ constexpr NamedKind kKinds[] = {
     {"joystick", hid::DeviceKind::kJoystick, hid::usages::kJoystick},
 };
 
-std::optional<std::uint16_t> hex_id(JsonObject& object, const std::string& key, const std::string& text) {
-  std::uint16_t id = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id, 16);
-  if (error == std::errc{} && end == text.data() + text.size() && text.size() == 4) return id;
-  object.problem(key, fmt::format("holds \"{}\"; write four hexadecimal digits, such as \"256f\"", text));
-  return std::nullopt;
-}
-
 hid::DeviceMatch read_match(JsonObject& object) {
   hid::DeviceMatch match;
   if (const std::string text = object.text("vendor_id", ""); !text.empty()) {
-    match.vendor_id = hex_id(object, "vendor_id", text);
+    match.vendor_id = read_hex_id(object, "vendor_id", text);
   }
   for (const std::string& text : object.texts("product_ids")) {
-    if (const auto id = hex_id(object, "product_ids", text)) match.product_ids.push_back(*id);
+    if (const auto id = read_hex_id(object, "product_ids", text)) match.product_ids.push_back(*id);
   }
   match.product = object.text("product", "");
   const std::string kind = object.choice("kind", {"any", "stylus", "space_mouse", "pen", "joystick"}, "any");
@@ -234,6 +226,14 @@ hid::VendorReport read_report(JsonObject& object, hid::Usage application) {
 
 }  // namespace
 
+std::optional<std::uint16_t> read_hex_id(JsonObject& object, const std::string& key, const std::string& text) {
+  std::uint16_t id = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id, 16);
+  if (error == std::errc{} && end == text.data() + text.size() && text.size() == 4) return id;
+  object.problem(key, fmt::format("holds \"{}\"; write four hexadecimal digits, such as \"256f\"", text));
+  return std::nullopt;
+}
+
 hid::DeviceProfile read_device_profile(JsonFile& file) {
   JsonObject root = file.root("stylet-device", 1);
   hid::DeviceProfile profile;
@@ -265,7 +265,7 @@ hid::DeviceProfile read_device_profile(JsonFile& file) {
     profile.full_angular_speed_rad_per_s =
         rate->number("full_angular_speed_deg_per_s", {1, 720}, profile.full_angular_speed_rad_per_s / kDegree) *
         kDegree;
-    profile.dead_zone = rate->number("dead_zone", {0, 0.5}, profile.dead_zone);
+    profile.dead_zone.fill(rate->number("dead_zone", {0, 0.5}, profile.dead_zone[0]));
     rate->finish();
   }
   profile.force_sign = root.boolean("reverse_force", false) ? -1 : 1;

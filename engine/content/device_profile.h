@@ -5,12 +5,17 @@
 #include "haptic/hid/device_profile.h"
 
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace stylet::content {
 
 /// Problems go to `file`; what comes out is in range even then.
 haptic::hid::DeviceProfile read_device_profile(JsonFile& file);
+
+/// A vendor or product id as such files write it. @return nothing: `text` is not that, which is noted at `key`
+std::optional<std::uint16_t> read_hex_id(JsonObject& object, const std::string& key, const std::string& text);
 
 /// All profiles of a folder, by file name. @throws ContentError  one of them is wrong
 std::vector<haptic::hid::DeviceProfile> load_device_profiles(const std::filesystem::path& folder);

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -84,7 +85,9 @@ struct DeviceProfile {
   // Of space mice, at full deflection.
   double full_speed_m_per_s = 0.05;
   double full_angular_speed_rad_per_s = 0.8;
-  double dead_zone = 0.05;  ///< of full deflection
+  /// What each axis of the reports shows at rest, and what about it is no motion; parts of the full deflection.
+  std::array<double, 6> centre{};
+  std::array<double, 6> dead_zone{0.05, 0.05, 0.05, 0.05, 0.05, 0.05};
 
   double force_sign = 1;  ///< -1: its firmware pushes the other way
   /// N at the end of the range of force fields that say no newtons; 0: the largest force of the limits.

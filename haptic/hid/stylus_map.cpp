@@ -436,14 +436,17 @@ void StylusMap::pose(HidReading& next) const noexcept {
   const Eigen::Vector3d turn(next.axes[3], next.axes[4], next.axes[5]);
   if (rate_only()) {
     // The zone round the middle is cut out, and what is left starts from zero.
-    const auto push = [this](double part) {
-      const double zone = profile_.dead_zone;
-      const double size = std::max(0.0, (std::abs(part) - zone) / (1 - zone));
-      return std::copysign(size, part);
-    };
-    next.velocity = profile_.device_from_report * move.unaryExpr(push) * profile_.full_speed_m_per_s;
-    next.angular_velocity =
-        profile_.rotation_from_report * turn.unaryExpr(push) * profile_.full_angular_speed_rad_per_s;
+    std::array<double, 6> push{};
+    for (std::size_t axis = 0; axis < push.size(); ++axis) {
+      const double zone = profile_.dead_zone[axis];
+      const double part = next.axes[axis] - profile_.centre[axis];
+      const double size = (std::abs(part) - zone) / (1 - zone - std::abs(profile_.centre[axis]));
+      push[axis] = std::copysign(std::clamp(size, 0.0, 1.0), part);
+    }
+    next.velocity =
+        profile_.device_from_report * Eigen::Map<Eigen::Vector3d>(push.data()) * profile_.full_speed_m_per_s;
+    next.angular_velocity = profile_.rotation_from_report * Eigen::Map<Eigen::Vector3d>(push.data() + 3) *
+                            profile_.full_angular_speed_rad_per_s;
     return;
   }
   next.position = profile_.scale * (profile_.device_from_report * move);

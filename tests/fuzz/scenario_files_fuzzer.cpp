@@ -1,4 +1,5 @@
 // The JSON files of content/: what comes out is in range and every problem is one line.
+#include "engine/content/calibration.h"
 #include "engine/content/instruments.h"
 #include "engine/content/json_reader.h"
 #include "engine/content/motion_file.h"
@@ -81,6 +82,11 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
                   "a direction is a unit vector");
     } else if (format == "stylet-motion") {
       claim_motion(file);
+    } else if (format == "stylet-calibration") {
+      const haptic::hid::Calibration calibration = content::read_calibration(file);
+      fuzz::claim(calibration.scale >= 0.1 && calibration.scale <= 10, "a calibration's scale is in range");
+      fuzz::claim(!calibration.rest || calibration.rest->allFinite(), "a rest place is finite");
+      fuzz::claim(std::abs(calibration.user_from_device.norm() - 1) < 1e-9, "a turn is normalised");
     } else if (format == "stylet-import") {
       claim_side_file(file);
     } else {

@@ -131,7 +131,7 @@ void describe_motion(const hid::StylusMap& map, const hid::DeviceProfile& profil
   if (map.rate_only()) {
     text += fmt::format("  {:<11}{:.3g} mm/s and {:.3g} deg/s at full deflection, dead zone {:.0f} %\n", "speed",
                         profile.full_speed_m_per_s * 1e3, profile.full_angular_speed_rad_per_s / kDegree,
-                        profile.dead_zone * 100);
+                        100 * *std::ranges::max_element(profile.dead_zone));
     out["full_speed_mm_per_s"] = profile.full_speed_m_per_s * 1e3;
     out["full_angular_speed_deg_per_s"] = profile.full_angular_speed_rad_per_s / kDegree;
   }
