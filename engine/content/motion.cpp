@@ -21,9 +21,10 @@ using nlohmann::json;
 
 /// Row of a track: [t, px, py, pz, qw, qx, qy, qz] or the same with buttons.
 constexpr std::size_t kPoseNumbers = 8;
-constexpr double kLongest = 24 * 3600;        ///< s
-constexpr double kFarthest = 100;             ///< m
-constexpr std::size_t kLongestReport = 4096;  ///< bytes, and of a report descriptor
+constexpr std::string_view kFrames[] = {"patient", "hand", "tablet"};  // of MotionFrame
+constexpr double kLongest = 24 * 3600;                                 ///< s
+constexpr double kFarthest = 100;                                      ///< m
+constexpr std::size_t kLongestReport = 4096;                           ///< bytes, and of a report descriptor
 
 /// Problems of one row; empty: none.
 std::string check_row(const json& row, double previous, MotionSample& sample) {
@@ -141,6 +142,13 @@ Motion read_motion(JsonFile& file, RawReports* raw) {
   JsonObject root = file.root("stylet-motion", 1);
   Motion motion;
   for (const char* key : {"name", "licence", "source"}) root.ignore(key);
+  const std::string frame = root.choice("frame", {kFrames[0], kFrames[1], kFrames[2]}, std::string(kFrames[0]));
+  found.frame = static_cast<MotionFrame>(std::ranges::find(kFrames, frame) - std::begin(kFrames));
+  if (raw == nullptr && found.frame != MotionFrame::kPatient) {
+    root.problem("frame",
+                 "is the hand's; a scenario needs poses in the patient's. `stylet train SCENARIO --device "
+                 "recorded:FILE --record NEW` makes them");
+  }
   if (auto tracks = root.object("tracks")) {
     motion.stylus = read_track(file, *tracks, "stylus", true);
     tracks->ignore("stylus");
@@ -191,6 +199,9 @@ void write_motion(const Motion& motion, const std::string& name, const std::file
   out += fmt::format(
       "{{\n  \"format\": \"stylet-motion\",\n  \"version\": 1,\n  \"name\": {},\n  \"licence\": \"CC0-1.0\",\n",
       json(name).dump());
+  if (raw.frame != MotionFrame::kPatient) {
+    out += fmt::format("  \"frame\": \"{}\",\n", kFrames[static_cast<std::size_t>(raw.frame)]);
+  }
   if (!raw.report_descriptor.empty()) {
     out += fmt::format("  \"device\": {{\"name\": {}, \"report_descriptor\": \"{}\"}},\n", json(raw.device).dump(),
                        to_hex(raw.report_descriptor));

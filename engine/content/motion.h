@@ -17,8 +17,16 @@ struct RawReport {
   std::vector<std::uint8_t> bytes;  ///< with its id first where the device numbers its reports
 };
 
+/// What the poses of a motion's stylus are.
+enum class MotionFrame : std::uint8_t {
+  kPatient,  ///< of the hub, patient frame
+  kHand,     ///< how the hand went from where it began: right, up and towards the trainee; the hub is to go with it
+  kTablet,   ///< the same of a pen: right, towards the trainee, along the needle
+};
+
 /// What the HID device sent that led the hand of a motion.
 struct RawReports {
+  MotionFrame frame = MotionFrame::kPatient;    ///< of the stylus track
   std::string device;                           ///< its name
   std::vector<std::uint8_t> report_descriptor;  ///< what the reports mean; empty: there was no such device
   std::vector<RawReport> reports;               ///< times not decreasing
@@ -26,7 +34,7 @@ struct RawReports {
 
 /// Reads a motion file. Quaternions come out normalised; times are finite and strictly increasing in each track, and
 /// the stylus track has at least two samples.
-/// @param[out] raw  the reports it holds; null: they are checked only
+/// @param[out] raw  the reports it holds; null: they are checked only, and the poses must be the patient frame's
 /// @throws ContentError
 Motion read_motion(const std::filesystem::path& path, RawReports* raw = nullptr);
 

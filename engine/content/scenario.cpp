@@ -1,6 +1,7 @@
 #include "engine/content/scenario.h"
 
 #include "engine/content/anatomy.h"
+#include "engine/content/calibration.h"
 #include "engine/content/deformable.h"
 #include "engine/content/device_profile.h"
 #include "engine/content/embedding.h"
@@ -345,7 +346,11 @@ const std::map<std::string_view, Check> kChecks{
     {"stylet-probe", check_file<read_probe>},
     {"stylet-procedure", check_file<read_procedure>},
     {"stylet-device", check_file<read_device_profile>},
-    {"stylet-motion", check_file<[](JsonFile& file) { return read_motion(file); }>},
+    {"stylet-calibration", check_file<[](JsonFile& file) { return read_calibration(file); }>},
+    {"stylet-motion", check_file<[](JsonFile& file) {
+       RawReports any_frame;
+       return read_motion(file, &any_frame);
+     }>},
 };
 
 }  // namespace

@@ -66,6 +66,26 @@ TEST(Motion, RawReportsAndTheirDeviceAreReadBack) {
   }
 }
 
+TEST(Motion, HandOfNoPatientIsForSessionsOnly) {
+  Motion motion;
+  motion.stylus = {{0, {{0, 0, 0}, Eigen::Quaterniond::Identity()}, 0},
+                   {1, {{0.1, 0, 0}, Eigen::Quaterniond::Identity()}, 0}};
+  support::TemporaryFolder folder;
+  const auto file = folder.path() / "m.json";
+  for (const MotionFrame frame : {MotionFrame::kHand, MotionFrame::kTablet}) {
+    write_motion(motion, "hand", file, 9, {.frame = frame});
+    RawReports raw;
+    EXPECT_EQ(read_motion(file, &raw).stylus.size(), 2u);
+    EXPECT_EQ(raw.frame, frame);
+    try {
+      read_motion(file);
+      ADD_FAILURE() << "a scenario took it";
+    } catch (const ContentError& error) {
+      EXPECT_NE(std::string(error.what()).find("/frame: is the hand's"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST(Motion, BadReportsAreRefusedAtTheirPlace) {
   const auto error = [](const std::string& reports) {
     return motion_error("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0,0,0]], \"reports\": " + reports);

@@ -1,4 +1,5 @@
 // What the project ships: it loads, it is what it says, and schemas, readers and files agree.
+#include "engine/content/calibration.h"
 #include "engine/content/device_profile.h"
 #include "engine/content/instruments.h"
 #include "engine/content/json_reader.h"
@@ -289,6 +290,9 @@ TEST(Schemas, AgreeWithTheReaders) {
                        R"({"format": "stylet-device", "version": 1, "matches": [{}], "rate": {}, "limits": {},
                            "reports": [{"fields": [{}]}]})",
                        6, [](JsonFile& f) { read_device_profile(f); });
+  expect_schema_agrees("calibration",
+                       R"({"format": "stylet-calibration", "version": 1, "deflection": {}, "rest_mm": 0})", 2,
+                       [](JsonFile& f) { read_calibration(f); });
   expect_schema_agrees("procedure", shipped("organs/abdomen.json"), 3, [](JsonFile& f) { read_procedure(f); });
   expect_schema_agrees("motion", R"({"format": "stylet-motion", "version": 1, "device": {}, "tracks": {}})", 3,
                        [](JsonFile& f) { read_motion(f); });
