@@ -25,25 +25,27 @@ double stale_s(const ForceOutput& output) {
 }  // namespace
 
 struct HidStylus::Link {
-  Link(const std::string& path, const ReportDescriptor& descriptor, const DeviceProfile& profile)
-      : map(descriptor, profile), output(descriptor, profile), transport(path) {}
+  Link(const std::string& path, std::vector<std::uint8_t> bytes, const ReportDescriptor& descriptor,
+       const DeviceProfile& profile)
+      : report_descriptor(std::move(bytes)), map(descriptor, profile), output(descriptor, profile), transport(path) {}
 
+  std::vector<std::uint8_t> report_descriptor;
   StylusMap map;
   ForceOutput output;
   HidTransport transport;
 };
 
 std::unique_ptr<HidStylus::Link> HidStylus::open(const std::string& path) const {
-  const ReportDescriptor descriptor =
-      with_vendor_reports(parse_report_descriptor(hid::report_descriptor(path)), settings_.profile);
-  auto link = std::make_unique<Link>(path, descriptor, settings_.profile);
+  std::vector<std::uint8_t> bytes = hid::report_descriptor(path);
+  const ReportDescriptor descriptor = with_vendor_reports(parse_report_descriptor(bytes), settings_.profile);
+  auto link = std::make_unique<Link>(path, std::move(bytes), descriptor, settings_.profile);
   if (!link->map.usable()) throw HidError(fmt::format("{}: {}", path, link->map.reason()));
   return link;
 }
 
 HidStylus::HidStylus(const HidStylusSettings& settings) : settings_(settings), name_(title(settings.device)) {
   std::unique_ptr<Link> link = open(settings.device.path);
-  descriptor_ = hid::report_descriptor(settings.device.path);
+  descriptor_ = link->report_descriptor;
   kind_ = link->map.kind();
   limits_ = limits_in_patient_frame(link->output.limits(), settings.workspace.scale);
   follower_ = std::make_unique<HandFollower>(FollowSettings{.kind = kind_,
@@ -62,6 +64,7 @@ StylusSample HidStylus::read(double now_s) {
   poses_.update();
   StylusSample sample = follower_->follow(poses_.get(), clock_.now_ns());
   sample.time_s = now_s;
+  waits_for_rest_.store(follower_->waits_for_rest(), std::memory_order_relaxed);
   answered_ns_ = sample.valid ? poses_.get().made_ns : 0;
   return sample;
 }

@@ -59,6 +59,8 @@ public:
 
   /// Any thread.
   bool connected() const { return connected_.load(std::memory_order_acquire); }
+  /// The session begins when the hand comes to its rest place.
+  bool waits_for_rest() const { return waits_for_rest_.load(std::memory_order_relaxed); }
   const HidStylusCounters& counters() const { return counters_; }
 
 private:
@@ -83,6 +85,7 @@ private:
   HidStylusCounters counters_;
   std::uint64_t gaps_ = 0;  // reader's
   std::atomic<bool> connected_{false};
+  std::atomic<bool> waits_for_rest_{false};
   std::mutex waiting_;
   std::condition_variable_any stopped_;
   std::jthread reader_;

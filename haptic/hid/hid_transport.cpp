@@ -16,7 +16,25 @@
 namespace stylet::haptic::hid {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::size_t kMostDescriptor = 4096;  // of the kernel
+
+/// Paths of libhidapi-libusb name a USB interface.
+bool is_node(const std::string& path) {
+  return path.starts_with("/dev/");
+}
+
+fs::path descriptor_file(const std::string& path) {
+  constexpr const char* kName = "report_descriptor";
+  if (is_node(path)) return fs::path("/sys/class/hidraw") / fs::path(path).filename() / "device" / kName;
+  const fs::path interface = fs::path("/sys/bus/usb/devices") / path;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(interface, error)) {
+    if (fs::exists(entry.path() / kName, error)) return entry.path() / kName;
+  }
+  return interface / kName;
+}
 
 /// hidapi 0.13 says no more than that it failed, but leaves errno as open() set it.
 HidError cannot_open(const std::string& path, int error) {
@@ -35,8 +53,7 @@ HidError cannot_open(const std::string& path, int error) {
 }  // namespace
 
 std::vector<std::uint8_t> report_descriptor(const std::string& path) {
-  const std::filesystem::path file = std::filesystem::path("/sys/class/hidraw") /
-                                     std::filesystem::path(path).filename() / "device/report_descriptor";
+  const std::filesystem::path file = descriptor_file(path);
   std::ifstream in(file, std::ios::binary);
   std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
   if (!in.is_open() || in.bad() || bytes.empty()) {
@@ -66,8 +83,9 @@ void HidTransport::Close::operator()(hid_device_* device) const {
 HidTransport::HidTransport(const std::string& path) : path_(path) {
   errno = 0;
   in_.reset(hid_open_path(path.c_str()));
-  if (in_) out_.reset(hid_open_path(path.c_str()));
-  if (!in_ || !out_) throw cannot_open(path, errno);
+  if (in_ && is_node(path)) second_.reset(hid_open_path(path.c_str()));
+  out_ = is_node(path) ? second_.get() : in_.get();
+  if (!in_ || out_ == nullptr) throw cannot_open(path, errno);
 }
 
 HidTransport::~HidTransport() = default;
@@ -77,15 +95,15 @@ int HidTransport::read(std::span<std::uint8_t> bytes, int timeout_ms) {
 }
 
 bool HidTransport::write(std::span<const std::uint8_t> bytes) {
-  return hid_write(out_.get(), bytes.data(), bytes.size()) == static_cast<int>(bytes.size());
+  return hid_write(out_, bytes.data(), bytes.size()) == static_cast<int>(bytes.size());
 }
 
 bool HidTransport::set_feature(std::span<const std::uint8_t> bytes) {
-  return hid_send_feature_report(out_.get(), bytes.data(), bytes.size()) >= 0;
+  return hid_send_feature_report(out_, bytes.data(), bytes.size()) >= 0;
 }
 
 int HidTransport::get_feature(std::span<std::uint8_t> bytes) {
-  return hid_get_feature_report(out_.get(), bytes.data(), bytes.size());
+  return hid_get_feature_report(out_, bytes.data(), bytes.size());
 }
 
 }  // namespace stylet::haptic::hid

@@ -22,7 +22,8 @@ public:
 /// Larger than any report with its id, so that hidapi never cuts one short.
 inline constexpr std::size_t kReadBuffer = 4097;
 
-/// The report descriptor of a node such as /dev/hidraw0, from sysfs: needs no permission on the node.
+/// The report descriptor of a device by its hidapi path, a node such as /dev/hidraw0 or of libusb such as 1-1:1.0,
+/// from sysfs: needs no permission on the device. Of libusb's only while nobody has it open.
 /// @throws HidError
 std::vector<std::uint8_t> report_descriptor(const std::string& path);
 
@@ -34,8 +35,8 @@ inline constexpr const char* kUdevRulesFile = "/etc/udev/rules.d/70-stylet.rules
 std::string udev_rule(std::uint16_t vendor_id, std::uint16_t product_id);
 
 /// Reading and writing may be called by two threads, one for each; the features by either while the other stands
-/// still. hidapi keeps the text of the last error in the handle without a lock, so each direction has a handle of its
-/// own.
+/// still. libhidapi-hidraw keeps the text of the last error in the handle without a lock, so each direction has a
+/// handle of its own; libhidapi-libusb keeps none, and lets a device be opened once.
 class HidTransport {
 public:
   /// @throws HidError  it cannot be opened; where that is for want of permission, with the udev rule
@@ -64,7 +65,8 @@ private:
 
   std::string path_;
   Handle in_;
-  Handle out_;
+  Handle second_;
+  hid_device_* out_ = nullptr;
 };
 
 }  // namespace stylet::haptic::hid

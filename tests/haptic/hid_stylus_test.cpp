@@ -1,5 +1,6 @@
 #include "haptic/hid/hid_stylus.h"
 
+#include "haptic/output_guard.h"
 #include "tests/support/hid/mock_hid_node.h"
 #include "tests/support/hid/stylus_firmware.h"
 
@@ -103,6 +104,53 @@ TEST_F(HidStylusTest, EndsWithZeroForceAndMotorsOff) {
     EXPECT_EQ(events[events.size() - 2].kind, FirmwareEvent::kForce);
     EXPECT_TRUE(events[events.size() - 2].force.isZero(0));
   });
+}
+
+TEST(HidClutch, DropsTheForceAndTakesTheHandUpElsewhere) {
+  MockHidBus bus;
+  std::atomic<bool> held{false};
+  std::atomic<double> right{0};
+  StylusFirmware firmware([&](double) {
+    return ForceStylusPose{.position = {right.load(), 0, 0}, .secondary_barrel = held.load()};
+  });
+  MockHidNode node(bus, firmware);
+  HidStylus stylus({.device = list_hid_devices().at(0), .workspace = {.start = kStart}, .fifo_priority = 0});
+  OutputGuard guard(stylus.limits());
+  StylusSample sample;
+  double most_after_ms[3] = {};  // of the force sent, 1 to 3 ms after it came on again
+  int on_ms = -1;
+  const auto step_until = [&](const std::function<bool()>& done) {
+    for (int k = 0; k < 10'000; ++k) {
+      sample = stylus.read(0);
+      const GuardedWrench out = guard.apply({.force = {0, 0.19, 0},
+                                             .position = sample.position,
+                                             .orientation = sample.orientation,
+                                             .valid = sample.valid,
+                                             .pose_age_s = sample.age_s},
+                                            1e-3);
+      stylus.write(out.force, out.torque);
+      on_ms = out.force.isZero(0) ? -1 : on_ms + 1;
+      if (on_ms >= 0 && on_ms < 3) most_after_ms[on_ms] = out.force.norm();
+      if (done()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  };
+  const auto applied = [&] { return node.with_device([&] { return firmware.applied_force().norm(); }); };
+  ASSERT_TRUE(step_until([&] { return applied() > 0.18; }));
+  held = true;
+  ASSERT_TRUE(step_until([&] { return !sample.valid && applied() == 0; }));
+  right = 0.2;
+  for (int k = 0; k < 50; ++k) {
+    step_until([] { return true; });
+    ASSERT_FALSE(sample.valid);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(sample.position, kStart);
+  held = false;
+  ASSERT_TRUE(step_until([&] { return applied() > 0.18; }));
+  EXPECT_TRUE(sample.position.isApprox(kStart)) << "the hand is 200 mm away, and the needle where it was";
+  for (int k = 0; k < 3; ++k) EXPECT_LE(most_after_ms[k], 0.19 * (k + 1) * 2e-3 + 1e-9) << "it rises in 0.5 s";
 }
 
 TEST_F(HidStylusTest, LoopThatStopsLeavesNoForce) {
