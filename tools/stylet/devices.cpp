@@ -1,10 +1,12 @@
 // `stylet devices`: what is plugged in, what each can do, and why one is not usable.
+#include "engine/content/calibration.h"
 #include "engine/content/device_profile.h"
 #include "engine/content/json_reader.h"
-#include "haptic/hid/hid_transport.h"
 #include "haptic/hid/hid_devices.h"
+#include "haptic/hid/hid_transport.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/device_listing.h"
+#include "tools/stylet/device_session.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -69,15 +71,20 @@ std::vector<std::uint8_t> read_descriptor_file(const fs::path& path) {
   return bytes;
 }
 
-hid::DeviceIdentity parse_id(const std::string& text) {
-  hid::DeviceIdentity identity;
-  const char* end = text.data() + text.size();
-  const auto vendor = std::from_chars(text.data(), end, identity.vendor_id, 16);
-  const bool colon = vendor.ec == std::errc{} && vendor.ptr != end && *vendor.ptr == ':';
-  if (!colon || std::from_chars(vendor.ptr + 1, end, identity.product_id, 16).ptr != end || vendor.ptr + 1 == end) {
-    throw content::ContentError(fmt::format("--id {}: is not VID:PID; write such as 256f:c635", text));
+/// Where it has one: the file, and what is wrong with it.
+void add_calibration(const ListedDevice& device, nlohmann::json& described) {
+  const content::CalibratedDevice which{device.identity.vendor_id, device.identity.product_id, device.serial_number,
+                                        device.identity.product};
+  try {
+    if (!content::load_calibration(which)) return;
+    const std::string file = content::calibration_file(which).string();
+    described["calibration"] = file;
+    described["text"] = described["text"].get<std::string>() + fmt::format("  {:<11}{}\n", "calibrated", file);
+  } catch (const content::ContentError& error) {
+    described["calibration_problem"] = error.what();
+    described["text"] =
+        described["text"].get<std::string>() + fmt::format("  calibration not usable: {}\n", error.what());
   }
-  return identity;
 }
 
 nlohmann::json describe_plugged_in(const std::vector<hid::DeviceProfile>& profiles) {
@@ -95,6 +102,7 @@ nlohmann::json describe_plugged_in(const std::vector<hid::DeviceProfile>& profil
       continue;
     }
     list.push_back(describe_device(device, bytes, profiles));
+    add_calibration(device, list.back());
   }
   return list;
 }
@@ -104,16 +112,29 @@ struct DevicesOptions {
   bool fields = false;
   std::string descriptor;
   std::string id;
+  bool calibrate = false;
+  double still_s = 1;
+  std::string record;
+  double seconds = 0;  // 0: until Ctrl-C
+  std::string device;
 };
 
 void run(const DevicesOptions& options) {
+  if (options.calibrate) return calibrate_device(parse_hid_id(options.device), options.still_s);
+  if (!options.record.empty()) return record_device(parse_hid_id(options.device), options.seconds, options.record);
+  if (!options.device.empty()) {
+    throw content::ContentError("devices " + options.device +
+                                ": say what to do with it, --calibrate or --record FILE");
+  }
   const auto profiles = content::load_device_profiles();
   nlohmann::json list = nlohmann::json::array();
   if (options.descriptor.empty()) {
     list = describe_plugged_in(profiles);
   } else {
     ListedDevice device{.path = options.descriptor};
-    if (!options.id.empty()) device.identity = parse_id(options.id);
+    const HidChoice id = parse_hid_id(options.id);
+    device.identity.vendor_id = id.vendor_id;
+    device.identity.product_id = id.product_id;
     const std::vector<std::uint8_t> bytes = read_descriptor_file(options.descriptor);
     hid::ReportDescriptor parsed;
     try {
@@ -146,10 +167,30 @@ void add_devices(CLI::App& app) {
                                    "Describe a report descriptor from a file instead: bytes, or hexadecimal digits");
   command->add_option("--id", options->id, "VID:PID of that descriptor, to find its profile")->needs(file);
   command->add_flag("--fields", options->fields, "List every field of that descriptor")->needs(file);
+  auto* calibrate = command->add_flag(
+      "--calibrate", options->calibrate,
+      "Measure a device with you: its rest place and corners, its dead zones; kept for `stylet train --device hid`");
+  command->add_option("--hold", options->still_s, "How many seconds you hold still at each place")
+      ->check(CLI::Range(0.05, 10.0))
+      ->needs(calibrate)
+      ->capture_default_str();
+  auto* record = command
+                     ->add_option("--record", options->record,
+                                  "Motion file to write: a device's raw reports and the hand's poses; `stylet train "
+                                  "--device recorded:FILE` plays it")
+                     ->excludes(calibrate);
+  command->add_option("--seconds", options->seconds, "How long to record; default: until Ctrl-C")
+      ->check(CLI::PositiveNumber)
+      ->needs(record);
+  command->add_option("DEVICE", options->device,
+                      "VID:PID of the device to calibrate or record; default: whichever can do most");
   command->footer(
-      "Nothing is opened, so no permission is needed. A device says itself what its reports are (HID report\n"
+      "To list them nothing is opened, so no permission is needed. A device says itself what its reports are (HID "
+      "report\n"
       "descriptor); content/devices/ has profiles for what it does not say. haptic/README.md specifies the force\n"
-      "stylus that Stylet is made for.");
+      "stylus that Stylet is made for.\n\n"
+      "  stylet devices --calibrate                   how the device lies on your desk, and how far you reach\n"
+      "  stylet devices --record hand.json --seconds 10");
   command->callback([options] { run(*options); });
 }
 

@@ -2,12 +2,12 @@
 
 #include "engine/content/device_profile.h"
 #include "engine/content/error.h"
-#include "engine/content/motion.h"
 #include "engine/session/motion_of_recording.h"
 
 #include <fmt/format.h>
 
 #include <charconv>
+#include <numbers>
 #include <set>
 #include <utility>
 #include <vector>
@@ -15,15 +15,25 @@
 namespace stylet::tools {
 namespace {
 
-using haptic::hid::HidDeviceSummary;
 using haptic::hid::DeviceKind;
 using haptic::hid::DeviceProfile;
+using haptic::hid::HidDeviceSummary;
 
 std::optional<std::uint16_t> hexadecimal(const std::string& text) {
   std::uint16_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
   if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return {};
   return value;
+}
+
+/// "VID:PID".
+std::optional<HidChoice> id_of(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos) return {};
+  const auto vendor = hexadecimal(text.substr(0, colon));
+  const auto product = hexadecimal(text.substr(colon + 1));
+  if (!vendor || !product || *vendor == 0) return {};
+  return HidChoice{*vendor, *product};
 }
 
 /// What can do more comes first.
@@ -69,31 +79,6 @@ Candidate candidate(const HidDeviceSummary& device, const std::vector<DeviceProf
   return found;
 }
 
-Candidate choose(const HidChoice& choice) {
-  const std::vector<DeviceProfile> profiles = content::load_device_profiles();
-  Candidate best;
-  std::string reasons;
-  std::set<std::string> seen;  // hidapi lists a device once for each of its usages
-  for (const HidDeviceSummary& device : haptic::hid::list_hid_devices()) {
-    const bool meant =
-        choice.vendor_id == 0 || (device.vendor_id == choice.vendor_id && device.product_id == choice.product_id);
-    if (!meant || !seen.insert(device.path).second) continue;
-    const Candidate found = candidate(device, profiles);
-    if (found.rank == 0) reasons += fmt::format("; {} {}: {}", device.path, device.product, found.reason);
-    if (found.rank > best.rank) best = found;
-  }
-  if (best.rank > 0) return best;
-  const std::string what = choice.vendor_id == 0
-                               ? "--device hid"
-                               : fmt::format("--device hid:{:04x}:{:04x}", choice.vendor_id, choice.product_id);
-  if (seen.empty()) {
-    throw content::ContentError(what +
-                                ": no such device is connected; plug it in, `stylet devices` lists what is there");
-  }
-  throw content::ContentError(
-      fmt::format("{}: nothing that can lead a needle; see `stylet devices`{}", what, reasons));
-}
-
 /// Device frame (X right, Y up, Z towards the user) in the patient's.
 Eigen::Quaterniond patient_from_hand(const content::Scene& scene) {
   const Eigen::Vector3d up = scene.room_from_patient.linear().transpose() * Eigen::Vector3d::UnitY();
@@ -118,40 +103,119 @@ Eigen::Quaterniond patient_from_tablet(const Eigen::Quaterniond& patient_from_ne
   return Eigen::Quaterniond(axes);
 }
 
+/// Of the needle that waits at `entry`: where the session begins.
+haptic::hid::Workspace workspace_of(const content::Scene& scene, const Eigen::Vector3d& entry,
+                                    const Eigen::Vector3d& target, bool tablet) {
+  const Eigen::Vector3d axis = (target - entry).normalized();
+  const Eigen::Quaterniond first = scene.motion.stylus.front().pose.orientation;
+  haptic::hid::Workspace workspace{.start = entry - scene.needle.length * axis};
+  workspace.start_orientation =
+      (Eigen::Quaterniond::FromTwoVectors(first * Eigen::Vector3d::UnitZ(), axis) * first).normalized();
+  workspace.patient_from_device =
+      tablet ? patient_from_tablet(workspace.start_orientation, scene) : patient_from_hand(scene);
+  return workspace;
+}
+
 }  // namespace
+
+HidChoice parse_hid_id(const std::string& id) {
+  if (id.empty()) return {};
+  if (const auto choice = id_of(id)) return *choice;
+  throw content::ContentError(fmt::format("{}: is not VID:PID in hexadecimal; write such as 256f:c635", id));
+}
+
+content::CalibratedDevice identity_of(const HidDeviceSummary& device) {
+  return {device.vendor_id, device.product_id, device.serial_number, device.product};
+}
+
+HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked) {
+  const std::vector<DeviceProfile> profiles = content::load_device_profiles();
+  Candidate best;
+  std::string reasons;
+  std::set<std::string> seen;  // hidapi lists a device once for each of its usages
+  for (const HidDeviceSummary& device : haptic::hid::list_hid_devices()) {
+    const bool meant =
+        choice.vendor_id == 0 || (device.vendor_id == choice.vendor_id && device.product_id == choice.product_id);
+    if (!meant || !seen.insert(device.path).second) continue;
+    const Candidate found = candidate(device, profiles);
+    if (found.rank == 0) reasons += fmt::format("; {} {}: {}", device.path, device.product, found.reason);
+    if (found.rank > best.rank) best = found;
+  }
+  if (best.rank > 0) {
+    return {.summary = best.device, .profile = best.profile, .kind = best.kind, .calibration = {}};
+  }
+  if (seen.empty()) {
+    throw content::ContentError(asked +
+                                ": no such device is connected; plug it in, `stylet devices` lists what is there");
+  }
+  throw content::ContentError(
+      fmt::format("{}: nothing that can lead a needle; see `stylet devices`{}", asked, reasons));
+}
+
+HidDevice choose_hid_device(const HidChoice& choice, const std::string& asked) {
+  HidDevice device = choose_uncalibrated(choice, asked);
+  if (const auto calibration = content::load_calibration(identity_of(device.summary))) {
+    device.calibration = *calibration;
+    device.profile = haptic::hid::calibrated(device.profile, *calibration);
+  }
+  return device;
+}
+
+Eigen::Quaterniond turn_on_the_desk(const HidDevice& device) {
+  const Eigen::Quaterniond& turn = device.calibration.user_from_device;
+  if (device.kind != DeviceKind::kPen) return turn;
+  const Eigen::Quaterniond tablet_from_device(Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitX()));
+  return tablet_from_device * turn * tablet_from_device.conjugate();
+}
+
+OpenHidDevice::OpenHidDevice(const HidDevice& device)
+    : descriptor(haptic::hid::report_descriptor(device.summary.path)),
+      map(haptic::hid::with_vendor_reports(haptic::hid::parse_report_descriptor(descriptor), device.profile),
+          device.profile),
+      transport(device.summary.path) {}
 
 std::optional<HidChoice> hid_choice(const std::string& description) {
   if (description == "hid") return HidChoice{};
   if (!description.starts_with("hid:")) return {};
-  const std::string rest = description.substr(4);
-  const std::size_t colon = rest.find(':');
-  const auto vendor = hexadecimal(rest.substr(0, colon));
-  const auto product = colon == std::string::npos ? std::nullopt : hexadecimal(rest.substr(colon + 1));
-  if (!vendor || !product || *vendor == 0) {
-    throw content::ContentError(fmt::format(
-        "--device {}: say hid or hid:VID:PID with hexadecimal numbers, such as hid:1209:0001", description));
-  }
-  return HidChoice{*vendor, *product};
+  if (const auto choice = id_of(description.substr(4))) return choice;
+  throw content::ContentError(fmt::format(
+      "--device {}: say hid or hid:VID:PID with hexadecimal numbers, such as hid:1209:0001", description));
 }
 
 std::unique_ptr<haptic::hid::HidStylus> open_hid_stylus(const HidChoice& choice, const content::Scene& scene,
                                                         const Eigen::Vector3d& entry, const Eigen::Vector3d& target,
                                                         haptic::hid::ReportLog* log) {
-  const Candidate chosen = choose(choice);
-  haptic::hid::HidStylusSettings settings{.device = chosen.device, .profile = chosen.profile, .log = log};
-  const Eigen::Vector3d axis = (target - entry).normalized();
-  const Eigen::Quaterniond first = scene.motion.stylus.front().pose.orientation;
-  settings.workspace.start = entry - scene.needle.length * axis;
-  settings.workspace.start_orientation =
-      (Eigen::Quaterniond::FromTwoVectors(first * Eigen::Vector3d::UnitZ(), axis) * first).normalized();
-  settings.workspace.patient_from_device = chosen.kind == DeviceKind::kPen
-                                               ? patient_from_tablet(settings.workspace.start_orientation, scene)
-                                               : patient_from_hand(scene);
+  const std::string asked = choice.vendor_id == 0
+                                ? "--device hid"
+                                : fmt::format("--device hid:{:04x}:{:04x}", choice.vendor_id, choice.product_id);
+  const HidDevice chosen = choose_hid_device(choice, asked);
+  const bool tablet = chosen.kind == DeviceKind::kPen;
+  haptic::hid::HidStylusSettings settings{.device = chosen.summary, .profile = chosen.profile, .log = log};
+  settings.workspace = workspace_of(scene, entry, target, tablet);
+  settings.workspace.patient_from_device = settings.workspace.patient_from_device * turn_on_the_desk(chosen);
+  settings.workspace.scale = chosen.calibration.scale;
+  settings.workspace.rest = chosen.calibration.rest;
   return std::make_unique<haptic::hid::HidStylus>(settings);
 }
 
+void place_hand(content::Motion& motion, content::MotionFrame frame, const content::Scene& scene,
+                const Eigen::Vector3d& entry, const Eigen::Vector3d& target) {
+  if (frame == content::MotionFrame::kPatient) return;
+  const auto workspace = workspace_of(scene, entry, target, frame == content::MotionFrame::kTablet);
+  haptic::hid::WorkspaceMap map(workspace);
+  for (content::MotionSample& sample : motion.stylus) {
+    map.follow(sample.pose.position, sample.pose.orientation);
+    sample.pose = {map.position(), map.orientation()};
+  }
+}
+
 void StylusWatch::look() {
-  if (stylus_ == nullptr || stylus_->connected() == connected_) return;
+  if (stylus_ == nullptr) return;
+  if (stylus_->waits_for_rest() && !awaited_) {
+    awaited_ = true;
+    fmt::print(stderr, "\nstylet: {}: hold it at its rest place to begin\n", stylus_->name());
+  }
+  if (stylus_->connected() == connected_) return;
   connected_ = !connected_;
   fmt::print(stderr, "\nstylet: {}: {}\n", stylus_->name(),
              connected_ ? "back; the needle is taken up where it is"

@@ -1,6 +1,8 @@
 // The stylus of `--device hid`: which device, how it lies to the patient, and what to say when it comes and goes.
 #pragma once
 
+#include "engine/content/calibration.h"
+#include "engine/content/motion.h"
 #include "engine/content/scene.h"
 #include "engine/session/recording.h"
 #include "haptic/hid/hid_stylus.h"
@@ -10,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace stylet::tools {
 
@@ -22,6 +25,37 @@ struct HidChoice {
 /// @param description  "hid" or "hid:VID:PID", hexadecimal. @return nothing: it begins otherwise
 /// @throws content::ContentError  it begins so and goes on wrongly
 std::optional<HidChoice> hid_choice(const std::string& description);
+/// @param id  "VID:PID", hexadecimal; empty: whichever can do most. @throws content::ContentError  it is not that
+HidChoice parse_hid_id(const std::string& id);
+
+/// A device that can lead a needle, as its user has calibrated it.
+struct HidDevice {
+  haptic::hid::HidDeviceSummary summary;
+  haptic::hid::DeviceProfile profile;  ///< with what was measured of its axes
+  haptic::hid::DeviceKind kind = haptic::hid::DeviceKind::kUnusable;
+  haptic::hid::Calibration calibration;  ///< the default where there is none
+};
+
+/// @param asked  what the user said, for messages
+/// @throws content::ContentError  none is there, or none can be used; its calibration is wrong
+HidDevice choose_hid_device(const HidChoice& choice, const std::string& asked);
+/// The same as its profile has it, whatever its calibration says.
+HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked);
+/// How it lies on the desk, in the frame of the hand's motion: right, up and near, of pens right, near and into the
+/// tablet.
+Eigen::Quaterniond turn_on_the_desk(const HidDevice& device);
+/// For the file of its calibration.
+content::CalibratedDevice identity_of(const haptic::hid::HidDeviceSummary& device);
+
+/// It held open, its reports read one by one; its motors stay off.
+struct OpenHidDevice {
+  /// @throws haptic::hid::HidError
+  explicit OpenHidDevice(const HidDevice& device);
+
+  std::vector<std::uint8_t> descriptor;
+  haptic::hid::StylusMap map;
+  haptic::hid::HidTransport transport;
+};
 
 /// Opens it for the needle of `scene`, the hub where the tip touches the skin at `entry` and points to `target`. The
 /// hand's right is the right of the scene's picture, up is up in the room.
@@ -30,7 +64,12 @@ std::unique_ptr<haptic::hid::HidStylus> open_hid_stylus(const HidChoice& choice,
                                                         const Eigen::Vector3d& entry, const Eigen::Vector3d& target,
                                                         haptic::hid::ReportLog* log = nullptr);
 
-/// Tells on stderr when the stylus goes and when it is back; a null stylus never does.
+/// Lays a hand that was recorded by itself to the needle of `scene`, as open_hid_stylus() lays a live one.
+/// @param frame  of its poses; those of the patient's stay
+void place_hand(content::Motion& motion, content::MotionFrame frame, const content::Scene& scene,
+                const Eigen::Vector3d& entry, const Eigen::Vector3d& target);
+
+/// Tells on stderr when the stylus goes, when it is back, and that it is awaited; a null stylus never does.
 class StylusWatch {
 public:
   explicit StylusWatch(const haptic::hid::HidStylus* stylus) : stylus_(stylus) {}
@@ -39,6 +78,7 @@ public:
 private:
   const haptic::hid::HidStylus* stylus_;
   bool connected_ = true;
+  bool awaited_ = false;
 };
 
 /// Writes a session's hand as a motion file, with the raw reports where a HID device led it.

@@ -74,7 +74,13 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene, 
   constexpr const char* kRecorded = "recorded:";
   if (description.starts_with(kRecorded)) {
     const std::string file = description.substr(std::char_traits<char>::length(kRecorded));
-    return recorded(content::read_motion(file), "recorded stylus (" + file + ")");
+    content::RawReports raw;
+    content::Motion motion = content::read_motion(file, &raw);
+    if (raw.frame != content::MotionFrame::kPatient) {
+      const Approach way = approach(scene);
+      place_hand(motion, raw.frame, scene, way.entry, way.target);
+    }
+    return recorded(motion, "recorded stylus (" + file + ")");
   }
   if (description == "scripted") {
     const Approach way = approach(scene);

@@ -1,5 +1,5 @@
-// A library for LD_PRELOAD, or first in an executable's list of libraries: open, read, write, ioctl and close of
-// /dev/hidraw* go to a mocked node (mock_hid_node.h) as they would go to the kernel's hidraw driver.
+// A library for LD_PRELOAD, or first in an executable's list of libraries: open, access, read, write, ioctl and close
+// of /dev/hidraw* go to a mocked node (mock_hid_node.h) as they would go to the kernel's hidraw driver.
 //
 // Where UMOCKDEV_DIR names a mocked bus, opening /dev/hidrawN connects to the socket UMOCKDEV_DIR/dev/hidrawN. The
 // node answers with an error, or with the stream of input reports (a SOCK_SEQPACKET socket, so that reports keep
@@ -138,6 +138,16 @@ int open64(const char* path, int flags, ...) {
   const mode_t mode = mode_argument(flags, list);
   va_end(list);
   return open_any("open64", path, flags, mode);
+}
+
+/// By opening it, which a mocked device may refuse.
+int access(const char* path, int mode) {
+  const char* bus = std::getenv("UMOCKDEV_DIR");
+  if (bus == nullptr || !std::string_view(path).starts_with("/dev/hidraw")) {
+    return next<int (*)(const char*, int)>("access")(path, mode);
+  }
+  const int file = open_node(bus, path, O_RDWR);
+  return file < 0 ? -1 : close(file);
 }
 
 ssize_t read(int file, void* buffer, size_t size) {
