@@ -164,7 +164,7 @@ TEST_F(HidCommand, TrainIsLedByTheStylusAndByItsRecording) {
   EXPECT_THAT(trained.output, HasSubstr("enabled 1 times, disabled 1"));
   EXPECT_THAT(trained.output, HasSubstr("force now 0.000 N"));
   const json session = json::parse(read_text(folder_ / "live" / "session.json"));
-  EXPECT_EQ(session["device"], "Mocked stylus (1209:0001)");
+  EXPECT_EQ(session["stylus"], "Mocked stylus (1209:0001)");
   EXPECT_TRUE(session["replay"]["identical"]);
   content::RawReports raw;
   EXPECT_GT(content::read_motion(hand, &raw).stylus.size(), 300U);
@@ -177,7 +177,7 @@ TEST_F(HidCommand, TrainIsLedByTheStylusAndByItsRecording) {
       run(fmt::format("train liver_biopsy --view headless --lockstep --device recorded:'{}' --out '{}'",
                       recorded.string(), (folder_ / "again").string()));
   ASSERT_EQ(again.exit_code, 0) << again.output;
-  EXPECT_EQ(json::parse(read_text(folder_ / "again" / "session.json"))["device"],
+  EXPECT_EQ(json::parse(read_text(folder_ / "again" / "session.json"))["stylus"],
             "recorded stylus (" + recorded.string() + ")");
 }
 
