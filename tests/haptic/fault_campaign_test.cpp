@@ -88,7 +88,8 @@ public:
     run_reader();
     if (!active[kLoopStopped]) run_loop();
     run_writer();
-    if (before == 0 && applied() > kFirstForce) broken_ = "a force comes on at once: " + std::to_string(applied()) + " N";
+    if (before == 0 && applied() > kFirstForce)
+      broken_ = "a force comes on at once: " + std::to_string(applied()) + " N";
   }
 
   double applied() const { return firmware_.applied_force().norm(); }
