@@ -26,10 +26,10 @@ enum class MotionFrame : std::uint8_t {
 
 /// What the HID device sent that led the hand of a motion.
 struct RawReports {
-  MotionFrame frame = MotionFrame::kPatient;    ///< of the stylus track
-  std::string device;                           ///< its name
-  std::vector<std::uint8_t> report_descriptor;  ///< what the reports mean; empty: there was no such device
-  std::vector<RawReport> reports;               ///< times not decreasing
+  MotionFrame frame = MotionFrame::kPatient;      ///< of the stylus track
+  std::string device{};                           ///< its name
+  std::vector<std::uint8_t> report_descriptor{};  ///< what the reports mean; empty: there was no such device
+  std::vector<RawReport> reports{};               ///< times not decreasing
 };
 
 /// Reads a motion file. Quaternions come out normalised; times are finite and strictly increasing in each track, and
