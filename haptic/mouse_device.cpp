@@ -6,6 +6,17 @@
 
 namespace stylet::haptic {
 
+namespace {
+
+constexpr double kMostTurns = 1e3;  // rad
+
+void shift(std::atomic<double>& goal, double by, double limit) {
+  if (!std::isfinite(by)) return;
+  goal.store(std::clamp(goal.load(std::memory_order_relaxed) + by, -limit, limit), std::memory_order_relaxed);
+}
+
+}  // namespace
+
 MouseDevice::MouseDevice(const MouseWorkspace& workspace, DeviceLimits limits)
     : workspace_(workspace), limits_(limits), depth_goal_(workspace.min_depth) {
   const auto require = [](bool ok, const char* what) {
@@ -19,23 +30,28 @@ MouseDevice::MouseDevice(const MouseWorkspace& workspace, DeviceLimits limits)
   require(workspace_.right.norm() > 1e-3 * workspace.right.norm() && workspace.right.norm() > 1e-9,
           "right is zero or along the axis");
   workspace_.right.normalize();
-  require(workspace.max_depth > workspace.min_depth && workspace.max_lateral >= 0, "a range is empty");
+  require(workspace.max_depth > workspace.min_depth && workspace.max_lateral >= 0 && workspace.max_tilt >= 0,
+          "a range is empty");
   require(workspace.smoothing_s > 0, "the smoothing time must be positive");
   up_ = workspace_.axis.cross(workspace_.right);
   Eigen::Matrix3d patient_from_needle;
   patient_from_needle << workspace_.right, up_, workspace_.axis;
   orientation_ = Eigen::Quaterniond(patient_from_needle).normalized();
-  first_stage_ = second_stage_ = Eigen::Vector3d(0, 0, workspace_.min_depth);
+  first_stage_[2] = second_stage_[2] = workspace_.min_depth;
 }
 
 void MouseDevice::move(double right_m, double up_m) {
-  if (!std::isfinite(right_m) || !std::isfinite(up_m)) return;
-  const double limit = workspace_.max_lateral;
-  const auto shift = [limit](std::atomic<double>& goal, double by) {
-    goal.store(std::clamp(goal.load(std::memory_order_relaxed) + by, -limit, limit), std::memory_order_relaxed);
-  };
-  shift(right_goal_, right_m);
-  shift(up_goal_, up_m);
+  shift(right_goal_, right_m, workspace_.max_lateral);
+  shift(up_goal_, up_m, workspace_.max_lateral);
+}
+
+void MouseDevice::tilt(double right_rad, double up_rad) {
+  shift(tilt_right_goal_, right_rad, workspace_.max_tilt);
+  shift(tilt_up_goal_, up_rad, workspace_.max_tilt);
+}
+
+void MouseDevice::twist(double angle_rad) {
+  shift(twist_goal_, angle_rad, kMostTurns);
 }
 
 void MouseDevice::advance(double depth_m) {
@@ -46,8 +62,9 @@ void MouseDevice::advance(double depth_m) {
 }
 
 StylusSample MouseDevice::read(double now_s) {
-  const Eigen::Vector3d goal(right_goal_.load(std::memory_order_relaxed), up_goal_.load(std::memory_order_relaxed),
-                             depth_goal_.load(std::memory_order_relaxed));
+  const auto goal_of = [](const std::atomic<double>& goal) { return goal.load(std::memory_order_relaxed); };
+  const Coordinates goal{goal_of(right_goal_),      goal_of(up_goal_),      goal_of(depth_goal_),
+                         goal_of(tilt_right_goal_), goal_of(tilt_up_goal_), goal_of(twist_goal_)};
   // Two low-passes, each exact over the time since the last reading for a constant input.
   const double dt = read_before_ ? std::max(now_s - last_read_s_, 0.0) : 0.0;
   const double gain = 1 - std::exp(-dt / workspace_.smoothing_s);
@@ -58,9 +75,13 @@ StylusSample MouseDevice::read(double now_s) {
 
   StylusSample out;
   out.time_s = now_s;
-  out.position = workspace_.entry + workspace_.right * second_stage_[0] + up_ * second_stage_[1] +
-                 workspace_.axis * (second_stage_[2] - workspace_.needle_length);
-  out.orientation = orientation_;
+  // Tilted about where the axis meets the skin: the hub, behind it, goes the other way than the axis.
+  const Eigen::Vector3d pivot = workspace_.entry + workspace_.right * second_stage_[0] + up_ * second_stage_[1];
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(-second_stage_[3], up_) *
+                                Eigen::AngleAxisd(second_stage_[4], workspace_.right));
+  const Eigen::Vector3d axis = tilt * workspace_.axis;
+  out.position = pivot + axis * (second_stage_[2] - workspace_.needle_length);
+  out.orientation = (tilt * Eigen::AngleAxisd(second_stage_[5], workspace_.axis) * orientation_).normalized();
   out.buttons = buttons_.load(std::memory_order_relaxed);
   out.valid = true;
   return out;

@@ -1,4 +1,4 @@
-// The mouse as a stylus: it moves the hub sideways, the wheel moves the needle in and out.
+// Mouse and keyboard as a stylus: they move the needle sideways, tilt it, turn it, and move it in and out.
 #pragma once
 
 #include "haptic/device.h"
@@ -16,13 +16,14 @@ struct MouseWorkspace {
   double needle_length = 0.150;                      ///< m
   double min_depth = -0.05;                          ///< of the tip below the entry along the axis, m
   double max_depth = 0.14;
-  double max_lateral = 0.04;   ///< of the hub from the axis, m
+  double max_lateral = 0.04;   ///< of the point it pivots about from the entry, m
+  double max_tilt = 1.0;       ///< of the needle from the axis, each way, rad
   double smoothing_s = 0.040;  ///< time constant of each of the two low-passes
 };
 
 /// The window thread calls move(), advance() and press() as events come (some 60 Hz, in steps); the haptic thread
 /// reads a smooth pose: each coordinate goes through two first-order low-passes in series, so that a jump of the
-/// mouse becomes a motion with continuous velocity. The threads share four atomics; neither waits for the other.
+/// mouse becomes a motion with continuous velocity. The threads share seven atomics; neither waits for the other.
 class MouseDevice final : public Device {
 public:
   /// @throws std::invalid_argument  one line: axis or right is zero, they are parallel, or a range is empty
@@ -30,6 +31,11 @@ public:
 
   /// Window thread: moves the hub by so many metres to the right and towards `axis x right`.
   void move(double right_m, double up_m);
+  /// Window thread: tilts the needle about where it meets the skin: the hub goes right and towards `axis x right`,
+  /// rad.
+  void tilt(double right_rad, double up_rad);
+  /// Window thread: turns the needle, and with it the bevel, about its axis, rad.
+  void twist(double angle_rad);
   /// Window thread: moves the needle forward (positive) along its axis, m.
   void advance(double depth_m);
   /// Window thread: the buttons that are down, one bit each.
@@ -51,10 +57,14 @@ private:
   std::atomic<double> right_goal_{0};
   std::atomic<double> up_goal_{0};
   std::atomic<double> depth_goal_;
+  std::atomic<double> tilt_right_goal_{0};
+  std::atomic<double> tilt_up_goal_{0};
+  std::atomic<double> twist_goal_{0};
   std::atomic<std::uint32_t> buttons_{0};
   // Haptic thread's.
-  Eigen::Vector3d first_stage_;  // right, up, depth
-  Eigen::Vector3d second_stage_;
+  using Coordinates = Eigen::Vector<double, 6>;  // right, up, depth, tilt right, tilt up, twist
+  Coordinates first_stage_ = Coordinates::Zero();
+  Coordinates second_stage_ = Coordinates::Zero();
   double last_read_s_ = 0;
   bool read_before_ = false;
 };

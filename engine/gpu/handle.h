@@ -46,6 +46,7 @@ using PipelineLayoutHandle = Handle<VkPipelineLayout, vkDestroyPipelineLayout>;
 using PipelineHandle = Handle<VkPipeline, vkDestroyPipeline>;
 using RenderPassHandle = Handle<VkRenderPass, vkDestroyRenderPass>;
 using FramebufferHandle = Handle<VkFramebuffer, vkDestroyFramebuffer>;
+using DescriptorPoolHandle = Handle<VkDescriptorPool, vkDestroyDescriptorPool>;
 using SwapchainHandle = Handle<VkSwapchainKHR, vkDestroySwapchainKHR>;
 
 }  // namespace stylet::gpu

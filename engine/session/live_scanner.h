@@ -35,6 +35,7 @@ public:
   /// The bare image where the probe's plane lies in the 3-D view.
   render::PlaneTexture in_view() const;
   const ScannerConsole& console() const { return console_; }
+  ScannerConsole& console() { return console_; }  ///< for knobs that are no keys
   /// The line at the bottom of the screen, empty: none.
   const std::string& note() const { return note_; }
 

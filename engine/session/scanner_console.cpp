@@ -39,6 +39,11 @@ void ScannerConsole::set_preset(ultrasound::Preset preset) {
   controls_.persistence = ultrasound::preset_settings(preset, probe_).persistence;
 }
 
+void ScannerConsole::set_controls(const ultrasound::ScannerControls& controls) {
+  controls_ = controls;
+  limited_ = ultrasound::limit(controls_, probe_);
+}
+
 bool ScannerConsole::turn_knob(int key, double way) {
   if (key >= '1' && key < '1' + ultrasound::kTgcSliders) {
     slider_ = key - '1';

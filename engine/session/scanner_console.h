@@ -25,7 +25,10 @@ public:
   void move_probe(const content::ProbeMove& by);
 
   void set_preset(ultrasound::Preset preset);
+  /// Turns all knobs at once, each within its limits.
+  void set_controls(const ultrasound::ScannerControls& controls);
 
+  const content::Probe& probe() const { return probe_; }
   const ultrasound::ScannerControls& controls() const { return controls_; }
   ultrasound::Preset preset() const { return preset_; }
   bool frozen() const { return frozen_; }

@@ -127,6 +127,7 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
     const bool control = glfwGetKey(window, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
                          glfwGetKey(window, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
     (control ? input.zoom : input.advance) += notches;
+    input.wheel += notches;
   });
   glfwSetCursorPosCallback(window_.get(), [](GLFWwindow* window, double x, double y) {
     Window& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
@@ -194,8 +195,8 @@ void Window::create_swapchain() {
   create.imageColorSpace = format->colorSpace;
   create.imageExtent = extent_;
   create.imageArrayLayers = 1;
-  create.imageUsage =
-      VK_IMAGE_USAGE_TRANSFER_DST_BIT | (limits.supportedUsageFlags & VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
+  create.imageUsage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT |
+                      (limits.supportedUsageFlags & VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
   create.preTransform = limits.currentTransform;
   create.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
   create.presentMode = VK_PRESENT_MODE_FIFO_KHR;  // the one mode that always exists
@@ -208,6 +209,7 @@ void Window::create_swapchain() {
   vkGetSwapchainImagesKHR(device_.handle(), swapchain, &count, nullptr);
   std::vector<VkImage> images(count);
   vkGetSwapchainImagesKHR(device_.handle(), swapchain, &count, images.data());
+  if (overlay_ != nullptr) overlay_->forget_targets();
   images_.clear();
   drawn_.clear();
   for (VkImage image : images) {
@@ -219,13 +221,52 @@ void Window::create_swapchain() {
   }
 }
 
+Input without_pointer(Input input) {
+  input.drag_x = input.drag_y = input.orbit_x = input.orbit_y = input.advance = input.zoom = 0;
+  input.slide_x = input.slide_y = input.turn_x = input.turn_y = 0;
+  return input;
+}
+
 Input Window::poll() {
   glfwPollEvents();
   pending_.close = glfwWindowShouldClose(window_.get()) == GLFW_TRUE;
+  int width = 0, height = 0;
+  glfwGetWindowSize(window_.get(), &width, &height);
+  pending_.pointer_x = cursor_x_ * extent_.width / std::max(width, 1);
+  pending_.pointer_y = cursor_y_ * extent_.height / std::max(height, 1);
+  pending_.left = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+  pending_.right = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
+  pending_.shift = glfwGetKey(window_.get(), GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
+                   glfwGetKey(window_.get(), GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
   return std::exchange(pending_, Input{});
 }
 
+double Window::content_scale() const {
+  float x = 1, y = 1;
+  glfwGetWindowContentScale(window_.get(), &x, &y);
+  return std::max(x, y);
+}
+
 void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, const Picture* plot) {
+  PaneLayout layout = PaneLayout::of(width(), height(), plot != nullptr);
+  if (ultrasound == nullptr && plot == nullptr) layout.scene = {0, 0, width(), height()};
+  present({.scene = scene, .ultrasound = ultrasound, .plot = plot, .layout = layout});
+}
+
+void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, Overlay& overlay) {
+  overlay_ = &overlay;
+  present({.scene = scene,
+           .ultrasound = ultrasound,
+           .overlay = &overlay,
+           .layout = PaneLayout::over_scene(width(), height())});
+}
+
+void Window::idle() {
+  pace();
+  create_swapchain();
+}
+
+void Window::present(const Frame& frame) {
   pace();
   if (stale_ || extent_.width == 0 || extent_.height == 0) create_swapchain();
   if (extent_.width == 0 || extent_.height == 0) return;
@@ -241,7 +282,7 @@ void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, cons
     return;
   }
   if (acquired != VK_SUBOPTIMAL_KHR) gpu::check(acquired, "vkAcquireNextImageKHR");
-  record(commands, index, scene, ultrasound, plot);
+  record(commands, index, frame);
   commands.submit({at_stage(acquired_[slot].get(), VK_PIPELINE_STAGE_2_TRANSFER_BIT)},
                   {at_stage(drawn_[index].get(), VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT)});
   const VkSemaphore ready = drawn_[index].get();
@@ -260,15 +301,14 @@ void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, cons
   ++frames_;
 }
 
-void Window::record(gpu::Commands& commands, std::uint32_t index, const gpu::Image& scene,
-                    const gpu::Image* ultrasound, const Picture* plot) {
+void Window::record(gpu::Commands& commands, std::uint32_t index, const Frame& frame) {
   const gpu::Image& target = images_[index];
   // Acquisition is waited for at the transfer stage: the first barrier must wait there too. The contents are
   // discarded.
   target.tracker().assume({VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_NONE, VK_IMAGE_LAYOUT_UNDEFINED});
   commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
-  const PaneLayout layout = PaneLayout::of(width(), height(), plot != nullptr);
-  const Pane scene_pane = ultrasound != nullptr || plot != nullptr ? layout.scene : Pane{0, 0, width(), height()};
+  const auto& [scene, ultrasound, plot, overlay, layout] = frame;
+  const Pane& scene_pane = layout.scene;
   const auto eyes = static_cast<int>(scene.settings().layers);
   for (int eye = 0; eye < eyes; ++eye)
     blit(commands, scene, static_cast<std::uint32_t>(eye), target,
@@ -291,6 +331,7 @@ void Window::record(gpu::Commands& commands, std::uint32_t index, const gpu::Ima
     commands.upload(*plot_copy_, std::as_bytes(std::span(plot->rgba)));
     blit(commands, *plot_copy_, 0, target, layout.plot);
   }
+  if (overlay != nullptr) overlay->draw(commands, target);
   if (settings_.capture && (target.settings().usage & VK_IMAGE_USAGE_TRANSFER_SRC_BIT) != 0) {
     if (!captured_ || captured_->size() != target.layer_bytes()) {
       device_.wait_idle();

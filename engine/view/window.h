@@ -8,6 +8,7 @@
 #pragma once
 
 #include "engine/gpu/commands.h"
+#include "engine/view/overlay.h"
 #include "engine/view/panes.h"
 
 #include <chrono>
@@ -43,13 +44,17 @@ struct WindowSettings {
 /// size.
 struct Input {
   bool close = false;
-  double drag_x = 0, drag_y = 0;    ///< left button held: right, down. The mouse stylus's lateral motion
-  double orbit_x = 0, orbit_y = 0;  ///< right button held: turns the camera
-  double advance = 0;               ///< wheel notches away from the user: advances the needle
-  double zoom = 0;                  ///< the same with Ctrl held
-  double slide_x = 0, slide_y = 0;  ///< middle button held: moves the probe on the skin
-  double turn_x = 0, turn_y = 0;    ///< the same with Shift held: turns it
-  std::vector<int> keys;            ///< GLFW key codes pressed, letters and digits as ASCII capitals
+  double drag_x = 0, drag_y = 0;        ///< left button held: right, down. The mouse stylus's lateral motion
+  double orbit_x = 0, orbit_y = 0;      ///< right button held: turns the camera
+  double advance = 0;                   ///< wheel notches away from the user: advances the needle
+  double zoom = 0;                      ///< the same with Ctrl held
+  double slide_x = 0, slide_y = 0;      ///< middle button held: moves the probe on the skin
+  double turn_x = 0, turn_y = 0;        ///< the same with Shift held: turns it
+  double pointer_x = 0, pointer_y = 0;  ///< pixels of the frame from its upper left corner
+  bool left = false, right = false;     ///< buttons held, for panels
+  bool shift = false;                   ///< held
+  double wheel = 0;                     ///< notches, whatever is held
+  std::vector<int> keys;                ///< GLFW key codes pressed, letters and digits as ASCII capitals
   /// The same with those that a held key repeats, in order.
   struct Stroke {
     int key = 0;
@@ -58,6 +63,9 @@ struct Input {
   };
   std::vector<Stroke> strokes{};
 };
+
+/// `input` without what the pointer did: it belongs to a panel.
+Input without_pointer(Input input);
 
 /// Thread: the one that made the Display.
 class Window {
@@ -74,6 +82,16 @@ public:
   /// image and a plot, where given. RGBA of 8 bits; the bytes mean sRGB. While minimised nothing is drawn. Sleeps to
   /// keep to the frame rate.
   void present(const gpu::Image& scene, const gpu::Image* ultrasound = nullptr, const Picture* plot = nullptr);
+  /// Shows a frame of a session: `scene` fills the window, the ultrasound lies on it at the upper right, where given,
+  /// and the panels of `overlay` on both.
+  void present(const gpu::Image& scene, const gpu::Image* ultrasound, Overlay& overlay);
+  /// Of all frames; for the overlay's constructor.
+  VkFormat format() const { return format_; }
+  /// Pixels that text of one pixel should have: 2 on a display with twice the usual density.
+  double content_scale() const;
+  /// In place of present() while the window is minimised: keeps to the frame rate, looks whether it is back.
+  void idle();
+  bool minimised() const { return extent_.width == 0 || extent_.height == 0; }
 
   int width() const { return static_cast<int>(extent_.width); }
   int height() const { return static_cast<int>(extent_.height); }
@@ -86,9 +104,17 @@ public:
 private:
   struct Surface;
   void create_swapchain();
+  /// What a frame shows, and where.
+  struct Frame {
+    const gpu::Image& scene;
+    const gpu::Image* ultrasound = nullptr;
+    const Picture* plot = nullptr;
+    Overlay* overlay = nullptr;
+    PaneLayout layout{};
+  };
+  void present(const Frame& frame);
   /// Copies the panes into swapchain image `index`.
-  void record(gpu::Commands& commands, std::uint32_t index, const gpu::Image& scene, const gpu::Image* ultrasound,
-              const Picture* plot);
+  void record(gpu::Commands& commands, std::uint32_t index, const Frame& frame);
   void pace();
 
   gpu::Device& device_;
@@ -109,6 +135,7 @@ private:
   std::uint64_t frames_ = 0;
   bool stale_ = false;  ///< the swapchain no longer fits the window
   Input pending_;
+  Overlay* overlay_ = nullptr;  ///< of the frames before; keeps framebuffers of the swapchain's images
   double cursor_x_ = 0, cursor_y_ = 0;
   std::chrono::steady_clock::time_point next_frame_{};
 };

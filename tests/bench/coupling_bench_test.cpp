@@ -18,6 +18,7 @@ namespace {
 using nlohmann::json;
 
 TEST(CouplingBench, MeasuresWhatTheCouplingGains) {
+  if (support::kSanitized) GTEST_SKIP() << "long with a sanitizer; it runs what the tests of physics run";
   const support::TemporaryFolder folder;
   const std::filesystem::path file = folder / "coupling.json";
   const std::string command = short_insertion(folder, 1.2, 500) + "'" + STYLET_COMMAND +

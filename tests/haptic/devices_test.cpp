@@ -239,6 +239,34 @@ TEST(MouseDevice, StaysInItsWorkspace) {
   EXPECT_TRUE(s.position.allFinite());
 }
 
+TEST(MouseDevice, TiltsAboutTheSkinAndTurnsAboutItsAxis) {
+  MouseWorkspace workspace;
+  workspace.entry = {0.1, 0.2, 0.3};
+  workspace.min_depth = -0.02;
+  MouseDevice mouse(workspace);
+  const StylusSample before = mouse.read(0);
+  mouse.tilt(0.3, 0);
+  const StylusSample right = mouse.read(10);
+  const Eigen::Vector3d axis = right.orientation * Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(std::acos(axis.dot(workspace.axis)), 0.3, 1e-9);
+  EXPECT_GT((right.position - before.position).dot(workspace.right), 0.04);  // (150 + 20) mm sin 0.3
+  // The line of the needle still goes through the entry.
+  EXPECT_LT((workspace.entry - right.position).cross(axis).norm(), 1e-12);
+  mouse.tilt(-0.3, 0.2);
+  const Eigen::Vector3d up = workspace.axis.cross(workspace.right);
+  EXPECT_GT((mouse.read(20).position - before.position).dot(up), 0.03);
+  mouse.tilt(0, -0.2);
+  mouse.twist(0.5);
+  const StylusSample turned = mouse.read(30);
+  EXPECT_LT((turned.position - before.position).norm(), 1e-9);
+  const Eigen::AngleAxisd turn(turned.orientation * before.orientation.conjugate());
+  EXPECT_NEAR(turn.angle(), 0.5, 1e-9);
+  EXPECT_NEAR(turn.axis().dot(workspace.axis), 1, 1e-9);
+  mouse.tilt(100, 0);
+  const Eigen::Vector3d most = mouse.read(40).orientation * Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(std::acos(most.dot(workspace.axis)), workspace.max_tilt, 1e-9);
+}
+
 TEST(MouseDevice, PassesButtonsOn) {
   MouseDevice mouse{MouseWorkspace{}};
   EXPECT_EQ(mouse.read(0).buttons, 0u);

@@ -207,7 +207,7 @@ TEST(InsertionPath, ContactsBeyondCapacityAreMergedIntoTheLast) {
 
 TEST(InsertionPath, NodesBeyondCapacityDropTheOldestContacts) {
   std::vector<SimulationBody> bodies;
-  bodies.push_back(box({0, 0.046, 0.052}, {0.1, 0.048, 0.0545}, {280, 3, 3}));  // finer than the contacts are apart
+  bodies.push_back(box({0, 0.046, 0.052}, {0.1, 0.048, 0.0545}, {280, 3, 2}));  // finer than the contacts are apart
   Scene scene(std::move(bodies), 0.0011);
   scene.go_to(0.05);
   EXPECT_EQ(scene.patch.flags, 0U);

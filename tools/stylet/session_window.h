@@ -11,6 +11,8 @@
 #include "haptic/mouse_device.h"
 #include "tools/stylet/hid_device.h"
 
+#include <string>
+
 namespace stylet::tools {
 
 /// A display to open a window on: DISPLAY or WAYLAND_DISPLAY is set.
@@ -20,6 +22,7 @@ struct SessionWindowSettings {
   bool stereo = false;
   haptic::MouseDevice* mouse = nullptr;               ///< fed with drags and wheel when the mouse is the stylus
   const haptic::hid::HidStylus* hid = nullptr;        ///< its coming and going is told
+  std::string device{};                               ///< what leads the needle, for the panels
   session::HeldProbe* probe = nullptr;                ///< moved by keys and the middle button
   session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
   training::TrainingSession* course = nullptr;        ///< driven by the keys of course_keys.h

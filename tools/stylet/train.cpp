@@ -136,6 +136,7 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
                    {.stereo = options.stereo,
                     .mouse = stylus.mouse,
                     .hid = stylus.hid,
+                    .device = stylus.device->name(),
                     .probe = &probe,
                     .scanner = session::ScannerConsole(scene.probe),
                     .course = &course});

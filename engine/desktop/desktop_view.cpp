@@ -1,0 +1,92 @@
+#include "engine/desktop/desktop_view.h"
+
+#include "engine/desktop/needle_keys.h"
+#include "engine/view/orbit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stylet::desktop {
+namespace {
+
+constexpr double kRadiansPerHeight = 3.0;  // turning the camera
+constexpr double kResizedAfter = 0.25;     // s that a new size stays before the renderer takes it
+
+constexpr std::array kScales{1.0, 0.75, 0.5};
+constexpr double kSlowFrame = 0.050;  // s: below 20 frames a second
+constexpr double kQuickFrame = 0.012;
+constexpr int kFramesInARow = 20;
+
+}  // namespace
+
+double RenderScale::after(double frame_s) {
+  slow_ = frame_s > kSlowFrame ? slow_ + 1 : 0;
+  quick_ = frame_s < kQuickFrame ? quick_ + 1 : 0;
+  const auto at = std::ranges::find(kScales, scale_);
+  if (slow_ >= kFramesInARow && at + 1 != kScales.end()) {
+    scale_ = *(at + 1);
+    slow_ = 0;
+  } else if (quick_ >= 10 * kFramesInARow && at != kScales.begin()) {
+    scale_ = *(at - 1);
+    quick_ = 0;
+  }
+  return scale_;
+}
+
+DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, const session::LiveSession& session,
+                         const DesktopSettings& settings)
+    : device_(device),
+      scene_(scene),
+      session_(session),
+      settings_(settings),
+      scanner_(device, scene, settings.scanner),
+      watch_(scene),
+      frame_(session.frames().make_frame()),
+      camera_(scene.camera) {}
+
+bool DesktopView::handle(const view::Input& input) {
+  if (input.close || std::ranges::find(input.keys, 'Q') != input.keys.end()) return false;
+  if (settings_.mouse != nullptr) {
+    lead_by_pointer(*settings_.mouse, input);
+    for (const view::Input::Stroke& stroke : input.strokes) lead_by_key(*settings_.mouse, stroke);
+  }
+  for (const int key : input.keys) panels_.press(key);
+  scanner_.handle(input, settings_.probe, session_.time_s());
+  camera_ = view::orbited(camera_, input.orbit_x * kRadiansPerHeight, input.orbit_y * kRadiansPerHeight,
+                          std::pow(0.9, input.zoom));
+  if (std::ranges::find(input.keys, 'R') != input.keys.end()) camera_ = scene_.camera;
+  return true;
+}
+
+void DesktopView::fit_renderer(int width, int height, double dt_s) {
+  const double scale = renderer_ ? scale_.after(dt_s) : 1.0;
+  const int views = settings_.stereo ? 2 : 1;
+  const auto pixels = [&](int size) { return std::max(static_cast<int>(std::lround(size * scale)), 16); };
+  const int wanted_width = pixels(width / views), wanted_height = pixels(height);
+  const bool fits =
+      renderer_ && renderer_->settings().width == wanted_width && renderer_->settings().height == wanted_height;
+  fits_for_s_ = fits ? 0 : fits_for_s_ + dt_s;
+  if (fits || (renderer_ && fits_for_s_ < kResizedAfter)) return;
+  fits_for_s_ = 0;
+  device_.wait_idle();
+  renderer_.reset();
+  renderer_.emplace(device_, scene_,
+                    render::RenderSettings{.width = wanted_width, .height = wanted_height, .views = views});
+}
+
+void DesktopView::draw(int width, int height, double dt_s) {
+  fit_renderer(std::max(width, 1), std::max(height, 1), dt_s);
+  // One simulation period behind the newest state there is always a later one to interpolate to.
+  session_.frames().sample(session_.time_s() - 1.5 / scene_.rates.simulation_hz, frame_);
+  watch_.look(frame_);
+  scanner_.draw(frame_);
+  renderer_->render(frame_, camera_, {.plane = scanner_.in_view()});
+
+  SessionFacts facts{.title = scene_.title.empty() ? scene_.name : scene_.title, .device = settings_.device};
+  if (settings_.mouse != nullptr) facts.needle_help = needle_help_lines();
+  watch_.fill(facts);
+  panels_.draw(facts, scanner_.console(), width, height, view::PaneLayout::over_scene(width, height).ultrasound);
+}
+
+}  // namespace stylet::desktop

@@ -1,0 +1,82 @@
+// A running session on a desktop: pictures, panels, and what mouse and keyboard do to it. Draws into images; whose
+// window they are shown in is not its concern.
+//
+//   view::Input input = window.poll();
+//   overlay.begin(...);
+//   if (!desktop.handle(overlay.wants_pointer() ? view::without_pointer(input) : input)) return;
+//   desktop.draw(window.width(), window.height(), dt);
+//   window.present(desktop.scene(), &desktop.scanner_screen(), overlay);
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/desktop/panels.h"
+#include "engine/desktop/session_watch.h"
+#include "engine/gpu/device.h"
+#include "engine/render/renderer.h"
+#include "engine/session/held_probe.h"
+#include "engine/session/live_scanner.h"
+#include "engine/session/live_session.h"
+#include "engine/view/window.h"
+#include "haptic/mouse_device.h"
+
+#include <optional>
+#include <string>
+
+namespace stylet::desktop {
+
+struct DesktopSettings {
+  bool stereo = false;                                ///< both eyes side by side
+  haptic::MouseDevice* mouse = nullptr;               ///< led by mouse and keyboard, where they are the stylus
+  session::HeldProbe* probe = nullptr;                ///< moved by keys and the middle button
+  session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
+  std::string device;                                 ///< what leads the needle, for the panels
+};
+
+/// How many pixels of a frame are drawn: fewer where drawing takes so long that the hand would notice. Pure.
+class RenderScale {
+public:
+  /// @param frame_s  the last frame took to draw. @return the share of width and height to draw the next with
+  double after(double frame_s);
+  double now() const { return scale_; }
+
+private:
+  double scale_ = 1;
+  int slow_ = 0;  // frames in a row
+  int quick_ = 0;
+};
+
+/// Thread: the one that uses the device.
+class DesktopView {
+public:
+  /// Keeps references to all of them.
+  DesktopView(gpu::Device& device, const content::Scene& scene, const session::LiveSession& session,
+              const DesktopSettings& settings);
+
+  /// @return false: the user wants to end the session
+  bool handle(const view::Input& input);
+  /// Draws the session as it is now for a frame of that size, and its panels into the overlay that has begun.
+  /// @param dt_s  since the frame before
+  void draw(int width, int height, double dt_s);
+
+  const gpu::Image& scene() const { return renderer_->image(); }
+  const gpu::Image& scanner_screen() const { return scanner_.screen(); }
+  const Panels& panels() const { return panels_; }
+
+private:
+  void fit_renderer(int width, int height, double dt_s);
+
+  gpu::Device& device_;
+  const content::Scene& scene_;
+  const session::LiveSession& session_;
+  DesktopSettings settings_;
+  session::LiveScanner scanner_;
+  SessionWatch watch_;
+  Panels panels_;
+  RenderScale scale_;
+  std::optional<render::Renderer> renderer_;
+  double fits_for_s_ = 0;  ///< the size wanted has not been the renderer's for so long
+  state::FrameState frame_;
+  content::Camera camera_;
+};
+
+}  // namespace stylet::desktop

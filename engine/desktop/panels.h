@@ -1,0 +1,85 @@
+// The panels of a session's window: what to do now, force against depth, the scanner's knobs, what an instructor
+// watches. Drawn with Dear ImGui between view::Overlay::begin() and draw(); they know no window and no GPU.
+#pragma once
+
+#include "engine/session/force_trace.h"
+#include "engine/session/scanner_console.h"
+#include "engine/view/panes.h"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace stylet::desktop {
+
+/// Something the trainee can do now: a button and its key.
+struct Choice {
+  std::string label;
+  std::string key;      ///< as the keyboard calls it: "Enter"
+  std::string why_not;  ///< empty: it can be done
+};
+
+enum class Concern { note, caution, danger };
+
+/// A line for the instructor.
+struct Warning {
+  Concern concern = Concern::note;
+  std::string text;
+};
+
+/// What the panels show. SI.
+struct SessionFacts {
+  std::string title;   ///< of the scenario
+  std::string stage;   ///< "Procedure"
+  std::string prompt;  ///< what to do now, some lines
+  std::string hint;    ///< for learners; empty: none
+  std::vector<Choice> choices{};
+  double time_s = 0;
+  bool paused = false;
+  std::string device;                       ///< what leads the needle
+  std::vector<std::string> needle_help{};   ///< keys that lead it, a line each
+  double insertion_depth = 0;               ///< m of needle in tissue
+  double force = 0;                         ///< N, on the hand
+  double probe_force = 0;                   ///< N
+  std::optional<double> target_distance{};  ///< m, tip to the target's centre
+  std::optional<double> out_of_plane{};     ///< m, tip from the image plane, signed
+  std::string tissue{};                     ///< at the tip
+  std::vector<Warning> warnings{};
+  std::span<const session::ForceSample> force_curve{};
+};
+
+/// How much of the patient is seen.
+enum class PatientView { closed, window, see_through };
+
+/// Which panels are open, and what they were last asked.
+class Panels {
+public:
+  /// @param key  GLFW's code. @return whether it means something here; see help_lines()
+  bool press(int key);
+  /// Draws them for a frame of that size.
+  /// @param console   its knobs are turned by the sliders
+  /// @param ultrasound  where its image lies
+  /// @return  the choice whose button was pressed
+  std::optional<std::size_t> draw(const SessionFacts& facts, session::ScannerConsole& console, int width, int height,
+                                  const view::Pane& ultrasound);
+
+  PatientView patient_view() const { return patient_view_; }
+  bool hidden() const { return hidden_; }
+  bool instructor() const { return instructor_; }
+
+  /// The keys and what they do, a line each.
+  static const std::vector<std::string>& help_lines();
+
+private:
+  static void draw_help(const SessionFacts& facts, int width, int height);
+  void draw_instructor(const SessionFacts& facts);
+
+  bool hidden_ = false;
+  bool force_ = true;
+  bool scanner_ = false;
+  bool instructor_ = false;
+  PatientView patient_view_ = PatientView::window;
+};
+
+}  // namespace stylet::desktop
