@@ -10,8 +10,9 @@ Installs what is missing (Debian 12), then builds and runs through CTest:
   asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviourSanitizer, by clang
   tsan      the tests with threads, under ThreadSanitizer, by clang
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
---all adds the benchmarks, a soak of the default scenario (STYLET_SOAK_MINUTES of session time, 10), coverage-guided
-fuzzing of every reader (STYLET_FUZZ_SECONDS each, 3600), clang-format and clang-tidy on every file.
+--all adds the benchmarks, soaks of the default scenario (in lockstep for STYLET_SOAK_MINUTES of session time, 30; in
+real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), coverage-guided fuzzing of every reader
+(STYLET_FUZZ_SECONDS each, 3600), clang-format and clang-tidy on every file.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
 HELP
   exit 0
@@ -72,6 +73,7 @@ stage "Test kernel" kernel_test_result || status=1
 if [ -n "$all" ]; then
   stage "Benchmarks" tools/bench.sh || status=1
   stage "Soak" build/release/bin/stylet_soak || status=1
+  stage "Soak in real time" build/release/bin/stylet_threaded_soak || status=1
   stage "Fuzz" tools/fuzz.sh "${STYLET_FUZZ_SECONDS:-3600}" || status=1
   stage "clang-format" tools/lint.sh format || status=1
   stage "clang-tidy" tools/lint.sh tidy || status=1

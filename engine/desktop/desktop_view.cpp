@@ -10,8 +10,8 @@
 namespace stylet::desktop {
 namespace {
 
-constexpr double kRadiansPerHeight = 3.0;  // turning the camera
-constexpr double kResizedAfter = 0.25;     // s that a new size stays before the renderer takes it
+constexpr double kOrbitPerHeight = 3.0;  // turning the camera
+constexpr double kResizedAfter = 0.25;   // s that a new size stays before the renderer takes it
 
 constexpr std::array kScales{1.0, 0.75, 0.5};
 constexpr double kSlowFrame = 0.050;  // s: below 20 frames a second
@@ -53,7 +53,7 @@ bool DesktopView::handle(const view::Input& input) {
   }
   for (const int key : input.keys) panels_.press(key);
   scanner_.handle(input, settings_.probe, session_.time_s());
-  camera_ = view::orbited(camera_, input.orbit_x * kRadiansPerHeight, input.orbit_y * kRadiansPerHeight,
+  camera_ = view::orbited(camera_, input.orbit_x * kOrbitPerHeight, input.orbit_y * kOrbitPerHeight,
                           std::pow(0.9, input.zoom));
   if (std::ranges::find(input.keys, 'R') != input.keys.end()) camera_ = scene_.camera;
   return true;

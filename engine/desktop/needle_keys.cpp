@@ -6,7 +6,7 @@ namespace stylet::desktop {
 namespace {
 
 constexpr double kMetresPerHeight = 0.10;  // the mouse across the window's height moves the needle so far
-constexpr double kRadiansPerHeight = 1.5;  // and tilts it so far
+constexpr double kTiltPerHeight = 1.5;     // and tilts it so far
 constexpr double kMetresPerNotch = 0.002;  // a notch of the wheel advances the needle so far
 
 // Steps of one key press.
@@ -20,7 +20,7 @@ constexpr double kTwistStep = 15 * std::numbers::pi / 180;
 
 void lead_by_pointer(haptic::MouseDevice& needle, const view::Input& input) {
   if (input.shift) {
-    needle.tilt(input.drag_x * kRadiansPerHeight, -input.drag_y * kRadiansPerHeight);
+    needle.tilt(input.drag_x * kTiltPerHeight, -input.drag_y * kTiltPerHeight);
   } else {
     needle.move(input.drag_x * kMetresPerHeight, -input.drag_y * kMetresPerHeight);
   }

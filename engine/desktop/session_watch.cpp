@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 
 namespace stylet::desktop {
 namespace {
@@ -45,7 +46,11 @@ void SessionWatch::fill(SessionFacts& facts) const {
 }
 
 void SessionWatch::warn(SessionFacts& facts) const {
-  const auto add = [&](Concern concern, std::string text) { facts.warnings.push_back({concern, std::move(text)}); };
+  const auto add = [&](Concern concern, std::string_view text) {
+    facts.warnings.emplace_back();
+    facts.warnings.back().concern = concern;
+    facts.warnings.back().text.assign(text);
+  };
   const bool inserted = frame_.insertion_depth > 0.005F;
   if (frame_.probe_lifted > 0.5F) add(Concern::caution, "probe is off the skin");
   if (frame_.probe_force > kFirmProbe) add(Concern::caution, "probe is pressed hard");

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 constexpr float kFontSize = 15;  // pixels at scale 1
-constexpr std::uint32_t kFramesInFlight = 3;
+constexpr std::uint32_t kBufferedFrames = 3;
 
 /// Latin, Greek, dashes and quotes, arrows, mathematical signs.
 constexpr std::array<ImWchar, 11> kGlyphs{0x20,   0xFF,   0x391,  0x3C9,  0x2010, 0x2027,
@@ -113,7 +113,7 @@ Overlay::Overlay(gpu::Device& device, VkFormat format, double scale)
   init.QueueFamily = device.queue_family();
   init.Queue = device.queue();
   init.DescriptorPool = descriptors_.get();
-  init.MinImageCount = init.ImageCount = kFramesInFlight;
+  init.MinImageCount = init.ImageCount = kBufferedFrames;
   init.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
   init.CheckVkResultFn = [](VkResult result) { gpu::check(result, "Dear ImGui"); };
   ImGui_ImplVulkan_Init(&init, render_pass_.get());

@@ -38,15 +38,17 @@ protected:
   /// One frame with the pointer there. @return the choice taken
   std::optional<std::size_t> frame(double x = -1, double y = -1, bool left = false) {
     overlay_.begin({.width = kWidth, .height = kHeight, .pointer_x = x, .pointer_y = y, .left = left});
-    const auto choice =
-        panels_.draw(facts(), console_, kWidth, kHeight, view::PaneLayout::over_scene(kWidth, kHeight).ultrasound);
+    return panels_.draw(facts(), console_, kWidth, kHeight, view::PaneLayout::over_scene(kWidth, kHeight).ultrasound);
+  }
+  view::Picture picture() {
+    frame();  // a panel that is new is measured first and shown in the next frame
+    frame();
     gpu::run_now(device_, [&](gpu::Commands& commands) {
       commands.clear(image_, {0.05F, 0.2F, 0.05F, 1});
       overlay_.draw(commands, image_);
     });
-    return choice;
+    return view::read_picture(device_, image_);
   }
-  view::Picture picture() { return view::read_picture(device_, image_); }
 
   /// Presses and releases the button at places of a grid, until `done`.
   bool click_until(const std::function<bool(std::optional<std::size_t>)>& done) {
@@ -75,7 +77,6 @@ protected:
 };
 
 TEST_F(PanelsOnAPicture, CoverWhereTheyLieAndNothingElse) {
-  frame();
   const view::Picture shown = picture();
   const std::array<int, 3> ground{63, 124, 63};  // of the clear colour, in sRGB
   const auto is_ground = [&](int x, int y) {
@@ -86,10 +87,8 @@ TEST_F(PanelsOnAPicture, CoverWhereTheyLieAndNothingElse) {
   EXPECT_FALSE(is_ground(kHeight / 60 + 20, kHeight - kHeight / 60 - 20));  // the force, lower left
   EXPECT_TRUE(is_ground(kWidth - kHeight / 60 - 20, kHeight - kHeight / 60 - 20));
   panels_.press(kF4);
-  frame();
   EXPECT_NE(picture().at(kWidth - kHeight / 60 - 20, kHeight - kHeight / 60 - 20)[1], ground[1]);
   panels_.press(kTab);
-  frame();
   const view::Picture hidden = picture();
   for (int y = 0; y < kHeight; y += 7)
     for (int x = 0; x < kWidth; x += 7) ASSERT_NEAR(hidden.at(x, y)[1], ground[1], 1) << x << ' ' << y;
@@ -97,7 +96,6 @@ TEST_F(PanelsOnAPicture, CoverWhereTheyLieAndNothingElse) {
 }
 
 TEST_F(PanelsOnAPicture, ReadLightOnDark) {
-  frame();
   const view::Picture shown = picture();
   int light = 0, dark = 0;
   for (int y = 16; y < 120; ++y)

@@ -1,14 +1,14 @@
 // The default scenario for many minutes of session time: nothing fails, grows or drifts.
 //
 // A pass plays the recorded motion to its end and then backwards, so that the needle is outside again and the tissue
-// comes to rest. STYLET_SOAK_MINUTES: session time, 10 if unset. Run by tools/test.sh --all.
+// comes to rest. STYLET_SOAK_MINUTES: session time, 30 if unset. Run by tools/test.sh --all.
+#include "tests/session/soak.h"
 #include "engine/content/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,41 +20,6 @@
 
 namespace stylet::session {
 namespace {
-
-constexpr double kRest = 1;  // s, at the end of a pass with the needle outside
-
-/// The track forwards, backwards, then at rest at its start; again and again.
-class RepeatedMotion final : public haptic::Device {
-public:
-  /// @param step_s  of the simulation: a pass takes a whole number of them, so that each lays the same contacts
-  RepeatedMotion(haptic::RecordedDevice track, double step_s)
-      : track_(std::move(track)),
-        pass_s_(std::ceil((2 * (track_.end_s() - track_.start_s()) + kRest) / step_s) * step_s) {}
-  std::string name() const override { return "repeated " + track_.name(); }
-  haptic::DeviceLimits limits() const override { return track_.limits(); }
-  haptic::StylusSample read(double now_s) override {
-    const double t = std::fmod(now_s, pass_s_);
-    const double length = track_.end_s() - track_.start_s();
-    return track_.read(track_.start_s() + (t < length ? t : std::max(0.0, 2 * length - t)));
-  }
-  void write(const Eigen::Vector3d&, const Eigen::Vector3d&) override {}
-  double pass_s() const { return pass_s_; }
-
-private:
-  haptic::RecordedDevice track_;
-  double pass_s_;
-};
-
-RepeatedMotion repeated(const content::Scene& scene) {
-  return RepeatedMotion(recorded_stylus(scene.motion), 1 / scene.rates.simulation_hz);
-}
-
-double resident_mib() {
-  std::ifstream file("/proc/self/statm");
-  double total = 0, resident = 0;
-  file >> total >> resident;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
-}
 
 /// What a pass showed.
 struct Pass {
@@ -84,7 +49,7 @@ public:
     if (record.time_s >= static_cast<double>(passes_.size() + 1) * pass_s_ - 1.5 / scene_.rates.simulation_hz) {
       pass_.drift = displacement(tissue, before_);
       pass_.contacts_at_end = needle.contact_count;
-      pass_.resident_mib = resident_mib();
+      pass_.resident_mib = tests::resident_mib();
       std::printf(
           "pass %3zu  peak force %.6f N  deepest %.6f mm  contacts %2d  drift at rest %.3e m  resident %.1f MiB\n",
           passes_.size() + 1, pass_.peak_force, 1e3 * pass_.peak_displacement, pass_.most_contacts, pass_.drift,
@@ -123,19 +88,14 @@ private:
   bool finite_ = true;
 };
 
-double minutes() {
-  const char* text = std::getenv("STYLET_SOAK_MINUTES");
-  const double value = text == nullptr ? 10 : std::atof(text);
-  return std::isfinite(value) && value > 0 ? value : 10;
-}
-
 TEST(Soak, DefaultScenarioNeitherFailsNorGrowsNorDrifts) {
   const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
-  RepeatedMotion device = repeated(scene);
+  tests::RepeatedMotion device(recorded_stylus(scene.motion), 1 / scene.rates.simulation_hz);
   const haptic::StylusSample start = device.read(0);
   PassObserver observer(scene, device.pass_s());
   CoupledLoops loops(scene, coupling_from_name(scene.coupling), {start.position, start.orientation}, {&observer});
-  const int count = std::max(3, static_cast<int>(std::ceil(60 * minutes() / device.pass_s())));
+  const int count =
+      std::max(3, static_cast<int>(std::ceil(60 * tests::minutes("STYLET_SOAK_MINUTES", 30) / device.pass_s())));
   const RunStatistics run = run_lockstep(loops, device, scene, count * device.pass_s());
   std::printf("%.1f minutes of session time in %.1f s, %llu haptic and %llu simulation steps, %llu factorisations\n",
               run.duration_s / 60, run.wall_s, static_cast<unsigned long long>(run.haptic.steps),

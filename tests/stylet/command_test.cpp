@@ -53,7 +53,6 @@ protected:
   std::string small_scenario() {
     if (!small_) {
       small_.emplace();
-      small_->scenario["bodies"][0]["mesh"]["cell_mm"] = 30;
       small_->scenario["labels"]["spacing_mm"] = 4;
       small_->write();
     }
