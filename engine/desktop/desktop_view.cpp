@@ -1,5 +1,6 @@
 #include "engine/desktop/desktop_view.h"
 
+#include "engine/desktop/course_keys.h"
 #include "engine/desktop/needle_keys.h"
 #include "engine/view/orbit.h"
 
@@ -18,6 +19,18 @@ constexpr double kSlowFrame = 0.050;  // s: below 20 frames a second
 constexpr double kQuickFrame = 0.012;
 constexpr int kFramesInARow = 20;
 
+render::SeeThrough see_through(PatientView view) {
+  switch (view) {
+    case PatientView::closed:
+      return render::SeeThrough::closed;
+    case PatientView::window:
+      return render::SeeThrough::window;
+    case PatientView::see_through:
+      return render::SeeThrough::glass;
+  }
+  return render::SeeThrough::window;
+}
+
 }  // namespace
 
 double RenderScale::after(double frame_s) {
@@ -34,7 +47,7 @@ double RenderScale::after(double frame_s) {
   return scale_;
 }
 
-DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, const session::LiveSession& session,
+DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, session::LiveSession& session,
                          const DesktopSettings& settings)
     : device_(device),
       scene_(scene),
@@ -47,6 +60,12 @@ DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, const
 
 bool DesktopView::handle(const view::Input& input) {
   if (input.close || std::ranges::find(input.keys, 'Q') != input.keys.end()) return false;
+  if (settings_.course != nullptr) {
+    for (const training::Action action : course_actions(input, settings_.course->state())) pressed_.push_back(action);
+    const training::FlowState& state = settings_.course->poll(session_, pressed_);
+    pressed_.clear();
+    if (state.stage == training::Stage::debrief || settings_.course->reset_asked_for()) return false;
+  }
   if (settings_.mouse != nullptr) {
     lead_by_pointer(*settings_.mouse, input);
     for (const view::Input::Stroke& stroke : input.strokes) lead_by_key(*settings_.mouse, stroke);
@@ -81,12 +100,27 @@ void DesktopView::draw(int width, int height, double dt_s) {
   session_.frames().sample(session_.time_s() - 1.5 / scene_.rates.simulation_hz, frame_);
   watch_.look(frame_);
   scanner_.draw(frame_);
-  renderer_->render(frame_, camera_, {.plane = scanner_.in_view()});
+  renderer_->render(frame_, camera_,
+                    {.plane = scanner_.in_view(),
+                     .screen = &scanner_.screen(),
+                     .see_through = see_through(panels_.patient_view())});
 
   SessionFacts facts{.title = scene_.title.empty() ? scene_.name : scene_.title, .device = settings_.device};
   if (settings_.mouse != nullptr) facts.needle_help = needle_help_lines();
+  std::vector<CourseChoice> choices;
+  if (settings_.course != nullptr) {
+    const training::FlowState& course = settings_.course->state();
+    facts.stage = training::stage_name(course.stage);
+    facts.prompt = course.refusal.empty() ? course.prompt : course.refusal;
+    facts.hint = course.hint;
+    facts.paused = course.paused;
+    choices = course_choices(course);
+    for (const CourseChoice& choice : choices) facts.choices.push_back({.label = choice.label, .key = choice.key});
+  }
   watch_.fill(facts);
-  panels_.draw(facts, scanner_.console(), width, height, view::PaneLayout::over_scene(width, height).ultrasound);
+  const auto chosen =
+      panels_.draw(facts, scanner_.console(), width, height, view::PaneLayout::over_scene(width, height).ultrasound);
+  if (chosen && *chosen < choices.size()) pressed_.push_back(choices[*chosen].action);
 }
 
 }  // namespace stylet::desktop

@@ -16,6 +16,7 @@
 #include "engine/session/held_probe.h"
 #include "engine/session/live_scanner.h"
 #include "engine/session/live_session.h"
+#include "engine/training/training_session.h"
 #include "engine/view/window.h"
 #include "haptic/mouse_device.h"
 
@@ -29,7 +30,8 @@ struct DesktopSettings {
   haptic::MouseDevice* mouse = nullptr;               ///< led by mouse and keyboard, where they are the stylus
   session::HeldProbe* probe = nullptr;                ///< moved by keys and the middle button
   session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
-  std::string device;                                 ///< what leads the needle, for the panels
+  std::string device{};                               ///< what leads the needle, for the panels
+  training::TrainingSession* course = nullptr;        ///< driven by keys and buttons
 };
 
 /// How many pixels of a frame are drawn: fewer where drawing takes so long that the hand would notice. Pure.
@@ -49,10 +51,10 @@ private:
 class DesktopView {
 public:
   /// Keeps references to all of them.
-  DesktopView(gpu::Device& device, const content::Scene& scene, const session::LiveSession& session,
+  DesktopView(gpu::Device& device, const content::Scene& scene, session::LiveSession& session,
               const DesktopSettings& settings);
 
-  /// @return false: the user wants to end the session
+  /// @return false: the session is over, or the user wants to end it or to try again
   bool handle(const view::Input& input);
   /// Draws the session as it is now for a frame of that size, and its panels into the overlay that has begun.
   /// @param dt_s  since the frame before
@@ -67,14 +69,15 @@ private:
 
   gpu::Device& device_;
   const content::Scene& scene_;
-  const session::LiveSession& session_;
+  session::LiveSession& session_;
   DesktopSettings settings_;
   session::LiveScanner scanner_;
   SessionWatch watch_;
   Panels panels_;
   RenderScale scale_;
   std::optional<render::Renderer> renderer_;
-  double fits_for_s_ = 0;  ///< the size wanted has not been the renderer's for so long
+  std::vector<training::Action> pressed_;  ///< on buttons of the panels, not told to the course yet
+  double fits_for_s_ = 0;                  ///< the size wanted has not been the renderer's for so long
   state::FrameState frame_;
   content::Camera camera_;
 };

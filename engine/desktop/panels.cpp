@@ -196,6 +196,7 @@ const std::vector<std::string>& Panels::help_lines() {
       "Panels",
       "Tab  all of them     F2  force     F3  scanner's knobs",
       "F4  instructor     F5  patient closed, opened, transparent",
+      "Session: Enter  start, finish     T  fire or heat     X  pause     Backspace  try again",
   };
   return lines;
 }

@@ -26,7 +26,7 @@ bool has_display() {
 }
 
 void show_session(view::Display& display, gpu::Device& device, const content::Scene& scene,
-                  const session::LiveSession& session, const SessionWindowSettings& settings) {
+                  session::LiveSession& session, const SessionWindowSettings& settings) {
   view::Window window(display, device, {.title = fmt::format("Stylet: {}", scene.name)});
   view::Overlay overlay(device, window.format(), window.content_scale());
   desktop::DesktopView desktop(device, scene, session,
@@ -34,7 +34,8 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
                                 .mouse = settings.mouse,
                                 .probe = settings.probe,
                                 .scanner = settings.scanner,
-                                .device = settings.device});
+                                .device = settings.device,
+                                .course = settings.course});
   StylusWatch watch(settings.hid);
   auto before = std::chrono::steady_clock::now();
   while (!session.finished() && !interrupted()) {

@@ -252,7 +252,7 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --device hid          a stylus, space mouse or pen; `stylet devices` lists them\n"
       "  stylet train liver_biopsy --device mouse        drag: move the hub; wheel: advance the needle\n"
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
-      "In the window: Enter begins and finishes, T fires or heats, K pauses, Backspace tries again; H lists the keys "
+      "In the window: Enter begins and finishes, T fires or heats, X pauses, Backspace tries again; H lists the keys "
       "of "
       "scanner and probe. A tissue table that is saved meanwhile shows in the "
       "image.\n"
