@@ -103,7 +103,10 @@ void DesktopView::draw(int width, int height, double dt_s) {
   renderer_->render(frame_, camera_,
                     {.plane = scanner_.in_view(),
                      .screen = &scanner_.screen(),
-                     .see_through = see_through(panels_.patient_view())});
+                     .see_through = see_through(panels_.patient_view()),
+                     .latch_needle = [&](render::NeedlePose pose) {
+                       session_.newest_needle().show(pose.positions, pose.orientations);
+                     }});
 
   SessionFacts facts{.title = scene_.title.empty() ? scene_.name : scene_.title, .device = settings_.device};
   if (settings_.mouse != nullptr) facts.needle_help = needle_help_lines();
