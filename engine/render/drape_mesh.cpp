@@ -45,10 +45,10 @@ constexpr double kFoot = -1.40, kHead = kScreenY;
 
 // Columns of one half of the sheet, from the middle outwards: over the body, over the mattress, down the side.
 constexpr int kOver = 18, kFlat = 8, kDown = 14;
-constexpr int kColumns = kOver + kFlat + kDown;
+constexpr int kClothColumns = kOver + kFlat + kDown;
 constexpr double kLowest = 1.85;  // rad round the trunk where the sheet leaves it
 
-/// Point of the sheet's half section at column i (0 ... kColumns); x outwards, y up.
+/// Point of the sheet's half section at column i (0 ... kClothColumns); x outwards, y up.
 Vector2d section(const RoomLayout& layout, const Station& body, int i) {
   const double width = layout.trunk_half.x() * body.width + kDrapeOffset;
   const double height = layout.trunk_half.y() * body.height + kDrapeOffset;
@@ -164,7 +164,7 @@ RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>
                                        : std::min(kSteep + (kHead - kSteep) * (row - kRowsBelow) / kRowsAbove, kHead);
     const Station body = body_at(y);
     const double raised = smooth(kHead - 0.17, kHead, y);
-    for (int column = -kColumns; column <= kColumns; ++column) {
+    for (int column = -kClothColumns; column <= kClothColumns; ++column) {
       const int i = std::abs(column);
       const double side = column < 0 ? -1 : 1;
       Vector2d p = section(layout, body, i);
@@ -198,7 +198,7 @@ RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>
       mesh.coordinates.push_back({static_cast<float>(at.x()), static_cast<float>(at.y())});
     }
   }
-  join_grid(mesh, static_cast<std::uint32_t>(rows + kBehind), 2 * kColumns + 1);
+  join_grid(mesh, static_cast<std::uint32_t>(rows + kBehind), 2 * kClothColumns + 1);
   compute_normals(mesh);
   return mesh;
 }

@@ -69,11 +69,13 @@ Debrief write_debrief(const OutputDirectory& out, const content::Scene& scene, g
                   .ultrasound_width = layout.ultrasound.width,
                   .ultrasound_height = layout.ultrasound.height,
                   .stereo = settings.stereo});
+  // A frame takes a software rasteriser most of a second.
+  const int frames_per_second = settings.frames_per_second / (device.identity().is_lavapipe() ? 2 : 1);
   VideoWriter video(out.staged("session.mp4"),
-                    {.width = width, .height = height, .frames_per_second = settings.frames_per_second});
+                    {.width = width, .height = height, .frames_per_second = frames_per_second});
   StepHash hash;
   FramePublisher frames(scene);
-  FrameClock clock(frames, {.frames_per_second = static_cast<double>(settings.frames_per_second)},
+  FrameClock clock(frames, {.frames_per_second = static_cast<double>(frames_per_second)},
                    [&](int, const state::FrameState& state) {
                      const Pictures::Moment moment = panes.draw(state, scene.camera);
                      video.add_frame(compose_frame(moment, state, trace, font, width, height).rgba);

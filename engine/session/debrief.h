@@ -16,8 +16,8 @@ namespace stylet::session {
 
 struct DebriefSettings {
   bool stereo = false;
-  int frames_per_second = 30;
-  int view_width = 1600;  ///< of view.png; both eyes of a stereo view are this wide
+  int frames_per_second = 30;  ///< half as many where the processor draws
+  int view_width = 1600;       ///< of view.png; both eyes of a stereo view are this wide
   int view_height = 1000;
   int video_width = 1280;  ///< of session.mp4, even
   int video_height = 720;
