@@ -76,7 +76,7 @@ void draw_force_curve(std::span<const session::ForceSample> samples, const ImVec
     list.AddText({from.x - width - 0.4F * em(), at(0, force).y - em() / 2}, text, label.c_str());
   }
   for (double depth = 0; depth <= deepest; depth += depth_step) {
-    const std::string label = fmt::format("{:g}{}", depth * 1e3, depth + depth_step > deepest ? " mm" : "");
+    const std::string label = fmt::format("{:g}", depth * 1e3);
     list.AddText({at(depth, 0).x - 0.3F * em(), to.y + 0.2F * em()}, text, label.c_str());
   }
   const std::size_t stride = std::max<std::size_t>(samples.size() / 1500, 1);
@@ -232,10 +232,25 @@ void Panels::draw_help(const SessionFacts& facts, int width, int height) {
   ImGui::End();
 }
 
+void Panels::draw_briefing(const SessionFacts& facts, int width, int height) {
+  ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, ImGuiCond_Always,
+                          {0.5F, 0.5F});
+  if (ImGui::Begin("Briefing", nullptr, kFitted)) {
+    ImGui::PushTextWrapPos(34 * em());
+    for (const std::string& paragraph : facts.briefing) {
+      ImGui::TextUnformatted(paragraph.c_str());
+      ImGui::Spacing();
+    }
+    ImGui::PopTextWrapPos();
+  }
+  ImGui::End();
+}
+
 std::optional<std::size_t> Panels::draw(const SessionFacts& facts, session::ScannerConsole& console, int width,
                                         int height, const view::Pane& ultrasound) {
   if (console.help()) draw_help(facts, width, height);
   if (hidden_) return std::nullopt;
+  if (!facts.briefing.empty() && !console.help()) draw_briefing(facts, width, height);
   const auto margin = static_cast<float>(height) / 60;
   std::optional<std::size_t> chosen;
   ImGui::SetNextWindowPos({margin, margin});
@@ -244,7 +259,7 @@ std::optional<std::size_t> Panels::draw(const SessionFacts& facts, session::Scan
 
   if (force_) {
     ImGui::SetNextWindowPos({margin, static_cast<float>(height) - margin}, ImGuiCond_Always, {0, 1});
-    if (ImGui::Begin("Force against depth, N", nullptr, kFitted)) {
+    if (ImGui::Begin("Force (N) against depth (mm)", nullptr, kFitted)) {
       draw_force_curve(facts.force_curve, {21 * em(), 11 * em()});
       ImGui::TextColored(kAxial, "axial");
       ImGui::SameLine();

@@ -30,10 +30,11 @@ struct Warning {
 
 /// What the panels show. SI.
 struct SessionFacts {
-  std::string title;   ///< of the scenario
-  std::string stage;   ///< "Procedure"
-  std::string prompt;  ///< what to do now, some lines
-  std::string hint;    ///< for learners; empty: none
+  std::string title;                    ///< of the scenario
+  std::string stage;                    ///< "Procedure"
+  std::string prompt;                   ///< what to do now, some lines
+  std::string hint;                     ///< for learners; empty: none
+  std::vector<std::string> briefing{};  ///< paragraphs, shown before the start
   std::vector<Choice> choices{};
   double time_s = 0;
   bool paused = false;
@@ -72,6 +73,7 @@ public:
   static const std::vector<std::string>& help_lines();
 
 private:
+  static void draw_briefing(const SessionFacts& facts, int width, int height);
   static void draw_help(const SessionFacts& facts, int width, int height);
   void draw_instructor(const SessionFacts& facts);
 
