@@ -5,6 +5,7 @@
 #include "engine/view/window.h"
 
 #include <gtest/gtest.h>
+#include <imgui.h>
 
 #include <cstdlib>
 
@@ -128,6 +129,48 @@ TEST_F(OnDisplay, WindowShowsBothPanesAndFollowsItsSize) {
     EXPECT_EQ(window.height(), 340);
     show(3);
     check_panes();
+  }
+  EXPECT_EQ(messages.load(), 0u);
+}
+
+TEST_F(OnDisplay, PanelsLieOverTheSceneInAWindowOfAnySize) {
+  std::atomic<std::uint32_t> messages{0};
+  {
+    Display display;
+    gpu::Device device(
+        {.validation = true, .message_counter = &messages, .window_extensions = display.vulkan_extensions()});
+    const gpu::Image scene(device, {.width = 320,
+                                    .height = 240,
+                                    .format = VK_FORMAT_R8G8B8A8_SRGB,
+                                    .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+    const Picture red(320, 240, {180, 0, 0, 255});
+    gpu::run_now(device,
+                 [&](gpu::Commands& commands) { commands.upload(scene, std::as_bytes(std::span(red.rgba))); });
+    Window window(display, device, {.width = 400, .height = 300, .frames_per_second = 0, .capture = true});
+    EXPECT_GT(window.content_scale(), 0);
+    Overlay overlay(device, window.format(), window.content_scale());
+    const auto show = [&] {
+      EXPECT_FALSE(window.poll().close);
+      overlay.begin({.width = window.width(), .height = window.height()});
+      ImGui::SetNextWindowPos({0, 0});
+      ImGui::SetNextWindowSize({100, 100});
+      ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoDecoration);
+      ImGui::End();
+      window.present(scene, nullptr, overlay);
+    };
+    const auto check = [&] {
+      const Picture shown = window.last_frame();
+      ASSERT_EQ(shown.width, window.width());
+      EXPECT_LT(shown.at(50, 50)[0], 120) << "the panel is dark";
+      EXPECT_NEAR(shown.at(shown.width / 2, shown.height / 2)[0], 180, 2) << "nothing lies there";
+    };
+    for (int i = 0; i < 4; ++i) show();
+    check();
+    window.resize(520, 390);
+    for (int i = 0; i < 200 && window.width() != 520; ++i) show();
+    EXPECT_EQ(window.width(), 520);
+    for (int i = 0; i < 4; ++i) show();
+    check();
   }
   EXPECT_EQ(messages.load(), 0u);
 }
