@@ -55,23 +55,6 @@ void draw_tgc(Canvas& canvas, const view::Picture& picture, const ScannerConsole
   }
 }
 
-void draw_help(Canvas& canvas, const view::Picture& picture, const Font& font) {
-  const std::vector<std::string>& lines = ScannerConsole::help_lines();
-  double widest = 1;
-  for (const std::string& line : lines) widest = std::max(widest, font.width(line, 1));
-  const double height = std::min(text_height(picture), 0.9 * picture.width / (widest + 2));
-  const double pitch = 1.35 * height;
-  const double half_width = 0.5 * widest * height + height;
-  const double half_height = 0.5 * pitch * static_cast<double>(lines.size()) + 0.5 * height;
-  const PixelPoint centre{0.5 * picture.width, 0.5 * picture.height};
-  canvas.fill({centre.x - half_width, centre.y - half_height, centre.x + half_width, centre.y + half_height}, kShade);
-  double y = centre.y - half_height + 0.5 * height + 0.5 * pitch;
-  for (const std::string& line : lines) {
-    canvas.text(font, line, {centre.x - half_width + height, y}, height, kReading);
-    y += pitch;
-  }
-}
-
 }  // namespace
 
 void draw_note(view::Picture& picture, const std::string& note, const Font& font) {
@@ -112,7 +95,6 @@ void draw_scanner_screen(view::Picture& picture, const ScannerReadout& readout, 
   draw_scale(canvas, picture, readout, controls, font);
   draw_tgc(canvas, picture, console, font);
   draw_note(picture, readout.note, font);
-  if (console.help()) draw_help(canvas, picture, font);
 }
 
 }  // namespace stylet::session
