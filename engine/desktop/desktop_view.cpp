@@ -17,7 +17,8 @@ constexpr double kResizedAfter = 0.25;   // s that a new size stays before the r
 constexpr std::array kScales{1.0, 0.75, 0.5};
 constexpr double kSlowFrame = 0.050;  // s: below 20 frames a second
 constexpr double kQuickFrame = 0.012;
-constexpr int kFramesInARow = 20;
+constexpr double kSlowFor = 1;  // s of slow frames on end
+constexpr double kQuickFor = 2;
 
 render::SeeThrough see_through(PatientView view) {
   switch (view) {
@@ -44,15 +45,15 @@ std::vector<std::string> paragraphs(const content::Briefing& briefing) {
 }  // namespace
 
 double RenderScale::after(double frame_s) {
-  slow_ = frame_s > kSlowFrame ? slow_ + 1 : 0;
-  quick_ = frame_s < kQuickFrame ? quick_ + 1 : 0;
+  slow_s_ = frame_s > kSlowFrame ? slow_s_ + frame_s : 0;
+  quick_s_ = frame_s < kQuickFrame ? quick_s_ + frame_s : 0;
   const auto at = std::ranges::find(kScales, scale_);
-  if (slow_ >= kFramesInARow && at + 1 != kScales.end()) {
+  if (slow_s_ >= kSlowFor && at + 1 != kScales.end()) {
     scale_ = *(at + 1);
-    slow_ = 0;
-  } else if (quick_ >= 10 * kFramesInARow && at != kScales.begin()) {
+    slow_s_ = 0;
+  } else if (quick_s_ >= kQuickFor && at != kScales.begin()) {
     scale_ = *(at - 1);
-    quick_ = 0;
+    quick_s_ = 0;
   }
   return scale_;
 }
@@ -101,7 +102,10 @@ void DesktopView::fit_renderer(int width, int height, double dt_s) {
   device_.wait_idle();
   renderer_.reset();
   renderer_.emplace(device_, scene_,
-                    render::RenderSettings{.width = wanted_width, .height = wanted_height, .views = views});
+                    render::RenderSettings{.width = wanted_width,
+                                           .height = wanted_height,
+                                           .views = views,
+                                           .antialias = !device_.identity().is_lavapipe()});
 }
 
 void DesktopView::draw(int width, int height, double dt_s) {

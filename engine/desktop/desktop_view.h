@@ -43,8 +43,8 @@ public:
 
 private:
   double scale_ = 1;
-  int slow_ = 0;  // frames in a row
-  int quick_ = 0;
+  double slow_s_ = 0;  // on end
+  double quick_s_ = 0;
 };
 
 /// Thread: the one that uses the device.

@@ -23,6 +23,9 @@ SessionWatch::SessionWatch(const content::Scene& scene) : scene_(scene), trace_(
 
 void SessionWatch::look(const state::FrameState& frame) {
   if (frame.needle_orientations.empty() || (seen_ && frame.time_s <= frame_.time_s)) return;
+  const bool finite = frame.force.allFinite() && std::isfinite(frame.insertion_depth) &&
+                      frame.needle_positions.front().allFinite() && frame.needle_positions.back().allFinite();
+  if (!finite) return;  // the session says so itself; a curve has no place for it
   seen_ = true;
   frame_ = frame;
   const Eigen::Vector3f axis = frame.needle_orientations.front() * Eigen::Vector3f::UnitZ();

@@ -14,7 +14,7 @@ public:
   /// Keeps a reference to `scene`.
   explicit SessionWatch(const content::Scene& scene);
 
-  /// Takes in a frame; one that is no later than the last is passed over.
+  /// Takes in a frame; one that is no later than the last, or not finite, is passed over.
   void look(const state::FrameState& frame);
   /// Fills in what follows from the frames: depth, forces, distances, warnings, curve. Points into this.
   void fill(SessionFacts& facts) const;

@@ -23,13 +23,39 @@ namespace {
 TEST(RenderScale, DrawsFewerPixelsWhereFramesAreSlowAndMoreAgainWhereTheyAreQuick) {
   RenderScale scale;
   for (int i = 0; i < 100; ++i) EXPECT_EQ(scale.after(0.016), 1);
-  for (int i = 0; i < 19; ++i) EXPECT_EQ(scale.after(0.080), 1);
+  for (int i = 0; i < 12; ++i) EXPECT_EQ(scale.after(0.080), 1);  // 0.96 s
   EXPECT_EQ(scale.after(0.080), 0.75);
   for (int i = 0; i < 100; ++i) scale.after(0.080);
   EXPECT_EQ(scale.now(), 0.5);
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(scale.after(0.030), 0.5);  // neither slow nor quick
   for (int i = 0; i < 1000; ++i) scale.after(0.005);
   EXPECT_EQ(scale.now(), 1);
+}
+
+TEST(SessionWatch, AFrameThatIsNotFiniteIsPassedOver) {
+  const content::Scene scene;
+  SessionWatch watch(scene);
+  state::FrameState frame;
+  frame.needle_positions.assign(2, Eigen::Vector3f::Zero());
+  frame.needle_orientations.assign(2, Eigen::Quaternionf::Identity());
+  const auto points = [&] {
+    SessionFacts facts;
+    watch.fill(facts);
+    return facts.force_curve.size();
+  };
+  frame.time_s = 1;
+  watch.look(frame);
+  EXPECT_EQ(points(), 1U);
+  frame.time_s = 2;
+  frame.insertion_depth = std::numeric_limits<float>::infinity();
+  watch.look(frame);
+  frame.insertion_depth = 0;
+  frame.force.x() = std::numeric_limits<float>::quiet_NaN();
+  watch.look(frame);
+  EXPECT_EQ(points(), 1U);
+  frame.force.x() = 1;
+  watch.look(frame);
+  EXPECT_EQ(points(), 2U);
 }
 
 const content::Scene& small_scene() {
