@@ -8,7 +8,7 @@ usage: tools/kernel_test.sh
 The stylus over HID without hardware and without a mock. Debian's stock kernel, the one that linux-image-amd64 stands
 for today, boots in QEMU; in it a test program is both ends of the cable, and the kernel is all that is between them:
   hidraw  /dev/uhid, and a USB gadget (FunctionFS) on the emulated bus of dummy_hcd, through libhidapi-hidraw
-  libusb  the same gadget through libhidapi-libusb
+  libusb  the same gadget through libhidapi-libusb, alone and under Stylet's own stylus (an executable of its own)
   parser  report descriptors, the kernel's own reading of them against Stylet's
 Reports are counted and put in order both ways; features, stalls, unplugging and replugging. Times are those of the
 virtual machine. This machine's own kernel needs nothing; KVM is used where it works.
@@ -29,7 +29,7 @@ fail() { printf 'kernel_test.sh: %s\n' "$*" >&2; exit 2; }
 modules=(uhid hid-generic usbhid dummy_hcd usb_f_fs)
 work=$project/build/kernel_test
 log=$work/log
-program=build/release/bin/stylet_kernel_tests
+programs=(build/release/bin/stylet_kernel_tests build/release/bin/stylet_kernel_libusb_tests)
 
 # resolve: the package that linux-image-amd64 stands for.
 resolve() {
@@ -72,10 +72,10 @@ make_guest() {
   local libraries=/usr/lib/x86_64-linux-gnu library
   mkdir -p "$guest"/{bin,dev,proc,sys,data/hid,modules}
   cp "$(command -v busybox)" "$guest/bin/busybox"
-  cp "$program" "$guest/stylet_kernel_tests"
+  cp "${programs[@]}" "$guest"
   cp "$1"/*.ko "$1/modules" "$guest/modules"
   put $libraries/libhidapi-libusb.so.0 $libraries/gconv/UTF-16.so $libraries/gconv/gconv-modules.cache
-  for library in $(ldd "$program" $libraries/libhidapi-libusb.so.0 | awk '/=> \// { print $3 } $1 ~ /^\// && NF == 2 { print $1 }' |
+  for library in $(ldd "${programs[@]}" $libraries/libhidapi-libusb.so.0 | awk '/=> \// { print $3 } $1 ~ /^\// && NF == 2 { print $1 }' |
       grep -v : | sort -u); do
     put "$library"
   done
@@ -96,6 +96,7 @@ tests() {
 echo "stage: \$(uname -sr)"
 tests "hidraw" /stylet_kernel_tests --gtest_filter='*OverKernel*'
 tests "libusb" LD_PRELOAD=libhidapi-libusb.so.0 /stylet_kernel_tests --gtest_filter='*/StylusOverKernel*/Usb'
+tests "libusb, stylus" /stylet_kernel_libusb_tests --gtest_filter='*/HidStylusOverKernel*/Usb'
 tests "parser" /stylet_kernel_tests --gtest_filter='KernelReadsDescriptors.*'
 tests "parser" /stylet_kernel_tests --gtest_filter='HidCorpus.AgreesWithTheKernelOnEveryField'
 echo "stylet_kernel_tests: status \$status"
@@ -132,6 +133,7 @@ if [ -z "$package" ]; then
 fi
 [ -n "$package" ] || fail "apt does not know linux-image-amd64; this test needs Debian's kernel"
 stage "Build" build release stylet_kernel_tests -DBUILD_TESTING=ON
+stage "Build for libusb" build release stylet_kernel_libusb_tests -DBUILD_TESTING=ON
 [ -f "$work/$package/modules" ] || stage "Fetch $package" fetch_kernel "$package"
 make_guest "$work/$package"
 stage "Boot $package in QEMU" run_guest "$work/$package"

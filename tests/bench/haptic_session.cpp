@@ -35,6 +35,8 @@ constexpr double kOnTheirWay = 2;  // reports, where counting begins and ends
 constexpr double kQuickS = 10;     // below it one stall will do
 constexpr double kStallS = 0.3;
 constexpr double kZeroForceMs = 25;
+constexpr double kFirstS = 0.050;
+constexpr double kMostFirstN = 3.3 * (kFirstS / 0.5 + 0.02);  // of the rise in 0.5 s, a late step at the most
 
 /// The hand of the scenario's recorded motion, to and fro. It rests until begin().
 class Hand {
@@ -134,6 +136,7 @@ public:
     add_latency(folder);
     add_forces(written);
     add_stalls();
+    add_unplugging();
     add_force();
     finish();
     return report_;
@@ -243,10 +246,7 @@ private:
     double longest_s = 0;
     const int most = seconds_ < kQuickS ? 1 : 5;
     int stalls = 0;
-    const auto pushes = [this] {
-      return node_.with_device([this] { return firmware_.applied_force().norm() > 0.05; });
-    };
-    for (; stalls < most && wait_until(pushes, 20); ++stalls) {
+    for (; stalls < most && wait_until([this] { return pushes(); }, 20); ++stalls) {
       node_.stall(kStallS);
       std::this_thread::sleep_for(std::chrono::duration<double>(kStallS / 2));
       node_.with_device([&] {
@@ -266,6 +266,58 @@ private:
     report_.add(
         noted(at_most("stall.zero_force", 1e3 * longest_s, "ms", kZeroForceMs),
               "after the last pose, the longest: 20 ms, the next step, its report; the machine's own delays"));
+  }
+
+  /// The device is pulled out while it pushes, and put back in a second later.
+  void add_unplugging() {
+    const int most = seconds_ < kQuickS ? 1 : 3;
+    int times = 0;
+    double longest_seen_s = 0, longest_back_s = 0, most_at_once = 0;
+    for (; times < most && wait_until([this] { return pushes(); }, 20); ++times) {
+      const auto out = Clock::now();
+      node_.unplug();
+      if (!wait_until([this] { return !stylus_->connected(); }, 5)) break;
+      longest_seen_s = std::max(longest_seen_s, seconds_since(out));
+      std::this_thread::sleep_for(std::chrono::seconds(1));
+      const auto in = Clock::now();
+      node_.plug(times + 1);
+      if (!wait_until([this] { return pushes(); }, 20)) break;
+      longest_back_s = std::max(longest_back_s, seconds_since(in));
+      std::this_thread::sleep_for(std::chrono::duration<double>(kFirstS));
+      most_at_once = std::max(most_at_once, first_force(in.time_since_epoch().count()));
+    }
+    report_.add(noted(at_least("unplug.count", times, "1", most), "pulled out while it pushes, and put back"));
+    report_.add({"unplug.seen", 1e3 * longest_seen_s, "ms", {}, {}, {}, "until the session knows, the longest"});
+    report_.add({"unplug.back",
+                 1e3 * longest_back_s,
+                 "ms",
+                 {},
+                 {},
+                 {},
+                 "from the return until it pushes again, the longest"});
+    report_.add(noted(at_most("unplug.first_force", most_at_once, "N", kMostFirstN),
+                      "the most in the first 50 ms with a force: it rises anew"));
+  }
+
+  bool pushes() const {
+    return node_.with_device([this] { return firmware_.applied_force().norm() > 0.05; });
+  }
+  static double seconds_since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+  }
+  /// The most that was asked for within kFirstS of the first force after a time.
+  double first_force(std::int64_t after_ns) const {
+    return node_.with_device([&] {
+      std::int64_t first_ns = 0;
+      double most = 0;
+      for (const FirmwareEvent& event : firmware_.events()) {
+        if (event.kind != FirmwareEvent::kForce || event.time_ns < after_ns || event.force.isZero(0)) continue;
+        if (first_ns == 0) first_ns = event.time_ns;
+        if (event.time_ns - first_ns < static_cast<std::int64_t>(1e9 * kFirstS))
+          most = std::max(most, event.force.norm());
+      }
+      return most;
+    });
   }
 
   void finish() {

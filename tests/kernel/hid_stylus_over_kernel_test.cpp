@@ -1,9 +1,11 @@
-// What a session uses of the stylus, HidStylus, on the real kernel: uhid and USB.
+// What a session uses of the stylus, HidStylus, on the real kernel: over uhid and USB with libhidapi-hidraw, over USB
+// with libhidapi-libusb in another executable.
 #include "haptic/hid/hid_stylus.h"
 #include "tests/kernel/kernel_device.h"
 #include "tests/support/hid/stylus_firmware.h"
 
 #include <gtest/gtest.h>
+#include <hidapi.h>
 
 #include <chrono>
 #include <cstdio>
@@ -30,8 +32,14 @@ class HidStylusOverKernel : public testing::TestWithParam<PortKind> {
 protected:
   void SetUp() override {
     device_.plug();
-    std::vector<haptic::hid::HidDeviceSummary> devices;
-    ASSERT_TRUE(step_until([&] { return !(devices = haptic::hid::list_hid_devices()).empty(); }, 20'000));
+    std::vector<HidDeviceSummary> devices;
+    const auto listed = [&] {
+      hid_exit();  // without udevd libusb hears of nothing that is plugged in later
+      devices = list_hid_devices();
+      return !devices.empty();
+    };
+    ASSERT_TRUE(step_until(listed, 20'000));
+    libusb_ = !devices[0].path.starts_with("/dev/");
     stylus_ =
         std::make_unique<HidStylus>(HidStylusSettings{.device = devices[0], .fifo_priority = 0, .retry_s = 0.02});
     ASSERT_TRUE(step_until_valid());
@@ -67,6 +75,7 @@ protected:
   KernelDevice device_{GetParam(), firmware_, {}};
   haptic::StylusSample sample_{};
   double worst_step_ = 0;
+  bool libusb_ = false;
   std::unique_ptr<HidStylus> stylus_;
 };
 
@@ -115,6 +124,7 @@ TEST_P(HidStylusOverKernel, UnpluggedAndPluggedInAgainItGoesOnWithoutAJump) {
   const Vector3d left = sample_.position;
   ASSERT_FALSE(step_until([this] { return sample_.valid; }, 50));
   EXPECT_EQ(sample_.position, left);
+  if (libusb_) GTEST_SKIP() << "it was seen to go; without udevd libusb does not hear of its return";
   device_.plug();
   ASSERT_TRUE(step_until_valid());
   ASSERT_TRUE(step_until_force());
