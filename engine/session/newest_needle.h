@@ -8,6 +8,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
+#include <span>
 #include <vector>
 
 namespace stylet::session {
@@ -32,11 +34,12 @@ public:
   }
 
   /// Reader: replaces the needle of a picture, if it has one. Before the first step nothing.
-  void show(std::vector<Eigen::Vector3f>& positions, std::vector<Eigen::Quaternionf>& orientations) {
+  void show(std::span<Eigen::Vector3f> positions, std::span<Eigen::Quaternionf> orientations) {
     known_ = latest_.update() || known_;
-    if (!known_ || positions.size() != latest_.front().positions.size()) return;
-    positions = latest_.front().positions;
-    orientations = latest_.front().orientations;
+    const Shape& shape = latest_.front();
+    if (!known_ || positions.size() != shape.positions.size()) return;
+    std::copy(shape.positions.begin(), shape.positions.end(), positions.begin());
+    std::copy(shape.orientations.begin(), shape.orientations.end(), orientations.begin());
   }
 
 private:
