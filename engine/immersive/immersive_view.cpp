@@ -29,7 +29,7 @@ ImmersiveView::~ImmersiveView() {
 }
 
 const gpu::Image& ImmersiveView::draw(const view::HeadsetFrame& frame, const state::FrameState& state,
-                                      const render::ViewOptions& options) {
+                                      const Pictures& pictures) {
   if (!renderer_ || frame.size != size_) {
     device_.wait_idle();
     renderer_.reset();
@@ -39,6 +39,11 @@ const gpu::Image& ImmersiveView::draw(const view::HeadsetFrame& frame, const sta
             .width = static_cast<int>(frame.size.width), .height = static_cast<int>(frame.size.height), .views = 2});
     size_ = frame.size;
   }
+  render::ViewOptions options{.plane = pictures.plane, .screen = pictures.screen};
+  if (pictures.needle != nullptr)
+    options.latch_needle = [&](render::NeedlePose needle) {
+      pictures.needle->show(needle.positions, needle.orientations);
+    };
   return renderer_->render(state, eyes_in_patient(scene_, frame), options);
 }
 

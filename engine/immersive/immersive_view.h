@@ -3,6 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "engine/render/renderer.h"
+#include "engine/session/newest_needle.h"
 #include "engine/view/headset.h"
 
 #include <array>
@@ -16,6 +17,13 @@ Eigen::Isometry3d standing_place(const content::Scene& scene);
 /// The eyes of a frame, for the renderer.
 std::array<render::EyeView, 2> eyes_in_patient(const content::Scene& scene, const view::HeadsetFrame& frame);
 
+/// What a frame shows beside the simulation's state.
+struct Pictures {
+  render::PlaneTexture plane{};             ///< the image in the probe's plane
+  const gpu::Image* screen = nullptr;       ///< of the ultrasound machine
+  session::NewestNeedle* needle = nullptr;  ///< shown in place of the state's: the hand sees no added delay
+};
+
 /// Thread: the one that uses the device.
 class ImmersiveView {
 public:
@@ -27,8 +35,7 @@ public:
 
   /// Both eyes, left in layer 0. The renderer is made anew when the frame wants another size.
   /// @throws gpu::GpuError
-  const gpu::Image& draw(const view::HeadsetFrame& frame, const state::FrameState& state,
-                         const render::ViewOptions& options);
+  const gpu::Image& draw(const view::HeadsetFrame& frame, const state::FrameState& state, const Pictures& pictures);
 
 private:
   gpu::Device& device_;

@@ -7,6 +7,7 @@
 #include "engine/session/recorded_stylus.h"
 #include "engine/ultrasound/presets.h"
 #include "engine/ultrasound/scanner_controls.h"
+#include "haptic/hand_device.h"
 #include "haptic/mouse_device.h"
 #include "haptic/scripted_device.h"
 #include "tools/stylet/hid_device.h"
@@ -102,6 +103,14 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene, 
     haptic::MouseDevice* mouse = device.get();
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .mouse = mouse};
   }
+  if (description == "hand") {
+    approach(scene);  // says what the scenario lacks
+    const physics::StylusPose& hub = scene.motion.stylus.front().pose;
+    auto device = std::make_unique<haptic::HandDevice>(
+        haptic::HandSettings{.start = hub.position, .start_orientation = hub.orientation});
+    haptic::HandDevice* hand = device.get();
+    return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .hand = hand};
+  }
   if (const std::optional<HidChoice> choice = hid_choice(description)) {
     const Approach way = approach(scene);
     std::unique_ptr<haptic::hid::HidStylus> device = open_hid_stylus(*choice, scene, way.entry, way.target, log);
@@ -109,7 +118,7 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene, 
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .hid = hid};
   }
   throw content::ContentError(
-      fmt::format("--device {}: there is recorded:FILE, scripted, mouse, hid and hid:VID:PID", description));
+      fmt::format("--device {}: there is recorded:FILE, scripted, mouse, hand, hid and hid:VID:PID", description));
 }
 
 void add_scanner_options(CLI::App& command, ScannerOptions& options) {

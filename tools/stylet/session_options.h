@@ -14,6 +14,7 @@
 #include <string>
 
 namespace stylet::haptic {
+class HandDevice;
 class MouseDevice;
 namespace hid {
 class HidStylus;
@@ -34,10 +35,13 @@ struct Stylus {
   std::unique_ptr<haptic::Device> device;
   double duration_s = 0;                  ///< infinite: as long as the user wants
   haptic::MouseDevice* mouse = nullptr;   ///< the device, where it is the mouse
+  haptic::HandDevice* hand = nullptr;     ///< the device, where it is the hand in a headset
   haptic::hid::HidStylus* hid = nullptr;  ///< the device, where it is a HID device
+  /// By somebody who begins and ends the session; else it runs by itself.
+  bool held() const { return mouse != nullptr || hand != nullptr || hid != nullptr; }
 };
 
-/// @param description  "" (the scenario's motion), "recorded:FILE", "scripted", "mouse", "hid" or
+/// @param description  "" (the scenario's motion), "recorded:FILE", "scripted", "mouse", "hand", "hid" or
 ///                     "hid:VID:PID"
 /// @throws content::ContentError, haptic::hid::HidError
 /// @param log  takes the raw reports of a HID device; outlives the stylus
@@ -61,9 +65,8 @@ void set_scanner(content::Scene& scene, const ScannerOptions& options);
 void set_haptic_rate(content::Scene& scene, double haptic_hz);
 
 inline constexpr const char* kDeviceHelp =
-    "Stylus: hid or hid:VID:PID (`stylet devices` lists them), recorded:FILE (a motion file), scripted, or mouse; "
-    "default: "
-    "the scenario's recorded motion";
+    "Stylus: hid or hid:VID:PID (`stylet devices` lists them), recorded:FILE (a motion file), scripted, mouse, or "
+    "hand (the headset's right controller); default: the scenario's recorded motion, in a headset hand";
 inline constexpr const char* kCouplingHelp = "stylet, paper-updated or paper-frozen; default: the scenario's";
 
 }  // namespace stylet::tools

@@ -10,6 +10,7 @@
 #include "engine/training/training_session.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/headset_session.h"
 #include "tools/stylet/hid_device.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
@@ -63,6 +64,9 @@ int list_scenarios() {
 
 bool want_window(const TrainOptions& options) {
   if (options.view == "headless") return false;
+  if (options.view == "headset" && options.lockstep) {
+    throw content::ContentError("--lockstep: runs without a headset; leave one of --lockstep and --view headset out");
+  }
   if (options.view == "window" && !has_display()) {
     throw content::ContentError(
         "--view window: there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set); use --view headless");
@@ -73,7 +77,8 @@ bool want_window(const TrainOptions& options) {
   return has_display() && !options.lockstep;
 }
 
-/// A window's display; none for a headless session, or where --view auto finds that none can be opened.
+/// A window's display; none for a headless session, or where --view auto or headset finds that none can be opened. Of
+/// a headset's session the window waits for the headset to go.
 std::unique_ptr<view::Display> open_display(const TrainOptions& options) {
   if (!want_window(options)) return nullptr;
   try {
@@ -87,32 +92,37 @@ std::unique_ptr<view::Display> open_display(const TrainOptions& options) {
 
 /// One attempt. @return nothing: the trainee wants to begin anew
 std::optional<int> attempt(const TrainOptions& options, const content::Scene& scene, view::Display* display,
-                           Progress& progress) {
+                           view::HeadsetRuntime* headset, Progress& progress) {
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
   haptic::hid::ReportLog log;
-  Stylus stylus = make_stylus(options.device, scene, options.record.empty() ? nullptr : &log);
+  const std::string device = options.device.empty() && headset ? "hand" : options.device;
+  Stylus stylus = make_stylus(device, scene, options.record.empty() ? nullptr : &log);
   if (options.seconds > 0) stylus.duration_s = std::min(stylus.duration_s, options.seconds);
   if (options.lockstep && stylus.hid != nullptr) {
     throw content::ContentError("--lockstep: a HID device moves in real time; leave one of --lockstep and hid out");
   }
-  if (!display && stylus.mouse != nullptr) {
+  if ((!display || headset) && stylus.mouse != nullptr) {
     throw content::ContentError("--device mouse: needs a window, and this session has none");
   }
-  gpu::Device gpu(
-      {.gpu = options.gpu, .window_extensions = display ? display->vulkan_extensions() : std::vector<std::string>{}});
+  if (!headset && stylus.hand != nullptr) {
+    throw content::ContentError("--device hand: needs a headset, and this session has none; see --view headset");
+  }
+  gpu::Device gpu({.gpu = options.gpu,
+                   .window_extensions = display ? display->vulkan_extensions() : std::vector<std::string>{},
+                   .maker = headset});
   session::OutputDirectory out(options.out);
 
   const auto recording_file = out.staged("session.rec");
   session::HeldProbe probe(scene);
   training::TraceRecorder trace(scene, stylus.duration_s);
-  training::TrainingSession course(scene, {.automatic = stylus.mouse == nullptr && stylus.hid == nullptr});
+  training::TrainingSession course(scene, {.automatic = !stylus.held()});
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
                              .lockstep = options.lockstep,
                              .recording = recording_file,
                              .build = build_name(),
-                             .probe = display ? &probe : nullptr,
+                             .probe = display || headset ? &probe : nullptr,
                              .listeners = {&trace, &course.watch()}});
   session::SessionReport report{.scenario = scene.scenario.string(),
                                 .build = build_name(),
@@ -131,7 +141,16 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   } else {
     live.start();
     begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
-    if (display)
+    const bool shown = headset && show_in_headset(*headset, gpu, scene, live,
+                                                  {.hand = stylus.hand,
+                                                   .hid = stylus.hid,
+                                                   .probe = &probe,
+                                                   .scanner = session::ScannerConsole(scene.probe),
+                                                   .course = &course,
+                                                   .if_lost = display       ? "going on in a window"
+                                                              : stylus.hand ? "nothing leads the needle: the end"
+                                                                            : "going on headless"});
+    if (display && !shown)
       show_session(*display, gpu, scene, live,
                    {.stereo = options.stereo,
                     .mouse = stylus.mouse,
@@ -141,7 +160,9 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
                     .scanner = session::ScannerConsole(scene.probe),
                     .course = &course});
     StylusWatch watch(stylus.hid);
-    while (!display && !live.finished() && !interrupted()) {
+    // Without the headset nobody would end the session of a hand.
+    const bool watched = display || shown || stylus.hand != nullptr;
+    while (!watched && !live.finished() && !interrupted()) {
       watch.look();
       course.poll(live);
       progress.show("Session in real time", live.time_s() / stylus.duration_s);
@@ -209,12 +230,14 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
 int train(const TrainOptions& options) {
   if (options.scenario.empty()) return list_scenarios();
   const std::unique_ptr<view::Display> display = open_display(options);
+  const std::unique_ptr<view::HeadsetRuntime> headset =
+      options.view == "headset" ? find_headset(display ? "in a window" : "headless") : nullptr;
   Progress progress;
   content::Scene scene = load_scene(options.scenario, progress);
   if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
   set_scanner(scene, options.scanner);
   while (true) {
-    if (const std::optional<int> code = attempt(options, scene, display.get(), progress)) return *code;
+    if (const std::optional<int> code = attempt(options, scene, display.get(), headset.get(), progress)) return *code;
     fmt::print(stderr, "stylet: once more from the start\n");
   }
 }
@@ -226,8 +249,11 @@ void add_train(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TrainOptions>();
   command->add_option("SCENARIO", options->scenario, "Name of a scenario in content/scenarios, or a file");
   command->add_option("--device", options->device, kDeviceHelp);
-  command->add_option("--view", options->view, "auto: a window where there is a display, else headless")
-      ->check(CLI::IsMember({"auto", "window", "headless"}))
+  command
+      ->add_option("--view", options->view,
+                   "auto: a window where there is a display, else headless; headset: OpenXR, and where no runtime "
+                   "answers as auto")
+      ->check(CLI::IsMember({"auto", "window", "headset", "headless"}))
       ->capture_default_str();
   command->add_flag("--stereo", options->stereo, "Both eyes side by side, drawn in one pass");
   command->add_flag("--lockstep", options->lockstep,

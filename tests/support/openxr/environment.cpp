@@ -90,7 +90,7 @@ void follow_environment() {
   if (frame == plan().number("end")) stop(true);
   for (std::size_t eye = 0; eye < 2; ++eye) {
     const auto file = plan().words.find(eye == 0 ? "left" : "right");
-    if (file != plan().words.end() && report().last.layer && frame % 30 == 0)
+    if (file != plan().words.end() && report().last.layer && frame % 5 == 0)
       write_ppm(file->second, report().last, eye);
   }
   static std::size_t written = 0;

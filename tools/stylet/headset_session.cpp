@@ -1,0 +1,91 @@
+#include "tools/stylet/headset_session.h"
+
+#include "engine/immersive/hands_on_patient.h"
+#include "engine/immersive/immersive_view.h"
+#include "engine/session/live_scanner.h"
+#include "engine/view/headset.h"
+#include "tools/stylet/interrupt.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <span>
+#include <thread>
+
+namespace stylet::tools {
+
+namespace {
+
+constexpr auto kIdle = std::chrono::milliseconds(10);  // between looks while the runtime wants no frames
+
+/// What the menu button does.
+training::Action menu_action(const training::FlowState& course) {
+  if (course.stage == training::Stage::briefing) return training::Action::start;
+  return course.paused ? training::Action::resume : training::Action::pause;
+}
+
+}  // namespace
+
+std::unique_ptr<view::HeadsetRuntime> find_headset(const char* instead) {
+  try {
+    return std::make_unique<view::HeadsetRuntime>();
+  } catch (const view::HeadsetError& error) {
+    fmt::print(stderr, "stylet: --view headset: {}; going on {}\n", error.what(), instead);
+    return nullptr;
+  }
+}
+
+bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
+                     session::LiveSession& session, const HeadsetSessionSettings& settings) {
+  std::optional<view::Headset> headset;
+  try {
+    headset.emplace(runtime, device, view::HeadsetSettings{.room_from_standing = immersive::standing_place(scene)});
+  } catch (const view::HeadsetError& error) {
+    fmt::print(stderr, "stylet: {}: {}; {}\n", runtime.name(), error.what(), settings.if_lost);
+    return false;
+  }
+  session::LiveScanner scanner(device, scene, settings.scanner);
+  immersive::ImmersiveView view(device, scene);
+  immersive::HandsOnPatient hands(scene, settings.hand, settings.probe);
+  state::FrameState state = session.frames().make_frame();
+  // One simulation period behind the newest state there is always a later one to interpolate to.
+  const double delay_s = 1.5 / scene.rates.simulation_hz;
+  StylusWatch watch(settings.hid);
+  while (!session.finished() && !interrupted()) {
+    watch.look();
+    const view::HeadsetPhase phase = headset->poll();
+    if (phase == view::HeadsetPhase::ended) return true;
+    if (phase == view::HeadsetPhase::lost) {
+      fmt::print(stderr, "stylet: {}; {}\n", headset->reason(), settings.if_lost);
+      return false;
+    }
+    const std::optional<view::HeadsetFrame> frame = headset->begin_frame();
+    if (!frame) {
+      std::this_thread::sleep_for(kIdle);
+      continue;
+    }
+    hands.move(frame->hands, session.time_s());
+    if (settings.course != nullptr) {
+      const training::Action menu = menu_action(settings.course->state());
+      const training::FlowState& state_of_course =
+          settings.course->poll(session, std::span(&menu, frame->hands.menu_pressed ? 1U : 0U));
+      if (state_of_course.stage == training::Stage::debrief || settings.course->reset_asked_for()) {
+        headset->end_frame(nullptr);
+        return true;
+      }
+    }
+    if (!frame->draw) {
+      headset->end_frame(nullptr);
+      continue;
+    }
+    scanner.handle({}, nullptr, session.time_s());
+    session.frames().sample(session.time_s() - delay_s, state);
+    scanner.draw(state);
+    headset->end_frame(
+        &view.draw(*frame, state,
+                   {.plane = scanner.in_view(), .screen = &scanner.screen(), .needle = &session.newest_needle()}));
+  }
+  return true;
+}
+
+}  // namespace stylet::tools

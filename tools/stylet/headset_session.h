@@ -1,0 +1,37 @@
+// `stylet train --view headset`: the running session in a headset, its controllers in the hands.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/gpu/device.h"
+#include "engine/session/held_probe.h"
+#include "engine/session/live_session.h"
+#include "engine/session/scanner_console.h"
+#include "engine/training/training_session.h"
+#include "engine/view/headset_runtime.h"
+#include "haptic/hand_device.h"
+#include "tools/stylet/hid_device.h"
+
+#include <memory>
+
+namespace stylet::tools {
+
+/// The runtime of a headset; none, and one line that says why, where none answers.
+/// @param instead  what the session goes on with: "headless"
+std::unique_ptr<view::HeadsetRuntime> find_headset(const char* instead);
+
+struct HeadsetSessionSettings {
+  haptic::HandDevice* hand = nullptr;           ///< led by the right controller
+  const haptic::hid::HidStylus* hid = nullptr;  ///< its coming and going is told
+  session::HeldProbe* probe = nullptr;          ///< held by the left controller
+  session::ScannerConsole scanner{content::Probe{}};
+  training::TrainingSession* course = nullptr;  ///< the menu button begins, pauses and resumes it
+  const char* if_lost = "";                     ///< what the session does then: "going on headless"
+};
+
+/// Shows the session until it is finished, the trainee ends it in the runtime's menu, or an interrupt comes.
+/// @return false: headset or runtime have gone before, which one line said
+/// Main thread. @throws gpu::GpuError
+bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
+                     session::LiveSession& session, const HeadsetSessionSettings& settings);
+
+}  // namespace stylet::tools
