@@ -13,6 +13,10 @@
 #include <optional>
 #include <string>
 
+namespace stylet::link {
+class LinkStylus;
+}  // namespace stylet::link
+
 namespace stylet::haptic {
 class MouseDevice;
 namespace hid {
@@ -35,10 +39,11 @@ struct Stylus {
   double duration_s = 0;                  ///< infinite: as long as the user wants
   haptic::MouseDevice* mouse = nullptr;   ///< the device, where it is the mouse
   haptic::hid::HidStylus* hid = nullptr;  ///< the device, where it is a HID device
+  link::LinkStylus* link = nullptr;       ///< the device, where it is tracked elsewhere
 };
 
-/// @param description  "" (the scenario's motion), "recorded:FILE", "scripted", "mouse", "hid" or
-///                     "hid:VID:PID"
+/// @param description  "" (the scenario's motion), "recorded:FILE", "scripted", "mouse", "link",
+///                     "hid" or "hid:VID:PID"
 /// @throws content::ContentError, haptic::hid::HidError
 /// @param log  takes the raw reports of a HID device; outlives the stylus
 Stylus make_stylus(const std::string& description, const content::Scene& scene,
@@ -61,9 +66,8 @@ void set_scanner(content::Scene& scene, const ScannerOptions& options);
 void set_haptic_rate(content::Scene& scene, double haptic_hz);
 
 inline constexpr const char* kDeviceHelp =
-    "Stylus: hid or hid:VID:PID (`stylet devices` lists them), recorded:FILE (a motion file), scripted, or mouse; "
-    "default: "
-    "the scenario's recorded motion";
+    "Stylus: hid or hid:VID:PID (`stylet devices` lists them), recorded:FILE (a motion file), scripted, mouse, or "
+    "link (NeedleToReference of --link or --link-from); default: the scenario's recorded motion";
 inline constexpr const char* kCouplingHelp = "stylet, paper-updated or paper-frozen; default: the scenario's";
 
 }  // namespace stylet::tools

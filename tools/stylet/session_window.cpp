@@ -68,6 +68,7 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
                   session::LiveSession& session, const SessionWindowSettings& settings) {
   view::Window window(display, device, {.title = fmt::format("Stylet: {}", scene.name)});
   session::LiveScanner scanner(device, scene, settings.scanner);
+  scanner.watch(settings.images);
   render::Renderer renderer(device, scene,
                             {.width = settings.stereo ? 400 : 800, .height = 720, .views = settings.stereo ? 2 : 1});
   state::FrameState frame = session.frames().make_frame();

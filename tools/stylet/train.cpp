@@ -12,6 +12,7 @@
 #include "tools/stylet/commands.h"
 #include "tools/stylet/hid_device.h"
 #include "tools/stylet/interrupt.h"
+#include "tools/stylet/link_session.h"
 #include "tools/stylet/progress.h"
 #include "tools/stylet/session_options.h"
 #include "tools/stylet/session_window.h"
@@ -45,6 +46,7 @@ struct TrainOptions {
   std::string out = "out/session";
   std::string gpu;
   ScannerOptions scanner;
+  LinkOptions link;
 };
 
 /// What an interrupted session does not draw: pictures of an earlier one must not lie beside its numbers.
@@ -95,6 +97,12 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   if (options.lockstep && stylus.hid != nullptr) {
     throw content::ContentError("--lockstep: a HID device moves in real time; leave one of --lockstep and hid out");
   }
+  if (options.lockstep && options.link.wanted()) {
+    throw content::ContentError("--lockstep: runs faster than time; leave one of --lockstep and --link out");
+  }
+  if (stylus.link != nullptr && !options.link.wanted()) {
+    throw content::ContentError("--device link: its poses come over --link or --link-from HOST:PORT; say which");
+  }
   if (!display && stylus.mouse != nullptr) {
     throw content::ContentError("--device mouse: needs a window, and this session has none");
   }
@@ -112,8 +120,9 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
                              .lockstep = options.lockstep,
                              .recording = recording_file,
                              .build = build_name(),
-                             .probe = display ? &probe : nullptr,
+                             .probe = display || options.link.wanted() ? &probe : nullptr,
                              .listeners = {&trace, &course.watch()}});
+  LinkSession link(options.link, scene, live, {.probe = &probe, .needle = stylus.link});
   session::SessionReport report{.scenario = scene.scenario.string(),
                                 .build = build_name(),
                                 .coupling = session::coupling_name(coupling),
@@ -131,6 +140,7 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   } else {
     live.start();
     begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
+    link.start();
     if (display)
       show_session(*display, gpu, scene, live,
                    {.stereo = options.stereo,
@@ -138,17 +148,19 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
                     .hid = stylus.hid,
                     .probe = &probe,
                     .scanner = session::ScannerConsole(scene.probe),
-                    .course = &course});
+                    .course = &course,
+                    .images = &link});
     StylusWatch watch(stylus.hid);
     while (!display && !live.finished() && !interrupted()) {
       watch.look();
       course.poll(live);
       progress.show("Session in real time", live.time_s() / stylus.duration_s);
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      link.pass_time(gpu);
     }
     course.end(live);
     report.run = live.stop();
   }
+  const std::vector<std::string> link_lines = link.stop();
   if (course.reset_asked_for() && !interrupted()) return std::nullopt;
   const std::string hid_counts = stylus.hid != nullptr ? hid_summary(*stylus.hid) + "\n" : "";
   progress.done();
@@ -193,6 +205,7 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
 
   fmt::print("\n{}\n{}{}", scene.name, session::main_figures(report), hid_counts);
   fmt::print("{}\n{}", training::in_words(course.result()), training::in_words(training));
+  for (const std::string& line : link_lines) fmt::print("{}\n", line);
   fmt::print("\n{} holds:\n", out.destination().string());
   fmt::print(
       "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
@@ -241,6 +254,7 @@ void add_train(CLI::App& app, int& exit_code) {
                       "recorded:FILE plays it");
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   add_scanner_options(*command, options->scanner);
+  add_link_options(*command, options->link);
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
   command->footer(
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
@@ -251,6 +265,8 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --device hid          a stylus, space mouse or pen; `stylet devices` lists them\n"
       "  stylet train liver_biopsy --device mouse        drag: move the hub; wheel: advance the needle\n"
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
+      "  stylet train liver_biopsy --link                3D Slicer connects to localhost:18944\n"
+      "  stylet train liver_biopsy --link --device link  and a tracked needle drives the needle\n"
       "In the window: Enter begins and finishes, T fires or heats, K pauses, Backspace tries again; H lists the keys "
       "of "
       "scanner and probe. A tissue table that is saved meanwhile shows in the "
