@@ -67,7 +67,9 @@ DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, sessi
       scanner_(device, scene, settings.scanner),
       watch_(scene),
       frame_(session.frames().make_frame()),
-      camera_(scene.camera) {}
+      camera_(scene.camera) {
+  scanner_.watch(settings.images);
+}
 
 bool DesktopView::handle(const view::Input& input) {
   if (input.close || std::ranges::find(input.keys, 'Q') != input.keys.end()) return false;

@@ -32,6 +32,7 @@ struct DesktopSettings {
   session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
   std::string device{};                               ///< what leads the needle, for the panels
   training::TrainingSession* course = nullptr;        ///< driven by keys and buttons
+  session::ImageWatcher* images = nullptr;            ///< gets those of the scanner
 };
 
 /// How many pixels of a frame are drawn: fewer where drawing takes so long that the hand would notice. Pure.

@@ -81,6 +81,7 @@ void LiveScanner::draw(const state::FrameState& state) {
   }
   note_ = message_.empty() ? diagnosis_ : message_;
   view::Picture picture = view::read_picture(device_, imager_->image());
+  if (watcher_ != nullptr && !console_.frozen()) watcher_->imaged(state, imager_->geometry(), picture);
   draw_scanner_screen(
       picture,
       {.probe = scene_.probe.name, .sector = imager_->geometry(), .probe_force = state.probe_force, .note = note_},

@@ -11,12 +11,22 @@
 #include "engine/session/scanner_console.h"
 #include "engine/state/frame_state.h"
 #include "engine/ultrasound/imager.h"
+#include "engine/view/picture.h"
 #include "engine/view/window.h"
 
 #include <optional>
 #include <string>
 
 namespace stylet::session {
+
+/// Gets the images of a scanner for others, on its thread.
+class ImageWatcher {
+public:
+  virtual ~ImageWatcher() = default;
+  /// @param bare  B-mode alone, grey
+  virtual void imaged(const state::FrameState& state, const ultrasound::SectorGeometry& sector,
+                      const view::Picture& bare) = 0;
+};
 
 /// Thread: the one that uses the device.
 class LiveScanner {
@@ -29,6 +39,9 @@ public:
   void handle(const view::Input& input, HeldProbe* probe, double time_s);
   /// Makes image and screen of `state`; a frozen scanner keeps its image.
   void draw(const state::FrameState& state);
+
+  /// Gets every image from now on, none of a frozen scanner; null: nobody does.
+  void watch(ImageWatcher* watcher) { watcher_ = watcher; }
 
   /// Image, settings and scales, as on a machine's screen.
   const gpu::Image& screen() const { return screen_; }
@@ -56,6 +69,7 @@ private:
   std::string diagnosis_;
   double diagnosed_s_ = -1;
   std::string note_;
+  ImageWatcher* watcher_ = nullptr;
 };
 
 }  // namespace stylet::session

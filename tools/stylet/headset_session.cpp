@@ -45,6 +45,7 @@ bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const c
     return false;
   }
   session::LiveScanner scanner(device, scene, settings.scanner);
+  scanner.watch(settings.images);
   immersive::ImmersiveView view(device, scene);
   immersive::HandsOnPatient hands(scene, settings.hand, settings.probe);
   state::FrameState state = session.frames().make_frame();

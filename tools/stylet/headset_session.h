@@ -4,6 +4,7 @@
 #include "engine/content/scene.h"
 #include "engine/gpu/device.h"
 #include "engine/session/held_probe.h"
+#include "engine/session/live_scanner.h"
 #include "engine/session/live_session.h"
 #include "engine/session/scanner_console.h"
 #include "engine/training/training_session.h"
@@ -25,6 +26,7 @@ struct HeadsetSessionSettings {
   session::HeldProbe* probe = nullptr;          ///< held by the left controller
   session::ScannerConsole scanner{content::Probe{}};
   training::TrainingSession* course = nullptr;  ///< the menu button begins, pauses and resumes it
+  session::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   const char* if_lost = "";                     ///< what the session does then: "going on headless"
 };
 

@@ -3,6 +3,7 @@
 #include "engine/content/error.h"
 #include "engine/content/motion.h"
 #include "engine/content/scenario.h"
+#include "engine/link/link_stylus.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/ultrasound/presets.h"
@@ -111,6 +112,14 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene, 
     haptic::HandDevice* hand = device.get();
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .hand = hand};
   }
+  if (description == "link") {
+    (void)approach(scene);  // says what is missing
+    const physics::StylusPose& hub = scene.motion.stylus.front().pose;
+    auto device = std::make_unique<link::LinkStylus>(
+        physics::RigidPose{.position = hub.position, .orientation = hub.orientation});
+    link::LinkStylus* tracked = device.get();
+    return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .link = tracked};
+  }
   if (const std::optional<HidChoice> choice = hid_choice(description)) {
     const Approach way = approach(scene);
     std::unique_ptr<haptic::hid::HidStylus> device = open_hid_stylus(*choice, scene, way.entry, way.target, log);
@@ -118,7 +127,7 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene, 
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .hid = hid};
   }
   throw content::ContentError(
-      fmt::format("--device {}: there is recorded:FILE, scripted, mouse, hand, hid and hid:VID:PID", description));
+      fmt::format("--device {}: there is recorded:FILE, scripted, mouse, hand, link, hid and hid:VID:PID", description));
 }
 
 void add_scanner_options(CLI::App& command, ScannerOptions& options) {

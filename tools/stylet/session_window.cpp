@@ -35,7 +35,8 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
                                 .probe = settings.probe,
                                 .scanner = settings.scanner,
                                 .device = settings.device,
-                                .course = settings.course});
+                                .course = settings.course,
+                                .images = settings.images});
   StylusWatch watch(settings.hid);
   auto before = std::chrono::steady_clock::now();
   while (!session.finished() && !interrupted()) {

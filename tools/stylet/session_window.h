@@ -4,6 +4,7 @@
 #include "engine/content/scene.h"
 #include "engine/gpu/device.h"
 #include "engine/session/held_probe.h"
+#include "engine/session/live_scanner.h"
 #include "engine/session/live_session.h"
 #include "engine/session/scanner_console.h"
 #include "engine/training/training_session.h"
@@ -26,6 +27,7 @@ struct SessionWindowSettings {
   session::HeldProbe* probe = nullptr;                ///< moved by keys and the middle button
   session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
   training::TrainingSession* course = nullptr;        ///< driven by the keys of course_keys.h
+  session::ImageWatcher* images = nullptr;            ///< gets those of the scanner
 };
 
 /// Shows the session until it is finished, the trainee finishes or resets it, the window is closed or an interrupt

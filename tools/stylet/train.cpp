@@ -13,6 +13,7 @@
 #include "tools/stylet/headset_session.h"
 #include "tools/stylet/hid_device.h"
 #include "tools/stylet/interrupt.h"
+#include "tools/stylet/link_session.h"
 #include "tools/stylet/progress.h"
 #include "tools/stylet/session_options.h"
 #include "tools/stylet/session_window.h"
@@ -46,6 +47,7 @@ struct TrainOptions {
   std::string out = "out/session";
   std::string gpu;
   ScannerOptions scanner;
+  LinkOptions link;
 };
 
 /// What an interrupted session does not draw: pictures of an earlier one must not lie beside its numbers.
@@ -101,6 +103,12 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   if (options.lockstep && stylus.hid != nullptr) {
     throw content::ContentError("--lockstep: a HID device moves in real time; leave one of --lockstep and hid out");
   }
+  if (options.lockstep && options.link.wanted()) {
+    throw content::ContentError("--lockstep: runs faster than time; leave one of --lockstep and --link out");
+  }
+  if (stylus.link != nullptr && !options.link.wanted()) {
+    throw content::ContentError("--device link: its poses come over --link or --link-from HOST:PORT; say which");
+  }
   if ((!display || headset) && stylus.mouse != nullptr) {
     throw content::ContentError("--device mouse: needs a window, and this session has none");
   }
@@ -115,15 +123,16 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   const auto recording_file = out.staged("session.rec");
   session::HeldProbe probe(scene);
   training::TraceRecorder trace(scene, stylus.duration_s);
-  training::TrainingSession course(scene, {.automatic = !stylus.held()});
+  training::TrainingSession course(scene, {.automatic = !stylus.held() || (!display && !headset)});
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
                              .lockstep = options.lockstep,
                              .recording = recording_file,
                              .build = build_name(),
-                             .probe = display || headset ? &probe : nullptr,
+                             .probe = display || headset || options.link.wanted() ? &probe : nullptr,
                              .listeners = {&trace, &course.watch()}});
+  LinkSession link(options.link, scene, live, {.probe = &probe, .needle = stylus.link});
   session::SessionReport report{.scenario = scene.scenario.string(),
                                 .build = build_name(),
                                 .coupling = session::coupling_name(coupling),
@@ -141,12 +150,14 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   } else {
     live.start();
     begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
+    link.start();
     const bool shown = headset && show_in_headset(*headset, gpu, scene, live,
                                                   {.hand = stylus.hand,
                                                    .hid = stylus.hid,
                                                    .probe = &probe,
                                                    .scanner = session::ScannerConsole(scene.probe),
                                                    .course = &course,
+                                                   .images = &link,
                                                    .if_lost = display       ? "going on in a window"
                                                               : stylus.hand ? "nothing leads the needle: the end"
                                                                             : "going on headless"});
@@ -158,7 +169,8 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
                     .device = stylus.device->name(),
                     .probe = &probe,
                     .scanner = session::ScannerConsole(scene.probe),
-                    .course = &course});
+                    .course = &course,
+                    .images = &link});
     StylusWatch watch(stylus.hid);
     // Without the headset nobody would end the session of a hand.
     const bool watched = display || shown || stylus.hand != nullptr;
@@ -166,11 +178,12 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
       watch.look();
       course.poll(live);
       progress.show("Session in real time", live.time_s() / stylus.duration_s);
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      link.pass_time(gpu);
     }
     course.end(live);
     report.run = live.stop();
   }
+  const std::vector<std::string> link_lines = link.stop();
   if (course.reset_asked_for() && !interrupted()) return std::nullopt;
   const std::string hid_counts = stylus.hid != nullptr ? hid_summary(*stylus.hid) + "\n" : "";
   progress.done();
@@ -215,6 +228,7 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
 
   fmt::print("\n{}\n{}{}", scene.name, session::main_figures(report), hid_counts);
   fmt::print("{}\n{}", training::in_words(course.result()), training::in_words(training));
+  for (const std::string& line : link_lines) fmt::print("{}\n", line);
   fmt::print("\n{} holds:\n", out.destination().string());
   fmt::print(
       "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
@@ -268,6 +282,7 @@ void add_train(CLI::App& app, int& exit_code) {
                       "recorded:FILE plays it");
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   add_scanner_options(*command, options->scanner);
+  add_link_options(*command, options->link);
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
   command->footer(
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
@@ -278,6 +293,8 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --device hid          a stylus, space mouse or pen; `stylet devices` lists them\n"
       "  stylet train liver_biopsy --device mouse        drag: move the hub; wheel: advance the needle\n"
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
+      "  stylet train liver_biopsy --link                3D Slicer connects to localhost:18944\n"
+      "  stylet train liver_biopsy --link --device link  and a tracked needle drives the needle\n"
       "In the window: Enter begins and finishes, T fires or heats, X pauses, Backspace tries again; H lists the keys "
       "of "
       "scanner and probe. A tissue table that is saved meanwhile shows in the "

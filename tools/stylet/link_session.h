@@ -1,0 +1,57 @@
+// What `stylet train --link` does: a session that 3D Slicer and PLUS see and move.
+#pragma once
+
+#include "engine/gpu/device.h"
+#include "engine/link/link.h"
+#include "engine/session/live_scanner.h"
+#include "engine/session/live_session.h"
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stylet::tools {
+
+struct LinkOptions {
+  std::vector<std::string> port{};  ///< of --link: at most one
+  bool serve = false;               ///< --link was said
+  std::string address = "127.0.0.1";
+  std::string from{};
+  double image_hz = 20;
+  double transform_hz = 50;
+  bool wanted() const { return serve || !from.empty(); }
+};
+void add_link_options(CLI::App& command, LinkOptions& options);
+
+/// Nothing happens in it where no link is wanted. Thread: main.
+class LinkSession final : public session::ImageWatcher {
+public:
+  /// Keeps references to `scene` and `live`. @throws link::LinkError
+  LinkSession(const LinkOptions& options, const content::Scene& scene, const session::LiveSession& live,
+              const link::LinkInputs& inputs);
+
+  /// When the loops have started. Says where clients connect to.
+  void start();
+  /// Of every image of the window's scanner.
+  void imaged(const state::FrameState& state, const ultrasound::SectorGeometry& sector,
+              const view::Picture& bare) override;
+  /// Passes some time of a session without a window: makes an image while a client is there, else sleeps.
+  void pass_time(gpu::Device& device);
+  /// After the session. @return what went over it, a line each
+  std::vector<std::string> stop();
+
+private:
+  const content::Scene& scene_;
+  const session::LiveSession& live_;
+  double image_hz_;
+  std::string address_;
+  std::optional<link::Link> link_;
+  link::LinkImage image_;
+  link::Clock::time_point next_image_{};
+  std::optional<session::LiveScanner> scanner_;  ///< of a session without a window
+  state::FrameState frame_;
+};
+
+}  // namespace stylet::tools
