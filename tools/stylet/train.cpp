@@ -1,12 +1,13 @@
 // `stylet train`: a session, and what it leaves for the trainee.
 #include "engine/content/error.h"
 #include "engine/content/scenario.h"
+#include "engine/debrief/debrief.h"
 #include "engine/gpu/device.h"
-#include "engine/session/debrief.h"
 #include "engine/session/live_session.h"
 #include "engine/session/output_directory.h"
 #include "engine/session/session_report.h"
 #include "engine/training/training_report.h"
+#include "engine/session/unfinished_recording.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/hid_device.h"
@@ -83,6 +84,14 @@ std::unique_ptr<view::Display> open_display(const TrainOptions& options) {
   }
 }
 
+/// Recordings that an earlier session left here when it was killed are never taken away.
+void tell_cut_off_sessions(const std::filesystem::path& folder) {
+  for (const std::filesystem::path& recording : session::cut_off_recordings(folder)) {
+    fmt::print(stderr, "stylet: an earlier session was cut off; `stylet replay {}` shows it, remove it when done\n",
+               recording.string());
+  }
+}
+
 int train(const TrainOptions& options) {
   if (options.scenario.empty()) return list_scenarios();
   const std::unique_ptr<view::Display> display = open_display(options);
@@ -104,14 +113,15 @@ int train(const TrainOptions& options) {
       {.gpu = options.gpu, .window_extensions = display ? display->vulkan_extensions() : std::vector<std::string>{}});
   session::OutputDirectory out(options.out);
 
-  const auto recording_file = out.staged("session.rec");
+  tell_cut_off_sessions(out.destination());
+  session::UnfinishedRecording recording_file(out.destination());
   session::HeldProbe probe(scene);
   training::TraceRecorder trace(scene, stylus.duration_s);
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
                              .lockstep = options.lockstep,
-                             .recording = recording_file,
+                             .recording = recording_file.path(),
                              .build = build_name(),
                              .probe = display ? &probe : nullptr,
                              .listeners = {&trace}});
@@ -129,6 +139,7 @@ int train(const TrainOptions& options) {
       progress.show("Session in lockstep", share);
     });
   } else {
+    recording_file.keep();  // what a hand has done is not done again
     live.start();
     begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
     if (display)
@@ -158,33 +169,34 @@ int train(const TrainOptions& options) {
   report.probe = live.probe();
   report.state_hash = live.state_hash();
 
-  const session::Recording recording = session::read_recording(recording_file);
+  const session::Recording recording = session::read_recording(recording_file.path());
   if (!options.record.empty()) write_hand(recording, stylus.hid, log, begin_ns, options.record);
   stylus.device.reset();  // motors off before the pictures are drawn
   report.punctures = session::punctures(recording);
   const training::TrainingReport training = training::assess(trace.take(recording.events), scene);
-  session::Debrief debrief;
+  debrief::Debrief done;
   try {
-    debrief = session::write_debrief(out, scene, gpu, recording, live.force(), {.stereo = options.stereo},
-                                     [&](const std::string& doing, double share) {
-                                       throw_if_interrupted();
-                                       progress.show(doing, share);
-                                     });
+    done = debrief::write_debrief(out, scene, gpu, recording, live.force(),
+                                  {.stills = {.film = {.stereo = options.stereo}}},
+                                  [&](const std::string& doing, double share) {
+                                    throw_if_interrupted();
+                                    progress.show(doing, share);
+                                  });
   } catch (const Interrupted&) {
     progress.done();
-    out.keep_only({"session.rec", "force.csv", "force.png"});
+    out.keep_only({"force.csv", "force.png"});
     out.supersede(kPictures);
     session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
-    out.commit("session.json");
+    recording_file.finish(out, "session.json");
     fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n",
                out.destination().string());
     return kExitInterrupted;
   }
   progress.done();
-  report.replay_identical = debrief.replay.identical() && debrief.state_hash == report.state_hash;
-  report.replay_hashes = debrief.replay.compared;
+  report.replay_identical = done.replay.identical() && done.state_hash == report.state_hash;
+  report.replay_hashes = done.replay.compared;
   session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
-  out.commit("session.json");
+  recording_file.finish(out, "session.json");
 
   fmt::print("\n{}\n{}{}", scene.name, session::main_figures(report), hid_counts);
   fmt::print("\n{}", training::in_words(training));
@@ -196,7 +208,7 @@ int train(const TrainOptions& options) {
       "  force.png        the force on the hand; force.csv has the numbers\n"
       "  session.json     what was measured\n"
       "  session.rec      the recording; `stylet replay {}` runs it again\n",
-      debrief.video_frames, (out.destination() / "session.rec").string());
+      done.video_frames, (out.destination() / "session.rec").string());
   return *report.replay_identical ? kExitYes : kExitNo;
 }
 
