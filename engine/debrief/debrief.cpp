@@ -1,5 +1,7 @@
 #include "engine/debrief/debrief.h"
 
+#include "engine/debrief/debrief_files.h"
+#include "engine/debrief/page.h"
 #include "engine/debrief/session_replay.h"
 #include "engine/session/puncture_event.h"
 
@@ -57,6 +59,20 @@ void write_force(const session::OutputDirectory& out, const Recording& recording
       session::draw_force_figure(trace, figure_marks(events, trace.summary().duration_s), session::Font::load()));
 }
 
+DebriefData write_page(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                       const Recording& recording, const SessionReplay& replay, const DebriefSettings& settings) {
+  const std::vector<training::Metric> metrics =
+      settings.metrics.empty() ? training::measure(replay.trace(), scene) : settings.metrics;
+  DebriefData data = collect(scene, recording, replay, metrics, settings.expert);
+  data.pictures = draw_key_moments(scene, device, recording, replay);
+  out.write("debrief.html", debrief_page(data));
+  out.write("debrief.json",
+            to_json(data).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  out.write("debrief.csv", debrief_csv(data));
+  out.write("path.csv", path_csv(data));
+  return data;
+}
+
 Debrief write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
                       const Recording& recording, const session::ForceTrace& trace, const DebriefSettings& settings,
                       const DebriefProgress& progress) {
@@ -73,6 +89,8 @@ Debrief write_debrief(const session::OutputDirectory& out, const content::Scene&
       write_film(out, scene, device, replay.frames(), trace, settings.stills.film, report("Drawing the video"));
   report("Drawing the pictures")(0);
   write_stills(out, scene, device, replay.publisher().closest_frame(), trace, settings.stills);
+  report("Writing the debrief")(0);
+  debrief.data = write_page(out, scene, device, recording, replay, settings);
   return debrief;
 }
 

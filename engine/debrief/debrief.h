@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/debrief/collect.h"
 #include "engine/debrief/film.h"
 #include "engine/gpu/device.h"
 #include "engine/session/force_trace.h"
@@ -11,18 +12,23 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace stylet::debrief {
 
 struct DebriefSettings {
-  StillSettings stills{};  ///< with the look of the film
+  StillSettings stills{};                   ///< with the look of the film
+  std::optional<Expert> expert{};           ///< to compare with
+  std::vector<training::Metric> metrics{};  ///< as the session set them; empty: measured on the replay
 };
 
 struct Debrief {
   session::ReplayResult replay;
   std::uint64_t state_hash = 0;  ///< of the replay
   int video_frames = 0;
+  DebriefData data{};
 };
 
 /// What is being done, and how much of it.
@@ -33,7 +39,15 @@ using DebriefProgress = std::function<void(const std::string& doing, double shar
 void write_force(const session::OutputDirectory& out, const session::Recording& recording,
                  const session::ForceTrace& trace);
 
-/// Writes the force, view.png and ultrasound.png (the moment the tip is closest to the target), session.mp4.
+/// Writes debrief.html, debrief.json, debrief.csv and path.csv of a session that was replayed.
+/// @return what they show
+/// @throws content::ContentError, gpu::GpuError
+DebriefData write_page(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                       const session::Recording& recording, const SessionReplay& replay,
+                       const DebriefSettings& settings);
+
+/// Writes the page and its numbers, the force, view.png and ultrasound.png (the moment the tip is closest to the
+/// target), session.mp4.
 /// @throws content::ContentError, gpu::GpuError
 Debrief write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
                       const session::Recording& recording, const session::ForceTrace& trace,

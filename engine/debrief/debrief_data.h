@@ -60,22 +60,22 @@ struct PathPoint {
 };
 
 struct TissueKey {
-  std::string name;
+  std::string name{};
   std::array<float, 3> colour{};  ///< linear RGB
 };
 
 struct TargetMark {
-  std::string name;
+  std::string name{};
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double radius = 0;
 };
 
 /// A surface of the patient with few triangles, to see the path by.
 struct Outline {
-  std::string name;
+  std::string name{};
   std::array<float, 3> colour{};  ///< linear RGB
-  std::vector<Eigen::Vector3f> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<Eigen::Vector3f> vertices{};
+  std::vector<std::array<std::uint32_t, 3>> triangles{};
 };
 
 struct DebriefPicture {

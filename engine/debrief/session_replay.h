@@ -8,6 +8,7 @@
 #include "engine/session/recording.h"
 #include "engine/session/replay.h"
 #include "engine/session/step_hash.h"
+#include "engine/training/trace.h"
 
 #include <cstdint>
 
@@ -28,6 +29,7 @@ public:
   const session::ReplayResult& result() const { return result_; }
   std::uint64_t state_hash() const { return hash_.state(); }
   const session::ForceTrace& force() const { return force_.trace(); }
+  const training::Trace& trace() const { return trace_; }
   const session::FramePublisher& publisher() const { return publisher_; }
 
 private:
@@ -36,6 +38,8 @@ private:
   session::StepHash hash_;
   session::ForceRecorder force_;
   session::FramePublisher publisher_;
+  training::TraceRecorder tracer_;
+  training::Trace trace_;
   FrameHistory frames_;
   session::ReplayResult result_;
 };

@@ -22,7 +22,7 @@ constexpr int kHeight = 262;
 struct Axis {
   double min = 0;
   double max = 1;
-  std::vector<double> ticks;
+  std::vector<double> ticks{};
 };
 
 /// Round ends around all finite values.

@@ -12,28 +12,28 @@ namespace stylet::debrief {
 std::string escaped(std::string_view text);
 
 struct SvgLine {
-  std::string name;  ///< class of the line, which gives its colour
-  std::string label;
-  std::vector<double> x;
-  std::vector<double> y;  ///< same size; not finite: a gap
+  std::string name{};  ///< class of the line, which gives its colour
+  std::string label{};
+  std::vector<double> x{};
+  std::vector<double> y{};  ///< same size; not finite: a gap
   bool dashed = false;
 };
 
 /// A vertical line at x with a number above it.
 struct SvgMark {
   double x = 0;
-  std::string number;
-  std::string title;  ///< shown when pointed at
-  std::string name;   ///< class
+  std::string number{};
+  std::string title{};  ///< shown when pointed at
+  std::string name{};   ///< class
 };
 
 struct SvgPlot {
-  std::string id;
-  std::string title;
-  std::string x_label;
-  std::string y_label;
-  std::vector<SvgLine> lines;
-  std::vector<SvgMark> marks;
+  std::string id{};
+  std::string title{};
+  std::string x_label{};
+  std::string y_label{};
+  std::vector<SvgLine> lines{};
+  std::vector<SvgMark> marks{};
 };
 
 /// A figure with legend. Scripts find the axes in its attributes data-x0, data-x1, data-y0, data-y1 and the box that
@@ -44,7 +44,7 @@ std::string svg_plot(const SvgPlot& plot);
 struct TimelineBand {
   double from_s = 0;
   double to_s = 0;
-  std::string label;
+  std::string label{};
 };
 std::string svg_timeline(double duration_s, std::span<const TimelineBand> bands, std::span<const SvgMark> marks);
 

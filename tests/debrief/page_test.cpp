@@ -114,15 +114,22 @@ struct Seen {
   std::string document;
   std::string console;
 };
-Seen open_in_browser(const std::string& html, const support::TemporaryFolder& folder, const std::string& options) {
+/// Empty: there is none.
+std::string browser() {
+  for (const char* name : {"chromium-headless-shell", "chromium"}) {
+    if (std::system(fmt::format("command -v {} >/dev/null", name).c_str()) == 0) return name;
+  }
+  return {};
+}
+Seen open_in_browser(const std::string& html, const support::TemporaryFolder& folder) {
   const auto page = folder.write("debrief.html", html);
   const std::string command = fmt::format(
-      "HOME={0} timeout 60 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage "
+      "HOME={0} timeout 60 {1} --headless --no-sandbox --disable-gpu --disable-dev-shm-usage "
       "--disable-background-networking --no-first-run --host-resolver-rules='MAP * ~NOTFOUND' "
       "--user-data-dir={0}/user "
-      "--enable-logging=stderr --virtual-time-budget=2000 --window-size=1200,1000 {1} --dump-dom 'file://{2}' "
+      "--enable-logging=stderr --virtual-time-budget=2000 --dump-dom 'file://{2}' "
       "2>{0}/console",
-      folder.path().string(), options, page.string());
+      folder.path().string(), browser(), page.string());
   Seen seen;
   FILE* pipe = ::popen(command.c_str(), "r");
   std::array<char, 65536> buffer{};
@@ -138,10 +145,10 @@ Seen open_in_browser(const std::string& html, const support::TemporaryFolder& fo
 
 TEST(DebriefPage, OpensInABrowser) {
   if (support::kSanitized) GTEST_SKIP() << "the browser is looked at in Release";
-  if (std::system("command -v chromium >/dev/null") != 0) GTEST_SKIP() << "no chromium";
+  if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";
   const support::TemporaryFolder folder;
   const DebriefData data = tests::sample_debrief(tests::kHostile);
-  const Seen seen = open_in_browser(debrief_page(data), folder, "");
+  const Seen seen = open_in_browser(debrief_page(data), folder);
   EXPECT_EQ(seen.console, "") << "errors, refused requests and scripts are told there";
   const std::string html = seen.document.substr(0, seen.document.find('>', seen.document.find("<html")));
   EXPECT_NE(html.find("data-ready=\"1\""), std::string::npos) << html;
@@ -152,6 +159,19 @@ TEST(DebriefPage, OpensInABrowser) {
   EXPECT_GE(count_of(seen.document, "class=\"cursor\""), 3u) << "the moment in each plot";
   const auto values = shown_values(seen.document);
   EXPECT_EQ(std::stod(values.at("targeting")), *data.metrics[0].value);
+}
+
+// What the test above relies on: the page's own policy, and that the console tells.
+TEST(DebriefPage, AScriptOrARequestSlippedInIsRefused) {
+  if (support::kSanitized) GTEST_SKIP() << "the browser is looked at in Release";
+  if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";
+  const support::TemporaryFolder folder;
+  std::string html = debrief_page(tests::sample_debrief());
+  html.insert(html.find("<header>"),
+              "<script>document.documentElement.dataset.hacked=1</script><img src=\"http://example.com/a.png\">");
+  const Seen seen = open_in_browser(html, folder);
+  EXPECT_EQ(seen.document.find("data-hacked"), std::string::npos);
+  EXPECT_EQ(count_of(seen.console, "CONSOLE"), 2u) << seen.console;
 }
 
 }  // namespace

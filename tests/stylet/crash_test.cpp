@@ -70,6 +70,28 @@ double session_seconds(const std::string& output) {
   return end == std::string::npos ? -1 : std::atof(output.c_str() + begin + 1);
 }
 
+/// What was recorded until the kill has its debrief, and a film in slow motion of a part of it.
+void expect_debrief_and_film(const fs::path& session, const fs::path& to) {
+  const Outcome debrief = run(fmt::format("debrief {} --expert none --out {}", session.string(), to.string()));
+  EXPECT_EQ(debrief.exit_code, 0) << debrief.output;
+  EXPECT_NE(read_text(to / "debrief.html").find("was cut off"), std::string::npos);
+  const auto json = nlohmann::json::parse(read_text(to / "debrief.json"));
+  EXPECT_TRUE(json["cut_off"]);
+  EXPECT_GT(json["path"]["time_s"].size(), 1u);
+  EXPECT_FALSE(json["metrics"].empty());
+  if (support::kSanitized) return;
+  const Outcome film =
+      run(fmt::format("replay {} --out {} --from 0.05 --to 0.15 --speed 0.25", session.string(), to.string()));
+  EXPECT_EQ(film.exit_code, 0) << film.output;
+  EXPECT_NE(film.output.find("session.mp4 (13 frames)"), std::string::npos)
+      << "0.1 s four times as slow at 30 a second\n"
+      << film.output;
+  EXPECT_GT(fs::file_size(to / "session.mp4"), 500u);
+  const Outcome beyond = run(fmt::format("replay {} --out {} --from 500", session.string(), to.string()));
+  EXPECT_EQ(beyond.exit_code, 2) << beyond.output;
+  EXPECT_NE(beyond.output.find("the span must lie within the session"), std::string::npos) << beyond.output;
+}
+
 TEST(Crash, AKilledSessionReplaysUpToItsLastSecond) {
   content::test::SmallScenario small;
   small.motion["tracks"]["stylus"] = nlohmann::json::parse(
@@ -79,7 +101,7 @@ TEST(Crash, AKilledSessionReplaysUpToItsLastSecond) {
   const char* wanted = std::getenv("STYLET_KILLS");
   const int kills = wanted != nullptr ? std::atoi(wanted) : support::kSanitized ? 1 : 4;
   std::mt19937 random(wanted != nullptr ? std::random_device()() : 20261122);
-  std::uniform_int_distribution<int> moment_ms(0, 1500);
+  std::uniform_int_distribution<int> moment_ms(300, 1500);
   constexpr std::uintmax_t kHeader = 2048;  // and some steps
   for (int k = 0; k < kills; ++k) {
     const fs::path out = folder / std::to_string(k);
@@ -100,6 +122,7 @@ TEST(Crash, AKilledSessionReplaysUpToItsLastSecond) {
     EXPECT_NE(replayed.output.find("cut short"), std::string::npos) << replayed.output;
     EXPECT_GE(session_seconds(replayed.output), recorded_s - 1) << replayed.output;
     if (k > 0) continue;
+    expect_debrief_and_film(out, folder / "shown");
     // A record torn in the middle, as a power cut leaves it; and the name that the user expects.
     fs::resize_file(left.front(), fs::file_size(left.front()) - 13);
     const Outcome torn = run("replay " + left.front().string());

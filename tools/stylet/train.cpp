@@ -10,6 +10,7 @@
 #include "engine/session/unfinished_recording.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/expert_choice.h"
 #include "tools/stylet/hid_device.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
@@ -41,13 +42,15 @@ struct TrainOptions {
   double haptic_hz = 0;
   double seconds = 0;  // 0: as long as the stylus moves
   std::string record;
+  std::string expert;
   std::string out = "out/session";
   std::string gpu;
   ScannerOptions scanner;
 };
 
 /// What an interrupted session does not draw: pictures of an earlier one must not lie beside its numbers.
-const std::vector<std::string> kPictures{"session.mp4", "session.png", "view.png", "ultrasound.png"};
+const std::vector<std::string> kPictures{"session.mp4",  "session.png",  "view.png",    "ultrasound.png",
+                                         "debrief.html", "debrief.json", "debrief.csv", "path.csv"};
 
 int list_scenarios() {
   const auto folder = content::content_directory() / "scenarios";
@@ -95,6 +98,7 @@ void tell_cut_off_sessions(const std::filesystem::path& folder) {
 int train(const TrainOptions& options) {
   if (options.scenario.empty()) return list_scenarios();
   const std::unique_ptr<view::Display> display = open_display(options);
+  check_expert(options.expert);
   Progress progress;
   content::Scene scene = load_scene(options.scenario, progress);
   if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
@@ -176,8 +180,9 @@ int train(const TrainOptions& options) {
   const training::TrainingReport training = training::assess(trace.take(recording.events), scene);
   debrief::Debrief done;
   try {
+    const auto expert = chosen_expert(options.expert, options.device.empty(), scene, progress);
     done = debrief::write_debrief(out, scene, gpu, recording, live.force(),
-                                  {.stills = {.film = {.stereo = options.stereo}}},
+                                  {.stills = {.film = {.stereo = options.stereo}}, .expert = expert},
                                   [&](const std::string& doing, double share) {
                                     throw_if_interrupted();
                                     progress.show(doing, share);
@@ -202,6 +207,8 @@ int train(const TrainOptions& options) {
   fmt::print("\n{}", training::in_words(training));
   fmt::print("\n{} holds:\n", out.destination().string());
   fmt::print(
+      "  debrief.html     score, course, forces, the needle's way and ultrasound; debrief.json and .csv have the "
+      "numbers\n"
       "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
       "  view.png         the 3-D view, when the tip is closest to the target\n"
       "  ultrasound.png   the ultrasound image of the same moment; session.png has both\n"
@@ -233,6 +240,7 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_option("--record", options->record,
                       "Motion file to write: the hand's poses, and the raw reports of a HID device; --device "
                       "recorded:FILE plays it");
+  command->add_option("--expert", options->expert, kExpertHelp);
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   add_scanner_options(*command, options->scanner);
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
