@@ -81,7 +81,6 @@ Debrief write_debrief(const session::OutputDirectory& out, const content::Scene&
       if (progress) progress(doing, share);
     };
   };
-  write_force(out, recording, trace);
   SessionReplay replay(scene, recording);
   replay.run(report("Replaying"));
   Debrief debrief{.replay = replay.result(), .state_hash = replay.state_hash()};

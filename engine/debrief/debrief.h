@@ -46,7 +46,7 @@ DebriefData write_page(const session::OutputDirectory& out, const content::Scene
                        const session::Recording& recording, const SessionReplay& replay,
                        const DebriefSettings& settings);
 
-/// Writes the page and its numbers, the force, view.png and ultrasound.png (the moment the tip is closest to the
+/// Writes the page and its numbers, view.png and ultrasound.png (the moment the tip is closest to the
 /// target), session.mp4.
 /// @throws content::ContentError, gpu::GpuError
 Debrief write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,

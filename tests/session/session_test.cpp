@@ -189,7 +189,7 @@ TEST(Replay, EveryCutOffRecordingReplaysUpToItsLastWholeSteps) {
   std::ifstream file(path, std::ios::binary);
   const std::vector<char> text{std::istreambuf_iterator<char>(file), {}};
   const std::span whole(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
-  for (std::size_t size = whole.size() / 3; size < whole.size(); size += whole.size() / 17) {
+  for (std::size_t size = whole.size() / 3; size < whole.size(); size += whole.size() / 9) {
     const Recording recording = parse_recording(whole.first(size), "cut");
     const ReplayableSteps steps = replayable_steps(recording);
     EXPECT_LE(recording.haptic.size() - steps.haptic, 40u) << "more than was drained together";

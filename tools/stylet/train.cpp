@@ -179,6 +179,7 @@ int train(const TrainOptions& options) {
   report.punctures = session::punctures(recording);
   const training::TrainingReport training = training::assess(trace.take(recording.events), scene);
   debrief::Debrief done;
+  debrief::write_force(out, recording, live.force());
   try {
     const auto expert = chosen_expert(options.expert, options.device.empty(), scene, progress);
     done = debrief::write_debrief(out, scene, gpu, recording, live.force(),
