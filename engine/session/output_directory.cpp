@@ -1,13 +1,14 @@
 #include "engine/session/output_directory.h"
 
 #include "engine/content/error.h"
-#include "engine/session/process_gone.h"
 
+#include <signal.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <fstream>
 #include <system_error>
@@ -30,7 +31,10 @@ void remove_abandoned(const fs::path& parent, const std::string& prefix) {
   for (const auto& entry : fs::directory_iterator(parent, ignored)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with(prefix)) continue;
-    if (process_is_gone(std::atoi(name.c_str() + prefix.size()))) abandoned.push_back(entry.path());
+    const int process = std::atoi(name.c_str() + prefix.size());
+    if (process == ::getpid() || (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH)) {
+      abandoned.push_back(entry.path());
+    }
   }
   for (const fs::path& path : abandoned) fs::remove_all(path, ignored);
 }

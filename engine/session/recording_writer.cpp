@@ -4,6 +4,7 @@
 #include "engine/session/recording_format.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <fmt/core.h>
@@ -117,11 +118,13 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path, const Record
   json["settings"] = settings;
   const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 
-  file_->stream = std::fopen(path_.c_str(), "wb");
+  file_->stream = std::fopen(path_.c_str(), "wbe");
   if (file_->stream == nullptr) {
     throw ContentError(fmt::format("{}: cannot be written ({}); check folder and permissions", path_.string(),
                                    std::strerror(errno)));
   }
+  ::flock(::fileno(file_->stream),
+          LOCK_EX | LOCK_NB);  // goes with the process: who finds it free finds a dead session's
   std::vector<std::uint8_t> bytes(format::kMagic.begin(), format::kMagic.end());
   const auto append_u32 = [&bytes](std::uint32_t value) {
     for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<std::uint8_t>(value >> shift));

@@ -1,14 +1,16 @@
 #include "engine/session/unfinished_recording.h"
 
 #include "engine/content/error.h"
-#include "engine/session/process_gone.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -21,6 +23,16 @@ namespace {
 constexpr std::string_view kPrefix = "unfinished-";
 constexpr std::string_view kSuffix = ".rec";
 constexpr const char* kSession = "session.rec";
+
+/// The lock of RecordingWriter goes with its process, of which a number alone would tell little: it may be a zombie,
+/// or of another container.
+bool is_being_written(const fs::path& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  const bool locked = ::flock(file, LOCK_SH | LOCK_NB) != 0;
+  ::close(file);
+  return locked;
+}
 }  // namespace
 
 UnfinishedRecording::UnfinishedRecording(fs::path folder) : folder_(std::move(folder)) {
@@ -65,9 +77,8 @@ std::vector<fs::path> cut_off_recordings(const fs::path& folder) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
-    const std::size_t process = name.rfind('-');
-    if (!name.starts_with(kPrefix) || !name.ends_with(kSuffix) || process == std::string::npos) continue;
-    if (process_is_gone(std::atoi(name.c_str() + process + 1))) found.push_back(entry.path());
+    if (!name.starts_with(kPrefix) || !name.ends_with(kSuffix)) continue;
+    if (!is_being_written(entry.path())) found.push_back(entry.path());
   }
   std::ranges::sort(found, std::ranges::greater{});
   return found;

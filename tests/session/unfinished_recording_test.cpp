@@ -1,6 +1,7 @@
 #include "engine/session/unfinished_recording.h"
 
 #include "engine/content/error.h"
+#include "engine/session/recording_writer.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -61,13 +62,18 @@ TEST(UnfinishedRecording, StaysWhereTheResultsCannotBeCommitted) {
   EXPECT_TRUE(fs::exists(recording.path()));
 }
 
-TEST(UnfinishedRecording, OfARunningProcessIsNotCutOff) {
+TEST(UnfinishedRecording, BeingWrittenIsNotCutOff) {
   const support::TemporaryFolder folder;
-  folder.write("unfinished-20260101T000000.000Z-1.rec", "of process 1, which always runs");
-  folder.write("unfinished-20260101T000000.000Z-99999999.rec", "of a process that cannot be");
+  folder.write("unfinished-20260101T000000.000000Z-1.rec", "left by a process, whatever has its number now");
   folder.write("notes-3.rec", "no recording of ours");
-  ASSERT_EQ(cut_off_recordings(folder.path()).size(), 1u);
-  EXPECT_EQ(find_recording(folder.path()).filename(), "unfinished-20260101T000000.000Z-99999999.rec");
+  const UnfinishedRecording recording(folder.path());
+  {
+    const RecordingWriter writer(recording.path(), {});
+    ASSERT_EQ(cut_off_recordings(folder.path()).size(), 1u);
+    EXPECT_EQ(find_recording(folder.path()).filename(), "unfinished-20260101T000000.000000Z-1.rec");
+  }
+  EXPECT_EQ(cut_off_recordings(folder.path()).size(), 2u);
+  EXPECT_EQ(find_recording(folder.path()), recording.path()) << "the newest";
 }
 
 TEST(FindRecording, TakesFilesAsTheyAreAndRefusesAFolderWithoutOne) {

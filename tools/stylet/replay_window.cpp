@@ -19,7 +19,7 @@ namespace stylet::tools {
 
 namespace {
 
-constexpr double kRadiansPerHeight = 3.0;  // turning the camera
+constexpr double kCameraTurnPerHeight = 3.0;  // turning the camera
 
 /// Thrown into the replay when nobody looks any more.
 struct WindowClosed {};
@@ -73,7 +73,7 @@ void show_replay(view::Display& display, gpu::Device& device, const content::Sce
     const view::Input input = window.poll();
     if (input.close || std::ranges::find(input.keys, 'Q') != input.keys.end()) return;
     for (const view::Input::Stroke& stroke : input.strokes) playback.press(stroke);
-    camera = view::orbited(camera, input.orbit_x * kRadiansPerHeight, input.orbit_y * kRadiansPerHeight,
+    camera = view::orbited(camera, input.orbit_x * kCameraTurnPerHeight, input.orbit_y * kCameraTurnPerHeight,
                            std::pow(0.9, input.zoom));
     if (std::ranges::find(input.keys, 'R') != input.keys.end()) camera = scene.camera;
     const auto now = std::chrono::steady_clock::now();
@@ -81,7 +81,7 @@ void show_replay(view::Display& display, gpu::Device& device, const content::Sce
     before = now;
     if (!replay.frames().sample(playback.time_s(), frame)) continue;
     scanner.draw(frame);
-    const gpu::Image& view = renderer.render(frame, camera, scanner.in_view());
+    const gpu::Image& view = renderer.render(frame, camera, {.plane = scanner.in_view()});
     const view::Pane pane = view::PaneLayout::of(window.width(), window.height(), true).plot;
     view::Picture info(std::max(pane.width, 1), std::max(pane.height, 1));
     session::Canvas canvas(info);
