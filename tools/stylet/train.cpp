@@ -6,8 +6,8 @@
 #include "engine/session/live_session.h"
 #include "engine/session/output_directory.h"
 #include "engine/session/session_report.h"
-#include "engine/training/training_report.h"
 #include "engine/session/unfinished_recording.h"
+#include "engine/training/training_report.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/expert_choice.h"
@@ -182,12 +182,13 @@ int train(const TrainOptions& options) {
   debrief::write_force(out, recording, live.force());
   try {
     const auto expert = chosen_expert(options.expert, options.device.empty(), scene, progress);
-    done = debrief::write_debrief(out, scene, gpu, recording, live.force(),
-                                  {.stills = {.film = {.stereo = options.stereo}}, .expert = expert},
-                                  [&](const std::string& doing, double share) {
-                                    throw_if_interrupted();
-                                    progress.show(doing, share);
-                                  });
+    done = debrief::write_debrief(
+        out, scene, gpu, recording, live.force(),
+        {.stills = {.film = {.stereo = options.stereo}}, .expert = expert, .metrics = training.metrics},
+        [&](const std::string& doing, double share) {
+          throw_if_interrupted();
+          progress.show(doing, share);
+        });
   } catch (const Interrupted&) {
     progress.done();
     out.keep_only({"force.csv", "force.png"});
