@@ -125,7 +125,8 @@ int replay_recording(const ReplayOptions& options) {
     view::Display display;
     gpu::Device gpu({.gpu = options.gpu, .window_extensions = display.vulkan_extensions()});
     fmt::print("{}\n", kReplayKeys);
-    show_replay(display, gpu, scene, replay, debrief::Playback(options.from_s, std::min(options.to_s, duration_s), options.speed));
+    show_replay(display, gpu, scene, replay,
+                debrief::Playback(options.from_s, std::min(options.to_s, duration_s), options.speed));
     if (replay.result().run.haptic.steps < steps.haptic) return kExitYes;  // closed before the end
   } else {
     replay.run([&](double share) {
