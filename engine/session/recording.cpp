@@ -50,9 +50,14 @@ RecordingHeader parse_header(std::string_view text, const std::string& name, std
   if (!json.is_object()) refuse(name, offset, "the header is not a JSON object");
   if (string_at("format") != "stylet-recording") refuse(name, offset, "the header's format is not stylet-recording");
   const auto version = json.find("version");
-  if (version == json.end() || !version->is_number_unsigned() || version->get<std::uint64_t>() != kRecordingVersion) {
-    refuse(name, offset,
-           fmt::format("the recording is not of version {}, the one this program reads", kRecordingVersion));
+  if (version == json.end() || !version->is_number_unsigned() || version->get<std::uint64_t>() < 1) {
+    refuse(name, offset, "the header has no version");
+  }
+  if (version->get<std::uint64_t>() > kRecordingVersion) {
+    throw ContentError(
+        fmt::format("{}: byte {}: the recording is of version {}, and this program reads up to {}; open "
+                    "it with the program that wrote it or a later one",
+                    name, offset, version->get<std::uint64_t>(), kRecordingVersion));
   }
   if (string_at("endianness") != "little") refuse(name, offset, "the recording is not little-endian");
   const auto settings = json.find("settings");
@@ -87,6 +92,14 @@ std::pair<std::size_t, std::size_t> payload_sizes(std::uint8_t type) {
       return {format::kEndBytes, format::kEndBytes};
   }
   return {1, 0};
+}
+
+/// A power cut may leave a file longer than what reached the disk: zeros from within this record to the end.
+bool zeros_to_the_end(std::span<const std::uint8_t> bytes, std::size_t record_at) {
+  const auto last = std::find_if(bytes.rbegin(), bytes.rend(), [](std::uint8_t byte) { return byte != 0; });
+  const auto written = static_cast<std::size_t>(bytes.rend() - last);
+  return written < bytes.size() && written < record_at + format::kMaxRecord &&
+         bytes.size() - written >= std::min<std::size_t>(format::kChecksumBytes, bytes.size() - record_at);
 }
 
 /// Adds one record whose checksum is right. @return false when its payload makes no sense
@@ -185,15 +198,20 @@ Recording parse_recording(std::span<const std::uint8_t> bytes, const std::string
     if (out.end.has_value()) refuse(name, at, "there are bytes behind the end record");
     const std::uint8_t type = bytes[at];
     const auto [shortest, longest] = payload_sizes(type);
-    if (shortest > longest) refuse(name, at, fmt::format("there is no record of type {}", type));
+    if (shortest > longest) {
+      if (zeros_to_the_end(bytes, at)) break;
+      refuse(name, at, fmt::format("there is no record of type {}", type));
+    }
     if (bytes.size() - at < format::kFrontBytes) break;  // cut short
     const std::uint32_t length = load_u32(bytes, at + 1);
     if (length < shortest || length > longest) {
+      if (zeros_to_the_end(bytes, at)) break;
       refuse(name, at, fmt::format("a record of type {} cannot have {} bytes", type, length));
     }
     const std::size_t checked = format::kFrontBytes + length;
     if (bytes.size() - at < checked + format::kChecksumBytes) break;  // cut short
     if (load_u32(bytes, at + checked) != crc32c(bytes.subspan(at, checked))) {
+      if (zeros_to_the_end(bytes, at)) break;
       refuse(name, at, "the record's checksum does not match");
     }
     if (!take_record(static_cast<RecordType>(type), bytes.subspan(at + format::kFrontBytes, length), out)) {

@@ -19,7 +19,8 @@
 
 namespace stylet::session {
 
-inline constexpr int kRecordingVersion = 1;
+/// Files of this version are written, those up to it are read.
+inline constexpr std::uint64_t kRecordingVersion = 1;
 
 /// What the recording was made with.
 struct RecordingHeader {
@@ -99,7 +100,7 @@ struct RecordingLimits {
   std::uint32_t max_header_bytes = 1u << 20;
 };
 
-/// Reads a recording. A tail cut short (power cut, killed process) is left out and shows in usable_bytes.
+/// Reads a recording. A tail cut short or of zeros (power cut, killed process) is left out and shows in usable_bytes.
 /// @throws content::ContentError  "file: byte N: what is wrong; what to do" for anything else that is not as written
 Recording read_recording(const std::filesystem::path& path, const RecordingLimits& limits = {});
 

@@ -3,6 +3,10 @@
 #include "engine/content/error.h"
 #include "engine/session/recording_format.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
@@ -85,6 +89,19 @@ void RecordingChannel::add_event(double time_s, std::uint64_t step, std::string_
   push(bytes.finish());
 }
 
+namespace {
+
+/// A new file outlives a power cut once its folder is on the disk.
+void sync_folder_of(const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
 struct RecordingWriter::File {
   std::FILE* stream = nullptr;
   ~File() {
@@ -111,11 +128,13 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path, const Record
   json["settings"] = settings;
   const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 
-  file_->stream = std::fopen(path_.c_str(), "wb");
+  file_->stream = std::fopen(path_.c_str(), "wbe");
   if (file_->stream == nullptr) {
     throw ContentError(fmt::format("{}: cannot be written ({}); check folder and permissions", path_.string(),
                                    std::strerror(errno)));
   }
+  ::flock(::fileno(file_->stream),
+          LOCK_EX | LOCK_NB);  // goes with the process: who finds it free finds a dead session's
   std::vector<std::uint8_t> bytes(format::kMagic.begin(), format::kMagic.end());
   const auto append_u32 = [&bytes](std::uint32_t value) {
     for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<std::uint8_t>(value >> shift));
@@ -124,13 +143,22 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path, const Record
   bytes.insert(bytes.end(), text.begin(), text.end());
   append_u32(crc32c(bytes));
   write(bytes);
-  if (write_failed_ || std::fflush(file_->stream) != 0) throw ContentError(path_.string() + ": the disk is full");
+  sync();
+  if (write_failed_) throw ContentError(path_.string() + ": the disk is full");
+  sync_folder_of(path_);
 }
 
 RecordingWriter::~RecordingWriter() = default;  // background_ is the last member: stopped and joined first
 
 void RecordingWriter::write(std::span<const std::uint8_t> bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_->stream) != bytes.size()) write_failed_ = true;
+}
+
+/// What cannot be synced (a pipe, a device) is written all the same.
+void RecordingWriter::sync() {
+  if (std::fflush(file_->stream) != 0) write_failed_ = true;
+  if (::fdatasync(::fileno(file_->stream)) != 0 && errno != EINVAL && errno != EROFS) write_failed_ = true;
+  synced_ = std::chrono::steady_clock::now();
 }
 
 void RecordingWriter::start_background() {
@@ -160,7 +188,10 @@ void RecordingWriter::drain() {
     std::memcpy(&length, &drained_[at + 1], sizeof length);
     at += format::kFrontBytes + length + format::kChecksumBytes;
   }
-  if (!drained_.empty()) write(drained_);
+  if (drained_.empty()) return;
+  write(drained_);
+  if (std::fflush(file_->stream) != 0) write_failed_ = true;
+  if (std::chrono::steady_clock::now() - synced_ >= kSyncPeriod) sync();
 }
 
 void RecordingWriter::finish() {
@@ -177,6 +208,7 @@ void RecordingWriter::finish() {
   }
   end.put(lost);
   write(end.finish());
+  sync();
   const bool closed = std::fclose(file_->stream) == 0;
   file_->stream = nullptr;
   if (write_failed_ || !closed) {

@@ -5,6 +5,7 @@
 #include "engine/session/recording.h"
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -55,10 +56,13 @@ private:
 };
 
 /// The file. One channel for the thread of each loop and one for the session's own; drain() moves what they hold to
-/// disk.
+/// disk. A process that is killed has written what was drained; a power cut takes what came after the last sync, less
+/// than a second.
 class RecordingWriter {
 public:
-  /// Creates the file and writes the header.
+  static constexpr std::chrono::milliseconds kSyncPeriod{800};
+
+  /// Creates the file and writes the header; both are on the disk when it returns.
   /// @param ring_bytes  of each loop's channel; 4 MiB hold about 40 s of haptic steps at 1 kHz
   /// @throws content::ContentError  when the file cannot be made or written
   RecordingWriter(const std::filesystem::path& path, const RecordingHeader& header,
@@ -74,8 +78,8 @@ public:
 
   /// Drains every 20 ms from a thread of its own until finish(). Threaded sessions; in lockstep call drain() instead.
   void start_background();
-  /// Moves everything present to the file. Not for the loops' own threads in a real-time session (file, lock).
-  /// A write error is kept and thrown by finish().
+  /// Moves everything present to the file, and every kSyncPeriod the file to the disk. Not for the loops' own threads
+  /// in a real-time session (file, lock). A write error is kept and thrown by finish().
   void drain();
   /// Drains, writes the end record and closes the file. The loops must have stopped. Call once.
   /// @throws content::ContentError  when something could not be written
@@ -84,6 +88,7 @@ public:
 private:
   struct File;
   void write(std::span<const std::uint8_t> bytes);
+  void sync();
 
   std::filesystem::path path_;
   std::unique_ptr<File> file_;
@@ -95,6 +100,7 @@ private:
   std::uint64_t haptic_steps_ = 0;
   std::uint64_t simulation_steps_ = 0;
   bool write_failed_ = false;
+  std::chrono::steady_clock::time_point synced_{};
   std::jthread background_;
 };
 

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <span>
 
 namespace stylet::session {
 
@@ -43,6 +44,21 @@ private:
 
 }  // namespace
 
+ReplayableSteps replayable_steps(const Recording& recording) {
+  ReplayableSteps steps{.haptic = recording.haptic.size(), .simulation = recording.simulation.size()};
+  if (recording.end) return steps;
+  const auto last_haptic = [&] { return steps.haptic > 0 ? recording.haptic[steps.haptic - 1].step : 0; };
+  const auto last_patch = [&] { return steps.simulation > 0 ? recording.simulation[steps.simulation - 1].step : 0; };
+  for (ReplayableSteps before{}; before.haptic != steps.haptic || before.simulation != steps.simulation;) {
+    before = steps;
+    while (steps.haptic > 0 && recording.haptic[steps.haptic - 1].patch_epoch > last_patch()) --steps.haptic;
+    while (steps.simulation > 0 && recording.simulation[steps.simulation - 1].needle_step > last_haptic()) {
+      --steps.simulation;
+    }
+  }
+  return steps;
+}
+
 // A simulation step consumed the needle state of a haptic step that was then complete; its patch was consumed by
 // later haptic steps. So: keep each needle state that some simulation step consumed, and run the simulation steps
 // just before the first haptic step that consumes their patch.
@@ -54,13 +70,16 @@ ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepH
   haptic::LatencyHistogram simulation_time;
   const HashCheck haptic_hashes(recording, LoopName::haptic);
   const HashCheck simulation_hashes(recording, LoopName::simulation);
+  const ReplayableSteps steps = replayable_steps(recording);
+  const std::span haptic_steps = std::span(recording.haptic).first(steps.haptic);
+  const std::span simulation_steps = std::span(recording.simulation).first(steps.simulation);
   ReplayResult result;
   result.run.mode = "replay";
   physics::TissuePatch patch = loops.make_patch();
 
   std::map<std::uint64_t, physics::NeedleState> kept;  // by haptic step, as long as a simulation step needs it
   std::map<std::uint64_t, int> wanted;
-  for (const SimulationStepRecord& record : recording.simulation) ++wanted[record.needle_step];
+  for (const SimulationStepRecord& record : simulation_steps) ++wanted[record.needle_step];
   const auto keep = [&](const physics::NeedleState& needle) {
     if (wanted.contains(needle.step)) physics::copy_state(needle, kept[needle.step]);
   };
@@ -68,7 +87,7 @@ ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepH
 
   std::size_t next = 0;  // simulation step
   const auto simulate = [&] {
-    const SimulationStepRecord& record = recording.simulation[next++];
+    const SimulationStepRecord& record = simulation_steps[next++];
     const auto needle = kept.find(record.needle_step);
     if (needle == kept.end()) {
       impossible(fmt::format("simulation step {} consumes haptic step {} before it was made", record.step,
@@ -88,9 +107,9 @@ ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepH
   };
 
   const std::int64_t begin = clock.now_ns();
-  for (const HapticStepRecord& record : recording.haptic) {
+  for (const HapticStepRecord& record : haptic_steps) {
     while (patch.epoch < record.patch_epoch) {
-      if (next == recording.simulation.size()) {
+      if (next == simulation_steps.size()) {
         impossible(fmt::format("haptic step {} consumes patch {}, which no simulation step made", record.step,
                                record.patch_epoch));
       }
@@ -105,10 +124,10 @@ ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepH
     result.run.duration_s = record.time_s;
     ++result.run.haptic.steps;
     if (progress && record.step % 100 == 0) {
-      progress(static_cast<double>(result.run.haptic.steps) / static_cast<double>(recording.haptic.size()));
+      progress(static_cast<double>(result.run.haptic.steps) / static_cast<double>(haptic_steps.size()));
     }
   }
-  while (next < recording.simulation.size()) simulate();
+  while (next < simulation_steps.size()) simulate();
 
   result.run.wall_s = static_cast<double>(clock.now_ns() - begin) * 1e-9;
   result.run.haptic.step_time = haptic_time.quantiles();

@@ -20,6 +20,15 @@ struct Divergence {
   std::uint64_t replayed = 0;
 };
 
+/// Steps that can be run again. The tail of a recording that was cut off may hold steps of one loop whose input from
+/// the other is lost.
+struct ReplayableSteps {
+  std::size_t haptic = 0;
+  std::size_t simulation = 0;
+};
+/// All of a recording with its end.
+ReplayableSteps replayable_steps(const Recording& recording);
+
 struct ReplayResult {
   RunStatistics run;
   std::uint64_t compared = 0;            ///< hashes compared
@@ -27,7 +36,7 @@ struct ReplayResult {
   bool identical() const { return !divergence && compared > 0; }
 };
 
-/// Runs every recorded step with the recorded input, patch, needle state and factorisation. `hash` is one of the
+/// Runs every replayable step with the recorded input, patch, needle state and factorisation. `hash` is one of the
 /// loops' listeners and stands before those that read it.
 /// @throws content::ContentError  where the recording's schedule is impossible (a step consumes what was not made
 /// yet)

@@ -2,6 +2,7 @@
 
 #include "engine/training/beam.h"
 #include "engine/training/path_distance.h"
+#include "engine/training/results.h"
 
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
+#include <ranges>
 #include <utility>
 
 namespace stylet::training {
@@ -305,6 +307,25 @@ void add_perk_tutor(MetricList& out, const Trace& trace, const content::Scene& s
           kPerkTutor);
 }
 
+std::optional<double> tumour_content(const Trace& trace) {
+  double sum = 0;
+  int cores = 0;
+  for (const session::EventRecord& event : trace.events) {
+    if (event.name != training_event::kCore) continue;
+    sum += 100 * share_in(event.detail, "target").value_or(0);
+    ++cores;
+  }
+  return cores > 0 ? std::optional(sum / cores) : std::nullopt;
+}
+
+/// Of all that was heated until then: the last time tells.
+std::optional<double> ablation_coverage(const Trace& trace) {
+  for (const session::EventRecord& event : trace.events | std::views::reverse) {
+    if (event.name == training_event::kAblated) return 100 * share_in(event.detail, "margin").value_or(0);
+  }
+  return std::nullopt;
+}
+
 void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
   const Samples samples = trace.samples;
   out.add(content::kAngleError, "angle error", "deg", angle_error(samples, arrived),
@@ -318,9 +339,9 @@ void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, 
           "largest distance of the inserted needle's shaft from the line between hub and tip", kOurs);
   out.add(content::kOutOfPlaneTime, "out of plane while advancing", "s", out_of_plane_time(samples, scene.probe),
           "time in which the needle goes deeper while its tip is out of the beam's width", kOurs);
-  out.add(content::kTumourContent, "tumour in the cores", "%", std::nullopt,
+  out.add(content::kTumourContent, "tumour in the cores", "%", tumour_content(trace),
           "share of the target's tissue in the volume of all cores", kOurs);
-  out.add(content::kAblationCoverage, "ablation coverage", "%", std::nullopt,
+  out.add(content::kAblationCoverage, "ablation coverage", "%", ablation_coverage(trace),
           "share of the target and 5 mm around it in the ablated zone", kOurs);
 }
 

@@ -38,8 +38,8 @@ std::size_t arrival(const Trace& trace);
 inline constexpr std::string_view kFireEvent = "biopsy_fired";
 inline constexpr std::string_view kAblationEvent = "ablation_started";
 
-/// All metrics in the order of content::kMetricNames. Those of cores and ablations have no value: whoever follows
-/// them sets it (find_metric). The reference motion is the scenario's: the path of the tip of a needle that does not
+/// All metrics in the order of content::kMetricNames. Those of cores and ablations are as the session told them in
+/// its events (results.h). The reference motion is the scenario's: the path of the tip of a needle that does not
 /// bend, of both hands, because that is what the hands decided.
 std::vector<Metric> measure(const Trace& trace, const content::Scene& scene);
 

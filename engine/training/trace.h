@@ -50,9 +50,9 @@ struct TraceSample {
 inline constexpr double kProbeAhead = 1e-3;
 
 struct Trace {
-  std::vector<TraceSample> samples;          ///< times ascending
-  std::vector<session::EventRecord> events;  ///< of the session, times ascending
-  std::size_t dropped = 0;                   ///< samples beyond the memory taken at load
+  std::vector<TraceSample> samples{};          ///< times ascending
+  std::vector<session::EventRecord> events{};  ///< of the session, times ascending
+  std::size_t dropped = 0;                     ///< samples beyond the memory taken at load
 };
 
 /// Fills a Trace, live and in replay alike: the samples are a function of the steps and what they consumed, so a

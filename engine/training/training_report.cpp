@@ -6,12 +6,10 @@
 
 namespace stylet::training {
 
-TrainingReport assess(Trace trace, const content::Scene& scene,
-                      const std::function<void(std::span<Metric>)>& complete) {
+TrainingReport assess(Trace trace, const content::Scene& scene) {
   TrainingReport report;
   report.trace = std::move(trace);
   report.metrics = measure(report.trace, scene);
-  if (complete) complete(report.metrics);
   report.score = score(report.metrics, scene);
   return report;
 }

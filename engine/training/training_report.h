@@ -6,9 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -21,9 +19,7 @@ struct TrainingReport {
 };
 
 /// Measures and scores.
-/// @param complete  sets the metrics that a trace does not tell: content of cores, coverage of an ablation
-TrainingReport assess(Trace trace, const content::Scene& scene,
-                      const std::function<void(std::span<Metric>)>& complete = {});
+TrainingReport assess(Trace trace, const content::Scene& scene);
 
 /// The object of session.json (engine/session/session_report.h) with "metrics" and, where there is one, "score".
 nlohmann::ordered_json with_training(nlohmann::ordered_json session, const TrainingReport& report);

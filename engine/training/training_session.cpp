@@ -1,13 +1,10 @@
 #include "engine/training/training_session.h"
 
-#include "engine/content/metric_names.h"
+#include "engine/training/metrics.h"
 #include "engine/training/voxel.h"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 namespace stylet::training {
 
@@ -72,7 +69,8 @@ void TrainingSession::take_core(session::LiveSession& live, const Watched& seen)
   for (std::size_t t = 0; t < seen.core.content.size(); ++t) share += target_tissue_[t] ? seen.core.content[t] : 0;
   result_.cores.push_back(seen.core);
   result_.tumour_shares.push_back(share);
-  live.add_event(seen.core.time_s, seen.core.haptic_step, training_event::kCore, content_text(seen.core.content));
+  live.add_event(seen.core.time_s, seen.core.haptic_step, training_event::kCore,
+                 core_detail(share, seen.core.content, scene_));
 }
 
 void TrainingSession::tell_ablation(session::LiveSession& live, const Watched& seen) {
@@ -81,50 +79,7 @@ void TrainingSession::tell_ablation(session::LiveSession& live, const Watched& s
   result_.heated_s = ablation_->heated_s();
   result_.volume = ablation_->volume();
   result_.coverage = ablation_->coverage();
-  live.add_event(seen.input.time_s, seen.haptic_step, training_event::kAblated,
-                 fmt::format("{:.0f} s, {:.2f} ml; target {:.4f}, with margin {:.4f}, least margin {:.1f} mm",
-                             result_.heated_s, result_.volume * 1e6, result_.coverage.tumour,
-                             result_.coverage.with_margin, result_.coverage.least_margin * 1e3));
-}
-
-std::string TrainingSession::content_text(const std::vector<double>& shares) const {
-  std::vector<std::size_t> order(shares.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
-  std::string text;
-  for (const std::size_t t : order) {
-    if (shares[t] > 0)
-      text += fmt::format("{}{} {:.4f}", text.empty() ? "" : ", ", scene_.tissues[t].name, shares[t]);
-  }
-  return text;
-}
-
-std::string in_words(const SamplingResult& result) {
-  std::string text;
-  for (std::size_t i = 0; i < result.cores.size(); ++i) {
-    text += fmt::format("core {} at {:.1f} s: {:.0f} % target\n", i + 1, result.cores[i].time_s,
-                        100 * result.tumour_shares[i]);
-  }
-  if (result.heated) {
-    text += fmt::format(
-        "ablation of {:.0f} s: {:.1f} ml; of the target {:.0f} %, with its margin {:.0f} %; least margin {:.1f} mm\n",
-        result.heated_s, result.volume * 1e6, 100 * result.coverage.tumour, 100 * result.coverage.with_margin,
-        1e3 * result.coverage.least_margin);
-  }
-  return text;
-}
-
-void TrainingSession::add_to(std::span<Metric> metrics) const {
-  if (!result_.cores.empty()) {
-    const double sum = std::accumulate(result_.tumour_shares.begin(), result_.tumour_shares.end(), 0.0);
-    find_metric(metrics, content::kTumourContent).value = 100 * sum / static_cast<double>(result_.cores.size());
-  }
-  if (result_.heated) find_metric(metrics, content::kAblationCoverage).value = 100 * result_.coverage.with_margin;
-}
-
-void TrainingSession::complete(TrainingReport& report) const {
-  add_to(report.metrics);
-  report.score = score(report.metrics, scene_);
+  live.add_event(seen.input.time_s, seen.haptic_step, training_event::kAblated, ablation_detail(result_));
 }
 
 }  // namespace stylet::training

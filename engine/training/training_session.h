@@ -11,24 +11,13 @@
 #include "engine/session/live_session.h"
 #include "engine/training/ablation.h"
 #include "engine/training/procedure_watch.h"
-#include "engine/training/training_report.h"
+#include "engine/training/results.h"
 
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace stylet::training {
-
-/// What was sampled or destroyed.
-struct SamplingResult {
-  std::vector<Core> cores;
-  std::vector<double> tumour_shares;  ///< [cores] of the targets' tissues
-  bool heated = false;                ///< an electrode was; of it:
-  double heated_s = 0;
-  double volume = 0;  ///< destroyed, m^3
-  AblationCoverage coverage;
-};
 
 struct TrainingSettings {
   bool automatic = false;  ///< nobody is there to start it: Flow
@@ -56,16 +45,11 @@ public:
   /// The zone, once there is one.
   const Ablation* ablation() const { return ablation_ ? &*ablation_ : nullptr; }
   int ablated_body() const { return body_; }
-  /// Fills in the metrics that the course alone knows: content of the cores, coverage of the ablation.
-  void add_to(std::span<Metric> metrics) const;
-  /// The same, and scores anew.
-  void complete(TrainingReport& report) const;
 
 private:
   void record(session::LiveSession& live, const Watched& seen, std::span<const FlowEvent> events);
   void take_core(session::LiveSession& live, const Watched& seen);
   void tell_ablation(session::LiveSession& live, const Watched& seen);
-  std::string content_text(const std::vector<double>& shares) const;
 
   const content::Scene& scene_;
   ProcedureWatch watch_;
@@ -76,14 +60,5 @@ private:
   int body_ = -1;
   SamplingResult result_;
 };
-
-/// Some lines for the terminal; empty where nothing was sampled or destroyed.
-std::string in_words(const SamplingResult& result);
-
-/// Events besides those of the flow.
-namespace training_event {
-inline constexpr std::string_view kCore = "core";        ///< detail: shares by tissue, "tumour 0.62, liver 0.38"
-inline constexpr std::string_view kAblated = "ablated";  ///< detail: seconds, volume, coverage
-}  // namespace training_event
 
 }  // namespace stylet::training

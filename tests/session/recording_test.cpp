@@ -158,6 +158,23 @@ TEST_F(RecordingFile, EveryCutLeavesAReadableBeginning) {
   EXPECT_EQ(parse_recording(std::span(whole).first(whole.size() - 1), "part").haptic.size(), 60u);
 }
 
+// After a power cut a file may be as long as it was to become, with zeros where nothing reached the disk.
+TEST_F(RecordingFile, ZerosBehindEveryCutAreLeftOut) {
+  write_session(2);
+  const std::vector<std::uint8_t> whole = bytes();
+  const std::size_t first = 12 + (whole[8] | whole[9] << 8) + 4;
+  for (std::size_t size = first; size < whole.size() - 33; ++size) {
+    const Recording cut = parse_recording({whole.data(), size}, "cut");
+    std::vector<std::uint8_t> padded(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+    padded.resize(size + 4096);
+    const Recording part = parse_recording(padded, "padded");
+    ASSERT_GE(part.haptic.size(), cut.haptic.size()) << size;  // the last bytes of a record may have been zeros
+    ASSERT_LE(part.haptic.size(), cut.haptic.size() + 1) << size;
+    ASSERT_FALSE(part.complete());
+    ASSERT_NE(part.condition().find("cut short"), std::string::npos);
+  }
+}
+
 TEST_F(RecordingFile, EveryFlippedBitIsFound) {
   write_session(2);
   const std::vector<std::uint8_t> whole = bytes();
@@ -275,6 +292,16 @@ TEST(RecordingHeader, BadHeadersAreRefusedInOneLine) {
   }
 }
 
+TEST(RecordingHeader, ALaterVersionIsNamed) {
+  try {
+    parse_recording(with_header(R"({"format":"stylet-recording","version":7})"), "x");
+    FAIL();
+  } catch (const ContentError& error) {
+    EXPECT_NE(std::string(error.what()).find("of version 7, and this program reads up to 1"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(RecordingFile, HugeLengthsDoNotReserveMemory) {
   write_session(1);
   std::vector<std::uint8_t> damaged = bytes();
@@ -296,6 +323,13 @@ TEST_F(RecordingFile, FullRingLosesRecordsAndSaysSo) {
   EXPECT_EQ(r.haptic.size(), 1024u / 102);  // a record is 9 + 93 bytes
   EXPECT_EQ(r.end->lost_records, 100 - r.haptic.size());
   EXPECT_NE(r.condition().find("lost"), std::string::npos);
+}
+
+TEST_F(RecordingFile, WhatWasDrainedIsInTheFileWhileTheSessionRuns) {
+  RecordingWriter writer(path_, header());
+  for (std::uint64_t k = 0; k < 7; ++k) writer.haptic().add(haptic_step(k));
+  writer.drain();
+  EXPECT_EQ(read_recording(path_).haptic.size(), 7u) << "a process killed now has lost nothing";
 }
 
 TEST_F(RecordingFile, WithoutFinishIsReadableButNotComplete) {

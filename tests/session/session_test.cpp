@@ -16,10 +16,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <span>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace stylet::session {
 namespace {
@@ -229,6 +233,48 @@ TEST(Replay, SeesAChangedInput) {
   const auto [result, hash] = replay_file(scene, recording);
   ASSERT_TRUE(result.divergence);
   EXPECT_GE(result.divergence->step, result.divergence->loop == LoopName::haptic ? 301u : 15u);
+}
+
+// What a killed process leaves ends anywhere, in the middle of what was drained together too.
+TEST(Replay, EveryCutOffRecordingReplaysUpToItsLastWholeSteps) {
+  const content::Scene scene = tests::cube_scene(3);
+  const support::TemporaryFolder folder;
+  const auto path = folder / "whole";
+  record(scene, path, Mode::threaded, 0.5, physics::Coupling::stylet);
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<char> text{std::istreambuf_iterator<char>(file), {}};
+  const std::span whole(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+  for (std::size_t size = whole.size() / 3; size < whole.size(); size += whole.size() / 9) {
+    const Recording recording = parse_recording(whole.first(size), "cut");
+    const ReplayableSteps steps = replayable_steps(recording);
+    EXPECT_LE(recording.haptic.size() - steps.haptic, 40u) << "more than was drained together";
+    const auto [result, hash] = replay_file(scene, recording);
+    EXPECT_TRUE(result.identical()) << size;
+    EXPECT_EQ(result.run.haptic.steps, steps.haptic);
+    EXPECT_EQ(result.run.simulation.steps, steps.simulation);
+  }
+}
+
+// Opened and run, not compared: the same bits are promised for the binary that recorded. To add the file of a new
+// version: STYLET_WRITE_RECORDING=FILE.
+TEST(Replay, RecordingsOfEarlierVersionsOpenAndRun) {
+  const content::Scene scene = tests::cube_scene(4);
+  if (const char* path = std::getenv("STYLET_WRITE_RECORDING")) {
+    record(scene, path, Mode::lockstep, 0.6, physics::Coupling::stylet);
+  }
+  const std::filesystem::path folder = std::filesystem::path(STYLET_SOURCE_DIR) / "tests/session/recordings";
+  for (std::uint64_t version = 1; version <= kRecordingVersion; ++version) {
+    const Recording recording = read_recording(folder / ("version_" + std::to_string(version) + ".rec"));
+    EXPECT_TRUE(recording.complete()) << recording.condition();
+    EXPECT_EQ(recording.haptic.size(), 600u);
+    EXPECT_EQ(recording.simulation.size(), 30u);
+    ASSERT_FALSE(recording.events.empty());
+    EXPECT_EQ(recording.events.front().name, "puncture");
+    EXPECT_EQ(recorded_settings(recording).coupling, physics::Coupling::stylet);
+    const auto [result, hash] = replay_file(scene, recording);
+    EXPECT_EQ(result.run.haptic.steps, 600u);
+    EXPECT_GT(result.compared, 5u);
+  }
 }
 
 TEST(Replay, RefusesAScheduleThatCannotBe) {

@@ -424,11 +424,12 @@ TEST_F(Command, RenderLeavesNoFrameThatItsManifestDoesNotList) {
 
 TEST_F(Command, TrainLeavesACompleteResultThatReplays) {
   const fs::path motion = short_motion(7.9, 8.3);
-  const Outcome trained = run(fmt::format("train {} --view headless --device recorded:{} --out {}",
+  const Outcome trained = run(fmt::format("train {} --view headless --expert none --device recorded:{} --out {}",
                                           default_scenario(), motion.string(), out().string()));
   ASSERT_EQ(trained.exit_code, 0) << trained.output;
-  for (const char* name : {"view.png", "ultrasound.png", "session.png", "session.mp4", "force.csv", "force.png",
-                           "session.rec", "session.json"}) {
+  for (const char* name :
+       {"view.png", "ultrasound.png", "session.png", "session.mp4", "force.csv", "force.png", "session.rec",
+        "session.json", "debrief.html", "debrief.json", "debrief.csv", "path.csv"}) {
     EXPECT_GT(fs::file_size(out() / name), 500u) << name;
   }
   const json session = json::parse(read_text(out() / "session.json"));
@@ -469,12 +470,12 @@ TEST_F(Command, AnInterruptEndsTheSessionAndKeepsIt) {
     return std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator{});
   };
   const auto before = entries();
-  const Outcome ended = run(
-      fmt::format("train {} --view headless --device recorded:{} --out {} 2>&1 & "
-                  "session=$!; until [ -s {}/.out.partial-$session/session.rec ]; do sleep 0.1; done; sleep 0.5; "
-                  "kill -INT $session; until [ -s {}/.out.partial-$session/force.png ]; do sleep 0.1; done; "
-                  "kill -INT $session; wait $session",
-                  scenario_name, motion.string(), out().string(), folder_.path().string(), folder_.path().string()));
+  const Outcome ended =
+      run(fmt::format("train {} --view headless --expert none --device recorded:{} --out {} 2>&1 & "
+                      "session=$!; until ls {}/unfinished-*-$session.rec; do sleep 0.1; done; sleep 0.5; "
+                      "kill -INT $session; until [ -s {}/.out.partial-$session/force.png ]; do sleep 0.1; done; "
+                      "kill -INT $session; wait $session",
+                      scenario_name, motion.string(), out().string(), out().string(), folder_.path().string()));
   EXPECT_EQ(ended.exit_code, 130) << ended.output;
   EXPECT_NE(ended.output.find("session ended early"), std::string::npos) << ended.output;
   const json session = json::parse(read_text(out() / "session.json"));

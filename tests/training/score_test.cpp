@@ -84,8 +84,17 @@ TEST(Score, CountsWhatATraceDoesNotTell) {
   Scored s;
   s.scene.scoring = {{.metric = "tumour_content", .full = 80, .zero = 20}};
   EXPECT_DOUBLE_EQ(assess({}, s.scene).score->total, 0);
-  const auto complete = [](std::span<Metric> all) { find_metric(all, "tumour_content").value = 50; };
-  EXPECT_DOUBLE_EQ(assess({}, s.scene, complete).score->total, 50);
+  const Trace cores{.events = {{.name = "core", .detail = "target 0.7000: tumour 0.7000, liver 0.3000"},
+                               {.name = "core", .detail = "target 0.3000: liver 0.7000, tumour 0.3000"}}};
+  EXPECT_DOUBLE_EQ(assess(cores, s.scene).score->total, 50);
+}
+
+TEST(Score, CountsTheLastTellingOfAnAblation) {
+  Scored s;
+  s.scene.scoring = {{.metric = "ablation_coverage", .full = 100, .zero = 0}};
+  const Trace twice{.events = {{.name = "ablated", .detail = "10 s, 0.31 ml; target 0.2000, margin 0.1000, least"},
+                               {.name = "ablated", .detail = "20 s, 0.61 ml; target 0.5000, margin 0.2500, least"}}};
+  EXPECT_DOUBLE_EQ(assess(twice, s.scene).score->total, 25);
 }
 
 TEST(Score, GoesIntoTheSessionsResults) {

@@ -4,6 +4,7 @@
 #include "engine/content/surface_mesh.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
+#include "engine/training/metrics.h"
 #include "tests/session/layered_scene.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -79,10 +80,9 @@ TEST(TrainingSession, FiresInTheTumourAndItsReplayCutsTheSameCore) {
   // From near the middle of a ball of 10 mm: 10 of its 17 mm.
   EXPECT_GT(training.result().tumour_shares[0], 0.4);
   EXPECT_LT(training.result().tumour_shares[0], 0.85);
-  std::vector<Metric> metrics(1);
-  metrics[0].key = content::kTumourContent;
-  training.add_to(metrics);
-  EXPECT_DOUBLE_EQ(metrics[0].value.value(), 100 * training.result().tumour_shares[0]);
+  const std::vector<Metric> metrics = measure({.events = recording.events}, scene);
+  EXPECT_NEAR(find_metric(metrics, content::kTumourContent).value.value(), 100 * training.result().tumour_shares[0],
+              0.01);
 
   const session::RecordedSettings settings = session::recorded_settings(recording);
   session::StepHash hash;
@@ -154,11 +154,15 @@ TEST(TrainingSession, ButtonOfTheMotionHeatsAndTheZoneIsOnRecord) {
   EXPECT_GT(result.volume, 0.2e-6);
   EXPECT_GT(result.coverage.tumour, 0.02);
   std::string told;
-  for (const session::EventRecord& event : session::read_recording(folder / "ablation").events) {
+  const session::Recording recording = session::read_recording(folder / "ablation");
+  for (const session::EventRecord& event : recording.events) {
     if (event.name == training_event::kAblated) told = event.detail;
   }
   std::printf("%s\n", told.c_str());
   EXPECT_THAT(told, HasSubstr(" ml; target 0."));
+  const std::vector<Metric> metrics = measure({.events = recording.events}, scene);
+  EXPECT_NEAR(find_metric(metrics, content::kAblationCoverage).value.value(), 100 * result.coverage.with_margin,
+              0.01);
 }
 
 class AblationInLayers : public ::testing::Test {

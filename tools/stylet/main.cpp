@@ -29,6 +29,7 @@ constexpr const char* kFooter =
     "  stylet train liver_biopsy --device mouse        drive the needle yourself\n"
     "  stylet devices                                  what stylus is connected, and what it can do\n"
     "  stylet replay out/demo/session.rec              check that the recording replays bit for bit\n"
+    "  stylet debrief out/demo --out out/debrief       write the debrief of a session again\n"
     "  stylet render liver_biopsy --out frames         deterministic PNG frames, no display needed\n"
     "  stylet import liver.stl --out organs            a mesh becomes an organ with tetrahedra\n"
     "  stylet validate content/scenarios/liver_biopsy.json\n"
@@ -62,6 +63,7 @@ int run(int argc, char** argv) {
   tools::add_train(app, exit_code);
   tools::add_render(app, exit_code);
   tools::add_replay(app, exit_code);
+  tools::add_debrief(app, exit_code);
   tools::add_import(app, exit_code);
   tools::add_validate(app, exit_code);
   tools::add_devices(app);

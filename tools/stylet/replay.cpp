@@ -1,14 +1,21 @@
-// `stylet replay`: runs a recording again and says whether every bit is the same.
-#include "engine/session/replay.h"
+// `stylet replay`: runs a recording again and says whether every bit is the same; shows it, makes a film of it.
+#include "engine/content/error.h"
 #include "engine/content/scenario.h"
+#include "engine/debrief/debrief.h"
+#include "engine/debrief/film.h"
+#include "engine/debrief/session_replay.h"
 #include "engine/session/session_report.h"
+#include "engine/session/unfinished_recording.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
+#include "tools/stylet/replay_window.h"
 #include "tools/stylet/session_options.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -16,29 +23,62 @@ namespace stylet::tools {
 
 namespace {
 
-int replay_recording(const std::string& path, const std::string& scenario) {
-  const session::Recording recording = session::read_recording(path);
-  fmt::print("{}: {}\n", path, recording.condition());
-  const session::RecordedSettings settings = session::recorded_settings(recording);
-  const auto scenario_path = content::find_scenario(scenario.empty() ? recording.header.scenario : scenario);
-  if (session::file_hash(scenario_path) != recording.header.scenario_hash) {
-    fmt::print(stderr, "stylet: {} has changed since the recording was made; the replay may differ\n",
-               scenario_path.string());
+struct ReplayOptions {
+  std::string recording;
+  std::string scenario;
+  std::string out;
+  std::string view = "none";
+  std::string gpu;
+  double from_s = 0;
+  double to_s = std::numeric_limits<double>::infinity();
+  double speed = 1;
+};
+
+/// The span of the session that is drawn, which has something in it.
+void check_span(const ReplayOptions& options, double duration_s) {
+  if (options.from_s < options.to_s && options.from_s < duration_s) return;
+  throw content::ContentError(
+      fmt::format("--from {:g} --to {:g}: the span must lie within the session, 0 to {:.2f} s", options.from_s,
+                  options.to_s, duration_s));
+}
+
+/// The frame of the span with the tip closest to the target.
+state::FrameState closest_frame(const debrief::FrameHistory& frames, const ReplayOptions& options) {
+  state::FrameState closest = frames.make_frame();
+  state::FrameState frame = frames.make_frame();
+  const double to_s = std::min(options.to_s, frames.end_s());
+  frames.sample(options.from_s, closest);
+  for (double time_s = options.from_s; time_s <= to_s; time_s += 0.02) {
+    if (frames.sample(time_s, frame) && frame.target_distance < closest.target_distance) closest = frame;
   }
-  Progress progress;
-  content::Scene scene = load_scene(scenario_path.string(), progress);
-  if (settings.haptic_hz > 0) set_haptic_rate(scene, settings.haptic_hz);
-  session::StepHash hash;
-  session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash}, settings.base);
-  const session::ReplayResult result = session::replay(recording, loops, hash, [&](double share) {
+  return closest;
+}
+
+/// Film, stills and force of the replayed session.
+void write_export(const ReplayOptions& options, const content::Scene& scene, const session::Recording& recording,
+                  const debrief::SessionReplay& replay, Progress& progress) {
+  gpu::Device gpu({.gpu = options.gpu});
+  session::OutputDirectory out(options.out);
+  debrief::write_force(out, recording, replay.force());
+  const debrief::FilmSettings film{.from_s = options.from_s, .to_s = options.to_s, .speed = options.speed};
+  const int count = debrief::write_film(out, scene, gpu, replay.frames(), replay.force(), film, [&](double share) {
     throw_if_interrupted();
-    progress.show("Replaying", share);
+    progress.show("Drawing the video", share);
   });
+  debrief::write_stills(out, scene, gpu, closest_frame(replay.frames(), options), replay.force(), {.film = film});
+  out.commit();
   progress.done();
+  fmt::print("{}: session.mp4 ({} frames), session.png, view.png, ultrasound.png, force.png, force.csv\n",
+             out.destination().string(), count);
+}
+
+/// @return exit code
+int tell_result(const debrief::SessionReplay& replay, const session::Recording& recording) {
+  const session::ReplayResult& result = replay.result();
   fmt::print("{} haptic and {} simulation steps in {:.1f} s ({:.1f} s of session); haptic step median {:.0f} us\n",
              result.run.haptic.steps, result.run.simulation.steps, result.run.wall_s, result.run.duration_s,
              result.run.haptic.step_time.median_s * 1e6);
-  fmt::print("state hash {}\n", session::hash_text(hash.state()));
+  fmt::print("state hash {}\n", session::hash_text(replay.state_hash()));
   if (result.divergence) {
     fmt::print("DIFFERS: first at {} step {}: recorded {}, replayed {}\n",
                result.divergence->loop == session::LoopName::haptic ? "haptic" : "simulation",
@@ -56,22 +96,86 @@ int replay_recording(const std::string& path, const std::string& scenario) {
   return kExitYes;
 }
 
+int replay_recording(const ReplayOptions& options) {
+  const std::string path = session::find_recording(options.recording).string();
+  const session::Recording recording = session::read_recording(path);
+  fmt::print("{}: {}\n", path, recording.condition());
+  const session::ReplayableSteps steps = session::replayable_steps(recording);
+  if (steps.haptic == 0) {
+    throw content::ContentError(path + ": was cut off before the first step; there is nothing to replay");
+  }
+  const double duration_s = recording.haptic[steps.haptic - 1].time_s;
+  if (steps.haptic != recording.haptic.size() || steps.simulation != recording.simulation.size()) {
+    fmt::print("replayed up to {:.3f} s: the {} haptic and {} simulation steps after it lack their input\n",
+               duration_s, recording.haptic.size() - steps.haptic, recording.simulation.size() - steps.simulation);
+  }
+  check_span(options, duration_s);
+  const session::RecordedSettings settings = session::recorded_settings(recording);
+  const auto scenario_path =
+      content::find_scenario(options.scenario.empty() ? recording.header.scenario : options.scenario);
+  if (session::file_hash(scenario_path) != recording.header.scenario_hash) {
+    fmt::print(stderr, "stylet: {} has changed since the recording was made; the replay may differ\n",
+               scenario_path.string());
+  }
+  Progress progress;
+  content::Scene scene = load_scene(scenario_path.string(), progress);
+  if (settings.haptic_hz > 0) set_haptic_rate(scene, settings.haptic_hz);
+  debrief::SessionReplay replay(scene, recording);
+  if (options.view == "window") {
+    view::Display display;
+    gpu::Device gpu({.gpu = options.gpu, .window_extensions = display.vulkan_extensions()});
+    fmt::print("{}\n", kReplayKeys);
+    show_replay(display, gpu, scene, replay,
+                debrief::Playback(options.from_s, std::min(options.to_s, duration_s), options.speed));
+    if (replay.result().run.haptic.steps < steps.haptic) return kExitYes;  // closed before the end
+  } else {
+    replay.run([&](double share) {
+      throw_if_interrupted();
+      progress.show("Replaying", share);
+    });
+  }
+  progress.done();
+  const int exit_code = tell_result(replay, recording);
+  if (!options.out.empty()) write_export(options, scene, recording, replay, progress);
+  return exit_code;
+}
+
 }  // namespace
 
 void add_replay(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("replay", "Run a recording again and compare every state hash");
-  struct Options {
-    std::string recording;
-    std::string scenario;
-  };
-  auto options = std::make_shared<Options>();
-  command->add_option("RECORDING", options->recording, "A session.rec that `stylet train` wrote")->required();
+  CLI::App* command =
+      app.add_subcommand("replay", "Run a recording again, compare every state hash, show it, make a film of it");
+  auto options = std::make_shared<ReplayOptions>();
+  command
+      ->add_option("RECORDING", options->recording,
+                   "A session.rec that `stylet train` wrote, an unfinished-*.rec that a crash left, or their folder")
+      ->required();
   command->add_option("--scenario", options->scenario, "Scenario to use instead of the one named in the recording");
-  command->footer(
+  command->add_option("--out", options->out, "Folder for session.mp4, pictures and force; default: none are made");
+  command->add_option("--from", options->from_s, "Start of film and window, s of the session")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_option("--to", options->to_s, "End of film and window, s; default: the end of the session")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--speed", options->speed, "Of film and window: 0.25 is slow motion, 4 is fast")
+      ->check(CLI::Range(debrief::Playback::kSlowest, debrief::Playback::kFastest))
+      ->capture_default_str();
+  command->add_option("--view", options->view, "window: watch it")
+      ->check(CLI::IsMember({"none", "window"}))
+      ->capture_default_str();
+  command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
+  command->footer(fmt::format(
       "A recording holds the input of every step of both loops and what each consumed (needle state, tissue patch,\n"
-      "factorisation), so a threaded session is repeated on its own schedule in one thread.\n"
-      "Exit code 0: bit for bit the same; 1: it differs.");
-  command->callback([options, &exit_code] { exit_code = replay_recording(options->recording, options->scenario); });
+      "factorisation), so a threaded session is repeated on its own schedule in one thread. The physics always runs\n"
+      "from the start, since every state follows from the one before; --from and --to choose what is drawn.\n"
+      "A session that was killed leaves its recording as unfinished-*.rec in its folder, whole but for the last\n"
+      "second; it replays up to there.\n\n"
+      "  stylet replay out/demo --out out/film --from 8 --to 10 --speed 0.25\n"
+      "  stylet replay out/demo --view window\n\n"
+      "Keys of the window: {}.\n"
+      "Exit code 0: bit for bit the same; 1: it differs; 2: bad input.",
+      kReplayKeys));
+  command->callback([options, &exit_code] { exit_code = replay_recording(*options); });
 }
 
 }  // namespace stylet::tools

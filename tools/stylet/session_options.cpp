@@ -126,8 +126,8 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene, 
     haptic::hid::HidStylus* hid = device.get();
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .hid = hid};
   }
-  throw content::ContentError(
-      fmt::format("--device {}: there is recorded:FILE, scripted, mouse, hand, link, hid and hid:VID:PID", description));
+  throw content::ContentError(fmt::format(
+      "--device {}: there is recorded:FILE, scripted, mouse, hand, link, hid and hid:VID:PID", description));
 }
 
 void add_scanner_options(CLI::App& command, ScannerOptions& options) {

@@ -1,57 +1,22 @@
 // `stylet train`: a session, and what it leaves for the trainee.
 #include "engine/content/error.h"
 #include "engine/content/scenario.h"
-#include "engine/gpu/device.h"
-#include "engine/session/debrief.h"
-#include "engine/session/live_session.h"
-#include "engine/session/output_directory.h"
-#include "engine/session/session_report.h"
-#include "engine/training/training_report.h"
-#include "engine/training/training_session.h"
-#include "physics/tissue/blas.h"
+#include "engine/gpu/error.h"
+#include "tools/stylet/attempt.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/expert_choice.h"
 #include "tools/stylet/headset_session.h"
-#include "tools/stylet/hid_device.h"
-#include "tools/stylet/interrupt.h"
-#include "tools/stylet/link_session.h"
-#include "tools/stylet/progress.h"
-#include "tools/stylet/session_options.h"
 #include "tools/stylet/session_window.h"
-#include "tools/stylet/version.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
-#include <vector>
 
 namespace stylet::tools {
 
 namespace {
-
-struct TrainOptions {
-  std::string scenario;
-  std::string device;
-  std::string view = "auto";
-  bool stereo = false;
-  bool lockstep = false;
-  std::string coupling;
-  double haptic_hz = 0;
-  double seconds = 0;  // 0: as long as the stylus moves
-  std::string record;
-  std::string out = "out/session";
-  std::string gpu;
-  ScannerOptions scanner;
-  LinkOptions link;
-};
-
-/// What an interrupted session does not draw: pictures of an earlier one must not lie beside its numbers.
-const std::vector<std::string> kPictures{"session.mp4", "session.png", "view.png", "ultrasound.png"};
 
 int list_scenarios() {
   const auto folder = content::content_directory() / "scenarios";
@@ -92,160 +57,12 @@ std::unique_ptr<view::Display> open_display(const TrainOptions& options) {
   }
 }
 
-/// One attempt. @return nothing: the trainee wants to begin anew
-std::optional<int> attempt(const TrainOptions& options, const content::Scene& scene, view::Display* display,
-                           view::HeadsetRuntime* headset, Progress& progress) {
-  const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
-  haptic::hid::ReportLog log;
-  const std::string device = options.device.empty() && headset ? "hand" : options.device;
-  Stylus stylus = make_stylus(device, scene, options.record.empty() ? nullptr : &log);
-  if (options.seconds > 0) stylus.duration_s = std::min(stylus.duration_s, options.seconds);
-  if (options.lockstep && stylus.hid != nullptr) {
-    throw content::ContentError("--lockstep: a HID device moves in real time; leave one of --lockstep and hid out");
-  }
-  if (options.lockstep && options.link.wanted()) {
-    throw content::ContentError("--lockstep: runs faster than time; leave one of --lockstep and --link out");
-  }
-  if (stylus.link != nullptr && !options.link.wanted()) {
-    throw content::ContentError("--device link: its poses come over --link or --link-from HOST:PORT; say which");
-  }
-  if ((!display || headset) && stylus.mouse != nullptr) {
-    throw content::ContentError("--device mouse: needs a window, and this session has none");
-  }
-  if (!headset && stylus.hand != nullptr) {
-    throw content::ContentError("--device hand: needs a headset, and this session has none; see --view headset");
-  }
-  gpu::Device gpu({.gpu = options.gpu,
-                   .window_extensions = display ? display->vulkan_extensions() : std::vector<std::string>{},
-                   .maker = headset});
-  session::OutputDirectory out(options.out);
-
-  const auto recording_file = out.staged("session.rec");
-  session::HeldProbe probe(scene);
-  training::TraceRecorder trace(scene, stylus.duration_s);
-  training::TrainingSession course(scene, {.automatic = !stylus.held() || (!display && !headset)});
-  session::LiveSession live(scene, *stylus.device,
-                            {.coupling = coupling,
-                             .duration_s = stylus.duration_s,
-                             .lockstep = options.lockstep,
-                             .recording = recording_file,
-                             .build = build_name(),
-                             .probe = display || headset || options.link.wanted() ? &probe : nullptr,
-                             .listeners = {&trace, &course.watch()}});
-  LinkSession link(options.link, scene, live, {.probe = &probe, .needle = stylus.link});
-  session::SessionReport report{.scenario = scene.scenario.string(),
-                                .build = build_name(),
-                                .coupling = session::coupling_name(coupling),
-                                .device = stylus.device->name(),
-                                .gpu = gpu.identity().name,
-                                .gpu_driver = gpu.identity().driver,
-                                .blas = physics::single_threaded_blas().name};
-  std::int64_t begin_ns = 0;  // CLOCK_MONOTONIC at session time 0
-  if (options.lockstep) {
-    report.run = live.run_in_lockstep([&](double share) {
-      throw_if_interrupted();
-      share < 1 ? (void)course.poll(live) : course.end(live);
-      progress.show("Session in lockstep", share);
-    });
-  } else {
-    live.start();
-    begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
-    link.start();
-    const bool shown = headset && show_in_headset(*headset, gpu, scene, live,
-                                                  {.hand = stylus.hand,
-                                                   .hid = stylus.hid,
-                                                   .probe = &probe,
-                                                   .scanner = session::ScannerConsole(scene.probe),
-                                                   .course = &course,
-                                                   .images = &link,
-                                                   .if_lost = display       ? "going on in a window"
-                                                              : stylus.hand ? "nothing leads the needle: the end"
-                                                                            : "going on headless"});
-    if (display && !shown)
-      show_session(*display, gpu, scene, live,
-                   {.stereo = options.stereo,
-                    .mouse = stylus.mouse,
-                    .hid = stylus.hid,
-                    .device = stylus.device->name(),
-                    .probe = &probe,
-                    .scanner = session::ScannerConsole(scene.probe),
-                    .course = &course,
-                    .images = &link});
-    StylusWatch watch(stylus.hid);
-    // Without the headset nobody would end the session of a hand.
-    const bool watched = display || shown || stylus.hand != nullptr;
-    while (!watched && !live.finished() && !interrupted()) {
-      watch.look();
-      course.poll(live);
-      progress.show("Session in real time", live.time_s() / stylus.duration_s);
-      link.pass_time(gpu);
-    }
-    course.end(live);
-    report.run = live.stop();
-  }
-  const std::vector<std::string> link_lines = link.stop();
-  if (course.reset_asked_for() && !interrupted()) return std::nullopt;
-  const std::string hid_counts = stylus.hid != nullptr ? hid_summary(*stylus.hid) + "\n" : "";
-  progress.done();
-  if (interrupted()) {
-    fmt::print(stderr,
-               "stylet: session ended early; drawing its pictures (Ctrl-C again: keep recording and force only)\n");
-    clear_interrupt();
-  }
-  report.force = live.force().summary();
-  report.closest_target_distance = live.closest_target_distance();
-  report.probe = live.probe();
-  report.state_hash = live.state_hash();
-
-  const session::Recording recording = session::read_recording(recording_file);
-  if (!options.record.empty()) write_hand(recording, stylus.hid, log, begin_ns, options.record);
-  stylus.device.reset();  // motors off before the pictures are drawn
-  report.punctures = session::punctures(recording);
-  training::TrainingReport training = training::assess(trace.take(recording.events), scene);
-  course.complete(training);
-  session::Debrief debrief;
-  try {
-    debrief = session::write_debrief(out, scene, gpu, recording, live.force(), {.stereo = options.stereo},
-                                     [&](const std::string& doing, double share) {
-                                       throw_if_interrupted();
-                                       progress.show(doing, share);
-                                     });
-  } catch (const Interrupted&) {
-    progress.done();
-    out.keep_only({"session.rec", "force.csv", "force.png"});
-    out.supersede(kPictures);
-    session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
-    out.commit("session.json");
-    fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n",
-               out.destination().string());
-    return kExitInterrupted;
-  }
-  progress.done();
-  report.replay_identical = debrief.replay.identical() && debrief.state_hash == report.state_hash;
-  report.replay_hashes = debrief.replay.compared;
-  session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
-  out.commit("session.json");
-
-  fmt::print("\n{}\n{}{}", scene.name, session::main_figures(report), hid_counts);
-  fmt::print("{}\n{}", training::in_words(course.result()), training::in_words(training));
-  for (const std::string& line : link_lines) fmt::print("{}\n", line);
-  fmt::print("\n{} holds:\n", out.destination().string());
-  fmt::print(
-      "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
-      "  view.png         the 3-D view, when the tip is closest to the target\n"
-      "  ultrasound.png   the ultrasound image of the same moment; session.png has both\n"
-      "  force.png        the force on the hand; force.csv has the numbers\n"
-      "  session.json     what was measured\n"
-      "  session.rec      the recording; `stylet replay {}` runs it again\n",
-      debrief.video_frames, (out.destination() / "session.rec").string());
-  return *report.replay_identical ? kExitYes : kExitNo;
-}
-
 int train(const TrainOptions& options) {
   if (options.scenario.empty()) return list_scenarios();
   const std::unique_ptr<view::Display> display = open_display(options);
   const std::unique_ptr<view::HeadsetRuntime> headset =
       options.view == "headset" ? find_headset(display ? "in a window" : "headless") : nullptr;
+  check_expert(options.expert);
   Progress progress;
   content::Scene scene = load_scene(options.scenario, progress);
   if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
@@ -280,6 +97,7 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_option("--record", options->record,
                       "Motion file to write: the hand's poses, and the raw reports of a HID device; --device "
                       "recorded:FILE plays it");
+  command->add_option("--expert", options->expert, kExpertHelp);
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   add_scanner_options(*command, options->scanner);
   add_link_options(*command, options->link);

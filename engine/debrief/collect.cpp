@@ -1,0 +1,248 @@
+#include "engine/debrief/collect.h"
+
+#include "engine/debrief/outline.h"
+#include "engine/session/pictures.h"
+#include "engine/session/puncture_event.h"
+#include "engine/session/recorder.h"
+#include "engine/view/png_bytes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace stylet::debrief {
+
+namespace {
+
+using session::EventRecord;
+using training::Trace;
+using training::TraceSample;
+
+constexpr std::size_t kPathPoints = 3000;
+constexpr std::size_t kMostPictures = 8;
+constexpr double kSameMoment = 0.15;  // s
+
+PathPoint point_of(const TraceSample& s) {
+  const Eigen::Vector3d axis = s.hub_orientation * Eigen::Vector3d::UnitZ();
+  const double along = s.force.dot(axis);
+  return {.time_s = s.time_s,
+          .tip = s.tip,
+          .tissue = s.tissue,
+          .inserted = s.inserted,
+          .force = s.force.norm(),
+          .axial = -along,
+          .lateral = (s.force - along * axis).norm(),
+          .target_distance = s.target_distance};
+}
+
+/// "biopsy_fired" as a title: "Biopsy fired".
+std::string words(std::string_view name) {
+  std::string text(name);
+  std::ranges::replace(text, '_', ' ');
+  if (!text.empty() && text.front() >= 'a' && text.front() <= 'z') {
+    text.front() = static_cast<char>(text.front() - 'a' + 'A');
+  }
+  return text;
+}
+
+bool is_sample(const EventRecord& event) {
+  return event.name == training::kFireEvent || event.name == training::kAblationEvent;
+}
+
+DebriefEvent event_of(const EventRecord& event) {
+  if (event.name == "stage") return {event.time_s, EventKind::stage, words(event.detail), ""};
+  if (is_sample(event) || event.name == "ablation_stopped") {
+    return {event.time_s, EventKind::sample, words(event.name), event.detail};
+  }
+  if (event.name == session::Recorder::kSafetyEvent) {
+    return {event.time_s, EventKind::safety, "Force limited", words(event.detail)};
+  }
+  return {event.time_s, EventKind::note, words(event.name), event.detail};
+}
+
+/// Tissue inside the boundary of the body that holds the first target; -1: there is none.
+int tissue_around_target(const content::Scene& scene) {
+  int body = -1;
+  for (const content::Surface& s : scene.surfaces) {
+    if (s.role == content::SurfaceRole::target && body < 0) body = s.body;
+  }
+  for (const content::Surface& s : scene.surfaces) {
+    if (body >= 0 && s.role == content::SurfaceRole::boundary && s.body == body) return s.tissue;
+  }
+  return -1;
+}
+
+const TraceSample* sample_at(const Trace& trace, double time_s) {
+  if (trace.samples.empty()) return nullptr;
+  const auto later = std::ranges::lower_bound(trace.samples, time_s, {}, &TraceSample::time_s);
+  return later == trace.samples.end() ? &trace.samples.back() : &*later;
+}
+
+double arrival_s(const Trace& trace) {
+  const std::size_t index = training::arrival(trace);
+  if (index < trace.samples.size()) return trace.samples[index].time_s;
+  return trace.samples.empty() ? 0 : trace.samples.back().time_s;
+}
+
+void add_scores(DebriefData& data, const training::Score& score) {
+  data.score = DebriefScore{.total = score.total,
+                            .pass_mark = score.pass_mark,
+                            .passed = score.passed,
+                            .failed_critical = score.failed_critical};
+  for (const training::ScoreLine& line : score.lines) {
+    const auto metric = std::ranges::find(data.metrics, line.criterion.metric, &DebriefMetric::key);
+    if (metric == data.metrics.end()) continue;
+    metric->points = line.points;
+    metric->most_points = line.most;
+    metric->full = line.criterion.full;
+    metric->zero = line.criterion.zero;
+    metric->critical = line.criterion.critical;
+    metric->failed = line.failed;
+  }
+}
+
+}  // namespace
+
+std::vector<PathPoint> path_of(const Trace& trace) {
+  std::vector<PathPoint> path;
+  const std::size_t spell = trace.samples.size() / kPathPoints + 1;
+  for (std::size_t i = 0; i < trace.samples.size(); i += spell) {
+    const auto first = trace.samples.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto end = trace.samples.begin() + static_cast<std::ptrdiff_t>(std::min(i + spell, trace.samples.size()));
+    const auto strongest = std::max_element(first, end, [](const TraceSample& a, const TraceSample& b) {
+      return a.force.squaredNorm() < b.force.squaredNorm();
+    });
+    path.push_back(point_of(*strongest));
+  }
+  return path;
+}
+
+std::vector<DebriefEvent> events_of(const std::vector<EventRecord>& events) {
+  std::vector<DebriefEvent> out;
+  const bool punctured =
+      std::ranges::any_of(events, [](const EventRecord& e) { return e.name == session::kPunctureEvent; });
+  for (const EventRecord& event : events) {
+    if (event.name == "buttons") continue;
+    if (punctured && (event.name == "entered" || event.name == "left")) continue;  // said better by the punctures
+    if (event.name != session::kPunctureEvent) {
+      out.push_back(event_of(event));
+      continue;
+    }
+    session::Recording one;
+    one.events = {event};
+    for (const session::PunctureEvent& p : session::punctures(one)) {
+      out.push_back({p.time_s, EventKind::puncture, fmt::format("Into {}", p.to),
+                     fmt::format("from {}, {:.2f} N", p.from, p.force_n)});
+    }
+  }
+  std::ranges::stable_sort(out, {}, &DebriefEvent::time_s);
+  return out;
+}
+
+std::vector<KeyMoment> key_moments(const content::Scene& scene, const session::Recording& recording,
+                                   const Trace& trace) {
+  std::vector<KeyMoment> moments;
+  const std::vector<session::PunctureEvent> punctures = session::punctures(recording);
+  if (!punctures.empty()) moments.push_back({punctures.front().time_s, "Skin puncture"});
+  if (const int tissue = tissue_around_target(scene); tissue >= 0) {
+    const std::string& organ = scene.tissues[static_cast<std::size_t>(tissue)].name;
+    const auto into = std::ranges::find(punctures, organ, &session::PunctureEvent::to);
+    if (into != punctures.end()) moments.push_back({into->time_s, fmt::format("Capsule: into {}", organ)});
+  }
+  for (const EventRecord& event : recording.events) {
+    if (is_sample(event)) moments.push_back({event.time_s, words(event.name)});
+  }
+  if (!scene.targets.empty()) {
+    const double at_s = arrival_s(trace);
+    const bool there =
+        std::ranges::any_of(moments, [&](const KeyMoment& m) { return std::abs(m.time_s - at_s) < kSameMoment; });
+    if (!there && !trace.samples.empty()) moments.push_back({at_s, "At the target"});
+  }
+  std::ranges::stable_sort(moments, {}, &KeyMoment::time_s);
+  if (moments.size() > kMostPictures) moments.resize(kMostPictures);
+  return moments;
+}
+
+DebriefData collect(const content::Scene& scene, const session::Recording& recording, const SessionReplay& replay,
+                    const std::vector<training::Metric>& metrics, const std::optional<Expert>& expert) {
+  const Trace& trace = replay.trace();
+  const session::RecordedSettings settings = session::recorded_settings(recording);
+  DebriefData data{.title = scene.title.empty() ? scene.name : scene.title,
+                   .scenario = scene.name,
+                   .build = recording.header.build,
+                   .stylus = settings.device,
+                   .mode = settings.mode,
+                   .duration_s = replay.result().run.duration_s,
+                   .cut_off = !recording.complete()};
+  for (const training::Metric& metric : metrics) {
+    DebriefMetric& shown = data.metrics.emplace_back(DebriefMetric{.key = metric.key,
+                                                                   .title = metric.title,
+                                                                   .unit = metric.unit,
+                                                                   .value = metric.value,
+                                                                   .definition = metric.definition,
+                                                                   .source = metric.source});
+    if (!expert) continue;
+    const auto theirs = std::ranges::find(expert->metrics, metric.key, &training::Metric::key);
+    if (theirs != expert->metrics.end()) shown.expert = theirs->value;
+  }
+  if (const auto score = training::score(metrics, scene)) add_scores(data, *score);
+  data.events = events_of(recording.events);
+  for (const content::Tissue& tissue : scene.tissues) {
+    data.tissues.push_back({tissue.name, {tissue.colour[0], tissue.colour[1], tissue.colour[2]}});
+  }
+  data.path = path_of(trace);
+  if (expert) {
+    data.expert = expert->name;
+    data.expert_path = expert->path;
+  }
+  data.arrival_s = arrival_s(trace);
+  state::FrameState moment = replay.frames().make_frame();
+  replay.frames().sample(data.arrival_s, moment);
+  for (const Eigen::Vector3f& node : moment.needle_positions) data.shaft.push_back(node.cast<double>());
+  for (const content::Target& target : scene.targets) {
+    data.targets.push_back({.name = target.name, .centre = target.centre, .radius = target.radius});
+  }
+  // The first one is followed by the frames, the nearest one at the end by the trace.
+  if (!data.targets.empty()) data.targets.front().centre = moment.target.cast<double>();
+  if (const TraceSample* at = sample_at(trace, data.arrival_s);
+      at != nullptr && at->target >= 0 && static_cast<std::size_t>(at->target) < data.targets.size()) {
+    data.targets[static_cast<std::size_t>(at->target)].centre = at->target_position;
+  }
+  const Eigen::Vector3d around = data.targets.empty()
+                                     ? data.shaft.empty() ? Eigen::Vector3d::Zero().eval() : data.shaft.back()
+                                     : data.targets.front().centre;
+  data.outlines = outlines_of(scene, moment, around);
+  data.eye = scene.camera.eye;
+  data.up = scene.camera.up;
+  return data;
+}
+
+std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::Device& device,
+                                             const session::Recording& recording, const SessionReplay& replay) {
+  constexpr int kWidth = 560, kHeight = 420;
+  session::Pictures pictures(
+      device, scene, {.view_width = 64, .view_height = 64, .ultrasound_width = kWidth, .ultrasound_height = kHeight});
+  state::FrameState frame = replay.frames().make_frame();
+  std::vector<DebriefPicture> drawn;
+  for (const KeyMoment& moment : key_moments(scene, recording, replay.trace())) {
+    if (!replay.frames().sample(moment.time_s, frame)) continue;
+    const view::Picture image = pictures.draw(frame, scene.camera).ultrasound;
+    std::vector<std::uint8_t> grey;
+    for (std::size_t i = 0; i < image.rgba.size(); i += 4) grey.push_back(image.rgba[i + 1]);
+    std::string caption = pictures.note();
+    if (const TraceSample* at = sample_at(replay.trace(), moment.time_s); at != nullptr && caption.empty()) {
+      caption = fmt::format("{:.0f} mm deep; tip {:.1f} mm from the image plane", at->inserted * 1e3,
+                            std::abs(at->tip_in_probe.y()) * 1e3);
+      if (at->target >= 0) caption += fmt::format(", {:.1f} mm from the target's centre", at->target_distance * 1e3);
+    }
+    drawn.push_back({.time_s = moment.time_s,
+                     .title = moment.title,
+                     .caption = caption,
+                     .png = view::png_bytes(image.width, image.height, std::span<const std::uint8_t>(grey))});
+  }
+  return drawn;
+}
+
+}  // namespace stylet::debrief

@@ -1,0 +1,51 @@
+// From a replayed session to what its debrief shows.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/debrief/debrief_data.h"
+#include "engine/debrief/session_replay.h"
+#include "engine/gpu/device.h"
+#include "engine/session/recording.h"
+#include "engine/training/metrics.h"
+#include "engine/training/score.h"
+#include "engine/training/trace.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stylet::debrief {
+
+/// Somebody to compare with: a motion that the scenario brings, or another recording of it.
+struct Expert {
+  std::string name{};
+  std::vector<PathPoint> path{};
+  std::vector<training::Metric> metrics{};
+};
+
+/// The way of the tip in at most about 3000 moments; of each spell that with the greatest force stays.
+std::vector<PathPoint> path_of(const training::Trace& trace);
+
+/// What happened, in words. Names that are not known here stand for themselves.
+std::vector<DebriefEvent> events_of(const std::vector<session::EventRecord>& events);
+
+/// A moment whose ultrasound image is worth a look.
+struct KeyMoment {
+  double time_s = 0;
+  std::string title{};
+};
+/// First puncture, that into the organ of the target, the arrival at the target, each core and ablation: times
+/// ascending, at most 8.
+std::vector<KeyMoment> key_moments(const content::Scene& scene, const session::Recording& recording,
+                                   const training::Trace& trace);
+
+/// Everything but the pictures.
+/// @param metrics  of the session; those of cores and ablations as it set them
+DebriefData collect(const content::Scene& scene, const session::Recording& recording, const SessionReplay& replay,
+                    const std::vector<training::Metric>& metrics, const std::optional<Expert>& expert);
+
+/// Ultrasound images of the key moments. @throws gpu::GpuError
+std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::Device& device,
+                                             const session::Recording& recording, const SessionReplay& replay);
+
+}  // namespace stylet::debrief

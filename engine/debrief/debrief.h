@@ -1,0 +1,47 @@
+// What a session leaves for people, drawn from the replay of its recording.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/debrief/collect.h"
+#include "engine/debrief/film.h"
+#include "engine/gpu/device.h"
+#include "engine/session/force_trace.h"
+#include "engine/session/output_directory.h"
+#include "engine/session/recording.h"
+#include "engine/session/replay.h"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stylet::debrief {
+
+struct DebriefSettings {
+  StillSettings stills{};                   ///< with the look of the film
+  std::optional<Expert> expert{};           ///< to compare with
+  std::vector<training::Metric> metrics{};  ///< as the session set them; empty: measured on the replay
+};
+
+/// What is being done, and how much of it.
+using DebriefProgress = std::function<void(const std::string& doing, double share)>;
+
+/// Writes force.csv and force.png, with the recording's events.
+/// @throws content::ContentError
+void write_force(const session::OutputDirectory& out, const session::Recording& recording,
+                 const session::ForceTrace& trace);
+
+/// Writes debrief.html, debrief.json, debrief.csv and path.csv of a session that was replayed.
+/// @throws content::ContentError, gpu::GpuError
+void write_page(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                const session::Recording& recording, const SessionReplay& replay, const DebriefSettings& settings);
+
+/// Writes the page and its numbers, view.png, ultrasound.png and session.png (the moment the tip is closest to the
+/// target), session.mp4. @return frames of the film
+/// @throws content::ContentError, gpu::GpuError
+int write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                  const session::Recording& recording, const SessionReplay& replay, const session::ForceTrace& trace,
+                  const DebriefSettings& settings, const DebriefProgress& progress = {});
+
+}  // namespace stylet::debrief

@@ -1,0 +1,334 @@
+#include "engine/debrief/page.h"
+
+#include "engine/debrief/debrief_files.h"
+#include "engine/debrief/page_assets.h"
+#include "engine/debrief/svg_plot.h"
+#include "engine/session/state_hash.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace stylet::debrief {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string base64(std::string_view bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      word = word << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? kDigits[word >> (18 - 6 * k) & 63] : '=';
+  }
+  return out;
+}
+
+/// sRGB of a linear colour, as CSS.
+std::string css_colour(const std::array<float, 3>& linear) {
+  const auto byte = [](float v) {
+    const double c = std::clamp(static_cast<double>(v), 0.0, 1.0);
+    return static_cast<int>(std::lround(255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055)));
+  };
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(linear[0]), byte(linear[1]), byte(linear[2]));
+}
+
+/// JSON that may stand within a script element.
+std::string embedded(const ordered_json& json) {
+  const std::string text = json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) {
+    if (c == '<' || c == '>' || c == '&') {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+/// debrief.json and what only the page shows.
+ordered_json page_json(const DebriefData& data) {
+  ordered_json json = to_json(data);
+  json["tissue_colours"] = ordered_json::array();
+  for (const TissueKey& tissue : data.tissues) json["tissue_colours"].push_back(css_colour(tissue.colour));
+  json["outlines"] = ordered_json::array();
+  for (const Outline& outline : data.outlines) {
+    ordered_json& entry = json["outlines"].emplace_back();
+    entry["name"] = outline.name;
+    entry["colour"] = css_colour(outline.colour);
+    ordered_json& vertices = entry["vertices_mm"] = ordered_json::array();
+    for (const Eigen::Vector3f& v : outline.vertices) {
+      for (int axis = 0; axis < 3; ++axis) vertices.push_back(std::round(v[axis] * 1e4F) / 10.0);
+    }
+    ordered_json& triangles = entry["triangles"] = ordered_json::array();
+    for (const auto& triangle : outline.triangles) {
+      for (const std::uint32_t corner : triangle) triangles.push_back(corner);
+    }
+  }
+  json["eye"] = {data.eye.x(), data.eye.y(), data.eye.z()};
+  json["up"] = {data.up.x(), data.up.y(), data.up.z()};
+  return json;
+}
+
+std::string number_attribute(const char* name, const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? fmt::format(" data-{}=\"{}\"", name, *value) : std::string();
+}
+
+void append_verdict(std::string& html, const DebriefData& data) {
+  auto out = std::back_inserter(html);
+  if (!data.score) {
+    html += "<div class=\"verdict none\"><b>Measured</b><span>this scenario gives no points</span></div>";
+    return;
+  }
+  const DebriefScore& score = *data.score;
+  const char* reason = score.passed            ? "at or above the pass mark"
+                       : score.failed_critical ? "a critical criterion was not met"
+                                               : "below the pass mark";
+  fmt::format_to(out,
+                 R"(<div class="verdict {}"><b id="total" data-value="{}">{:.0f}<small> / 100</small></b>)"
+                 R"(<strong>{}</strong><span>{} of {:.0f}</span></div>)",
+                 score.passed ? "passed" : "failed", score.total, score.total,
+                 score.passed ? "\u2713 Passed" : "\u2717 Not passed", reason, score.pass_mark);
+}
+
+void append_header(std::string& html, const DebriefData& data) {
+  fmt::format_to(
+      std::back_inserter(html),
+      R"(<header><div><p class="brand">Stylet debrief</p><h1>{}</h1><p class="facts">{} &middot; {:.1f} s )"
+      R"(&middot; {} &middot; {}</p></div>)",
+      escaped(data.title), escaped(data.scenario), data.duration_s, escaped(data.stylus), escaped(data.mode));
+  append_verdict(html, data);
+  html += "</header>\n";
+  if (data.cut_off) {
+    html += "<p class=\"notice\">The session was cut off: this debrief ends where its recording does.</p>\n";
+  }
+}
+
+std::string band_text(const DebriefMetric& metric) {
+  const std::string unit = metric.unit.empty() ? "" : " " + metric.unit;
+  return fmt::format("all points at {:g}{}, none at {:g}{}", metric.full, unit, metric.zero, unit);
+}
+
+void append_metric_row(std::string& html, const DebriefMetric& metric, bool scored, bool compared) {
+  auto out = std::back_inserter(html);
+  fmt::format_to(out, R"(<tr{}><th scope="row" title="{}">{}{}<small>{}</small></th>)",
+                 metric.failed ? " class=\"failed\"" : "", escaped(metric.source), escaped(metric.title),
+                 metric.critical ? " <em>critical</em>" : "",
+                 scored ? escaped(band_text(metric)) : escaped(metric.definition));
+  fmt::format_to(out, R"(<td class="value" data-key="{}"{}>{}</td>)", escaped(metric.key),
+                 number_attribute("value", metric.value), escaped(value_text(metric.value, metric.unit)));
+  if (compared) {
+    fmt::format_to(out, R"(<td class="expert"{}>{}</td>)", number_attribute("expert", metric.expert),
+                   metric.expert ? escaped(value_text(metric.expert, metric.unit)) : "&ndash;");
+  }
+  if (scored) {
+    const double points = metric.points.value_or(0);
+    const double share = metric.most_points > 0 ? points / metric.most_points : 0;
+    fmt::format_to(out,
+                   R"(<td class="points"{}><span class="bar"><i class="{}" style="width:{:.0f}%"></i></span>)"
+                   R"({:.1f}<small> of {:.1f}</small></td>)",
+                   number_attribute("points", metric.points),
+                   share >= 0.7   ? "good"
+                   : share >= 0.3 ? "fair"
+                                  : "poor",
+                   100 * share, points, metric.most_points);
+  }
+  html += "</tr>\n";
+}
+
+void append_metrics(std::string& html, const DebriefData& data, bool scored) {
+  const bool any = std::ranges::any_of(data.metrics, [&](const auto& m) { return m.points.has_value() == scored; });
+  if (!any) return;
+  const bool compared = !data.expert.empty();
+  html += scored ? "<section><h2>What scored</h2>" : "<section><h2>What else was measured</h2>";
+  html += "<div class=\"wide\"><table class=\"metrics\"><thead><tr><th></th><th>You</th>";
+  if (compared) html += "<th>Expert</th>";
+  if (scored) html += "<th>Points</th>";
+  html += "</tr></thead><tbody>\n";
+  for (const DebriefMetric& metric : data.metrics) {
+    if (metric.points.has_value() == scored) append_metric_row(html, metric, scored, compared);
+  }
+  html += "</tbody></table></div></section>\n";
+}
+
+/// Events but stages, numbered as in the plots.
+std::vector<SvgMark> numbered_marks(const DebriefData& data) {
+  std::vector<SvgMark> marks;
+  for (const DebriefEvent& event : data.events) {
+    if (event.kind == EventKind::stage) continue;
+    marks.push_back({.x = event.time_s,
+                     .number = std::to_string(marks.size() + 1),
+                     .title = fmt::format("{:.2f} s: {}", event.time_s, event.title),
+                     .name = event_kind_name(event.kind)});
+  }
+  return marks;
+}
+
+void append_course(std::string& html, const DebriefData& data) {
+  std::vector<TimelineBand> bands;
+  for (const DebriefEvent& event : data.events) {
+    if (event.kind != EventKind::stage) continue;
+    if (!bands.empty()) bands.back().to_s = event.time_s;
+    bands.push_back({.from_s = event.time_s, .to_s = data.duration_s, .label = event.title});
+  }
+  html += "<section><h2>Course</h2><div class=\"wide\">";
+  html += svg_timeline(data.duration_s, bands, numbered_marks(data));
+  html +=
+      "</div><table class=\"events\"><thead><tr><th>#</th><th>Time</th><th>Event</th><th></th></tr></thead><tbody>\n";
+  int number = 0;
+  for (const DebriefEvent& event : data.events) {
+    const bool stage = event.kind == EventKind::stage;
+    fmt::format_to(std::back_inserter(html),
+                   R"(<tr class="{}" data-time="{}"><td>{}</td><td>{:.2f} s</td><td>{}</td><td>{}</td></tr>)"
+                   "\n",
+                   event_kind_name(event.kind), event.time_s, stage ? std::string() : std::to_string(++number),
+                   event.time_s, escaped(event.title), escaped(event.detail));
+  }
+  html += "</tbody></table></section>\n";
+}
+
+template <typename Of>
+std::vector<double> column(const std::vector<PathPoint>& path, const Of& of) {
+  std::vector<double> values;
+  values.reserve(path.size());
+  for (const PathPoint& p : path) values.push_back(of(p));
+  return values;
+}
+double time_of(const PathPoint& p) {
+  return p.time_s;
+}
+double depth_mm(const PathPoint& p) {
+  return p.inserted * 1e3;
+}
+double distance_mm(const PathPoint& p) {
+  return p.target_distance * 1e3;
+}
+
+void append_plots(std::string& html, const DebriefData& data) {
+  const auto& path = data.path;
+  const bool compared = !data.expert.empty();
+  const std::vector<SvgMark> marks = numbered_marks(data);
+  const auto axial = [](const PathPoint& p) { return p.axial; };
+  const auto lateral = [](const PathPoint& p) { return p.lateral; };
+  html += "<section><h2>Force</h2><div class=\"plots\">";
+  html += svg_plot({.id = "force_time",
+                    .title = "Force on the hand",
+                    .x_label = "time, s",
+                    .y_label = "N",
+                    .lines = {{"axial", "against insertion", column(path, time_of), column(path, axial)},
+                              {"lateral", "across the needle", column(path, time_of), column(path, lateral)}},
+                    .marks = marks});
+  SvgPlot depth{.id = "force_depth",
+                .title = "Force against depth",
+                .x_label = "needle in tissue, mm",
+                .y_label = "N",
+                .lines = {{"axial", "against insertion", column(path, depth_mm), column(path, axial)},
+                          {"lateral", "across the needle", column(path, depth_mm), column(path, lateral)}}};
+  SvgPlot course{.id = "depth_time",
+                 .title = "Depth and distance to the target",
+                 .x_label = "time, s",
+                 .y_label = "mm",
+                 .lines = {{"depth", "needle in tissue", column(path, time_of), column(path, depth_mm)}},
+                 .marks = marks};
+  if (!data.targets.empty()) {
+    course.lines.push_back({"distance", "tip to target", column(path, time_of), column(path, distance_mm)});
+  }
+  if (compared) {
+    const auto& expert = data.expert_path;
+    depth.lines.push_back({"axial", "expert", column(expert, depth_mm), column(expert, axial), true});
+    course.lines.push_back({"depth", "expert", column(expert, time_of), column(expert, depth_mm), true});
+  }
+  html += svg_plot(depth);
+  html += svg_plot(course);
+  html += "</div></section>\n";
+}
+
+void append_way(std::string& html, const DebriefData& data) {
+  html +=
+      "<section><h2>The needle's way</h2><div class=\"way\"><div class=\"stage\"><canvas id=\"way\" width=\"1040\" "
+      "height=\"760\" tabindex=\"0\" aria-label=\"The way of the needle's tip in three dimensions\"></canvas>"
+      "<noscript><p>The turning picture needs scripts; path.csv holds its points.</p></noscript></div><div "
+      "class=\"side\"><p class=\"hint script\">Drag to turn, wheel to zoom, double click to put back.</p><p "
+      "class=\"script\"><label><input type=\"radio\" name=\"colour\" value=\"tissue\" checked> tissue</label> "
+      "<label><input type=\"radio\" name=\"colour\" value=\"speed\"> speed of the tip</label></p><ul class=\"keys\" "
+      "id=\"tissues\">";
+  auto out = std::back_inserter(html);
+  std::vector<bool> met(data.tissues.size(), false);
+  for (const PathPoint& p : data.path) {
+    if (static_cast<std::size_t>(p.tissue) < met.size()) met[static_cast<std::size_t>(p.tissue)] = true;
+  }
+  for (std::size_t i = 0; i < met.size(); ++i) {
+    if (!met[i]) continue;
+    fmt::format_to(out, R"(<li><i style="background:{}"></i>{}</li>)", css_colour(data.tissues[i].colour),
+                   escaped(data.tissues[i].name));
+  }
+  html += "</ul><ul class=\"keys\"><li><i class=\"shaft\"></i>needle";
+  fmt::format_to(out, " at {:.2f} s</li>", data.arrival_s);
+  if (!data.expert.empty()) {
+    fmt::format_to(
+        out, R"(<li><label><input type="checkbox" id="show_expert" checked> <i class="expert"></i>{}</label></li>)",
+        escaped(data.expert));
+  }
+  for (std::size_t i = 0; i < data.outlines.size(); ++i) {
+    fmt::format_to(out,
+                   R"(<li><label><input type="checkbox" class="show_outline" value="{}" checked> <i )"
+                   R"(style="background:{}"></i>{}</label></li>)",
+                   i, css_colour(data.outlines[i].colour), escaped(data.outlines[i].name));
+  }
+  html +=
+      "</ul><p class=\"script\" id=\"now\"></p><input class=\"script\" type=\"range\" id=\"time\" min=\"0\" "
+      "max=\"1000\" value=\"0\" aria-label=\"Time\"></div></div></section>\n";
+}
+
+void append_pictures(std::string& html, const DebriefData& data) {
+  if (data.pictures.empty()) return;
+  html += "<section><h2>Ultrasound at the key moments</h2><div class=\"pictures\">";
+  for (const DebriefPicture& picture : data.pictures) {
+    fmt::format_to(std::back_inserter(html),
+                   R"(<figure data-time="{}"><img alt="Ultrasound image: {}" src="data:image/png;base64,{}">)"
+                   R"(<figcaption><b>{}</b> {:.2f} s<br>{}</figcaption></figure>)",
+                   picture.time_s, escaped(picture.title), base64(picture.png), escaped(picture.title),
+                   picture.time_s, escaped(picture.caption));
+  }
+  html += "</div></section>\n";
+}
+
+}  // namespace
+
+std::string debrief_page(const DebriefData& data) {
+  const std::string json = embedded(page_json(data));
+  // Who writes a title cannot know the hash of the whole session, so cannot bring a script of their own.
+  session::StateHash hash;
+  for (const char c : json) hash.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  const std::string nonce = fmt::format("{:016x}", hash.value());
+  std::string html = fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"Content-Security-Policy\" "
+      "content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'nonce-{}'\"><meta "
+      "name=\"viewport\" content=\"width=device-width, initial-scale=1\"><meta name=\"color-scheme\" content=\"light "
+      "dark\"><title>{} - Stylet debrief</title><style>\n{}</style></head><body>\n",
+      nonce, escaped(data.title), kPageStyle);
+  append_header(html, data);
+  append_metrics(html, data, true);
+  append_course(html, data);
+  append_way(html, data);
+  append_plots(html, data);
+  append_pictures(html, data);
+  append_metrics(html, data, false);
+  fmt::format_to(std::back_inserter(html),
+                 "<footer>Stylet {}. The same numbers are in debrief.json, debrief.csv and path.csv. Research and "
+                 "training software, not a medical device.</footer>\n<script type=\"application/json\" id=\"data\" "
+                 "nonce=\"{}\">{}</script>\n<script nonce=\"{}\">\n{}</script>\n</body></html>\n",
+                 escaped(data.build), nonce, json, nonce, kPageScript);
+  return html;
+}
+
+}  // namespace stylet::debrief

@@ -1,0 +1,47 @@
+#include "engine/debrief/session_replay.h"
+
+namespace stylet::debrief {
+
+namespace {
+
+/// Keeps each frame that the publisher before it made.
+class HistoryRecorder final : public session::StepListener {
+public:
+  HistoryRecorder(const state::StateBuffer& buffer, FrameHistory& history)
+      : buffer_(buffer), history_(history), frame_(buffer.make_frame()) {}
+
+  void simulation_stepped(const session::SimulationStepRecord&, const physics::SimulationReport&,
+                          const physics::TissueState&, const physics::NeedleState&) override {
+    if (buffer_.sample(buffer_.newest_s(), frame_).provenance != state::Provenance::none) history_.add(frame_);
+  }
+
+private:
+  const state::StateBuffer& buffer_;
+  FrameHistory& history_;
+  state::FrameState frame_;
+};
+
+double duration_s(const session::Recording& recording, const content::Scene& scene) {
+  return static_cast<double>(recording.haptic.size()) / scene.rates.haptic_hz;
+}
+
+}  // namespace
+
+SessionReplay::SessionReplay(const content::Scene& scene, const session::Recording& recording)
+    : scene_(scene),
+      recording_(recording),
+      force_(scene, duration_s(recording, scene)),
+      publisher_(scene),
+      tracer_(scene, duration_s(recording, scene)),
+      frames_(session::rest_frame(scene)) {}
+
+void SessionReplay::run(const session::RunProgress& progress) {
+  const session::RecordedSettings settings = session::recorded_settings(recording_);
+  HistoryRecorder history(publisher_.buffer(), frames_);
+  session::CoupledLoops loops(scene_, settings.coupling, settings.start,
+                              {&hash_, &force_, &publisher_, &tracer_, &history}, settings.base);
+  result_ = session::replay(recording_, loops, hash_, progress);
+  trace_ = tracer_.take(recording_.events);
+}
+
+}  // namespace stylet::debrief

@@ -1,0 +1,47 @@
+// A recording run again with all that a debrief wants to know of it: hashes, force, trace, and what it looked like.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/debrief/frame_history.h"
+#include "engine/session/force_recorder.h"
+#include "engine/session/frame_publisher.h"
+#include "engine/session/recording.h"
+#include "engine/session/replay.h"
+#include "engine/session/step_hash.h"
+#include "engine/training/trace.h"
+
+#include <cstdint>
+
+namespace stylet::debrief {
+
+/// Physics runs from the start, since each state follows from the one before; frames() may be looked at from another
+/// thread while run() is under way, everything else when it is over.
+class SessionReplay {
+public:
+  /// @param scene      of the recording's scenario and haptic rate
+  /// @param recording  both outlive this
+  SessionReplay(const content::Scene& scene, const session::Recording& recording);
+
+  /// Once. @throws content::ContentError  as session::replay()
+  void run(const session::RunProgress& progress = {});
+
+  const FrameHistory& frames() const { return frames_; }
+  const session::ReplayResult& result() const { return result_; }
+  std::uint64_t state_hash() const { return hash_.state(); }
+  const session::ForceTrace& force() const { return force_.trace(); }
+  const training::Trace& trace() const { return trace_; }
+  const session::FramePublisher& publisher() const { return publisher_; }
+
+private:
+  const content::Scene& scene_;
+  const session::Recording& recording_;
+  session::StepHash hash_;
+  session::ForceRecorder force_;
+  session::FramePublisher publisher_;
+  training::TraceRecorder tracer_;
+  training::Trace trace_;
+  FrameHistory frames_;
+  session::ReplayResult result_;
+};
+
+}  // namespace stylet::debrief

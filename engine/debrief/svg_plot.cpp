@@ -1,0 +1,197 @@
+#include "engine/debrief/svg_plot.h"
+
+#include "engine/session/plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace stylet::debrief {
+
+namespace {
+
+// In units of the view box, which are pixels at full width.
+struct Box {
+  double left = 52, top = 22, right = 708, bottom = 218;
+};
+constexpr int kWidth = 720;
+constexpr int kHeight = 262;
+
+struct Axis {
+  double min = 0;
+  double max = 1;
+  std::vector<double> ticks{};
+};
+
+/// Round ends around all finite values.
+template <typename Values>
+Axis axis_of(std::span<const SvgLine> lines, const Values& values, int ticks) {
+  double low = 0;
+  double high = 0;
+  bool any = false;
+  for (const SvgLine& line : lines) {
+    for (const double v : values(line)) {
+      if (!std::isfinite(v)) continue;
+      low = any ? std::min(low, v) : v;
+      high = any ? std::max(high, v) : v;
+      any = true;
+    }
+  }
+  low = std::min(low, 0.0);
+  if (high - low < 1e-9) high = low + 1;
+  Axis axis{.min = low, .max = high + 0.04 * (high - low)};
+  if (low < 0) axis.min = low - 0.04 * (high - low);
+  axis.ticks = session::nice_ticks(axis.min, axis.max, ticks);
+  return axis;
+}
+
+std::string tick_text(double value) {
+  return fmt::format("{:g}", std::abs(value) < 1e-12 ? 0.0 : value);
+}
+
+void append_line(std::string& svg, const SvgLine& line, const Axis& x, const Axis& y, const Box& box) {
+  auto out = std::back_inserter(svg);
+  bool open = false;
+  for (std::size_t i = 0; i < line.x.size(); ++i) {
+    const bool finite = std::isfinite(line.x[i]) && std::isfinite(line.y[i]);
+    if (!finite) {
+      if (open) svg += "\"/>";
+      open = false;
+      continue;
+    }
+    if (!open)
+      fmt::format_to(out, R"(<polyline class="line {}{}" points=")", line.name, line.dashed ? " dashed" : "");
+    open = true;
+    fmt::format_to(out, "{:.1f},{:.1f} ", box.left + (line.x[i] - x.min) / (x.max - x.min) * (box.right - box.left),
+                   box.bottom - (line.y[i] - y.min) / (y.max - y.min) * (box.bottom - box.top));
+  }
+  if (open) svg += "\"/>";
+}
+
+void append_mark(std::string& svg, const SvgMark& mark, double at, double top, double bottom) {
+  fmt::format_to(
+      std::back_inserter(svg),
+      R"(<g class="mark {0}"><title>{1}</title><line x1="{2:.1f}" x2="{2:.1f}" y1="{3:.1f}" y2="{4:.1f}"/>)"
+      R"(<text x="{2:.1f}" y="{5:.1f}" text-anchor="middle">{6}</text></g>)",
+      mark.name, escaped(mark.title), at, top, bottom, top - 4, escaped(mark.number));
+}
+
+}  // namespace
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+    }
+  }
+  return out;
+}
+
+std::string svg_plot(const SvgPlot& plot) {
+  const Box box;
+  const Axis x = axis_of(
+      plot.lines, [](const SvgLine& line) -> const auto& { return line.x; }, 9);
+  const Axis y = axis_of(
+      plot.lines, [](const SvgLine& line) -> const auto& { return line.y; }, 6);
+  const auto to_x = [&](double v) { return box.left + (v - x.min) / (x.max - x.min) * (box.right - box.left); };
+  const auto to_y = [&](double v) { return box.bottom - (v - y.min) / (y.max - y.min) * (box.bottom - box.top); };
+  std::string svg = fmt::format("<figure class=\"plot\"><figcaption>{}<span class=\"keys\">", escaped(plot.title));
+  auto out = std::back_inserter(svg);
+  for (const SvgLine& line : plot.lines) {
+    fmt::format_to(out, R"(<span class="key"><i class="{}{}"></i>{}</span>)", line.name, line.dashed ? " dashed" : "",
+                   escaped(line.label));
+  }
+  fmt::format_to(out,
+                 R"(</span></figcaption><svg id="{}" viewBox="0 0 {} {}" role="img" aria-label="{}" data-x0="{}" )"
+                 R"(data-x1="{}" data-y0="{}" data-y1="{}" data-box="{} {} {} {}"><g class="grid">)",
+                 plot.id, kWidth, kHeight, escaped(plot.title), x.min, x.max, y.min, y.max, box.left, box.top,
+                 box.right, box.bottom);
+  for (const double tick : x.ticks) {
+    fmt::format_to(out,
+                   R"(<line x1="{0:.1f}" x2="{0:.1f}" y1="{1}" y2="{2}"/><text x="{0:.1f}" y="{3}" )"
+                   R"(text-anchor="middle">{4}</text>)",
+                   to_x(tick), box.top, box.bottom, box.bottom + 16, tick_text(tick));
+  }
+  for (const double tick : y.ticks) {
+    fmt::format_to(out,
+                   R"(<line x1="{1}" x2="{2}" y1="{0:.1f}" y2="{0:.1f}"/><text x="{3}" y="{4:.1f}" )"
+                   R"(text-anchor="end">{5}</text>)",
+                   to_y(tick), box.left, box.right, box.left - 7, to_y(tick) + 4, tick_text(tick));
+  }
+  fmt::format_to(
+      out,
+      R"(</g><text class="axis" x="{}" y="{}" text-anchor="end">{}</text>)"
+      R"svg(<text class="axis" x="14" y="{}" text-anchor="middle" transform="rotate(-90 14 {})">{}</text>)svg",
+      box.right, kHeight - 8, escaped(plot.x_label), (box.top + box.bottom) / 2, (box.top + box.bottom) / 2,
+      escaped(plot.y_label));
+  for (const SvgMark& mark : plot.marks) {
+    if (mark.x >= x.min && mark.x <= x.max) append_mark(svg, mark, to_x(mark.x), box.top, box.bottom);
+  }
+  for (const SvgLine& line : plot.lines) append_line(svg, line, x, y, box);
+  svg += "</svg></figure>\n";
+  return svg;
+}
+
+std::string svg_timeline(double duration_s, std::span<const TimelineBand> bands, std::span<const SvgMark> marks) {
+  constexpr double kLeft = 12, kRight = 1088, kTop = 54, kBottom = 84;
+  const double end_s = std::max(duration_s, 1e-3);
+  const auto to_x = [&](double s) { return kLeft + std::clamp(s / end_s, 0.0, 1.0) * (kRight - kLeft); };
+  std::string svg =
+      R"(<svg class="timeline" id="timeline" viewBox="0 0 1100 112" role="img" aria-label="Timeline of events">)";
+  auto out = std::back_inserter(svg);
+  fmt::format_to(out, R"(<rect class="track" x="{}" y="{}" width="{}" height="{}" rx="4"/>)", kLeft, kTop,
+                 kRight - kLeft, kBottom - kTop);
+  int index = 0;
+  for (const TimelineBand& band : bands) {
+    const double from = to_x(band.from_s);
+    const double to = to_x(band.to_s);
+    fmt::format_to(out,
+                   R"(<g class="band"><title>{}</title><rect class="b{}" x="{:.1f}" y="{}" width="{:.1f}" )"
+                   R"(height="{}"/>)",
+                   escaped(band.label), index++ % 4, from, kTop, std::max(to - from, 0.5), kBottom - kTop);
+    if (to - from > 7.5 * static_cast<double>(band.label.size())) {
+      fmt::format_to(out, R"(<text x="{:.1f}" y="{}">{}</text>)", from + 8, (kTop + kBottom) / 2 + 4,
+                     escaped(band.label));
+    }
+    svg += "</g>";
+  }
+  for (const double tick : session::nice_ticks(0, end_s, 12)) {
+    fmt::format_to(out,
+                   R"(<g class="grid"><line x1="{0:.1f}" x2="{0:.1f}" y1="{1}" y2="{2}"/><text x="{0:.1f}" )"
+                   R"(y="{3}" text-anchor="middle">{4} s</text></g>)",
+                   to_x(tick), kBottom, kBottom + 5, kBottom + 20, tick_text(tick));
+  }
+  // Numbers that would lie on each other climb.
+  double last[3] = {-100, -100, -100};
+  for (const SvgMark& mark : marks) {
+    const double at = to_x(mark.x);
+    const auto row = std::find_if(std::begin(last), std::end(last), [&](double x) { return at - x > 16; });
+    const auto height = row == std::end(last) ? 2 : static_cast<int>(row - std::begin(last));
+    last[height] = at;
+    append_mark(svg, mark, at, kTop - 6 - 15 * height, kBottom);
+  }
+  svg += "</svg>\n";
+  return svg;
+}
+
+}  // namespace stylet::debrief

@@ -1,0 +1,56 @@
+#include "engine/training/results.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <numeric>
+
+namespace stylet::training {
+
+std::string in_words(const SamplingResult& result) {
+  std::string text;
+  for (std::size_t i = 0; i < result.cores.size(); ++i) {
+    text += fmt::format("core {} at {:.1f} s: {:.0f} % target\n", i + 1, result.cores[i].time_s,
+                        100 * result.tumour_shares[i]);
+  }
+  if (result.heated) {
+    text += fmt::format(
+        "ablation of {:.0f} s: {:.1f} ml; of the target {:.0f} %, with its margin {:.0f} %; least margin {:.1f} mm\n",
+        result.heated_s, result.volume * 1e6, 100 * result.coverage.tumour, 100 * result.coverage.with_margin,
+        1e3 * result.coverage.least_margin);
+  }
+  return text;
+}
+
+std::string core_detail(double target, const std::vector<double>& content, const content::Scene& scene) {
+  std::vector<std::size_t> order(content.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return content[a] > content[b]; });
+  std::string text = fmt::format("target {:.4f}", target);
+  const char* separator = ": ";
+  for (const std::size_t t : order) {
+    if (content[t] <= 0) break;
+    text += fmt::format("{}{} {:.4f}", separator, scene.tissues[t].name, content[t]);
+    separator = ", ";
+  }
+  return text;
+}
+
+std::string ablation_detail(const SamplingResult& result) {
+  return fmt::format("{:.0f} s, {:.2f} ml; target {:.4f}, margin {:.4f}, least margin {:.1f} mm", result.heated_s,
+                     result.volume * 1e6, result.coverage.tumour, result.coverage.with_margin,
+                     result.coverage.least_margin * 1e3);
+}
+
+std::optional<double> share_in(std::string_view detail, std::string_view name) {
+  const std::size_t found = detail.find(fmt::format("{} ", name));
+  if (found == std::string_view::npos) return std::nullopt;
+  const std::string_view number = detail.substr(found + name.size() + 1);
+  double share = 0;
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), share);
+  if (error != std::errc{}) return std::nullopt;
+  return share;
+}
+
+}  // namespace stylet::training

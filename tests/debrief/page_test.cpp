@@ -1,0 +1,178 @@
+// The debrief as a page: what it shows, what it must not do, and that a real browser shows it.
+#include "engine/debrief/page.h"
+
+#include "engine/debrief/debrief_files.h"
+#include "tests/debrief/sample_debrief.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <regex>
+#include <string>
+
+namespace stylet::debrief {
+namespace {
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+/// data-value of each element with data-key.
+std::map<std::string, std::string> shown_values(const std::string& html) {
+  std::map<std::string, std::string> values;
+  const std::regex cell(R"re(data-key="([a-z_]+)" data-value="([^"]*)")re");
+  for (auto it = std::sregex_iterator(html.begin(), html.end(), cell); it != std::sregex_iterator(); ++it) {
+    values[(*it)[1]] = (*it)[2];
+  }
+  return values;
+}
+
+TEST(DebriefPage, ShowsTheNumbersOfTheJsonWithoutScripts) {
+  const DebriefData data = tests::sample_debrief();
+  const std::string html = debrief_page(data);
+  const auto json = nlohmann::json::parse(to_json(data).dump());
+  const auto values = shown_values(html);
+  for (const auto& metric : json["metrics"]) {
+    const std::string key = metric["key"];
+    if (metric["value"].is_null()) {
+      EXPECT_FALSE(values.contains(key));
+      continue;
+    }
+    ASSERT_TRUE(values.contains(key)) << key;
+    EXPECT_EQ(std::stod(values.at(key)), metric["value"].get<double>()) << key;
+  }
+  EXPECT_EQ(json["score"]["total"], 81.25);
+  EXPECT_NE(html.find("id=\"total\" data-value=\"81.25\""), std::string::npos);
+  EXPECT_NE(html.find("not measured"), std::string::npos);
+  EXPECT_NE(html.find("Passed"), std::string::npos);
+  EXPECT_EQ(count_of(html, "<polyline"), 8u) << "two, four and four lines, less those without an expert";
+}
+
+TEST(DebriefPage, NeedsNothingFromOutside) {
+  const std::string html = debrief_page(tests::sample_debrief());
+  for (const char* way :
+       {"http:", "https:", "//cdn", "<link", "@import", "url(", "fetch(", "XMLHttpRequest", "href="}) {
+    EXPECT_EQ(html.find(way), std::string::npos) << way;
+  }
+  EXPECT_NE(html.find("Content-Security-Policy\" content=\"default-src 'none'; img-src data:;"), std::string::npos);
+  EXPECT_EQ(count_of(html, " src="), count_of(html, " src=\"data:image/png;base64,"));
+}
+
+TEST(DebriefPage, EveryTextIsEscaped) {
+  const std::string html = debrief_page(tests::sample_debrief(tests::kHostile));
+  EXPECT_EQ(count_of(html, "<script"), 2u) << "the data and the page's own";
+  EXPECT_EQ(count_of(html, "</script"), 2u);
+  EXPECT_EQ(count_of(html, "<img"), 1u) << "the ultrasound image";
+  EXPECT_EQ(count_of(html, "</title>"), 1u + count_of(debrief_page(tests::sample_debrief()), "</title>") - 1u);
+  // The data come through whole.
+  const std::size_t begin = html.find('>', html.find("id=\"data\"")) + 1;
+  const auto json = nlohmann::json::parse(html.substr(begin, html.find("</script", begin) - begin));
+  EXPECT_EQ(json["title"], tests::kHostile);
+}
+
+TEST(DebriefPage, StandsWithoutScoreExpertTargetAndPath) {
+  const std::string html = debrief_page({});
+  EXPECT_NE(html.find("Measured"), std::string::npos);
+  EXPECT_EQ(html.find("nan"), std::string::npos);
+}
+
+TEST(DebriefFiles, CsvHasTheSameNumbersAndOneRowForEach) {
+  const DebriefData data = tests::sample_debrief(tests::kHostile);
+  const std::string csv = debrief_csv(data);
+  EXPECT_NE(csv.find("\r\nmetric,targeting,Distance to the target,1.23456789,mm,0.5,40,50,false,,tip to centre\r\n"),
+            std::string::npos)
+      << csv;
+  EXPECT_NE(csv.find("score,total,passed,81.25,"), std::string::npos);
+  EXPECT_EQ(count_of(csv, "\r\nevent,"), data.events.size());
+  EXPECT_NE(csv.find("\"\"\"'></title>"), std::string::npos) << "quotes are doubled";
+  const std::string path = path_csv(data);
+  EXPECT_EQ(count_of(path, "\r\ntrainee,"), data.path.size());
+  EXPECT_EQ(count_of(path, "\r\nexpert,"), data.expert_path.size());
+}
+
+TEST(DebriefFiles, JsonKeepsEveryMoment) {
+  const DebriefData data = tests::sample_debrief();
+  const auto json = to_json(data);
+  ASSERT_EQ(json["path"]["time_s"].size(), data.path.size());
+  EXPECT_EQ(json["path"]["axial_n"][250].get<double>(), data.path[250].axial);
+  EXPECT_EQ(json["expert_path"]["tip_m"][10][2].get<double>(), data.expert_path[10].tip.z());
+  EXPECT_EQ(json["events"][4]["kind"], "sample");
+}
+
+/// What a headless browser made of the page: the document after its scripts ran, and what it wrote to the console.
+struct Seen {
+  std::string document;
+  std::string console;
+};
+/// Empty: there is none.
+std::string browser() {
+  for (const char* name : {"chromium-headless-shell", "chromium"}) {
+    if (std::system(fmt::format("command -v {} >/dev/null", name).c_str()) == 0) return name;
+  }
+  return {};
+}
+Seen open_in_browser(const std::string& html, const support::TemporaryFolder& folder) {
+  const auto page = folder.write("debrief.html", html);
+  const std::string command = fmt::format(
+      "HOME={0} timeout 60 {1} --headless --no-sandbox --disable-gpu --disable-dev-shm-usage "
+      "--disable-background-networking --no-first-run --host-resolver-rules='MAP * ~NOTFOUND' "
+      "--user-data-dir={0}/user "
+      "--enable-logging=stderr --virtual-time-budget=2000 --dump-dom 'file://{2}' "
+      "2>{0}/console",
+      folder.path().string(), browser(), page.string());
+  Seen seen;
+  FILE* pipe = ::popen(command.c_str(), "r");
+  std::array<char, 65536> buffer{};
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+    seen.document.append(buffer.data(), n);
+  ::pclose(pipe);
+  std::ifstream console(folder / "console");
+  for (std::string line; std::getline(console, line);) {
+    if (line.find("CONSOLE") != std::string::npos) seen.console += line + '\n';
+  }
+  return seen;
+}
+
+TEST(DebriefPage, OpensInABrowser) {
+  if (support::kSanitized) GTEST_SKIP() << "the browser is looked at in Release";
+  if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";
+  const support::TemporaryFolder folder;
+  const DebriefData data = tests::sample_debrief(tests::kHostile);
+  const Seen seen = open_in_browser(debrief_page(data), folder);
+  EXPECT_EQ(seen.console, "") << "errors, refused requests and scripts are told there";
+  const std::string html = seen.document.substr(0, seen.document.find('>', seen.document.find("<html")));
+  EXPECT_NE(html.find("data-ready=\"1\""), std::string::npos) << html;
+  EXPECT_EQ(html.find("data-problems"), std::string::npos) << html;
+  EXPECT_EQ(html.find("data-hacked"), std::string::npos) << html;
+  EXPECT_NE(seen.document.find(fmt::format("data-segments=\"{}\"", data.path.size() - 1)), std::string::npos);
+  EXPECT_NE(seen.document.find("data-faces=\"4\""), std::string::npos);
+  EXPECT_GE(count_of(seen.document, "class=\"cursor\""), 3u) << "the moment in each plot";
+  const auto values = shown_values(seen.document);
+  EXPECT_EQ(std::stod(values.at("targeting")), *data.metrics[0].value);
+}
+
+// What the test above relies on: the page's own policy, and that the console tells.
+TEST(DebriefPage, AScriptOrARequestSlippedInIsRefused) {
+  if (support::kSanitized) GTEST_SKIP() << "the browser is looked at in Release";
+  if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";
+  const support::TemporaryFolder folder;
+  std::string html = debrief_page(tests::sample_debrief());
+  html.insert(html.find("<header>"),
+              "<script>document.documentElement.dataset.hacked=1</script><img src=\"http://example.com/a.png\">");
+  const Seen seen = open_in_browser(html, folder);
+  EXPECT_EQ(seen.document.find("data-hacked"), std::string::npos);
+  EXPECT_EQ(count_of(seen.console, "CONSOLE"), 2u) << seen.console;
+}
+
+}  // namespace
+}  // namespace stylet::debrief

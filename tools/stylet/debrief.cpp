@@ -1,0 +1,83 @@
+// `stylet debrief`: the debrief of a recording written again, with another expert or after a crash.
+#include "engine/debrief/debrief.h"
+#include "engine/content/error.h"
+#include "engine/content/scenario.h"
+#include "engine/debrief/session_replay.h"
+#include "engine/session/unfinished_recording.h"
+#include "tools/stylet/commands.h"
+#include "tools/stylet/expert_choice.h"
+#include "tools/stylet/interrupt.h"
+#include "tools/stylet/progress.h"
+#include "tools/stylet/session_options.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+
+namespace stylet::tools {
+
+namespace {
+
+struct DebriefOptions {
+  std::string recording;
+  std::string scenario;
+  std::string expert;
+  std::string out = "out/debrief";
+  std::string gpu;
+};
+
+int debrief_recording(const DebriefOptions& options) {
+  const std::string path = session::find_recording(options.recording).string();
+  const session::Recording recording = session::read_recording(path);
+  if (session::replayable_steps(recording).haptic == 0) {
+    throw content::ContentError(path + ": was cut off before the first step; there is nothing to show");
+  }
+  fmt::print("{}: {}\n", path, recording.condition());
+  const session::RecordedSettings settings = session::recorded_settings(recording);
+  Progress progress;
+  content::Scene scene =
+      load_scene(options.scenario.empty() ? recording.header.scenario : options.scenario, progress);
+  if (settings.haptic_hz > 0) set_haptic_rate(scene, settings.haptic_hz);
+  gpu::Device gpu({.gpu = options.gpu});
+  session::OutputDirectory out(options.out);
+  debrief::SessionReplay replay(scene, recording);
+  replay.run([&](double share) {
+    throw_if_interrupted();
+    progress.show("Replaying", share);
+  });
+  const std::optional<debrief::Expert> expert = chosen_expert(options.expert, false, scene, progress);
+  progress.show("Writing the debrief", 0);
+  debrief::write_page(out, scene, gpu, recording, replay, {.expert = expert});
+  out.commit("debrief.html");
+  progress.done();
+  fmt::print("{}: debrief.html, debrief.json, debrief.csv, path.csv\n", out.destination().string());
+  if (replay.result().identical()) return kExitYes;
+  fmt::print(stderr, "stylet: the replay differs from the session: its numbers may too\n");
+  return kExitNo;
+}
+
+}  // namespace
+
+void add_debrief(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("debrief", "Write the debrief of a recording: page, JSON, CSV");
+  auto options = std::make_shared<DebriefOptions>();
+  command
+      ->add_option("RECORDING", options->recording,
+                   "A session.rec that `stylet train` wrote, an unfinished-*.rec that a crash left, or their folder")
+      ->required();
+  command->add_option("--scenario", options->scenario, "Scenario to use instead of the one named in the recording");
+  command->add_option("--expert", options->expert, kExpertHelp);
+  command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
+  command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
+  command->footer(
+      "debrief.html is one file that opens in any browser, without network: score, course, forces, the needle's way\n"
+      "in 3-D, ultrasound at the key moments, next to an expert's. The same numbers are in debrief.json and the "
+      "CSV.\n\n"
+      "  stylet debrief out/demo --out out/debrief\n"
+      "  stylet debrief out/trainee --expert out/teacher/session.rec --out out/compared\n\n"
+      "Exit code 0: done; 1: the replay differs; 2: bad input.");
+  command->callback([options, &exit_code] { exit_code = debrief_recording(*options); });
+}
+
+}  // namespace stylet::tools

@@ -1,0 +1,25 @@
+#include "tools/stylet/expert_choice.h"
+
+#include "engine/session/unfinished_recording.h"
+#include "tools/stylet/interrupt.h"
+#include "tools/stylet/version.h"
+
+namespace stylet::tools {
+
+void check_expert(const std::string& choice) {
+  if (!choice.empty() && choice != "none") session::read_recording(session::find_recording(choice));
+}
+
+std::optional<debrief::Expert> chosen_expert(const std::string& choice, bool own_hand, const content::Scene& scene,
+                                             Progress& progress) {
+  const auto report = [&](double share) {
+    throw_if_interrupted();
+    progress.show("Running the expert's motion", share);
+  };
+  if (choice == "none") return std::nullopt;
+  if (!choice.empty()) return debrief::expert_recording(scene, session::find_recording(choice), report);
+  if (own_hand || scene.motion.stylus.size() < 2) return std::nullopt;
+  return debrief::expert_motion(scene, build_name(), debrief::expert_cache(), report);
+}
+
+}  // namespace stylet::tools
