@@ -22,6 +22,7 @@ ReportTime ReportClock::stamp(std::uint32_t scan_time, std::int64_t arrived_ns) 
     device_ns_ = 0;
     offset_ns_ = static_cast<double>(arrived_ns);
     period_ns_ = 0;
+    steps_ = 0;
     agreed_ns_ = arrived_ns;
   } else {
     const double between = static_cast<double>((ticks - last_ticks_) & 0xFFFF) * tick_ns_;
@@ -31,13 +32,9 @@ ReportTime ReportClock::stamp(std::uint32_t scan_time, std::int64_t arrived_ns) 
     const double rounds = std::max(0.0, std::round((host - between) / wrap));
     const double step = between + rounds * wrap;
     out.repeated = step <= 0;
-    if (period_ns_ > 0 && step > 1.5 * period_ns_) {
-      // A stamp from the future is a clock that was set, not a loss.
-      const bool past = device_ns_ + step + offset_ns_ < static_cast<double>(arrived_ns) + kDisagree;
-      if (past) out.missing = static_cast<std::uint64_t>(std::llround(step / period_ns_)) - 1;
-    } else if (step > 0) {
-      period_ns_ += (period_ns_ > 0 ? kPeriodShare : 1.0) * (step - period_ns_);
-    }
+    // A stamp from the future is a clock that was set, not a loss.
+    const bool past = device_ns_ + step + offset_ns_ < static_cast<double>(arrived_ns) + kDisagree;
+    if (step > 0) out.missing = learn_period(step, past);
     device_ns_ += step;
     offset_ns_ = std::min(offset_ns_ + kDrift * std::max(0.0, host), static_cast<double>(arrived_ns) - device_ns_);
     if (static_cast<double>(arrived_ns) - device_ns_ - offset_ns_ < kDisagree) {
@@ -50,6 +47,21 @@ ReportTime ReportClock::stamp(std::uint32_t scan_time, std::int64_t arrived_ns) 
   last_ticks_ = ticks;
   last_arrived_ns_ = arrived_ns;
   return out;
+}
+
+std::uint64_t ReportClock::learn_period(double step, bool past) {
+  if (steps_ < kFirstSteps) {
+    first_steps_[steps_++] = step;
+    if (steps_ == kFirstSteps) {
+      const auto middle = first_steps_.begin() + kFirstSteps / 2;
+      std::nth_element(first_steps_.begin(), middle, first_steps_.end());
+      period_ns_ = *middle;
+    }
+    return 0;
+  }
+  if (step > 1.5 * period_ns_) return past ? static_cast<std::uint64_t>(std::llround(step / period_ns_)) - 1 : 0;
+  period_ns_ += kPeriodShare * (step - period_ns_);
+  return 0;
 }
 
 }  // namespace stylet::haptic::hid

@@ -1,6 +1,8 @@
 // How old a report is: the device's own clock held against the host's.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace stylet::haptic::hid {
@@ -14,7 +16,8 @@ struct ReportTime {
 
 /// Maps Scan Time (ticks of the device's clock, modulo 2^16) to the host's clock by the smallest delay seen: what was
 /// queued shows as a larger one. Where all reports look old for half a second the device's clock had stood still, and
-/// the mapping is learnt anew. Depends on its inputs only.
+/// the mapping is learnt anew. What is missing is told once the period is known, as the median of the first steps:
+/// what a device had ready before anybody listened comes in its own rhythm. Depends on its inputs only.
 class ReportClock {
 public:
   /// @param tick_s    of Scan Time, s
@@ -26,6 +29,10 @@ public:
   void reset() { started_ = false; }
 
 private:
+  /// @return reports that should have come in a step of the device's clock
+  std::uint64_t learn_period(double step, bool past);
+
+  static constexpr std::size_t kFirstSteps = 9;
   double tick_ns_;
   bool started_ = false;
   std::uint32_t last_ticks_ = 0;
@@ -34,6 +41,8 @@ private:
   double device_ns_ = 0;        // the device's clock, not wrapped
   double offset_ns_ = 0;        // host minus device, smallest delay
   double period_ns_ = 0;        // between reports, smoothed; 0: not known yet
+  std::size_t steps_ = 0;
+  std::array<double, kFirstSteps> first_steps_{};
 };
 
 }  // namespace stylet::haptic::hid

@@ -23,6 +23,15 @@ TEST(ReportClock, QueuedReportsAreAsOldAsTheyWaited) {
   EXPECT_EQ(fresh.missing, 401u - 163u);
 }
 
+TEST(ReportClock, WhatWaitedForAListenerTellsNothingOfThePeriod) {
+  ReportClock clock;
+  clock.stamp(0, kStart);
+  clock.stamp(1, kStart);       // made 0.1 ms later,
+  clock.stamp(18'000, kStart);  // and this when somebody listened at last
+  for (int k = 1; k < 100; ++k) EXPECT_EQ(clock.stamp(18'000 + 10 * k, kStart + k * kMs).missing, 0u) << k;
+  EXPECT_EQ(clock.stamp(18'000 + 10 * 103, kStart + 103 * kMs).missing, 3u);
+}
+
 TEST(ReportClock, WrappedStampsGoOn) {
   ReportClock clock;
   for (int k = 0; k < 20'000; ++k) {
