@@ -37,6 +37,8 @@ PathPoint point_of(const TraceSample& s) {
           .target_distance = s.target_distance};
 }
 
+constexpr std::array<float, 3> kAir{0.32F, 0.42F, 0.48F};  // seen on light and dark pages
+
 /// "biopsy_fired" as a title: "Biopsy fired".
 std::string words(std::string_view name) {
   std::string text(name);
@@ -192,6 +194,7 @@ DebriefData collect(const content::Scene& scene, const session::Recording& recor
   for (const content::Tissue& tissue : scene.tissues) {
     data.tissues.push_back({tissue.name, {tissue.colour[0], tissue.colour[1], tissue.colour[2]}});
   }
+  data.tissues.front().colour = kAir;  // "outside"
   data.path = path_of(trace);
   if (expert) {
     data.expert = expert->name;

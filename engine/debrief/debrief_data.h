@@ -73,6 +73,7 @@ struct TargetMark {
 /// A surface of the patient with few triangles, to see the path by.
 struct Outline {
   std::string name{};
+  bool shown = true;              ///< when the page opens
   std::array<float, 3> colour{};  ///< linear RGB
   std::vector<Eigen::Vector3f> vertices{};
   std::vector<std::array<std::uint32_t, 3>> triangles{};

@@ -53,8 +53,8 @@ content::TriangleMesh shape_of(const Surface& surface, const state::FrameState& 
   return mesh;
 }
 
-Outline outline_of(const std::string& name, const content::Tissue& tissue, const content::TriangleMesh& mesh) {
-  Outline outline{.name = name, .colour = {tissue.colour[0], tissue.colour[1], tissue.colour[2]}};
+Outline outline_of(const Surface& surface, const content::Tissue& tissue, const content::TriangleMesh& mesh) {
+  Outline outline{.name = surface.name, .colour = {tissue.colour[0], tissue.colour[1], tissue.colour[2]}};
   std::map<std::uint32_t, std::uint32_t> used;
   for (const auto& triangle : mesh.triangles) {
     auto& corners = outline.triangles.emplace_back();
@@ -80,6 +80,7 @@ std::vector<int> bodies_with_targets(const content::Scene& scene) {
 struct Budget {
   std::size_t triangles = 0;
   double reach = std::numeric_limits<double>::infinity();
+  bool shown = true;  // what lies around it would hide the way
 };
 Budget budget(const Surface& surface, const std::vector<int>& holders) {
   const bool holder = std::ranges::find(holders, surface.body) != holders.end();
@@ -87,7 +88,8 @@ Budget budget(const Surface& surface, const std::vector<int>& holders) {
     case SurfaceRole::target:
       return {.triangles = 160};
     case SurfaceRole::boundary:
-      if (surface.body >= 0) return holder ? Budget{.triangles = 700} : Budget{.triangles = 300, .reach = kNear};
+      if (surface.body >= 0)
+        return holder ? Budget{.triangles = 700} : Budget{.triangles = 300, .reach = kNear, .shown = false};
       return {.triangles = 120, .reach = kNear};
     case SurfaceRole::vessel:
       if (holder) return {.triangles = 250, .reach = kNear};
@@ -114,7 +116,8 @@ std::vector<Outline> outlines_of(const content::Scene& scene, const state::Frame
       mesh = content::decimate(mesh, {.turn_deg = 80, .aspect = 40, .triangles = wanted.triangles});
     }
     if (mesh.triangles.size() <= 4 * wanted.triangles) {
-      outlines.push_back(outline_of(surface.name, scene.tissues[static_cast<std::size_t>(surface.tissue)], mesh));
+      outlines.push_back(outline_of(surface, scene.tissues[static_cast<std::size_t>(surface.tissue)], mesh));
+      outlines.back().shown = wanted.shown;
     }
   }
   return outlines;

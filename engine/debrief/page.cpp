@@ -40,6 +40,12 @@ std::string css_colour(const std::array<float, 3>& linear) {
   return fmt::format("#{:02x}{:02x}{:02x}", byte(linear[0]), byte(linear[1]), byte(linear[2]));
 }
 
+/// "abdominal_wall" for people, escaped.
+std::string in_words(std::string name) {
+  std::ranges::replace(name, '_', ' ');
+  return escaped(name);
+}
+
 /// JSON that may stand within a script element.
 std::string embedded(const ordered_json& json) {
   const std::string text = json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
@@ -269,7 +275,7 @@ void append_way(std::string& html, const DebriefData& data) {
   for (std::size_t i = 0; i < met.size(); ++i) {
     if (!met[i]) continue;
     fmt::format_to(out, R"(<li><i style="background:{}"></i>{}</li>)", css_colour(data.tissues[i].colour),
-                   escaped(data.tissues[i].name));
+                   in_words(data.tissues[i].name));
   }
   html += "</ul><ul class=\"keys\"><li><i class=\"shaft\"></i>needle";
   fmt::format_to(out, " at {:.2f} s</li>", data.arrival_s);
@@ -280,9 +286,10 @@ void append_way(std::string& html, const DebriefData& data) {
   }
   for (std::size_t i = 0; i < data.outlines.size(); ++i) {
     fmt::format_to(out,
-                   R"(<li><label><input type="checkbox" class="show_outline" value="{}" checked> <i )"
+                   R"(<li><label><input type="checkbox" class="show_outline" value="{}"{}> <i )"
                    R"(style="background:{}"></i>{}</label></li>)",
-                   i, css_colour(data.outlines[i].colour), escaped(data.outlines[i].name));
+                   i, data.outlines[i].shown ? " checked" : "", css_colour(data.outlines[i].colour),
+                   in_words(data.outlines[i].name));
   }
   html +=
       "</ul><p class=\"script\" id=\"now\"></p><input class=\"script\" type=\"range\" id=\"time\" min=\"0\" "

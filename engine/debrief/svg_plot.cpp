@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 
 namespace stylet::debrief {
@@ -70,12 +71,27 @@ void append_line(std::string& svg, const SvgLine& line, const Axis& x, const Axi
   if (open) svg += "\"/>";
 }
 
-void append_mark(std::string& svg, const SvgMark& mark, double at, double top, double bottom) {
-  fmt::format_to(
-      std::back_inserter(svg),
-      R"(<g class="mark {0}"><title>{1}</title><line x1="{2:.1f}" x2="{2:.1f}" y1="{3:.1f}" y2="{4:.1f}"/>)"
-      R"(<text x="{2:.1f}" y="{5:.1f}" text-anchor="middle">{6}</text></g>)",
-      mark.name, escaped(mark.title), at, top, bottom, top - 4, escaped(mark.number));
+/// Numbers that would lie on each other share a label: "1, 2".
+void append_marks(std::string& svg, std::span<const SvgMark> marks, const std::function<double(double)>& to_x,
+                  double top, double bottom) {
+  constexpr double kNear = 15;
+  auto out = std::back_inserter(svg);
+  for (std::size_t i = 0; i < marks.size();) {
+    const std::size_t first = i;
+    std::string label;
+    double last = to_x(marks[i].x);
+    for (; i < marks.size() && to_x(marks[i].x) - last < kNear; ++i) {
+      const SvgMark& mark = marks[i];
+      last = to_x(mark.x);
+      label += (label.empty() ? "" : ", ") + mark.number;
+      fmt::format_to(out,
+                     R"(<g class="mark {0}"><title>{1}</title><line x1="{2:.1f}" x2="{2:.1f}" y1="{3:.1f}" )"
+                     R"(y2="{4:.1f}"/></g>)",
+                     mark.name, escaped(mark.title), last, top, bottom);
+    }
+    fmt::format_to(out, R"(<g class="mark {}"><text x="{:.1f}" y="{:.1f}" text-anchor="middle">{}</text></g>)",
+                   marks[first].name, (to_x(marks[first].x) + last) / 2, top - 4, escaped(label));
+  }
 }
 
 }  // namespace
@@ -144,20 +160,20 @@ std::string svg_plot(const SvgPlot& plot) {
       R"svg(<text class="axis" x="14" y="{}" text-anchor="middle" transform="rotate(-90 14 {})">{}</text>)svg",
       box.right, kHeight - 8, escaped(plot.x_label), (box.top + box.bottom) / 2, (box.top + box.bottom) / 2,
       escaped(plot.y_label));
-  for (const SvgMark& mark : plot.marks) {
-    if (mark.x >= x.min && mark.x <= x.max) append_mark(svg, mark, to_x(mark.x), box.top, box.bottom);
-  }
+  std::vector<SvgMark> inside = plot.marks;
+  std::erase_if(inside, [&](const SvgMark& mark) { return mark.x < x.min || mark.x > x.max; });
+  append_marks(svg, inside, to_x, box.top, box.bottom);
   for (const SvgLine& line : plot.lines) append_line(svg, line, x, y, box);
   svg += "</svg></figure>\n";
   return svg;
 }
 
 std::string svg_timeline(double duration_s, std::span<const TimelineBand> bands, std::span<const SvgMark> marks) {
-  constexpr double kLeft = 12, kRight = 1088, kTop = 54, kBottom = 84;
+  constexpr double kLeft = 12, kRight = 1088, kTop = 28, kBottom = 58;
   const double end_s = std::max(duration_s, 1e-3);
   const auto to_x = [&](double s) { return kLeft + std::clamp(s / end_s, 0.0, 1.0) * (kRight - kLeft); };
   std::string svg =
-      R"(<svg class="timeline" id="timeline" viewBox="0 0 1100 112" role="img" aria-label="Timeline of events">)";
+      R"(<svg class="timeline" id="timeline" viewBox="0 0 1100 86" role="img" aria-label="Timeline of events">)";
   auto out = std::back_inserter(svg);
   fmt::format_to(out, R"(<rect class="track" x="{}" y="{}" width="{}" height="{}" rx="4"/>)", kLeft, kTop,
                  kRight - kLeft, kBottom - kTop);
@@ -181,15 +197,7 @@ std::string svg_timeline(double duration_s, std::span<const TimelineBand> bands,
                    R"(y="{3}" text-anchor="middle">{4} s</text></g>)",
                    to_x(tick), kBottom, kBottom + 5, kBottom + 20, tick_text(tick));
   }
-  // Numbers that would lie on each other climb.
-  double last[3] = {-100, -100, -100};
-  for (const SvgMark& mark : marks) {
-    const double at = to_x(mark.x);
-    const auto row = std::find_if(std::begin(last), std::end(last), [&](double x) { return at - x > 16; });
-    const auto height = row == std::end(last) ? 2 : static_cast<int>(row - std::begin(last));
-    last[height] = at;
-    append_mark(svg, mark, at, kTop - 6 - 15 * height, kBottom);
-  }
+  append_marks(svg, marks, to_x, kTop - 6, kBottom);
   svg += "</svg>\n";
   return svg;
 }

@@ -33,14 +33,14 @@ struct SvgPlot {
   std::string x_label{};
   std::string y_label{};
   std::vector<SvgLine> lines{};
-  std::vector<SvgMark> marks{};
+  std::vector<SvgMark> marks{};  ///< x ascending
 };
 
 /// A figure with legend. Scripts find the axes in its attributes data-x0, data-x1, data-y0, data-y1 and the box that
 /// they span, in units of the view box, in data-box.
 std::string svg_plot(const SvgPlot& plot);
 
-/// Stages as bands, everything else as numbered marks above them.
+/// Stages as bands, everything else as numbered marks above them, x ascending.
 struct TimelineBand {
   double from_s = 0;
   double to_s = 0;

@@ -312,7 +312,7 @@ std::optional<double> tumour_content(const Trace& trace) {
   int cores = 0;
   for (const session::EventRecord& event : trace.events) {
     if (event.name != training_event::kCore) continue;
-    sum += 100 * share_in(event.detail, "target").value_or(0);
+    sum += percent_in(event.detail, "target").value_or(0);
     ++cores;
   }
   return cores > 0 ? std::optional(sum / cores) : std::nullopt;
@@ -321,7 +321,7 @@ std::optional<double> tumour_content(const Trace& trace) {
 /// Of all that was heated until then: the last time tells.
 std::optional<double> ablation_coverage(const Trace& trace) {
   for (const session::EventRecord& event : trace.events | std::views::reverse) {
-    if (event.name == training_event::kAblated) return 100 * share_in(event.detail, "margin").value_or(0);
+    if (event.name == training_event::kAblated) return percent_in(event.detail, "margin").value_or(0);
   }
   return std::nullopt;
 }

@@ -27,23 +27,23 @@ std::string core_detail(double target, const std::vector<double>& content, const
   std::vector<std::size_t> order(content.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return content[a] > content[b]; });
-  std::string text = fmt::format("target {:.4f}", target);
+  std::string text = fmt::format("target {:.2f} %", 100 * target);
   const char* separator = ": ";
   for (const std::size_t t : order) {
     if (content[t] <= 0) break;
-    text += fmt::format("{}{} {:.4f}", separator, scene.tissues[t].name, content[t]);
+    text += fmt::format("{}{} {:.2f} %", separator, scene.tissues[t].name, 100 * content[t]);
     separator = ", ";
   }
   return text;
 }
 
 std::string ablation_detail(const SamplingResult& result) {
-  return fmt::format("{:.0f} s, {:.2f} ml; target {:.4f}, margin {:.4f}, least margin {:.1f} mm", result.heated_s,
-                     result.volume * 1e6, result.coverage.tumour, result.coverage.with_margin,
+  return fmt::format("{:.0f} s, {:.2f} ml; target {:.2f} %, margin {:.2f} %, least margin {:.1f} mm", result.heated_s,
+                     result.volume * 1e6, 100 * result.coverage.tumour, 100 * result.coverage.with_margin,
                      result.coverage.least_margin * 1e3);
 }
 
-std::optional<double> share_in(std::string_view detail, std::string_view name) {
+std::optional<double> percent_in(std::string_view detail, std::string_view name) {
   const std::size_t found = detail.find(fmt::format("{} ", name));
   if (found == std::string_view::npos) return std::nullopt;
   const std::string_view number = detail.substr(found + name.size() + 1);

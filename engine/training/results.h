@@ -31,12 +31,12 @@ inline constexpr std::string_view kCore = "core";        ///< detail: core_detai
 inline constexpr std::string_view kAblated = "ablated";  ///< detail: ablation_detail()
 }  // namespace training_event
 
-/// "target 0.6200: tumour 0.6200, liver 0.3800".
+/// "target 62.00 %: tumour 62.00 %, liver 38.00 %".
 /// @param content  [tissues] shares of the core
 std::string core_detail(double target, const std::vector<double>& content, const content::Scene& scene);
-/// "720 s, 7.53 ml; target 1.0000, margin 0.9512, least margin 3.2 mm"
+/// "720 s, 7.53 ml; target 100.00 %, margin 95.12 %, least margin 3.2 mm"
 std::string ablation_detail(const SamplingResult& result);
-/// The number after the first `name` in a detail; none: no such name, or no number.
-std::optional<double> share_in(std::string_view detail, std::string_view name);
+/// The number after the first `name` in a detail, per cent; none: no such name, or no number.
+std::optional<double> percent_in(std::string_view detail, std::string_view name);
 
 }  // namespace stylet::training

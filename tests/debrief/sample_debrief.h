@@ -80,10 +80,10 @@ inline debrief::DebriefData sample_debrief(const std::string& title = "Liver bio
   data.arrival_s = 5;
   data.shaft = {{0, 0, 0.09}, {0, 0, 0.02}, {0, 0.001, -0.06}};
   data.targets = {{title, {0, 0, -0.06}, 0.01}};
-  data.outlines = {{title,
-                    {0.6F, 0.2F, 0.1F},
-                    {{-0.04F, -0.04F, 0}, {0.04F, -0.04F, 0}, {0, 0.05F, 0}, {0, 0, -0.1F}},
-                    {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}}};
+  data.outlines = {{.name = title,
+                    .colour = {0.6F, 0.2F, 0.1F},
+                    .vertices = {{-0.04F, -0.04F, 0}, {0.04F, -0.04F, 0}, {0, 0.05F, 0}, {0, 0, -0.1F}},
+                    .triangles = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}}};
   view::Picture picture(32, 24, {90, 90, 90, 255});
   data.pictures = {{5.2, title, "needle at the target", view::png_bytes(picture)}};
   data.eye = {0.3, -0.4, 0.2};

@@ -84,16 +84,16 @@ TEST(Score, CountsWhatATraceDoesNotTell) {
   Scored s;
   s.scene.scoring = {{.metric = "tumour_content", .full = 80, .zero = 20}};
   EXPECT_DOUBLE_EQ(assess({}, s.scene).score->total, 0);
-  const Trace cores{.events = {{.name = "core", .detail = "target 0.7000: tumour 0.7000, liver 0.3000"},
-                               {.name = "core", .detail = "target 0.3000: liver 0.7000, tumour 0.3000"}}};
+  const Trace cores{.events = {{.name = "core", .detail = "target 70.00 %: tumour 70.00 %, liver 30.00 %"},
+                               {.name = "core", .detail = "target 30.00 %: liver 70.00 %, tumour 30.00 %"}}};
   EXPECT_DOUBLE_EQ(assess(cores, s.scene).score->total, 50);
 }
 
 TEST(Score, CountsTheLastTellingOfAnAblation) {
   Scored s;
   s.scene.scoring = {{.metric = "ablation_coverage", .full = 100, .zero = 0}};
-  const Trace twice{.events = {{.name = "ablated", .detail = "10 s, 0.31 ml; target 0.2000, margin 0.1000, least"},
-                               {.name = "ablated", .detail = "20 s, 0.61 ml; target 0.5000, margin 0.2500, least"}}};
+  const Trace twice{.events = {{.name = "ablated", .detail = "10 s, 0.31 ml; target 20.00 %, margin 10.00 %, least"},
+                               {.name = "ablated", .detail = "20 s, 0.61 ml; target 50.00 %, margin 25.00 %, least"}}};
   EXPECT_DOUBLE_EQ(assess(twice, s.scene).score->total, 25);
 }
 

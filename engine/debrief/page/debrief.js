@@ -90,7 +90,7 @@ const slider = $('time');
 slider.addEventListener('input', () => show(Math.round(slider.value / 1000 * (count - 1))));
 followers.push(i => {
   slider.value = count > 1 ? i / (count - 1) * 1000 : 0;
-  $('now').textContent = `${times[i].toFixed(2)} s in ${data.tissues[path.tissue[i]] ?? '?'}: ` +
+  $('now').textContent = `${times[i].toFixed(2)} s in ${(data.tissues[path.tissue[i]] ?? '?').replaceAll('_', ' ')}: ` +
     `${depth[i].toFixed(1)} mm deep, ` + (data.targets.length ? `${distance[i].toFixed(1)} mm from the target, ` : '') +
     `${path.force_n[i].toFixed(2)} N`;
 });
@@ -150,7 +150,7 @@ const outlines = data.outlines.map(o => {
   }
   return { ...o, vertices, triangles };
 });
-const hidden = new Set();
+const hidden = new Set([...document.querySelectorAll('.show_outline:not(:checked)')].map(i => Number(i.value)));
 let byColour = 'tissue', showExpert = true, segments = 0;
 
 function stroke(items, list, colourAt, width, dash) {
