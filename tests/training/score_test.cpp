@@ -92,8 +92,9 @@ TEST(Score, CountsWhatATraceDoesNotTell) {
 TEST(Score, CountsTheLastTellingOfAnAblation) {
   Scored s;
   s.scene.scoring = {{.metric = "ablation_coverage", .full = 100, .zero = 0}};
-  const Trace twice{.events = {{.name = "ablated", .detail = "10 s, 0.31 ml; target 20.00 %, margin 10.00 %, least"},
-                               {.name = "ablated", .detail = "20 s, 0.61 ml; target 50.00 %, margin 25.00 %, least"}}};
+  const Trace twice{
+      .events = {{.name = "ablated", .detail = "10 s, 0.31 ml; target 20.00 %, margin 10.00 %, least"},
+                 {.name = "ablated", .detail = "20 s, 0.61 ml; target 50.00 %, margin 25.00 %, least"}}};
   EXPECT_DOUBLE_EQ(assess(twice, s.scene).score->total, 25);
 }
 
