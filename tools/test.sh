@@ -72,6 +72,7 @@ kernel_test_result() {
 stage "Test kernel" kernel_test_result || status=1
 if [ -n "$all" ]; then
   stage "Benchmarks" tools/bench.sh || status=1
+  stage "Build soaks" build release all_soaks
   stage "Soak" build/release/bin/stylet_soak || status=1
   stage "Soak in real time" build/release/bin/stylet_threaded_soak || status=1
   stage "Fuzz" tools/fuzz.sh "${STYLET_FUZZ_SECONDS:-3600}" || status=1

@@ -6,6 +6,7 @@
 #include "engine/debrief/session_replay.h"
 #include "engine/session/session_report.h"
 #include "engine/session/unfinished_recording.h"
+#include "engine/training/training_report.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
@@ -135,6 +136,7 @@ int replay_recording(const ReplayOptions& options) {
     });
   }
   progress.done();
+  fmt::print("{}", training::in_words(training::assess(replay.trace(), scene)));
   const int exit_code = tell_result(replay, recording);
   if (!options.out.empty()) write_export(options, scene, recording, replay, progress);
   return exit_code;
