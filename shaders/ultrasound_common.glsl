@@ -14,6 +14,7 @@ layout(constant_id = 1) const bool kTextured = true;   // slow texture, triads a
 layout(constant_id = 2) const bool kBreathing = true;  // some voxels go with the breath
 layout(constant_id = 3) const bool kConvex = true;     // the probe's face is an arc
 layout(constant_id = 4) const bool kLayered = true;    // some tissue's texture runs along the layers of the body
+layout(constant_id = 5) const bool kHeated = true;     // tissue may be ablated
 
 float sample_range(int s) {
   return (float(s) + 0.5) * frame.sample_pitch;

@@ -111,6 +111,18 @@ STYLET_SHARED float kDirty = 0.04f;              // disordered echoes behind gas
 STYLET_SHARED float kDirtySmooth = 0.02f;        // ... share of it behind a surface that is no froth: lung ...
 STYLET_SHARED float kDirtyLength = 0.030f;       // ... and the length over which they lose 1/e, m
 
+// ---- what heat does to tissue: engineering values, the course is that of the clinic: a bright cloud of bubbles grows round
+// ---- the electrode and hides what lies behind it; when they have dissolved, a dark zone with a bright rim is left ----------
+STYLET_SHARED float kBubbleEcho = 8.0f;          // amplitude of a full cloud: 18 dB over liver
+STYLET_SHARED float kBubblePatches = 0.5f;       // ln of amplitude, standard deviation: clouds are uneven
+STYLET_SHARED float kBubbleLoss = 46.0f;         // nepers a metre there and back in a full cloud: 4 dB/cm
+STYLET_SHARED float kCoagulatedEcho = -0.46f;    // ln of amplitude in dead tissue: -4 dB
+STYLET_SHARED float kCoagulatedLoss = 16.0f;     // nepers a metre on top: 0.2 dB/cm/MHz at 3.5 MHz; it attenuates more than living
+STYLET_SHARED float kRimEcho = 0.70f;            // ln of amplitude at the border of the zone: +6 dB
+STYLET_SHARED float kCoagulatedEdge = 1.0f;      // ln of dose over the lethal one: from this below to this above it is ...
+STYLET_SHARED float kRimWidth = 3.0f;            // ... and the rim's, to either side; near the border it falls by about 2 a mm
+STYLET_SHARED float kMostDose = 8.0f;            // that a texel of the zone holds, of either sign
+
 // ---- needle: authored law, monotone in the beam-needle angle as measured by Nichols et al., AJR 180 (2003) and ------
 // ---- Hopkins & Bradley, Anaesthesia and Intensive Care 29 (2001) ------------------------------------------------------
 STYLET_SHARED float kNeedleGain = 42.0f;
@@ -234,6 +246,14 @@ struct STYLET_UNIFORM FrameConstants {
   float tick_pitch;     // m between marks of the depth scale, 0: none
   float persistence;    // share of the frame before in what is shown; 0 in a first frame
   float coupling;       // m below the face where label 0 is gel and not air
+  // heated zone: centre of its first cell, cells; none: 0
+  float zone_x;
+  float zone_y;
+  float zone_z;
+  float zone_spacing;
+  int zone_nx;
+  int zone_ny;
+  int zone_nz;
 };
 
 #undef STYLET_SHARED

@@ -33,6 +33,25 @@ layout(binding = 12) uniform usamplerBuffer depths;  // below the skin, kDepthUn
 layout(std430, binding = 13) buffer Fronts {
   uint fronts[];  // first sample in gas of each line
 };
+layout(binding = 14) uniform samplerBuffer zone;  // gas, dose of the cells of the heated zone
+
+/// What heat has done at a rest position: gas, share that is dead, and the rim between.
+vec3 heated_at(vec3 x) {
+  vec3 q = (x - vec3(frame.zone_x, frame.zone_y, frame.zone_z)) / frame.zone_spacing;
+  ivec3 size = ivec3(frame.zone_nx, frame.zone_ny, frame.zone_nz);
+  vec3 base = floor(q);
+  vec3 f = q - base;
+  bool inside = all(greaterThanEqual(base, vec3(0.0))) && all(lessThan(base, vec3(size - 1)));
+  vec2 mixed = vec2(0.0);
+  for (int corner = inside ? 0 : 8; corner < 8; ++corner) {
+    ivec3 d = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+    vec3 w = mix(1.0 - f, f, vec3(d));
+    ivec3 cell = ivec3(base) + d;
+    mixed += w.x * w.y * w.z * texelFetch(zone, (cell.z * size.y + cell.y) * size.x + cell.x).xy;
+  }
+  float dose = (2.0 * mixed.y - 1.0) * kMostDose;
+  return vec3(mixed.x, smoothstep(-kCoagulatedEdge, kCoagulatedEdge, dose), 1.0 - smoothstep(0.0, kRimWidth, abs(dose)));
+}
 
 /// Depth below the skin at a voxel position, m.
 float layer_depth(vec3 q) {
@@ -139,6 +158,18 @@ void main() {
     sum0 += w * speckle_of_look(0u, texel);
     if (kLooks > 1) sum1 += w * speckle_of_look(1u, texel);
     if (kLooks > 2) sum2 += w * speckle_of_look(2u, texel);
+  }
+
+  if (kHeated && frame.zone_nx > 0) {
+    vec3 heated = heated_at(position);
+    float patches = slow_pair(slow_texel(lattice)).y;
+    float tissue_gain = exp(kCoagulatedEcho * heated.y + kRimEcho * heated.z);
+    float bubbles = 0.70710678 * kBubbleEcho * heated.x * exp(kBubblePatches * patches);
+    uint texel = speckle_texel(lattice);
+    sum0 = tissue_gain * sum0 + bubbles * speckle_of_look(0u, texel);
+    if (kLooks > 1) sum1 = tissue_gain * sum1 + bubbles * speckle_of_look(1u, texel);
+    if (kLooks > 2) sum2 = tissue_gain * sum2 + bubbles * speckle_of_look(2u, texel);
+    mixed.y += kBubbleLoss * heated.x + kCoagulatedLoss * heated.y;
   }
 
   float layering = kLayered ? tissues[tissue].layering : 0.0;

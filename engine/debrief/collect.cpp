@@ -4,6 +4,7 @@
 #include "engine/session/pictures.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/recorder.h"
+#include "engine/training/flow.h"
 #include "engine/view/png_bytes.h"
 
 #include <fmt/format.h>
@@ -154,7 +155,8 @@ std::vector<KeyMoment> key_moments(const content::Scene& scene, const session::R
     if (into != punctures.end()) moments.push_back({into->time_s, fmt::format("Capsule: into {}", organ)});
   }
   for (const EventRecord& event : recording.events) {
-    if (is_sample(event)) moments.push_back({event.time_s, words(event.name)});
+    if (is_sample(event) || event.name == training::flow_event::kAblationStopped)
+      moments.push_back({event.time_s, words(event.name)});
   }
   if (!scene.targets.empty()) {
     const double at_s = arrival_s(trace);
@@ -223,7 +225,7 @@ DebriefData collect(const content::Scene& scene, const session::Recording& recor
 }
 
 std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::Device& device,
-                                             const session::Recording& recording, const SessionReplay& replay) {
+                                             const session::Recording& recording, SessionReplay& replay) {
   constexpr int kWidth = 560, kHeight = 420;
   session::Pictures pictures(
       device, scene, {.view_width = 64, .view_height = 64, .ultrasound_width = kWidth, .ultrasound_height = kHeight});
@@ -231,7 +233,7 @@ std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::D
   std::vector<DebriefPicture> drawn;
   for (const KeyMoment& moment : key_moments(scene, recording, replay.trace())) {
     if (!replay.frames().sample(moment.time_s, frame)) continue;
-    const view::Picture image = pictures.draw(frame, scene.camera).ultrasound;
+    const view::Picture image = pictures.draw(frame, scene.camera, replay.zone_at(frame.time_s)).ultrasound;
     std::vector<std::uint8_t> grey;
     for (std::size_t i = 0; i < image.rgba.size(); i += 4) grey.push_back(image.rgba[i + 1]);
     std::string caption = pictures.note();

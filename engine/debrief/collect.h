@@ -46,6 +46,6 @@ DebriefData collect(const content::Scene& scene, const session::Recording& recor
 
 /// Ultrasound images of the key moments. @throws gpu::GpuError
 std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::Device& device,
-                                             const session::Recording& recording, const SessionReplay& replay);
+                                             const session::Recording& recording, SessionReplay& replay);
 
 }  // namespace stylet::debrief

@@ -60,7 +60,7 @@ void write_force(const session::OutputDirectory& out, const Recording& recording
 }
 
 void write_page(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                const Recording& recording, const SessionReplay& replay, const DebriefSettings& settings) {
+                const Recording& recording, SessionReplay& replay, const DebriefSettings& settings) {
   const std::vector<training::Metric> metrics =
       settings.metrics.empty() ? training::measure(replay.trace(), scene) : settings.metrics;
   DebriefData data = collect(scene, recording, replay, metrics, settings.expert);
@@ -73,7 +73,7 @@ void write_page(const session::OutputDirectory& out, const content::Scene& scene
 }
 
 int write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  const Recording& recording, const SessionReplay& replay, const session::ForceTrace& trace,
+                  const Recording& recording, SessionReplay& replay, const session::ForceTrace& trace,
                   const DebriefSettings& settings, const DebriefProgress& progress) {
   const auto report = [&](const std::string& doing) {
     return [&progress, doing](double share) {
@@ -83,8 +83,8 @@ int write_debrief(const session::OutputDirectory& out, const content::Scene& sce
   report("Writing the debrief")(0);
   write_page(out, scene, device, recording, replay, settings);
   report("Drawing the pictures")(0);
-  write_stills(out, scene, device, replay.publisher().closest_frame(), trace, settings.stills);
-  return write_film(out, scene, device, replay.frames(), trace, settings.stills.film, report("Drawing the film"));
+  write_stills(out, scene, device, replay, replay.publisher().closest_frame(), trace, settings.stills);
+  return write_film(out, scene, device, replay, trace, settings.stills.film, report("Drawing the film"));
 }
 
 }  // namespace stylet::debrief

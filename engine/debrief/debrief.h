@@ -35,13 +35,13 @@ void write_force(const session::OutputDirectory& out, const session::Recording& 
 /// Writes debrief.html, debrief.json, debrief.csv and path.csv of a session that was replayed.
 /// @throws content::ContentError, gpu::GpuError
 void write_page(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                const session::Recording& recording, const SessionReplay& replay, const DebriefSettings& settings);
+                const session::Recording& recording, SessionReplay& replay, const DebriefSettings& settings);
 
 /// Writes the page and its numbers, view.png, ultrasound.png and session.png (the moment the tip is closest to the
 /// target), session.mp4. @return frames of the film
 /// @throws content::ContentError, gpu::GpuError
 int write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  const session::Recording& recording, const SessionReplay& replay, const session::ForceTrace& trace,
+                  const session::Recording& recording, SessionReplay& replay, const session::ForceTrace& trace,
                   const DebriefSettings& settings, const DebriefProgress& progress = {});
 
 }  // namespace stylet::debrief

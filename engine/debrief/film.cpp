@@ -25,8 +25,9 @@ session::PictureSettings panes_of(const FilmSettings& film) {
 }  // namespace
 
 int write_film(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-               const FrameHistory& frames, const session::ForceTrace& force, const FilmSettings& settings,
+               SessionReplay& replay, const session::ForceTrace& force, const FilmSettings& settings,
                const session::RunProgress& progress) {
+  const FrameHistory& frames = replay.frames();
   const session::Font font = session::Font::load();
   session::Pictures pictures(device, scene, panes_of(settings));
   // A frame takes a software rasteriser most of a second.
@@ -42,8 +43,8 @@ int write_film(const session::OutputDirectory& out, const content::Scene& scene,
   for (int i = 0; i < count; ++i) {
     if (progress) progress(static_cast<double>(i) / count);
     frames.sample(from_s + i * step_s, frame);
-    view::Picture picture = session::compose_frame(pictures.draw(frame, scene.camera), frame, force, font,
-                                                   settings.width, settings.height);
+    view::Picture picture = session::compose_frame(pictures.draw(frame, scene.camera, replay.zone_at(frame.time_s)),
+                                                   frame, force, font, settings.width, settings.height);
     if (settings.speed != 1) {
       session::Canvas(picture).text(font, fmt::format("{:g} x speed", settings.speed), {110, 20}, 17,
                                     {226, 232, 236, 255});
@@ -55,18 +56,21 @@ int write_film(const session::OutputDirectory& out, const content::Scene& scene,
 }
 
 void write_stills(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  const state::FrameState& moment, const session::ForceTrace& force, const StillSettings& settings) {
+                  SessionReplay& replay, const state::FrameState& moment, const session::ForceTrace& force,
+                  const StillSettings& settings) {
   const FilmSettings& film = settings.film;
+  const content::HeatedZone* zone = replay.zone_at(moment.time_s);
   session::Pictures panes(device, scene, panes_of(film));
-  view::write_png(out.staged("session.png"), session::compose_frame(panes.draw(moment, scene.camera), moment, force,
-                                                                    session::Font::load(), film.width, film.height));
+  view::write_png(out.staged("session.png"),
+                  session::compose_frame(panes.draw(moment, scene.camera, zone), moment, force, session::Font::load(),
+                                         film.width, film.height));
   session::Pictures stills(device, scene,
                            {.view_width = settings.view_width,
                             .view_height = settings.view_height,
                             .ultrasound_width = 960,
                             .ultrasound_height = 720,
                             .stereo = film.stereo});
-  const session::Pictures::Moment pictures = stills.draw(moment, scene.camera);
+  const session::Pictures::Moment pictures = stills.draw(moment, scene.camera, zone);
   view::write_png(out.staged("view.png"), pictures.view);
   view::write_png(out.staged("ultrasound.png"), pictures.ultrasound);
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/debrief/frame_history.h"
+#include "engine/debrief/session_replay.h"
 #include "engine/gpu/device.h"
 #include "engine/session/force_trace.h"
 #include "engine/session/output_directory.h"
@@ -25,7 +25,7 @@ struct FilmSettings {
 /// Writes session.mp4. @return its frames; at least one
 /// @throws content::ContentError, gpu::GpuError
 int write_film(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-               const FrameHistory& frames, const session::ForceTrace& force, const FilmSettings& settings,
+               SessionReplay& replay, const session::ForceTrace& force, const FilmSettings& settings,
                const session::RunProgress& progress = {});
 
 struct StillSettings {
@@ -37,6 +37,7 @@ struct StillSettings {
 /// Writes view.png, ultrasound.png and session.png, which has both and the force, of one moment.
 /// @throws content::ContentError, gpu::GpuError
 void write_stills(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  const state::FrameState& moment, const session::ForceTrace& force, const StillSettings& settings);
+                  SessionReplay& replay, const state::FrameState& moment, const session::ForceTrace& force,
+                  const StillSettings& settings);
 
 }  // namespace stylet::debrief

@@ -9,13 +9,14 @@
 #include "engine/session/replay.h"
 #include "engine/session/step_hash.h"
 #include "engine/training/trace.h"
+#include "engine/training/zone_replay.h"
 
 #include <cstdint>
 
 namespace stylet::debrief {
 
-/// Physics runs from the start, since each state follows from the one before; frames() may be looked at from another
-/// thread while run() is under way, everything else when it is over.
+/// Physics runs from the start, since each state follows from the one before; frames() and zone_at() may be looked at
+/// from another thread while run() is under way, everything else when it is over.
 class SessionReplay {
 public:
   /// @param scene      of the recording's scenario and haptic rate
@@ -26,6 +27,8 @@ public:
   void run(const session::RunProgress& progress = {});
 
   const FrameHistory& frames() const { return frames_; }
+  /// What was destroyed until then; null: nothing was heated. Until the next call.
+  const content::HeatedZone* zone_at(double time_s) { return zone_.zone_at(time_s); }
   const session::ReplayResult& result() const { return result_; }
   std::uint64_t state_hash() const { return hash_.state(); }
   const session::ForceTrace& force() const { return force_.trace(); }
@@ -39,6 +42,7 @@ private:
   session::ForceRecorder force_;
   session::FramePublisher publisher_;
   training::TraceRecorder tracer_;
+  training::ZoneReplay zone_;
   training::Trace trace_;
   FrameHistory frames_;
   session::ReplayResult result_;

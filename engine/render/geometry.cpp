@@ -62,28 +62,37 @@ Piece append(Geometry& geometry, std::string name, const ProbeMesh& mesh, const 
   return append(geometry, std::move(name), mesh.indices, base, style);
 }
 
+/// Vertex of a surface. @param first_node  of its body
+RestVertex vertex_of(const content::Surface& surface, std::size_t i, std::uint32_t first_node) {
+  const Eigen::Vector3f& n = surface.normals[i];
+  const vec4 normal{n.x(), n.y(), n.z(), 0};
+  if (surface.body < 0) {
+    const Eigen::Vector3f& p = surface.positions[i];
+    return {{surface.breathes ? kFixedToBreath : kFixedToPatient, 0, 0, 0}, {p.x(), p.y(), p.z(), 0}, normal, {}};
+  }
+  const content::Embedding& e = surface.embedding[i];
+  return {{first_node + e.nodes[0], first_node + e.nodes[1], first_node + e.nodes[2], first_node + e.nodes[3]},
+          e.weights,
+          normal,
+          {}};
+}
+
+/// A few of `count` vertices from `base` on.
+std::vector<std::uint32_t> samples_of(std::uint32_t base, std::size_t count) {
+  constexpr std::size_t kSamples = 512;
+  const std::size_t stride = std::max<std::size_t>(1, count / kSamples);
+  std::vector<std::uint32_t> samples;
+  for (std::size_t i = 0; i < count; i += stride) samples.push_back(base + static_cast<std::uint32_t>(i));
+  return samples;
+}
+
 Piece append(Geometry& geometry, const content::Surface& surface, std::uint32_t first_node,
              const SurfaceStyle& style) {
   const auto base = static_cast<std::uint32_t>(geometry.rest.size());
-  for (std::size_t i = 0; i < surface.positions.size(); ++i) {
-    if (surface.body < 0) {
-      push_vertex(geometry, surface.breathes ? kFixedToBreath : kFixedToPatient, surface.positions[i],
-                  surface.normals[i]);
-      continue;
-    }
-    const content::Embedding& e = surface.embedding[i];
-    const Eigen::Vector3f& n = surface.normals[i];
-    geometry.rest.push_back(
-        {{first_node + e.nodes[0], first_node + e.nodes[1], first_node + e.nodes[2], first_node + e.nodes[3]},
-         e.weights,
-         {n.x(), n.y(), n.z(), 0},
-         {}});
-  }
+  for (std::size_t i = 0; i < surface.positions.size(); ++i)
+    geometry.rest.push_back(vertex_of(surface, i, first_node));
   Piece piece = append(geometry, surface.name, surface.indices, base, style);
-  constexpr std::size_t kSamples = 512;
-  const std::size_t stride = std::max<std::size_t>(1, surface.positions.size() / kSamples);
-  for (std::size_t i = 0; i < surface.positions.size(); i += stride)
-    piece.samples.push_back(base + static_cast<std::uint32_t>(i));
+  piece.samples = samples_of(base, surface.positions.size());
   return piece;
 }
 
@@ -206,6 +215,19 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
 
   if (layout != nullptr) append_room(*this, scene, *layout);
 
+  if (scene.exercise.sampling.kind == content::SamplingKind::ablation) {
+    // Coagulated liver is pale; the warm colour tells it from the organs.
+    zone = {"ablation_zone",
+            static_cast<std::uint32_t>(indices.size()),
+            0,
+            {{1.0F, 0.30F, 0.02F, 0.55F}, {0.5F, 0, 0.45F, 0.3F}, {0.97F, 1.4F, 0, 0}, {kGlass, 0, 0, 0}},
+            {}};
+    zone_base = static_cast<std::uint32_t>(rest.size());
+    zone_room = kMostZoneVertices;
+    rest.resize(rest.size() + zone_room);
+    indices.resize(indices.size() + std::size_t{6} * zone_room);
+  }
+
   needle_base = static_cast<std::uint32_t>(rest.size());
   const SurfaceStyle steel{
       {0.66F, 0.66F, 0.67F, 1}, {0.30F, 1, 0, 0}, {}, {kSteel, tissues + content::kNeedleLabel, 0, 0}};
@@ -214,6 +236,25 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
       {0.78F, 0.16F, 0.30F, 1}, {0.35F, 0, 0.1F, 0.4F}, {}, {kMatte, tissues + content::kNeedleLabel, 0, 0}};
   needle_pieces.push_back(append(*this, "needle", needle.shaft_indices(), needle_base, steel));
   needle_pieces.push_back(append(*this, "hub", needle.hub_indices(), needle_base, hub));
+}
+
+ZoneGeometry zone_geometry(const content::HeatedZone& zone, const Geometry& geometry) {
+  const content::Surface& surface = zone.surface;
+  std::uint32_t first_node = 0;
+  for (int body = 0; body < surface.body; ++body)
+    first_node += static_cast<std::uint32_t>(geometry.body_node_count[static_cast<std::size_t>(body)]);
+  ZoneGeometry out{.piece = geometry.zone};
+  const std::size_t vertices = std::min<std::size_t>(surface.positions.size(), geometry.zone_room);
+  for (std::size_t i = 0; i < vertices; ++i) out.rest.push_back(vertex_of(surface, i, first_node));
+  const std::size_t most_indices = std::size_t{6} * geometry.zone_room;
+  for (std::size_t t = 0; t + 2 < surface.indices.size() && out.indices.size() < most_indices; t += 3) {
+    const std::span triangle = std::span(surface.indices).subspan(t, 3);
+    if (std::ranges::any_of(triangle, [&](std::uint32_t i) { return i >= vertices; })) continue;
+    for (const std::uint32_t i : triangle) out.indices.push_back(geometry.zone_base + i);
+  }
+  out.piece.index_count = static_cast<std::uint32_t>(out.indices.size());
+  out.piece.samples = samples_of(geometry.zone_base, vertices);
+  return out;
 }
 
 Eigen::Vector3f place(const RestVertex& vertex, const std::vector<float>& nodes) {

@@ -1,6 +1,7 @@
 // The scene's surfaces, probe and needle packed into one vertex and one index buffer, and what is drawn from them.
 #pragma once
 
+#include "engine/content/heated_zone.h"
 #include "engine/content/scene.h"
 #include "engine/render/needle_mesh.h"
 #include "engine/render/room_layout.h"
@@ -24,9 +25,12 @@ struct Piece {
       samples;  ///< a few of its vertices as carried by nodes, to sort translucent pieces by depth
 };
 
-/// Rest geometry of a scene as the GPU holds it. Vertices [0, rest.size()) are placed by deform.comp; the needle's
-/// follow and come from the host every frame.
+/// Rest geometry of a scene as the GPU holds it. Vertices [0, rest.size()) are placed by deform.comp: those of the
+/// scene, then room for those of a zone that is ablated. The needle's follow and come from the host every frame.
 struct Geometry {
+  /// Of a zone: 10 cm of electrode make a tenth of it.
+  static constexpr std::uint32_t kMostZoneVertices = 1 << 16;
+
   /// @param layout  of the room; null: none is drawn
   explicit Geometry(const content::Scene& scene, const RoomLayout* layout = nullptr);
 
@@ -42,11 +46,23 @@ struct Geometry {
   std::vector<Piece> drape;          ///< cloth, or nothing
   std::vector<Piece> cavity;         ///< inside of the trunk, or nothing
   Piece fan;
+  Piece zone;  ///< of no triangles; where they go in a scene that ablates
   NeedleMesh needle;
+  std::uint32_t zone_base = 0;    ///< first vertex of the zone
+  std::uint32_t zone_room = 0;    ///< vertices that it may have; half as many as its triangles
   std::uint32_t needle_base = 0;  ///< first vertex of the needle
 
   const Piece& probe() const { return solids.back(); }
 };
+
+/// A zone as the GPU holds it.
+struct ZoneGeometry {
+  std::vector<RestVertex> rest{};
+  std::vector<std::uint32_t> indices{};  ///< as Geometry::indices
+  Piece piece{};
+};
+/// What goes beyond the room in `geometry` is left out.
+ZoneGeometry zone_geometry(const content::HeatedZone& zone, const Geometry& geometry);
 
 /// Position of a rest vertex for given node positions (x, y, z each), patient frame, breathed out. For probe
 /// vertices: the probe frame.

@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
-#include <numeric>
+#include <utility>
 
 #include "shaders/deform.comp.h"
 
@@ -106,19 +107,32 @@ void Renderer::take_nodes(const state::FrameState& state) {
   }
 }
 
-std::vector<std::size_t> Renderer::glass_order() const {
+void Renderer::take_zone(gpu::Commands& commands, const content::HeatedZone* zone) {
+  const std::uint64_t version = zone != nullptr && geometry_.zone_room > 0 ? zone->version : 0;
+  if (version == zone_version_) return;
+  zone_version_ = version;
+  zone_ = version > 0 ? zone_geometry(*zone, geometry_) : ZoneGeometry{};
+  if (zone_.indices.empty()) return;
+  std::ranges::copy(zone_.rest, geometry_.rest.begin() + geometry_.zone_base);
+  commands.upload(rest_, bytes_of(zone_.rest), geometry_.zone_base * sizeof(RestVertex));
+  commands.upload(indices_, bytes_of(zone_.indices), zone_.piece.first_index * sizeof(std::uint32_t));
+}
+
+std::vector<const Piece*> Renderer::glass_order() const {
   // By the distance of a piece's nearest point: what encloses another piece is nearer, and drawn after it.
   const Eigen::Vector3f eye = eyes_.front().position.cast<float>();
-  std::vector<float> nearest;
-  for (const Piece& piece : geometry_.glass) {
+  std::vector<std::pair<float, const Piece*>> pieces;
+  const auto add = [&](const Piece& piece) {
     float least = std::numeric_limits<float>::max();
     for (std::uint32_t i : piece.samples)
       least = std::min(least, (place(geometry_.rest[i], nodes_) - eye).squaredNorm());
-    nearest.push_back(least);
-  }
-  std::vector<std::size_t> order(nearest.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return nearest[a] > nearest[b]; });
+    pieces.emplace_back(least, &piece);
+  };
+  for (const Piece& piece : geometry_.glass) add(piece);
+  if (zone_.piece.index_count > 0) add(zone_.piece);
+  std::ranges::stable_sort(pieces, std::greater(), &std::pair<float, const Piece*>::first);
+  std::vector<const Piece*> order;
+  for (const auto& [nearest, piece] : pieces) order.push_back(piece);
   return order;
 }
 
@@ -162,12 +176,13 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
   timestamps_.mark(commands, "start");
   commands.upload(frame_, std::as_bytes(std::span(&frame, 1)));
   commands.upload(current_nodes_, bytes_of(nodes_));
+  take_zone(commands, options.zone);
   std::span<std::byte> needle;
   if (with_needle_)
     needle = commands.upload_later(drawn_, geometry_.needle.vertex_count() * sizeof(DrawnVertex),
                                    geometry_.needle_base * sizeof(DrawnVertex));
   timestamps_.mark(commands, "upload");
-  const auto count = static_cast<std::uint32_t>(geometry_.rest.size());
+  const auto count = static_cast<std::uint32_t>(geometry_.rest.size() - geometry_.zone_room + zone_.rest.size());
   commands.dispatch(deform_,
                     {gpu::read(0, rest_), gpu::read(1, rest_nodes_), gpu::read(2, current_nodes_),
                      gpu::write(3, drawn_), gpu::read(4, frame_)},
@@ -225,9 +240,9 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
   vkCmdDraw(cmd, static_cast<std::uint32_t>(6 * ground_cells(settings_.width) * ground_cells(settings_.height)), 1, 0,
             0);
   draw_piece(pipelines_.fan(), geometry_.fan);
-  for (std::size_t i : closed ? std::vector<std::size_t>{} : glass_order()) {
-    draw_piece(pipelines_.depth(), geometry_.glass[i]);
-    draw_piece(pipelines_.surface(kGlass), geometry_.glass[i]);
+  for (const Piece* piece : closed ? std::vector<const Piece*>{} : glass_order()) {
+    draw_piece(pipelines_.depth(), *piece);
+    draw_piece(pipelines_.surface(kGlass), *piece);
   }
   // Skin, fat and muscle are one shell: of all of them together only the nearest surface is seen.
   for (const Piece& piece : geometry_.covers) draw_piece(pipelines_.depth(), piece);

@@ -70,8 +70,9 @@ private:
   const gpu::Image& render_seen(const state::FrameState& state, const content::Camera& camera,
                                 const ViewOptions& options);
   void take_nodes(const state::FrameState& state);
-  /// Indices of the glass organs, farthest first.
-  std::vector<std::size_t> glass_order() const;
+  void take_zone(gpu::Commands& commands, const content::HeatedZone* zone);
+  /// The glass organs and the zone, farthest first.
+  std::vector<const Piece*> glass_order() const;
   void draw(gpu::Commands& commands, const ViewOptions& options) const;
   const gpu::Image& colour() const { return multisampled_ ? *multisampled_ : target_; }
 
@@ -81,6 +82,8 @@ private:
   std::optional<Eigen::Vector3d> focus_;  ///< what the covers' window shows: the first target; none: where one looks
   content::Probe probe_;
   Geometry geometry_;
+  ZoneGeometry zone_;  ///< as the GPU has it
+  std::uint64_t zone_version_ = 0;
   std::vector<float> nodes_;  ///< current positions, laid out as geometry_.rest_nodes
   std::vector<Eye> eyes_;
   std::vector<Eigen::Vector3f> needle_positions_;  ///< as drawn

@@ -65,13 +65,14 @@ void LiveScanner::handle(const view::Input& input, HeldProbe* probe, double time
   if (time_s >= message_until_s_) message_.clear();
 }
 
-void LiveScanner::draw(const state::FrameState& state) {
+void LiveScanner::draw(const state::FrameState& state, const content::HeatedZone* zone) {
   if (!console_.frozen()) {
     if (preset_ != console_.preset()) {
       device_.wait_idle();
       make_imager();
     }
     imager_->set_controls(console_.controls());
+    imager_->set_zone(zone);
     imager_->image(state);
   }
   // Looking for the cause of a black image may take as long as the image.

@@ -37,13 +37,16 @@ Pictures::Pictures(gpu::Device& device, const content::Scene& scene, const Pictu
                  .views = settings.stereo ? 2 : 1,
                  .room = settings.room}) {}
 
-Pictures::Moment Pictures::draw(const state::FrameState& state, const content::Camera& camera) {
+Pictures::Moment Pictures::draw(const state::FrameState& state, const content::Camera& camera,
+                                const content::HeatedZone* zone) {
+  imager_.set_zone(zone);
   const ultrasound::SectorGeometry sector = imager_.geometry();
   const gpu::Image& ultrasound = imager_.image(state);
   renderer_.render(
       state, camera,
       {.plane = {.image = &ultrasound, .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel},
-       .screen = &ultrasound});
+       .screen = &ultrasound,
+       .zone = zone});
   Moment moment{.view = read_view(), .ultrasound = view::read_picture(device_, ultrasound)};
   note_ = imager_.diagnosis();
   if (notes_) draw_note(moment.ultrasound, note_, font_);

@@ -37,7 +37,9 @@ public:
     view::Picture view;        ///< 3-D view; the probe's image plane shows the ultrasound image; sRGB
     view::Picture ultrasound;  ///< B-mode image, grey
   };
-  Moment draw(const state::FrameState& state, const content::Camera& camera);
+  /// @param zone  what was ablated; null: nothing
+  Moment draw(const state::FrameState& state, const content::Camera& camera,
+              const content::HeatedZone* zone = nullptr);
   /// Why the ultrasound image last drawn is black; empty: it shows something.
   const std::string& note() const { return note_; }
   /// Label map of the ultrasound image last drawn; see ultrasound::Imager::read_label_map.

@@ -32,7 +32,7 @@ std::vector<bool> blood(const content::Scene& scene) {
 }  // namespace
 
 Ablation::Ablation(const content::Scene& scene, const Electrode& electrode, int target)
-    : scene_(scene), heat_(grid_around(electrode)) {
+    : scene_(scene), heat_(grid_around(electrode)), gas_(heat_.grid().count(), 0.0F) {
   const std::vector<bool> vessel = blood(scene);
   const CellGrid& grid = heat_.grid();
   for (int k = 0; k < grid.size.z(); ++k) {
@@ -106,7 +106,23 @@ void Ablation::heat_to(double heated_s) {
     power_w_ = heat_.step(kStep, plan.power_w, plan.max_temperature);
     energy_j_ += power_w_ * kStep;
     ++steps_;
+    rested_ = 0;
+    dissolve();
+    for (std::size_t c = 0; c < gas_.size(); ++c) {
+      const double share = (heat_.temperature()[c] - kFirstGas) / (kFullGas - kFirstGas);
+      if (share > gas_[c]) gas_[c] = static_cast<float>(std::min(share, 1.0));
+    }
   }
+}
+
+void Ablation::rest_to(double rested_s) {
+  for (; rested_s >= kStep * (rested_ + 1); ++rested_) dissolve();
+}
+
+void Ablation::dissolve() {
+  const auto left = static_cast<float>(std::exp(-kStep / kGasLasts));
+  for (float& gas : gas_) gas *= left;
+  ++changes_;
 }
 
 double Ablation::volume() const {
@@ -178,6 +194,20 @@ content::Surface Ablation::surface(int body) const {
     surface.embedding = content::embed(surface.positions, scene_.bodies[static_cast<std::size_t>(body)].mesh);
   }
   return surface;
+}
+
+void Ablation::show(content::HeatedZone& zone, int body, bool exactly) const {
+  const auto version = static_cast<std::uint64_t>(1 + changes_);
+  if (zone.version == version || (!exactly && zone.version / kShownEvery == version / kShownEvery)) return;
+  const CellGrid& grid = heat_.grid();
+  zone.surface = surface(body);
+  zone.origin = grid.origin.cast<float>();
+  zone.spacing = static_cast<float>(grid.spacing);
+  zone.size = grid.size;
+  zone.gas = gas_;
+  zone.dose.clear();
+  for (const double value : log_dose()) zone.dose.push_back(static_cast<float>(value));
+  zone.version = version;
 }
 
 }  // namespace stylet::training

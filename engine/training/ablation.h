@@ -1,6 +1,7 @@
 // An ablation in the patient: the zone that an electrode destroys, growing in the tissue at rest.
 #pragma once
 
+#include "engine/content/heated_zone.h"
 #include "engine/content/scene.h"
 #include "engine/content/triangle_mesh.h"
 #include "engine/training/bioheat.h"
@@ -25,6 +26,10 @@ public:
   static constexpr double kStep = 1.0;     ///< s
   static constexpr double kCell = 0.002;   ///< m
   static constexpr double kReach = 0.024;  ///< of the grid beyond the electrode, m: five times that of the heat
+  /// Bubbles come out of hot tissue, about as far as it dies, and dissolve again in minutes. Engineering values.
+  static constexpr double kFirstGas = 50;   ///< degrees Celsius
+  static constexpr double kFullGas = 70;    ///< degrees Celsius
+  static constexpr double kGasLasts = 300;  ///< s, until 1/e is left
 
   /// @param scene      kept
   /// @param electrode  at rest
@@ -35,6 +40,9 @@ public:
   void place(const Electrode& electrode);
   /// Goes on until so many seconds have been heated since the start; whole steps.
   void heat_to(double heated_s);
+  /// Nothing is heated: lets the bubbles dissolve until so many seconds have passed since heating stopped; whole
+  /// steps. What is destroyed stays as it was told then.
+  void rest_to(double rested_s);
 
   double heated_s() const { return kStep * steps_; }
   double power_w() const { return power_w_; }  ///< in the last step
@@ -46,6 +54,14 @@ public:
   /// The same as the renderer draws surfaces: carried by a deformable body, with normals.
   content::Surface surface(int body) const;
   const Bioheat& field() const { return heat_; }
+  const std::vector<float>& gas() const { return gas_; }  ///< [cells] 0 ... 1
+
+  /// Seconds heated and rested between two updates of the pictures' zone: its surface takes milliseconds.
+  static constexpr int kShownEvery = 6;
+  /// Brings the pictures' zone up to date, at the latest kShownEvery steps late.
+  /// @param body  deformable body that carries it
+  /// @param exactly  not late
+  void show(content::HeatedZone& zone, int body, bool exactly) const;
 
 private:
   /// A voxel of the target, or of what lies within the margin.
@@ -55,11 +71,15 @@ private:
   };
   void find_region(int target);
   std::vector<double> log_dose() const;
+  void dissolve();
 
   const content::Scene& scene_;
   Bioheat heat_;
   std::vector<Voxel> region_;
+  std::vector<float> gas_;
   int steps_ = 0;
+  int rested_ = 0;   // steps since the last one that heated
+  int changes_ = 0;  // steps of either kind
   double power_w_ = 0;
   double energy_j_ = 0;
 };

@@ -16,6 +16,12 @@ Watched sized_for(const content::Scene& scene) {
 
 }  // namespace
 
+int nearest_target(const FlowInput& input) {
+  const auto& distances = input.target_distances;
+  const auto nearest = std::ranges::min_element(distances);
+  return distances.empty() ? -1 : static_cast<int>(nearest - distances.begin());
+}
+
 ProcedureWatch::ProcedureWatch(const content::Scene& scene)
     : scene_(scene), tissue_(scene), from_target_(scene.targets.size()), watched_(sized_for(scene)) {
   for (const content::Target& target : scene.targets) targets_.push_back(tissue_.carrier(target.centre));

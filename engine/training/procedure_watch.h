@@ -30,6 +30,9 @@ struct Watched {
   Core core;                      ///< the last of them
 };
 
+/// The target that is nearest to the tip, or to an electrode's bare part; -1: there is none.
+int nearest_target(const FlowInput& input);
+
 /// Listens on the loops' threads, is asked from one other: neither waits for the other.
 class ProcedureWatch final : public session::StepListener {
 public:

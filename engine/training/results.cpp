@@ -7,6 +7,16 @@
 #include <numeric>
 
 namespace stylet::training {
+namespace {
+
+std::optional<double> number_of(std::string_view text) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{}) return std::nullopt;
+  return number;
+}
+
+}  // namespace
 
 std::string in_words(const SamplingResult& result) {
   std::string text;
@@ -46,11 +56,11 @@ std::string ablation_detail(const SamplingResult& result) {
 std::optional<double> percent_in(std::string_view detail, std::string_view name) {
   const std::size_t found = detail.find(fmt::format("{} ", name));
   if (found == std::string_view::npos) return std::nullopt;
-  const std::string_view number = detail.substr(found + name.size() + 1);
-  double share = 0;
-  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), share);
-  if (error != std::errc{}) return std::nullopt;
-  return share;
+  return number_of(detail.substr(found + name.size() + 1));
+}
+
+std::optional<double> heated_in(std::string_view detail) {
+  return number_of(detail);
 }
 
 }  // namespace stylet::training

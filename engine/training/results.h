@@ -36,6 +36,8 @@ inline constexpr std::string_view kAblated = "ablated";  ///< detail: ablation_d
 std::string core_detail(double target, const std::vector<double>& content, const content::Scene& scene);
 /// "720 s, 7.53 ml; target 100.00 %, margin 95.12 %, least margin 3.2 mm"
 std::string ablation_detail(const SamplingResult& result);
+/// The seconds of an ablation_detail(); none: it is another text.
+std::optional<double> heated_in(std::string_view detail);
 /// The number after the first `name` in a detail, per cent; none: no such name, or no number.
 std::optional<double> percent_in(std::string_view detail, std::string_view name);
 

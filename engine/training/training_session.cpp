@@ -28,8 +28,18 @@ const FlowState& TrainingSession::poll(session::LiveSession& live, std::span<con
   record(live, seen, events);
   take_core(live, seen);
   if (flow_.state().paused != live.paused()) flow_.state().paused ? live.pause() : live.resume();
-  if (ablation_) ablation_->heat_to(flow_.state().heated_s);
+  if (ablation_) let_zone_grow(seen.input.time_s, events);
   return flow_.state();
+}
+
+void TrainingSession::let_zone_grow(double time_s, std::span<const FlowEvent> events) {
+  const bool told = std::ranges::find(events, flow_event::kAblationStopped, &FlowEvent::name) != events.end();
+  if (flow_.state().heating) {
+    ablation_->heat_to(flow_.state().heated_s);
+  } else {
+    ablation_->rest_to((time_s - stopped_s_) * scene_.exercise.sampling.ablation.time_factor);
+  }
+  ablation_->show(zone_, body_, told);
 }
 
 void TrainingSession::end(session::LiveSession& live) {
@@ -51,14 +61,13 @@ void TrainingSession::record(session::LiveSession& live, const Watched& seen, st
       if (ablation_) {
         ablation_->place(seen.electrode);
       } else {
-        // The target that is nearest to the bare tip is the one meant.
-        const auto& distances = seen.input.target_distances;
-        const auto nearest = std::ranges::min_element(distances);
-        const int target = distances.empty() ? -1 : static_cast<int>(nearest - distances.begin());
-        ablation_.emplace(scene_, seen.electrode, target);
+        ablation_.emplace(scene_, seen.electrode, nearest_target(seen.input));
       }
     }
-    if (event.name == flow_event::kAblationStopped) tell_ablation(live, seen);
+    if (event.name == flow_event::kAblationStopped) {
+      stopped_s_ = seen.input.time_s;
+      tell_ablation(live, seen);
+    }
   }
 }
 

@@ -45,9 +45,12 @@ public:
   /// The zone, once there is one.
   const Ablation* ablation() const { return ablation_ ? &*ablation_ : nullptr; }
   int ablated_body() const { return body_; }
+  /// The same for the pictures; null before anything was heated. Until the next poll().
+  const content::HeatedZone* zone() const { return zone_.version > 0 ? &zone_ : nullptr; }
 
 private:
   void record(session::LiveSession& live, const Watched& seen, std::span<const FlowEvent> events);
+  void let_zone_grow(double time_s, std::span<const FlowEvent> events);
   void take_core(session::LiveSession& live, const Watched& seen);
   void tell_ablation(session::LiveSession& live, const Watched& seen);
 
@@ -58,6 +61,8 @@ private:
   std::uint32_t cores_ = 0;          // taken from the watch
   std::optional<Ablation> ablation_;
   int body_ = -1;
+  content::HeatedZone zone_;
+  double stopped_s_ = 0;  // session time of the last stop of heating
   SamplingResult result_;
 };
 

@@ -60,6 +60,7 @@ struct Imager::Passes {
   ScanModel model;
   int uploaded_tables = 0;   ///< ScanModel::tables_version()
   int uploaded_speckle = 0;  ///< ScanModel::speckle_version()
+  int uploaded_zone = 0;     ///< ScanModel::zone_version()
 
   ComputePipeline tissue;
   ComputePipeline interfaces;
@@ -76,6 +77,7 @@ struct Imager::Passes {
   Buffer voxels;
   Buffer depths;
   Buffer speckle;
+  GrowingBuffer zone;
   Buffer lateral_weights;
   Buffer axial_weights;
   Buffer elevation_weights;
@@ -109,14 +111,15 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
     : device(device_),
       model(scene, settings),
       tissue(device, ultrasound_tissue_comp,
-             interface(model, 13,
+             interface(model, 14,
                        {{1, Slot::texel_buffer},
                         {3, Slot::texel_buffer},
                         {4, Slot::uniform_buffer},
                         {5, Slot::texel_buffer},
                         {6, Slot::texel_buffer},
                         {7, Slot::texel_buffer},
-                        {12, Slot::texel_buffer}})),
+                        {12, Slot::texel_buffer},
+                        {14, Slot::texel_buffer}})),
       interfaces(device, ultrasound_interface_comp,
                  interface(model, 6, {{1, Slot::texel_buffer}, {2, Slot::texel_buffer}, {6, Slot::uniform_buffer}})),
       needle(device, ultrasound_needle_comp, interface(model, 5)),
@@ -131,6 +134,7 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
       voxels(storage(device, model.voxels().size() * sizeof(std::uint16_t), VK_FORMAT_R16_UINT)),
       depths(storage(device, model.layers().depth.size() * sizeof(std::uint16_t), VK_FORMAT_R16_UINT)),
       speckle(storage(device, model.speckle().texels.size() * sizeof(SpeckleField::Texel), VK_FORMAT_R8G8_SNORM)),
+      zone(device, VK_FORMAT_R8G8_UNORM),
       lateral_weights(storage(device, model.beam().lateral.size() * sizeof(float))),
       axial_weights(storage(device, model.beam().axial.size() * sizeof(float))),
       elevation_weights(storage(device, model.beam().elevation.size() * sizeof(float), VK_FORMAT_R32_SFLOAT)),
@@ -194,6 +198,10 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
     uploaded_speckle = model.speckle_version();
     commands.upload(speckle, std::as_bytes(std::span(model.speckle().texels)));
   }
+  if (uploaded_zone != model.zone_version()) {
+    uploaded_zone = model.zone_version();
+    zone.upload(commands, std::span(model.zone_texels()));
+  }
   commands.upload(frame, std::as_bytes(std::span(&c, 1)));
   commands.upload(fronts, std::as_bytes(std::span(no_fronts)));
   tets.upload(commands, model.slice().tets());
@@ -204,12 +212,12 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
   thin_tiles.upload(commands, std::span<const std::uint32_t>(model.thin_tiles()));
   times.mark(commands, "upload");
 
-  commands.dispatch(
-      tissue,
-      {read(0, frame), read(1, tets.buffer()), read(2, tile_starts.buffer()), read(3, tile_entries.buffer()),
-       read(4, tissues), read(5, voxels), read(6, speckle), read(7, elevation_weights), write(8, echo),
-       write(9, log_impedance), write(10, loss), write(11, found), read(12, depths), write(13, fronts)},
-      {static_cast<std::uint32_t>(model.slice().columns()), rows, 1});
+  commands.dispatch(tissue,
+                    {read(0, frame), read(1, tets.buffer()), read(2, tile_starts.buffer()),
+                     read(3, tile_entries.buffer()), read(4, tissues), read(5, voxels), read(6, speckle),
+                     read(7, elevation_weights), write(8, echo), write(9, log_impedance), write(10, loss),
+                     write(11, found), read(12, depths), write(13, fronts), read(14, zone.buffer())},
+                    {static_cast<std::uint32_t>(model.slice().columns()), rows, 1});
   times.mark(commands, "tissue");
   commands.dispatch(interfaces,
                     {read(0, frame), read(1, speckle), read(2, log_impedance), read(3, found), write(4, echo),
@@ -270,6 +278,10 @@ const ScannerControls& Imager::controls() const {
 
 std::string Imager::set_controls(const ScannerControls& controls) {
   return passes_->model.set_controls(controls);
+}
+
+void Imager::set_zone(const content::HeatedZone* zone) {
+  passes_->model.set_zone(zone);
 }
 
 void Imager::set_seed(std::uint32_t seed) {

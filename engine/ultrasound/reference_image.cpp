@@ -188,6 +188,17 @@ void ReferenceImager::make_echoes() {
         const float w = elevation[std::abs(off)] * row.backscatter * 0.70710678F;
         for (int k = 0; k < looks_; ++k) sum[k] += w * model_.speckle().look(k, texel);
       }
+      float heat_loss = 0;
+      if (c.zone_nx > 0) {
+        const ScanModel::Heated heated = model_.heated_at(rest.position);
+        const Eigen::Vector3i cell = cell_at(rest.position);
+        const float patches = model_.speckle().slow(SpeckleField::slow_texel(cell)).imag();
+        const float gain = std::exp(kCoagulatedEcho * heated.dead + kRimEcho * heated.rim);
+        const float bubbles = 0.70710678F * kBubbleEcho * heated.gas * std::exp(kBubblePatches * patches);
+        const std::size_t texel = SpeckleField::texel(cell);
+        for (int k = 0; k < looks_; ++k) sum[k] = gain * sum[k] + bubbles * model_.speckle().look(k, texel);
+        heat_loss = kBubbleLoss * heated.gas + kCoagulatedLoss * heated.dead;
+      }
       const TissueRow& row = model_.tissues()[found_[index(l, s)]];
       const std::size_t here = slow_texel(rest.position, found_[index(l, s)]);
       const Complex texture_and_beads = textured_ * model_.speckle().slow(here);
@@ -221,7 +232,7 @@ void ReferenceImager::make_echoes() {
       }
       const float crossing = -std::log(std::max(1 - reflection * reflection, 1e-4F)) / ramp;
       const float grazing = kGrazingLoss * (1 - cosine) * (1 - cosine) * std::min(1.0F, 20 * total);
-      loss_[index(l, s)] = (mix.loss + crossing + grazing) * c.sample_pitch;
+      loss_[index(l, s)] = (mix.loss + heat_loss + crossing + grazing) * c.sample_pitch;
     }
   }
 }

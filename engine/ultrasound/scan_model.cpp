@@ -138,8 +138,12 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
 
 std::vector<std::uint32_t> ScanModel::switches() const {
   const auto flag = [](bool on) { return on ? 1U : 0U; };
-  return {static_cast<std::uint32_t>(settings_.looks), flag(settings_.texture), flag(constants_.breath.w >= 0),
-          flag(constants_.face_radius != 0), flag(settings_.texture && constants_.depth_nx > 0)};
+  return {static_cast<std::uint32_t>(settings_.looks),
+          flag(settings_.texture),
+          flag(constants_.breath.w >= 0),
+          flag(constants_.face_radius != 0),
+          flag(settings_.texture && constants_.depth_nx > 0),
+          flag(scene_.exercise.sampling.kind == content::SamplingKind::ablation)};
 }
 
 std::string ScanModel::set_controls(ScannerControls controls) {
@@ -247,6 +251,56 @@ void ScanModel::update(const state::FrameState& state) {
   constants_.noise_seed = static_cast<int>(settings_.seed + 2654435761U * microseconds);
   constants_.persistence = first_frame_ ? 0.0F : static_cast<float>(controls_.persistence);
   first_frame_ = false;
+}
+
+void ScanModel::set_zone(const content::HeatedZone* zone) {
+  const std::uint64_t version = zone != nullptr ? zone->version : 0;
+  if (version == zone_version_) return;
+  zone_version_ = version;
+  ++zone_changes_;
+  FrameConstants& c = constants_;
+  const auto whole = [](float share) {
+    return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.F, 1.F)));
+  };
+  zone_texels_.clear();
+  c.zone_nx = c.zone_ny = c.zone_nz = 0;
+  if (version == 0) return;
+  for (std::size_t i = 0; i < zone->gas.size(); ++i) {
+    zone_texels_.push_back({whole(zone->gas[i]), whole(0.5F + 0.5F * zone->dose[i] / kMostDose)});
+  }
+  c.zone_x = zone->origin.x();
+  c.zone_y = zone->origin.y();
+  c.zone_z = zone->origin.z();
+  c.zone_spacing = zone->spacing;
+  c.zone_nx = zone->size.x();
+  c.zone_ny = zone->size.y();
+  c.zone_nz = zone->size.z();
+}
+
+ScanModel::Heated ScanModel::heated_at(const Eigen::Vector3f& x) const {
+  const FrameConstants& c = constants_;
+  const Eigen::Array3f q = (x - Eigen::Vector3f(c.zone_x, c.zone_y, c.zone_z)).array() / c.zone_spacing;
+  const Eigen::Array3f base = q.floor();
+  const Eigen::Array3f f = q - base;
+  const Eigen::Array3i low = base.cast<int>();
+  const Eigen::Array3i size(c.zone_nx, c.zone_ny, c.zone_nz);
+  if (!((low >= 0).all() && (low < size - 1).all())) return {};
+  float gas = 0, dose = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Array3i d(corner & 1, (corner >> 1) & 1, corner >> 2);
+    const float w = (d == 0).select(1 - f, f).prod();
+    const Eigen::Array3i cell = low + d;
+    const auto& texel =
+        zone_texels_[(static_cast<std::size_t>(cell.z()) * c.zone_ny + cell.y()) * c.zone_nx + cell.x()];
+    gas += w * static_cast<float>(texel[0]) / 255;
+    dose += w * static_cast<float>(texel[1]) / 255;
+  }
+  const auto smoothstep = [](float a, float b, float at) {
+    const float t = std::clamp((at - a) / (b - a), 0.F, 1.F);
+    return t * t * (3 - 2 * t);
+  };
+  dose = (2 * dose - 1) * kMostDose;
+  return {gas, smoothstep(-kCoagulatedEdge, kCoagulatedEdge, dose), 1 - smoothstep(0, kRimWidth, std::abs(dose))};
 }
 
 /// Marks the tiles that the echo of a piece from `a` to `b` (probe frame) reaches: `across`, `before` and `behind`

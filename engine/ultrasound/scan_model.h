@@ -2,6 +2,7 @@
 // meets it. The tables are made once; update() makes the part that changes with every frame.
 #pragma once
 
+#include "engine/content/heated_zone.h"
 #include "engine/content/scene.h"
 #include "engine/state/frame_state.h"
 #include "engine/ultrasound/beam_profile.h"
@@ -12,6 +13,7 @@
 #include "engine/ultrasound/speckle_field.h"
 #include "shaders/ultrasound_shared.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -41,6 +43,8 @@ public:
   ScanModel(const content::Scene& scene, const ImagerSettings& settings);
 
   void update(const state::FrameState& state);
+  /// What heat has done, from the next frame on; null: nothing. Not kept.
+  void set_zone(const content::HeatedZone* zone);
   /// The next frame is a first one: no earlier frame persists in it.
   void restart() { first_frame_ = true; }
 
@@ -83,6 +87,16 @@ public:
   /// Tiles (PlaneSlice) that echoes of the needle and of wires reach; ascending.
   const std::vector<std::uint32_t>& thin_tiles() const { return thin_tiles_; }
   const FrameConstants& constants() const { return constants_; }
+  /// Of the cells of the heated zone: gas, then dose; 0 ... 255.
+  const std::vector<std::array<std::uint8_t, 2>>& zone_texels() const { return zone_texels_; }
+  int zone_version() const { return zone_changes_; }  ///< another one after every change of zone_texels()
+  struct Heated {
+    float gas = 0;
+    float dead = 0;  ///< share
+    float rim = 0;   ///< of the zone
+  };
+  /// At a rest position.
+  Heated heated_at(const Eigen::Vector3f& x) const;
   /// What an imager is made for, in the order of the constant_ids in shaders/ultrasound_common.glsl.
   std::vector<std::uint32_t> switches() const;
 
@@ -118,6 +132,9 @@ private:
   std::vector<std::uint32_t> runs_;
   int sector_runs_ = 0;
   FrameConstants constants_{};
+  std::vector<std::array<std::uint8_t, 2>> zone_texels_;
+  std::uint64_t zone_version_ = 0;  ///< content::HeatedZone::version
+  int zone_changes_ = 0;
   int tables_version_ = 0;
   int speckle_version_ = 1;
   bool first_frame_ = true;

@@ -5,6 +5,7 @@
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
 #include "engine/training/metrics.h"
+#include "engine/training/zone_replay.h"
 #include "tests/session/layered_scene.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -12,8 +13,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <string>
 #include <thread>
@@ -163,6 +166,80 @@ TEST(TrainingSession, ButtonOfTheMotionHeatsAndTheZoneIsOnRecord) {
   const std::vector<Metric> metrics = measure({.events = recording.events}, scene);
   EXPECT_NEAR(find_metric(metrics, content::kAblationCoverage).value.value(), 100 * result.coverage.with_margin,
               0.01);
+}
+
+// Film and stills show what the session did: from the events and the needle of its recording alone.
+TEST(TrainingSession, ZoneOfTheReplayIsTheSessions) {
+  content::Scene scene = tests::layered_scene();
+  scene.exercise.sampling = {.kind = content::SamplingKind::ablation, .automatic = true};
+  scene.exercise.sampling.ablation.exposed = 0.02;
+  scene.exercise.sampling.ablation.duration_s = support::kSanitized ? 20 : 60;
+  scene.exercise.sampling.ablation.time_factor = 150;
+  content::MotionSample rest = scene.motion.stylus.back();
+  rest.time_s = 3.2;
+  scene.motion.stylus.push_back(rest);
+  const support::TemporaryFolder folder;
+  haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
+  TrainingSession training(scene, {.automatic = true});
+  session::LiveSession live(scene, device,
+                            {.duration_s = 3.1,
+                             .lockstep = true,
+                             .recording = folder / "zone",
+                             .build = "test",
+                             .listeners = {&training.watch()}});
+  content::HeatedZone at_stop;
+  live.run_in_lockstep([&](double share) {
+    share < 1 ? (void)training.poll(live) : training.end(live);
+    if (training.result().heated && at_stop.version == 0) at_stop = *training.zone();
+  });
+  ASSERT_TRUE(training.result().heated);
+  ASSERT_GT(at_stop.surface.indices.size(), 0U);
+  // What is drawn has the volume that the session tells, but for half a cell all over its surface.
+  content::TriangleMesh drawn;
+  double area = 0;
+  for (const Eigen::Vector3f& x : at_stop.surface.positions) drawn.vertices.push_back(x.cast<double>());
+  for (std::size_t i = 0; i < at_stop.surface.indices.size(); i += 3) {
+    const std::uint32_t* t = &at_stop.surface.indices[i];
+    drawn.triangles.push_back({t[0], t[1], t[2]});
+    area +=
+        0.5 * (drawn.vertices[t[1]] - drawn.vertices[t[0]]).cross(drawn.vertices[t[2]] - drawn.vertices[t[0]]).norm();
+  }
+  const double volume = content::inspect(drawn).volume;
+  std::printf("%.2f ml drawn, %.2f ml told\n", 1e6 * volume, 1e6 * training.result().volume);
+  EXPECT_NEAR(volume, training.result().volume, 0.5 * Ablation::kCell * area);
+
+  const session::Recording recording = session::read_recording(folder / "zone");
+  const session::RecordedSettings settings = session::recorded_settings(recording);
+  session::StepHash hash;
+  ZoneReplay replayed(scene, recording.events);
+  EXPECT_EQ(replayed.zone_at(3), nullptr) << "not so far yet";
+  session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash, &replayed}, settings.base);
+  ASSERT_TRUE(session::replay(recording, loops, hash).identical());
+  double start_s = 0, stop_s = 0;
+  for (const session::EventRecord& event : recording.events) {
+    if (event.name == flow_event::kAblationStarted) start_s = event.time_s;
+    if (event.name == flow_event::kAblationStopped) stop_s = event.time_s;
+  }
+  EXPECT_EQ(replayed.zone_at(start_s - 0.01), nullptr);
+  const auto expect_as_at_stop = [&] {
+    const content::HeatedZone* zone = replayed.zone_at(stop_s);
+    ASSERT_NE(zone, nullptr);
+    EXPECT_EQ(zone->surface.positions, at_stop.surface.positions);
+    EXPECT_EQ(zone->surface.body, at_stop.surface.body);
+    EXPECT_EQ(zone->gas, at_stop.gas);
+    EXPECT_EQ(zone->dose, at_stop.dose);
+    EXPECT_EQ(replayed.ablation()->volume(), training.result().volume);
+  };
+  expect_as_at_stop();
+  const float most_gas = *std::ranges::max_element(at_stop.gas);
+  EXPECT_GT(most_gas, 0.9F);
+  const content::HeatedZone* later = replayed.zone_at(stop_s + 0.5);
+  EXPECT_NEAR(*std::ranges::max_element(later->gas), most_gas * std::exp(-75 / Ablation::kGasLasts), 0.01);
+  EXPECT_EQ(later->dose, at_stop.dose) << "what is dead stays so";
+  const content::HeatedZone* half = replayed.zone_at((start_s + stop_s) / 2);
+  EXPECT_LT(replayed.ablation()->volume(), training.result().volume);
+  EXPECT_LT(half->surface.positions.size(), at_stop.surface.positions.size());
+  expect_as_at_stop();  // once more, after going back
 }
 
 class AblationInLayers : public ::testing::Test {

@@ -2,6 +2,7 @@
 #include "engine/ultrasound/imager.h"
 
 #include "engine/gpu/device.h"
+#include "engine/training/ablation.h"
 #include "engine/ultrasound/presets.h"
 #include "engine/ultrasound/reference_image.h"
 #include "tests/support/image_compare.h"
@@ -12,6 +13,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 
 namespace stylet::ultrasound {
@@ -128,6 +130,93 @@ TEST(Imager, AgreesWithTheReferenceWithAllControlsSet) {
   const std::vector<std::uint8_t> expected = reference.image(state);
   EXPECT_NE(expected, before);
   expect_same(imager.read_back(), expected);
+}
+
+/// Liver with an electrode across the image plane, 60 mm deep.
+struct HeatedLiver {
+  content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
+  training::Electrode electrode{.tip = {-0.012, 0, 0.060}, .base = {0.012, 0, 0.060}};
+  state::FrameState state = test::at_rest(scene);
+  content::HeatedZone zone;
+
+  HeatedLiver() {
+    scene.exercise.sampling.kind = content::SamplingKind::ablation;
+    scene.probe.scan_lines = 96;
+    scene.probe.samples = 384;
+    state.needle_positions.clear();
+  }
+};
+
+TEST(HeatedZone, ShinesWhileItIsHeatedAndShadowsThenFadesAndLeavesADarkZoneWithABrightRim) {
+  HeatedLiver liver;
+  ReferenceImager imager(liver.scene, {.width = 64, .height = 64});
+  training::Ablation ablation(liver.scene, liver.electrode, -1);
+  // Mean power between two depths over the width of the electrode, dB.
+  const auto level = [&](double from, double to) {
+    double power = 0;
+    int count = 0;
+    for (int s = 0; s < imager.scan().samples; ++s) {
+      for (int l = 0; l < imager.scan().lines; ++l) {
+        const Eigen::Vector2d at = imager.scan().position(l, s);
+        if (std::abs(at.x()) > 0.008 || at.y() < from || at.y() > to) continue;
+        power += std::pow(imager.envelope()[static_cast<std::size_t>(s) * imager.scan().lines + l], 2);
+        ++count;
+      }
+    }
+    return 10 * std::log10(power / count);
+  };
+  struct Levels {
+    double above, rim, cloud, core, behind;
+  };
+  const auto look = [&] {
+    ablation.show(liver.zone, -1, true);
+    imager.set_zone(liver.zone.version > 1 ? &liver.zone : nullptr);
+    imager.image(liver.state);
+    double top = 0.060;
+    for (const Eigen::Vector3f& x : liver.zone.surface.positions) {
+      if (std::abs(x.x()) < 0.008F) top = std::min(top, static_cast<double>(x.z()));
+    }
+    return Levels{level(0.030, 0.040), level(top - 0.001, top + 0.001), level(0.054, 0.060), level(0.052, 0.068),
+                  level(0.080, 0.095)};
+  };
+  const Levels before = look();
+  ablation.heat_to(120);
+  const Levels early = look();
+  ablation.heat_to(support::kSanitized ? 240 : 600);
+  const Levels late = look();
+  ablation.rest_to(3600);
+  const Levels rested = look();
+  std::printf("cloud %+.1f, %+.1f, later %+.1f dB; rim %+.1f; behind %+.1f, %+.1f, later %+.1f dB\n",
+              early.cloud - before.cloud, late.cloud - before.cloud, rested.core - before.core,
+              rested.rim - before.rim, early.behind - before.behind, late.behind - before.behind,
+              rested.behind - before.behind);
+  EXPECT_GT(early.cloud - before.cloud, 6);
+  EXPECT_LT(early.behind - before.behind, -3);
+  EXPECT_LT(late.behind, early.behind) << "the cloud grows";
+  EXPECT_LT(rested.core - before.core, -3) << "coagulated liver is dark";
+  EXPECT_GT(rested.rim - before.rim, 2);
+  EXPECT_GT(rested.behind, late.behind + 3) << "the bubbles have dissolved";
+  for (const Levels& now : {early, late, rested}) EXPECT_NEAR(now.above, before.above, 0.2);
+}
+
+TEST(HeatedZone, AgreesWithTheReference) {
+  gpu::Device device;
+  HeatedLiver liver;
+  training::Ablation ablation(liver.scene, liver.electrode, -1);
+  ablation.heat_to(120);
+  ablation.show(liver.zone, -1, true);
+  Imager imager(device, liver.scene, kSmall);
+  ReferenceImager reference(liver.scene, kSmall);
+  imager.image(liver.state);
+  const std::vector<std::uint8_t> without = imager.read_back();
+  imager.set_zone(&liver.zone);
+  reference.set_zone(&liver.zone);
+  imager.image(liver.state);
+  expect_same(imager.read_back(), reference.image(liver.state));
+  EXPECT_NE(imager.read_back(), without);
+  imager.set_zone(nullptr);
+  imager.image(liver.state);
+  EXPECT_EQ(imager.read_back(), without);
 }
 
 TEST(Imager, FollowsTheBreathAsTheReferenceDoes) {

@@ -101,7 +101,7 @@ void accompany(session::LiveSession& live, const content::Scene& scene, const Co
     watch.look();
     with.course.poll(live);
     progress.show("Session in real time", live.time_s() / duration_s);
-    with.link.pass_time(with.gpu);
+    with.link.pass_time(with.gpu, with.course.zone());
   }
 }
 

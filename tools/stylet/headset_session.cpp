@@ -81,10 +81,11 @@ bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const c
     }
     scanner.handle({}, nullptr, session.time_s());
     session.frames().sample(session.time_s() - delay_s, state);
-    scanner.draw(state);
-    headset->end_frame(
-        &view.draw(*frame, state,
-                   {.plane = scanner.in_view(), .screen = &scanner.screen(), .needle = &session.newest_needle()}));
+    const content::HeatedZone* zone = settings.course != nullptr ? settings.course->zone() : nullptr;
+    scanner.draw(state, zone);
+    headset->end_frame(&view.draw(
+        *frame, state,
+        {.plane = scanner.in_view(), .screen = &scanner.screen(), .zone = zone, .needle = &session.newest_needle()}));
   }
   return true;
 }

@@ -93,7 +93,7 @@ void LinkSession::imaged(const state::FrameState& state, const ultrasound::Secto
   link_->show(image_);
 }
 
-void LinkSession::pass_time(gpu::Device& device) {
+void LinkSession::pass_time(gpu::Device& device, const content::HeatedZone* zone) {
   if (!link_ || link_->clients() == 0) return std::this_thread::sleep_for(kPause);
   if (!scanner_) {
     scanner_.emplace(device, scene_, session::ScannerConsole(scene_.probe));
@@ -103,7 +103,7 @@ void LinkSession::pass_time(gpu::Device& device) {
   const double time_s = live_.time_s();
   live_.frames().sample(time_s - 1.5 / scene_.rates.simulation_hz, frame_);
   scanner_->handle({}, nullptr, time_s);
-  scanner_->draw(frame_);
+  scanner_->draw(frame_, zone);
   std::this_thread::sleep_until(next_image_);
 }
 

@@ -38,7 +38,7 @@ public:
   void imaged(const state::FrameState& state, const ultrasound::SectorGeometry& sector,
               const view::Picture& bare) override;
   /// Passes some time of a session without a window: makes an image while a client is there, else sleeps.
-  void pass_time(gpu::Device& device);
+  void pass_time(gpu::Device& device, const content::HeatedZone* zone = nullptr);
   /// After the session. @return what went over it, a line each
   std::vector<std::string> stop();
 

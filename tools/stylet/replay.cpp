@@ -57,16 +57,17 @@ state::FrameState closest_frame(const debrief::FrameHistory& frames, const Repla
 
 /// Film, stills and force of the replayed session.
 void write_export(const ReplayOptions& options, const content::Scene& scene, const session::Recording& recording,
-                  const debrief::SessionReplay& replay, Progress& progress) {
+                  debrief::SessionReplay& replay, Progress& progress) {
   gpu::Device gpu({.gpu = options.gpu});
   session::OutputDirectory out(options.out);
   debrief::write_force(out, recording, replay.force());
   const debrief::FilmSettings film{.from_s = options.from_s, .to_s = options.to_s, .speed = options.speed};
-  const int count = debrief::write_film(out, scene, gpu, replay.frames(), replay.force(), film, [&](double share) {
+  const int count = debrief::write_film(out, scene, gpu, replay, replay.force(), film, [&](double share) {
     throw_if_interrupted();
     progress.show("Drawing the video", share);
   });
-  debrief::write_stills(out, scene, gpu, closest_frame(replay.frames(), options), replay.force(), {.film = film});
+  debrief::write_stills(out, scene, gpu, replay, closest_frame(replay.frames(), options), replay.force(),
+                        {.film = film});
   out.commit();
   progress.done();
   fmt::print("{}: session.mp4 ({} frames), session.png, view.png, ultrasound.png, force.png, force.csv\n",

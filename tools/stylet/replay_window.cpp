@@ -80,8 +80,9 @@ void show_replay(view::Display& display, gpu::Device& device, const content::Sce
     playback.advance(std::chrono::duration<double>(now - before).count(), replay.frames().end_s());
     before = now;
     if (!replay.frames().sample(playback.time_s(), frame)) continue;
-    scanner.draw(frame);
-    const gpu::Image& view = renderer.render(frame, camera, {.plane = scanner.in_view()});
+    const content::HeatedZone* zone = replay.zone_at(frame.time_s);
+    scanner.draw(frame, zone);
+    const gpu::Image& view = renderer.render(frame, camera, {.plane = scanner.in_view(), .zone = zone});
     const view::Pane pane = view::PaneLayout::of(window.width(), window.height(), true).plot;
     view::Picture info(std::max(pane.width, 1), std::max(pane.height, 1));
     session::Canvas canvas(info);

@@ -1,0 +1,61 @@
+// The zone of a recorded session at any time: grown again from the recording's events and the replayed needle.
+#pragma once
+
+#include "engine/content/heated_zone.h"
+#include "engine/session/recording.h"
+#include "engine/training/ablation.h"
+#include "engine/training/procedure_watch.h"
+
+#include <mutex>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace stylet::training {
+
+/// Listens to a replay and remembers where the electrode was when it began to heat. zone_at() then does what the
+/// session did: the same Ablation, heated for the same seconds.
+class ZoneReplay final : public session::StepListener {
+public:
+  /// @param scene   kept
+  /// @param events  of the recording (flow_event, training_event::kAblated)
+  ZoneReplay(const content::Scene& scene, std::span<const session::EventRecord> events);
+
+  void haptic_stepped(const session::HapticStepRecord& record, const physics::NeedleState& needle) override;
+  void simulation_stepped(const session::SimulationStepRecord& record, const physics::SimulationReport& report,
+                          const physics::TissueState& tissue, const physics::NeedleState& needle) override;
+
+  /// @param time_s  of the session, as far as the replay has come
+  /// @return null: nothing was heated until then. Valid until the next call. One thread, which may be another than
+  ///         that of the replay. Going back in time grows the zone anew.
+  const content::HeatedZone* zone_at(double time_s);
+  /// The zone last asked for; null: none.
+  const Ablation* ablation() const { return ablation_ ? &*ablation_ : nullptr; }
+
+private:
+  static constexpr double kSameTime = 1e-6;  // s
+  /// From the start of heating to its end.
+  struct Heating {
+    double begin_s = 0;
+    double end_s = 0;     ///< infinite: the recording ends before
+    double heated_s = 0;  ///< by the tissue's clock, until end_s since the first start
+    std::uint64_t haptic_step = 0;
+    std::optional<Electrode> electrode{};
+    int body = -1;
+    int target = -1;
+  };
+  std::optional<Heating> heating(std::size_t i) const;
+
+  const content::Scene& scene_;
+  bool heats_;
+  ProcedureWatch watch_;
+  mutable std::mutex mutex_;  // of heatings_
+  std::vector<Heating> heatings_;
+  std::optional<Ablation> ablation_;
+  std::size_t done_ = 0;  // heatings that ablation_ has begun
+  int body_ = -1;
+  double shown_s_ = 0;
+  content::HeatedZone zone_;
+};
+
+}  // namespace stylet::training
