@@ -1,4 +1,4 @@
-// The window that covers (skin, fat, muscle) and the cloth over them leave open towards the focus. Needs `frame`.
+// The window that covers (skin, fat, muscle) and the cloth over them leave open towards the focus. Needs `frame`, unforeseen.glsl.
 
 /// 0 inside the window, 1 well outside.
 float outside_window(vec3 position) {
@@ -19,6 +19,6 @@ float outside_field(vec2 at) {
 /// Whether the drape is open: in the field, and where one looks into the patient, on the near side.
 bool cloth_open(vec3 position, vec2 at) {
   bool near = dot(position - frame.focus.xyz, frame.focus_axis.xyz) > -0.02;
-  bool window = frame.see.x == kSeeWindow && near && outside_window(position) < 0.9;
+  bool window = unforeseen(frame.see.x) == kSeeWindow && near && outside_window(position) < 0.9;
   return outside_field(at) < 0.0 || window;
 }

@@ -2,6 +2,7 @@
 // The probe's imaging plane: a pane of light with a bright border, or the ultrasound image itself where it is.
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared.h"
+#include "shaders/unforeseen.glsl"
 
 layout(set = 0, binding = 0, std140) uniform Frame { FrameUniforms frame; };
 layout(set = 0, binding = 2) uniform sampler2D ultrasound;
@@ -13,7 +14,7 @@ void main() {
   float radius = frame.fan.x, half_extent = frame.fan.y, depth = frame.fan.z;
   // Range below the face, and distance from the nearest side, m.
   float range = p.z, side = half_extent - abs(p.x);
-  if (frame.fan.w > 0.5) {
+  if (unforeseen(frame.fan.w) > 0.5) {
     float r = length(vec2(p.x, p.z + radius));
     range = r - radius;
     side = r * (half_extent - abs(atan(p.x, p.z + radius)));
@@ -24,7 +25,7 @@ void main() {
   vec3 light = vec3(0.35, 0.68, 0.95);
   float alpha = 0.05 + 0.75 * line + 0.13 * ticks;
   vec3 c = light * (0.7 + 0.3 * line);
-  if (frame.fan_image.z > 0.0) {
+  if (unforeseen(frame.fan_image.z) > 0.0) {
     vec2 uv = (p.xz - frame.fan_image.xy) * frame.fan_image.zw;
     float grey = texture(ultrasound, uv).r;
     c = mix(vec3(grey) * vec3(0.92, 0.97, 1.0), c, line);

@@ -3,6 +3,7 @@
 // more than half there.
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared.h"
+#include "shaders/unforeseen.glsl"
 
 layout(set = 0, binding = 0, std140) uniform Frame { FrameUniforms frame; };
 layout(push_constant) uniform Push { SurfaceStyle style; };
@@ -13,10 +14,11 @@ layout(location = 0) out uint label_and_depth;
 #include "shaders/cover_window.glsl"
 
 void main() {
-  if (style.kind.x == kCover && frame.see.x != kSeeClosed && outside_window(position.xyz) < 0.5) discard;
-  if (style.kind.x == kCloth && cloth_open(position.xyz, vec2(position.w, normal.w))) discard;
+  uint kind = unforeseen(style.kind.x);
+  if (kind == kCover && unforeseen(frame.see.x) != kSeeClosed && outside_window(position.xyz) < 0.5) discard;
+  if (kind == kCloth && cloth_open(position.xyz, vec2(position.w, normal.w))) discard;
   float depth = 1.0 / gl_FragCoord.w;  // along the viewing direction, m
-  if (style.kind.y == 0u) {  // the room: no part of the scene, but it hides what is behind
+  if (unforeseen(style.kind.y) == 0u) {  // the room: no part of the scene, but it hides what is behind
     label_and_depth = 0u;
     return;
   }

@@ -1,9 +1,9 @@
-// What the surgical lamp reaches. Needs `frame` and `sampler2DShadow shadow_map`.
+// What the surgical lamp reaches. Needs `frame`, unforeseen.glsl and `sampler2DShadow shadow_map`.
 
 /// Share of the lamp seen from a place, 0 ... 1; 1 beyond the map. Five taps, each of four texels weighed by nearness:
 /// soft over about five texels. A slanting receiver is moved further off itself. Reversed depth: what is nearer to the lamp is greater.
 float lamp_seen(vec3 position, vec3 n) {
-  if (frame.shadow.x <= 0.0) return 1.0;
+  if (unforeseen(frame.shadow.x) <= 0.0) return 1.0;
   float offset = frame.shadow.z * (3.0 - 2.0 * abs(dot(n, frame.lamp_axis.xyz)));
   vec4 clip = frame.light_clip_from_patient * vec4(position + n * offset, 1.0);
   vec3 at = clip.xyz / clip.w;

@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_multiview : require
 #include "shaders/shared.h"
+#include "shaders/unforeseen.glsl"
 
 layout(constant_id = 0) const uint kind = 0;
 layout(set = 0, binding = 0, std140) uniform Frame { FrameUniforms frame; };
@@ -33,21 +34,23 @@ vec3 linear_of(vec3 encoded) {
 vec3 picture() {
   vec2 at = vec2(position.w, normal.w), dx = dFdx(at), dy = dFdy(at);
   vec3 sum = vec3(0.0);
+  bool encoded = unforeseen(frame.see.y) == 2u;
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 3; ++i) {
       vec3 texel = texture(screen, at + (float(i) - 1.0) / 3.0 * dx + (float(j) - 1.0) / 3.0 * dy).rgb;
-      sum += frame.see.y == 2u ? linear_of(texel) : texel;
+      sum += encoded ? linear_of(texel) : texel;
     }
   return sum / 9.0;
 }
 
 void main() {
+  uint see = unforeseen(frame.see.x);
   if (kind == kGlow) {
     colour = vec4(style.colour.rgb, 1.0);
     return;
   }
   if (kind == kScreen) {
-    colour = vec4(frame.see.y > 0u ? picture() : style.colour.rgb, 1.0);
+    colour = vec4(unforeseen(frame.see.y) > 0u ? picture() : style.colour.rgb, 1.0);
     return;
   }
   if (kind == kCloth && cloth_open(position.xyz, vec2(position.w, normal.w))) discard;
@@ -68,7 +71,7 @@ void main() {
     m.albedo = mix(vec3(0.34, 0.47, 0.52), m.albedo, smoothstep(0.010, 0.0115, in_cloth));
   }
 
-  if (kind == kCover && frame.see.x != kSeeGlass) m.albedo *= vec3(0.80, 0.72, 0.66);  // tables give it thin
+  if (kind == kCover && see != kSeeGlass) m.albedo *= vec3(0.80, 0.72, 0.66);  // tables give it thin
 
   float lit = kInside ? 1.0 : lamp_seen(position.xyz, n);
   Reflected s = shade(m, position.xyz, n, v, lit);
@@ -77,11 +80,11 @@ void main() {
   // Darker to the outline: reads as round. Light that has gone through skin is red.
   if (kind == kSolid) s.diffuse *= mix(0.55, 1.0, smoothstep(0.0, 0.55, facing));
   if (kind == kCover) s.diffuse *= mix(vec3(1.08, 0.97, 0.94), vec3(1.0), lit);
-  if (kind == kGlass || (kind == kCover && frame.see.x == kSeeGlass)) {
+  if (kind == kGlass || (kind == kCover && see == kSeeGlass)) {
     alpha = mix(style.colour.a, style.glass.x, pow(1.0 - facing, style.glass.y));
     colour = vec4(tone_map(s.diffuse) * alpha + min(s.specular, vec3(0.6)) * max(alpha, 0.25), alpha);
     return;
   }
-  if (kind == kCover && frame.see.x == kSeeWindow) alpha = outside_window(position.xyz);
+  if (kind == kCover && see == kSeeWindow) alpha = outside_window(position.xyz);
   colour = vec4(tone_map(s.diffuse + s.specular) * alpha, alpha);
 }

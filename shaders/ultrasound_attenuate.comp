@@ -17,6 +17,7 @@ layout(std430, binding = 3) buffer Echo {
 void main() {
   int l = int(gl_GlobalInvocationID.x);
   if (l >= frame.lines) return;
+  int samples = unforeseen(frame.samples);
   float lost = 0.0;
   vec2 face = !kConvex ? vec2(sample_position(l, 0).x, 0.0)
                       : frame.face_radius * line_direction(l) - vec2(0.0, frame.face_radius);
@@ -24,17 +25,17 @@ void main() {
     vec3 skin = frame.origin.xyz + face.x * frame.lateral.xyz + face.y * frame.axial.xyz;
     lost = kContactDb * kDbToNepers * slow_pair(slow_texel(kContactStretch * speckle_lattice(skin))).y;
   }
-  for (int s = 0; s < frame.samples; ++s) {
+  for (int s = 0; s < samples; ++s) {
     int index = polar_index(l, s);
     float here = loss[index];
     float transmission = exp(-(lost + 0.5 * here));
     lost += here;
     for (int k = 0; k < kLooks; ++k) echo[index + k * polar_size()] *= transmission;
   }
-  if (frame.haze == 0.0) return;
+  if (unforeseen(frame.haze) == 0.0) return;
   float fresh = 1.0 - exp(-frame.sample_pitch / kClutterLength);
   float above = 0.0;
-  for (int s = 0; s < frame.samples; ++s) {
+  for (int s = 0; s < samples; ++s) {
     int index = polar_index(l, s);
     float range = sample_range(s);
     float haze = kClutter * above;

@@ -16,6 +16,11 @@ layout(constant_id = 3) const bool kConvex = true;     // the probe's face is an
 layout(constant_id = 4) const bool kLayered = true;    // some tissue's texture runs along the layers of the body
 layout(constant_id = 5) const bool kHeated = true;     // tissue may be ablated
 
+// Where branches and loops hang on uniforms alone, lavapipe makes another shader for every use and keeps them all: memory
+// grows with each image. They go through here, with a nothing in it that a compiler cannot foresee.
+int unforeseen(int value) { return value + int(gl_NumWorkGroups.x == 0u); }
+float unforeseen(float value) { return value + float(gl_NumWorkGroups.x == 0u); }
+
 float sample_range(int s) {
   return (float(s) + 0.5) * frame.sample_pitch;
 }

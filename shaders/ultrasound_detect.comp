@@ -47,5 +47,5 @@ void main() {
   envelope[index] = amplitude;
   float db = 8.6858896 * log(max(amplitude, 1e-9)) + frame.tgc * sample_range(s) + slider_gain(s);
   float now = clamp((db - frame.white_db + frame.dynamic_range) / frame.dynamic_range, 0.0, 1.0);
-  display[index] = frame.persistence > 0.0 ? now + frame.persistence * (display[index] - now) : now;
+  display[index] = unforeseen(frame.persistence) > 0.0 ? now + frame.persistence * (display[index] - now) : now;
 }

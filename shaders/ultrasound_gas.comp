@@ -40,20 +40,21 @@ int edge_of_surface(int l, int step, int reach) {
 
 void main() {
   int l = int(gl_GlobalInvocationID.x);
-  if (l >= frame.lines || fronts[l] >= uint(frame.samples)) return;
+  int samples = unforeseen(frame.samples);
+  if (l >= frame.lines || fronts[l] >= uint(samples)) return;
   int front = int(fronts[l]);
   TissueRow gas = tissues[found[polar_index(l, front)] >> kTexelBits];
   // The surface's own echo and loss lie on either side of it, as wide as a voxel.
   int margin = 1 + int(max(frame.label_spacing, 2.0 * frame.sample_pitch) / frame.sample_pitch);
   if (front == 0 || int(found[polar_index(l, front - 1)] >> kTexelBits) == frame.gel_tissue) {
     // The head hangs in the air: there is no surface to see.
-    for (int s = max(front - margin, 0); s < frame.samples; ++s) {
+    for (int s = max(front - margin, 0); s < samples; ++s) {
       for (int k = 0; k < kLooks; ++k) echo[polar_index(l, s) + k * polar_size()] = vec2(0.0);
     }
     return;
   }
   float surface = 0.0;
-  for (int s = max(front - margin, 0); s <= min(front + margin, frame.samples - 1); ++s) {
+  for (int s = max(front - margin, 0); s <= min(front + margin, samples - 1); ++s) {
     surface = max(surface, length(echo[polar_index(l, s)]));
     loss[polar_index(l, s)] = 0.0;
   }
@@ -71,7 +72,7 @@ void main() {
   vec2 from = sample_position(l, front);
   float bubbles = smoothstep(0.0, 1.0, slow_pair(found[polar_index(l, front)] & ((1u << kTexelBits) - 1u)).y);
   float lost = 0.0;
-  for (int s = front; s < frame.samples; ++s) {
+  for (int s = front; s < samples; ++s) {
     int index = polar_index(l, s);
     float range = sample_range(s);
     float behind = range - depth;

@@ -19,7 +19,7 @@ layout(std430, binding = 3) writeonly buffer Labels {
 bool on_needle(vec2 p, float range) {
   float radius = max(frame.needle_radius, 0.75 * frame.pixel);
   vec3 scale = vec3(1.0 / radius, 1.0 / (0.5 / 0.42466090 * elevation_sigma(range)), 1.0 / radius);
-  for (int i = 0; i < frame.needle_segments; ++i) {
+  for (int i = 0; i < unforeseen(frame.needle_segments); ++i) {
     vec3 from = needle[i].from.xyz;
     vec3 axis = scale * (needle[i].to.xyz - from);
     vec3 to_p = scale * (vec3(p.x, 0.0, p.y) - from);

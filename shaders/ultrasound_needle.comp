@@ -27,7 +27,7 @@ float wire_echo(vec2 at, vec2 beam, float range) {
   vec3 scale = 1.0 / vec3(max(kWireWidth, kWirePitches * pitch), elevation_sigma(range),
                           max(kWireWidth, kWirePitches * frame.sample_pitch));
   float sum = 0.0;
-  for (int i = 0; i < frame.wires; ++i) {
+  for (int i = 0; i < unforeseen(frame.wires); ++i) {
     vec3 to_p = vec3(at.x, 0.0, at.y) - wires[i].from.xyz;
     vec3 axis = wires[i].to.xyz - wires[i].from.xyz;
     // Across the beam, out of the plane, along the beam.
@@ -45,13 +45,14 @@ void main() {
   int l = int(tile % uint(frame.tile_columns)) * kTile + int(gl_LocalInvocationID.x);
   int s = int(tile / uint(frame.tile_columns)) * kTile + int(gl_LocalInvocationID.y);
   if (l >= frame.lines || s >= frame.samples) return;
+  int segments = unforeseen(frame.needle_segments);
   vec2 at = sample_position(l, s);
   vec2 beam = line_direction(l);
   float sigma = elevation_sigma(sample_range(s));
   float amplitude = 0.0;
   float shadow = 0.0;
   float gain = 1.0;
-  for (int n = 0; frame.needle_segments > 0 && n <= kReverberations; ++n) {
+  for (int n = 0; segments > 0 && n <= kReverberations; ++n) {
     // The echo comes from the near side of the shaft; copy n arrives later.
     vec2 p = at + (frame.needle_radius - float(n) * kReverberationSpacing) * beam;
     // The point of the shaft that shows most here: the nearest, lengths counted in standard deviations of the echo across
@@ -60,7 +61,7 @@ void main() {
     float nearest2 = 1e9;
     float from_tip = 0.0;
     float along = 0.0;
-    for (int i = 0; i < frame.needle_segments; ++i) {
+    for (int i = 0; i < segments; ++i) {
       vec4 from = needle[i].from;
       vec4 axis = needle[i].to - from;  // w: length
       vec3 to_p = scale * (vec3(p.x, 0.0, p.y) - from.xyz);

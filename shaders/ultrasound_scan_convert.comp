@@ -39,7 +39,7 @@ void main() {
     float curve = value * value * (3.0 - 2.0 * value);
     grey = (1.0 - kSCurve) * pow(value, kGreyGamma) + kSCurve * curve;
   }
-  if (frame.tick_pitch > 0.0 && z >= -0.5 * frame.pixel && z <= float(frame.samples) * frame.sample_pitch) {
+  if (unforeseen(frame.tick_pitch) > 0.0 && z >= -0.5 * frame.pixel && z <= float(frame.samples) * frame.sample_pitch) {
     float mark = floor(z / frame.tick_pitch + 0.5);
     bool fifth = abs(mark - 5.0 * floor(mark / 5.0 + 0.5)) < 0.5;
     if (abs(z - mark * frame.tick_pitch) <= 0.5 * frame.pixel && pixel.x < frame.width - 4 &&

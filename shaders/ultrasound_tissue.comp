@@ -160,7 +160,7 @@ void main() {
     if (kLooks > 2) sum2 += w * speckle_of_look(2u, texel);
   }
 
-  if (kHeated && frame.zone_nx > 0) {
+  if (kHeated && unforeseen(frame.zone_nx) > 0) {
     vec3 heated = heated_at(position);
     float patches = slow_pair(slow_texel(lattice)).y;
     float tissue_gain = exp(kCoagulatedEcho * heated.y + kRimEcho * heated.z);
