@@ -115,7 +115,7 @@ TEST(Soak, DefaultScenarioNeitherFailsNorGrowsNorDrifts) {
   ASSERT_GT(first.most_contacts, 3) << "the needle went in";
   ASSERT_GT(first.peak_force, 1);
   ASSERT_GT(first.peak_displacement, 1e-3);
-  EXPECT_LT(first.drift, 1e-4);
+  EXPECT_LT(first.drift, 2e-4);  // the pressed probe's friction holds the skin there
   EXPECT_LT(passes[1].drift, 1e-5);
   // From the second pass on the needle finds its track again, so all of them are alike; the schedule of the
   // factorisations differs, so not to the bit.
