@@ -5,6 +5,8 @@
 #include "engine/content/scenario.h"
 #include "engine/content/scenario_file.h"
 #include "engine/session/recorded_stylus.h"
+#include "engine/training/metrics.h"
+#include "engine/training/score.h"
 #include "engine/training/training_session.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -12,9 +14,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace stylet::training {
@@ -55,6 +60,30 @@ TEST(Tutorial, HandTakesACoreOfTheFirstTarget) {
   std::printf("core of %.0f %% target; hints %s\n", 100 * training.result().tumour_shares[0], hints.c_str());
   EXPECT_GT(training.result().tumour_shares[0], 0.9) << "5 mm from near the middle of a ball of 7 mm";
   EXPECT_NE(hints.find("In the target"), std::string::npos);
+}
+
+TEST(Scenarios, AreScoredByWhatTheyTrain) {
+  for (const auto& [name, metric] : {std::pair("liver_biopsy", "targeting"), std::pair("rfa", "ablation_coverage"),
+                                     std::pair("tutorial", "tumour_content")}) {
+    SCOPED_TRACE(name);
+    content::JsonFile file(kContent / "scenarios" / (std::string(name) + ".json"));
+    const content::ScenarioFile scenario = content::read_scenario_file(file);
+    ASSERT_TRUE(file.problems().empty()) << file.problems().front();
+    ASSERT_FALSE(scenario.scoring.empty());
+    double most = 0;
+    bool critical = false;
+    for (const content::Criterion& criterion : scenario.scoring) {
+      most = std::max(most, criterion.weight);
+      critical = critical || criterion.critical;
+    }
+    EXPECT_TRUE(critical) << "something must not happen";
+    EXPECT_EQ(std::ranges::find(scenario.scoring, metric, &content::Criterion::metric)->weight, most);
+    // Who does nothing does not pass.
+    content::Scene scene;
+    scene.scoring = scenario.scoring;
+    scene.pass_mark = scenario.pass_mark;
+    EXPECT_FALSE(score(measure({}, scene), scene)->passed);
+  }
 }
 
 TEST(RfaScenario, TumourLiesBesideTheVeinAndTheElectrodeInTheTumour) {
