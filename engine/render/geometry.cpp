@@ -236,6 +236,12 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
       {0.78F, 0.16F, 0.30F, 1}, {0.35F, 0, 0.1F, 0.4F}, {}, {kMatte, tissues + content::kNeedleLabel, 0, 0}};
   needle_pieces.push_back(append(*this, "needle", needle.shaft_indices(), needle_base, steel));
   needle_pieces.push_back(append(*this, "hub", needle.hub_indices(), needle_base, hub));
+  if (layout != nullptr) {
+    cable.emplace(*layout);
+    cable_base = needle_base + static_cast<std::uint32_t>(needle.vertex_count());
+    cable_piece = append(*this, "cable", cable->indices(), cable_base,
+                         {{0.060F, 0.064F, 0.070F, 1}, {0.55F, 0, 0, 0.2F}, {}, {kMatte, 0, 0, 0}});
+  }
 }
 
 ZoneGeometry zone_geometry(const content::HeatedZone& zone, const Geometry& geometry) {

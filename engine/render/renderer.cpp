@@ -65,7 +65,7 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
       rest_(storage_buffer(device, bytes_of(geometry_.rest).size())),
       rest_nodes_(storage_buffer(device, bytes_of(nodes_).size())),
       current_nodes_(storage_buffer(device, bytes_of(nodes_).size())),
-      drawn_(storage_buffer(device, (geometry_.rest.size() + geometry_.needle.vertex_count()) * sizeof(DrawnVertex))),
+      drawn_(storage_buffer(device, geometry_.vertex_count() * sizeof(DrawnVertex))),
       indices_(device, bytes_of(geometry_.indices).size(), VK_BUFFER_USAGE_INDEX_BUFFER_BIT),
       frame_(device, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
       target_(device, attachment(settings, kColourFormat, gpu::kTargetUsage, false)),
@@ -177,6 +177,13 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
   commands.upload(frame_, std::as_bytes(std::span(&frame, 1)));
   commands.upload(current_nodes_, bytes_of(nodes_));
   take_zone(commands, options.zone);
+  if (geometry_.cable) {
+    Eigen::Isometry3d patient_from_probe = Eigen::Isometry3d::Identity();
+    patient_from_probe.translate(state.probe_position.cast<double>());
+    patient_from_probe.rotate(state.probe_orientation.cast<double>().normalized());
+    commands.upload(drawn_, std::as_bytes(geometry_.cable->shape(patient_from_probe)),
+                    geometry_.cable_base * sizeof(DrawnVertex));
+  }
   std::span<std::byte> needle;
   if (with_needle_)
     needle = commands.upload_later(drawn_, geometry_.needle.vertex_count() * sizeof(DrawnVertex),
@@ -236,6 +243,7 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
     draw_pieces(geometry_.solids);
   if (see_through_ == SeeThrough::window) draw_pieces(geometry_.cavity);
   draw_pieces(geometry_.room);
+  if (geometry_.cable) draw_piece(pipelines_.surface(kMatte), geometry_.cable_piece);
   commands.bind(pipelines_.ground(), resources, SurfaceStyle{});
   vkCmdDraw(cmd, static_cast<std::uint32_t>(6 * ground_cells(settings_.width) * ground_cells(settings_.height)), 1, 0,
             0);

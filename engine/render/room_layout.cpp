@@ -168,6 +168,8 @@ RoomLayout room_layout(const content::Scene& scene) {
   layout.table_from_screen.linear().col(0) = right;
   layout.table_from_screen.linear().col(1) = normal.cross(right);
   layout.table_from_screen.linear().col(2) = normal;
+  layout.cable_way = Vector3d(normal.x(), normal.y(), 0).normalized();
+  layout.cable_port = screen + 0.25 * layout.cable_way - Vector3d(0, 0, layout.screen_half.y() + 0.20);
   return layout;
 }
 

@@ -44,6 +44,8 @@ struct RoomLayout {
   Eigen::Isometry3d table_from_screen =
       Eigen::Isometry3d::Identity();  ///< its middle; +X right, +Y up, +Z to the eyes
   Eigen::Vector2d screen_half{0.22, 0.165};
+  Eigen::Vector3d cable_port{0, 0, 0};  ///< of the machine, where the probe's cable ends
+  Eigen::Vector3d cable_way{1, 0, 0};   ///< unit, level, out of it
 
   /// Point of the trunk's ellipse, grown by `offset`.
   Eigen::Vector3d trunk_point(double angle, double y, double offset = 0) const;

@@ -114,6 +114,19 @@ void add_lamp(RoomMeshes& room, const RoomLayout& layout) {
   add_rod(room.enamel, shoulder - Vector3d(0, 0, 0.06), {shoulder.x(), shoulder.y(), layout.room_max.z()}, 0.045);
 }
 
+/// A test object stands in a tray: clear as it is, it would seem to float.
+void add_tray(RoomMeshes& room, const RoomLayout& layout) {
+  constexpr double kMargin = 0.014, kWall = 0.003, kRim = 0.011;
+  const double x = layout.trunk_half.x() + kMargin, low = layout.trunk_y[0] - kMargin,
+               high = layout.trunk_y[1] + kMargin;
+  add_box_between(room.steel, {-x, low, -0.004}, {x, high, 0.0006}, 0.001);
+  for (const double side : {-1.0, 1.0}) {
+    add_box_between(room.steel, {side * x - kWall, low - kWall, 0}, {side * x + kWall, high + kWall, kRim}, 0.0015);
+    const double y = side > 0 ? high : low;
+    add_box_between(room.steel, {-x, y - kWall, 0}, {x, y + kWall, kRim}, 0.0015);
+  }
+}
+
 }  // namespace
 
 void add_box(RoomMesh& mesh, const Isometry3d& pose, const Vector3d& size, double rounding) {
@@ -187,6 +200,7 @@ RoomMeshes room_meshes(const RoomLayout& layout, const std::vector<Eigen::Vector
   add_table(room, layout);
   add_machine(room, layout);
   add_lamp(room, layout);
+  if (!layout.draped) add_tray(room, layout);
   if (layout.draped) {
     room.drape = drape_mesh(layout, skin);
     room.cavity = cavity_mesh(layout);

@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kTexels = 1024;
 constexpr double kReach =
     0.38;  // tangent of half the map's angle: 40 cm round the field, a needle is two texels wide
-constexpr float kOffset = 0.0012F;  // m, more than a texel
+constexpr float kOffset = 0.0021F;  // m, more than the filter is wide
 
 gpu::GraphicsSettings pipeline(VkRenderPass render_pass, bool cloth) {
   gpu::GraphicsSettings settings;
@@ -59,6 +59,7 @@ void ShadowPass::draw(gpu::Commands& commands, const Geometry& geometry, const g
     vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
   };
   draw_piece(*solid_, geometry.probe());
+  if (geometry.cable) draw_piece(*solid_, geometry.cable_piece);
   if (with_needle)
     for (const Piece& piece : geometry.needle_pieces) draw_piece(*solid_, piece);
   for (const Piece& piece : geometry.drape) draw_piece(*cloth_, piece);

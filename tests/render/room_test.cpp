@@ -1,6 +1,7 @@
 // The room round the patient: light, shadow, cloth and screen are where geometry says, on any device.
 #include "engine/render/room_mesh.h"
 
+#include "engine/render/cable_mesh.h"
 #include "engine/render/renderer.h"
 #include "engine/view/offscreen.h"
 #include "tests/render/test_scene.h"
@@ -61,6 +62,47 @@ TEST(RoomLayout, StandsUprightWithTheFieldOverTheProbe) {
     EXPECT_LT(layout.outside_field(layout.trunk_angle(probe), layout.field_y), -0.02);
     EXPECT_GT(layout.lamp.z(), 0.9);
     EXPECT_GT((layout.trunk_point(0, 0) - layout.lamp).dot(layout.lamp_axis), 0.8);
+  }
+}
+
+TEST(CableMesh, LeadsFromTheProbeToTheMachineOverThePatient) {
+  const RoomLayout layout = room_layout(tests::make_test_scene());
+  CableMesh cable(layout);
+  const Eigen::Isometry3d table_from_patient = layout.patient_from_table.inverse();
+  for (const double lean : {-1.2, 0.0, 0.8}) {
+    // On the trunk's top, the grip leaning across it.
+    Eigen::Isometry3d table_from_probe = Eigen::Isometry3d::Identity();
+    table_from_probe.translate(layout.trunk_point(0, layout.field_y));
+    table_from_probe.rotate(Eigen::AngleAxisd(std::numbers::pi + lean, Vector3d::UnitY()));
+    const auto vertices = cable.shape(layout.patient_from_table * table_from_probe);
+    Vector3d first = Vector3d::Zero(), last = Vector3d::Zero();
+    double lowest = 1e9;
+    const std::size_t sides = 10;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const vec4& p = vertices[i].position;
+      const Vector3d at = table_from_patient * Vector3d(p[0], p[1], p[2]);
+      ASSERT_TRUE(at.allFinite());
+      lowest = std::min(lowest, at.z());
+      if (i < sides) first += at / sides;
+      if (i >= vertices.size() - sides) last += at / sides;
+      const double x = (at.x() - layout.trunk_centre.x()) / layout.trunk_half.x();
+      const double z = (at.z() - layout.trunk_centre.y()) / layout.trunk_half.y();
+      EXPECT_GT(x * x + z * z, 1) << "in the patient";
+    }
+    EXPECT_LT((first - table_from_probe * Vector3d(0, 0, -0.170)).norm(), 1e-5);
+    EXPECT_LT((last - layout.cable_port).norm(), 1e-5);
+    EXPECT_GT(lowest, layout.floor_z);
+    int outward = 0;
+    for (std::size_t i = 0; i < cable.indices().size(); i += 3) {
+      Vector3d c[3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const vec4& p = vertices[cable.indices()[i + k]].position;
+        c[k] = Vector3d(p[0], p[1], p[2]);
+      }
+      const vec4& n = vertices[cable.indices()[i]].normal;
+      outward += (c[1] - c[0]).cross(c[2] - c[0]).dot(Vector3d(n[0], n[1], n[2])) > 0 ? 1 : 0;
+    }
+    EXPECT_EQ(outward, static_cast<int>(cable.indices().size() / 3)) << "seen from outside";
   }
 }
 
