@@ -13,13 +13,14 @@ namespace stylet::debrief {
 
 namespace {
 
-session::PictureSettings panes_of(const FilmSettings& film) {
+session::PictureSettings panes_of(const FilmSettings& film, const gpu::Device& device) {
   const view::PaneLayout layout = view::PaneLayout::of(film.width, film.height, true);
   return {.view_width = film.stereo ? layout.scene.width / 2 : layout.scene.width,
           .view_height = layout.scene.height,
           .ultrasound_width = layout.ultrasound.width,
           .ultrasound_height = layout.ultrasound.height,
-          .stereo = film.stereo};
+          .stereo = film.stereo,
+          .multisample = !device.identity().is_lavapipe()};
 }
 
 }  // namespace
@@ -29,7 +30,7 @@ int write_film(const session::OutputDirectory& out, const content::Scene& scene,
                const session::RunProgress& progress) {
   const FrameHistory& frames = replay.frames();
   const session::Font font = session::Font::load();
-  session::Pictures pictures(device, scene, panes_of(settings));
+  session::Pictures pictures(device, scene, panes_of(settings, device));
   // A frame takes a software rasteriser most of a second.
   const int frames_per_second = settings.frames_per_second / (device.identity().is_lavapipe() ? 2 : 1);
   session::VideoWriter video(
@@ -60,7 +61,7 @@ void write_stills(const session::OutputDirectory& out, const content::Scene& sce
                   const StillSettings& settings) {
   const FilmSettings& film = settings.film;
   const content::HeatedZone* zone = replay.zone_at(moment.time_s);
-  session::Pictures panes(device, scene, panes_of(film));
+  session::Pictures panes(device, scene, panes_of(film, device));
   view::write_png(out.staged("session.png"),
                   session::compose_frame(panes.draw(moment, scene.camera, zone), moment, force, session::Font::load(),
                                          film.width, film.height));

@@ -4,6 +4,7 @@
 #include "engine/ultrasound/presets.h"
 #include "engine/view/offscreen.h"
 #include "engine/view/panes.h"
+#include "engine/view/smooth_edges.h"
 
 #include <fmt/format.h>
 
@@ -29,12 +30,14 @@ ultrasound::ImagerSettings imager_settings(const content::Probe& probe, const Pi
 Pictures::Pictures(gpu::Device& device, const content::Scene& scene, const PictureSettings& settings)
     : device_(device),
       stereo_(settings.stereo),
+      multisample_(settings.multisample),
       notes_(settings.notes),
       imager_(device, scene, imager_settings(scene.probe, settings)),
       renderer_(device, scene,
                 {.width = settings.view_width,
                  .height = settings.view_height,
                  .views = settings.stereo ? 2 : 1,
+                 .antialias = settings.multisample,
                  .room = settings.room}) {}
 
 Pictures::Moment Pictures::draw(const state::FrameState& state, const content::Camera& camera,
@@ -54,9 +57,14 @@ Pictures::Moment Pictures::draw(const state::FrameState& state, const content::C
 }
 
 view::Picture Pictures::read_view() const {
-  view::Picture left = view::read_picture(device_, renderer_.image(), 0);
+  const auto eye = [&](std::uint32_t layer) {
+    view::Picture picture = view::read_picture(device_, renderer_.image(), layer);
+    if (!multisample_) view::smooth_edges(picture);
+    return picture;
+  };
+  view::Picture left = eye(0);
   if (!stereo_) return left;
-  const view::Picture right = view::read_picture(device_, renderer_.image(), 1);
+  const view::Picture right = eye(1);
   view::Picture both(2 * left.width, left.height);
   view::draw_fitted(both, {0, 0, left.width, left.height}, left);
   view::draw_fitted(both, {left.width, 0, right.width, right.height}, right);
