@@ -13,7 +13,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
-#include <ranges>
 #include <utility>
 
 namespace stylet::training {
@@ -320,10 +319,10 @@ std::optional<double> tumour_content(const Trace& trace) {
 
 /// Of all that was heated until then: the last time tells.
 std::optional<double> ablation_coverage(const Trace& trace) {
-  for (const session::EventRecord& event : trace.events | std::views::reverse) {
-    if (event.name == training_event::kAblated) return percent_in(event.detail, "margin").value_or(0);
-  }
-  return std::nullopt;
+  const auto told = std::find_if(trace.events.rbegin(), trace.events.rend(),
+                                 [](const auto& event) { return event.name == training_event::kAblated; });
+  if (told == trace.events.rend()) return std::nullopt;
+  return percent_in(told->detail, "margin").value_or(0);
 }
 
 void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
