@@ -66,7 +66,8 @@ void LiveScanner::handle(const view::Input& input, HeldProbe* probe, double time
 }
 
 void LiveScanner::draw(const state::FrameState& state, const content::HeatedZone* zone) {
-  if (!console_.frozen()) {
+  const bool first = diagnosed_s_ < 0;  // one that was frozen before has no image to keep
+  if (!console_.frozen() || first) {
     if (preset_ != console_.preset()) {
       device_.wait_idle();
       make_imager();

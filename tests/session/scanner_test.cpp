@@ -198,6 +198,21 @@ TEST_F(TissueTable, WithAMistakeKeepsWhatWasAndSaysWhere) {
   EXPECT_EQ(watch.tissues()[1].acoustics.backscatter_db, 6);
 }
 
+TEST_F(TissueTable, AScannerFrozenFromTheStartHasAnImage) {
+  gpu::Device device;
+  ScannerConsole console(scene_.probe);
+  console.press(' ', false);
+  ASSERT_TRUE(console.frozen());
+  LiveScanner scanner(device, scene_, console);
+  const state::FrameState state = test::tour_state(scene_);
+  scanner.draw(state);
+  double sum = 0;
+  for (const std::uint8_t value : view::read_picture(device, *scanner.in_view().image).rgba) sum += value;
+  const auto pixels = static_cast<double>(scanner.in_view().image->settings().width) *
+                      static_cast<double>(scanner.in_view().image->settings().height);
+  EXPECT_GT(sum, 260 * pixels) << "brighter than black, whose alpha is 255";
+}
+
 TEST_F(TissueTable, ShowsInTheLiveImage) {
   gpu::Device device;
   LiveScanner scanner(device, scene_, ScannerConsole(scene_.probe));
