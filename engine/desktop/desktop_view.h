@@ -64,6 +64,8 @@ public:
   const gpu::Image& scene() const { return renderer_->image(); }
   const gpu::Image& scanner_screen() const { return scanner_.screen(); }
   const Panels& panels() const { return panels_; }
+  /// The scanner as it stands now.
+  const session::ScannerConsole& console() const { return scanner_.console(); }
 
 private:
   void fit_renderer(int width, int height, double dt_s);

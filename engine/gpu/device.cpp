@@ -301,7 +301,7 @@ void Device::create_device(DeviceMaker* maker) {
 
 void Device::destroy() {
   if (device_ != VK_NULL_HANDLE) {
-    vkDeviceWaitIdle(device_);
+    settle();
     if (timeline_ != VK_NULL_HANDLE) vkDestroySemaphore(device_, timeline_, nullptr);
     vkDestroyDevice(device_, nullptr);
   }
@@ -342,10 +342,15 @@ void Device::wait(std::uint64_t value) const {
   info.pSemaphores = &timeline_;
   info.pValues = &value;
   const VkResult result = vkWaitSemaphores(device_, &info, kTimeoutNs);
-  if (result == VK_TIMEOUT)
-    throw GpuError(
-        fmt::format("{}: a submission took longer than two minutes; the driver hangs, start again", identity_.name));
+  if (result == VK_TIMEOUT) {
+    hung_ = true;
+    throw DeviceLost(fmt::format("{} hangs: a submission took longer than two minutes", identity_.name));
+  }
   check(result, "vkWaitSemaphores");
+}
+
+void Device::settle() const noexcept {
+  if (!hung_) vkDeviceWaitIdle(device_);
 }
 
 MemoryHandle Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,

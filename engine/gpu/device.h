@@ -78,9 +78,13 @@ public:
   /// Submits a recorded command buffer; returns its place on the device's timeline.
   std::uint64_t submit(VkCommandBuffer commands, const std::vector<VkSemaphoreSubmitInfo>& waits = {},
                        const std::vector<VkSemaphoreSubmitInfo>& signals = {});
-  /// Returns when the submission `value` is done. Throws GpuError if it is not within two minutes (a hung device).
+  /// Returns when the submission `value` is done. Throws DeviceLost, also if it is not within two minutes: the device
+  /// hangs.
   void wait(std::uint64_t value) const;
   void wait_idle() const { wait(submitted_); }
+  /// For destructors: returns when nothing made from the device is in use any more, by the window system neither. Of
+  /// a lost device nothing is in use; nor is a hung one waited for.
+  void settle() const noexcept;
 
   /// Memory for `requirements` of a type with all `required` flags, preferring those that also have `preferred`.
   MemoryHandle allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
@@ -108,6 +112,7 @@ private:
   VkPhysicalDeviceMemoryProperties memory_{};
   VkSemaphore timeline_ = VK_NULL_HANDLE;
   std::uint64_t submitted_ = 0;
+  mutable bool hung_ = false;
 };
 
 /// Names of the Vulkan devices of this machine, in the order of their index; empty if there is no Vulkan.

@@ -32,7 +32,7 @@ const char* result_name(VkResult result) {
 void check(VkResult result, const char* call) {
   if (result == VK_SUCCESS) return;
   std::string text = std::string(call) + ": " + result_name(result);
-  if (result == VK_ERROR_DEVICE_LOST) text += "; the graphics driver reset, start again";
+  if (result == VK_ERROR_DEVICE_LOST) throw DeviceLost(text);
   if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) text += "; choose a smaller size or another GPU (--gpu)";
   throw GpuError(text);
 }

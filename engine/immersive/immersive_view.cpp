@@ -24,8 +24,7 @@ std::array<render::EyeView, 2> eyes_in_patient(const content::Scene& scene, cons
 }
 
 ImmersiveView::~ImmersiveView() {
-  // The last frame may still be drawn, or copied to the headset.
-  vkDeviceWaitIdle(device_.handle());
+  device_.settle();  // the last frame may still be drawn, or copied to the headset
 }
 
 const gpu::Image& ImmersiveView::draw(const view::HeadsetFrame& frame, const state::FrameState& state,

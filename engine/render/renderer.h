@@ -45,6 +45,10 @@ public:
   /// Uploads the scene's surfaces; keeps no reference to `scene`.
   /// @throws gpu::GpuError if the size is 0 or beyond the device, or views is not 1 or 2
   Renderer(gpu::Device& device, const content::Scene& scene, const RenderSettings& settings = {});
+  /// Waits for what uses the picture.
+  ~Renderer() { device_.settle(); }
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
 
   /// Submits the frame; the image is complete for whoever uses it next on the device's queue (gpu::read_back, a pass
   /// that samples it). R8G8B8A8_SRGB, one layer an eye, valid until the next call.

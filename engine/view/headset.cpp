@@ -79,6 +79,8 @@ HeadsetPhase Headset::poll() {
       handle(event);
     }
     if (phase_ == HeadsetPhase::running) fit_swapchain();
+  } catch (const gpu::DeviceLost&) {
+    throw;
   } catch (const std::runtime_error& error) {
     lose(error.what());
   }
@@ -191,6 +193,8 @@ void Headset::end_frame(const gpu::Image* eyes) {
   if (phase_ == HeadsetPhase::lost) return;
   try {
     submit_frame(eyes);
+  } catch (const gpu::DeviceLost&) {
+    throw;
   } catch (const std::runtime_error& error) {
     lose(error.what());
   }

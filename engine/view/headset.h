@@ -44,8 +44,8 @@ enum class HeadsetPhase : std::uint8_t {
   lost,   ///< headset or runtime has gone: reason()
 };
 
-/// Nothing throws once it is made: what goes wrong ends in HeadsetPhase::lost, and everything after is without
-/// effect. Thread: the one that uses the device.
+/// Once it is made only a gpu::DeviceLost is thrown: what else goes wrong ends in HeadsetPhase::lost, and everything
+/// after is without effect. Thread: the one that uses the device.
 class Headset {
 public:
   /// @param device  made through `runtime`; both outlive this

@@ -60,8 +60,7 @@ HeadsetSwapchain::HeadsetSwapchain(XrSession session, gpu::Device& device, const
 }
 
 HeadsetSwapchain::~HeadsetSwapchain() {
-  // Of a lost device nothing is waited for.
-  vkDeviceWaitIdle(device_.handle());
+  device_.settle();
   images_.clear();
   xrDestroySwapchain(swapchain_);
 }

@@ -117,12 +117,17 @@ Overlay::Overlay(gpu::Device& device, VkFormat format, double scale)
   init.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
   init.CheckVkResultFn = [](VkResult result) { gpu::check(result, "Dear ImGui"); };
   ImGui_ImplVulkan_Init(&init, render_pass_.get());
-  gpu::run_now(device, [](gpu::Commands& commands) { ImGui_ImplVulkan_CreateFontsTexture(commands.handle()); });
+  try {
+    gpu::run_now(device, [](gpu::Commands& commands) { ImGui_ImplVulkan_CreateFontsTexture(commands.handle()); });
+  } catch (...) {
+    ImGui_ImplVulkan_Shutdown();
+    throw;
+  }
   ImGui_ImplVulkan_DestroyFontUploadObjects();
 }
 
 Overlay::~Overlay() {
-  vkDeviceWaitIdle(device_.handle());
+  device_.settle();
   ImGui_ImplVulkan_Shutdown();
 }
 

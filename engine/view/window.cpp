@@ -97,6 +97,7 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
   if (!device.can_present())
     throw gpu::GpuError("the device was made without a window's extensions; pass Display::vulkan_extensions()");
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
   window_.reset(glfwCreateWindow(settings.width, settings.height, settings.title.c_str(), nullptr, nullptr));
   if (!window_) throw gpu::GpuError("cannot open a window: " + glfw_error() + "; run with --view headless");
   surface_ = std::make_unique<Surface>(Surface{device.instance()});
@@ -153,12 +154,11 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
 }
 
 Window::~Window() {
-  // The presentation engine may still read the images.
-  vkDeviceWaitIdle(device_.handle());
+  device_.settle();  // the presentation engine may still read the images
 }
 
 void Window::create_swapchain() {
-  vkDeviceWaitIdle(device_.handle());
+  device_.settle();
   VkSurfaceCapabilitiesKHR limits;
   gpu::check(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical(), surface_->handle, &limits),
              "vkGetPhysicalDeviceSurfaceCapabilitiesKHR");

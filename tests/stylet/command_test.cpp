@@ -6,12 +6,14 @@
 #include "tests/import/file_bytes.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/stylet/default_leader.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -124,6 +126,34 @@ TEST_F(Command, BlasKernelsFitTheProcessor) {
   setenv(kChoice, "Prescott", 1);
   EXPECT_NE(run("--version").output.find(" Prescott "), std::string::npos);
   unsetenv(kChoice);
+}
+
+TEST(Leader, IsAPersonWhereOneLooksOn) {
+  using haptic::hid::DeviceKind;
+  using tools::Seen;
+  for (const DeviceKind kind : {DeviceKind::kUnusable, DeviceKind::kJoystick, DeviceKind::kPen}) {
+    EXPECT_STREQ(tools::default_leader(Seen::in_window, kind), "mouse");
+  }
+  for (const DeviceKind kind : {DeviceKind::kStylus, DeviceKind::kSpaceMouse}) {
+    EXPECT_STREQ(tools::default_leader(Seen::in_window, kind), "hid");
+    EXPECT_STREQ(tools::default_leader(Seen::in_headset, kind), "hand");
+    EXPECT_STREQ(tools::default_leader(Seen::headless, kind), "recorded");
+  }
+}
+
+TEST_F(Command, HelpSaysWhatLeadsTheNeedle) {
+  const Outcome train = run("train --help");
+  std::string text;  // as it is, whatever its width
+  for (const char c : train.output)
+    if (std::isspace(static_cast<unsigned char>(c)) == 0) text += c;
+  EXPECT_NE(text.find("inawindowaHIDstylusorspacemousethatispluggedin,elsemouse;inaheadsethand;headlessrecorded"),
+            std::string::npos)
+      << train.output;
+  EXPECT_NE(train.output.find("--device recorded     the scenario's own motion, as a demonstration\n"),
+            std::string::npos);
+  const Outcome demo = run("--help", fs::path(STYLET_SOURCE_DIR) / "tools" / "demo.sh");
+  EXPECT_EQ(demo.exit_code, 0);
+  EXPECT_NE(demo.output.find("tools/demo.sh --device mouse "), std::string::npos) << demo.output;
 }
 
 TEST_F(Command, TrainWithoutAScenarioListsThem) {

@@ -1,5 +1,6 @@
 // `stylet` with a HID device plugged in that is not there: mock_stylus runs the command under the real hidapi.
 #include "engine/content/motion.h"
+#include "tests/content/small_scenario.h"
 #include "tests/stylet/command.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -179,6 +180,17 @@ TEST_F(HidCommand, TrainIsLedByTheStylusAndByItsRecording) {
   ASSERT_EQ(again.exit_code, 0) << again.output;
   EXPECT_EQ(json::parse(read_text(folder_ / "again" / "session.json"))["stylus"],
             "recorded stylus (" + recorded.string() + ")");
+}
+
+TEST_F(HidCommand, InAWindowAStylusLeadsTheNeedleUnasked) {
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
+  content::test::SmallScenario small;
+  small.scenario["labels"]["spacing_mm"] = 4;
+  const Outcome trained = run_with("", fmt::format("train {} --view window --expert none --seconds 0.3 --out {}",
+                                                   small.write().string(), (folder_ / "out").string()));
+  EXPECT_EQ(trained.exit_code, 0) << trained.output;
+  EXPECT_THAT(trained.output, HasSubstr("Mocked stylus (1209:0001) leads the needle; --device mouse: "));
+  EXPECT_EQ(json::parse(read_text(folder_ / "out" / "session.json"))["stylus"], "Mocked stylus (1209:0001)");
 }
 
 }  // namespace

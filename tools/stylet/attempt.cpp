@@ -3,7 +3,6 @@
 #include "engine/content/error.h"
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/session_replay.h"
-#include "engine/gpu/device.h"
 #include "engine/session/live_session.h"
 #include "engine/session/output_directory.h"
 #include "engine/session/session_report.h"
@@ -11,12 +10,13 @@
 #include "engine/training/training_report.h"
 #include "engine/training/training_session.h"
 #include "physics/tissue/blas.h"
+#include "tools/stylet/accompany.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/expert_choice.h"
-#include "tools/stylet/headset_session.h"
+#include "tools/stylet/graphics.h"
 #include "tools/stylet/hid_device.h"
 #include "tools/stylet/interrupt.h"
-#include "tools/stylet/session_window.h"
+#include "tools/stylet/leader.h"
 #include "tools/stylet/version.h"
 
 #include <fmt/format.h>
@@ -58,64 +58,18 @@ void tell_cut_off_sessions(const std::filesystem::path& folder) {
   }
 }
 
-/// Who takes part in a session that runs in real time.
-struct Company {
-  gpu::Device& gpu;
-  view::Display* display;
-  view::HeadsetRuntime* headset;
-  Stylus& stylus;
-  session::HeldProbe& probe;
-  training::TrainingSession& course;
-  LinkSession& link;
-};
-
-/// From start() to the end of the course: in the headset, in the window, or with nobody looking on.
-void accompany(session::LiveSession& live, const content::Scene& scene, const Company& with, bool stereo,
-               double duration_s, Progress& progress) {
-  const char* if_lost = with.display != nullptr       ? "going on in a window"
-                        : with.stylus.hand != nullptr ? "nothing leads the needle: the end"
-                                                      : "going on headless";
-  const bool shown = with.headset != nullptr && show_in_headset(*with.headset, with.gpu, scene, live,
-                                                                {.hand = with.stylus.hand,
-                                                                 .hid = with.stylus.hid,
-                                                                 .probe = &with.probe,
-                                                                 .scanner = session::ScannerConsole(scene.probe),
-                                                                 .course = &with.course,
-                                                                 .images = &with.link,
-                                                                 .if_lost = if_lost});
-  if (shown) return;
-  if (with.display != nullptr) {
-    return show_session(*with.display, with.gpu, scene, live,
-                        {.stereo = stereo,
-                         .mouse = with.stylus.mouse,
-                         .hid = with.stylus.hid,
-                         .device = with.stylus.device->name(),
-                         .probe = &with.probe,
-                         .scanner = session::ScannerConsole(scene.probe),
-                         .course = &with.course,
-                         .images = &with.link});
-  }
-  if (with.stylus.hand != nullptr) return;  // without the headset nobody would end its session
-  StylusWatch watch(with.stylus.hid);
-  while (!live.finished() && !interrupted()) {
-    watch.look();
-    with.course.poll(live);
-    progress.show("Session in real time", live.time_s() / duration_s);
-    with.link.pass_time(with.gpu, with.course.zone());
-  }
-}
-
 /// A session that is over, and what is to be said of it.
 struct Finished {
   const session::Recording& recording;
   const session::ForceTrace& force;
   session::SessionReport& report;
   const training::TrainingReport& training;
-  std::string words;  ///< besides what report and training say
+  std::string words;        ///< besides what report and training say
+  bool own_motion = false;  ///< the scenario's motion led the needle
 };
 
 /// Says the numbers, then draws page, pictures and film from the replay. @return exit code
-int debrief_session(const TrainOptions& options, const content::Scene& scene, gpu::Device& gpu, Finished& done,
+int debrief_session(const TrainOptions& options, const content::Scene& scene, Graphics& graphics, Finished& done,
                     session::OutputDirectory& out, session::UnfinishedRecording& file, Progress& progress) {
   const auto show = [&](const std::string& doing, double share) {
     throw_if_interrupted();
@@ -125,6 +79,14 @@ int debrief_session(const TrainOptions& options, const content::Scene& scene, gp
     session::write_json(out.staged("session.json"),
                         training::with_training(session::to_json(done.report), done.training));
     file.finish(out, "session.json");
+  };
+  const auto keep_numbers = [&] {
+    progress.done();
+    out.keep_only({"force.csv", "force.png"});
+    out.supersede(kPictures);
+    write_report();
+    fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n",
+               out.destination().string());
   };
   int frames = 0;
   debrief::write_force(out, done.recording, done.force);
@@ -137,18 +99,19 @@ int debrief_session(const TrainOptions& options, const content::Scene& scene, gp
     fmt::print("\n{}\n{}{}{}\n", scene.name, session::main_figures(done.report), done.words,
                training::in_words(done.training));
     std::fflush(stdout);
-    const auto expert = chosen_expert(options.expert, options.device.empty(), scene, progress);
-    frames = debrief::write_debrief(
-        out, scene, gpu, done.recording, replay, done.force,
-        {.stills = {.film = {.stereo = options.stereo}}, .expert = expert, .metrics = done.training.metrics}, show);
+    const auto expert = chosen_expert(options.expert, done.own_motion, scene, progress);
+    frames = graphics.draw([&](gpu::Device& device) {
+      return debrief::write_debrief(
+          out, scene, device, done.recording, replay, done.force,
+          {.stills = {.film = {.stereo = options.stereo}}, .expert = expert, .metrics = done.training.metrics}, show);
+    });
   } catch (const Interrupted&) {
-    progress.done();
-    out.keep_only({"force.csv", "force.png"});
-    out.supersede(kPictures);
-    write_report();
-    fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n",
-               out.destination().string());
+    keep_numbers();
     return kExitInterrupted;
+  } catch (const gpu::GpuError& error) {
+    keep_numbers();
+    fmt::print(stderr, "stylet: {}\n", error.what());
+    return kExitBadInput;
   }
   progress.done();
   write_report();
@@ -172,11 +135,11 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
                            view::HeadsetRuntime* headset, Progress& progress) {
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
   haptic::hid::ReportLog log;
-  const std::string device = options.device.empty() && headset != nullptr ? "hand" : options.device;
-  Stylus stylus = make_stylus(device, scene, options.record.empty() ? nullptr : &log);
+  const Seen seen = headset != nullptr ? Seen::in_headset : display != nullptr ? Seen::in_window : Seen::headless;
+  Stylus stylus = make_leader(options.device, seen, scene, options.record.empty() ? nullptr : &log);
   if (options.seconds > 0) stylus.duration_s = std::min(stylus.duration_s, options.seconds);
   check(options, stylus, display != nullptr, headset != nullptr);
-  gpu::Device gpu(
+  Graphics graphics(
       {.gpu = options.gpu,
        .window_extensions = display != nullptr ? display->vulkan_extensions() : std::vector<std::string>{},
        .maker = headset});
@@ -200,8 +163,8 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
                                 .build = build_name(),
                                 .coupling = session::coupling_name(coupling),
                                 .device = stylus.device->name(),
-                                .gpu = gpu.identity().name,
-                                .gpu_driver = gpu.identity().driver,
+                                .gpu = graphics.device().identity().name,
+                                .gpu_driver = graphics.device().identity().driver,
                                 .blas = physics::single_threaded_blas().name};
   std::int64_t begin_ns = 0;  // CLOCK_MONOTONIC at session time 0
   if (options.lockstep) {
@@ -215,8 +178,8 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
     live.start();
     begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
     link.start();
-    accompany(live, scene, {gpu, display, headset, stylus, probe, course, link}, options.stereo, stylus.duration_s,
-              progress);
+    accompany(live, scene, {graphics, display, headset, stylus, probe, course, link}, options.stereo,
+              stylus.duration_s, progress);
     course.end(live);
     report.run = live.stop();
   }
@@ -243,8 +206,8 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   stylus.device.reset();  // motors off before the pictures are drawn
   report.punctures = session::punctures(recording);
   const training::TrainingReport training = training::assess(trace.take(recording.events), scene);
-  Finished done{recording, live.force(), report, training, std::move(words)};
-  return debrief_session(options, scene, gpu, done, out, file, progress);
+  Finished done{recording, live.force(), report, training, std::move(words), stylus.own_motion};
+  return debrief_session(options, scene, graphics, done, out, file, progress);
 }
 
 }  // namespace stylet::tools

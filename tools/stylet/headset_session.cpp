@@ -35,17 +35,12 @@ std::unique_ptr<view::HeadsetRuntime> find_headset(const char* instead) {
   }
 }
 
-bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
-                     session::LiveSession& session, const HeadsetSessionSettings& settings) {
-  std::optional<view::Headset> headset;
-  try {
-    headset.emplace(runtime, device, view::HeadsetSettings{.room_from_standing = immersive::standing_place(scene)});
-  } catch (const view::HeadsetError& error) {
-    fmt::print(stderr, "stylet: {}: {}; {}\n", runtime.name(), error.what(), settings.if_lost);
-    return false;
-  }
-  session::LiveScanner scanner(device, scene, settings.scanner);
-  scanner.watch(settings.images);
+namespace {
+
+/// As show_in_headset(), of a headset that is there.
+bool accompany_headset(view::Headset& headset, gpu::Device& device, const content::Scene& scene,
+                       session::LiveSession& session, session::LiveScanner& scanner,
+                       const HeadsetSessionSettings& settings) {
   immersive::ImmersiveView view(device, scene);
   immersive::HandsOnPatient hands(scene, settings.hand, settings.probe);
   state::FrameState state = session.frames().make_frame();
@@ -54,13 +49,13 @@ bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const c
   StylusWatch watch(settings.hid);
   while (!session.finished() && !interrupted()) {
     watch.look();
-    const view::HeadsetPhase phase = headset->poll();
+    const view::HeadsetPhase phase = headset.poll();
     if (phase == view::HeadsetPhase::ended) return true;
     if (phase == view::HeadsetPhase::lost) {
-      fmt::print(stderr, "stylet: {}; {}\n", headset->reason(), settings.if_lost);
+      fmt::print(stderr, "stylet: {}; {}\n", headset.reason(), settings.if_lost);
       return false;
     }
-    const std::optional<view::HeadsetFrame> frame = headset->begin_frame();
+    const std::optional<view::HeadsetFrame> frame = headset.begin_frame();
     if (!frame) {
       std::this_thread::sleep_for(kIdle);
       continue;
@@ -71,23 +66,44 @@ bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const c
       const training::FlowState& state_of_course =
           settings.course->poll(session, std::span(&menu, frame->hands.menu_pressed ? 1U : 0U));
       if (state_of_course.stage == training::Stage::debrief || settings.course->reset_asked_for()) {
-        headset->end_frame(nullptr);
+        headset.end_frame(nullptr);
         return true;
       }
     }
     if (!frame->draw) {
-      headset->end_frame(nullptr);
+      headset.end_frame(nullptr);
       continue;
     }
     scanner.handle({}, nullptr, session.time_s());
     session.frames().sample(session.time_s() - delay_s, state);
     const content::HeatedZone* zone = settings.course != nullptr ? settings.course->zone() : nullptr;
     scanner.draw(state, zone);
-    headset->end_frame(&view.draw(
+    headset.end_frame(&view.draw(
         *frame, state,
         {.plane = scanner.in_view(), .screen = &scanner.screen(), .zone = zone, .needle = &session.newest_needle()}));
   }
   return true;
+}
+
+}  // namespace
+
+bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
+                     session::LiveSession& session, const HeadsetSessionSettings& settings) {
+  std::optional<view::Headset> headset;
+  try {
+    headset.emplace(runtime, device, view::HeadsetSettings{.room_from_standing = immersive::standing_place(scene)});
+  } catch (const view::HeadsetError& error) {
+    fmt::print(stderr, "stylet: {}: {}; {}\n", runtime.name(), error.what(), settings.if_lost);
+    return false;
+  }
+  session::LiveScanner scanner(device, scene, *settings.scanner);
+  scanner.watch(settings.images);
+  try {
+    return accompany_headset(*headset, device, scene, session, scanner, settings);
+  } catch (const gpu::DeviceLost&) {
+    *settings.scanner = scanner.console();
+    throw;
+  }
 }
 
 }  // namespace stylet::tools

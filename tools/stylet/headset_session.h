@@ -24,7 +24,7 @@ struct HeadsetSessionSettings {
   haptic::HandDevice* hand = nullptr;           ///< led by the right controller
   const haptic::hid::HidStylus* hid = nullptr;  ///< its coming and going is told
   session::HeldProbe* probe = nullptr;          ///< held by the left controller
-  session::ScannerConsole scanner{content::Probe{}};
+  session::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< the menu button begins, pauses and resumes it
   session::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   const char* if_lost = "";                     ///< what the session does then: "going on headless"

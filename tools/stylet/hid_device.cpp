@@ -161,6 +161,14 @@ HidDevice choose_hid_device(const HidChoice& choice, const std::string& asked) {
   return device;
 }
 
+DeviceKind connected_kind() {
+  try {
+    return choose_uncalibrated({}, {}).kind;
+  } catch (const content::ContentError&) {
+    return DeviceKind::kUnusable;
+  }
+}
+
 Eigen::Quaterniond turn_on_the_desk(const HidDevice& device) {
   const Eigen::Quaterniond& turn = device.calibration.user_from_device;
   if (device.kind != DeviceKind::kPen) return turn;

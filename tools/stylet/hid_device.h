@@ -41,6 +41,8 @@ struct HidDevice {
 HidDevice choose_hid_device(const HidChoice& choice, const std::string& asked);
 /// The same as its profile has it, whatever its calibration says.
 HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked);
+/// What choose_hid_device() would take; kUnusable: nothing is there that can lead a needle.
+haptic::hid::DeviceKind connected_kind();
 /// How it lies on the desk, in the frame of the hand's motion: right, up and near, of pens right, near and into the
 /// tablet.
 Eigen::Quaterniond turn_on_the_desk(const HidDevice& device);

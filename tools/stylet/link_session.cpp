@@ -93,10 +93,10 @@ void LinkSession::imaged(const state::FrameState& state, const ultrasound::Secto
   link_->show(image_);
 }
 
-void LinkSession::pass_time(gpu::Device& device, const content::HeatedZone* zone) {
-  if (!link_ || link_->clients() == 0) return std::this_thread::sleep_for(kPause);
+void LinkSession::pass_time(gpu::Device* device, const content::HeatedZone* zone) {
+  if (!link_ || link_->clients() == 0 || device == nullptr) return std::this_thread::sleep_for(kPause);
   if (!scanner_) {
-    scanner_.emplace(device, scene_, session::ScannerConsole(scene_.probe));
+    scanner_.emplace(*device, scene_, session::ScannerConsole(scene_.probe));
     scanner_->watch(this);
   }
   // As in the window: a little behind, where there is a later state to interpolate to.
@@ -108,6 +108,7 @@ void LinkSession::pass_time(gpu::Device& device, const content::HeatedZone* zone
 }
 
 std::vector<std::string> LinkSession::stop() {
+  drop_scanner();
   return link_ ? link::summary(link_->stop()) : std::vector<std::string>{};
 }
 

@@ -38,7 +38,10 @@ public:
   void imaged(const state::FrameState& state, const ultrasound::SectorGeometry& sector,
               const view::Picture& bare) override;
   /// Passes some time of a session without a window: makes an image while a client is there, else sleeps.
-  void pass_time(gpu::Device& device, const content::HeatedZone* zone = nullptr);
+  /// @param device  null: there is none for images. @throws gpu::GpuError
+  void pass_time(gpu::Device* device, const content::HeatedZone* zone = nullptr);
+  /// Lets go of the device, before it is destroyed.
+  void drop_scanner() { scanner_.reset(); }
   /// After the session. @return what went over it, a line each
   std::vector<std::string> stop();
 

@@ -25,8 +25,9 @@ constexpr const char* kDescription =
 constexpr const char* kFooter =
     "Start here:\n"
     "  stylet train                                    list the scenarios\n"
-    "  stylet train liver_biopsy --out out/demo        run one; with no display it runs headless\n"
-    "  stylet train liver_biopsy --device mouse        drive the needle yourself\n"
+    "  stylet train liver_biopsy                       lead the needle yourself; with no display a recorded motion "
+    "does\n"
+    "  stylet train liver_biopsy --device recorded --out out/demo   watch its recorded motion\n"
     "  stylet devices                                  what stylus is connected, and what it can do\n"
     "  stylet replay out/demo/session.rec              check that the recording replays bit for bit\n"
     "  stylet debrief out/demo --out out/debrief       write the debrief of a session again\n"

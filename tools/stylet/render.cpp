@@ -131,7 +131,7 @@ void add_render(CLI::App& app, int& exit_code) {
   command->add_flag("--room", options->room,
                     "The 3-D view shows the operating room and the drape, not the patient alone");
   command->add_option("--seed", options->seed, "Of speckle and noise")->capture_default_str();
-  command->add_option("--device", options->device, kDeviceHelp);
+  command->add_option("--device", options->device, kDeviceHelp + std::string("recorded"));
   command->add_option("--coupling", options->coupling, kCouplingHelp);
   add_scanner_options(*command, options->scanner);
   command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");

@@ -66,12 +66,14 @@ content::Scene load_scene(const std::string& name, Progress& progress) {
 }
 
 Stylus make_stylus(const std::string& description, const content::Scene& scene, haptic::hid::ReportLog* log) {
-  if (description.empty()) {
+  if (description.empty() || description == "recorded") {
     if (scene.motion.stylus.empty()) {
       throw content::ContentError(fmt::format(
           "{}: names no motion; say --device recorded:FILE, scripted, mouse or hid", scene.scenario.string()));
     }
-    return recorded(scene.motion, "recorded stylus");
+    Stylus stylus = recorded(scene.motion, "recorded stylus");
+    stylus.own_motion = true;
+    return stylus;
   }
   constexpr const char* kRecorded = "recorded:";
   if (description.starts_with(kRecorded)) {
@@ -126,8 +128,9 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene, 
     haptic::hid::HidStylus* hid = device.get();
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .hid = hid};
   }
-  throw content::ContentError(fmt::format(
-      "--device {}: there is recorded:FILE, scripted, mouse, hand, link, hid and hid:VID:PID", description));
+  throw content::ContentError(
+      fmt::format("--device {}: there is recorded, recorded:FILE, scripted, mouse, hand, link, hid and hid:VID:PID",
+                  description));
 }
 
 void add_scanner_options(CLI::App& command, ScannerOptions& options) {

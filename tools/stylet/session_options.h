@@ -42,12 +42,14 @@ struct Stylus {
   haptic::HandDevice* hand = nullptr;     ///< the device, where it is the hand in a headset
   haptic::hid::HidStylus* hid = nullptr;  ///< the device, where it is a HID device
   link::LinkStylus* link = nullptr;       ///< the device, where it is tracked elsewhere
+  bool own_motion = false;                ///< it plays the scenario's motion
   /// By somebody who begins and ends the session; else it runs by itself.
   bool held() const { return mouse != nullptr || hand != nullptr || hid != nullptr || link != nullptr; }
 };
 
-/// @param description  "" (the scenario's motion), "recorded:FILE", "scripted", "mouse", "hand", "link", "hid" or
-///                     "hid:VID:PID"
+/// @param description  "" or "recorded" (the scenario's motion), "recorded:FILE", "scripted", "mouse", "hand",
+/// "link",
+///                     "hid" or "hid:VID:PID"
 /// @throws content::ContentError, haptic::hid::HidError
 /// @param log  takes the raw reports of a HID device; outlives the stylus
 Stylus make_stylus(const std::string& description, const content::Scene& scene,
@@ -70,9 +72,9 @@ void set_scanner(content::Scene& scene, const ScannerOptions& options);
 void set_haptic_rate(content::Scene& scene, double haptic_hz);
 
 inline constexpr const char* kDeviceHelp =
-    "Stylus: hid or hid:VID:PID (`stylet devices` lists them), recorded:FILE (a motion file), scripted, mouse, "
-    "hand (the headset's right controller), or link (NeedleToReference of --link or --link-from); default: the "
-    "scenario's recorded motion, in a headset hand";
+    "Stylus: hid or hid:VID:PID (`stylet devices` lists them), mouse (and keyboard), hand (the headset's right "
+    "controller), link (NeedleToReference of --link or --link-from), recorded (the scenario's own motion), "
+    "recorded:FILE (a motion file) or scripted; default: ";
 inline constexpr const char* kCouplingHelp = "stylet, paper-updated or paper-frozen; default: the scenario's";
 
 }  // namespace stylet::tools

@@ -33,33 +33,38 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
                                {.stereo = settings.stereo,
                                 .mouse = settings.mouse,
                                 .probe = settings.probe,
-                                .scanner = settings.scanner,
+                                .scanner = *settings.scanner,
                                 .device = settings.device,
                                 .course = settings.course,
                                 .images = settings.images});
   StylusWatch watch(settings.hid);
   auto before = std::chrono::steady_clock::now();
-  while (!session.finished() && !interrupted()) {
-    watch.look();
-    const auto now = std::chrono::steady_clock::now();
-    const double dt_s = std::min(std::chrono::duration<double>(now - before).count(), kLongestFrame);
-    before = now;
-    const view::Input input = window.poll();
-    overlay.begin({.width = window.width(),
-                   .height = window.height(),
-                   .dt_s = dt_s,
-                   .pointer_x = input.pointer_x,
-                   .pointer_y = input.pointer_y,
-                   .left = input.left,
-                   .right = input.right,
-                   .wheel = input.wheel});
-    if (!desktop.handle(overlay.wants_pointer() ? view::without_pointer(input) : input)) return;
-    if (window.minimised()) {
-      window.idle();
-      continue;
+  try {
+    while (!session.finished() && !interrupted()) {
+      watch.look();
+      const auto now = std::chrono::steady_clock::now();
+      const double dt_s = std::min(std::chrono::duration<double>(now - before).count(), kLongestFrame);
+      before = now;
+      const view::Input input = window.poll();
+      overlay.begin({.width = window.width(),
+                     .height = window.height(),
+                     .dt_s = dt_s,
+                     .pointer_x = input.pointer_x,
+                     .pointer_y = input.pointer_y,
+                     .left = input.left,
+                     .right = input.right,
+                     .wheel = input.wheel});
+      if (!desktop.handle(overlay.wants_pointer() ? view::without_pointer(input) : input)) return;
+      if (window.minimised()) {
+        window.idle();
+        continue;
+      }
+      desktop.draw(window.width(), window.height(), dt_s);
+      window.present(desktop.scene(), &desktop.scanner_screen(), overlay);
     }
-    desktop.draw(window.width(), window.height(), dt_s);
-    window.present(desktop.scene(), &desktop.scanner_screen(), overlay);
+  } catch (const gpu::DeviceLost&) {
+    *settings.scanner = desktop.console();
+    throw;
   }
 }
 

@@ -21,17 +21,17 @@ bool has_display();
 
 struct SessionWindowSettings {
   bool stereo = false;
-  haptic::MouseDevice* mouse = nullptr;               ///< fed with drags and wheel when the mouse is the stylus
-  const haptic::hid::HidStylus* hid = nullptr;        ///< its coming and going is told
-  std::string device{};                               ///< what leads the needle, for the panels
-  session::HeldProbe* probe = nullptr;                ///< moved by keys and the middle button
-  session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
-  training::TrainingSession* course = nullptr;        ///< driven by the keys of course_keys.h
-  session::ImageWatcher* images = nullptr;            ///< gets those of the scanner
+  haptic::MouseDevice* mouse = nullptr;         ///< fed with drags and wheel when the mouse is the stylus
+  const haptic::hid::HidStylus* hid = nullptr;  ///< its coming and going is told
+  std::string device{};                         ///< what leads the needle, for the panels
+  session::HeldProbe* probe = nullptr;          ///< moved by keys and the middle button
+  session::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
+  training::TrainingSession* course = nullptr;  ///< driven by the keys of course_keys.h
+  session::ImageWatcher* images = nullptr;      ///< gets those of the scanner
 };
 
 /// Shows the session until it is finished, the trainee finishes or resets it, the window is closed or an interrupt
-/// comes. Main thread.
+/// comes. Main thread. @throws gpu::GpuError
 void show_session(view::Display& display, gpu::Device& device, const content::Scene& scene,
                   session::LiveSession& session, const SessionWindowSettings& settings);
 

@@ -6,6 +6,7 @@
 #include "tools/stylet/commands.h"
 #include "tools/stylet/expert_choice.h"
 #include "tools/stylet/headset_session.h"
+#include "tools/stylet/leader.h"
 #include "tools/stylet/session_window.h"
 
 #include <fmt/format.h>
@@ -79,7 +80,7 @@ void add_train(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("train", "Run a training session; without a scenario: list them");
   auto options = std::make_shared<TrainOptions>();
   command->add_option("SCENARIO", options->scenario, "Name of a scenario in content/scenarios, or a file");
-  command->add_option("--device", options->device, kDeviceHelp);
+  command->add_option("--device", options->device, kDeviceHelp + std::string(kLeaderHelp));
   command
       ->add_option("--view", options->view,
                    "auto: a window where there is a display, else headless; headset: OpenXR, and where no runtime "
@@ -107,9 +108,9 @@ void add_train(CLI::App& app, int& exit_code) {
       "tissue, a thread that factorises. Everything is recorded; afterwards the recording is replayed to check that "
       "it\n"
       "gives the same bits, and the pictures are drawn from the replay, so that drawing never disturbs the loops.\n\n"
-      "  stylet train liver_biopsy --out out/demo\n"
+      "  stylet train liver_biopsy                       you lead the needle: H lists the keys\n"
       "  stylet train liver_biopsy --device hid          a stylus, space mouse or pen; `stylet devices` lists them\n"
-      "  stylet train liver_biopsy --device mouse        drag: move the hub; wheel: advance the needle\n"
+      "  stylet train liver_biopsy --device recorded     the scenario's own motion, as a demonstration\n"
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
       "  stylet train liver_biopsy --link                3D Slicer connects to localhost:18944\n"
       "  stylet train liver_biopsy --link --device link  and a tracked needle drives the needle\n"

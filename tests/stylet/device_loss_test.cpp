@@ -1,0 +1,202 @@
+// A session whose graphics device is lost under it (tests/support/vulkan/losing_device.cpp): the loops go on, what
+// was recorded is whole, and one line says what happened.
+#include "tests/content/small_scenario.h"
+#include "tests/stylet/command.h"
+#include "tests/support/temporary_folder.h"
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+namespace stylet {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+constexpr const char* kGoesOn = "; the session goes on with another\n";
+constexpr const char* kRefused = "stylet: the graphics device was lost (vkQueueSubmit2: VK_ERROR_DEVICE_LOST)";
+
+int count(const std::string& text, const std::string& part) {
+  int found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+class DeviceLoss : public ::testing::Test {
+protected:
+  DeviceLoss() {
+    small_.scenario["labels"]["spacing_mm"] = 4;
+    small_.scenario["camera"]["eye"] = {0.1, -0.4, 0.4};
+    small_.motion["tracks"]["stylus"] = json::parse("[[0, 0.1, 0, 0.2, 0, 1, 0, 0], [3, 0.1, 0, 0.17, 0, 1, 0, 0]]");
+    small_.write();
+  }
+  void TearDown() override {
+    for (const char* variable : {"LD_PRELOAD", "STYLET_LOSE_DEVICE", "XR_RUNTIME_JSON", "STYLET_MOCK_OPENXR"})
+      unsetenv(variable);
+  }
+
+  Outcome train(const char* plan, const std::string& arguments) {
+    setenv("STYLET_LOSE_DEVICE", plan, 1);
+    setenv("LD_PRELOAD", STYLET_LOSING_DEVICE, 1);
+    return run(fmt::format("train {} --expert none --out {} {}", small_.path().string(), out().string(), arguments));
+  }
+  fs::path out() const { return folder_ / "out"; }
+
+  /// It lasted as long as its motion, or the time given, and every step of it replays.
+  void expect_whole(double seconds = 3) {
+    const json session = json::parse(read_text(out() / "session.json"));
+    EXPECT_TRUE(session["replay"]["identical"]);
+    EXPECT_NEAR(session["duration_s"].get<double>(), seconds, 0.1);
+    unsetenv("LD_PRELOAD");
+    const Outcome replayed = run("replay " + (out() / "session.rec").string());
+    EXPECT_EQ(replayed.exit_code, 0) << replayed.output;
+    EXPECT_THAT(replayed.output, HasSubstr("identical: "));
+  }
+  void expect_pictures(bool there) {
+    for (const char* name : {"debrief.html", "session.mp4", "view.png"}) EXPECT_EQ(fs::exists(out() / name), there);
+    EXPECT_GT(fs::file_size(out() / "force.csv"), 500u);
+  }
+
+  const support::TemporaryFolder folder_;
+  content::test::SmallScenario small_;
+};
+
+class DeviceLossInAWindow : public DeviceLoss {
+protected:
+  void SetUp() override {
+    if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
+  }
+};
+
+TEST_F(DeviceLossInAWindow, TheSessionGoesOnInAnother) {
+  const Outcome outcome = train("8 never", "--view window --device recorded --seconds 1");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(count(outcome.output, std::string(kRefused) + kGoesOn), 1) << outcome.output;
+  EXPECT_EQ(count(outcome.output, "stylet: "), 1) << outcome.output;
+  expect_pictures(true);
+  expect_whole(1);
+}
+
+TEST_F(DeviceLossInAWindow, LostAgainAndAgainItGoesOnHeadless) {
+  const Outcome outcome = train("8 3", "--view window --device recorded");
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  EXPECT_EQ(count(outcome.output, std::string(kRefused) + kGoesOn), 2) << outcome.output;
+  EXPECT_EQ(count(outcome.output, std::string(kRefused) + " 3 times; going on headless\n"), 1) << outcome.output;
+  // Neither can the debrief be drawn: what was measured is kept.
+  EXPECT_EQ(count(outcome.output, std::string(kRefused) + "; drawing again with another\n"), 1) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("the patient was not drawn\n"));
+  expect_pictures(false);
+  expect_whole();
+}
+
+TEST_F(DeviceLossInAWindow, ASessionThatNobodyCouldLeadEnds) {
+  const Outcome outcome = train("8 absent", "--view window");
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  EXPECT_EQ(count(outcome.output, "Mouse and keyboard lead the needle (H: the keys); --device recorded: "), 1)
+      << outcome.output;
+  EXPECT_EQ(count(outcome.output, std::string(kRefused) + ", and there is no other (vkCreateDevice on "), 1)
+      << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("; nobody could lead the session any more: the end\n"));
+  expect_pictures(false);
+  const double lasted = json::parse(read_text(out() / "session.json"))["duration_s"];
+  EXPECT_GT(lasted, 0.1);
+  expect_whole(lasted);
+}
+
+TEST_F(DeviceLossInAWindow, AHungDeviceIsNotWaitedFor) {
+  const Outcome outcome = train("hang:3 absent", "--view window --device recorded");
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr(" hangs: a submission took longer than two minutes), and there is no other"));
+  EXPECT_THAT(outcome.output, HasSubstr("; going on headless\n"));
+  expect_pictures(false);
+  expect_whole();
+}
+
+TEST_F(DeviceLoss, TheDebriefIsDrawnWithAnother) {
+  const Outcome outcome = train("5 never", "--view headless --seconds 0.4");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(count(outcome.output, std::string(kRefused) + "; drawing again with another\n"), 1) << outcome.output;
+  expect_pictures(true);
+  expect_whole(0.4);
+}
+
+/// A client that reads whatever comes until the session is over.
+class Client {
+public:
+  Client() {
+    const int probe = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in any = loopback(0);
+    EXPECT_EQ(::bind(probe, reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
+    socklen_t size = sizeof any;
+    ::getsockname(probe, reinterpret_cast<sockaddr*>(&any), &size);
+    ::close(probe);
+    port_ = ntohs(any.sin_port);
+    thread_ = std::thread([this] { read(); });
+  }
+  ~Client() {
+    over_ = true;
+    thread_.join();
+  }
+  int port() const { return port_; }
+
+private:
+  static sockaddr_in loopback(int port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    return address;
+  }
+  void read() {
+    const sockaddr_in server = loopback(port_);
+    while (!over_) {
+      const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+      if (::connect(socket, reinterpret_cast<const sockaddr*>(&server), sizeof server) == 0) {
+        std::array<char, 65536> buffer{};
+        for (ssize_t n = 1; n > 0;) n = ::recv(socket, buffer.data(), buffer.size(), 0);
+      }
+      ::close(socket);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+
+  int port_ = 0;
+  std::atomic<bool> over_{false};
+  std::thread thread_;
+};
+
+TEST_F(DeviceLoss, AHeadlessSessionGoesOnSendingImages) {
+  Client client;
+  const Outcome outcome = train("3 3 absent", fmt::format("--view headless --link {}", client.port()));
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  // The second device was lost too: images were made with it.
+  EXPECT_EQ(count(outcome.output, std::string(kRefused) + kGoesOn), 1) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("; going on without images\n"));
+  expect_pictures(false);
+  expect_whole();
+}
+
+TEST_F(DeviceLoss, InAHeadsetTheSessionGoesOnThere) {
+  setenv("XR_RUNTIME_JSON", STYLET_MOCK_OPENXR_MANIFEST, 1);
+  const fs::path refused = folder_ / "refused";
+  setenv("STYLET_MOCK_OPENXR", fmt::format("size=96x80 errors={}", refused.string()).c_str(), 1);
+  const Outcome outcome = train("5 3 absent", "--view headset --device recorded");
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  EXPECT_EQ(count(outcome.output, std::string(kRefused) + kGoesOn), 1) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("; going on headless\n"));
+  EXPECT_EQ(read_text(refused), "");
+  expect_pictures(false);
+  expect_whole();
+}
+
+}  // namespace
+}  // namespace stylet
