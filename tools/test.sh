@@ -11,7 +11,8 @@ Installs what is missing (Debian 12), then builds and runs through CTest:
   tsan      the tests with threads, under ThreadSanitizer, by clang
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
 --all adds the benchmarks, soaks of the default scenario (in lockstep for STYLET_SOAK_MINUTES of session time, 30; in
-real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), coverage-guided fuzzing of every reader
+real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), a hundred random users at the window, again under
+AddressSanitizer, coverage-guided fuzzing of every reader
 (STYLET_FUZZ_SECONDS each, 3600), clang-format and clang-tidy on every file.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
 HELP
@@ -75,6 +76,11 @@ if [ -n "$all" ]; then
   stage "Build soaks" build release all_soaks
   stage "Soak" build/release/bin/stylet_soak || status=1
   stage "Soak in real time" build/release/bin/stylet_threaded_soak || status=1
+  # Every step drawn; STYLET_RANDOM_STEPS of each user.
+  export STYLET_RANDOM_STEPS=${STYLET_RANDOM_STEPS:-50}
+  random_users() { "build/$1/bin/stylet_desktop_tests" --gtest_filter='RandomUsers.*'; }
+  stage "Random users" random_users release || status=1
+  ASAN_OPTIONS=detect_leaks=0 STYLET_VALIDATION=0 stage "Random users, asan" random_users asan || status=1
   stage "Fuzz" tools/fuzz.sh "${STYLET_FUZZ_SECONDS:-3600}" || status=1
   stage "clang-format" tools/lint.sh format || status=1
   stage "clang-tidy" tools/lint.sh tidy || status=1

@@ -34,7 +34,7 @@ public:
 
 struct WindowSettings {
   std::string title = "Stylet";
-  int width = 1280;
+  int width = 1280;  ///< pixels at content scale 1; on a display with twice the density twice as many
   int height = 720;
   double frames_per_second = 60;  ///< most; present() sleeps to keep to it. 0: no limit
   bool capture = false;           ///< keep a copy of every frame for last_frame()

@@ -1,21 +1,13 @@
-// A running session on a desktop without a window: what its input does, and that nothing a user does breaks it.
+// A running session on a desktop without a window: what its input does.
 #include "engine/desktop/desktop_view.h"
 
-#include "engine/content/scenario.h"
-#include "engine/session/live_session.h"
-#include "tests/content/small_scenario.h"
-#include "tests/support/sanitized.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/desktop/running.h"
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <atomic>
-#include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <memory>
-#include <random>
 
 namespace stylet::desktop {
 namespace {
@@ -57,47 +49,6 @@ TEST(SessionWatch, AFrameThatIsNotFiniteIsPassedOver) {
   watch.look(frame);
   EXPECT_EQ(points(), 2U);
 }
-
-const content::Scene& small_scene() {
-  static const content::Scene scene = [] {
-    content::test::SmallScenario small;
-    small.scenario["labels"]["spacing_mm"] = 4;
-    content::Scene loaded = content::load_scene(small.write());
-    loaded.probe.scan_lines = 48;
-    loaded.probe.samples = 128;
-    return loaded;
-  }();
-  return scene;
-}
-
-haptic::MouseWorkspace workspace() {
-  return {.entry = {0.1, 0, 0.05}, .axis = -Eigen::Vector3d::UnitZ(), .right = Eigen::Vector3d::UnitX()};
-}
-
-/// A session led by mouse and keyboard, started.
-struct Running {
-  explicit Running(gpu::Device& device, int width = 160, int height = 120)
-      : live(small_scene(), mouse,
-             {.duration_s = std::numeric_limits<double>::infinity(),
-              .recording = folder / "session.rec",
-              .probe = &probe}),
-        image(device, {.width = static_cast<std::uint32_t>(width),
-                       .height = static_cast<std::uint32_t>(height),
-                       .format = VK_FORMAT_R8G8B8A8_SRGB,
-                       .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT}),
-        desktop(device, small_scene(), live,
-                {.mouse = &mouse, .probe = &probe, .scanner = session::ScannerConsole(small_scene().probe)}) {
-    live.start();
-  }
-  ~Running() { live.stop(); }
-
-  support::TemporaryFolder folder;
-  haptic::MouseDevice mouse{workspace()};
-  session::HeldProbe probe{small_scene()};
-  session::LiveSession live;
-  gpu::Image image;
-  DesktopView desktop;
-};
 
 struct Desktop : testing::Test {
   bool frame(Running& running, const view::Input& input, int width, int height, double dt_s = 0.3) {
@@ -153,42 +104,6 @@ TEST_F(Desktop, FollowsTheSizeOfItsWindow) {
   frame(running, {}, 120, 100);
   EXPECT_EQ(running.desktop.scene().settings().width, 120u);
   EXPECT_EQ(running.desktop.scene().settings().height, 100u);
-}
-
-// What someone who has never seen it, or a cat, does: any key, any motion, any size, at any time.
-TEST_F(Desktop, SurvivesAHundredRandomUsers) {
-  constexpr int kSessions = 4, kUsers = 25;
-  const int frames = support::kSanitized ? 1 : 3;
-  std::mt19937 random(20261122);
-  const auto one_of = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
-  const auto within = [&](double most) { return std::uniform_real_distribution<double>(-most, most)(random); };
-  for (int session = 0; session < kSessions; ++session) {
-    Running running(device);
-    for (int user = 0; user < kUsers; ++user) {
-      const int width = 16 + one_of(145), height = 16 + one_of(105);
-      for (int i = 0; i < frames; ++i) {
-        view::Input input;
-        input.pointer_x = one_of(160);
-        input.pointer_y = one_of(120);
-        input.left = one_of(2) == 0;
-        input.wheel = one_of(3) - 1;
-        input.drag_x = within(0.5), input.drag_y = within(0.5);
-        input.orbit_x = within(3), input.orbit_y = within(3);
-        input.slide_x = within(1), input.slide_y = within(1), input.turn_x = within(1), input.turn_y = within(1);
-        input.zoom = within(30);
-        input.advance = within(20);
-        input.shift = one_of(2) == 0;
-        for (int k = one_of(6); k > 0; --k) {
-          const int key = one_of(2) == 0 ? 32 + one_of(64) : 256 + one_of(60);
-          input.strokes.push_back({.key = key, .shift = one_of(2) == 0, .repeated = one_of(4) == 0});
-          if (key != 'Q') input.keys.push_back(key);
-        }
-        ASSERT_TRUE(frame(running, input, width, height, user % 5 == 0 ? 0.3 : 0.02));  // seldom a new size
-      }
-    }
-    EXPECT_TRUE(std::isfinite(running.live.time_s()));
-    EXPECT_FALSE(running.live.finished());
-  }
 }
 
 }  // namespace

@@ -4,10 +4,14 @@
 #include "engine/view/overlay.h"
 
 #include <gtest/gtest.h>
+#include <imgui_internal.h>
 
 #include <atomic>
 #include <cstdlib>
 #include <functional>
+#include <map>
+#include <optional>
+#include <string>
 
 namespace stylet::desktop {
 namespace {
@@ -24,6 +28,9 @@ content::Probe probe() {
 
 class PanelsOnAPicture : public testing::Test {
 protected:
+  /// @param scale  of the display: so many times the pixels
+  explicit PanelsOnAPicture(int scale = 1) : scale_(scale) {}
+
   SessionFacts facts() const {
     SessionFacts facts{.title = "Liver biopsy", .stage = "Procedure", .prompt = "Bring the tip to the tumour."};
     facts.choices = {{.label = "Fire", .key = "Enter"},
@@ -37,8 +44,8 @@ protected:
 
   /// One frame with the pointer there. @return the choice taken
   std::optional<std::size_t> frame(double x = -1, double y = -1, bool left = false) {
-    overlay_.begin({.width = kWidth, .height = kHeight, .pointer_x = x, .pointer_y = y, .left = left});
-    return panels_.draw(facts(), console_, kWidth, kHeight, view::PaneLayout::over_scene(kWidth, kHeight).ultrasound);
+    overlay_.begin({.width = width_, .height = height_, .pointer_x = x, .pointer_y = y, .left = left});
+    return panels_.draw(facts(), console_, width_, height_, view::PaneLayout::over_scene(width_, height_).ultrasound);
   }
   view::Picture picture() {
     frame();  // a panel that is new is measured first and shown in the next frame
@@ -52,8 +59,8 @@ protected:
 
   /// Presses and releases the button at places of a grid, until `done`.
   bool click_until(const std::function<bool(std::optional<std::size_t>)>& done) {
-    for (int y = 6; y < kHeight; y += 12) {
-      for (int x = 6; x < kWidth; x += 24) {
+    for (int y = 6; y < height_; y += 12) {
+      for (int x = 6; x < width_; x += 24) {
         frame(x, y);
         if (!overlay_.wants_pointer()) continue;
         frame(x, y, true);
@@ -63,14 +70,15 @@ protected:
     return false;
   }
 
+  const int scale_, width_ = kWidth * scale_, height_ = kHeight * scale_;
   std::atomic<std::uint32_t> messages_{0};
   gpu::Device device_{{.validation = std::getenv("STYLET_VALIDATION") != nullptr, .message_counter = &messages_}};
   gpu::Image image_{device_,
-                    {.width = kWidth,
-                     .height = kHeight,
+                    {.width = static_cast<std::uint32_t>(width_),
+                     .height = static_cast<std::uint32_t>(height_),
                      .format = VK_FORMAT_R8G8B8A8_SRGB,
                      .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT}};
-  view::Overlay overlay_{device_, VK_FORMAT_R8G8B8A8_SRGB};
+  view::Overlay overlay_{device_, VK_FORMAT_R8G8B8A8_SRGB, static_cast<double>(scale_)};
   session::ScannerConsole console_{probe()};
   Panels panels_;
   std::vector<session::ForceSample> curve_{{.time_s = 0}, {.time_s = 1, .depth = 0.03, .axial = 2.4, .lateral = 0.4}};
@@ -125,6 +133,81 @@ TEST_F(PanelsOnAPicture, SlidersTurnTheScannersKnobs) {
   EXPECT_TRUE(click_until([&](std::optional<std::size_t>) { return console_.frozen(); }));
   ultrasound::ScannerControls limited = console_.controls();
   EXPECT_EQ(ultrasound::limit(limited, probe()), "");
+}
+
+/// The same panels at one scale after the other: one overlay at a time.
+struct AtScale : PanelsOnAPicture {
+  explicit AtScale(int scale) : PanelsOnAPicture(scale) {
+    for (const int key : {kF3, kF4}) panels_.press(key);
+    picture();
+  }
+  void TestBody() override {}
+
+  struct Shown {
+    ImVec2 at, size;
+  };
+  /// Of every panel; none is cut, and all of each is seen.
+  std::map<std::string, Shown> panels() const {
+    std::map<std::string, Shown> found;
+    for (const ImGuiWindow* window : ImGui::GetCurrentContext()->Windows) {
+      if (!window->WasActive || window->Name == std::string("Debug##Default")) continue;
+      EXPECT_EQ(window->ScrollMax.x, 0) << window->Name;
+      EXPECT_EQ(window->ScrollMax.y, 0) << window->Name;
+      EXPECT_LE(window->ContentSize.x + 2 * window->WindowPadding.x, window->Size.x + 0.5F) << window->Name;
+      EXPECT_GE(window->Pos.x, 0) << window->Name;
+      EXPECT_LE(window->Pos.x + window->Size.x, static_cast<float>(width_)) << window->Name;
+      EXPECT_LE(window->Pos.y + window->Size.y, static_cast<float>(height_)) << window->Name;
+      found[window->Name] = {window->Pos, window->Size};
+    }
+    return found;
+  }
+  float font() const { return ImGui::GetCurrentContext()->FontBaseSize; }
+  /// Where the first button takes its choice.
+  std::optional<ImVec2> button() {
+    for (int y = 6; y < height_ / 3; y += 6 * scale_)
+      for (int x = 6; x < width_ / 4; x += 12 * scale_)
+        if (clicked(x, y)) return ImVec2(static_cast<float>(x), static_cast<float>(y));
+    return std::nullopt;
+  }
+  bool clicked(double x, double y) {
+    frame(x, y);
+    frame(x, y, true);
+    return frame(x, y) == std::size_t{0};
+  }
+  using PanelsOnAPicture::picture;
+};
+
+TEST(PanelsOnADenseDisplay, AreTwiceAsManyPixelsAndAnswerWhereTheyLie) {
+  std::map<std::string, AtScale::Shown> once, twice;
+  std::optional<ImVec2> button;
+  {
+    AtScale plain(1);
+    once = plain.panels();
+    EXPECT_EQ(plain.font(), 15);
+    button = plain.button();
+  }
+  ASSERT_TRUE(button.has_value());
+  ASSERT_EQ(once.size(), 4U);
+  AtScale dense(2);
+  twice = dense.panels();
+  EXPECT_EQ(dense.font(), 30);
+  for (const auto& [name, panel] : once) {
+    ASSERT_EQ(twice.count(name), 1U) << name;
+    const AtScale::Shown& other = twice[name];
+    // The letters of a font are rounded to whole pixels: a line of 40 may be some pixels off.
+    const float letters = 0.03F * other.size.x + 2;
+    EXPECT_NEAR(other.size.x, 2 * panel.size.x, letters) << name;
+    EXPECT_NEAR(other.size.y, 2 * panel.size.y, 8) << name;
+    EXPECT_NEAR(other.at.x, 2 * panel.at.x, letters) << name;
+    EXPECT_NEAR(other.at.y, 2 * panel.at.y, 8) << name;
+  }
+  EXPECT_TRUE(dense.clicked(2 * button->x, 2 * button->y));
+  EXPECT_FALSE(dense.clicked(button->x, button->y)) << "a point of the picture, not of the window";
+  const view::PaneLayout plain_layout = view::PaneLayout::over_scene(kWidth, kHeight);
+  const view::PaneLayout dense_layout = view::PaneLayout::over_scene(2 * kWidth, 2 * kHeight);
+  EXPECT_NEAR(dense_layout.ultrasound.width, 2 * plain_layout.ultrasound.width, 2);
+  EXPECT_NEAR(dense_layout.ultrasound.x, 2 * plain_layout.ultrasound.x, 2);
+  if (const char* to = std::getenv("STYLET_SAVE_PANELS")) view::write_png(to, dense.picture());
 }
 
 }  // namespace
