@@ -1,9 +1,13 @@
-// `stylet train --view headset` as a user runs it where there is none.
+// `stylet train --view headset` as a user runs it, in the mock runtime's headset and where there is none.
+#include "engine/session/recording.h"
 #include "tests/content/small_scenario.h"
 #include "tests/stylet/command.h"
 #include "tests/support/temporary_folder.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <string>
+#include <vector>
 
 namespace stylet {
 namespace {
@@ -22,6 +26,12 @@ protected:
     unsetenv("DISPLAY");
     unsetenv("WAYLAND_DISPLAY");
     return run(fmt::format("train {} --view headset --out {} {}", small_.path().string(), out().string(), more));
+  }
+  void expect_replay() const {
+    const Outcome replayed = run("replay " + out().string());
+    EXPECT_EQ(replayed.exit_code, 0) << replayed.output;
+    EXPECT_NE(replayed.output.find("identical: "), std::string::npos) << replayed.output;
+    for (const char* name : {"debrief.html", "session.mp4"}) EXPECT_GT(fs::file_size(out() / name), 500u) << name;
   }
   fs::path out() const { return folder_ / "out"; }
   fs::path refused() const { return folder_ / "refused"; }
@@ -45,6 +55,45 @@ TEST_F(Headset, WithoutAHeadsetItSaysSo) {
   EXPECT_NE(outcome.output.find("sees no headset"), std::string::npos) << outcome.output;
   EXPECT_NE(outcome.output.find("--device hand: needs a headset"), std::string::npos) << outcome.output;
   EXPECT_EQ(outcome.exit_code, 2);
+}
+
+TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 menu=4 end=10", "--expert none --seconds 5");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(read_text(refused()), "");
+  const session::Recording recording = session::read_recording(out() / "session.rec");
+  EXPECT_TRUE(recording.complete()) << recording.condition();
+  std::vector<std::string> stages;
+  for (const session::EventRecord& event : recording.events)
+    if (event.name == "stage") stages.push_back(event.detail);
+  ASSERT_GE(stages.size(), 2U);
+  EXPECT_EQ(stages.front(), "procedure");
+  EXPECT_EQ(stages.back(), "debrief");
+  // The right hand of the mock moves by some mm a second.
+  double moved = 0;
+  for (const session::HapticStepRecord& step : recording.haptic)
+    moved = std::max(moved, (step.pose.position - recording.haptic.front().pose.position).norm());
+  EXPECT_GT(moved, 0.001);
+  EXPECT_LT(moved, 0.1);
+  expect_replay();
+}
+
+TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 menu=4 lose=8", "--expert none --seconds 5");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_NE(outcome.output.find("the headset has gone (connection, power or its runtime); nothing leads the needle: "
+                                "the end\n"),
+            std::string::npos)
+      << outcome.output;
+  expect_replay();
+}
+
+TEST_F(Headset, LostInTheMiddleARecordedMotionGoesOn) {
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 lose=1", "--expert none --device recorded");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_NE(outcome.output.find("; going on headless\n"), std::string::npos) << outcome.output;
+  EXPECT_NEAR(session::read_recording(out() / "session.rec").haptic.back().time_s, 1, 0.01);
+  expect_replay();
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 // resize=N     half the size after N frames
 // lose=N       the headset goes after N frames
 // end=N        the session ends for good after N frames
+// menu=N       the left hand presses its menu button after N frames, and lets go two later
 // errors=FILE  appends every call that was refused
 // left=FILE, right=FILE  a recent frame of an eye, as PPM
 //
@@ -74,6 +75,8 @@ const bool read_environment = [] {
   script.left = [](XrTime time) {
     HandScript hand;
     hand.grip = looking(0, 0, {-0.15F + 0.01F * std::sin(seconds(time)), -0.3F, -0.3F});
+    const std::uint64_t menu = plan().number("menu"), frame = report().frames;
+    hand.menu = menu != 0 && frame >= menu && frame < menu + 2;
     return hand;
   };
   play(script);
