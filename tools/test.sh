@@ -46,7 +46,7 @@ status=0
 run_tests() {
   local preset=$1 log=build/$1/ctest-$2.log
   shift 2
-  xvfb-run -a -s "-screen 0 1280x1024x24" \
+  xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" \
     ctest --preset "$preset" -j "$(nproc)" --no-tests=error "$@" | tee "$log" | grep -v -E ' Start +[0-9]+:| Passed '
 }
 skipped() { cat build/*/ctest-*.log 2>/dev/null | grep -c '\*\*\*Skipped' || true; }
