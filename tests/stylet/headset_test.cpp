@@ -2,6 +2,7 @@
 #include "engine/session/recording.h"
 #include "tests/content/small_scenario.h"
 #include "tests/stylet/command.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 #include <algorithm>
@@ -11,6 +12,8 @@
 
 namespace stylet {
 namespace {
+
+constexpr const char* kAtMost = support::kSanitized ? "--expert none --seconds 30" : "--expert none --seconds 5";
 
 class Headset : public ::testing::Test {
 protected:
@@ -58,7 +61,7 @@ TEST_F(Headset, WithoutAHeadsetItSaysSo) {
 }
 
 TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
-  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 menu=4 end=10", "--expert none --seconds 5");
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 menu=4 end=10", kAtMost);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(read_text(refused()), "");
   const session::Recording recording = session::read_recording(out() / "session.rec");
@@ -79,7 +82,7 @@ TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
 }
 
 TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {
-  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 menu=4 lose=8", "--expert none --seconds 5");
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 menu=4 lose=8", kAtMost);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_NE(outcome.output.find("the headset has gone (connection, power or its runtime); nothing leads the needle: "
                                 "the end\n"),
@@ -89,6 +92,7 @@ TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {
 }
 
 TEST_F(Headset, LostInTheMiddleARecordedMotionGoesOn) {
+  if (support::kSanitized) GTEST_SKIP() << "its second is over before the first frame";
   const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 lose=1", "--expert none --device recorded");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_NE(outcome.output.find("; going on headless\n"), std::string::npos) << outcome.output;

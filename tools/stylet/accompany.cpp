@@ -18,6 +18,7 @@ struct Attended {
   const content::Scene& scene;
   const Company& with;
   session::ScannerConsole scanner;
+  bool in_headset = false;
 };
 
 /// @return false: the headset is not there any more
@@ -69,14 +70,13 @@ void pass_headless(Attended& session, double duration_s, Progress& progress, boo
 
 void accompany(session::LiveSession& live, const content::Scene& scene, const Company& with, bool stereo,
                double duration_s, Progress& progress) {
-  Attended session{live, scene, with, session::ScannerConsole(scene.probe)};
-  bool in_headset = with.headset != nullptr;
+  Attended session{live, scene, with, session::ScannerConsole(scene.probe), with.headset != nullptr};
   const bool watched = with.headset != nullptr || with.display != nullptr;
   const bool needs_pictures = watched && with.stylus.held();  // who leads it, begins it and ends it
   while (true) {
     try {
-      if (in_headset && pass_in_headset(session)) return;
-      in_headset = false;
+      if (session.in_headset && pass_in_headset(session)) return;
+      session.in_headset = false;
       if (with.display != nullptr) return pass_in_window(session, stereo);
       if (with.stylus.hand != nullptr) return;  // without the headset nobody would end its session
       return pass_headless(session, duration_s, progress, true);
