@@ -31,7 +31,7 @@ install_packages "${sections[@]}"
 XDG_RUNTIME_DIR=$(mktemp -d)
 chmod 700 "$XDG_RUNTIME_DIR"
 trap 'rm -rf "$XDG_RUNTIME_DIR"; kill $(jobs -p) 2>/dev/null || true' EXIT
-export XDG_RUNTIME_DIR
+export XDG_RUNTIME_DIR XDG_CACHE_HOME=$XDG_RUNTIME_DIR/cache
 # The software rasteriser, so that pictures are the same everywhere; hazards between submissions count too.
 export VK_LOADER_DRIVERS_SELECT=${VK_LOADER_DRIVERS_SELECT:-lvp_icd*}
 export STYLET_VALIDATION=1
