@@ -31,7 +31,7 @@ install_packages "${sections[@]}"
 XDG_RUNTIME_DIR=$(mktemp -d)
 chmod 700 "$XDG_RUNTIME_DIR"
 trap 'rm -rf "$XDG_RUNTIME_DIR"; kill $(jobs -p) 2>/dev/null || true' EXIT
-export XDG_RUNTIME_DIR XDG_CACHE_HOME=$XDG_RUNTIME_DIR/cache
+export XDG_RUNTIME_DIR
 # The software rasteriser, so that pictures are the same everywhere; hazards between submissions count too.
 export VK_LOADER_DRIVERS_SELECT=${VK_LOADER_DRIVERS_SELECT:-lvp_icd*}
 export STYLET_VALIDATION=1
@@ -46,7 +46,7 @@ status=0
 run_tests() {
   local preset=$1 log=build/$1/ctest-$2.log
   shift 2
-  xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" \
+  XDG_CACHE_HOME=$XDG_RUNTIME_DIR/cache xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" \
     ctest --preset "$preset" -j "$(nproc)" --no-tests=error "$@" | tee "$log" | grep -v -E ' Start +[0-9]+:| Passed '
 }
 skipped() { cat build/*/ctest-*.log 2>/dev/null | grep -c '\*\*\*Skipped' || true; }
