@@ -176,7 +176,7 @@ TEST(HeatedZone, ShinesWhileItIsHeatedAndShadowsThenFadesAndLeavesADarkZoneWithA
     for (const Eigen::Vector3f& x : liver.zone.surface.positions) {
       if (std::abs(x.x()) < 0.008F) top = std::min(top, static_cast<double>(x.z()));
     }
-    return Levels{level(0.030, 0.040), level(top - 0.001, top + 0.001), level(0.054, 0.060), level(0.052, 0.068),
+    return Levels{level(0.030, 0.040), level(top - 0.001, top + 0.001), level(0.054, 0.060), level(0.055, 0.065),
                   level(0.080, 0.095)};
   };
   const Levels before = look();
