@@ -84,6 +84,7 @@ int write_debrief(const session::OutputDirectory& out, const content::Scene& sce
   write_page(out, scene, device, recording, replay, settings);
   report("Drawing the pictures")(0);
   write_stills(out, scene, device, replay, replay.publisher().closest_frame(), trace, settings.stills);
+  if (!settings.film) return 0;
   return write_film(out, scene, device, replay, trace, settings.stills.film, report("Drawing the film"));
 }
 

@@ -20,6 +20,7 @@ namespace stylet::debrief {
 
 struct DebriefSettings {
   StillSettings stills{};                   ///< with the look of the film
+  bool film = true;                         ///< is made
   std::optional<Expert> expert{};           ///< to compare with
   std::vector<training::Metric> metrics{};  ///< as the session set them; empty: measured on the replay
 };
@@ -38,7 +39,7 @@ void write_page(const session::OutputDirectory& out, const content::Scene& scene
                 const session::Recording& recording, SessionReplay& replay, const DebriefSettings& settings);
 
 /// Writes the page and its numbers, view.png, ultrasound.png and session.png (the moment the tip is closest to the
-/// target), session.mp4. @return frames of the film
+/// target), session.mp4. @return frames of the film, 0: none was wanted
 /// @throws content::ContentError, gpu::GpuError
 int write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
                   const session::Recording& recording, SessionReplay& replay, const session::ForceTrace& trace,

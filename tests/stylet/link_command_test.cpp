@@ -21,7 +21,7 @@ protected:
     small_.write();
   }
   std::string train() const {
-    return fmt::format("train {} --view headless --out {} ", small_.path().string(), out().string());
+    return fmt::format("train {} --view headless --no-film --out {} ", small_.path().string(), out().string());
   }
   fs::path out() const { return folder_ / "out"; }
 

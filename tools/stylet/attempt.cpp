@@ -101,9 +101,12 @@ int debrief_session(const TrainOptions& options, const content::Scene& scene, Gr
     std::fflush(stdout);
     const auto expert = chosen_expert(options.expert, done.own_motion, scene, progress);
     frames = graphics.draw([&](gpu::Device& device) {
-      return debrief::write_debrief(
-          out, scene, device, done.recording, replay, done.force,
-          {.stills = {.film = {.stereo = options.stereo}}, .expert = expert, .metrics = done.training.metrics}, show);
+      return debrief::write_debrief(out, scene, device, done.recording, replay, done.force,
+                                    {.stills = {.film = {.stereo = options.stereo}},
+                                     .film = options.film,
+                                     .expert = expert,
+                                     .metrics = done.training.metrics},
+                                    show);
     });
   } catch (const Interrupted&) {
     keep_numbers();
@@ -114,18 +117,21 @@ int debrief_session(const TrainOptions& options, const content::Scene& scene, Gr
     return kExitBadInput;
   }
   progress.done();
+  if (!options.film) out.supersede({"session.mp4"});
   write_report();
   fmt::print(
       "{} holds:\n"
       "  debrief.html     score, course, forces, the needle's way and ultrasound; debrief.json and .csv have the "
       "numbers\n"
-      "  session.mp4      3-D view, ultrasound and force curve, {} frames\n"
+      "{}"
       "  view.png         the 3-D view, when the tip is closest to the target\n"
       "  ultrasound.png   the ultrasound image of the same moment; session.png has both\n"
       "  force.png        the force on the hand; force.csv has the numbers\n"
       "  session.json     what was measured\n"
       "  session.rec      the recording; `stylet replay {}` runs it again\n",
-      out.destination().string(), frames, (out.destination() / "session.rec").string());
+      out.destination().string(),
+      frames > 0 ? fmt::format("  session.mp4      3-D view, ultrasound and force curve, {} frames\n", frames) : "",
+      (out.destination() / "session.rec").string());
   return *done.report.replay_identical ? kExitYes : kExitNo;
 }
 

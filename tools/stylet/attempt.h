@@ -24,6 +24,7 @@ struct TrainOptions {
   double seconds = 0;  ///< 0: as long as the stylus moves
   std::string record;
   std::string expert;
+  bool film = true;
   std::string out = "out/session";
   std::string gpu;
   ScannerOptions scanner;

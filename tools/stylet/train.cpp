@@ -99,6 +99,8 @@ void add_train(CLI::App& app, int& exit_code) {
                       "Motion file to write: the hand's poses, and the raw reports of a HID device; --device "
                       "recorded:FILE plays it");
   command->add_option("--expert", options->expert, kExpertHelp);
+  command->add_flag("!--no-film", options->film,
+                    "Leave out the film, which takes a processor minutes; `stylet replay` makes one later");
   command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
   add_scanner_options(*command, options->scanner);
   add_link_options(*command, options->link);
