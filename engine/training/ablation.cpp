@@ -116,6 +116,7 @@ void Ablation::heat_to(double heated_s) {
 }
 
 void Ablation::rest_to(double rested_s) {
+  rested_s = std::min(rested_s, kGasGone);
   for (; rested_s >= kStep * (rested_ + 1); ++rested_) dissolve();
 }
 

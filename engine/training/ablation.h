@@ -27,9 +27,10 @@ public:
   static constexpr double kCell = 0.002;   ///< m
   static constexpr double kReach = 0.024;  ///< of the grid beyond the electrode, m: five times that of the heat
   /// Bubbles come out of hot tissue, about as far as it dies, and dissolve again in minutes. Engineering values.
-  static constexpr double kFirstGas = 50;   ///< degrees Celsius
-  static constexpr double kFullGas = 70;    ///< degrees Celsius
-  static constexpr double kGasLasts = 300;  ///< s, until 1/e is left
+  static constexpr double kFirstGas = 50;             ///< degrees Celsius
+  static constexpr double kFullGas = 70;              ///< degrees Celsius
+  static constexpr double kGasLasts = 300;            ///< s, until 1/e is left
+  static constexpr double kGasGone = 20 * kGasLasts;  ///< s, until nothing is
 
   /// @param scene      kept
   /// @param electrode  at rest

@@ -23,9 +23,16 @@ ZoneReplay::ZoneReplay(const content::Scene& scene, std::span<const session::Eve
     } else if (event.name == flow_event::kAblationStopped) {
       heatings_.back().end_s = event.time_s;
     } else if (event.name == training_event::kAblated) {
-      heatings_.back().heated_s = heated_in(event.detail).value_or(heatings_.back().heated_s);
+      const double told_s = heated_in(event.detail).value_or(heatings_.back().heated_s);
+      heatings_.back().heated_s = std::min(told_s, most_heated_s());
     }
   }
+}
+
+double ZoneReplay::most_heated_s() const {
+  constexpr double kLongestFrame = 60;  // s between two looks of a session at its clock
+  const content::AblationPlan& plan = scene_.exercise.sampling.ablation;
+  return plan.duration_s + kLongestFrame * plan.time_factor;
 }
 
 void ZoneReplay::haptic_stepped(const session::HapticStepRecord& record, const physics::NeedleState& needle) {
@@ -76,9 +83,9 @@ const content::HeatedZone* ZoneReplay::zone_at(double time_s) {
     heated_before_s = heated_s;
     stopped = time_s >= now->end_s;
     if (i + 1 < done_) continue;  // it was followed to its end
-    ablation_->heat_to(std::min(heated_s, now->heated_s));
+    ablation_->heat_to(std::min({heated_s, now->heated_s, most_heated_s()}));
     if (!stopped) continue;
-    ablation_->heat_to(std::isfinite(now->heated_s) ? now->heated_s : heated_s);
+    ablation_->heat_to(std::isfinite(now->heated_s) ? now->heated_s : std::min(heated_s, most_heated_s()));
     const std::optional<Heating> next = heating(i + 1);
     ablation_->rest_to((std::min(time_s, next ? next->begin_s : time_s) - now->end_s) * factor);
   }

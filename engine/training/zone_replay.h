@@ -45,6 +45,8 @@ private:
     int target = -1;
   };
   std::optional<Heating> heating(std::size_t i) const;
+  /// More than any session heats, since Flow stops at the plan's duration: a hostile recording may tell of years.
+  double most_heated_s() const;
 
   const content::Scene& scene_;
   bool heats_;

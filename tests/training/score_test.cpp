@@ -1,5 +1,6 @@
 // Points: linear between the thresholds, weighted, with a pass mark and critical failures.
 #include "engine/training/score.h"
+#include "engine/training/results.h"
 #include "engine/training/training_report.h"
 
 #include <gtest/gtest.h>
@@ -96,6 +97,13 @@ TEST(Score, CountsTheLastTellingOfAnAblation) {
       .events = {{.name = "ablated", .detail = "10 s, 0.31 ml; target 20.00 %, margin 10.00 %, least"},
                  {.name = "ablated", .detail = "20 s, 0.61 ml; target 50.00 %, margin 25.00 %, least"}}};
   EXPECT_DOUBLE_EQ(assess(twice, s.scene).score->total, 25);
+}
+
+TEST(Score, WhatIsNoNumberInARecordingIsNoShare) {
+  for (const char* detail : {"target nan %", "target inf %", "target 1e999 %", "target ", "target", ""})
+    EXPECT_FALSE(percent_in(detail, "target")) << detail;
+  EXPECT_FALSE(heated_in("inf s"));
+  EXPECT_DOUBLE_EQ(percent_in("target 62.50 %: tumour 62.50 %", "target").value(), 62.5);
 }
 
 TEST(Score, GoesIntoTheSessionsResults) {

@@ -242,6 +242,30 @@ TEST(TrainingSession, ZoneOfTheReplayIsTheSessions) {
   expect_as_at_stop();  // once more, after going back
 }
 
+TEST(TrainingSession, ZoneOfAHostileRecordingEnds) {
+  content::Scene scene = tests::layered_scene();
+  scene.exercise.sampling = {.kind = content::SamplingKind::ablation};
+  scene.exercise.sampling.ablation.duration_s = 5;
+  scene.exercise.sampling.ablation.time_factor = 0.1;
+  const support::TemporaryFolder folder;
+  haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
+  session::LiveSession live(scene, device, {.duration_s = 0.1, .lockstep = true, .recording = folder / "short"});
+  live.run_in_lockstep();
+  const session::Recording recording = session::read_recording(folder / "short");
+  const session::SimulationStepRecord& seen = recording.simulation.back();
+  const std::vector<session::EventRecord> events{
+      {.time_s = seen.time_s, .step = seen.needle_step, .name = "ablation_started", .detail = ""},
+      {.time_s = seen.time_s, .step = seen.needle_step, .name = "ablation_stopped", .detail = "1e300 s"},
+      {.time_s = seen.time_s, .step = seen.needle_step, .name = "ablated", .detail = "1e300 s, nan ml"}};
+  const session::RecordedSettings settings = session::recorded_settings(recording);
+  session::StepHash hash;
+  ZoneReplay zone(scene, events);
+  session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash, &zone}, settings.base);
+  ASSERT_TRUE(session::replay(recording, loops, hash).identical());
+  ASSERT_NE(zone.zone_at(1e6), nullptr);
+  EXPECT_NEAR(zone.ablation()->heated_s(), 11, 1);
+}
+
 class AblationInLayers : public ::testing::Test {
 protected:
   AblationInLayers() {
