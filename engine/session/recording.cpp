@@ -102,6 +102,12 @@ bool zeros_to_the_end(std::span<const std::uint8_t> bytes, std::size_t record_at
          bytes.size() - written >= std::min<std::size_t>(format::kChecksumBytes, bytes.size() - record_at);
 }
 
+/// Of a session, s: finite, and so long that nobody sits through it.
+bool is_time(double time_s) {
+  constexpr double kLongest = 1e6;
+  return time_s >= 0 && time_s <= kLongest;
+}
+
 /// Adds one record whose checksum is right. @return false when its payload makes no sense
 bool take_record(RecordType type, std::span<const std::uint8_t> payload, Recording& out) {
   PayloadReader in(payload);
@@ -116,6 +122,7 @@ bool take_record(RecordType type, std::span<const std::uint8_t> payload, Recordi
       r.buttons = in.get<std::uint32_t>();
       r.valid = in.get_bool();
       r.patch_epoch = in.get<std::uint64_t>();
+      if (!is_time(r.time_s)) return false;
       out.haptic.push_back(r);
       break;
     }
@@ -129,6 +136,7 @@ bool take_record(RecordType type, std::span<const std::uint8_t> payload, Recordi
       r.factor_epoch = in.get<std::uint64_t>();
       r.probe.position = in.get_vector();
       r.probe.orientation = in.get_quaternion();
+      if (!is_time(r.time_s)) return false;
       out.simulation.push_back(r);
       break;
     }
@@ -147,6 +155,7 @@ bool take_record(RecordType type, std::span<const std::uint8_t> payload, Recordi
       r.step = in.get<std::uint64_t>();
       r.name = in.get_text();
       r.detail = in.get_text();
+      if (!is_time(r.time_s)) return false;
       out.events.push_back(std::move(r));
       break;
     }

@@ -137,6 +137,25 @@ TEST_F(RecordingFile, NonFiniteInputsAreKeptAsTheyWere) {
   EXPECT_TRUE(std::signbit(r.haptic.at(0).pose.position.y()));
 }
 
+TEST_F(RecordingFile, TimesThatNoSessionHasAreRefused) {
+  for (const double time_s : {std::nan(""), HUGE_VAL, -1.0, 1e9}) {
+    {
+      RecordingWriter writer(path_, header());
+      HapticStepRecord step = haptic_step(0);
+      step.time_s = time_s;
+      writer.haptic().add(step);
+      writer.finish();
+    }
+    EXPECT_THROW(read_recording(path_), ContentError) << time_s;
+    {
+      RecordingWriter writer(path_, header());
+      writer.session().add_event(time_s, 0, "ablation_started");
+      writer.finish();
+    }
+    EXPECT_THROW(read_recording(path_), ContentError) << time_s;
+  }
+}
+
 TEST_F(RecordingFile, EveryCutLeavesAReadableBeginning) {
   write_session(3);
   const std::vector<std::uint8_t> whole = bytes();
