@@ -162,7 +162,7 @@ std::optional<std::size_t> draw_procedure(const SessionFacts& facts) {
       ImGui::SetTooltip("%s", choice.why_not.c_str());
     }
   }
-  ImGui::TextDisabled("needle: %s", facts.device.c_str());
+  ImGui::TextDisabled("needle: %s   H: keys", facts.device.c_str());
   ImGui::PopTextWrapPos();
   return chosen;
 }

@@ -87,8 +87,6 @@ void draw_scanner_screen(view::Picture& picture, const ScannerReadout& readout, 
   line(fmt::format("Persist {:.1f}", controls.persistence), kFaint);
   canvas.text(font, fmt::format("{:.1f} N", std::max(0.0, readout.probe_force)), {picture.width - 16.0, height},
               height, kFaint, Align::right);
-  if (!console.help())
-    canvas.text(font, "H: keys", {picture.width - 16.0, 2.3 * height}, 0.8 * height, kFaint, Align::right);
   if (console.frozen()) {
     canvas.text(font, "FROZEN", {0.5 * picture.width, height}, height, kFocus, Align::centre);
   }

@@ -21,7 +21,7 @@ struct ScannerReadout {
 };
 
 /// Draws all of it into the black around the sector: names and numbers on the left, depths and focus at the scale on
-/// the right, the TGC curve, the note at the bottom; over the image the keys, while the console shows its help.
+/// the right, the TGC curve, the note at the bottom.
 void draw_scanner_screen(view::Picture& picture, const ScannerReadout& readout, const ScannerConsole& console,
                          const Font& font);
 
