@@ -1,14 +1,12 @@
 // `stylet debrief`: the debrief of a recording written again, with another expert or after a crash.
 #include "engine/debrief/debrief.h"
-#include "engine/content/error.h"
-#include "engine/content/scenario.h"
 #include "engine/debrief/session_replay.h"
-#include "engine/session/unfinished_recording.h"
+#include "engine/session/output_directory.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/expert_choice.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
-#include "tools/stylet/session_options.h"
+#include "tools/stylet/recorded_session.h"
 
 #include <fmt/format.h>
 
@@ -28,17 +26,8 @@ struct DebriefOptions {
 };
 
 int debrief_recording(const DebriefOptions& options) {
-  const std::string path = session::find_recording(options.recording).string();
-  const session::Recording recording = session::read_recording(path);
-  if (session::replayable_steps(recording).haptic == 0) {
-    throw content::ContentError(path + ": was cut off before the first step; there is nothing to show");
-  }
-  fmt::print("{}: {}\n", path, recording.condition());
-  const session::RecordedSettings settings = session::recorded_settings(recording);
   Progress progress;
-  content::Scene scene =
-      load_scene(options.scenario.empty() ? recording.header.scenario : options.scenario, progress);
-  if (settings.haptic_hz > 0) set_haptic_rate(scene, settings.haptic_hz);
+  const auto [recording, steps, scene] = open_recording(options.recording, options.scenario, progress);
   gpu::Device gpu({.gpu = options.gpu});
   session::OutputDirectory out(options.out);
   debrief::SessionReplay replay(scene, recording);

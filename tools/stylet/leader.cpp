@@ -23,6 +23,7 @@ Stylus make_leader(const std::string& device, Seen seen, const content::Scene& s
       Stylus stylus = make_stylus(leader, scene, log);
       fmt::print("{} leads the needle; --device mouse: mouse and keyboard; --device recorded: a demonstration\n",
                  stylus.device->name());
+      std::fflush(stdout);
       return stylus;
     } catch (const std::runtime_error& error) {
       fmt::print(stderr, "stylet: {}\n", error.what());

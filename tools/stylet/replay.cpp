@@ -1,17 +1,16 @@
 // `stylet replay`: runs a recording again and says whether every bit is the same; shows it, makes a film of it.
 #include "engine/content/error.h"
-#include "engine/content/scenario.h"
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/film.h"
 #include "engine/debrief/session_replay.h"
+#include "engine/session/output_directory.h"
 #include "engine/session/session_report.h"
-#include "engine/session/unfinished_recording.h"
 #include "engine/training/training_report.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
+#include "tools/stylet/recorded_session.h"
 #include "tools/stylet/replay_window.h"
-#include "tools/stylet/session_options.h"
 
 #include <fmt/format.h>
 
@@ -99,29 +98,11 @@ int tell_result(const debrief::SessionReplay& replay, const session::Recording& 
 }
 
 int replay_recording(const ReplayOptions& options) {
-  const std::string path = session::find_recording(options.recording).string();
-  const session::Recording recording = session::read_recording(path);
-  fmt::print("{}: {}\n", path, recording.condition());
-  const session::ReplayableSteps steps = session::replayable_steps(recording);
-  if (steps.haptic == 0) {
-    throw content::ContentError(path + ": was cut off before the first step; there is nothing to replay");
-  }
-  const double duration_s = recording.haptic[steps.haptic - 1].time_s;
-  if (steps.haptic != recording.haptic.size() || steps.simulation != recording.simulation.size()) {
-    fmt::print("replayed up to {:.3f} s: the {} haptic and {} simulation steps after it lack their input\n",
-               duration_s, recording.haptic.size() - steps.haptic, recording.simulation.size() - steps.simulation);
-  }
-  check_span(options, duration_s);
-  const session::RecordedSettings settings = session::recorded_settings(recording);
-  const auto scenario_path =
-      content::find_scenario(options.scenario.empty() ? recording.header.scenario : options.scenario);
-  if (session::file_hash(scenario_path) != recording.header.scenario_hash) {
-    fmt::print(stderr, "stylet: {} has changed since the recording was made; the replay may differ\n",
-               scenario_path.string());
-  }
   Progress progress;
-  content::Scene scene = load_scene(scenario_path.string(), progress);
-  if (settings.haptic_hz > 0) set_haptic_rate(scene, settings.haptic_hz);
+  const RecordedSession session = open_recording(options.recording, options.scenario, progress);
+  const auto& [recording, steps, scene] = session;
+  const double duration_s = session.duration_s();
+  check_span(options, duration_s);
   debrief::SessionReplay replay(scene, recording);
   if (options.view == "window") {
     view::Display display;

@@ -79,7 +79,10 @@ void show_replay(view::Display& display, gpu::Device& device, const content::Sce
     const auto now = std::chrono::steady_clock::now();
     playback.advance(std::chrono::duration<double>(now - before).count(), replay.frames().end_s());
     before = now;
-    if (!replay.frames().sample(playback.time_s(), frame)) continue;
+    if (window.minimised() || !replay.frames().sample(playback.time_s(), frame)) {
+      window.idle();
+      continue;
+    }
     const content::HeatedZone* zone = replay.zone_at(frame.time_s);
     scanner.draw(frame, zone);
     const gpu::Image& view = renderer.render(frame, camera, {.plane = scanner.in_view(), .zone = zone});

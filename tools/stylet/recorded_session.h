@@ -1,0 +1,27 @@
+// A recording and the scene that it was made in: what `replay` and `debrief` begin with.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/session/recording.h"
+#include "engine/session/replay.h"
+#include "tools/stylet/progress.h"
+
+#include <string>
+
+namespace stylet::tools {
+
+struct RecordedSession {
+  session::Recording recording;
+  session::ReplayableSteps steps;
+  content::Scene scene;
+
+  double duration_s() const { return recording.haptic[steps.haptic - 1].time_s; }
+};
+
+/// Says what the recording holds, what of it can be run again, and where the scenario is another by now.
+/// @param named     file or folder, session::find_recording
+/// @param scenario  instead of the one named in the recording; empty: that
+/// @throws content::ContentError  also a recording without a step
+RecordedSession open_recording(const std::string& named, const std::string& scenario, Progress& progress);
+
+}  // namespace stylet::tools
