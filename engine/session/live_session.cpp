@@ -3,13 +3,17 @@
 #include "engine/session/lockstep.h"
 #include "engine/session/needle_base.h"
 #include "engine/session/replay.h"
+#include "engine/session/threaded_run.h"
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 
 namespace stylet::session {
 
 namespace {
 
+constexpr std::chrono::milliseconds kLook{1};
 constexpr double kLongestTrace = 600;  // s of force kept of a session without an end
 
 physics::StylusPose first_pose(haptic::Device& device) {
@@ -52,31 +56,44 @@ std::vector<StepListener*> LiveSession::listeners() {
   return all;
 }
 
-RunStatistics LiveSession::run_in_lockstep(const RunProgress& progress) {
-  const RunStatistics run = run_lockstep(loops_, device_, scene_, settings_.duration_s, [&](double share) {
-    writer_.drain();
-    if (progress) progress(share);
-  });
-  if (progress) progress(1);
-  finish();
-  return run;
+void LiveSession::start() {
+  if (settings_.lockstep) {
+    schedule_ = std::make_unique<LockstepRun>(
+        loops_, device_, scene_, LockstepSettings{.duration_s = settings_.duration_s, .probe = settings_.probe});
+    return;
+  }
+  writer_.start_background();
+  schedule_ = std::make_unique<ThreadedRun>(
+      loops_, device_, scene_, ThreadedSettings{.duration_s = settings_.duration_s, .probe = settings_.probe});
 }
 
-void LiveSession::start() {
-  writer_.start_background();
-  threads_.emplace(loops_, device_, scene_,
-                   ThreadedSettings{.duration_s = settings_.duration_s, .probe = settings_.probe});
+void LiveSession::advance(double by_s) {
+  if (!settings_.lockstep) return;
+  schedule_->advance(by_s);
+  writer_.drain();
+}
+
+void LiveSession::wait() {
+  while (!finished()) {
+    settings_.lockstep ? advance(1 / scene_.rates.simulation_hz) : std::this_thread::sleep_for(kLook);
+  }
+}
+
+RunStatistics LiveSession::run_in_lockstep(const RunProgress& progress) {
+  start();
+  while (!finished()) {
+    if (progress) progress(time_s() / settings_.duration_s);
+    advance(1 / scene_.rates.simulation_hz);
+  }
+  if (progress) progress(1);
+  return stop();
 }
 
 RunStatistics LiveSession::stop() {
-  threads_->stop();
-  finish();
-  return threads_->statistics();
-}
-
-void LiveSession::finish() {
+  schedule_->stop();
   recorder_.finish();
   writer_.finish();
+  return schedule_->statistics();
 }
 
 }  // namespace stylet::session

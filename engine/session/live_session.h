@@ -5,15 +5,17 @@
 #include "engine/session/coupled_loops.h"
 #include "engine/session/force_recorder.h"
 #include "engine/session/frame_publisher.h"
+#include "engine/session/held_probe.h"
 #include "engine/session/newest_needle.h"
 #include "engine/session/recorder.h"
 #include "engine/session/recording_writer.h"
 #include "engine/session/run_statistics.h"
+#include "engine/session/schedule.h"
 #include "engine/session/step_hash.h"
-#include "engine/session/threaded_run.h"
 #include "haptic/device.h"
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,43 +23,45 @@
 
 namespace stylet::session {
 
+/// Session time that passes with a picture of a session in lockstep, s.
+inline constexpr double kLockstepFrame = 1.0 / 60;
+
 struct LiveSettings {
   physics::Coupling coupling = physics::Coupling::stylet;
   double duration_s = 0;  ///< infinity: until stop()
   bool lockstep = false;
   std::filesystem::path recording{};       ///< file to write
   std::string build{};                     ///< for its header
-  HeldProbe* probe = nullptr;              ///< moves the probe of a threaded session; null: the scene does
+  HeldProbe* probe = nullptr;              ///< moves the probe; null: the scene does
   std::vector<StepListener*> listeners{};  ///< told of every step after the session's own; they outlive it
 };
 
-/// Use: construct (loads the loops), then either run_lockstep() or start() ... stop().
+/// Use: construct (loads the loops), start(), advance() with every frame until finished(), stop(). In threads time
+/// passes by itself, in lockstep by advance() alone; whoever looks on need not know which.
 class LiveSession {
 public:
   /// @param scene, device  outlive the session
   LiveSession(const content::Scene& scene, haptic::Device& device, const LiveSettings& settings);
 
-  /// @param progress  every simulation step, and with 1 at the end, when the recording can still take events
-  RunStatistics run_in_lockstep(const RunProgress& progress = {});
-
-  /// Starts the threads.
+  /// The threads begin, or the schedule that advance() goes by.
   void start();
-  bool finished() const { return threads_->finished(); }
+  /// In lockstep, makes the steps of so much more session time, s; in threads, nothing. The thread that start()ed.
+  void advance(double by_s);
+  bool lockstep() const { return settings_.lockstep; }
+  bool finished() const { return schedule_->finished(); }
+  double time_s() const { return schedule_->time_s(); }
   /// Returns when the duration has passed.
-  void wait() const { threads_->wait(); }
-  double time_s() const { return threads_->time_s(); }
+  void wait();
   /// Between start() and stop(): the loops stand, session time stands, the force fades to zero, and engages anew
   /// afterwards. Replays as if the pause had not been. One thread calls both, a second call of either does nothing.
-  /// In lockstep, where nobody waits, they do nothing.
-  void pause() {
-    if (threads_) threads_->pause();
-  }
-  void resume() {
-    if (threads_) threads_->resume();
-  }
-  bool paused() const { return threads_ && threads_->paused(); }
-  /// Puts something on record that no loop knows of: what the user did. One thread, before stop() or the end of
-  /// run_in_lockstep(); texts as in EventRecord.
+  void pause() { schedule_->pause(); }
+  void resume() { schedule_->resume(); }
+  bool paused() const { return schedule_->paused(); }
+  /// From start() to stop() in lockstep.
+  /// @param progress  before every simulation step, and with 1 at the end, when the recording can still take events
+  RunStatistics run_in_lockstep(const RunProgress& progress = {});
+  /// Puts something on record that no loop knows of: what the user did. One thread, before stop() or the end
+  /// of run_in_lockstep(); texts as in EventRecord.
   void add_event(double time_s, std::uint64_t haptic_step, std::string_view name, std::string_view detail = {}) {
     writer_.session().add_event(time_s, haptic_step, name, detail);
   }
@@ -65,7 +69,7 @@ public:
   const state::StateBuffer& frames() const { return frames_.buffer(); }
   /// The needle as it is now, newer than any of frames(); one thread.
   NewestNeedle& newest_needle() { return needle_; }
-  /// Stops the threads and completes the recording.
+  /// Ends the run and completes the recording.
   RunStatistics stop();
 
   // After the run.
@@ -79,7 +83,6 @@ public:
 
 private:
   std::vector<StepListener*> listeners();
-  void finish();
 
   const content::Scene& scene_;
   haptic::Device& device_;
@@ -93,7 +96,7 @@ private:
   FramePublisher frames_;
   NewestNeedle needle_;
   CoupledLoops loops_;
-  std::optional<ThreadedRun> threads_;
+  std::unique_ptr<Schedule> schedule_;  // after start()
 };
 
 }  // namespace stylet::session

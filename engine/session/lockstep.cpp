@@ -1,59 +1,86 @@
 #include "engine/session/lockstep.h"
 
-#include "engine/session/stylus_step.h"
 #include "haptic/denormals.h"
-#include "haptic/paced_loop.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace stylet::session {
 
+LockstepRun::LockstepRun(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
+                         const LockstepSettings& settings)
+    : loops_(loops),
+      scene_(scene),
+      settings_(settings),
+      hand_(loops, device),
+      patch_(loops.make_patch()),
+      ratio_(
+          static_cast<std::uint64_t>(std::max(1LL, std::llround(scene.rates.haptic_hz / scene.rates.simulation_hz)))),
+      steps_(std::isinf(settings.duration_s)
+                 ? std::numeric_limits<std::uint64_t>::max()
+                 : static_cast<std::uint64_t>(std::llround(settings.duration_s * scene.rates.haptic_hz))) {}
+
+void LockstepRun::advance(double by_s) {
+  const haptic::FlushDenormals flush;  // as in the threads, so that a threaded run replays to the same bits
+  if (paused_) return hand_.hold(time_s(), by_s);
+  const std::int64_t began_ns = clock_.now_ns();
+  asked_s_ += by_s;
+  const auto asked = static_cast<std::uint64_t>(std::llround(asked_s_ * scene_.rates.haptic_hz));
+  for (const std::uint64_t end = std::min(asked, steps_); step_ < end; ++step_) {
+    if (step_ % ratio_ == 0) simulation_step();
+    haptic_step();
+  }
+  run_.wall_s += static_cast<double>(clock_.now_ns() - began_ns) * 1e-9;
+}
+
+void LockstepRun::simulation_step() {
+  if (since_request_ >= 0) ++since_request_;
+  const bool take = since_request_ >= kLockstepFactorisationSteps;
+  const bool request = since_request_ < 0 || take;
+  const double now_s = time_s();
+  const std::int64_t began_ns = clock_.now_ns();
+  const physics::RigidPose probe =
+      settings_.probe != nullptr ? settings_.probe->pose(now_s) : probe_pose(scene_, now_s);
+  const physics::SimulationReport report =
+      loops_.simulation_step(now_s, loops_.needle(), probe, take, request, patch_);
+  simulation_time_.add(clock_.now_ns() - began_ns);
+  if (take) since_request_ = -1;
+  if (report.factorisation_requested) {
+    loops_.worker().step();
+    since_request_ = 0;
+  }
+  run_.factorisations += report.factorisation_taken ? 1 : 0;
+  run_.simulation_flags |= report.flags;
+  run_.patch_flags |= patch_.flags;
+  ++run_.simulation.steps;
+}
+
+void LockstepRun::haptic_step() {
+  const std::int64_t began_ns = clock_.now_ns();
+  run_.needle_flags |= hand_.step(time_s(), loops_.haptic_dt(), patch_).flags;
+  haptic_time_.add(clock_.now_ns() - began_ns);
+}
+
+RunStatistics LockstepRun::statistics() const {
+  RunStatistics run = run_;
+  run.duration_s = time_s();
+  run.haptic = {.steps = step_, .rate_hz = scene_.rates.haptic_hz, .step_time = haptic_time_.quantiles()};
+  run.simulation.rate_hz = scene_.rates.simulation_hz;
+  run.simulation.step_time = simulation_time_.quantiles();
+  run.guard = hand_.counters();
+  return run;
+}
+
 RunStatistics run_lockstep(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
                            double duration_s, const RunProgress& progress) {
-  const haptic::FlushDenormals flush;  // as in the threads, so that a threaded run replays to the same bits
-  haptic::MonotonicClock clock;
-  haptic::LatencyHistogram haptic_time;
-  haptic::LatencyHistogram simulation_time;
-  StylusStep hand(loops, device);
-  physics::TissuePatch patch = loops.make_patch();
-  RunStatistics run{.mode = "lockstep", .duration_s = duration_s};
-  const auto steps = static_cast<std::uint64_t>(std::llround(duration_s * scene.rates.haptic_hz));
-  const auto ratio =
-      static_cast<std::uint64_t>(std::max(1LL, std::llround(scene.rates.haptic_hz / scene.rates.simulation_hz)));
-  int since_request = -1;  // simulation steps; -1: none under way
-  const std::int64_t begin = clock.now_ns();
-  for (std::uint64_t k = 0; k < steps; ++k) {
-    const double time_s = static_cast<double>(k) * loops.haptic_dt();
-    if (k % ratio == 0) {
-      if (since_request >= 0) ++since_request;
-      const bool take = since_request >= kLockstepFactorisationSteps;
-      const bool request = since_request < 0 || take;
-      const std::int64_t start = clock.now_ns();
-      const physics::SimulationReport report = loops.simulation_step(time_s, loops.needle(), take, request, patch);
-      simulation_time.add(clock.now_ns() - start);
-      if (take) since_request = -1;
-      if (report.factorisation_requested) {
-        loops.worker().step();
-        since_request = 0;
-      }
-      run.factorisations += report.factorisation_taken ? 1 : 0;
-      run.simulation_flags |= report.flags;
-      run.patch_flags |= patch.flags;
-      ++run.simulation.steps;
-      if (progress) progress(static_cast<double>(k) / static_cast<double>(steps));
-    }
-    const std::int64_t start = clock.now_ns();
-    const physics::NeedleState& needle = hand.step(time_s, loops.haptic_dt(), patch);
-    haptic_time.add(clock.now_ns() - start);
-    run.needle_flags |= needle.flags;
+  LockstepRun run(loops, device, scene, {.duration_s = duration_s});
+  while (!run.finished()) {
+    if (progress) progress(run.time_s() / duration_s);
+    run.advance(1 / scene.rates.simulation_hz);
   }
-  run.wall_s = static_cast<double>(clock.now_ns() - begin) * 1e-9;
-  run.haptic = {.steps = steps, .rate_hz = scene.rates.haptic_hz, .step_time = haptic_time.quantiles()};
-  run.simulation.rate_hz = scene.rates.simulation_hz;
-  run.simulation.step_time = simulation_time.quantiles();
-  run.guard = hand.counters();
-  return run;
+  run.stop();
+  return run.statistics();
 }
 
 }  // namespace stylet::session

@@ -2,8 +2,12 @@
 #pragma once
 
 #include "engine/session/coupled_loops.h"
+#include "engine/session/held_probe.h"
 #include "engine/session/run_statistics.h"
+#include "engine/session/schedule.h"
+#include "engine/session/stylus_step.h"
 #include "haptic/device.h"
+#include "haptic/paced_loop.h"
 
 namespace stylet::session {
 
@@ -11,8 +15,50 @@ namespace stylet::session {
 /// needs.
 inline constexpr int kLockstepFactorisationSteps = 5;
 
+struct LockstepSettings {
+  double duration_s = 0;       ///< session time; infinity: until its caller stops
+  HeldProbe* probe = nullptr;  ///< moves the probe; null: the scene does
+};
+
 /// N = haptic rate / simulation rate haptic steps to every simulation step, which comes first and consumes the latest
-/// needle. The device gets its force through an OutputGuard.
+/// needle. The device gets its force through an OutputGuard. All on the caller's thread.
+class LockstepRun final : public Schedule {
+public:
+  /// What is passed in outlives this.
+  LockstepRun(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
+              const LockstepSettings& settings);
+
+  void advance(double by_s) override;
+  double time_s() const override { return static_cast<double>(step_) * loops_.haptic_dt(); }
+  void pause() override { paused_ = true; }
+  void resume() override { paused_ = false; }
+  bool paused() const override { return paused_; }
+  bool finished() const override { return step_ >= steps_; }
+  void stop() override { hand_.release(); }
+  RunStatistics statistics() const override;
+
+private:
+  void simulation_step();
+  void haptic_step();
+
+  CoupledLoops& loops_;
+  const content::Scene& scene_;
+  LockstepSettings settings_;
+  haptic::MonotonicClock clock_;
+  StylusStep hand_;
+  physics::TissuePatch patch_;
+  std::uint64_t ratio_;     // haptic steps to a simulation step
+  std::uint64_t steps_;     // haptic, of the whole run
+  std::uint64_t step_ = 0;  // the next one
+  double asked_s_ = 0;      // session time advanced to
+  int since_request_ = -1;  // simulation steps; -1: no factorisation under way
+  bool paused_ = false;
+  RunStatistics run_{.mode = "lockstep"};
+  haptic::LatencyHistogram haptic_time_;
+  haptic::LatencyHistogram simulation_time_;
+};
+
+/// From start to end in one go.
 RunStatistics run_lockstep(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
                            double duration_s, const RunProgress& progress = {});
 

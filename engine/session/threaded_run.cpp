@@ -57,7 +57,7 @@ void ThreadedRun::haptic_step(const haptic::StepTiming& timing) {
     return;
   }
   if (time_s >= settings_.duration_s) {
-    if (!finished_.exchange(true, std::memory_order_acq_rel)) finished_.notify_all();
+    finished_.store(true, std::memory_order_release);
     return;
   }
   end_s_ = time_s;

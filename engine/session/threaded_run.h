@@ -5,6 +5,7 @@
 #include "engine/session/coupled_loops.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/run_statistics.h"
+#include "engine/session/schedule.h"
 #include "engine/session/stylus_step.h"
 #include "haptic/device.h"
 #include "haptic/real_time_thread.h"
@@ -24,29 +25,22 @@ struct ThreadedSettings {
 };
 
 /// Starts the threads on construction. What is passed in is theirs until stop().
-class ThreadedRun {
+class ThreadedRun final : public Schedule {
 public:
   ThreadedRun(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
               const ThreadedSettings& settings);
-  ~ThreadedRun();
+  ~ThreadedRun() override;
   ThreadedRun(const ThreadedRun&) = delete;
   ThreadedRun& operator=(const ThreadedRun&) = delete;
 
-  /// Session time, from the start of the threads without the pauses, s. Any thread.
-  double time_s() const;
-  /// Session time stands still, the loops make no step, the force fades out. One thread calls both.
-  void pause();
-  void resume();
-  /// Any thread.
-  bool paused() const { return clock_state_.load(std::memory_order_acquire) < 0; }
-  /// The duration has passed. Any thread.
-  bool finished() const { return finished_.load(std::memory_order_acquire); }
-  /// Returns when the duration has passed.
-  void wait() const { finished_.wait(false, std::memory_order_acquire); }
-  /// Stops and joins all threads; zero force goes to the device. May be called twice.
-  void stop();
-  /// After stop().
-  RunStatistics statistics() const;
+  void advance(double /*by_s*/) override {}
+  double time_s() const override;
+  void pause() override;
+  void resume() override;
+  bool paused() const override { return clock_state_.load(std::memory_order_acquire) < 0; }
+  bool finished() const override { return finished_.load(std::memory_order_acquire); }
+  void stop() override;
+  RunStatistics statistics() const override;
 
 private:
   double session_s(std::int64_t clock_state, std::int64_t now_ns) const;

@@ -2,7 +2,6 @@
 // was recorded is whole, and one line says what happened.
 #include "tests/content/small_scenario.h"
 #include "tests/stylet/command.h"
-#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 #include <arpa/inet.h>
@@ -23,7 +22,9 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-constexpr double kMotion = support::kSanitized ? 10 : 3;  // s: devices must be made and lost meanwhile
+constexpr double kMotion = 3;     // s
+constexpr double kSession = 0.4;  // s in lockstep: 24 pictures, however slowly they are drawn
+constexpr const char* kInLockstep = "--lockstep --seconds 0.4 --device recorded";
 constexpr const char* kGoesOn = "; the session goes on with another\n";
 constexpr const char* kRefused = "stylet: the graphics device was lost (vkQueueSubmit2: VK_ERROR_DEVICE_LOST)";
 
@@ -55,8 +56,8 @@ protected:
   }
   fs::path out() const { return folder_ / "out"; }
 
-  /// It lasted as long as its motion, or the time given, and every step of it replays.
-  void expect_whole(double seconds = kMotion) {
+  /// It lasted as long as it was to, and every step of it replays.
+  void expect_whole(double seconds = kSession) {
     const json session = json::parse(read_text(out() / "session.json"));
     EXPECT_TRUE(session["replay"]["identical"]);
     EXPECT_NEAR(session["duration_s"].get<double>(), seconds, 0.1);
@@ -65,6 +66,7 @@ protected:
     EXPECT_EQ(replayed.exit_code, 0) << replayed.output;
     EXPECT_THAT(replayed.output, HasSubstr("identical: "));
   }
+  std::string state_hash() const { return json::parse(read_text(out() / "session.json"))["state_hash"]; }
   void expect_pictures(bool there) {
     for (const char* name : {"debrief.html", "session.png", "view.png"}) EXPECT_EQ(fs::exists(out() / name), there);
     EXPECT_GT(fs::file_size(out() / "force.csv"), 500u);
@@ -82,17 +84,19 @@ protected:
 };
 
 TEST_F(DeviceLossInAWindow, TheSessionGoesOnInAnother) {
-  const Outcome outcome =
-      train(support::kSanitized ? "2 never" : "8 never", "--view window --device recorded --seconds 1");
+  const Outcome outcome = train("8 never", fmt::format("--view window {}", kInLockstep));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(count(outcome.output, std::string(kRefused) + kGoesOn), 1) << outcome.output;
   EXPECT_EQ(count(outcome.output, "stylet: "), 1) << outcome.output;
   expect_pictures(true);
-  expect_whole(1);
+  expect_whole();
+  const std::string seen = state_hash();
+  train("1", fmt::format("--view headless {}", kInLockstep));
+  EXPECT_EQ(state_hash(), seen) << "in lockstep it does not matter who looks on";
 }
 
 TEST_F(DeviceLossInAWindow, LostAgainAndAgainItGoesOnHeadless) {
-  const Outcome outcome = train("8 3", "--view window --device recorded");
+  const Outcome outcome = train("8 3", fmt::format("--view window {}", kInLockstep));
   EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
   EXPECT_EQ(count(outcome.output, std::string(kRefused) + kGoesOn), 2) << outcome.output;
   EXPECT_EQ(count(outcome.output, std::string(kRefused) + " 3 times; going on headless\n"), 1) << outcome.output;
@@ -118,7 +122,7 @@ TEST_F(DeviceLossInAWindow, ASessionThatNobodyCouldLeadEnds) {
 }
 
 TEST_F(DeviceLossInAWindow, AHungDeviceIsNotWaitedFor) {
-  const Outcome outcome = train("hang:3 absent", "--view window --device recorded");
+  const Outcome outcome = train("hang:3 absent", fmt::format("--view window {}", kInLockstep));
   EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
   EXPECT_THAT(outcome.output, HasSubstr(" hangs: a submission took longer than two minutes), and there is no other"));
   EXPECT_THAT(outcome.output, HasSubstr("; going on headless\n"));
@@ -127,11 +131,11 @@ TEST_F(DeviceLossInAWindow, AHungDeviceIsNotWaitedFor) {
 }
 
 TEST_F(DeviceLoss, TheDebriefIsDrawnWithAnother) {
-  const Outcome outcome = train("5 never", "--view headless --seconds 0.4", "");
+  const Outcome outcome = train("5 never", "--view headless --lockstep --seconds 0.4 --device recorded", "");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(count(outcome.output, std::string(kRefused) + "; drawing again with another\n"), 1) << outcome.output;
   expect_pictures(true);
-  expect_whole(0.4);
+  expect_whole();
 }
 
 /// A client that reads whatever comes until the session is over.
@@ -187,14 +191,14 @@ TEST_F(DeviceLoss, AHeadlessSessionGoesOnSendingImages) {
   EXPECT_EQ(count(outcome.output, std::string(kRefused) + kGoesOn), 1) << outcome.output;
   EXPECT_THAT(outcome.output, HasSubstr("; going on without images\n"));
   expect_pictures(false);
-  expect_whole();
+  expect_whole(kMotion);
 }
 
 TEST_F(DeviceLoss, InAHeadsetTheSessionGoesOnThere) {
   setenv("XR_RUNTIME_JSON", STYLET_MOCK_OPENXR_MANIFEST, 1);
   const fs::path refused = folder_ / "refused";
-  setenv("STYLET_MOCK_OPENXR", fmt::format("size=96x80 errors={}", refused.string()).c_str(), 1);
-  const Outcome outcome = train("5 3 absent", "--view headset --device recorded");
+  setenv("STYLET_MOCK_OPENXR", fmt::format("steady=11 size=96x80 errors={}", refused.string()).c_str(), 1);
+  const Outcome outcome = train("5 3 absent", fmt::format("--view headset {}", kInLockstep));
   EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
   EXPECT_EQ(count(outcome.output, std::string(kRefused) + kGoesOn), 1) << outcome.output;
   EXPECT_THAT(outcome.output, HasSubstr("; going on headless\n"));

@@ -13,8 +13,6 @@
 namespace stylet {
 namespace {
 
-constexpr const char* kAtMost = support::kSanitized ? "--expert none --seconds 30" : "--expert none --seconds 5";
-
 class Headset : public ::testing::Test {
 protected:
   Headset() {
@@ -63,7 +61,8 @@ TEST_F(Headset, WithoutAHeadsetItSaysSo) {
 }
 
 TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
-  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 menu=4 end=10", kAtMost);
+  const Outcome outcome =
+      train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 menu=4 end=12", "--lockstep --expert none");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(read_text(refused()), "");
   const session::Recording recording = session::read_recording(out() / "session.rec");
@@ -84,7 +83,8 @@ TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
 }
 
 TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {
-  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 menu=4 lose=8", kAtMost);
+  const Outcome outcome =
+      train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 menu=2 lose=5", "--lockstep --expert none");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_NE(outcome.output.find("the headset has gone (connection, power or its runtime); nothing leads the needle: "
                                 "the end\n"),
@@ -94,8 +94,8 @@ TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {
 }
 
 TEST_F(Headset, LostInTheMiddleARecordedMotionGoesOn) {
-  if (support::kSanitized) GTEST_SKIP() << "its second is over before the first frame";
-  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "size=96x80 lose=1", "--expert none --device recorded");
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 lose=5",
+                                "--lockstep --expert none --device recorded");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_NE(outcome.output.find("; going on headless\n"), std::string::npos) << outcome.output;
   EXPECT_NEAR(session::read_recording(out() / "session.rec").haptic.back().time_s, 1, 0.01);

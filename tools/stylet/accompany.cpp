@@ -61,8 +61,13 @@ void pass_headless(Attended& session, double duration_s, Progress& progress, boo
   while (!session.live.finished() && !interrupted()) {
     watch.look();
     with.course.poll(session.live);
-    progress.show("Session in real time", session.live.time_s() / duration_s);
-    with.link.pass_time(drawn ? &with.graphics.device() : nullptr, with.course.zone());
+    progress.show(session.live.lockstep() ? "Session in lockstep" : "Session in real time",
+                  session.live.time_s() / duration_s);
+    if (session.live.lockstep()) {
+      session.live.advance(1 / session.scene.rates.simulation_hz);
+    } else {
+      with.link.pass_time(drawn ? &with.graphics.device() : nullptr, with.course.zone());
+    }
   }
 }
 

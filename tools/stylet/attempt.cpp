@@ -39,7 +39,8 @@ const std::vector<std::string> kPictures{"session.mp4",  "session.png",  "view.p
 void check(const TrainOptions& options, const Stylus& stylus, bool window, bool headset) {
   using content::ContentError;
   if (options.lockstep && stylus.hid != nullptr)
-    throw ContentError("--lockstep: a HID device moves in real time; leave one of --lockstep and hid out");
+    throw ContentError(
+        "--lockstep: a HID device moves in real time; leave --lockstep out, or choose another with --device");
   if (options.lockstep && options.link.wanted())
     throw ContentError("--lockstep: runs faster than time; leave one of --lockstep and --link out");
   if (stylus.link != nullptr && !options.link.wanted())
@@ -172,23 +173,15 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
                                 .gpu = graphics.device().identity().name,
                                 .gpu_driver = graphics.device().identity().driver,
                                 .blas = physics::single_threaded_blas().name};
-  std::int64_t begin_ns = 0;  // CLOCK_MONOTONIC at session time 0
-  if (options.lockstep) {
-    report.run = live.run_in_lockstep([&](double share) {
-      throw_if_interrupted();
-      share < 1 ? (void)course.poll(live) : course.end(live);
-      progress.show("Session in lockstep", share);
-    });
-  } else {
-    file.keep();  // what a hand has done is not done again
-    live.start();
-    begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
-    link.start();
-    accompany(live, scene, {graphics, display, headset, stylus, probe, course, link}, options.stereo,
-              stylus.duration_s, progress);
-    course.end(live);
-    report.run = live.stop();
-  }
+  file.keep();  // what a hand has done is not done again
+  live.start();
+  // CLOCK_MONOTONIC at session time 0
+  const std::int64_t begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
+  link.start();
+  accompany(live, scene, {graphics, display, headset, stylus, probe, course, link}, options.stereo, stylus.duration_s,
+            progress);
+  course.end(live);
+  report.run = live.stop();
   const std::vector<std::string> link_lines = link.stop();
   if (course.reset_asked_for() && !interrupted()) {
     file.discard();

@@ -60,6 +60,7 @@ bool accompany_headset(view::Headset& headset, gpu::Device& device, const conten
       std::this_thread::sleep_for(kIdle);
       continue;
     }
+    session.advance(session::kLockstepFrame);
     hands.move(frame->hands, session.time_s());
     if (settings.course != nullptr) {
       const training::Action menu = menu_action(settings.course->state());

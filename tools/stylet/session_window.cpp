@@ -43,8 +43,11 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
     while (!session.finished() && !interrupted()) {
       watch.look();
       const auto now = std::chrono::steady_clock::now();
-      const double dt_s = std::min(std::chrono::duration<double>(now - before).count(), kLongestFrame);
+      const double dt_s = session.lockstep()
+                              ? session::kLockstepFrame
+                              : std::min(std::chrono::duration<double>(now - before).count(), kLongestFrame);
       before = now;
+      session.advance(dt_s);
       const view::Input input = window.poll();
       overlay.begin({.width = window.width(),
                      .height = window.height(),

@@ -32,17 +32,11 @@ int list_scenarios() {
 
 bool want_window(const TrainOptions& options) {
   if (options.view == "headless") return false;
-  if (options.view == "headset" && options.lockstep) {
-    throw content::ContentError("--lockstep: runs without a headset; leave one of --lockstep and --view headset out");
-  }
   if (options.view == "window" && !has_display()) {
     throw content::ContentError(
         "--view window: there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set); use --view headless");
   }
-  if (options.view == "window" && options.lockstep) {
-    throw content::ContentError("--lockstep: runs without a window; leave one of --lockstep and --view window out");
-  }
-  return has_display() && !options.lockstep;
+  return has_display() && (options.view != "auto" || !options.lockstep);
 }
 
 /// A window's display; none for a headless session, or where --view auto or headset finds that none can be opened. Of
@@ -83,13 +77,15 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_option("--device", options->device, kDeviceHelp + std::string(kLeaderHelp));
   command
       ->add_option("--view", options->view,
-                   "auto: a window where there is a display, else headless; headset: OpenXR, and where no runtime "
-                   "answers as auto")
+                   "auto: a window where there is a display, else headless, as is --lockstep; headset: OpenXR, and "
+                   "where no runtime answers as auto")
       ->check(CLI::IsMember({"auto", "window", "headset", "headless"}))
       ->capture_default_str();
   command->add_flag("--stereo", options->stereo, "Both eyes side by side, drawn in one pass");
-  command->add_flag("--lockstep", options->lockstep,
-                    "One thread, fixed schedule, as fast as it goes: the same bits every time");
+  command->add_flag(
+      "--lockstep", options->lockstep,
+      "One thread, fixed schedule: the same bits every time. Headless as fast as it goes; in a window or "
+      "headset a picture every 1/60 s of the session, for which time waits");
   command->add_option("--coupling", options->coupling, kCouplingHelp);
   command->add_option("--haptic-hz", options->haptic_hz,
                       "Rate of the haptic loop, up to 4000; default: the scenario's");

@@ -4,6 +4,7 @@
 //
 // size=WxH     of each eye
 // absent       no headset is connected
+// steady=MS    time goes on by so much with each frame, however long it takes; else in real time
 // resize=N     half the size after N frames
 // lose=N       the headset goes after N frames
 // end=N        the session ends for good after N frames
@@ -11,7 +12,7 @@
 // errors=FILE  appends every call that was refused
 // left=FILE, right=FILE  a recent frame of an eye, as PPM
 //
-// Head and hands move a little, in real time: the head looks down at the table, the right hand comes nearer to it,
+// Head and hands move a little: the head looks down at the table, the right hand comes nearer to it,
 // the left hand slides aside.
 #include "tests/support/openxr/state.h"
 
@@ -59,7 +60,11 @@ const bool read_environment = [] {
     plan().words[word.substr(0, equals)] = equals == std::string::npos ? "" : word.substr(equals + 1);
   }
   Script script;
-  script.in_real_time = true;
+  if (const std::uint64_t ms = plan().number("steady"); ms != 0) {
+    script.period = static_cast<XrDuration>(ms) * 1'000'000;
+  } else {
+    script.in_real_time = true;
+  }
   script.connected = plan().words.count("absent") == 0;
   if (const auto size = plan().words.find("size"); size != plan().words.end())
     std::sscanf(size->second.c_str(), "%ux%u", &script.width, &script.height);

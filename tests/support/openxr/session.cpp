@@ -292,7 +292,7 @@ XrResult xrEndFrame(XrSession session, const XrFrameEndInfo* end) {
   found->begun = false;
   ++runtime().report.frames;
   advance(*found);
-  if (runtime().script.in_real_time) follow_environment();
+  follow_environment();
   return XR_SUCCESS;
 }
 
