@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -43,6 +44,13 @@ inline double resident_mib() {
   double total = 0, resident = 0;
   file >> total >> resident;
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+/// How much the floor of what is resident has risen from the first quarter of the samples to the last. The allocator
+/// keeps a large block that was freed, or gives it back, as it likes: single samples differ by such a block.
+inline double growth(std::span<const double> samples) {
+  const std::size_t quarter = (samples.size() + 3) / 4;
+  return std::ranges::min(samples.last(quarter)) - std::ranges::min(samples.first(quarter));
 }
 
 /// Minutes as an environment variable has them.
