@@ -40,10 +40,15 @@ PathPoint point_of(const TraceSample& s) {
 
 constexpr std::array<float, 3> kAir{0.32F, 0.42F, 0.48F};  // seen on light and dark pages
 
+/// The names of tissues for people: "bright_target" as "bright target".
+std::string spaced(std::string text) {
+  std::ranges::replace(text, '_', ' ');
+  return text;
+}
+
 /// "biopsy_fired" as a title: "Biopsy fired".
 std::string words(std::string_view name) {
-  std::string text(name);
-  std::ranges::replace(text, '_', ' ');
+  std::string text = spaced(std::string(name));
   if (!text.empty() && text.front() >= 'a' && text.front() <= 'z') {
     text.front() = static_cast<char>(text.front() - 'a' + 'A');
   }
@@ -54,15 +59,22 @@ bool is_sample(const EventRecord& event) {
   return event.name == training::kFireEvent || event.name == training::kAblationEvent;
 }
 
-DebriefEvent event_of(const EventRecord& event) {
-  if (event.name == "stage") return {event.time_s, EventKind::stage, words(event.detail), ""};
-  if (is_sample(event) || event.name == "ablation_stopped") {
+/// @param heats  the session was an ablation, whose sampling takes nothing
+DebriefEvent event_of(const EventRecord& event, bool heats) {
+  if (event.name == training::flow_event::kStage) {
+    const bool sampling = event.detail == training::stage_name(training::Stage::sampling);
+    return {event.time_s, EventKind::stage, heats && sampling ? "Ablation" : words(event.detail), ""};
+  }
+  if (event.name == training::kFireEvent) {
+    return {event.time_s, EventKind::sample, words(event.name), "core " + event.detail};
+  }
+  if (is_sample(event) || event.name == training::flow_event::kAblationStopped) {
     return {event.time_s, EventKind::sample, words(event.name), event.detail};
   }
   if (event.name == session::Recorder::kSafetyEvent) {
     return {event.time_s, EventKind::safety, "Force limited", words(event.detail)};
   }
-  return {event.time_s, EventKind::note, words(event.name), event.detail};
+  return {event.time_s, EventKind::note, words(event.name), spaced(event.detail)};
 }
 
 /// Tissue inside the boundary of the body that holds the first target; -1: there is none.
@@ -126,18 +138,20 @@ std::vector<DebriefEvent> events_of(const std::vector<EventRecord>& events) {
   std::vector<DebriefEvent> out;
   const bool punctured =
       std::ranges::any_of(events, [](const EventRecord& e) { return e.name == session::kPunctureEvent; });
+  const bool heats =
+      std::ranges::any_of(events, [](const EventRecord& e) { return e.name == training::kAblationEvent; });
   for (const EventRecord& event : events) {
     if (event.name == "buttons") continue;
     if (punctured && (event.name == "entered" || event.name == "left")) continue;  // said better by the punctures
     if (event.name != session::kPunctureEvent) {
-      out.push_back(event_of(event));
+      out.push_back(event_of(event, heats));
       continue;
     }
     session::Recording one;
     one.events = {event};
     for (const session::PunctureEvent& p : session::punctures(one)) {
-      out.push_back({p.time_s, EventKind::puncture, fmt::format("Into {}", p.to),
-                     fmt::format("from {}, {:.2f} N", p.from, p.force_n)});
+      out.push_back({p.time_s, EventKind::puncture, fmt::format("Into {}", spaced(p.to)),
+                     fmt::format("from {}, {:.2f} N", spaced(p.from), p.force_n)});
     }
   }
   std::ranges::stable_sort(out, {}, &DebriefEvent::time_s);
@@ -148,11 +162,16 @@ std::vector<KeyMoment> key_moments(const content::Scene& scene, const session::R
                                    const Trace& trace) {
   std::vector<KeyMoment> moments;
   const std::vector<session::PunctureEvent> punctures = session::punctures(recording);
-  if (!punctures.empty()) moments.push_back({punctures.front().time_s, "Skin puncture"});
+  if (!punctures.empty()) {
+    const session::PunctureEvent& first = punctures.front();
+    moments.push_back(
+        {first.time_s, first.to == "skin" ? "Skin puncture" : fmt::format("Into {}", spaced(first.to))});
+  }
   if (const int tissue = tissue_around_target(scene); tissue >= 0) {
     const std::string& organ = scene.tissues[static_cast<std::size_t>(tissue)].name;
     const auto into = std::ranges::find(punctures, organ, &session::PunctureEvent::to);
-    if (into != punctures.end()) moments.push_back({into->time_s, fmt::format("Capsule: into {}", organ)});
+    if (into != punctures.end() && into != punctures.begin())
+      moments.push_back({into->time_s, fmt::format("Capsule: into {}", spaced(organ))});
   }
   for (const EventRecord& event : recording.events) {
     if (is_sample(event) || event.name == training::flow_event::kAblationStopped)

@@ -3,9 +3,14 @@
 #include "engine/debrief/debrief_files.h"
 #include "engine/debrief/page.h"
 #include "engine/debrief/session_replay.h"
+#include "engine/debrief/still_moment.h"
 #include "engine/session/puncture_event.h"
+#include "engine/training/flow.h"
+#include "engine/training/results.h"
 
 #include <algorithm>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,8 +23,8 @@ using session::TraceEvent;
 
 namespace {
 
-/// Each puncture under the name of the tissue entered; without any (the paper's couplings) the bodies entered and
-/// left.
+/// For the table: each puncture under the name of the tissue entered; without any (the paper's couplings) the bodies
+/// entered and left.
 std::vector<TraceEvent> trace_events(const Recording& recording) {
   std::vector<TraceEvent> events;
   for (const PunctureEvent& puncture : session::punctures(recording))
@@ -33,17 +38,40 @@ std::vector<TraceEvent> trace_events(const Recording& recording) {
   return events;
 }
 
-/// What lies closer together than its names are wide in a figure gets one mark.
+/// For the figure: what the force tells of, in few words. Stages begin with what is marked already; what a core or a
+/// zone came to follows from it; what was refused did not happen.
+std::vector<TraceEvent> felt_events(const Recording& recording) {
+  std::vector<EventRecord> felt = recording.events;
+  std::erase_if(felt, [](const EventRecord& event) {
+    return event.name == training::flow_event::kStage || event.name == training::flow_event::kRefused ||
+           event.name == training::training_event::kCore || event.name == training::training_event::kAblated;
+  });
+  std::vector<TraceEvent> events;
+  for (const DebriefEvent& event : events_of(felt)) {
+    constexpr std::string_view kInto = "Into ";
+    const bool puncture = event.kind == EventKind::puncture && event.title.starts_with(kInto);
+    events.push_back({event.time_s, puncture ? event.title.substr(kInto.size()) : event.title});
+  }
+  return events;
+}
+
+/// What lies closer together than its names are wide in a figure gets one mark; the same again is not said twice.
 std::vector<TraceEvent> figure_marks(std::vector<TraceEvent> events, double duration_s) {
   constexpr double kWidth = 0.012;  // of the time axis
+  constexpr int kMostNames = 3;
   std::stable_sort(events.begin(), events.end(),
                    [](const TraceEvent& a, const TraceEvent& b) { return a.time_s < b.time_s; });
   std::vector<TraceEvent> marks;
+  std::string last;
+  int names = 0;
   for (TraceEvent& event : events) {
-    if (!marks.empty() && event.time_s < marks.back().time_s + kWidth * duration_s) {
-      marks.back().name += ", " + event.name;
-    } else {
+    if (marks.empty() || event.time_s >= marks.back().time_s + kWidth * duration_s) {
+      last = event.name;
+      names = 1;
       marks.push_back(std::move(event));
+    } else if (event.name != last && ++names <= kMostNames + 1) {
+      last = event.name;
+      marks.back().name += names <= kMostNames ? ", " + event.name : ", ...";
     }
   }
   return marks;
@@ -52,11 +80,10 @@ std::vector<TraceEvent> figure_marks(std::vector<TraceEvent> events, double dura
 }  // namespace
 
 void write_force(const session::OutputDirectory& out, const Recording& recording, const session::ForceTrace& trace) {
-  const std::vector<TraceEvent> events = trace_events(recording);
-  session::write_force_csv(out.staged("force.csv"), trace, events);
-  view::write_png(
-      out.staged("force.png"),
-      session::draw_force_figure(trace, figure_marks(events, trace.summary().duration_s), session::Font::load()));
+  session::write_force_csv(out.staged("force.csv"), trace, trace_events(recording));
+  view::write_png(out.staged("force.png"),
+                  session::draw_force_figure(trace, figure_marks(felt_events(recording), trace.summary().duration_s),
+                                             session::Font::load()));
 }
 
 void write_page(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
@@ -83,7 +110,8 @@ int write_debrief(const session::OutputDirectory& out, const content::Scene& sce
   report("Writing the debrief")(0);
   write_page(out, scene, device, recording, replay, settings);
   report("Drawing the pictures")(0);
-  write_stills(out, scene, device, replay, replay.publisher().closest_frame(), trace, settings.stills);
+  write_stills(out, scene, device, replay, still_moment(recording.events, replay.frames()).time_s, trace,
+               settings.stills);
   if (!settings.film) return 0;
   return write_film(out, scene, device, replay, trace, settings.stills.film, report("Drawing the film"));
 }

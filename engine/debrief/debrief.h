@@ -38,8 +38,8 @@ void write_force(const session::OutputDirectory& out, const session::Recording& 
 void write_page(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
                 const session::Recording& recording, SessionReplay& replay, const DebriefSettings& settings);
 
-/// Writes the page and its numbers, view.png, ultrasound.png and session.png (the moment the tip is closest to the
-/// target), session.mp4. @return frames of the film, 0: none was wanted
+/// Writes the page and its numbers, view.png, ultrasound.png and session.png (of the still_moment()), session.mp4.
+/// @return frames of the film, 0: none was wanted
 /// @throws content::ContentError, gpu::GpuError
 int write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
                   const session::Recording& recording, SessionReplay& replay, const session::ForceTrace& trace,

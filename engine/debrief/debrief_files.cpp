@@ -90,11 +90,17 @@ const char* event_kind_name(EventKind kind) {
   return "note";
 }
 
+std::string unit_text(const std::string& unit) {
+  if (unit == "mm2") return "mm\u00b2";
+  if (unit == "mm/s^2.5") return "mm/s\u00b2\u00b7\u2075";
+  return unit;
+}
+
 std::string value_text(const std::optional<double>& value, const std::string& unit) {
   if (!value || !std::isfinite(*value)) return "not measured";
   if (unit.empty()) return fmt::format("{:.0f}", *value);
   const double size = std::abs(*value);
-  return fmt::format("{:.{}f} {}", *value, size >= 100 ? 0 : size >= 10 ? 1 : 2, unit);
+  return fmt::format("{:.{}f} {}", *value, size >= 100 ? 0 : size >= 10 ? 1 : 2, unit_text(unit));
 }
 
 nlohmann::ordered_json to_json(const DebriefData& data) {

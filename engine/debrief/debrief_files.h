@@ -17,6 +17,8 @@ std::string debrief_csv(const DebriefData& data);
 /// RFC 4180: one row a moment of the trainee's way, then of the expert's.
 std::string path_csv(const DebriefData& data);
 
+/// A unit as print has it: "mm2" as "mm²".
+std::string unit_text(const std::string& unit);
 /// "12.3 mm", "3", "not measured".
 std::string value_text(const std::optional<double>& value, const std::string& unit);
 

@@ -57,10 +57,12 @@ int write_film(const session::OutputDirectory& out, const content::Scene& scene,
 }
 
 void write_stills(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  SessionReplay& replay, const state::FrameState& moment, const session::ForceTrace& force,
+                  SessionReplay& replay, double time_s, const session::ForceTrace& force,
                   const StillSettings& settings) {
   const FilmSettings& film = settings.film;
-  const content::HeatedZone* zone = replay.zone_at(moment.time_s);
+  state::FrameState moment = replay.frames().make_frame();
+  replay.frames().sample(time_s, moment);
+  const content::HeatedZone* zone = replay.zone_at(time_s);
   session::Pictures panes(device, scene, panes_of(film, device));
   view::write_png(out.staged("session.png"),
                   session::compose_frame(panes.draw(moment, scene.camera, zone), moment, force, session::Font::load(),

@@ -34,10 +34,10 @@ struct StillSettings {
   FilmSettings film{};  ///< session.png looks as a frame of it
 };
 
-/// Writes view.png, ultrasound.png and session.png, which has both and the force, of one moment.
+/// Writes view.png, ultrasound.png and session.png, which has both and the force, of one moment of the session.
 /// @throws content::ContentError, gpu::GpuError
 void write_stills(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  SessionReplay& replay, const state::FrameState& moment, const session::ForceTrace& force,
+                  SessionReplay& replay, double time_s, const session::ForceTrace& force,
                   const StillSettings& settings);
 
 }  // namespace stylet::debrief

@@ -120,7 +120,7 @@ void append_header(std::string& html, const DebriefData& data) {
 }
 
 std::string band_text(const DebriefMetric& metric) {
-  const std::string unit = metric.unit.empty() ? "" : " " + metric.unit;
+  const std::string unit = metric.unit.empty() ? "" : fmt::format(" {}", unit_text(metric.unit));
   return fmt::format("all points at {:g}{}, none at {:g}{}", metric.full, unit, metric.zero, unit);
 }
 
@@ -232,7 +232,8 @@ void append_plots(std::string& html, const DebriefData& data) {
                     .y_label = "N",
                     .lines = {{"axial", "against insertion", column(path, time_of), column(path, axial)},
                               {"lateral", "across the needle", column(path, time_of), column(path, lateral)}},
-                    .marks = marks});
+                    .marks = marks,
+                    .wide = true});
   SvgPlot depth{.id = "force_depth",
                 .title = "Force against depth",
                 .x_label = "needle in tissue, mm",

@@ -33,7 +33,6 @@ public:
   std::uint64_t state_hash() const { return hash_.state(); }
   const session::ForceTrace& force() const { return force_.trace(); }
   const training::Trace& trace() const { return trace_; }
-  const session::FramePublisher& publisher() const { return publisher_; }
 
 private:
   const content::Scene& scene_;

@@ -13,12 +13,14 @@ namespace stylet::debrief {
 
 namespace {
 
-// In units of the view box, which are pixels at full width.
+// In units of the view box, which are about pixels: two plots stand beside each other, or one is as wide as both.
+constexpr int kHeight = 250;
+int width_of(const SvgPlot& plot) {
+  return plot.wide ? 1098 : 540;
+}
 struct Box {
-  double left = 52, top = 22, right = 708, bottom = 218;
+  double left = 46, top = 22, right = 0, bottom = 206;
 };
-constexpr int kWidth = 720;
-constexpr int kHeight = 262;
 
 struct Axis {
   double min = 0;
@@ -71,26 +73,41 @@ void append_line(std::string& svg, const SvgLine& line, const Axis& x, const Axi
   if (open) svg += "\"/>";
 }
 
-/// Numbers that would lie on each other share a label: "1, 2".
+/// Marks are numbered in order: "3", "3, 4", "3-5".
+std::string mark_label(std::span<const SvgMark> marks) {
+  if (marks.size() == 1) return marks.front().number;
+  return marks.front().number + (marks.size() == 2 ? ", " : "\u2013") + marks.back().number;
+}
+
+/// Numbers that would lie on each other share a label.
 void append_marks(std::string& svg, std::span<const SvgMark> marks, const std::function<double(double)>& to_x,
                   double top, double bottom) {
-  constexpr double kNear = 15;
+  constexpr double kDigit = 8;  // width
   auto out = std::back_inserter(svg);
-  for (std::size_t i = 0; i < marks.size();) {
-    const std::size_t first = i;
-    std::string label;
-    double last = to_x(marks[i].x);
-    for (; i < marks.size() && to_x(marks[i].x) - last < kNear; ++i) {
-      const SvgMark& mark = marks[i];
-      last = to_x(mark.x);
-      label += (label.empty() ? "" : ", ") + mark.number;
+  const auto half_width = [&](std::span<const SvgMark> group) {
+    const std::size_t digits = group.front().number.size() + (group.size() > 1 ? group.back().number.size() + 1 : 0);
+    return kDigit / 2 * static_cast<double>(digits);
+  };
+  const auto middle = [&](std::span<const SvgMark> group) {
+    return (to_x(group.front().x) + to_x(group.back().x)) / 2;
+  };
+  for (std::size_t first = 0; first < marks.size();) {
+    std::size_t count = 1;
+    for (; first + count < marks.size(); ++count) {
+      const auto group = marks.subspan(first, count);
+      const auto next = marks.subspan(first + count, 1);
+      if (middle(next) - half_width(next) > middle(group) + half_width(group) + kDigit / 2) break;
+    }
+    const auto group = marks.subspan(first, count);
+    for (const SvgMark& mark : group) {
       fmt::format_to(out,
                      R"(<g class="mark {0}"><title>{1}</title><line x1="{2:.1f}" x2="{2:.1f}" y1="{3:.1f}" )"
                      R"(y2="{4:.1f}"/></g>)",
-                     mark.name, escaped(mark.title), last, top, bottom);
+                     mark.name, escaped(mark.title), to_x(mark.x), top, bottom);
     }
     fmt::format_to(out, R"(<g class="mark {}"><text x="{:.1f}" y="{:.1f}" text-anchor="middle">{}</text></g>)",
-                   marks[first].name, (to_x(marks[first].x) + last) / 2, top - 4, escaped(label));
+                   group.front().name, middle(group), top - 4, escaped(mark_label(group)));
+    first += count;
   }
 }
 
@@ -124,14 +141,15 @@ std::string escaped(std::string_view text) {
 }
 
 std::string svg_plot(const SvgPlot& plot) {
-  const Box box;
+  const Box box{.right = width_of(plot) - 10.0};
   const Axis x = axis_of(
-      plot.lines, [](const SvgLine& line) -> const auto& { return line.x; }, 9);
+      plot.lines, [](const SvgLine& line) -> const auto& { return line.x; }, plot.wide ? 14 : 8);
   const Axis y = axis_of(
       plot.lines, [](const SvgLine& line) -> const auto& { return line.y; }, 6);
   const auto to_x = [&](double v) { return box.left + (v - x.min) / (x.max - x.min) * (box.right - box.left); };
   const auto to_y = [&](double v) { return box.bottom - (v - y.min) / (y.max - y.min) * (box.bottom - box.top); };
-  std::string svg = fmt::format("<figure class=\"plot\"><figcaption>{}<span class=\"keys\">", escaped(plot.title));
+  std::string svg = fmt::format(R"(<figure class="plot{}"><figcaption>{}<span class="keys">)",
+                                plot.wide ? " broad" : "", escaped(plot.title));
   auto out = std::back_inserter(svg);
   for (const SvgLine& line : plot.lines) {
     fmt::format_to(out, R"(<span class="key"><i class="{}{}"></i>{}</span>)", line.name, line.dashed ? " dashed" : "",
@@ -140,7 +158,7 @@ std::string svg_plot(const SvgPlot& plot) {
   fmt::format_to(out,
                  R"(</span></figcaption><svg id="{}" viewBox="0 0 {} {}" role="img" aria-label="{}" data-x0="{}" )"
                  R"(data-x1="{}" data-y0="{}" data-y1="{}" data-box="{} {} {} {}"><g class="grid">)",
-                 plot.id, kWidth, kHeight, escaped(plot.title), x.min, x.max, y.min, y.max, box.left, box.top,
+                 plot.id, width_of(plot), kHeight, escaped(plot.title), x.min, x.max, y.min, y.max, box.left, box.top,
                  box.right, box.bottom);
   for (const double tick : x.ticks) {
     fmt::format_to(out,

@@ -19,7 +19,7 @@ struct SvgLine {
   bool dashed = false;
 };
 
-/// A vertical line at x with a number above it.
+/// A vertical line at x with a number above it; marks of a plot are numbered in order.
 struct SvgMark {
   double x = 0;
   std::string number{};
@@ -34,6 +34,7 @@ struct SvgPlot {
   std::string y_label{};
   std::vector<SvgLine> lines{};
   std::vector<SvgMark> marks{};  ///< x ascending
+  bool wide = false;             ///< as two others
 };
 
 /// A figure with legend. Scripts find the axes in its attributes data-x0, data-x1, data-y0, data-y1 and the box that

@@ -35,6 +35,27 @@ std::string csv_field(const std::string& text) {
   return field + '"';
 }
 
+/// The marks' names hang from the top: the curves stay below them.
+void make_room_for_marks(PlotPanel& panel, const Font& font, int height) {
+  const PlotSettings settings;
+  double longest = 0;
+  for (const PlotMarker& mark : panel.markers) {
+    longest = std::max(longest, font.width(mark.label, kMarkerText * settings.text_height));
+  }
+  double low = 0, high = 0;
+  for (const PlotSeries& series : panel.series) {
+    for (const double v : series.y) {
+      if (!std::isfinite(v)) continue;
+      low = std::min(low, v);
+      high = std::max(high, v);
+    }
+  }
+  if (!(longest > 0) || !(high > low)) return;
+  const double box = std::max(height - 6 * settings.text_height, 1.0);
+  const double share = std::min((longest + settings.text_height) / box, 0.5);
+  panel.y.max = high + share / (1 - share) * (high - low);
+}
+
 /// Axial and lateral force against depth.
 std::array<PlotSeries, 2> depth_curves(std::span<const ForceSample> samples, PlotTheme theme) {
   std::array curves{series_of("axial (against insertion)", plot_colour(0, theme), samples.size()),
@@ -142,6 +163,7 @@ view::Picture draw_force_figure(const ForceTrace& trace, std::span<const TraceEv
     time.x.max = std::max(samples.back().time_s, samples.front().time_s + 1e-3);
   }
   for (const TraceEvent& event : events) time.markers.push_back({event.time_s, event.name});
+  make_room_for_marks(time, font, height / 2);
 
   PlotPanel depth{.title = "Force against insertion depth",
                   .x = {.label = "insertion depth (mm)"},

@@ -30,11 +30,7 @@ state::FrameState rest_frame(const content::Scene& scene) {
 }
 
 FramePublisher::FramePublisher(const content::Scene& scene)
-    : scene_(scene),
-      frame_(rest_frame(scene)),
-      buffer_(frame_),
-      closest_(std::numeric_limits<double>::infinity()),
-      closest_frame_(frame_) {
+    : scene_(scene), frame_(rest_frame(scene)), buffer_(frame_), closest_(std::numeric_limits<double>::infinity()) {
   if (scene.targets.empty()) return;
   const Eigen::Vector3d& centre = scene.targets.front().centre;
   for (std::size_t b = 0; b < scene.bodies.size() && target_body_ < 0; ++b) {
@@ -101,12 +97,7 @@ void FramePublisher::simulation_stepped(const SimulationStepRecord& record, cons
     const double distance = (needle.positions.col(needle.node_count - 1) - centre).norm();
     frame_.target = centre.cast<float>();
     frame_.target_distance = static_cast<float>(distance);
-    if (distance < closest_) {
-      closest_ = distance;
-      closest_frame_ = frame_;
-    }
-  } else {
-    closest_frame_ = frame_;
+    closest_ = std::min(closest_, distance);
   }
   buffer_.publish(frame_);
 }

@@ -33,8 +33,6 @@ public:
   /// Least distance from the tip to the target's centre so far, m; infinity before the first step or without a
   /// target.
   double closest_target_distance() const { return closest_; }
-  /// The moment of it; the latest state where there is no target.
-  const state::FrameState& closest_frame() const { return closest_frame_; }
   /// Zero before the first step.
   const ProbeSummary& probe() const { return probe_; }
 
@@ -48,7 +46,6 @@ private:
   std::array<int, 4> target_nodes_{};
   Eigen::Vector4d target_weights_ = Eigen::Vector4d::Zero();
   double closest_;
-  state::FrameState closest_frame_;
   ProbeSummary probe_;
   double steps_ = 0;
 };

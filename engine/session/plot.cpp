@@ -54,6 +54,8 @@ Range axis_range(const PlotAxis& axis, const PlotPanel& panel, Values values) {
     if (!std::isfinite(axis.min)) low -= room;
     if (!(low < high)) high = low + room;
   }
+  // A hair below zero beside a large range is no reason for a step of axis below it.
+  if (low < 0 && low > -0.01 * high && !std::isfinite(axis.min)) low = 0;
   const std::vector<double> ticks = nice_ticks(low, high, 7);
   const double step = ticks.size() > 1 ? ticks[1] - ticks[0] : 0;
   if (step > 0 && !std::isfinite(axis.min)) low = step * std::floor(low / step);
@@ -159,7 +161,7 @@ private:
         canvas_.line({x, y}, {x, std::min(y + 4, box_.bottom)}, 1, colours_.marker);
         y += 8;
       }
-      const double height = 0.8 * text_;
+      const double height = kMarkerText * text_;
       canvas_.text(font_, marker.label, {x - 0.55 * height, box_.top + 0.4 * text_}, height, colours_.text,
                    Align::right,
                    /*turned=*/true);

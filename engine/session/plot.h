@@ -52,6 +52,9 @@ struct PlotPanel {
   std::vector<PlotDot> dots;
 };
 
+/// Height of a marker's text over PlotSettings::text_height.
+inline constexpr double kMarkerText = 0.8;
+
 struct PlotSettings {
   int width = 1200;  ///< pixels, of the whole figure
   int height = 900;

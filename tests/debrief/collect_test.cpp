@@ -68,6 +68,17 @@ TEST(Debrief, SaysEventsInWords) {
   EXPECT_EQ(events[4].title, "New kind of thing");
 }
 
+TEST(Debrief, AnAblationIsNoSampling) {
+  const std::vector<DebriefEvent> events = events_of({{0, 0, "stage", "procedure"},
+                                                      {2, 2000, "puncture", "agar > dark_target, 0.4 N (0.00123 J)"},
+                                                      {5, 5000, "ablation_started", ""},
+                                                      {5, 5000, "stage", "sampling"}});
+  ASSERT_EQ(events.size(), 4u);
+  EXPECT_EQ(events[1].title, "Into dark target");
+  EXPECT_EQ(events[3].title, "Ablation");
+  EXPECT_EQ(events_of({{1, 1000, "biopsy_fired", "2"}, {1, 1000, "stage", "sampling"}})[1].title, "Sampling");
+}
+
 TEST(Debrief, OfASessionHasItsWayItsMomentsAndItsNumbers) {
   const content::Scene scene = short_scene(0.6);
   const support::TemporaryFolder folder;
@@ -92,7 +103,7 @@ TEST(Debrief, OfASessionHasItsWayItsMomentsAndItsNumbers) {
   EXPECT_FALSE(data.cut_off);
   const std::vector<KeyMoment> moments = key_moments(scene, recording, replay.trace());
   ASSERT_EQ(moments.size(), 2u);
-  EXPECT_EQ(moments.front().title, "Skin puncture");
+  EXPECT_EQ(moments.front().title, "Into gel");
   EXPECT_EQ(moments.front().time_s, data.events.front().time_s);
   EXPECT_EQ(moments.back().time_s, data.arrival_s);
 }

@@ -1,6 +1,7 @@
 #include "engine/debrief/frame_history.h"
 
 #include "engine/debrief/session_replay.h"
+#include "engine/debrief/still_moment.h"
 #include "engine/session/frame_clock.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
@@ -55,6 +56,33 @@ TEST(FrameHistory, SeeksToAnyTimeAndInterpolates) {
   }
   history.sample(7, out);
   EXPECT_EQ(out.time_s, 1.0) << "held after the end";
+}
+
+// The tip comes to the target at 3 s, a core is taken at 4 s, the heating ends at 6 s of 8.
+TEST(StillMoment, IsTheEndOfTheHeatingElseTheCoreElseTheClosest) {
+  FrameHistory history(rest());
+  for (int k = 0; k <= 400; ++k) {
+    state::FrameState frame = frame_at(0.02 * k);
+    frame.target_distance = static_cast<float>(std::abs(frame.time_s - 3));
+    history.add(frame);
+  }
+  const session::EventRecord core{4, 4000, "biopsy_fired", "1"}, started{5, 5000, "ablation_started", ""},
+      stopped{6, 6000, "ablation_stopped", "60 s"};
+  const auto moment = [&](std::vector<session::EventRecord> events, double from_s = 0, double to_s = 100) {
+    return still_moment(events, history, from_s, to_s);
+  };
+  EXPECT_NEAR(moment({}).time_s, 3, 0.011);
+  EXPECT_NEAR(moment({}, 3.5, 7).time_s, 3.5, 1e-9) << "of the span";
+  EXPECT_EQ(moment({core}).time_s, 4);
+  EXPECT_NEAR(moment({core}, 0, 3.9).time_s, 3, 0.011) << "not yet";
+  EXPECT_NEAR(moment({core}, 4.5, 8).time_s, 4.5, 1e-9) << "no more";
+  EXPECT_EQ(moment({core, started, stopped}).time_s, 6);
+  EXPECT_EQ(moment({core, started, stopped}, 0, 5.5).time_s, 5.5) << "it still heats";
+  EXPECT_EQ(moment({started}).time_s, 8) << "the recording ends before the heating";
+  for (const auto& events : {std::vector<session::EventRecord>{}, {core}, {core, started, stopped}}) {
+    EXPECT_EQ(moment(events).words, still_words(events));
+  }
+  EXPECT_EQ(still_words(std::vector{started, stopped}), "at the end of the heating");
 }
 
 TEST(FrameHistory, KeepsTheWholeSessionInItsMemory) {

@@ -58,6 +58,19 @@ TEST(DebriefPage, ShowsTheNumbersOfTheJsonWithoutScripts) {
   EXPECT_EQ(count_of(html, "<polyline"), 8u) << "two, four and four lines, less those without an expert";
 }
 
+// Force limits come in bursts: their numbers must stay readable.
+TEST(DebriefPage, MarksThatLieCloseShareALabel) {
+  DebriefData data = tests::sample_debrief();
+  data.events.clear();
+  for (int i = 0; i < 12; ++i) data.events.push_back({3 + 0.01 * i, EventKind::safety, "Force limited", ""});
+  data.events.push_back({6, EventKind::puncture, "Into fat", ""});
+  data.events.push_back({6.02, EventKind::puncture, "Into muscle", ""});
+  const std::string html = debrief_page(data);
+  EXPECT_EQ(count_of(html, ">1\u201312</text>"), 3u) << "in the course and two plots";
+  EXPECT_EQ(count_of(html, ">13, 14</text>"), 3u);
+  EXPECT_EQ(count_of(html, "s: Force limited</title>"), 3u * 12u) << "each is still there to be pointed at";
+}
+
 TEST(DebriefPage, NeedsNothingFromOutside) {
   const std::string html = debrief_page(tests::sample_debrief());
   for (const char* way :

@@ -3,6 +3,7 @@
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/film.h"
 #include "engine/debrief/session_replay.h"
+#include "engine/debrief/still_moment.h"
 #include "engine/session/output_directory.h"
 #include "engine/session/session_report.h"
 #include "engine/training/training_report.h"
@@ -42,18 +43,6 @@ void check_span(const ReplayOptions& options, double duration_s) {
                   options.to_s, duration_s));
 }
 
-/// The frame of the span with the tip closest to the target.
-state::FrameState closest_frame(const debrief::FrameHistory& frames, const ReplayOptions& options) {
-  state::FrameState closest = frames.make_frame();
-  state::FrameState frame = frames.make_frame();
-  const double to_s = std::min(options.to_s, frames.end_s());
-  frames.sample(options.from_s, closest);
-  for (double time_s = options.from_s; time_s <= to_s; time_s += 0.02) {
-    if (frames.sample(time_s, frame) && frame.target_distance < closest.target_distance) closest = frame;
-  }
-  return closest;
-}
-
 /// Film, stills and force of the replayed session.
 void write_export(const ReplayOptions& options, const content::Scene& scene, const session::Recording& recording,
                   debrief::SessionReplay& replay, Progress& progress) {
@@ -65,12 +54,13 @@ void write_export(const ReplayOptions& options, const content::Scene& scene, con
     throw_if_interrupted();
     progress.show("Drawing the video", share);
   });
-  debrief::write_stills(out, scene, gpu, replay, closest_frame(replay.frames(), options), replay.force(),
-                        {.film = film});
+  const debrief::StillMoment moment =
+      debrief::still_moment(recording.events, replay.frames(), options.from_s, options.to_s);
+  debrief::write_stills(out, scene, gpu, replay, moment.time_s, replay.force(), {.film = film});
   out.commit();
   progress.done();
-  fmt::print("{}: session.mp4 ({} frames), session.png, view.png, ultrasound.png, force.png, force.csv\n",
-             out.destination().string(), count);
+  fmt::print("{}: session.mp4 ({} frames), session.png, view.png and ultrasound.png {}, force.png, force.csv\n",
+             out.destination().string(), count, moment.words);
 }
 
 /// @return exit code

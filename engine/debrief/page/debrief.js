@@ -31,7 +31,9 @@ function show(index) {
 const showTime = time => show(nearest(times, time));
 
 // ---- plots
-const mm = values => values.map(v => v * 1e3);
+const mm = values => values.map(v => v === null ? null : v * 1e3);
+/// null stands for what could not be measured.
+const fixed = (value, digits) => value === null ? '\u2013' : value.toFixed(digits);
 const depth = mm(path.inserted_m), distance = mm(path.target_distance_m);
 const plots = {
   force_time: { x: times, lines: { axial: path.axial_n, lateral: path.lateral_n }, unit: 'N' },
@@ -60,8 +62,12 @@ function attach(id, plot) {
     line.setAttribute('x1', x);
     line.setAttribute('x2', x);
     const values = Object.values(plot.lines).map(values => values[i]);
-    values.forEach((v, k) => { dots[k].setAttribute('cx', x); dots[k].setAttribute('cy', toY(v)); });
-    text.textContent = values.map(v => v.toFixed(plot.unit === 'N' ? 2 : 1)).join(' / ') + ' ' + plot.unit;
+    values.forEach((v, k) => {
+      dots[k].style.display = v === null ? 'none' : '';
+      dots[k].setAttribute('cx', x);
+      dots[k].setAttribute('cy', toY(v ?? y0));
+    });
+    text.textContent = values.map(v => fixed(v, plot.unit === 'N' ? 2 : 1)).join(' / ') + ' ' + plot.unit;
     const late = x > (left + right) / 2;
     text.setAttribute('x', late ? x - 8 : x + 8);
     text.setAttribute('text-anchor', late ? 'end' : 'start');
@@ -91,8 +97,8 @@ slider.addEventListener('input', () => show(Math.round(slider.value / 1000 * (co
 followers.push(i => {
   slider.value = count > 1 ? i / (count - 1) * 1000 : 0;
   $('now').textContent = `${times[i].toFixed(2)} s in ${(data.tissues[path.tissue[i]] ?? '?').replaceAll('_', ' ')}: ` +
-    `${depth[i].toFixed(1)} mm deep, ` + (data.targets.length ? `${distance[i].toFixed(1)} mm from the target, ` : '') +
-    `${path.force_n[i].toFixed(2)} N`;
+    `${depth[i].toFixed(1)} mm deep, ` + (distance[i] !== null ? `${fixed(distance[i], 1)} mm from the target, ` : '') +
+    `${fixed(path.force_n[i], 2)} N`;
 });
 
 // ---- the needle's way
