@@ -50,6 +50,8 @@ public:
   bool lockstep() const { return settings_.lockstep; }
   bool finished() const { return schedule_->finished(); }
   double time_s() const { return schedule_->time_s(); }
+  /// Session time when CLOCK_MONOTONIC read so, ns: s; negative: before the start, or in lockstep.
+  double time_of(std::int64_t clock_ns) const { return schedule_->time_of(clock_ns); }
   /// Returns when the duration has passed.
   void wait();
   /// Between start() and stop(): the loops stand, session time stands, the force fades to zero, and engages anew

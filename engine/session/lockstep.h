@@ -30,6 +30,7 @@ public:
 
   void advance(double by_s) override;
   double time_s() const override { return static_cast<double>(step_) * loops_.haptic_dt(); }
+  double time_of(std::int64_t /*clock_ns*/) const override { return -1; }
   void pause() override { paused_ = true; }
   void resume() override { paused_ = false; }
   bool paused() const override { return paused_; }

@@ -3,6 +3,8 @@
 
 #include "engine/session/run_statistics.h"
 
+#include <cstdint>
+
 namespace stylet::session {
 
 /// A run under way. One thread, but where it says otherwise; what the loops use is theirs until stop().
@@ -14,6 +16,9 @@ public:
   virtual void advance(double by_s) = 0;
   /// Session time, from the start without the pauses, s. Any thread.
   virtual double time_s() const = 0;
+  /// Session time when CLOCK_MONOTONIC read so, ns: s, negative before the start. In lockstep clocks mean nothing,
+  /// and all was before. The thread of pause().
+  virtual double time_of(std::int64_t clock_ns) const = 0;
   /// Session time stands still, the loops make no step, the force fades out. A second call of either does nothing.
   virtual void pause() = 0;
   virtual void resume() = 0;

@@ -3,6 +3,7 @@
 #include "haptic/denormals.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace stylet::session {
 
@@ -11,7 +12,8 @@ ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const cont
     : loops_(loops), settings_(settings), scene_(scene), patches_(loops.make_patch()), hand_(loops, device) {
   physics::copy_state(loops.needle(), needles_.back());
   needles_.publish();
-  clock_state_.store(clock_.now_ns(), std::memory_order_release);
+  began_ns_ = clock_.now_ns();
+  clock_state_.store(began_ns_, std::memory_order_release);
   worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
   simulation_ = std::make_unique<haptic::RealTimeThread>(
       haptic::RealTimeSettings{.rate_hz = scene.rates.simulation_hz, .fifo_priority = 0},
@@ -36,13 +38,24 @@ double ThreadedRun::time_s() const {
 void ThreadedRun::pause() {
   const std::int64_t begin_ns = clock_state_.load(std::memory_order_relaxed);
   if (begin_ns < 0) return;
-  clock_state_.store(-1 - (haptic::MonotonicClock().now_ns() - begin_ns), std::memory_order_release);
+  const std::int64_t now_ns = haptic::MonotonicClock().now_ns();
+  pauses_.push_back({now_ns, std::numeric_limits<std::int64_t>::max()});
+  clock_state_.store(-1 - (now_ns - begin_ns), std::memory_order_release);
 }
 
 void ThreadedRun::resume() {
   const std::int64_t stands_at = clock_state_.load(std::memory_order_relaxed);
   if (stands_at >= 0) return;
-  clock_state_.store(haptic::MonotonicClock().now_ns() + 1 + stands_at, std::memory_order_release);
+  const std::int64_t now_ns = haptic::MonotonicClock().now_ns();
+  pauses_.back().length_ns = now_ns - pauses_.back().from_ns;
+  clock_state_.store(now_ns + 1 + stands_at, std::memory_order_release);
+}
+
+double ThreadedRun::time_of(std::int64_t clock_ns) const {
+  std::int64_t passed_ns = clock_ns - began_ns_;
+  for (const Pause& pause : pauses_)
+    passed_ns -= std::clamp(clock_ns - pause.from_ns, std::int64_t{0}, pause.length_ns);
+  return static_cast<double>(passed_ns) * 1e-9;
 }
 
 void ThreadedRun::haptic_step(const haptic::StepTiming& timing) {

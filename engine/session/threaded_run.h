@@ -15,6 +15,7 @@
 #include <memory>
 #include <semaphore>
 #include <thread>
+#include <vector>
 
 namespace stylet::session {
 
@@ -35,6 +36,7 @@ public:
 
   void advance(double /*by_s*/) override {}
   double time_s() const override;
+  double time_of(std::int64_t clock_ns) const override;
   void pause() override;
   void resume() override;
   bool paused() const override { return clock_state_.load(std::memory_order_acquire) < 0; }
@@ -43,6 +45,10 @@ public:
   RunStatistics statistics() const override;
 
 private:
+  struct Pause {
+    std::int64_t from_ns;
+    std::int64_t length_ns;
+  };
   double session_s(std::int64_t clock_state, std::int64_t now_ns) const;
   void haptic_step(const haptic::StepTiming& timing);
   void simulation_step(const haptic::StepTiming& timing);
@@ -54,6 +60,8 @@ private:
   haptic::MonotonicClock clock_;
   // Running: the clock at session time 0, ns. Paused: -1 - session time, ns. One word, so that no thread sees half.
   std::atomic<std::int64_t> clock_state_{0};
+  std::int64_t began_ns_ = 0;
+  std::vector<Pause> pauses_;  // of pause()'s thread
   physics::LatestValue<physics::TissuePatch> patches_;
   physics::LatestValue<physics::NeedleState> needles_;
   StylusStep hand_;

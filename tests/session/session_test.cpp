@@ -154,6 +154,7 @@ TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
     session.pause();
     session.pause();
     const double stands = session.time_s();
+    EXPECT_NEAR(session.time_of(clock.now_ns()), stands, 1e-6);
     session.add_event(stands, 0, "paused");
     std::this_thread::sleep_for(std::chrono::milliseconds(120));
     EXPECT_TRUE(session.paused());
@@ -161,10 +162,14 @@ TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
     const double newest = session.frames().newest_s();
     std::this_thread::sleep_for(std::chrono::milliseconds(60));
     EXPECT_EQ(session.frames().newest_s(), newest) << "three simulation steps long nothing happened";
+    const std::int64_t in_the_pause_ns = clock.now_ns();
     session.resume();
     session.add_event(session.time_s(), 0, "resumed", std::to_string(++pauses));
     EXPECT_FALSE(session.paused());
+    EXPECT_NEAR(session.time_of(in_the_pause_ns), stands, 1e-9);
+    EXPECT_NEAR(session.time_of(clock.now_ns()), session.time_s(), 0.05) << "but for what the machine did meanwhile";
   }
+  EXPECT_NEAR(session.time_of(began_ns + 200'000'000), 0.2, 0.05);
   session.wait();
   EXPECT_GE(static_cast<double>(clock.now_ns() - began_ns) * 1e-9, 0.9 + 2 * 0.18) << "time stood in the pauses";
   session.stop();

@@ -175,8 +175,6 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
                                 .blas = physics::single_threaded_blas().name};
   file.keep();  // what a hand has done is not done again
   live.start();
-  // CLOCK_MONOTONIC at session time 0
-  const std::int64_t begin_ns = haptic::MonotonicClock().now_ns() - static_cast<std::int64_t>(live.time_s() * 1e9);
   link.start();
   accompany(live, scene, {graphics, display, headset, stylus, probe, course, link}, options.stereo, stylus.duration_s,
             progress);
@@ -201,7 +199,7 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   report.probe = live.probe();
   report.state_hash = live.state_hash();
   const session::Recording recording = session::read_recording(file.path());
-  if (!options.record.empty()) write_hand(recording, stylus.hid, log, begin_ns, options.record);
+  if (!options.record.empty()) write_hand(live, recording, stylus.hid, log, options.record);
   stylus.device.reset();  // motors off before the pictures are drawn
   report.punctures = session::punctures(recording);
   const training::TrainingReport training = training::assess(trace.take(recording.events), scene);

@@ -230,8 +230,9 @@ void StylusWatch::look() {
                         : "gone; force off, the needle stays where it is; plug it in again");
 }
 
-void write_hand(const session::Recording& recording, const haptic::hid::HidStylus* stylus,
-                haptic::hid::ReportLog& log, std::int64_t begin_ns, const std::filesystem::path& file) {
+void write_hand(const session::LiveSession& live, const session::Recording& recording,
+                const haptic::hid::HidStylus* stylus, haptic::hid::ReportLog& log,
+                const std::filesystem::path& file) {
   content::Motion motion = session::motion_of(recording);
   if (motion.stylus.size() < 2) {
     throw content::ContentError(
@@ -243,9 +244,8 @@ void write_hand(const session::Recording& recording, const haptic::hid::HidStylu
     raw.report_descriptor = stylus->report_descriptor();
   }
   for (haptic::hid::LoggedReport& report : log.take()) {
-    if (report.arrived_ns < begin_ns) continue;
-    raw.reports.push_back(
-        {.time_s = static_cast<double>(report.arrived_ns - begin_ns) * 1e-9, .bytes = std::move(report.bytes)});
+    const double time_s = live.time_of(report.arrived_ns);
+    if (time_s >= 0) raw.reports.push_back({.time_s = time_s, .bytes = std::move(report.bytes)});
   }
   content::write_motion(motion, file.stem().string(), file, 9, raw);
 }

@@ -4,10 +4,10 @@
 #include "engine/content/calibration.h"
 #include "engine/content/motion.h"
 #include "engine/content/scene.h"
+#include "engine/session/live_session.h"
 #include "engine/session/recording.h"
 #include "haptic/hid/hid_stylus.h"
 
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -84,10 +84,9 @@ private:
 };
 
 /// Writes a session's hand as a motion file, with the raw reports where a HID device led it.
-/// @param begin_ns  CLOCK_MONOTONIC at session time 0
 /// @throws content::ContentError  it cannot be written
-void write_hand(const session::Recording& recording, const haptic::hid::HidStylus* stylus,
-                haptic::hid::ReportLog& log, std::int64_t begin_ns, const std::filesystem::path& file);
+void write_hand(const session::LiveSession& live, const session::Recording& recording,
+                const haptic::hid::HidStylus* stylus, haptic::hid::ReportLog& log, const std::filesystem::path& file);
 
 /// One line of counts of a session.
 std::string hid_summary(const haptic::hid::HidStylus& stylus);
