@@ -213,7 +213,7 @@ void add_reference(MetricList& out, Samples samples, const content::Scene& scene
     warped = kMm * dynamic_time_warping(a, b);
   }
   out.add(content::kReferenceRms, "off the reference motion, RMS", "mm", rms,
-          "root mean square distance to the reference motion's path", kPerkTutor);
+          "root mean square distance to the reference motion's path", kOurs);
   out.add(content::kReferenceHausdorff, "off the reference motion, Hausdorff", "mm", widest,
           "largest distance of a point of either path to the other", kPerkTutor);
   out.add(content::kReferenceFrechet, "off the reference motion, Frechet", "mm", leash,
@@ -427,11 +427,15 @@ int punctures(Samples samples) {
 
 int spells_above(std::span<const double> times, std::span<const double> rates, double threshold, double shortest) {
   int spells = 0;
-  double lasted = 0;
+  bool above = false;
+  double otherwise = 0;  // for how long it has not been so
   for (std::size_t i = 0; i < rates.size(); ++i) {
-    const double before = lasted;
-    lasted = rates[i] > threshold ? lasted + times[i + 1] - times[i] : 0;
-    if (before <= shortest && lasted > shortest) ++spells;
+    const bool now = rates[i] > threshold;
+    otherwise = now == above ? 0 : otherwise + times[i + 1] - times[i];
+    if (otherwise <= shortest) continue;
+    above = now;
+    otherwise = 0;
+    if (above) ++spells;
   }
   return spells;
 }

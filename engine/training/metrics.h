@@ -61,7 +61,8 @@ double swept_area(std::span<const TraceSample> samples);
 /// again where nothing is so far ahead of it.
 int punctures(std::span<const TraceSample> samples);
 
-/// Spells of at least `shortest` in which a rate is above a threshold.
+/// Spells in which a rate is above a threshold: each begins when it has been above for longer than `shortest`, and
+/// ends when it has been below for longer than that, so that a falter does not make two of one.
 /// @param rates  [times - 1] over the steps
 int spells_above(std::span<const double> times, std::span<const double> rates, double threshold, double shortest);
 

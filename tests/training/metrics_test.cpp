@@ -283,6 +283,35 @@ TEST(Metrics, ActionsLastLongerThanAFifthOfASecond) {
   EXPECT_NEAR(value(m, "rotation"), 30 + 40 + 6, 1e-6);
 }
 
+// Perk Tutor's TranslationalActions: the state changes when it has been otherwise for more than 0.2 s, either way.
+TEST(Metrics, AFalterDoesNotMakeTwoActionsOfOne) {
+  const auto actions = [](double pause_s) {
+    // 60 mm/s for 0.5 s, a pause, 60 mm/s for 0.5 s, then rest.
+    const Motion motion = stations({{0, {0, 0, 0.2}},
+                                    {0.5, {0.03, 0, 0.2}},
+                                    {0.5 + pause_s, {0.03, 0, 0.2}},
+                                    {1 + pause_s, {0.06, 0, 0.2}},
+                                    {3, {0.06, 0, 0.2}}});
+    return value(measure(trace_of(motion, 3), flat_scene()), "translational_actions");
+  };
+  EXPECT_EQ(actions(0), 1);
+  EXPECT_EQ(actions(0.06), 1);
+  EXPECT_EQ(actions(0.16), 1);
+  EXPECT_EQ(actions(0.24), 2);
+  EXPECT_EQ(actions(0.5), 2);
+}
+
+// What Perk Tutor's MotionSmoothness makes of even steps, worked out by hand: third differences over the step's cube,
+// squared, times the step. One point 1 mm off among still ones has third differences 1, -3, 3, -1 mm.
+TEST(Metrics, JerkCostOfAStrayPointIsThatOfThirdDifferences) {
+  std::vector<double> times;
+  std::vector<Vector3d> points(9, Vector3d(0.3, 0.2, 0.1));
+  for (int i = 0; i < 9; ++i) times.push_back(0.02 * i);
+  points[4].y() += 1e-3;
+  const double jerk = 1e-3 / std::pow(0.02, 3);
+  EXPECT_NEAR(jerk_cost(times, points), jerk * std::sqrt((1 + 9 + 9 + 1) * 0.02), 1e-6 * jerk);
+}
+
 // A needle that turns about its tip by an angle and back has turned twice that.
 TEST(Metrics, RotationAddsUpForthAndBack) {
   Trace trace;
