@@ -181,7 +181,8 @@ std::vector<KeyMoment> key_moments(const content::Scene& scene, const session::R
     const double at_s = arrival_s(trace);
     const bool there =
         std::ranges::any_of(moments, [&](const KeyMoment& m) { return std::abs(m.time_s - at_s) < kSameMoment; });
-    if (!there && !trace.samples.empty()) moments.push_back({at_s, "At the target"});
+    const bool arrived = training::arrival(trace) < trace.samples.size();
+    if (!there && !trace.samples.empty()) moments.push_back({at_s, arrived ? "Closest to the target" : "At the end"});
   }
   std::ranges::stable_sort(moments, {}, &KeyMoment::time_s);
   if (moments.size() > kMostPictures) moments.resize(kMostPictures);

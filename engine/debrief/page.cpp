@@ -96,14 +96,14 @@ void append_verdict(std::string& html, const DebriefData& data) {
     return;
   }
   const DebriefScore& score = *data.score;
-  const char* reason = score.passed            ? "at or above the pass mark"
-                       : score.failed_critical ? "a critical criterion was not met"
-                                               : "below the pass mark";
+  const std::string reason = score.failed_critical ? "a critical criterion was not met"
+                             : score.passed ? fmt::format("at or above the pass mark of {:.0f}", score.pass_mark)
+                                            : fmt::format("below the pass mark of {:.0f}", score.pass_mark);
   fmt::format_to(out,
                  R"(<div class="verdict {}"><b id="total" data-value="{}">{:.0f}<small> / 100</small></b>)"
-                 R"(<strong>{}</strong><span>{} of {:.0f}</span></div>)",
+                 R"(<strong>{}</strong><span>{}</span></div>)",
                  score.passed ? "passed" : "failed", score.total, score.total,
-                 score.passed ? "\u2713 Passed" : "\u2717 Not passed", reason, score.pass_mark);
+                 score.passed ? "\u2713 Passed" : "\u2717 Not passed", reason);
 }
 
 void append_header(std::string& html, const DebriefData& data) {

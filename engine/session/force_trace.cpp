@@ -166,12 +166,14 @@ view::Picture draw_force_figure(const ForceTrace& trace, std::span<const TraceEv
   make_room_for_marks(time, font, height / 2);
 
   PlotPanel depth{.title = "Force against insertion depth",
-                  .x = {.label = "insertion depth (mm)"},
+                  .x = {.label = "insertion depth (mm)", .min = 0},
                   .y = {.label = "force (N)"},
                   .series = {},
                   .markers = {},
                   .dots = {}};
   for (PlotSeries& curve : depth_curves(samples, PlotTheme::light)) depth.series.push_back(std::move(curve));
+  // Rounding errors make no figure.
+  if (const ForceSummary summary = trace.summary(); summary.peak_force < 1e-6) time.y.max = depth.y.max = 1;
   const PlotPanel panels[2] = {std::move(time), std::move(depth)};
   return draw_plot(panels, {.width = width, .height = height}, font);
 }

@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <regex>
 #include <string>
@@ -174,7 +175,44 @@ TEST(DebriefPage, OpensInABrowser) {
   EXPECT_EQ(std::stod(values.at("targeting")), *data.metrics[0].value);
 }
 
-// What the test above relies on: the page's own policy, and that the console tells.
+/// What a reader sees: no scripts, no styles, no tags.
+std::string text_of(std::string document) {
+  for (const char* element : {"script", "style"}) {
+    for (std::size_t at = 0; (at = document.find(fmt::format("<{}", element), at)) != std::string::npos;) {
+      document.erase(at, document.find(fmt::format("</{}", element), at) - at);
+    }
+  }
+  return document;
+}
+
+// A session of one moment, cut off before anything was measured, and one without even that.
+TEST(DebriefPage, SaysNothingOfWhatIsNotThere) {
+  if (support::kSanitized) GTEST_SKIP() << "the browser is looked at in Release";
+  if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";
+  const support::TemporaryFolder folder;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  DebriefData moment = tests::sample_debrief();
+  moment.path.resize(1);
+  moment.path[0].target_distance = std::numeric_limits<double>::infinity();
+  moment.path[0].axial = kNone;
+  moment.expert.clear();
+  moment.expert_path.clear();
+  moment.shaft.clear();
+  moment.duration_s = 0;
+  for (DebriefMetric& metric : moment.metrics) metric.value = kNone;
+  for (const DebriefData& data : {moment, DebriefData{}}) {
+    const Seen seen = open_in_browser(debrief_page(data), folder);
+    EXPECT_EQ(seen.console, "");
+    EXPECT_NE(seen.document.find("data-ready=\"1\""), std::string::npos);
+    const std::string text = text_of(seen.document);
+    for (const char* wrong : {"NaN", "undefined", "null", "Infinity", "nan", "inf "}) {
+      const std::size_t at = text.find(wrong);
+      EXPECT_EQ(at, std::string::npos) << text.substr(at - std::min<std::size_t>(at, 80), 120);
+    }
+  }
+}
+
+// What the tests above rely on: the page's own policy, and that the console tells.
 TEST(DebriefPage, AScriptOrARequestSlippedInIsRefused) {
   if (support::kSanitized) GTEST_SKIP() << "the browser is looked at in Release";
   if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";

@@ -93,10 +93,11 @@ for (const row of document.querySelectorAll('[data-time]')) {
   row.addEventListener('click', () => showTime(Number(row.dataset.time)));
 }
 const slider = $('time');
+const place = tissue => tissue > 0 ? `in ${(data.tissues[tissue] ?? '?').replaceAll('_', ' ')}` : 'outside';
 slider.addEventListener('input', () => show(Math.round(slider.value / 1000 * (count - 1))));
 followers.push(i => {
   slider.value = count > 1 ? i / (count - 1) * 1000 : 0;
-  $('now').textContent = `${times[i].toFixed(2)} s in ${(data.tissues[path.tissue[i]] ?? '?').replaceAll('_', ' ')}: ` +
+  $('now').textContent = `${times[i].toFixed(2)} s ${place(path.tissue[i])}: ` +
     `${depth[i].toFixed(1)} mm deep, ` + (distance[i] !== null ? `${fixed(distance[i], 1)} mm from the target, ` : '') +
     `${fixed(path.force_n[i], 2)} N`;
 });
