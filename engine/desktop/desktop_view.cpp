@@ -32,16 +32,6 @@ render::SeeThrough see_through(PatientView view) {
   return render::SeeThrough::window;
 }
 
-std::vector<std::string> paragraphs(const content::Briefing& briefing) {
-  std::vector<std::string> all;
-  if (!briefing.goal.empty()) all.push_back(briefing.goal);
-  for (std::size_t i = 0; i < briefing.steps.size(); ++i) {
-    all.push_back(std::to_string(i + 1) + ". " + briefing.steps[i]);
-  }
-  if (!briefing.anatomy.empty()) all.push_back(briefing.anatomy);
-  return all;
-}
-
 }  // namespace
 
 double RenderScale::after(double frame_s) {
@@ -126,21 +116,13 @@ void DesktopView::draw(int width, int height, double dt_s) {
                        session_.newest_needle().show(pose.positions, pose.orientations);
                      }});
 
-  const std::string& title = scene_.title.empty() ? scene_.name : scene_.title;
-  SessionFacts facts{.title = title.substr(0, title.find(':')), .device = settings_.device};
+  const training::FlowState* course = settings_.course != nullptr ? &settings_.course->state() : nullptr;
+  DesktopFacts facts{.session = panels::facts_of(scene_, course), .device = settings_.device};
   if (settings_.mouse != nullptr) facts.needle_help = needle_help_lines();
   std::vector<CourseChoice> choices;
-  if (settings_.course != nullptr) {
-    const training::FlowState& course = settings_.course->state();
-    facts.stage = training::stage_name(course.stage);
-    facts.prompt = course.refusal.empty() ? course.prompt : course.refusal;
-    facts.hint = course.hint;
-    facts.paused = course.paused;
-    if (course.stage == training::Stage::briefing) facts.briefing = paragraphs(scene_.exercise.briefing);
-    choices = course_choices(course);
-    for (const CourseChoice& choice : choices) facts.choices.push_back({.label = choice.label, .key = choice.key});
-  }
-  watch_.fill(facts);
+  if (course != nullptr) choices = course_choices(*course);
+  for (const CourseChoice& choice : choices) facts.choices.push_back({.label = choice.label, .key = choice.key});
+  watch_.fill(facts.session);
   const auto chosen =
       panels_.draw(facts, scanner_.console(), width, height, view::PaneLayout::over_scene(width, height).ultrasound);
   if (chosen && *chosen < choices.size()) pressed_.push_back(choices[*chosen].action);

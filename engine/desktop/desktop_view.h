@@ -10,8 +10,8 @@
 
 #include "engine/content/scene.h"
 #include "engine/desktop/panels.h"
-#include "engine/desktop/session_watch.h"
 #include "engine/gpu/device.h"
+#include "engine/panels/session_watch.h"
 #include "engine/render/renderer.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_scanner.h"
@@ -75,7 +75,7 @@ private:
   session::LiveSession& session_;
   DesktopSettings settings_;
   session::LiveScanner scanner_;
-  SessionWatch watch_;
+  panels::SessionWatch watch_;
   Panels panels_;
   RenderScale scale_;
   std::optional<render::Renderer> renderer_;

@@ -1,5 +1,7 @@
 #include "engine/desktop/panels.h"
 
+#include "engine/panels/parts.h"
+
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -18,79 +20,9 @@ constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_N
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
                                     ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
 constexpr ImGuiWindowFlags kFitted = kFixed | ImGuiWindowFlags_AlwaysAutoResize;
+constexpr float kWidth = 21;  // ems of the panels on the left
 
-// Linear, as the overlay's colours are.
-const ImVec4 kAxial{0.15F, 0.57F, 0.71F, 1};
-const ImVec4 kLateral{0.80F, 0.40F, 0.10F, 1};
-const ImVec4 kHint{0.93F, 0.80F, 0.32F, 1};
-const ImVec4 kFaint{0.25F, 0.30F, 0.33F, 1};
-
-ImVec4 colour_of(Concern concern) {
-  switch (concern) {
-    case Concern::danger:
-      return {0.95F, 0.12F, 0.08F, 1};
-    case Concern::caution:
-      return {0.93F, 0.52F, 0.06F, 1};
-    case Concern::note:
-      break;
-  }
-  return {0.55F, 0.62F, 0.66F, 1};
-}
-
-float em() {
-  return ImGui::GetFontSize();
-}
-
-/// A round step that divides `range` into 2 to 5.
-double round_step(double range) {
-  const double power = std::pow(10.0, std::floor(std::log10(range / 2)));
-  for (const double step : {5.0, 2.0}) {
-    if (range / (step * power) >= 2) return step * power;
-  }
-  return power;
-}
-
-/// Force against depth, both axes from 0 or below, with a dot where the needle is.
-void draw_force_curve(std::span<const session::ForceSample> samples, const ImVec2& size) {
-  const ImVec2 corner = ImGui::GetCursorScreenPos();
-  ImGui::Dummy(size);
-  ImDrawList& list = *ImGui::GetWindowDrawList();
-  double deepest = 0.04, most = 1, least = 0;
-  for (const session::ForceSample& sample : samples) {
-    deepest = std::max(deepest, sample.depth);
-    most = std::max({most, sample.axial, sample.lateral});
-    least = std::min(least, sample.axial);
-  }
-  const ImVec2 from(corner.x + 2.2F * em(), corner.y + 0.4F * em());
-  const ImVec2 to(corner.x + size.x - 0.6F * em(), corner.y + size.y - 1.4F * em());
-  const auto at = [&](double depth, double force) {
-    return ImVec2(from.x + static_cast<float>(depth / deepest) * (to.x - from.x),
-                  to.y - static_cast<float>((force - least) / (most - least)) * (to.y - from.y));
-  };
-  const ImU32 faint = ImGui::GetColorU32(kFaint), text = ImGui::GetColorU32(ImGuiCol_Text);
-  const double force_step = round_step(most - least), depth_step = round_step(deepest);
-  for (double force = std::ceil(least / force_step) * force_step; force <= most; force += force_step) {
-    list.AddLine(at(0, force), at(deepest, force), faint);
-    const std::string label = fmt::format("{:g}", std::abs(force) < 1e-9 ? 0 : force);
-    const float width = ImGui::CalcTextSize(label.c_str()).x;
-    list.AddText({from.x - width - 0.4F * em(), at(0, force).y - em() / 2}, text, label.c_str());
-  }
-  for (double depth = 0; depth <= deepest; depth += depth_step) {
-    const std::string label = fmt::format("{:g}", depth * 1e3);
-    list.AddText({at(depth, 0).x - 0.3F * em(), to.y + 0.2F * em()}, text, label.c_str());
-  }
-  const std::size_t stride = std::max<std::size_t>(samples.size() / 1500, 1);
-  std::vector<ImVec2> line;
-  const auto curve = [&](double session::ForceSample::*value, const ImVec4& colour) {
-    line.clear();
-    for (std::size_t i = 0; i < samples.size(); i += stride) line.push_back(at(samples[i].depth, samples[i].*value));
-    if (line.empty()) return;
-    list.AddPolyline(line.data(), static_cast<int>(line.size()), ImGui::GetColorU32(colour), 0, 0.12F * em());
-    list.AddCircleFilled(line.back(), 0.25F * em(), ImGui::GetColorU32(colour));
-  };
-  curve(&session::ForceSample::lateral, kLateral);
-  curve(&session::ForceSample::axial, kAxial);
-}
+using panels::em;
 
 /// A knob in the units people read; writes the value back where it was moved. @return whether it was
 bool knob(const char* label, double& value, const ultrasound::ControlLimits::Range& range, double unit,
@@ -137,20 +69,10 @@ void draw_scanner(session::ScannerConsole& console) {
   if (ImGui::Button("reset (C)")) console.press('C', false);
 }
 
-std::string clock(double time_s) {
-  const int seconds = static_cast<int>(time_s);
-  return fmt::format("{}:{:02}", seconds / 60, seconds % 60);
-}
-
 /// The panel on the upper left. @return the choice whose button was pressed
-std::optional<std::size_t> draw_procedure(const SessionFacts& facts) {
+std::optional<std::size_t> draw_procedure(const DesktopFacts& facts) {
   std::optional<std::size_t> chosen;
-  ImGui::TextColored(kAxial, "%s", facts.stage.c_str());
-  ImGui::SameLine();
-  ImGui::TextDisabled("%s%s", clock(facts.time_s).c_str(), facts.paused ? "  paused: no force" : "");
-  ImGui::PushTextWrapPos(21 * em());
-  ImGui::TextUnformatted(facts.prompt.c_str());
-  if (!facts.hint.empty()) ImGui::TextColored(kHint, "%s", facts.hint.c_str());
+  panels::draw_course(facts.session, kWidth);
   for (std::size_t i = 0; i < facts.choices.size(); ++i) {
     const Choice& choice = facts.choices[i];
     if (i > 0) ImGui::SameLine();
@@ -162,6 +84,7 @@ std::optional<std::size_t> draw_procedure(const SessionFacts& facts) {
       ImGui::SetTooltip("%s", choice.why_not.c_str());
     }
   }
+  ImGui::PushTextWrapPos(kWidth * em());
   ImGui::TextDisabled("needle: %s   H: keys", facts.device.c_str());
   ImGui::PopTextWrapPos();
   return chosen;
@@ -201,13 +124,9 @@ const std::vector<std::string>& Panels::help_lines() {
   return lines;
 }
 
-void Panels::draw_instructor(const SessionFacts& facts) {
-  if (facts.target_distance) ImGui::Text("tip to target   %5.1f mm", *facts.target_distance * 1e3);
-  if (facts.out_of_plane) ImGui::Text("tip from plane  %5.1f mm", *facts.out_of_plane * 1e3);
-  ImGui::Text("depth           %5.1f mm", facts.insertion_depth * 1e3);
-  ImGui::Text("force on hand   %5.2f N", facts.force);
-  ImGui::Text("probe on skin   %5.1f N", facts.probe_force);
-  if (!facts.tissue.empty()) ImGui::Text("tip in          %s", facts.tissue.c_str());
+void Panels::draw_instructor(const panels::SessionFacts& facts) {
+  panels::draw_place(facts);
+  panels::draw_readings(facts);
   int view = static_cast<int>(patient_view_);
   ImGui::RadioButton("closed", &view, 0);
   ImGui::SameLine();
@@ -215,12 +134,10 @@ void Panels::draw_instructor(const SessionFacts& facts) {
   ImGui::SameLine();
   ImGui::RadioButton("transparent (F5)", &view, 2);
   patient_view_ = static_cast<PatientView>(view);
-  for (const Warning& warning : facts.warnings) {
-    ImGui::TextColored(colour_of(warning.concern), "%s", warning.text.c_str());
-  }
+  panels::draw_warnings(facts);
 }
 
-void Panels::draw_help(const SessionFacts& facts, int width, int height) {
+void Panels::draw_help(const DesktopFacts& facts, int width, int height) {
   ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, ImGuiCond_Always,
                           {0.5F, 0.5F});
   if (ImGui::Begin("Keys (H closes)", nullptr, kFitted)) {
@@ -232,41 +149,30 @@ void Panels::draw_help(const SessionFacts& facts, int width, int height) {
   ImGui::End();
 }
 
-void Panels::draw_briefing(const SessionFacts& facts, int width, int height) {
+void Panels::draw_briefing(const panels::SessionFacts& facts, int width, int height) {
   ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, ImGuiCond_Always,
                           {0.5F, 0.5F});
   if (ImGui::Begin("Briefing", nullptr, kFitted)) {
-    ImGui::PushTextWrapPos(34 * em());
-    for (const std::string& paragraph : facts.briefing) {
-      ImGui::TextUnformatted(paragraph.c_str());
-      ImGui::Spacing();
-    }
-    ImGui::PopTextWrapPos();
+    panels::draw_briefing(facts, 34);
   }
   ImGui::End();
 }
 
-std::optional<std::size_t> Panels::draw(const SessionFacts& facts, session::ScannerConsole& console, int width,
+std::optional<std::size_t> Panels::draw(const DesktopFacts& facts, session::ScannerConsole& console, int width,
                                         int height, const view::Pane& ultrasound) {
   if (console.help()) draw_help(facts, width, height);
   if (hidden_) return std::nullopt;
-  if (!facts.briefing.empty() && !console.help()) draw_briefing(facts, width, height);
+  const panels::SessionFacts& session = facts.session;
+  if (!session.briefing.empty() && !console.help()) draw_briefing(session, width, height);
   const auto margin = static_cast<float>(height) / 60;
   std::optional<std::size_t> chosen;
   ImGui::SetNextWindowPos({margin, margin});
-  if (ImGui::Begin(facts.title.c_str(), nullptr, kFitted)) chosen = draw_procedure(facts);
+  if (ImGui::Begin(session.title.c_str(), nullptr, kFitted)) chosen = draw_procedure(facts);
   ImGui::End();
 
   if (force_) {
     ImGui::SetNextWindowPos({margin, static_cast<float>(height) - margin}, ImGuiCond_Always, {0, 1});
-    if (ImGui::Begin("Force (N) against depth (mm)", nullptr, kFitted)) {
-      draw_force_curve(facts.force_curve, {21 * em(), 11 * em()});
-      ImGui::TextColored(kAxial, "axial");
-      ImGui::SameLine();
-      ImGui::TextColored(kLateral, "lateral");
-      ImGui::SameLine();
-      ImGui::TextDisabled("%.2f N at %.0f mm", facts.force, facts.insertion_depth * 1e3);
-    }
+    if (ImGui::Begin("Force (N) against depth (mm)", nullptr, kFitted)) panels::draw_force(session, kWidth, 12.3F);
     ImGui::End();
   }
   if (scanner_) {
@@ -279,7 +185,7 @@ std::optional<std::size_t> Panels::draw(const SessionFacts& facts, session::Scan
   if (instructor_) {
     ImGui::SetNextWindowPos({static_cast<float>(width) - margin, static_cast<float>(height) - margin},
                             ImGuiCond_Always, {1, 1});
-    if (ImGui::Begin("Instructor", nullptr, kFitted)) draw_instructor(facts);
+    if (ImGui::Begin("Instructor", nullptr, kFitted)) draw_instructor(session);
     ImGui::End();
   }
   return chosen;

@@ -2,12 +2,11 @@
 // watches. Drawn with Dear ImGui between view::Overlay::begin() and draw(); they know no window and no GPU.
 #pragma once
 
-#include "engine/session/force_trace.h"
+#include "engine/panels/session_facts.h"
 #include "engine/session/scanner_console.h"
 #include "engine/view/panes.h"
 
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -20,34 +19,12 @@ struct Choice {
   std::string why_not;  ///< empty: it can be done
 };
 
-enum class Concern { note, caution, danger };
-
-/// A line for the instructor.
-struct Warning {
-  Concern concern = Concern::note;
-  std::string text;
-};
-
-/// What the panels show. SI.
-struct SessionFacts {
-  std::string title;                    ///< of the scenario
-  std::string stage;                    ///< "Procedure"
-  std::string prompt;                   ///< what to do now, some lines
-  std::string hint;                     ///< for learners; empty: none
-  std::vector<std::string> briefing{};  ///< paragraphs, shown before the start
+/// What the panels show.
+struct DesktopFacts {
+  panels::SessionFacts session{};
   std::vector<Choice> choices{};
-  double time_s = 0;
-  bool paused = false;
-  std::string device;                       ///< what leads the needle
-  std::vector<std::string> needle_help{};   ///< keys that lead it, a line each
-  double insertion_depth = 0;               ///< m of needle in tissue
-  double force = 0;                         ///< N, on the hand
-  double probe_force = 0;                   ///< N
-  std::optional<double> target_distance{};  ///< m, tip to the target's centre
-  std::optional<double> out_of_plane{};     ///< m, tip from the image plane, signed
-  std::string tissue{};                     ///< at the tip
-  std::vector<Warning> warnings{};
-  std::span<const session::ForceSample> force_curve{};
+  std::string device{};                    ///< what leads the needle
+  std::vector<std::string> needle_help{};  ///< keys that lead it, a line each
 };
 
 /// How much of the patient is seen.
@@ -62,7 +39,7 @@ public:
   /// @param console   its knobs are turned by the sliders
   /// @param ultrasound  where its image lies
   /// @return  the choice whose button was pressed
-  std::optional<std::size_t> draw(const SessionFacts& facts, session::ScannerConsole& console, int width, int height,
+  std::optional<std::size_t> draw(const DesktopFacts& facts, session::ScannerConsole& console, int width, int height,
                                   const view::Pane& ultrasound);
 
   PatientView patient_view() const { return patient_view_; }
@@ -73,9 +50,9 @@ public:
   static const std::vector<std::string>& help_lines();
 
 private:
-  static void draw_briefing(const SessionFacts& facts, int width, int height);
-  static void draw_help(const SessionFacts& facts, int width, int height);
-  void draw_instructor(const SessionFacts& facts);
+  static void draw_briefing(const panels::SessionFacts& facts, int width, int height);
+  static void draw_help(const DesktopFacts& facts, int width, int height);
+  void draw_instructor(const panels::SessionFacts& facts);
 
   bool hidden_ = false;
   bool force_ = true;

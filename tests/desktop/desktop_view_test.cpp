@@ -26,12 +26,12 @@ TEST(RenderScale, DrawsFewerPixelsWhereFramesAreSlowAndMoreAgainWhereTheyAreQuic
 
 TEST(SessionWatch, AFrameThatIsNotFiniteIsPassedOver) {
   const content::Scene scene;
-  SessionWatch watch(scene);
+  panels::SessionWatch watch(scene);
   state::FrameState frame;
   frame.needle_positions.assign(2, Eigen::Vector3f::Zero());
   frame.needle_orientations.assign(2, Eigen::Quaternionf::Identity());
   const auto points = [&] {
-    SessionFacts facts;
+    panels::SessionFacts facts;
     watch.fill(facts);
     return facts.force_curve.size();
   };

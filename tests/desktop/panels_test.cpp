@@ -31,15 +31,16 @@ protected:
   /// @param scale  of the display: so many times the pixels
   explicit PanelsOnAPicture(int scale = 1) : scale_(scale) {}
 
-  SessionFacts facts() const {
-    SessionFacts facts{.title = "Liver biopsy", .stage = "Procedure", .prompt = "Bring the tip to the tumour."};
-    facts.choices = {{.label = "Fire", .key = "Enter"},
-                     {.label = "Pause", .key = "X", .why_not = "nothing runs yet"}};
-    facts.device = "mouse";
-    facts.force_curve = curve_;
-    facts.target_distance = 0.012;
-    facts.warnings = {{Concern::danger, "tip is beyond the target"}};
-    return facts;
+  DesktopFacts facts() const {
+    panels::SessionFacts session{
+        .title = "Liver biopsy", .stage = "Procedure", .prompt = "Bring the tip to the tumour."};
+    session.force_curve = curve_;
+    session.target_distance = 0.012;
+    session.warnings = {{panels::Concern::danger, "tip is beyond the target"}};
+    return {
+        .session = session,
+        .choices = {{.label = "Fire", .key = "Enter"}, {.label = "Pause", .key = "X", .why_not = "nothing runs yet"}},
+        .device = "mouse"};
   }
 
   /// One frame with the pointer there. @return the choice taken

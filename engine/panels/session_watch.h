@@ -2,13 +2,13 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/desktop/panels.h"
+#include "engine/panels/session_facts.h"
 #include "engine/session/force_trace.h"
 #include "engine/state/frame_state.h"
 
-namespace stylet::desktop {
+namespace stylet::panels {
 
-/// Collects the frames shown. Window thread.
+/// Collects the frames shown. Thread: the one that draws.
 class SessionWatch {
 public:
   /// Keeps a reference to `scene`.
@@ -30,4 +30,4 @@ private:
   bool seen_ = false;
 };
 
-}  // namespace stylet::desktop
+}  // namespace stylet::panels

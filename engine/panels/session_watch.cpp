@@ -1,11 +1,11 @@
-#include "engine/desktop/session_watch.h"
+#include "engine/panels/session_watch.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <string_view>
 
-namespace stylet::desktop {
+namespace stylet::panels {
 namespace {
 
 constexpr std::size_t kCurvePoints = 40'000;  // at 60 frames a second, 11 minutes
@@ -68,4 +68,4 @@ void SessionWatch::warn(SessionFacts& facts) const {
   if (facts.warnings.empty()) add(Concern::note, "nothing to remark");
 }
 
-}  // namespace stylet::desktop
+}  // namespace stylet::panels

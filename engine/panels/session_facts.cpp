@@ -1,0 +1,30 @@
+#include "engine/panels/session_facts.h"
+
+namespace stylet::panels {
+namespace {
+
+std::vector<std::string> paragraphs(const content::Briefing& briefing) {
+  std::vector<std::string> all;
+  if (!briefing.goal.empty()) all.push_back(briefing.goal);
+  for (std::size_t i = 0; i < briefing.steps.size(); ++i) {
+    all.push_back(std::to_string(i + 1) + ". " + briefing.steps[i]);
+  }
+  if (!briefing.anatomy.empty()) all.push_back(briefing.anatomy);
+  return all;
+}
+
+}  // namespace
+
+SessionFacts facts_of(const content::Scene& scene, const training::FlowState* course) {
+  const std::string& title = scene.title.empty() ? scene.name : scene.title;
+  SessionFacts facts{.title = title.substr(0, title.find(':'))};
+  if (course == nullptr) return facts;
+  facts.stage = training::stage_name(course->stage);
+  facts.prompt = course->refusal.empty() ? course->prompt : course->refusal;
+  facts.hint = course->hint;
+  facts.paused = course->paused;
+  if (course->stage == training::Stage::briefing) facts.briefing = paragraphs(scene.exercise.briefing);
+  return facts;
+}
+
+}  // namespace stylet::panels

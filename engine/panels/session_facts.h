@@ -1,0 +1,46 @@
+// What there is to tell of a running session: its course, and what follows from its frames (SessionWatch).
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/session/force_trace.h"
+#include "engine/training/flow.h"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace stylet::panels {
+
+enum class Concern : std::uint8_t { note, caution, danger };
+
+/// A line for the instructor.
+struct Warning {
+  Concern concern = Concern::note;
+  std::string text;
+};
+
+/// SI.
+struct SessionFacts {
+  std::string title{};                  ///< of the scenario
+  std::string stage{};                  ///< "procedure"
+  std::string prompt{};                 ///< what to do now, some lines
+  std::string hint{};                   ///< for learners; empty: none
+  std::vector<std::string> briefing{};  ///< paragraphs, shown before the start
+  double time_s = 0;
+  bool paused = false;
+  double insertion_depth = 0;               ///< m of needle in tissue
+  double force = 0;                         ///< N, on the hand
+  double probe_force = 0;                   ///< N
+  std::optional<double> target_distance{};  ///< m, tip to the target's centre
+  std::optional<double> out_of_plane{};     ///< m, tip from the image plane, signed
+  std::string tissue{};                     ///< at the tip
+  std::vector<Warning> warnings{};
+  std::span<const session::ForceSample> force_curve{};
+};
+
+/// Title and course. @param course  null: the session has none
+SessionFacts facts_of(const content::Scene& scene, const training::FlowState* course);
+
+}  // namespace stylet::panels
