@@ -27,10 +27,15 @@ STYLET_SHARED uint kCover = 2u;   // skin, fat, muscle: closed, with a window cu
 STYLET_SHARED uint kSteel = 3u;   // needle shaft: metal with a mark every centimetre
 STYLET_SHARED uint kMatte = 4u;   // plastic, paint, metal: probe, hub, furniture
 STYLET_SHARED uint kCloth = 5u;   // drape: open where the field is; seen from both sides
-STYLET_SHARED uint kScreen = 6u;  // shows the scanner's picture
+STYLET_SHARED uint kScreen = 6u;  // shows a picture
 STYLET_SHARED uint kGlow = 7u;    // the lamp's face
 STYLET_SHARED uint kCavity = 8u;  // inside of the trunk
 STYLET_SHARED uint kKinds = 9u;
+
+// A screen's picture.
+STYLET_SHARED uint kNoPicture = 0u;
+STYLET_SHARED uint kPicture = 1u;         // sampling it gives linear colours
+STYLET_SHARED uint kEncodedPicture = 2u;  // sampling it gives sRGB
 
 // How far one sees into the patient.
 STYLET_SHARED uint kSeeClosed = 0u;
@@ -80,7 +85,7 @@ struct FrameUniforms {
   vec4 fan;         // radius of the face (0: linear), half angle or half width, depth, 1 if convex
   vec4 fan_image;   // picture's origin (x, z) in the probe frame, 1 / width in m, 1 / height in m (0: none)
   vec4 viewport;    // width, height; columns and rows of the ground's grid
-  uvec4 see;        // x: how far one sees into the patient; y: 1 if the screen has a picture, 2 if its texels are sRGB
+  uvec4 see;        // x: how far one sees into the patient
 };
 
 /// Push constants of a surface.
@@ -88,7 +93,7 @@ struct SurfaceStyle {
   vec4 colour;   // rgb, opacity
   vec4 surface;  // roughness, metalness, wrap, coat; see brdf.glsl
   vec4 glass;    // silhouette opacity, exponent of the silhouette, unused, unused
-  uvec4 kind;    // x: one of the above; y: label (content::PictureLabels), 0: none
+  uvec4 kind;    // x: one of the above; y: label (content::PictureLabels), 0: none; z: of a screen, one of the below
 };
 
 /// Push constants of the deformation pass.

@@ -34,7 +34,7 @@ vec3 linear_of(vec3 encoded) {
 vec3 picture() {
   vec2 at = vec2(position.w, normal.w), dx = dFdx(at), dy = dFdy(at);
   vec3 sum = vec3(0.0);
-  bool encoded = unforeseen(frame.see.y) == 2u;
+  bool encoded = unforeseen(style.kind.z) == kEncodedPicture;
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 3; ++i) {
       vec3 texel = texture(screen, at + (float(i) - 1.0) / 3.0 * dx + (float(j) - 1.0) / 3.0 * dy).rgb;
@@ -50,7 +50,7 @@ void main() {
     return;
   }
   if (kind == kScreen) {
-    colour = vec4(unforeseen(frame.see.y) > 0u ? picture() : style.colour.rgb, 1.0);
+    colour = vec4(unforeseen(style.kind.z) != kNoPicture ? picture() : style.colour.rgb, 1.0);
     return;
   }
   if (kind == kCloth && cloth_open(position.xyz, vec2(position.w, normal.w))) discard;

@@ -78,9 +78,7 @@ FrameUniforms frame_uniforms(const state::FrameState& state, const std::vector<E
                    static_cast<float>(1 / (plane.metres_per_pixel * size.width)),
                    static_cast<float>(1 / (plane.metres_per_pixel * size.height))};
   }
-  // Sampling an sRGB image decodes it, sampling a plain one does not.
-  const bool decoded = options.screen != nullptr && options.screen->format() == VK_FORMAT_R8G8B8A8_SRGB;
-  u.see = {static_cast<std::uint32_t>(options.see_through), options.screen == nullptr ? 0u : decoded ? 1u : 2u, 0, 0};
+  u.see = {static_cast<std::uint32_t>(options.see_through), 0, 0, 0};
   return u;
 }
 

@@ -180,8 +180,12 @@ void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayo
   add(geometry.room, "enamel", meshes.enamel, style({0.66F, 0.68F, 0.68F}, {0.40F, 0, 0, 0.3F}));
   add(geometry.room, "dark", meshes.dark, style({0.020F, 0.022F, 0.026F}, {0.40F, 0, 0, 0}));
   add(geometry.room, "steel", meshes.steel, style({0.60F, 0.60F, 0.61F}, {0.32F, 1, 0, 0}));
-  add(geometry.room, "screen", meshes.screen, style({0.006F, 0.007F, 0.009F}, {0.2F, 0, 0, 0}, kScreen));
+  const SurfaceStyle screen = style({0.006F, 0.007F, 0.009F}, {0.2F, 0, 0, 0}, kScreen);
+  add(geometry.room, "screen", meshes.screen, screen);
   add(geometry.room, "glow", meshes.glow, style({1.0F, 0.97F, 0.90F}, {1, 0, 0, 0}, kGlow));
+  add(geometry.panel, "panel_arm", meshes.panel_arm, style({0.66F, 0.68F, 0.68F}, {0.40F, 0, 0, 0.3F}));
+  add(geometry.panel, "panel_case", meshes.panel_case, style({0.020F, 0.022F, 0.026F}, {0.40F, 0, 0, 0}));
+  geometry.panel_picture = append(geometry, "panel_picture", meshes.panel_picture, layout, screen);
 }
 
 }  // namespace

@@ -46,8 +46,10 @@ struct Geometry {
   std::vector<Piece> glass;          ///< translucent organs, in the order of the scene
   std::vector<Piece> covers;         ///< skin, fat, muscle: what is cut open towards the focus
   std::vector<Piece> room;           ///< furniture; empty without a room
+  std::vector<Piece> panel;          ///< the session's monitor, drawn where it has a picture
   std::vector<Piece> drape;          ///< cloth, or nothing
   std::vector<Piece> cavity;         ///< inside of the trunk, or nothing
+  Piece panel_picture;
   Piece fan;
   Piece zone;  ///< of no triangles; where they go in a scene that ablates
   NeedleMesh needle;

@@ -44,7 +44,7 @@ LabelPass::LabelPass(gpu::Device& device, int width, int height, int views)
       pipeline_(device, label_pipeline(render_pass_.get())) {}
 
 void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const gpu::Buffer& drawn,
-                     const gpu::Buffer& indices, bool with_needle, SeeThrough see_through) {
+                     const gpu::Buffer& indices, const Shown& shown) {
   gpu::run_now(device_, [&](gpu::Commands& commands) {
     const auto resources = {gpu::read(0, frame), gpu::read(1, drawn)};
     commands.prepare_draw(resources);
@@ -54,18 +54,23 @@ void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const g
     const VkCommandBuffer cmd = commands.handle();
     begin_render_pass(cmd, render_pass_.get(), framebuffer_.get(), size_);
     vkCmdBindIndexBuffer(cmd, indices.handle(), 0, VK_INDEX_TYPE_UINT32);
-    const auto draw_pieces = [&](const std::vector<Piece>& pieces) {
-      for (const Piece& piece : pieces) {
-        commands.bind(pipeline_, resources, piece.style);
-        vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
-      }
+    const auto draw_piece = [&](const Piece& piece) {
+      commands.bind(pipeline_, resources, piece.style);
+      vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
     };
-    if (see_through != SeeThrough::glass) draw_pieces(geometry.drape);
+    const auto draw_pieces = [&](const std::vector<Piece>& pieces) {
+      for (const Piece& piece : pieces) draw_piece(piece);
+    };
+    if (shown.panel) {
+      draw_pieces(geometry.panel);
+      draw_piece(geometry.panel_picture);
+    }
+    if (shown.see_through != SeeThrough::glass) draw_pieces(geometry.drape);
     draw_pieces(geometry.room);
     draw_pieces(geometry.solids);
     draw_pieces(geometry.glass);
     draw_pieces(geometry.covers);
-    if (with_needle) draw_pieces(geometry.needle_pieces);
+    if (shown.needle) draw_pieces(geometry.needle_pieces);
     const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
     vkCmdEndRenderPass2(cmd, &end);
   });

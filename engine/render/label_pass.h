@@ -23,9 +23,16 @@ class LabelPass {
 public:
   LabelPass(gpu::Device& device, int width, int height, int views);
 
+  /// What the frame shows, beside what is always there.
+  struct Shown {
+    bool needle = false;
+    bool panel = false;
+    SeeThrough see_through = SeeThrough::window;
+  };
+
   /// Submits and waits. @param frame, drawn, indices  as the renderer filled them
   void draw(const Geometry& geometry, const gpu::Buffer& frame, const gpu::Buffer& drawn, const gpu::Buffer& indices,
-            bool with_needle, SeeThrough see_through);
+            const Shown& shown);
   ViewLabels read(std::uint32_t layer) const;
 
 private:

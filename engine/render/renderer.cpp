@@ -53,6 +53,12 @@ gpu::ImageSettings attachment(const RenderSettings& settings, VkFormat format, V
           .array_view = true};
 }
 
+/// Sampling an sRGB image decodes it, sampling a plain one does not.
+std::uint32_t picture_kind(const gpu::Image* picture) {
+  if (picture == nullptr) return kNoPicture;
+  return picture->format() == VK_FORMAT_R8G8B8A8_SRGB ? kPicture : kEncodedPicture;
+}
+
 }  // namespace
 
 Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const RenderSettings& settings)
@@ -169,6 +175,7 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
                     static_cast<float>(ground_cells(settings_.width)),
                     static_cast<float>(ground_cells(settings_.height))};
   with_needle_ = geometry_.needle.fits(state.needle_positions.size(), state.needle_orientations.size());
+  with_panel_ = options.panel != nullptr && geometry_.panel_picture.index_count > 0;
   see_through_ = options.see_through;
 
   gpu::Commands& commands = ring_.next();
@@ -214,7 +221,12 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
   const gpu::Image& screen = options.screen != nullptr ? *options.screen : black_;
   const auto resources = {gpu::read(0, frame_), gpu::read(1, drawn_), gpu::sample(2, ultrasound, sampler_),
                           gpu::sample(3, screen, sampler_), gpu::sample(4, shadow_.map(), shadow_.sampler())};
+  // The panel's picture stands where the screen's does.
+  const auto panel_resources = {gpu::read(0, frame_), gpu::read(1, drawn_), gpu::sample(2, ultrasound, sampler_),
+                                gpu::sample(3, options.panel != nullptr ? *options.panel : black_, sampler_),
+                                gpu::sample(4, shadow_.map(), shadow_.sampler())};
   commands.prepare_draw(resources);
+  commands.prepare_draw(panel_resources);
   commands.transition(indices_, gpu::kIndexRead);
   commands.transition(depth_, gpu::kDepthAttachment, true);
   commands.transition(target_, gpu::kColourAttachment, true);
@@ -226,7 +238,9 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
   vkCmdBindIndexBuffer(cmd, indices_.handle(), 0, VK_INDEX_TYPE_UINT32);
 
   const auto draw_piece = [&](const gpu::GraphicsPipeline& pipeline, const Piece& piece) {
-    commands.bind(pipeline, resources, piece.style);
+    SurfaceStyle style = piece.style;
+    if (style.kind[0] == kScreen) style.kind[2] = picture_kind(options.screen);
+    commands.bind(pipeline, resources, style);
     vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
   };
   const auto draw_pieces = [&](const std::vector<Piece>& pieces) {
@@ -243,6 +257,14 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
     draw_pieces(geometry_.solids);
   if (see_through_ == SeeThrough::window) draw_pieces(geometry_.cavity);
   draw_pieces(geometry_.room);
+  if (with_panel_) {
+    draw_pieces(geometry_.panel);
+    const Piece& picture = geometry_.panel_picture;
+    SurfaceStyle style = picture.style;
+    style.kind[2] = picture_kind(options.panel);
+    commands.bind(pipelines_.surface(kScreen), panel_resources, style);
+    vkCmdDrawIndexed(cmd, picture.index_count, 1, picture.first_index, 0, 0);
+  }
   if (geometry_.cable) draw_piece(pipelines_.surface(kMatte), geometry_.cable_piece);
   commands.bind(pipelines_.ground(), resources, SurfaceStyle{});
   vkCmdDraw(cmd, static_cast<std::uint32_t>(6 * ground_cells(settings_.width) * ground_cells(settings_.height)), 1, 0,
@@ -261,7 +283,8 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
 
 ViewLabels Renderer::read_labels(std::uint32_t layer) {
   if (!labels_) labels_.emplace(device_, settings_.width, settings_.height, settings_.views);
-  labels_->draw(geometry_, frame_, drawn_, indices_, with_needle_, see_through_);
+  labels_->draw(geometry_, frame_, drawn_, indices_,
+                {.needle = with_needle_, .panel = with_panel_, .see_through = see_through_});
   return labels_->read(layer);
 }
 

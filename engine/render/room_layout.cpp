@@ -61,6 +61,26 @@ void place_field(const content::Scene& scene, RoomLayout& layout) {
   layout.field_half.y() = std::max((high - low) / 2, 0.02);
 }
 
+std::array<Vector3d, 4> corners(const Eigen::Isometry3d& patient_from_picture, const Eigen::Vector2d& half) {
+  std::array<Vector3d, 4> corners;
+  constexpr std::array<std::array<double, 2>, 4> kSigns{{{-1, 1}, {1, 1}, {1, -1}, {-1, -1}}};
+  for (std::size_t i = 0; i < 4; ++i)
+    corners[i] = patient_from_picture * Vector3d(kSigns[i][0] * half.x(), kSigns[i][1] * half.y(), 0);
+  return corners;
+}
+
+/// A picture at `middle` that is turned to `eye`, upright. Table's frame.
+Eigen::Isometry3d turned_to(const Vector3d& eye, const Vector3d& middle) {
+  Eigen::Isometry3d picture = Eigen::Isometry3d::Identity();
+  picture.translation() = middle;
+  const Vector3d normal = (eye - middle).normalized();
+  const Vector3d right = Vector3d::UnitZ().cross(normal).normalized();
+  picture.linear().col(0) = right;
+  picture.linear().col(1) = normal.cross(right);
+  picture.linear().col(2) = normal;
+  return picture;
+}
+
 }  // namespace
 
 Vector3d RoomLayout::trunk_point(double angle, double y, double offset) const {
@@ -84,12 +104,11 @@ double RoomLayout::outside_field(double angle, double y) const {
 }
 
 std::array<Vector3d, 4> RoomLayout::screen_corners() const {
-  std::array<Vector3d, 4> corners;
-  constexpr std::array<std::array<double, 2>, 4> kSigns{{{-1, 1}, {1, 1}, {1, -1}, {-1, -1}}};
-  for (std::size_t i = 0; i < 4; ++i)
-    corners[i] = patient_from_table *
-                 (table_from_screen * Vector3d(kSigns[i][0] * screen_half.x(), kSigns[i][1] * screen_half.y(), 0));
-  return corners;
+  return corners(patient_from_table * table_from_screen, screen_half);
+}
+
+std::array<Vector3d, 4> RoomLayout::panel_corners() const {
+  return corners(patient_from_table * table_from_panel, panel_half);
 }
 
 content::Camera RoomLayout::standing_camera() const {
@@ -162,13 +181,12 @@ RoomLayout room_layout(const content::Scene& scene) {
   // The machine stands across the table, its screen turned to the trainee's eyes.
   const Vector3d screen(-layout.trainee_side * 0.74, layout.field_y + 0.30, 0.42);
   const Vector3d trainee(layout.trainee_side * 0.72, layout.field_y - 0.30, layout.floor_z + kEyeHeight);
-  const Vector3d normal = (trainee - screen).normalized();
-  const Vector3d right = Vector3d::UnitZ().cross(normal).normalized();
-  layout.table_from_screen.translation() = screen;
-  layout.table_from_screen.linear().col(0) = right;
-  layout.table_from_screen.linear().col(1) = normal.cross(right);
-  layout.table_from_screen.linear().col(2) = normal;
+  layout.table_from_screen = turned_to(trainee, screen);
+  const Vector3d normal = layout.table_from_screen.linear().col(2);
   layout.cable_way = Vector3d(normal.x(), normal.y(), 0).normalized();
+  // Seen beyond the field, beside the screen and above the cloth at the patient's neck.
+  layout.table_from_panel =
+      turned_to(trainee, {-layout.trainee_side * 0.16, layout.field_y + 0.74, layout.draped ? 0.68 : 0.36});
   layout.cable_port = screen + 0.25 * layout.cable_way - Vector3d(0, 0, layout.screen_half.y() + 0.20);
   return layout;
 }

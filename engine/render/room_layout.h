@@ -44,6 +44,9 @@ struct RoomLayout {
   Eigen::Isometry3d table_from_screen =
       Eigen::Isometry3d::Identity();  ///< its middle; +X right, +Y up, +Z to the eyes
   Eigen::Vector2d screen_half{0.22, 0.165};
+  /// The monitor that tells of the session, hung from the ceiling; as the screen.
+  Eigen::Isometry3d table_from_panel = Eigen::Isometry3d::Identity();
+  Eigen::Vector2d panel_half{0.36, 0.18};
   Eigen::Vector3d cable_port{0, 0, 0};  ///< of the machine, where the probe's cable ends
   Eigen::Vector3d cable_way{1, 0, 0};   ///< unit, level, out of it
 
@@ -55,8 +58,10 @@ struct RoomLayout {
   Eigen::Vector2d in_field(double angle, double y) const;
   /// Distance from the field's border, m: negative in the opening.
   double outside_field(double angle, double y) const;
-  /// Corners of the screen's picture in the patient frame: upper left, upper right, lower right, lower left.
+  /// Corners of the picture on the screen, and on the panel, in the patient frame: upper left, upper right, lower
+  /// right, lower left.
   std::array<Eigen::Vector3d, 4> screen_corners() const;
+  std::array<Eigen::Vector3d, 4> panel_corners() const;
 
   /// What a trainee who stands at the table sees, and the whole room from near its corner. Patient frame.
   content::Camera standing_camera() const;

@@ -41,26 +41,30 @@ void add_box_between(RoomMesh& mesh, const Vector3d& least, const Vector3d& most
   add_box(mesh, at((least + most) / 2), most - least, rounding);
 }
 
+/// A picture with its bezel round it.
+void add_monitor(RoomMesh& casing, RoomMesh& picture, const Isometry3d& pose, const Eigen::Vector2d& half) {
+  add_box(casing, pose * Eigen::Translation3d(0, -0.008, -0.022), {2 * half.x() + 0.044, 2 * half.y() + 0.060, 0.038},
+          0.012);
+  const auto cells = [](double size) { return std::max(10U, static_cast<std::uint32_t>(std::ceil(size / 0.045))); };
+  const std::uint32_t columns = cells(2 * half.x()), rows = cells(2 * half.y());
+  for (std::uint32_t j = 0; j <= rows; ++j)
+    for (std::uint32_t i = 0; i <= columns; ++i) {
+      const double u = double{1} * i / columns, v = double{1} * j / rows;
+      add_vertex(picture, pose * Vector3d((2 * u - 1) * half.x(), (1 - 2 * v) * half.y(), 0), pose.linear().col(2));
+      picture.coordinates.push_back({static_cast<float>(u), static_cast<float>(v)});
+    }
+  for (std::uint32_t j = 0; j < rows; ++j)
+    for (std::uint32_t i = 0; i < columns; ++i) {
+      const std::uint32_t corner = j * (columns + 1) + i, below = corner + columns + 1;
+      for (const std::uint32_t index : {corner, below, below + 1, corner, below + 1, corner + 1})
+        picture.indices.push_back(index);
+    }
+}
+
 void add_machine(RoomMeshes& room, const RoomLayout& layout) {
   const Isometry3d& screen = layout.table_from_screen;
   const Eigen::Vector2d half = layout.screen_half;
-  // Monitor: the picture, its bezel, and the arm down to the console.
-  add_box(room.dark, screen * Eigen::Translation3d(0, -0.008, -0.022),
-          {2 * half.x() + 0.044, 2 * half.y() + 0.060, 0.038}, 0.012);
-  constexpr int kCells = 10;
-  for (int j = 0; j <= kCells; ++j)
-    for (int i = 0; i <= kCells; ++i) {
-      const double u = double{1} * i / kCells, v = double{1} * j / kCells;
-      add_vertex(room.screen, screen * Vector3d((2 * u - 1) * half.x(), (1 - 2 * v) * half.y(), 0),
-                 screen.linear().col(2));
-      room.screen.coordinates.push_back({static_cast<float>(u), static_cast<float>(v)});
-    }
-  for (std::uint32_t j = 0; j < kCells; ++j)
-    for (std::uint32_t i = 0; i < kCells; ++i) {
-      const std::uint32_t corner = j * (kCells + 1) + i, below = corner + kCells + 1;
-      for (const std::uint32_t index : {corner, below, below + 1, corner, below + 1, corner + 1})
-        room.screen.indices.push_back(index);
-    }
+  add_monitor(room.dark, room.screen, screen, half);
 
   // The cart stands upright under the monitor, turned as the monitor is.
   Isometry3d cart = at({screen.translation().x(), screen.translation().y(), layout.floor_z});
@@ -82,6 +86,17 @@ void add_machine(RoomMeshes& room, const RoomLayout& layout) {
   for (const double x : {-0.19, 0.19})
     for (const double y : {-0.16, 0.28})
       add_rod(room.dark, cart * Vector3d(x - 0.018, y, 0.045), cart * Vector3d(x + 0.018, y, 0.045), 0.045);
+}
+
+/// Monitor of the session: an arm behind it, and a pole up to the ceiling.
+void add_panel(RoomMeshes& room, const RoomLayout& layout) {
+  const Isometry3d& panel = layout.table_from_panel;
+  add_monitor(room.panel_case, room.panel_picture, panel, layout.panel_half);
+  const Vector3d back = panel * Vector3d(0, 0, -0.04), joint = panel * Vector3d(0, 0, -0.10);
+  const Vector3d foot = joint + Vector3d(-0.22 * layout.trainee_side, 0.10, 0);
+  add_rod(room.panel_arm, back, joint, 0.045);
+  add_rod(room.panel_arm, joint, foot, 0.020);
+  add_rod(room.panel_arm, foot - Vector3d(0, 0, 0.05), {foot.x(), foot.y(), layout.room_max.z()}, 0.026);
 }
 
 void add_table(RoomMeshes& room, const RoomLayout& layout) {
@@ -199,6 +214,7 @@ RoomMeshes room_meshes(const RoomLayout& layout, const std::vector<Eigen::Vector
   RoomMeshes room;
   add_table(room, layout);
   add_machine(room, layout);
+  add_panel(room, layout);
   add_lamp(room, layout);
   if (!layout.draped) add_tray(room, layout);
   if (layout.draped) {

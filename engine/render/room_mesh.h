@@ -31,13 +31,16 @@ void add_rod(RoomMesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d&
 
 struct RoomMeshes {
   RoomMesh mattress;
-  RoomMesh enamel;  ///< painted metal and plastic: lamp, table's foot, machine
-  RoomMesh dark;    ///< bezel, keyboard, wheels
-  RoomMesh steel;   ///< rails and poles
-  RoomMesh glow;    ///< the lamp's face
-  RoomMesh screen;  ///< coordinates: of the picture, (0, 0) upper left
-  RoomMesh drape;   ///< coordinates: RoomLayout::in_field. Empty: no skin
-  RoomMesh cavity;  ///< inside of the trunk, seen from within where the patient is cut open. Empty: no skin
+  RoomMesh enamel;         ///< painted metal and plastic: lamp, table's foot, machine
+  RoomMesh dark;           ///< bezel, keyboard, wheels
+  RoomMesh steel;          ///< rails and poles
+  RoomMesh glow;           ///< the lamp's face
+  RoomMesh screen;         ///< coordinates: of the picture, (0, 0) upper left
+  RoomMesh panel_arm;      ///< of the monitor that tells of the session
+  RoomMesh panel_case;     ///< its bezel
+  RoomMesh panel_picture;  ///< coordinates as those of the screen
+  RoomMesh drape;          ///< coordinates: RoomLayout::in_field. Empty: no skin
+  RoomMesh cavity;         ///< inside of the trunk, seen from within where the patient is cut open. Empty: no skin
 };
 
 /// @param skin  rest positions in the patient frame; the cloth lies over them

@@ -36,8 +36,10 @@ struct NeedlePose {
 
 struct ViewOptions {
   PlaneTexture plane{};  ///< none: the imaging plane is a pane of light
-  /// What the ultrasound machine's screen shows, whole; null: it is dark. RGBA of 8 bits; the bytes mean sRGB.
+  /// What the ultrasound machine's screen shows, whole; null: it is dark. RGBA of 8 bits that mean sRGB.
   const gpu::Image* screen = nullptr;
+  /// What the session's monitor shows, as `screen`; null: it is not in the room.
+  const gpu::Image* panel = nullptr;
   SeeThrough see_through = SeeThrough::window;
   /// What an electrode has destroyed, seen where the organs are; null: nothing. Its surface is kept until another
   /// version comes.

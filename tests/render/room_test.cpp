@@ -159,6 +159,33 @@ TEST_F(Room, ScreenShowsThePictureGiven) {
   EXPECT_LT(pixel_at(renderer, dark, middle)[1], 40);
 }
 
+TEST_F(Room, PanelHangsThereWhileItHasAPictureAndShowsIt) {
+  Renderer renderer(device, scene, {.width = 480, .height = 360});
+  const RoomLayout& layout = renderer.layout();
+  content::Camera camera = layout.standing_camera();
+  const std::array<Vector3d, 4> corners = layout.panel_corners();
+  const Vector3d middle = (corners[0] + corners[2]) / 2;
+  camera.look_at = middle;
+  const Picture without = draw(renderer, camera);
+  std::vector<std::uint8_t> pixels;
+  for (int v = 0; v < 16; ++v)
+    for (int u = 0; u < 32; ++u)
+      pixels.insert(pixels.end(), {static_cast<std::uint8_t>(u < 16 ? 220 : 30), 90,
+                                   static_cast<std::uint8_t>(v < 8 ? 200 : 60), 255});
+  const gpu::Image image(device, {.width = 32, .height = 16, .format = VK_FORMAT_R8G8B8A8_SRGB});
+  gpu::run_now(device, [&](gpu::Commands& commands) { commands.upload(image, std::as_bytes(std::span(pixels))); });
+  const Picture with = draw(renderer, camera, {.panel = &image});
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    const std::uint8_t* found = pixel_at(renderer, with, (corners[corner] + middle) / 2);
+    EXPECT_NEAR(found[0], corner == 0 || corner == 3 ? 220 : 30, 2) << corner;
+    EXPECT_NEAR(found[1], 90, 2) << corner;
+    EXPECT_NEAR(found[2], corner < 2 ? 200 : 60, 2) << corner;
+  }
+  EXPECT_LT(pixel_at(renderer, with, layout.patient_from_table * layout.table_from_screen.translation())[1], 40)
+      << "the scanner's screen is dark still";
+  EXPECT_EQ(draw(renderer, camera).rgba, without.rgba) << "nothing of it is left";
+}
+
 TEST_F(Room, DrapeLeavesTheFieldOpenAndHidesTheRest) {
   state.needle_positions.clear();
   state.needle_orientations.clear();
