@@ -30,11 +30,18 @@ HeadsetControllers::HeadsetControllers(XrInstance instance, XrSession session)
     squeeze_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "let_go", "Let go, to take hold elsewhere");
     menu_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "pause", "Pause");
     recentre_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "recentre", "Stand at the table again");
-    suggest("khr/simple_controller", "select/click", "", "menu/click", "");
-    suggest("oculus/touch_controller", "trigger/value", "squeeze/value", "menu/click", "thumbstick/click", false);
-    suggest("valve/index_controller", "trigger/click", "squeeze/value", "b/click", "thumbstick/click");
-    suggest("htc/vive_controller", "trigger/click", "squeeze/click", "menu/click", "trackpad/click");
-    suggest("microsoft/motion_controller", "trigger/value", "squeeze/click", "menu/click", "thumbstick/click");
+    panel_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "panel", "Panel, instructor's panel, none");
+    suggest("khr/simple_controller", {.trigger = "select/click", .menu = "menu/click", .panel = "select/click"},
+            {.trigger = "select/click", .menu = "menu/click"});
+    suggest("oculus/touch_controller",
+            {"trigger/value", "squeeze/value", "menu/click", "thumbstick/click", "x/click"},
+            {"trigger/value", "squeeze/value", "", "thumbstick/click", "a/click"});
+    const Inputs index{"trigger/click", "squeeze/value", "b/click", "thumbstick/click", "a/click"};
+    suggest("valve/index_controller", index, index);
+    suggest("htc/vive_controller", {"trigger/click", "squeeze/click", "menu/click", "", "trackpad/click"},
+            {"trigger/click", "squeeze/click", "menu/click", "trackpad/click", ""});
+    const Inputs mixed{"trigger/value", "squeeze/click", "menu/click", "thumbstick/click", "trackpad/click"};
+    suggest("microsoft/motion_controller", mixed, mixed);
     XrSessionActionSetsAttachInfo attach{XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO};
     attach.countActionSets = 1;
     attach.actionSets = &set_;
@@ -69,18 +76,19 @@ XrAction HeadsetControllers::make(XrActionType type, const char* name, const cha
   return action;
 }
 
-void HeadsetControllers::suggest(const char* profile, const char* trigger, const char* squeeze, const char* menu,
-                                 const char* recentre, bool menu_right) {
+void HeadsetControllers::suggest(const char* profile, const Inputs& left, const Inputs& right) {
   std::vector<XrActionSuggestedBinding> bindings;
   for (const char* hand : kHands) {
+    const Inputs& inputs = hand == kHands[0] ? left : right;
     const auto bind = [&](XrAction action, const char* input) {
       if (*input != '\0') bindings.push_back({action, path(instance_, std::string(hand) + "/input/" + input)});
     };
     bind(grip_, "grip/pose");
-    bind(trigger_, trigger);
-    bind(squeeze_, squeeze);
-    if (hand == kHands[0] || menu_right) bind(menu_, menu);
-    bind(recentre_, recentre);
+    bind(trigger_, inputs.trigger);
+    bind(squeeze_, inputs.squeeze);
+    bind(menu_, inputs.menu);
+    bind(recentre_, inputs.recentre);
+    bind(panel_, inputs.panel);
   }
   XrInteractionProfileSuggestedBinding suggested{XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING};
   suggested.interactionProfile = path(instance_, std::string("/interaction_profiles/") + profile);
@@ -120,6 +128,7 @@ Hands HeadsetControllers::read(XrTime time, XrSpace base, const Eigen::Isometry3
     hand.squeeze = pressed(squeeze_, paths_[i], false);
     hands.menu_pressed = pressed(menu_, paths_[i], true) || hands.menu_pressed;
     hands.recentre_pressed = pressed(recentre_, paths_[i], true) || hands.recentre_pressed;
+    hands.panel_pressed = pressed(panel_, paths_[i], true) || hands.panel_pressed;
   }
   return hands;
 }

@@ -18,15 +18,21 @@ struct Hand {
   bool squeeze = false;
 };
 
+/// The button of the panel, in words for whoever holds any of the controllers: of Touch and Index the lower one, of
+/// Windows Mixed Reality the pad, of Vive the left pad, of the simple one the left trigger.
+inline constexpr const char* kPanelButton = "A, X or pad";
+
 struct Hands {
   Hand left;
   Hand right;
   bool menu_pressed = false;      ///< since the last frame, on either
   bool recentre_pressed = false;  ///< the same: thumb stick or pad, pushed
+  bool panel_pressed = false;     ///< the same: kPanelButton
 };
 
 /// Actions of a session, bound to the controllers that runtimes know: Oculus Touch, Valve Index, HTC Vive, Windows
 /// Mixed Reality, and Khronos' simple one (no squeeze, no recentring).
+/// HTC's has one pad a hand: the right one recentres.
 class HeadsetControllers {
 public:
   /// @throws HeadsetError
@@ -41,8 +47,15 @@ public:
 
 private:
   XrAction make(XrActionType type, const char* name, const char* title);
-  void suggest(const char* profile, const char* trigger, const char* squeeze, const char* menu, const char* recentre,
-               bool menu_right = true);
+  /// Inputs of a controller in one hand, as the profile calls them; empty: it has none.
+  struct Inputs {
+    const char* trigger = "";
+    const char* squeeze = "";
+    const char* menu = "";
+    const char* recentre = "";
+    const char* panel = "";
+  };
+  void suggest(const char* profile, const Inputs& left, const Inputs& right);
   bool pressed(XrAction action, XrPath hand, bool only_new) const;
 
   XrInstance instance_;
@@ -54,6 +67,7 @@ private:
   XrAction squeeze_ = XR_NULL_HANDLE;
   XrAction menu_ = XR_NULL_HANDLE;
   XrAction recentre_ = XR_NULL_HANDLE;
+  XrAction panel_ = XR_NULL_HANDLE;
   std::array<XrSpace, 2> grips_{};
 };
 

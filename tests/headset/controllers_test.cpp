@@ -51,7 +51,19 @@ TEST_P(EveryController, TellsWhatIsPressed) {
   EXPECT_TRUE(hands().menu_pressed);
 
   right.thumbstick = true;
-  EXPECT_EQ(hands().recentre_pressed, !simple);
+  now = hands();
+  EXPECT_EQ(now.recentre_pressed, !simple);
+  EXPECT_FALSE(now.panel_pressed);
+
+  // The lower button; of the controllers without one the left pad, or the left trigger.
+  left.lower = left.thumbstick = left.trigger = true;
+  EXPECT_TRUE(hands().panel_pressed);
+  EXPECT_FALSE(hands().panel_pressed) << "once";
+  left.lower = left.thumbstick = left.trigger = false;
+  hands();
+  right.lower = true;
+  const bool one_hand = simple || std::string(GetParam()) == "htc/vive_controller";
+  EXPECT_EQ(hands().panel_pressed, !one_hand);
   rig.expect_clean();
 }
 

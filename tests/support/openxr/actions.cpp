@@ -9,12 +9,12 @@ namespace stylet::mock_xr {
 namespace {
 
 /// What an input of a scripted hand is, whatever the controller calls it.
-enum class Input : std::uint8_t { none, grip, trigger, squeeze, menu, thumbstick };
+enum class Input : std::uint8_t { none, grip, trigger, squeeze, menu, thumbstick, lower };
 
 struct Known {
   const char* input;
   Input means;
-  bool left_only = false;
+  int only = -1;  ///< hand that has it; -1: both
 };
 struct Profile {
   const char* name;
@@ -29,7 +29,9 @@ const std::vector<Profile>& profiles() {
       {"oculus/touch_controller",
        {{"trigger/value", Input::trigger},
         {"squeeze/value", Input::squeeze},
-        {"menu/click", Input::menu, true},
+        {"menu/click", Input::menu, 0},
+        {"x/click", Input::lower, 0},
+        {"a/click", Input::lower, 1},
         {"thumbstick/click", Input::thumbstick},
         {"grip/pose", Input::grip}}},
       {"valve/index_controller",
@@ -37,6 +39,7 @@ const std::vector<Profile>& profiles() {
         {"trigger/value", Input::trigger},
         {"squeeze/value", Input::squeeze},
         {"squeeze/force", Input::squeeze},
+        {"a/click", Input::lower},
         {"b/click", Input::menu},
         {"thumbstick/click", Input::thumbstick},
         {"grip/pose", Input::grip}}},
@@ -51,6 +54,7 @@ const std::vector<Profile>& profiles() {
         {"squeeze/click", Input::squeeze},
         {"menu/click", Input::menu},
         {"thumbstick/click", Input::thumbstick},
+        {"trackpad/click", Input::lower},
         {"grip/pose", Input::grip}}},
   };
   return all;
@@ -67,7 +71,7 @@ Input meaning(const std::string& profile, const std::string& path, int* hand) {
     for (const Profile& known : profiles())
       if (profile == std::string("/interaction_profiles/") + known.name)
         for (const Known& input : known.inputs)
-          if (path == prefix + input.input && !(input.left_only && side == 1)) return input.means;
+          if (path == prefix + input.input && (input.only < 0 || input.only == side)) return input.means;
   }
   return Input::none;
 }
@@ -82,6 +86,8 @@ bool value(const HandScript& hand, Input input) {
       return hand.menu;
     case Input::thumbstick:
       return hand.thumbstick;
+    case Input::lower:
+      return hand.lower;
     default:
       return false;
   }

@@ -9,6 +9,8 @@
 // lose=N       the headset goes after N frames
 // end=N        the session ends for good after N frames
 // menu=N       the left hand presses its menu button after N frames, and lets go two later
+// yaw=A, pitch=A  of the head, degrees; without: it looks down at the table
+// panel=N, panel2=N  the left, the right hand presses its lower button after N frames
 // errors=FILE  appends every call that was refused
 // left=FILE, right=FILE  a recent frame of an eye, as PPM
 //
@@ -27,6 +29,10 @@ namespace {
 
 struct Plan {
   std::map<std::string, std::string> words;
+  float degrees(const char* word, float otherwise) const {
+    const auto found = words.find(word);
+    return found == words.end() ? otherwise : std::stof(found->second) * 3.14159265F / 180;
+  }
   std::uint64_t number(const char* word) const {
     const auto found = words.find(word);
     return found == words.end() ? 0 : std::stoull(found->second);
@@ -70,17 +76,20 @@ const bool read_environment = [] {
     std::sscanf(size->second.c_str(), "%ux%u", &script.width, &script.height);
   script.head = [](XrTime time) {
     const float t = seconds(time);
-    return looking(0.05F * std::sin(t), -0.6F, {0.02F * std::sin(0.7F * t), 0, 0.01F * std::sin(t)});
+    return looking(plan().degrees("yaw", 0) + 0.05F * std::sin(t), plan().degrees("pitch", -0.6F),
+                   {0.02F * std::sin(0.7F * t), 0, 0.01F * std::sin(t)});
   };
   script.right = [](XrTime time) {
     HandScript hand;
     hand.grip = looking(0.2F, -0.3F, {0.15F, -0.25F, -0.3F - 0.02F * (1 - std::cos(0.5F * seconds(time)))});
+    hand.lower = report().frames != 0 && report().frames == plan().number("panel2");
     return hand;
   };
   script.left = [](XrTime time) {
     HandScript hand;
     hand.grip = looking(0, 0, {-0.15F + 0.01F * std::sin(seconds(time)), -0.3F, -0.3F});
     const std::uint64_t menu = plan().number("menu"), frame = report().frames;
+    hand.lower = frame != 0 && frame == plan().number("panel");
     hand.menu = menu != 0 && frame >= menu && frame < menu + 2;
     return hand;
   };

@@ -26,7 +26,8 @@ struct HandScript {
   bool trigger = false;
   bool squeeze = false;
   bool menu = false;
-  bool thumbstick = false;
+  bool thumbstick = false;  ///< or its only pad
+  bool lower = false;       ///< X or A, or the pad beside a thumb stick
 };
 
 struct Script {
