@@ -116,11 +116,10 @@ void DesktopView::draw(int width, int height, double dt_s) {
                        session_.newest_needle().show(pose.positions, pose.orientations);
                      }});
 
-  const training::FlowState* course = settings_.course != nullptr ? &settings_.course->state() : nullptr;
-  DesktopFacts facts{.session = panels::facts_of(scene_, course), .device = settings_.device};
+  DesktopFacts facts{.session = panels::facts_of(scene_, settings_.course), .device = settings_.device};
   if (settings_.mouse != nullptr) facts.needle_help = needle_help_lines();
   std::vector<CourseChoice> choices;
-  if (course != nullptr) choices = course_choices(*course);
+  if (settings_.course != nullptr) choices = course_choices(settings_.course->state());
   for (const CourseChoice& choice : choices) facts.choices.push_back({.label = choice.label, .key = choice.key});
   watch_.fill(facts.session);
   const auto chosen =

@@ -15,15 +15,18 @@ std::vector<std::string> paragraphs(const content::Briefing& briefing) {
 
 }  // namespace
 
-SessionFacts facts_of(const content::Scene& scene, const training::FlowState* course) {
+SessionFacts facts_of(const content::Scene& scene, const training::TrainingSession* session) {
   const std::string& title = scene.title.empty() ? scene.name : scene.title;
   SessionFacts facts{.title = title.substr(0, title.find(':'))};
-  if (course == nullptr) return facts;
-  facts.stage = training::stage_name(course->stage);
-  facts.prompt = course->refusal.empty() ? course->prompt : course->refusal;
-  facts.hint = course->hint;
-  facts.paused = course->paused;
-  if (course->stage == training::Stage::briefing) facts.briefing = paragraphs(scene.exercise.briefing);
+  if (session == nullptr) return facts;
+  const training::FlowState& course = session->state();
+  facts.stage = training::stage_name(course.stage);
+  facts.prompt = course.refusal.empty() ? course.prompt : course.refusal;
+  facts.hint = course.hint;
+  facts.paused = course.paused;
+  if (const int tissue = session->tip_tissue(); tissue > 0)
+    facts.tissue = scene.tissues[static_cast<std::size_t>(tissue)].name;
+  if (course.stage == training::Stage::briefing) facts.briefing = paragraphs(scene.exercise.briefing);
   return facts;
 }
 

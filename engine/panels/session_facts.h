@@ -3,7 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "engine/session/force_trace.h"
-#include "engine/training/flow.h"
+#include "engine/training/training_session.h"
 
 #include <cstdint>
 #include <optional>
@@ -40,7 +40,7 @@ struct SessionFacts {
   std::span<const session::ForceSample> force_curve{};
 };
 
-/// Title and course. @param course  null: the session has none
-SessionFacts facts_of(const content::Scene& scene, const training::FlowState* course);
+/// Title and course. @param course  null: there is none
+SessionFacts facts_of(const content::Scene& scene, const training::TrainingSession* course);
 
 }  // namespace stylet::panels

@@ -57,8 +57,10 @@ void ProcedureWatch::simulation_stepped(const session::SimulationStepRecord& rec
   watched.haptic_step = record.needle_step;
 
   const content::Sampling& sampling = scene_.exercise.sampling;
-  if (sampling.kind == content::SamplingKind::ablation) {
-    const TissuePlace at_tip = tissue_.find(tip);
+  const bool ablates = sampling.kind == content::SamplingKind::ablation;
+  const TissuePlace at_tip = ablates || input.in_tissue ? tissue_.find(tip) : TissuePlace{};
+  watched.tip_tissue = input.in_tissue ? at_tip.tissue : 0;
+  if (ablates) {
     watched.electrode = {.tip = at_tip.rest,
                          .base = tissue_.find(tip - sampling.ablation.exposed * axis).rest,
                          .radius = scene_.needle.outer_diameter / 2};

@@ -26,6 +26,7 @@ struct Watched {
   std::uint64_t haptic_step = 0;  ///< that the simulation step consumed
   Electrode electrode;            ///< at rest; where the exercise is an ablation
   int electrode_body = -1;        ///< deformable body that its tip is in
+  int tip_tissue = 0;             ///< index into Scene::tissues; 0: outside
   std::uint32_t cores = 0;        ///< asked for and cut, so far
   Core core;                      ///< the last of them
 };

@@ -24,6 +24,7 @@ TrainingSession::TrainingSession(const content::Scene& scene, const TrainingSett
 
 const FlowState& TrainingSession::poll(session::LiveSession& live, std::span<const Action> actions) {
   const Watched& seen = watch_.latest();
+  tip_tissue_ = seen.tip_tissue;
   const std::vector<FlowEvent> events = flow_.step(seen.input, actions);
   record(live, seen, events);
   take_core(live, seen);

@@ -39,6 +39,8 @@ public:
   void end(session::LiveSession& live);
 
   const FlowState& state() const { return flow_.state(); }
+  /// What the tip is in: index into Scene::tissues; 0: outside.
+  int tip_tissue() const { return tip_tissue_; }
   /// The trainee wants to begin anew: end() this and its LiveSession, make others on the same scene.
   bool reset_asked_for() const { return flow_.reset_asked_for(); }
   const SamplingResult& result() const { return result_; }
@@ -61,6 +63,7 @@ private:
   std::uint32_t cores_ = 0;          // taken from the watch
   std::optional<Ablation> ablation_;
   int body_ = -1;
+  int tip_tissue_ = 0;
   content::HeatedZone zone_;
   double stopped_s_ = 0;  // session time of the last stop of heating
   SamplingResult result_;

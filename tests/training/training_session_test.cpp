@@ -18,6 +18,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -72,9 +73,15 @@ TEST(TrainingSession, FiresInTheTumourAndItsReplayCutsTheSameCore) {
                              .recording = folder / "biopsy",
                              .build = "test",
                              .listeners = {&training.watch()}});
-  live.run_in_lockstep([&](double share) { share < 1 ? (void)training.poll(live) : training.end(live); });
+  std::set<std::string> tissues;  // at the tip
+  live.run_in_lockstep([&](double share) {
+    share < 1 ? (void)training.poll(live) : training.end(live);
+    if (training.tip_tissue() > 0)
+      tissues.insert(scene.tissues[static_cast<std::size_t>(training.tip_tissue())].name);
+  });
   const session::Recording recording = session::read_recording(folder / "biopsy");
   EXPECT_TRUE(recording.complete());
+  EXPECT_THAT(tissues, testing::IsSupersetOf({"fat", "muscle", "liver", "tumour"}));
   EXPECT_THAT(flow_events(recording),
               ElementsAre("stage procedure", "biopsy_fired 1", "stage sampling", "stage debrief"));
   ASSERT_EQ(training.result().cores.size(), 1u);
