@@ -38,7 +38,11 @@ const gpu::Image& ImmersiveView::draw(const view::HeadsetFrame& frame, const sta
             .width = static_cast<int>(frame.size.width), .height = static_cast<int>(frame.size.height), .views = 2});
     size_ = frame.size;
   }
-  render::ViewOptions options{.plane = pictures.plane, .screen = pictures.screen, .zone = pictures.zone};
+  render::ViewOptions options{.plane = pictures.plane,
+                              .screen = pictures.screen,
+                              .panel = pictures.panel,
+                              .see_through = pictures.see_through,
+                              .zone = pictures.zone};
   if (pictures.needle != nullptr)
     options.latch_needle = [&](render::NeedlePose needle) {
       pictures.needle->show(needle.positions, needle.orientations);

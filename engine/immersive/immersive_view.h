@@ -19,8 +19,10 @@ std::array<render::EyeView, 2> eyes_in_patient(const content::Scene& scene, cons
 
 /// What a frame shows beside the simulation's state.
 struct Pictures {
-  render::PlaneTexture plane{};               ///< the image in the probe's plane
-  const gpu::Image* screen = nullptr;         ///< of the ultrasound machine
+  render::PlaneTexture plane{};        ///< the image in the probe's plane
+  const gpu::Image* screen = nullptr;  ///< of the ultrasound machine
+  const gpu::Image* panel = nullptr;   ///< on the session's monitor; null: there is none
+  render::SeeThrough see_through = render::SeeThrough::window;
   const content::HeatedZone* zone = nullptr;  ///< what is ablated
   session::NewestNeedle* needle = nullptr;    ///< shown in place of the state's: the hand sees no added delay
 };

@@ -1,6 +1,8 @@
 // What the trainee sees and holds: both eyes' disparity, and the controllers as needle and probe.
 #include "engine/immersive/hands_on_patient.h"
 #include "engine/immersive/immersive_view.h"
+#include "engine/immersive/session_panel.h"
+#include "engine/view/offscreen.h"
 #include "engine/view/picture.h"
 #include "tests/headset/rig.h"
 
@@ -107,6 +109,56 @@ TEST(ImmersiveView, BothEyesSeeANearPointWithTheRightDisparity) {
   rig.expect_clean();
 }
 
+TEST(ImmersiveView, BothEyesSeeThePanelAtItsPlace) {
+  content::Scene scene = ball_scene({0.02, 0.05, 0.11}, 0.006);
+  scene.tissues[1].colour = {0.5F, 0.5F, 0.5F, 1};
+  const render::RoomLayout layout = render::room_layout(scene);
+  const Eigen::Isometry3d standing = immersive::standing_place(scene);
+  const std::array<Vector3d, 4> corners = layout.panel_corners();
+  const Vector3d middle = scene.room_from_patient * ((corners[0] + corners[2]) / 2);
+  const Vector3d towards = standing.inverse() * middle;
+  const auto yaw = static_cast<float>(std::atan2(-towards.x(), -towards.z()));
+  const XrPosef head = mock::looking(yaw - 0.2F, 0.1F, {0.02F, -0.03F, -0.01F});
+  Rig rig({.head = [&](XrTime) { return head; }}, {.room_from_standing = standing});
+  {
+    // A magenta spot in the middle of the picture.
+    std::vector<std::uint8_t> pixels;
+    for (int v = 0; v < 20; ++v)
+      for (int u = 0; u < 40; ++u) {
+        const bool spot = 18 <= u && u < 22 && 8 <= v && v < 12;
+        pixels.insert(pixels.end(),
+                      {static_cast<std::uint8_t>(spot ? 255 : 0), 0, static_cast<std::uint8_t>(spot ? 255 : 0), 255});
+      }
+    const gpu::Image picture(rig.device(), {.width = 40, .height = 20, .format = VK_FORMAT_R8G8B8A8_SRGB});
+    gpu::run_now(rig.device(),
+                 [&](gpu::Commands& commands) { commands.upload(picture, std::as_bytes(std::span(pixels))); });
+    immersive::ImmersiveView view(rig.device(), scene);
+    rig.turn_until_focused();
+    for (const bool shown : {true, false}) {
+      rig.headset().poll();
+      const auto frame = rig.headset().begin_frame();
+      ASSERT_TRUE(frame.has_value());
+      rig.headset().end_frame(&view.draw(*frame, {}, {.panel = shown ? &picture : nullptr}));
+      std::array<Eigen::Vector2d, 2> seen, wanted;
+      const mock::Submitted& last = mock::report().last;
+      for (std::size_t eye = 0; eye < 2; ++eye) {
+        const auto spot = magenta(last, eye);
+        EXPECT_EQ(spot.has_value(), shown) << eye;
+        if (!spot) continue;
+        seen[eye] = *spot;
+        const Eigen::Translation3d aside((eye == 0 ? -0.5 : 0.5) * mock::script().eye_separation, 0, 0);
+        wanted[eye] = expected(standing * isometry(head) * aside, last.fovs[eye], middle, last);
+        EXPECT_LT((seen[eye] - wanted[eye]).norm(), 1) << eye;
+      }
+      if (!shown) continue;
+      const double disparity = wanted[0].x() - wanted[1].x();
+      EXPECT_GT(std::abs(disparity), 20);
+      EXPECT_NEAR(seen[0].x() - seen[1].x(), disparity, 1);
+    }
+  }
+  rig.expect_clean();
+}
+
 TEST(ImmersiveView, DrawsInTheSizeThatTheRuntimeWants) {
   const content::Scene scene = ball_scene({0.02, 0.05, 0.11}, 0.006);
   Rig rig({.width = 96, .height = 80}, {.room_from_standing = immersive::standing_place(scene)});
@@ -126,6 +178,64 @@ TEST(ImmersiveView, DrawsInTheSizeThatTheRuntimeWants) {
     }
   }
   rig.expect_clean();
+}
+
+// --- panel ---
+
+/// Pixels that differ in the left and in the right half.
+std::array<int, 2> changed(const view::Picture& a, const view::Picture& b) {
+  std::array<int, 2> count{};
+  for (int y = 0; y < a.height; ++y)
+    for (int x = 0; x < a.width; ++x)
+      if (!std::equal(a.at(x, y), a.at(x, y) + 3, b.at(x, y))) ++count[x < a.width / 2 ? 0 : 1];
+  return count;
+}
+
+struct PanelRig : Rig {
+  view::Picture draw(immersive::PanelLevel level, double now_s) {
+    panel->draw(facts, level, now_s);
+    return view::read_picture(device(), *panel->picture());
+  }
+  ~PanelRig() { panel.reset(); }
+  panels::SessionFacts facts{.title = "Liver biopsy", .stage = "procedure", .prompt = "Advance the needle."};
+  std::optional<immersive::SessionPanel> panel{device()};
+};
+
+TEST(SessionPanel, TellsWhatChangesTenTimesASecond) {
+  using immersive::PanelLevel;
+  PanelRig rig;
+  const std::vector<session::ForceSample> curve{{}, {.time_s = 1, .depth = 0.03, .axial = 2.4, .lateral = 0.4}};
+  const view::Picture before = rig.draw(PanelLevel::panel, 1);
+  EXPECT_EQ(changed(rig.draw(PanelLevel::panel, 1.2), before), (std::array{0, 0})) << "nothing new";
+  rig.facts.hint = "The probe has lost the skin: press it on gently.";
+  EXPECT_EQ(changed(rig.draw(PanelLevel::panel, 1.25), before), (std::array{0, 0})) << "not yet";
+  const view::Picture hint = rig.draw(PanelLevel::panel, 1.31);
+  EXPECT_GT(changed(hint, before)[0], 500);
+  EXPECT_EQ(changed(hint, before)[1], 0);
+  rig.facts.force_curve = curve;
+  const view::Picture force = rig.draw(PanelLevel::panel, 1.5);
+  EXPECT_EQ(changed(force, hint)[0], 0);
+  EXPECT_GT(changed(force, hint)[1], 500);
+  rig.facts.target_distance = 0.012;
+  rig.facts.tissue = "liver";
+  rig.facts.warnings = {{panels::Concern::danger, "tip is beyond the target"}};
+  EXPECT_EQ(changed(rig.draw(PanelLevel::panel, 1.7), force), (std::array{0, 0})) << "for instructors";
+  const view::Picture instructor = rig.draw(PanelLevel::instructor, 1.71);
+  EXPECT_GT(changed(instructor, force)[0], 500) << "at once";
+  EXPECT_GT(changed(instructor, force)[1], 500);
+  rig.panel->draw(rig.facts, PanelLevel::hidden, 1.72);
+  EXPECT_EQ(rig.panel->picture(), nullptr);
+  rig.panel.reset();
+  rig.expect_clean();
+}
+
+TEST(SessionPanel, ButtonGoesRound) {
+  using immersive::PanelLevel;
+  EXPECT_EQ(next(PanelLevel::panel), PanelLevel::instructor);
+  EXPECT_EQ(next(PanelLevel::instructor), PanelLevel::hidden);
+  EXPECT_EQ(next(PanelLevel::hidden), PanelLevel::panel);
+  EXPECT_EQ(see_through(PanelLevel::panel), render::SeeThrough::window);
+  EXPECT_EQ(see_through(PanelLevel::instructor), render::SeeThrough::glass);
 }
 
 // --- hands ---

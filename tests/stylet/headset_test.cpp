@@ -36,6 +36,21 @@ protected:
     for (const char* name : {"debrief.html", "view.png"}) EXPECT_GT(fs::file_size(out() / name), 500u) << name;
     EXPECT_FALSE(fs::exists(out() / "session.mp4")) << "--no-film";
   }
+  /// Words of a plan: the left eye, which looks at the panel, is written down.
+  std::string look_at_panel() const { return fmt::format(" yaw=70 pitch=-35 left={}", eye().string()); }
+  /// Pixels of the left eye that have the colour of the panel's ground, as nothing else in the room.
+  int panel_pixels() const {
+    const std::string ppm = read_text(eye());
+    int count = 0;
+    for (std::size_t i = ppm.size() % 3; i + 2 < ppm.size(); i += 3) {
+      const auto is = [&](std::size_t channel, int value) {
+        return std::abs(static_cast<unsigned char>(ppm[i + channel]) - value) <= 2;
+      };
+      count += is(0, 18) && is(1, 24) && is(2, 29) ? 1 : 0;
+    }
+    return count;
+  }
+  fs::path eye() const { return folder_ / "left.ppm"; }
   fs::path out() const { return folder_ / "out"; }
   fs::path refused() const { return folder_ / "refused"; }
 
@@ -61,10 +76,11 @@ TEST_F(Headset, WithoutAHeadsetItSaysSo) {
 }
 
 TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
-  const Outcome outcome =
-      train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 menu=4 end=12", "--lockstep --expert none");
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 menu=4 end=12" + look_at_panel(),
+                                "--lockstep --expert none");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(read_text(refused()), "");
+  EXPECT_GT(panel_pixels(), 100);
   const session::Recording recording = session::read_recording(out() / "session.rec");
   EXPECT_TRUE(recording.complete()) << recording.condition();
   std::vector<std::string> stages;
@@ -84,8 +100,10 @@ TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
 
 TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {
   const Outcome outcome =
-      train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 menu=2 lose=5", "--lockstep --expert none");
+      train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 menu=2 panel=4 panel2=6 lose=11" + look_at_panel(),
+            "--lockstep --expert none");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(panel_pixels(), 0) << "hidden by two presses";
   EXPECT_NE(outcome.output.find("the headset has gone (connection, power or its runtime); nothing leads the needle: "
                                 "the end\n"),
             std::string::npos)

@@ -19,6 +19,7 @@ struct Attended {
   const Company& with;
   session::ScannerConsole scanner;
   bool in_headset = false;
+  immersive::PanelLevel panel = immersive::PanelLevel::panel;
 };
 
 /// @return false: the headset is not there any more
@@ -38,6 +39,7 @@ bool pass_in_headset(Attended& session) {
                           .scanner = &session.scanner,
                           .course = &with.course,
                           .images = &with.link,
+                          .panel = &session.panel,
                           .if_lost = if_lost});
 }
 

@@ -2,6 +2,7 @@
 
 #include "engine/immersive/hands_on_patient.h"
 #include "engine/immersive/immersive_view.h"
+#include "engine/panels/session_watch.h"
 #include "engine/session/live_scanner.h"
 #include "engine/view/headset.h"
 #include "tools/stylet/interrupt.h"
@@ -42,6 +43,8 @@ bool accompany_headset(view::Headset& headset, gpu::Device& device, const conten
                        session::LiveSession& session, session::LiveScanner& scanner,
                        const HeadsetSessionSettings& settings) {
   immersive::ImmersiveView view(device, scene);
+  immersive::SessionPanel panel(device);
+  panels::SessionWatch told(scene);
   immersive::HandsOnPatient hands(scene, settings.hand, settings.probe);
   state::FrameState state = session.frames().make_frame();
   // One simulation period behind the newest state there is always a later one to interpolate to.
@@ -71,6 +74,7 @@ bool accompany_headset(view::Headset& headset, gpu::Device& device, const conten
         return true;
       }
     }
+    if (frame->hands.panel_pressed) *settings.panel = next(*settings.panel);
     if (!frame->draw) {
       headset.end_frame(nullptr);
       continue;
@@ -79,9 +83,17 @@ bool accompany_headset(view::Headset& headset, gpu::Device& device, const conten
     session.frames().sample(session.time_s() - delay_s, state);
     const content::HeatedZone* zone = settings.course != nullptr ? settings.course->zone() : nullptr;
     scanner.draw(state, zone);
-    headset.end_frame(&view.draw(
-        *frame, state,
-        {.plane = scanner.in_view(), .screen = &scanner.screen(), .zone = zone, .needle = &session.newest_needle()}));
+    told.look(state);
+    panels::SessionFacts facts = panels::facts_of(scene, settings.course);
+    told.fill(facts);
+    panel.draw(facts, *settings.panel, static_cast<double>(frame->display_time_ns) * 1e-9);
+    headset.end_frame(&view.draw(*frame, state,
+                                 {.plane = scanner.in_view(),
+                                  .screen = &scanner.screen(),
+                                  .panel = panel.picture(),
+                                  .see_through = see_through(*settings.panel),
+                                  .zone = zone,
+                                  .needle = &session.newest_needle()}));
   }
   return true;
 }

@@ -3,6 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "engine/gpu/device.h"
+#include "engine/immersive/session_panel.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_scanner.h"
 #include "engine/session/live_session.h"
@@ -27,6 +28,7 @@ struct HeadsetSessionSettings {
   session::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< the menu button begins, pauses and resumes it
   session::ImageWatcher* images = nullptr;      ///< gets those of the scanner
+  immersive::PanelLevel* panel = nullptr;       ///< as it stands at the start, then as the trainee leaves it
   const char* if_lost = "";                     ///< what the session does then: "going on headless"
 };
 

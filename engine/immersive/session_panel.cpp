@@ -1,0 +1,133 @@
+#include "engine/immersive/session_panel.h"
+
+#include "engine/panels/parts.h"
+#include "engine/view/headset_controllers.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+
+namespace stylet::immersive {
+namespace {
+
+// An em is 1/37 of the width: 0.9 degrees or more from where the scenarios' trainees stand, and more texels there
+// than a headset has pixels.
+constexpr int kWidth = 1056, kHeight = 528;
+constexpr double kScale = 1.9;
+constexpr float kColumn = 17;  // ems
+
+constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoInputs |
+                                    ImGuiWindowFlags_NoBackground;
+
+/// Opens a window at a share of the width.
+void begin(const char* name, float from, float to) {
+  ImGui::SetNextWindowPos({from * kWidth, 0});
+  ImGui::SetNextWindowSize({(to - from) * kWidth, kHeight});
+  ImGui::Begin(name, nullptr, kFlags);
+}
+
+float padding() {
+  return ImGui::GetStyle().WindowPadding.y;
+}
+
+float line() {
+  return ImGui::GetTextLineHeightWithSpacing();
+}
+
+/// From where one is down to the help on the lowest two lines of the window.
+float height_left() {
+  return kHeight - ImGui::GetCursorPosY() - 2 * line() - padding();
+}
+
+/// Which button does what.
+void draw_help() {
+  ImGui::SetCursorPosY(kHeight - 2 * line() - padding());
+  ImGui::TextDisabled("menu: begin, pause     trigger: fire, heat");
+  ImGui::TextDisabled("%s: panel, instructor, none", view::kPanelButton);
+}
+
+/// In smaller letters where it is long.
+void draw_briefing(const panels::SessionFacts& facts) {
+  constexpr float kLeast = 0.6F;
+  const float width = (2 * kColumn + 1) * panels::em(), left = height_left();
+  float scale = 1;
+  const auto height = [&] {
+    float sum = 0;
+    for (const std::string& paragraph : facts.briefing)
+      sum += scale * ImGui::CalcTextSize(paragraph.c_str(), nullptr, false, width / scale).y +
+             2 * ImGui::GetStyle().ItemSpacing.y;
+    return sum;
+  };
+  while (scale > kLeast && height() > left) scale -= 0.05F;
+  ImGui::SetWindowFontScale(scale);
+  panels::draw_briefing(facts, width / panels::em());
+  ImGui::SetWindowFontScale(1);
+}
+
+void draw_left(const panels::SessionFacts& facts, PanelLevel level) {
+  ImGui::SetWindowFontScale(1.25F);
+  ImGui::TextUnformatted(facts.title.c_str());
+  ImGui::SetWindowFontScale(1);
+  panels::draw_course(facts, facts.briefing.empty() ? kColumn : 2 * kColumn);
+  ImGui::Spacing();
+  if (!facts.briefing.empty()) return draw_briefing(facts);
+  if (level == PanelLevel::instructor) panels::draw_place(facts);
+  panels::draw_readings(facts);
+}
+
+void draw_right(const panels::SessionFacts& facts, PanelLevel level) {
+  const bool instructor = level == PanelLevel::instructor;
+  ImGui::TextDisabled("Force (N) against depth (mm)");
+  const float below = instructor ? line() * static_cast<float>(facts.warnings.size()) : 0;
+  panels::draw_force(facts, kColumn, std::max((height_left() - below - padding()) / panels::em(), 5.0F));
+  if (instructor) panels::draw_warnings(facts);
+}
+
+}  // namespace
+
+PanelLevel next(PanelLevel level) {
+  return static_cast<PanelLevel>((static_cast<int>(level) + 1) % 3);
+}
+
+render::SeeThrough see_through(PanelLevel level) {
+  return level == PanelLevel::instructor ? render::SeeThrough::glass : render::SeeThrough::window;
+}
+
+SessionPanel::SessionPanel(gpu::Device& device)
+    : device_(device),
+      picture_(device, {.width = kWidth,
+                        .height = kHeight,
+                        .format = VK_FORMAT_R8G8B8A8_SRGB,
+                        .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT}),
+      overlay_(device, VK_FORMAT_R8G8B8A8_SRGB, kScale),
+      ring_(device) {}
+
+SessionPanel::~SessionPanel() {
+  device_.settle();  // the last frame may still be drawn, or seen by the renderer
+}
+
+void SessionPanel::draw(const panels::SessionFacts& facts, PanelLevel level, double now_s) {
+  const bool due = level != level_ || now_s >= drawn_s_ + kPeriod || now_s < drawn_s_;
+  level_ = level;
+  if (!due || level == PanelLevel::hidden) return;
+  drawn_s_ = now_s;
+  overlay_.begin({.width = kWidth, .height = kHeight, .dt_s = kPeriod});
+  const bool briefing = !facts.briefing.empty();
+  begin("course", 0, briefing ? 1.0F : 0.5F);
+  draw_left(facts, level);
+  if (briefing) draw_help();
+  ImGui::End();
+  if (!briefing) {
+    begin("needle", 0.5F, 1);
+    draw_right(facts, level);
+    draw_help();
+    ImGui::End();
+  }
+  gpu::Commands& commands = ring_.next();
+  commands.clear(picture_, {0.006F, 0.009F, 0.012F, 1});
+  overlay_.draw(commands, picture_);
+  commands.submit();
+}
+
+}  // namespace stylet::immersive
