@@ -1,5 +1,5 @@
 // `stylet bench coupling` as a user runs it, shortened: its numbers, and that they are of this coupling.
-#include "tests/bench/short_insertion.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -21,9 +21,8 @@ TEST(CouplingBench, MeasuresWhatTheCouplingGains) {
   if (support::kSanitized) GTEST_SKIP() << "long with a sanitizer; it runs what the tests of physics run";
   const support::TemporaryFolder folder;
   const std::filesystem::path file = folder / "coupling.json";
-  const std::string command = short_insertion(folder, 1.2, 500) + "'" + STYLET_COMMAND +
-                              "' bench coupling --quick --out '" + folder.path().string() + "' --json '" +
-                              file.string() + "'";
+  const std::string command = std::string("'") + STYLET_COMMAND + "' bench coupling --quick --out '" +
+                              folder.path().string() + "' --json '" + file.string() + "'";
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::ifstream in(file);
   const json list = json::parse(in);

@@ -152,14 +152,14 @@ TEST_F(HidCommand, RecordingHoldsTheReportsAndWhatTheySay) {
 }
 
 TEST_F(HidCommand, TrainIsLedByTheStylusAndByItsRecording) {
-  expect_refused(
-      run_with("", "train liver_biopsy --view headless --lockstep --device hid --out " + (folder_ / "none").string()),
-      {"--lockstep: a HID device moves in real time"});
+  content::test::SmallScenario small;
+  small.scenario["labels"]["spacing_mm"] = 4;
+  const std::string train = fmt::format("train {} --view headless --expert none --no-film", small.write().string());
+  expect_refused(run_with("", fmt::format("{} --lockstep --device hid --out {}", train, (folder_ / "none").string())),
+                 {"--lockstep: a HID device moves in real time"});
   const fs::path hand = folder_ / "hand.json";
-  const Outcome trained = run_with("", fmt::format("train liver_biopsy --view headless --expert none --no-film "
-                                                   "--device hid:1209:0001 --seconds 1 --record '{}' "
-                                                   "--out '{}'",
-                                                   hand.string(), (folder_ / "live").string()));
+  const Outcome trained = run_with("", fmt::format("{} --device hid:1209:0001 --seconds 1 --record '{}' --out '{}'",
+                                                   train, hand.string(), (folder_ / "live").string()));
   ASSERT_EQ(trained.exit_code, 0) << trained.output;
   EXPECT_THAT(trained.output, HasSubstr("Mocked stylus (1209:0001): "));
   EXPECT_THAT(trained.output, HasSubstr("enabled 1 times, disabled 1"));
@@ -174,9 +174,8 @@ TEST_F(HidCommand, TrainIsLedByTheStylusAndByItsRecording) {
 
   const fs::path recorded = folder_ / "recorded.json";
   ASSERT_EQ(run_with("", fmt::format("devices --record '{}' --seconds 0.5", recorded.string())).exit_code, 0);
-  const Outcome again = run(fmt::format(
-      "train liver_biopsy --view headless --expert none --no-film --lockstep --device recorded:'{}' --out '{}'",
-      recorded.string(), (folder_ / "again").string()));
+  const Outcome again = run(fmt::format("{} --lockstep --device recorded:'{}' --out '{}'", train, recorded.string(),
+                                        (folder_ / "again").string()));
   ASSERT_EQ(again.exit_code, 0) << again.output;
   EXPECT_EQ(json::parse(read_text(folder_ / "again" / "session.json"))["stylus"],
             "recorded stylus (" + recorded.string() + ")");
