@@ -22,21 +22,22 @@ double stroke_time(double length) {
   return kSteepest * std::abs(length) / kPeakSpeed;
 }
 
-/// +Z along `axis`, +X as near to +Y of the patient as that allows.
-Eigen::Quaterniond pointing(const Eigen::Vector3d& axis) {
+/// +Z along `axis`, +X (the side that the bevel faces) as near to `side` as that allows.
+Eigen::Quaterniond pointing(const Eigen::Vector3d& axis, const Eigen::Vector3d& side) {
   Eigen::Matrix3d frame;
   frame.col(2) = axis;
-  frame.col(1) = axis.cross(Eigen::Vector3d::UnitY()).normalized();
+  frame.col(1) = axis.cross(side).normalized();
   frame.col(0) = frame.col(1).cross(axis);
   return Eigen::Quaterniond(frame);
 }
 
 /// Hub from where the tip is and where the needle points.
-content::MotionSample sample(double t, const Eigen::Vector3d& tip, const Eigen::Vector3d& axis, double length) {
+content::MotionSample sample(double t, const Eigen::Vector3d& tip, const Eigen::Vector3d& axis, double length,
+                             const Eigen::Vector3d& side = Eigen::Vector3d::UnitY()) {
   content::MotionSample out;
   out.time_s = t;
   out.pose.position = tip - length * axis;
-  out.pose.orientation = pointing(axis);
+  out.pose.orientation = pointing(axis, side);
   return out;
 }
 
@@ -59,9 +60,11 @@ content::Motion tour_motion(const TourPlan& plan) {
     legs.push_back({t, from, to, from_axis, axis, duration});
     t += duration;
   };
+  Eigen::Vector3d entry = plan.entry;
   for (const content::Target& target : plan.targets) {
-    const Eigen::Vector3d axis = (target.centre - plan.entry).normalized();
-    const Eigen::Vector3d clear = plan.entry - kClear * axis;
+    const Eigen::Vector3d axis = (target.centre - entry).normalized();
+    const Eigen::Vector3d clear = entry - kClear * axis;
+    entry += plan.apart;
     go(clear, axis, legs.empty() ? kBegin : kTurn);
     const double way = stroke_time((target.centre - clear).norm());
     go(target.centre, axis, way);
@@ -76,7 +79,8 @@ content::Motion tour_motion(const TourPlan& plan) {
     const Leg& at = legs[leg];
     const double share = eased((now - at.begin) / at.duration);
     const Eigen::Vector3d axis = (at.from_axis + share * (at.to_axis - at.from_axis)).normalized();
-    motion.stylus.push_back(sample(now, at.from + share * (at.to - at.from), axis, plan.needle_length));
+    motion.stylus.push_back(
+        sample(now, at.from + share * (at.to - at.from), axis, plan.needle_length, Eigen::Vector3d::UnitZ()));
   }
   return motion;
 }
