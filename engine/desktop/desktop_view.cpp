@@ -54,10 +54,11 @@ DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, sessi
       scene_(scene),
       session_(session),
       settings_(settings),
-      scanner_(device, scene, settings.scanner),
+      scanner_(device, scene, settings.arrangement.scanner),
       watch_(scene),
+      panels_(settings.arrangement.panels),
       frame_(session.frames().make_frame()),
-      camera_(scene.camera) {
+      camera_(settings.arrangement.camera.value_or(scene.camera)) {
   scanner_.watch(settings.images);
 }
 

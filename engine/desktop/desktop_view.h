@@ -25,14 +25,21 @@
 
 namespace stylet::desktop {
 
+/// How the user has set things up: outlives a device that is lost.
+struct Arrangement {
+  session::ScannerConsole scanner{content::Probe{}};
+  std::optional<content::Camera> camera{};  ///< none: the scene's
+  Panels panels{};
+};
+
 struct DesktopSettings {
-  bool stereo = false;                                ///< both eyes side by side
-  haptic::MouseDevice* mouse = nullptr;               ///< led by mouse and keyboard, where they are the stylus
-  session::HeldProbe* probe = nullptr;                ///< moved by keys and the middle button
-  session::ScannerConsole scanner{content::Probe{}};  ///< as it stands at the start
-  std::string device{};                               ///< what leads the needle, for the panels
-  training::TrainingSession* course = nullptr;        ///< driven by keys and buttons
-  session::ImageWatcher* images = nullptr;            ///< gets those of the scanner
+  bool stereo = false;                          ///< both eyes side by side
+  haptic::MouseDevice* mouse = nullptr;         ///< led by mouse and keyboard, where they are the stylus
+  session::HeldProbe* probe = nullptr;          ///< moved by keys and the middle button
+  Arrangement arrangement{};                    ///< at the start
+  std::string device{};                         ///< what leads the needle, for the panels
+  training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
+  session::ImageWatcher* images = nullptr;      ///< gets those of the scanner
 };
 
 /// How many pixels of a frame are drawn: fewer where drawing takes so long that the hand would notice. Pure.
@@ -64,8 +71,7 @@ public:
   const gpu::Image& scene() const { return renderer_->image(); }
   const gpu::Image& scanner_screen() const { return scanner_.screen(); }
   const Panels& panels() const { return panels_; }
-  /// The scanner as it stands now.
-  const session::ScannerConsole& console() const { return scanner_.console(); }
+  Arrangement arrangement() const { return {.scanner = scanner_.console(), .camera = camera_, .panels = panels_}; }
 
 private:
   void fit_renderer(int width, int height, double dt_s);

@@ -76,9 +76,10 @@ struct Desktop : testing::Test {
 TEST_F(Desktop, KeysLeadNeedleAndProbeAndEndTheSession) {
   Running running(device);
   haptic::MouseDevice led(workspace());  // read here, and not by the loops
-  DesktopView desktop(
-      device, small_scene(), running.live,
-      {.mouse = &led, .probe = &running.probe, .scanner = session::ScannerConsole(small_scene().probe)});
+  DesktopView desktop(device, small_scene(), running.live,
+                      {.mouse = &led,
+                       .probe = &running.probe,
+                       .arrangement = {.scanner = session::ScannerConsole(small_scene().probe)}});
   const auto settled = [&](double now_s) {  // through one low-pass, then the other
     led.read(now_s);
     return led.read(now_s + 10).position;
@@ -94,6 +95,19 @@ TEST_F(Desktop, KeysLeadNeedleAndProbeAndEndTheSession) {
   input = {};
   input.keys = {'Q'};
   EXPECT_FALSE(desktop.handle(input));
+}
+
+TEST_F(Desktop, IsArrangedAsTheOneBeforeItWas) {
+  Running running(device);
+  view::Input input;
+  input.keys = {293 /* F4 */};
+  input.orbit_x = 0.1;
+  EXPECT_TRUE(running.desktop.handle(input));
+  const Arrangement arranged = running.desktop.arrangement();
+  const DesktopView next(device, small_scene(), running.live, {.arrangement = arranged});
+  EXPECT_TRUE(next.panels().instructor());
+  EXPECT_EQ(next.arrangement().camera->eye, arranged.camera->eye);
+  EXPECT_NE(arranged.camera->eye, small_scene().camera.eye);
 }
 
 TEST_F(Desktop, FollowsTheSizeOfItsWindow) {

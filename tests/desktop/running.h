@@ -62,7 +62,7 @@ struct Running {
         desktop(device, small_scene(), live,
                 {.mouse = &stylus.mouse,
                  .probe = &probe,
-                 .scanner = session::ScannerConsole(small_scene().probe),
+                 .arrangement = {.scanner = session::ScannerConsole(small_scene().probe)},
                  .course = with_course ? &course : nullptr}) {
     live.start();
   }

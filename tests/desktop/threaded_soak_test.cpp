@@ -62,7 +62,7 @@ TEST(ThreadedSoak, MemoryStaysNothingIsLostAndValidationIsSilent) {
                                   .height = 300,
                                   .format = VK_FORMAT_R8G8B8A8_SRGB,
                                   .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  DesktopView desktop(device, scene, live, {.scanner = session::ScannerConsole(scene.probe)});
+  DesktopView desktop(device, scene, live, {.arrangement = {.scanner = session::ScannerConsole(scene.probe)}});
   // MiB, every 10 s of the second half: by then all has been seen and solved once. Without the force curve: every
   // step of it goes into memory reserved at the start, which gets its pages as it is used.
   std::vector<double> resident;

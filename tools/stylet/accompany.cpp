@@ -17,7 +17,7 @@ struct Attended {
   session::LiveSession& live;
   const content::Scene& scene;
   const Company& with;
-  session::ScannerConsole scanner;
+  desktop::Arrangement arrangement;
   bool in_headset = false;
   immersive::PanelLevel panel = immersive::PanelLevel::panel;
 };
@@ -36,7 +36,7 @@ bool pass_in_headset(Attended& session) {
                          {.hand = with.stylus.hand,
                           .hid = with.stylus.hid,
                           .probe = &with.probe,
-                          .scanner = &session.scanner,
+                          .scanner = &session.arrangement.scanner,
                           .course = &with.course,
                           .images = &with.link,
                           .panel = &session.panel,
@@ -51,7 +51,7 @@ void pass_in_window(Attended& session, bool stereo) {
                 .hid = with.stylus.hid,
                 .device = with.stylus.device->name(),
                 .probe = &with.probe,
-                .scanner = &session.scanner,
+                .arrangement = &session.arrangement,
                 .course = &with.course,
                 .images = &with.link});
 }
@@ -77,7 +77,7 @@ void pass_headless(Attended& session, double duration_s, Progress& progress, boo
 
 void accompany(session::LiveSession& live, const content::Scene& scene, const Company& with, bool stereo,
                double duration_s, Progress& progress) {
-  Attended session{live, scene, with, session::ScannerConsole(scene.probe), with.headset != nullptr};
+  Attended session{live, scene, with, {.scanner = session::ScannerConsole(scene.probe)}, with.headset != nullptr};
   const bool watched = with.headset != nullptr || with.display != nullptr;
   const bool needs_pictures = watched && with.stylus.held();  // who leads it, begins it and ends it
   while (true) {

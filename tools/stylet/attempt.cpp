@@ -3,6 +3,7 @@
 #include "engine/content/error.h"
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/session_replay.h"
+#include "engine/debrief/still_moment.h"
 #include "engine/session/live_session.h"
 #include "engine/session/output_directory.h"
 #include "engine/session/session_report.h"
@@ -125,14 +126,14 @@ int debrief_session(const TrainOptions& options, const content::Scene& scene, Gr
       "  debrief.html     score, course, forces, the needle's way and ultrasound; debrief.json and .csv have the "
       "numbers\n"
       "{}"
-      "  view.png         the 3-D view, when the tip is closest to the target\n"
+      "  view.png         the 3-D view {}\n"
       "  ultrasound.png   the ultrasound image of the same moment; session.png has both\n"
       "  force.png        the force on the hand; force.csv has the numbers\n"
       "  session.json     what was measured\n"
       "  session.rec      the recording; `stylet replay {}` runs it again\n",
       out.destination().string(),
       frames > 0 ? fmt::format("  session.mp4      3-D view, ultrasound and force curve, {} frames\n", frames) : "",
-      (out.destination() / "session.rec").string());
+      debrief::still_words(done.recording.events), (out.destination() / "session.rec").string());
   return *done.report.replay_identical ? kExitYes : kExitNo;
 }
 

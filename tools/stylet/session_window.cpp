@@ -1,6 +1,5 @@
 #include "tools/stylet/session_window.h"
 
-#include "engine/desktop/desktop_view.h"
 #include "tools/stylet/interrupt.h"
 
 #include <fmt/format.h>
@@ -33,7 +32,7 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
                                {.stereo = settings.stereo,
                                 .mouse = settings.mouse,
                                 .probe = settings.probe,
-                                .scanner = *settings.scanner,
+                                .arrangement = *settings.arrangement,
                                 .device = settings.device,
                                 .course = settings.course,
                                 .images = settings.images});
@@ -66,7 +65,7 @@ void show_session(view::Display& display, gpu::Device& device, const content::Sc
       window.present(desktop.scene(), &desktop.scanner_screen(), overlay);
     }
   } catch (const gpu::DeviceLost&) {
-    *settings.scanner = desktop.console();
+    *settings.arrangement = desktop.arrangement();
     throw;
   }
 }

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/desktop/desktop_view.h"
 #include "engine/gpu/device.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_scanner.h"
 #include "engine/session/live_session.h"
-#include "engine/session/scanner_console.h"
 #include "engine/training/training_session.h"
 #include "engine/view/window.h"
 #include "haptic/mouse_device.h"
@@ -25,7 +25,7 @@ struct SessionWindowSettings {
   const haptic::hid::HidStylus* hid = nullptr;  ///< its coming and going is told
   std::string device{};                         ///< what leads the needle, for the panels
   session::HeldProbe* probe = nullptr;          ///< moved by keys and the middle button
-  session::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
+  desktop::Arrangement* arrangement = nullptr;  ///< at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< driven by the keys of course_keys.h
   session::ImageWatcher* images = nullptr;      ///< gets those of the scanner
 };
