@@ -27,6 +27,8 @@ void begin(const char* name, float from, float to) {
   ImGui::Begin(name, nullptr, kFlags);
 }
 
+constexpr float kHelpLines = 3;
+
 float padding() {
   return ImGui::GetStyle().WindowPadding.y;
 }
@@ -35,15 +37,16 @@ float line() {
   return ImGui::GetTextLineHeightWithSpacing();
 }
 
-/// From where one is down to the help on the lowest two lines of the window.
+/// From where one is down to the help on the lowest lines of the window.
 float height_left() {
-  return kHeight - ImGui::GetCursorPosY() - 2 * line() - padding();
+  return kHeight - ImGui::GetCursorPosY() - kHelpLines * line() - padding();
 }
 
 /// Which button does what.
 void draw_help() {
-  ImGui::SetCursorPosY(kHeight - 2 * line() - padding());
-  ImGui::TextDisabled("menu: begin, pause     trigger: fire, heat");
+  ImGui::SetCursorPosY(kHeight - kHelpLines * line() - padding());
+  ImGui::TextDisabled("menu: begin, pause     right trigger: fire, heat");
+  ImGui::TextDisabled("left stick: gain, depth     left trigger: freeze");
   ImGui::TextDisabled("%s: panel, instructor, none", view::kPanelButton);
 }
 

@@ -31,17 +31,25 @@ HeadsetControllers::HeadsetControllers(XrInstance instance, XrSession session)
     menu_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "pause", "Pause");
     recentre_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "recentre", "Stand at the table again");
     panel_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "panel", "Panel, instructor's panel, none");
+    freeze_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "freeze", "Freeze the ultrasound image");
+    stick_ = make(XR_ACTION_TYPE_VECTOR2F_INPUT, "knobs", "Ultrasound: gain up and down, depth right and left");
     suggest("khr/simple_controller", {.trigger = "select/click", .menu = "menu/click", .panel = "select/click"},
             {.trigger = "select/click", .menu = "menu/click"});
     suggest("oculus/touch_controller",
-            {"trigger/value", "squeeze/value", "menu/click", "thumbstick/click", "x/click"},
+            {"trigger/value", "squeeze/value", "menu/click", "thumbstick/click", "x/click", "trigger/value",
+             "thumbstick"},
             {"trigger/value", "squeeze/value", "", "thumbstick/click", "a/click"});
-    const Inputs index{"trigger/click", "squeeze/value", "b/click", "thumbstick/click", "a/click"};
-    suggest("valve/index_controller", index, index);
-    suggest("htc/vive_controller", {"trigger/click", "squeeze/click", "menu/click", "", "trackpad/click"},
+    suggest(
+        "valve/index_controller",
+        {"trigger/click", "squeeze/value", "b/click", "thumbstick/click", "a/click", "trigger/click", "thumbstick"},
+        {"trigger/click", "squeeze/value", "b/click", "thumbstick/click", "a/click"});
+    suggest("htc/vive_controller",
+            {"trigger/click", "squeeze/click", "menu/click", "", "trackpad/click", "trigger/click"},
             {"trigger/click", "squeeze/click", "menu/click", "trackpad/click", ""});
-    const Inputs mixed{"trigger/value", "squeeze/click", "menu/click", "thumbstick/click", "trackpad/click"};
-    suggest("microsoft/motion_controller", mixed, mixed);
+    suggest("microsoft/motion_controller",
+            {"trigger/value", "squeeze/click", "menu/click", "thumbstick/click", "trackpad/click", "trigger/value",
+             "thumbstick"},
+            {"trigger/value", "squeeze/click", "menu/click", "thumbstick/click", "trackpad/click"});
     XrSessionActionSetsAttachInfo attach{XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO};
     attach.countActionSets = 1;
     attach.actionSets = &set_;
@@ -89,6 +97,8 @@ void HeadsetControllers::suggest(const char* profile, const Inputs& left, const 
     bind(menu_, inputs.menu);
     bind(recentre_, inputs.recentre);
     bind(panel_, inputs.panel);
+    bind(freeze_, inputs.freeze);
+    bind(stick_, inputs.stick);
   }
   XrInteractionProfileSuggestedBinding suggested{XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING};
   suggested.interactionProfile = path(instance_, std::string("/interaction_profiles/") + profile);
@@ -105,6 +115,16 @@ bool HeadsetControllers::pressed(XrAction action, XrPath hand, bool only_new) co
   xr::check(xrGetActionStateBoolean(session_, &get, &state), "xrGetActionStateBoolean");
   return state.isActive == XR_TRUE && state.currentState == XR_TRUE &&
          (!only_new || state.changedSinceLastSync == XR_TRUE);
+}
+
+Eigen::Vector2f HeadsetControllers::stick(XrPath hand) const {
+  XrActionStateGetInfo get{XR_TYPE_ACTION_STATE_GET_INFO};
+  get.action = stick_;
+  get.subactionPath = hand;
+  XrActionStateVector2f state{XR_TYPE_ACTION_STATE_VECTOR2F};
+  xr::check(xrGetActionStateVector2f(session_, &get, &state), "xrGetActionStateVector2f");
+  if (state.isActive != XR_TRUE) return Eigen::Vector2f::Zero();
+  return {state.currentState.x, state.currentState.y};
 }
 
 Hands HeadsetControllers::read(XrTime time, XrSpace base, const Eigen::Isometry3d& room_from_base) {
@@ -126,9 +146,11 @@ Hands HeadsetControllers::read(XrTime time, XrSpace base, const Eigen::Isometry3
     if (hand.tracked) hand.room_from_grip = room_from_base * xr::pose(location.pose);
     hand.trigger = pressed(trigger_, paths_[i], false);
     hand.squeeze = pressed(squeeze_, paths_[i], false);
+    hand.stick = stick(paths_[i]);
     hands.menu_pressed = pressed(menu_, paths_[i], true) || hands.menu_pressed;
     hands.recentre_pressed = pressed(recentre_, paths_[i], true) || hands.recentre_pressed;
     hands.panel_pressed = pressed(panel_, paths_[i], true) || hands.panel_pressed;
+    hands.freeze_pressed = pressed(freeze_, paths_[i], true) || hands.freeze_pressed;
   }
   return hands;
 }

@@ -16,6 +16,7 @@ struct Hand {
   Eigen::Isometry3d room_from_grip = Eigen::Isometry3d::Identity();
   bool trigger = false;
   bool squeeze = false;
+  Eigen::Vector2f stick = Eigen::Vector2f::Zero();  ///< thumb stick: right and up, to 1
 };
 
 /// The button of the panel, in words for whoever holds any of the controllers: of Touch and Index the lower one, of
@@ -28,11 +29,12 @@ struct Hands {
   bool menu_pressed = false;      ///< since the last frame, on either
   bool recentre_pressed = false;  ///< the same: thumb stick or pad, pushed
   bool panel_pressed = false;     ///< the same: kPanelButton
+  bool freeze_pressed = false;    ///< the same: left trigger
 };
 
 /// Actions of a session, bound to the controllers that runtimes know: Oculus Touch, Valve Index, HTC Vive, Windows
-/// Mixed Reality, and Khronos' simple one (no squeeze, no recentring).
-/// HTC's has one pad a hand: the right one recentres.
+/// Mixed Reality, and Khronos' simple one (no squeeze, recentring or freezing).
+/// HTC's has one pad a hand and no stick: the right one recentres.
 class HeadsetControllers {
 public:
   /// @throws HeadsetError
@@ -54,9 +56,12 @@ private:
     const char* menu = "";
     const char* recentre = "";
     const char* panel = "";
+    const char* freeze = "";
+    const char* stick = "";
   };
   void suggest(const char* profile, const Inputs& left, const Inputs& right);
   bool pressed(XrAction action, XrPath hand, bool only_new) const;
+  Eigen::Vector2f stick(XrPath hand) const;
 
   XrInstance instance_;
   XrSession session_;
@@ -68,6 +73,8 @@ private:
   XrAction menu_ = XR_NULL_HANDLE;
   XrAction recentre_ = XR_NULL_HANDLE;
   XrAction panel_ = XR_NULL_HANDLE;
+  XrAction freeze_ = XR_NULL_HANDLE;
+  XrAction stick_ = XR_NULL_HANDLE;
   std::array<XrSpace, 2> grips_{};
 };
 

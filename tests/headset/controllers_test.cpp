@@ -64,6 +64,18 @@ TEST_P(EveryController, TellsWhatIsPressed) {
   right.lower = true;
   const bool one_hand = simple || std::string(GetParam()) == "htc/vive_controller";
   EXPECT_EQ(hands().panel_pressed, !one_hand);
+
+  // The scanner is in the left hand; HTC's has no stick, the simple one's trigger is the panel's.
+  right.lower = false;
+  hands();
+  left.trigger = right.trigger = true;
+  now = hands();
+  EXPECT_EQ(now.freeze_pressed, !simple);
+  EXPECT_FALSE(hands().freeze_pressed) << "once";
+  left.stick = right.stick = {0.25F, -1};
+  now = hands();
+  EXPECT_EQ(now.left.stick, one_hand ? Eigen::Vector2f::Zero() : Eigen::Vector2f(0.25F, -1));
+  EXPECT_TRUE(now.right.stick.isZero());
   rig.expect_clean();
 }
 

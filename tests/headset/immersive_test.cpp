@@ -2,6 +2,7 @@
 #include "engine/immersive/hands_on_patient.h"
 #include "engine/immersive/immersive_view.h"
 #include "engine/immersive/session_panel.h"
+#include "engine/immersive/thumb_on_scanner.h"
 #include "engine/view/offscreen.h"
 #include "engine/view/picture.h"
 #include "tests/headset/rig.h"
@@ -253,6 +254,39 @@ content::Scene flat_patient() {
   scene.labels.bodies.assign(scene.labels.labels.size(), -1);
   scene.probe.pose.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Vector3d::UnitX()));
   return scene;
+}
+
+TEST(ThumbOnScanner, TurnsAKnobOnceThenAgainWhileItIsHeld) {
+  immersive::ThumbOnScanner thumb;
+  view::Hands hands;
+  std::string seen;
+  double time_s = 0;
+  const auto hold = [&](float x, float y, double for_s) {
+    hands.left.stick = {x, y};
+    for (int frame = 0; frame < static_cast<int>(std::lround(for_s * 100)); ++frame) {
+      for (const view::Input::Stroke& stroke : thumb.strokes(hands, time_s)) {
+        seen += static_cast<char>(stroke.key);
+        seen += stroke.shift ? '-' : '+';
+        if (stroke.repeated) seen += '.';
+      }
+      time_s += 0.01;
+    }
+    hands.freeze_pressed = false;
+  };
+  hold(0, 0.6F, 1);
+  EXPECT_EQ(seen, "") << "a thumb at rest";
+  hold(0, 0.9F, 0.4);
+  EXPECT_EQ(seen, "G+");
+  hold(0.3F, 0.5F, 0.2);
+  EXPECT_EQ(seen, "G+G+.") << "still held, half a second later";
+  hold(0, 0.3F, 0.1);
+  hold(0.1F, -1, 0.1);
+  EXPECT_EQ(seen, "G+G+.G-");
+  hold(-0.8F, 0.1F, 0.8);
+  EXPECT_EQ(seen, "G+G+.G-D-D-.D-.");
+  hands.freeze_pressed = true;
+  hold(0, 0, 0.01);
+  EXPECT_EQ(seen, "G+G+.G-D-D-.D-. +");
 }
 
 TEST(HandsOnPatient, ControllersMoveNeedleAndProbe) {

@@ -2,6 +2,7 @@
 
 #include "engine/immersive/hands_on_patient.h"
 #include "engine/immersive/immersive_view.h"
+#include "engine/immersive/thumb_on_scanner.h"
 #include "engine/panels/session_watch.h"
 #include "engine/session/live_scanner.h"
 #include "engine/view/headset.h"
@@ -45,6 +46,7 @@ bool accompany_headset(view::Headset& headset, gpu::Device& device, const conten
   immersive::ImmersiveView view(device, scene);
   immersive::SessionPanel panel(device);
   panels::SessionWatch told(scene);
+  immersive::ThumbOnScanner knobs;
   immersive::HandsOnPatient hands(scene, settings.hand, settings.probe);
   state::FrameState state = session.frames().make_frame();
   // One simulation period behind the newest state there is always a later one to interpolate to.
@@ -79,7 +81,9 @@ bool accompany_headset(view::Headset& headset, gpu::Device& device, const conten
       headset.end_frame(nullptr);
       continue;
     }
-    scanner.handle({}, nullptr, session.time_s());
+    view::Input thumb;
+    thumb.strokes = knobs.strokes(frame->hands, static_cast<double>(frame->display_time_ns) * 1e-9);
+    scanner.handle(thumb, nullptr, session.time_s());
     session.frames().sample(session.time_s() - delay_s, state);
     const content::HeatedZone* zone = settings.course != nullptr ? settings.course->zone() : nullptr;
     scanner.draw(state, zone);

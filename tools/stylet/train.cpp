@@ -116,9 +116,9 @@ void add_train(CLI::App& app, int& exit_code) {
       "of "
       "scanner and probe. A tissue table that is saved meanwhile shows in the "
       "image.\n"
-      "In a headset: the menu button begins and pauses, the trigger fires or heats, A, X or the pad goes through "
-      "the\n"
-      "panel, the instructor's panel with a transparent patient, and none.\n"
+      "In a headset: the menu button begins and pauses, the right trigger fires or heats, the left one freezes the\n"
+      "image, the left stick turns gain and depth, A, X or the pad goes through the panel, the instructor's panel\n"
+      "with a transparent patient, and none.\n"
       "Ctrl-C ends the session early; what happened until then is kept and drawn.\n"
       "Exit code 0: done; 1: the replay differs; 2: bad input.");
   command->callback([options, &exit_code] { exit_code = train(*options); });

@@ -9,7 +9,7 @@ namespace stylet::mock_xr {
 namespace {
 
 /// What an input of a scripted hand is, whatever the controller calls it.
-enum class Input : std::uint8_t { none, grip, trigger, squeeze, menu, thumbstick, lower };
+enum class Input : std::uint8_t { none, grip, trigger, squeeze, menu, thumbstick, lower, stick };
 
 struct Known {
   const char* input;
@@ -33,6 +33,7 @@ const std::vector<Profile>& profiles() {
         {"x/click", Input::lower, 0},
         {"a/click", Input::lower, 1},
         {"thumbstick/click", Input::thumbstick},
+        {"thumbstick", Input::stick},
         {"grip/pose", Input::grip}}},
       {"valve/index_controller",
        {{"trigger/click", Input::trigger},
@@ -42,6 +43,7 @@ const std::vector<Profile>& profiles() {
         {"a/click", Input::lower},
         {"b/click", Input::menu},
         {"thumbstick/click", Input::thumbstick},
+        {"thumbstick", Input::stick},
         {"grip/pose", Input::grip}}},
       {"htc/vive_controller",
        {{"trigger/click", Input::trigger},
@@ -54,6 +56,7 @@ const std::vector<Profile>& profiles() {
         {"squeeze/click", Input::squeeze},
         {"menu/click", Input::menu},
         {"thumbstick/click", Input::thumbstick},
+        {"thumbstick", Input::stick},
         {"trackpad/click", Input::lower},
         {"grip/pose", Input::grip}}},
   };
@@ -172,8 +175,10 @@ XrResult xrSuggestInteractionProfileBindings(XrInstance instance,
     int hand = 0;
     const Input input = meaning(*profile, *path, &hand);
     MOCK_REQUIRE(input != Input::none, XR_ERROR_PATH_UNSUPPORTED, *profile + " has no " + *path);
-    MOCK_REQUIRE((input == Input::grip) == (action->type == XR_ACTION_TYPE_POSE_INPUT), XR_ERROR_PATH_UNSUPPORTED,
-                 *path + " is of another type");
+    MOCK_REQUIRE(action->type == (input == Input::grip    ? XR_ACTION_TYPE_POSE_INPUT
+                                  : input == Input::stick ? XR_ACTION_TYPE_VECTOR2F_INPUT
+                                                          : XR_ACTION_TYPE_BOOLEAN_INPUT),
+                 XR_ERROR_PATH_UNSUPPORTED, *path + " is of another type");
     bindings[action->id].insert(binding.binding);
   }
   found->suggested[suggested->interactionProfile] = bindings;
@@ -193,10 +198,10 @@ XrResult xrAttachSessionActionSets(XrSession session, const XrSessionActionSetsA
   return XR_SUCCESS;
 }
 
-/// Value of a boolean action on a hand, through the bindings for the controller that the script holds.
-bool value_of(const Instance& instance, const Action& action, int hand, const HandScript& script) {
+/// What an action is bound to on a hand of the controller that the script holds.
+std::vector<Input> bound_to(const Instance& instance, const Action& action, int hand) {
   const std::string wanted = "/interaction_profiles/" + runtime().script.controller;
-  bool down = false;
+  std::vector<Input> inputs;
   for (const auto& [profile, actions] : instance.suggested) {
     if (*path_text(instance, profile) != wanted) continue;
     const auto bound = actions.find(action.id);
@@ -204,10 +209,10 @@ bool value_of(const Instance& instance, const Action& action, int hand, const Ha
     for (XrPath path : bound->second) {
       int side = 0;
       const Input input = meaning(wanted, *path_text(instance, path), &side);
-      down = down || (side == hand && value(script, input));
+      if (side == hand) inputs.push_back(input);
     }
   }
-  return down;
+  return inputs;
 }
 
 XrResult xrSyncActions(XrSession session, const XrActionsSyncInfo* sync) {
@@ -226,7 +231,14 @@ XrResult xrSyncActions(XrSession session, const XrActionsSyncInfo* sync) {
     for (int hand = 0; hand < 2; ++hand) {
       const HandScript script =
           hand == 0 ? runtime().script.left(found->predicted) : runtime().script.right(found->predicted);
-      action->now[static_cast<std::size_t>(hand)] = focused && value_of(instance_of(found), *action, hand, script);
+      bool down = false;
+      XrVector2f stick{0, 0};
+      for (const Input input : bound_to(instance_of(found), *action, hand)) {
+        down = down || value(script, input);
+        if (input == Input::stick) stick = script.stick;
+      }
+      action->now[static_cast<std::size_t>(hand)] = focused && down;
+      action->stick[static_cast<std::size_t>(hand)] = focused ? stick : XrVector2f{0, 0};
     }
   }
   return focused ? XR_SUCCESS : XR_SESSION_NOT_FOCUSED;
@@ -250,6 +262,25 @@ XrResult xrGetActionStateBoolean(XrSession session, const XrActionStateGetInfo* 
   return XR_SUCCESS;
 }
 
+XrResult xrGetActionStateVector2f(XrSession session, const XrActionStateGetInfo* get, XrActionStateVector2f* state) {
+  MOCK_SESSION(found, session);
+  MOCK_STRUCT(get, XR_TYPE_ACTION_STATE_GET_INFO);
+  MOCK_STRUCT(state, XR_TYPE_ACTION_STATE_VECTOR2F);
+  MOCK_OBJECT(Action, action, get->action);
+  MOCK_REQUIRE(found->attached.count(action->parent->id) == 1, XR_ERROR_ACTIONSET_NOT_ATTACHED, action->name);
+  MOCK_REQUIRE(action->type == XR_ACTION_TYPE_VECTOR2F_INPUT, XR_ERROR_ACTION_TYPE_MISMATCH, action->name);
+  MOCK_REQUIRE(
+      std::find(action->subactions.begin(), action->subactions.end(), get->subactionPath) != action->subactions.end(),
+      XR_ERROR_PATH_UNSUPPORTED, "not a subaction path of " + action->name);
+  const int hand = *path_text(instance_of(found), get->subactionPath) == kHands[0] ? 0 : 1;
+  const bool bound = !bound_to(instance_of(found), *action, hand).empty();
+  state->isActive = bound && found->state == XR_SESSION_STATE_FOCUSED ? XR_TRUE : XR_FALSE;
+  state->currentState = action->stick[static_cast<std::size_t>(hand)];
+  state->changedSinceLastSync = XR_FALSE;
+  state->lastChangeTime = found->predicted;
+  return XR_SUCCESS;
+}
+
 }  // namespace
 
 PFN_xrVoidFunction action_function(const char* name) {
@@ -260,6 +291,7 @@ PFN_xrVoidFunction action_function(const char* name) {
   MOCK_ENTRY(xrAttachSessionActionSets);
   MOCK_ENTRY(xrSyncActions);
   MOCK_ENTRY(xrGetActionStateBoolean);
+  MOCK_ENTRY(xrGetActionStateVector2f);
   return nullptr;
 }
 

@@ -77,6 +77,7 @@ struct Action final : Object {
   XrActionType type{};
   std::vector<XrPath> subactions;
   std::array<bool, 2> now{}, before{};  ///< value at the last two syncs, a hand each
+  std::array<XrVector2f, 2> stick{};
 };
 
 struct Swapchain final : Object {
