@@ -45,8 +45,8 @@ float height_left() {
 /// Which button does what.
 void draw_help() {
   ImGui::SetCursorPosY(kHeight - kHelpLines * line() - padding());
-  ImGui::TextDisabled("menu: begin, pause     right trigger: fire, heat");
-  ImGui::TextDisabled("left stick: gain, depth     left trigger: freeze");
+  ImGui::TextDisabled("right trigger: fire, heat   menu: pause");
+  ImGui::TextDisabled("left trigger: freeze   stick: gain, depth");
   ImGui::TextDisabled("%s: panel, instructor, none", view::kPanelButton);
 }
 

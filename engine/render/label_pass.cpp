@@ -2,6 +2,8 @@
 
 #include "engine/render/render_pass.h"
 
+#include <utility>
+
 #include "shaders/label.frag.h"
 #include "shaders/surface.vert.h"
 
@@ -38,10 +40,14 @@ LabelPass::LabelPass(gpu::Device& device, int width, int height, int views)
       target_(device, attachment(width, height, views, VK_FORMAT_R32_UINT,
                                  VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT)),
       depth_(device,
-             attachment(width, height, views, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT)),
-      render_pass_(make_render_pass(device, target_, depth_, target_, static_cast<std::uint32_t>(views))),
-      framebuffer_(make_framebuffer(device, render_pass_.get(), target_, depth_, target_)),
-      pipeline_(device, label_pipeline(render_pass_.get())) {}
+             attachment(width, height, views, VK_FORMAT_D32_SFLOAT, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT)) {
+  for (const std::uint32_t mask : view_masks(device, views)) {
+    gpu::RenderPassHandle pass = make_render_pass(device, target_, depth_, target_, mask);
+    gpu::FramebufferHandle framebuffer = make_framebuffer(device, pass.get(), target_, depth_, target_);
+    gpu::GraphicsPipeline pipeline(device, label_pipeline(pass.get()));
+    passes_.push_back({std::move(pass), std::move(framebuffer), std::move(pipeline)});
+  }
+}
 
 void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const gpu::Buffer& drawn,
                      const gpu::Buffer& indices, const Shown& shown) {
@@ -49,30 +55,33 @@ void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const g
     const auto resources = {gpu::read(0, frame), gpu::read(1, drawn)};
     commands.prepare_draw(resources);
     commands.transition(indices, gpu::kIndexRead);
-    commands.transition(depth_, gpu::kDepthAttachment, true);
-    commands.transition(target_, gpu::kColourAttachment, true);
     const VkCommandBuffer cmd = commands.handle();
-    begin_render_pass(cmd, render_pass_.get(), framebuffer_.get(), size_);
-    vkCmdBindIndexBuffer(cmd, indices.handle(), 0, VK_INDEX_TYPE_UINT32);
-    const auto draw_piece = [&](const Piece& piece) {
-      commands.bind(pipeline_, resources, piece.style);
-      vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
-    };
-    const auto draw_pieces = [&](const std::vector<Piece>& pieces) {
-      for (const Piece& piece : pieces) draw_piece(piece);
-    };
-    if (shown.panel) {
-      draw_pieces(geometry.panel);
-      draw_piece(geometry.panel_picture);
+    for (const Pass& pass : passes_) {
+      const bool first = &pass == passes_.data();  // the others keep what it has drawn
+      commands.transition(depth_, gpu::kDepthAttachment, first);
+      commands.transition(target_, gpu::kColourAttachment, first);
+      begin_render_pass(cmd, pass.render_pass.get(), pass.framebuffer.get(), size_);
+      vkCmdBindIndexBuffer(cmd, indices.handle(), 0, VK_INDEX_TYPE_UINT32);
+      const auto draw_piece = [&](const Piece& piece) {
+        commands.bind(pass.pipeline, resources, piece.style);
+        vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
+      };
+      const auto draw_pieces = [&](const std::vector<Piece>& pieces) {
+        for (const Piece& piece : pieces) draw_piece(piece);
+      };
+      if (shown.panel) {
+        draw_pieces(geometry.panel);
+        draw_piece(geometry.panel_picture);
+      }
+      if (shown.see_through != SeeThrough::glass) draw_pieces(geometry.drape);
+      draw_pieces(geometry.room);
+      draw_pieces(geometry.solids);
+      draw_pieces(geometry.glass);
+      draw_pieces(geometry.covers);
+      if (shown.needle) draw_pieces(geometry.needle_pieces);
+      const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
+      vkCmdEndRenderPass2(cmd, &end);
     }
-    if (shown.see_through != SeeThrough::glass) draw_pieces(geometry.drape);
-    draw_pieces(geometry.room);
-    draw_pieces(geometry.solids);
-    draw_pieces(geometry.glass);
-    draw_pieces(geometry.covers);
-    if (shown.needle) draw_pieces(geometry.needle_pieces);
-    const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
-    vkCmdEndRenderPass2(cmd, &end);
   });
 }
 

@@ -40,9 +40,12 @@ private:
   VkExtent2D size_;
   gpu::Image target_;
   gpu::Image depth_;
-  gpu::RenderPassHandle render_pass_;
-  gpu::FramebufferHandle framebuffer_;
-  gpu::GraphicsPipeline pipeline_;
+  struct Pass {
+    gpu::RenderPassHandle render_pass;
+    gpu::FramebufferHandle framebuffer;
+    gpu::GraphicsPipeline pipeline;
+  };
+  std::vector<Pass> passes_;  ///< over the same images, for some of the views
 };
 
 }  // namespace stylet::render

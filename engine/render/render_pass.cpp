@@ -1,7 +1,6 @@
 #include "engine/render/render_pass.h"
 
 #include <array>
-#include <vector>
 
 namespace stylet::render {
 
@@ -61,8 +60,15 @@ gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render
   return framebuffer_of(device, render_pass, {depth.view()}, depth);
 }
 
+std::vector<std::uint32_t> view_masks(const gpu::Device& device, int views) {
+  if (!device.identity().is_lavapipe()) return {(1u << views) - 1};
+  std::vector<std::uint32_t> masks;
+  for (int view = 0; view < views; ++view) masks.push_back(1u << view);
+  return masks;
+}
+
 gpu::RenderPassHandle make_render_pass(gpu::Device& device, const gpu::Image& colour, const gpu::Image& depth,
-                                       const gpu::Image& target, std::uint32_t views) {
+                                       const gpu::Image& target, std::uint32_t view_mask) {
   const bool multisampled = &colour != &target;
   constexpr auto kColour = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
   std::vector<VkAttachmentDescription2> attachments{
@@ -78,7 +84,6 @@ gpu::RenderPassHandle make_render_pass(gpu::Device& device, const gpu::Image& co
                                          VK_IMAGE_ASPECT_DEPTH_BIT};
   VkAttachmentReference2 resolve_reference{VK_STRUCTURE_TYPE_ATTACHMENT_REFERENCE_2, nullptr, 2, kColour,
                                            VK_IMAGE_ASPECT_COLOR_BIT};
-  const std::uint32_t view_mask = (1u << views) - 1;
   VkSubpassDescription2 subpass{VK_STRUCTURE_TYPE_SUBPASS_DESCRIPTION_2};
   subpass.pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS;
   subpass.viewMask = view_mask;

@@ -4,15 +4,20 @@
 #include "engine/gpu/image.h"
 
 #include <cstdint>
+#include <vector>
 
 namespace stylet::render {
 
-/// All views at once (multiview): colour and depth, resolved if multisampled. Images enter and leave in their
-/// attachment layouts, put there by the tracker of gpu::Image. A VkRenderPass and not dynamic rendering: the
+/// View masks of the passes that draw all views: one of all of them (multiview). Mesa's software rasteriser draws
+/// clipped triangles of one view into another (seen with 22.3.6), so there each view has a pass of its own.
+std::vector<std::uint32_t> view_masks(const gpu::Device& device, int views);
+
+/// The views of a mask at once (multiview): colour and depth, resolved if multisampled. Images enter and leave in
+/// their attachment layouts, put there by the tracker of gpu::Image. A VkRenderPass and not dynamic rendering: the
 /// synchronisation validation of Debian 12 sees hazards on the attachments of the one and not of the other.
 /// @param colour  multisampled, or the same image as `target`
 gpu::RenderPassHandle make_render_pass(gpu::Device& device, const gpu::Image& colour, const gpu::Image& depth,
-                                       const gpu::Image& target, std::uint32_t views);
+                                       const gpu::Image& target, std::uint32_t view_mask);
 
 gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render_pass, const gpu::Image& colour,
                                         const gpu::Image& depth, const gpu::Image& target);

@@ -79,21 +79,21 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
              attachment(settings, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT, settings.antialias)),
       black_(device, {.format = VK_FORMAT_R8_UNORM}),
       sampler_(device),
-      render_pass_([&] {
-        if (settings.antialias)
-          multisampled_.emplace(device,
-                                attachment(settings, kColourFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT, true));
-        return make_render_pass(device, colour(), depth_, target_, static_cast<std::uint32_t>(settings.views));
-      }()),
-      framebuffer_(make_framebuffer(device, render_pass_.get(), colour(), depth_, target_)),
       deform_(device, deform_comp,
               {.slots = {gpu::Slot::storage_buffer, gpu::Slot::storage_buffer, gpu::Slot::storage_buffer,
                          gpu::Slot::storage_buffer, gpu::Slot::uniform_buffer},
                .push_constant_bytes = sizeof(DeformPush)}),
-      pipelines_(device, render_pass_.get(), settings.antialias, settings.room),
       shadow_(device, settings.shadows),
       ring_(device),
       timestamps_(device, 5) {
+  if (settings.antialias)
+    multisampled_.emplace(device, attachment(settings, kColourFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT, true));
+  for (const std::uint32_t mask : view_masks(device, settings.views)) {
+    gpu::RenderPassHandle pass = make_render_pass(device, colour(), depth_, target_, mask);
+    gpu::FramebufferHandle framebuffer = make_framebuffer(device, pass.get(), colour(), depth_, target_);
+    SurfacePipelines pipelines(device, pass.get(), settings.antialias, settings.room);
+    passes_.push_back({std::move(pass), std::move(framebuffer), std::move(pipelines)});
+  }
   if (!scene.targets.empty()) focus_ = scene.targets.front().centre;
   gpu::run_now(device, [&](gpu::Commands& commands) {
     commands.upload(rest_, bytes_of(geometry_.rest));
@@ -217,6 +217,10 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
 }
 
 void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
+  for (const Pass& pass : passes_) draw(commands, options, pass);
+}
+
+void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const Pass& pass) const {
   const gpu::Image& ultrasound = options.plane.image != nullptr ? *options.plane.image : black_;
   const gpu::Image& screen = options.screen != nullptr ? *options.screen : black_;
   const auto resources = {gpu::read(0, frame_), gpu::read(1, drawn_), gpu::sample(2, ultrasound, sampler_),
@@ -228,12 +232,13 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
   commands.prepare_draw(resources);
   commands.prepare_draw(panel_resources);
   commands.transition(indices_, gpu::kIndexRead);
-  commands.transition(depth_, gpu::kDepthAttachment, true);
-  commands.transition(target_, gpu::kColourAttachment, true);
-  if (multisampled_) commands.transition(*multisampled_, gpu::kColourAttachment, true);
+  const bool first = &pass == passes_.data();  // the others keep what it has drawn
+  commands.transition(depth_, gpu::kDepthAttachment, first);
+  commands.transition(target_, gpu::kColourAttachment, first);
+  if (multisampled_) commands.transition(*multisampled_, gpu::kColourAttachment, first);
 
   const VkCommandBuffer cmd = commands.handle();
-  begin_render_pass(cmd, render_pass_.get(), framebuffer_.get(),
+  begin_render_pass(cmd, pass.render_pass.get(), pass.framebuffer.get(),
                     {static_cast<std::uint32_t>(settings_.width), static_cast<std::uint32_t>(settings_.height)});
   vkCmdBindIndexBuffer(cmd, indices_.handle(), 0, VK_INDEX_TYPE_UINT32);
 
@@ -244,7 +249,7 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
     vkCmdDrawIndexed(cmd, piece.index_count, 1, piece.first_index, 0, 0);
   };
   const auto draw_pieces = [&](const std::vector<Piece>& pieces) {
-    for (const Piece& piece : pieces) draw_piece(pipelines_.surface(piece.style.kind[0]), piece);
+    for (const Piece& piece : pieces) draw_piece(pass.pipelines.surface(piece.style.kind[0]), piece);
   };
   // What hides most comes first.
   if (see_through_ != SeeThrough::glass) draw_pieces(geometry_.drape);
@@ -252,7 +257,7 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
   // Closed skin hides the organs, and all that is spared would have to be rasterised.
   const bool closed = see_through_ == SeeThrough::closed && !geometry_.covers.empty();
   if (closed)
-    draw_piece(pipelines_.surface(kMatte), geometry_.probe());
+    draw_piece(pass.pipelines.surface(kMatte), geometry_.probe());
   else
     draw_pieces(geometry_.solids);
   if (see_through_ == SeeThrough::window) draw_pieces(geometry_.cavity);
@@ -262,21 +267,21 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
     const Piece& picture = geometry_.panel_picture;
     SurfaceStyle style = picture.style;
     style.kind[2] = picture_kind(options.panel);
-    commands.bind(pipelines_.surface(kScreen), panel_resources, style);
+    commands.bind(pass.pipelines.surface(kScreen), panel_resources, style);
     vkCmdDrawIndexed(cmd, picture.index_count, 1, picture.first_index, 0, 0);
   }
-  if (geometry_.cable) draw_piece(pipelines_.surface(kMatte), geometry_.cable_piece);
-  commands.bind(pipelines_.ground(), resources, SurfaceStyle{});
+  if (geometry_.cable) draw_piece(pass.pipelines.surface(kMatte), geometry_.cable_piece);
+  commands.bind(pass.pipelines.ground(), resources, SurfaceStyle{});
   vkCmdDraw(cmd, static_cast<std::uint32_t>(6 * ground_cells(settings_.width) * ground_cells(settings_.height)), 1, 0,
             0);
-  draw_piece(pipelines_.fan(), geometry_.fan);
+  draw_piece(pass.pipelines.fan(), geometry_.fan);
   for (const Piece* piece : closed ? std::vector<const Piece*>{} : glass_order()) {
-    draw_piece(pipelines_.depth(), *piece);
-    draw_piece(pipelines_.surface(kGlass), *piece);
+    draw_piece(pass.pipelines.depth(), *piece);
+    draw_piece(pass.pipelines.surface(kGlass), *piece);
   }
   // Skin, fat and muscle are one shell: of all of them together only the nearest surface is seen.
-  for (const Piece& piece : geometry_.covers) draw_piece(pipelines_.depth(), piece);
-  for (const Piece& piece : geometry_.covers) draw_piece(pipelines_.surface(kCover), piece);
+  for (const Piece& piece : geometry_.covers) draw_piece(pass.pipelines.depth(), piece);
+  for (const Piece& piece : geometry_.covers) draw_piece(pass.pipelines.surface(kCover), piece);
   const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
   vkCmdEndRenderPass2(cmd, &end);
 }

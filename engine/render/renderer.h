@@ -77,7 +77,9 @@ private:
   void take_zone(gpu::Commands& commands, const content::HeatedZone* zone);
   /// The glass organs and the zone, farthest first.
   std::vector<const Piece*> glass_order() const;
+  struct Pass;
   void draw(gpu::Commands& commands, const ViewOptions& options) const;
+  void draw(gpu::Commands& commands, const ViewOptions& options, const Pass& pass) const;
   const gpu::Image& colour() const { return multisampled_ ? *multisampled_ : target_; }
 
   gpu::Device& device_;
@@ -104,11 +106,15 @@ private:
   gpu::Image depth_;
   gpu::Image black_;  ///< one pixel, bound where there is no picture
   gpu::Sampler sampler_;
-  gpu::RenderPassHandle render_pass_;
-  gpu::FramebufferHandle framebuffer_;
+  /// Over the same images, for some of the views.
+  struct Pass {
+    gpu::RenderPassHandle render_pass;
+    gpu::FramebufferHandle framebuffer;
+    SurfacePipelines pipelines;
+  };
+  std::vector<Pass> passes_;
 
   gpu::ComputePipeline deform_;
-  SurfacePipelines pipelines_;
   ShadowPass shadow_;
   gpu::FrameRing ring_;
   gpu::Timestamps timestamps_;

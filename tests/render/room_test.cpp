@@ -10,8 +10,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 namespace stylet::render {
 namespace {
@@ -305,6 +307,31 @@ TEST_F(Room, BothEyesSeeTheWholeRoom) {
   const Picture right = view::read_picture(device, stereo.image(), 1);
   EXPECT_TRUE(tests::compare(one, left).passes()) << tests::compare(one, left).text();
   EXPECT_TRUE(tests::compare(one, right).passes()) << tests::compare(one, right).text();
+}
+
+TEST_F(Room, WhatAnEyeSeesIsNotInTheOther) {
+  // Lamp, table and drape reach beyond the picture: what is clipped must not end up in the other eye.
+  const auto camera = room_layout(scene).standing_camera();
+  const auto eye = [&](double side) {
+    const Eigen::Vector3d back = (camera.eye - camera.look_at).normalized();
+    const Eigen::Vector3d right = camera.up.cross(back).normalized();
+    EyeView view{.left = -0.3, .right = 0.3, .up = 0.3, .down = -0.3};
+    view.patient_from_eye = Eigen::Isometry3d::Identity();
+    view.patient_from_eye.linear() << right, back.cross(right), back;
+    view.patient_from_eye.translation() = camera.eye + side * right;
+    return view;
+  };
+  const std::array eyes{eye(-0.25), eye(0.25)};
+  Renderer stereo(device, scene, {.width = 160, .height = 160, .views = 2});
+  Renderer mono(device, scene, {.width = 160, .height = 160});
+  const ViewOptions closed{.see_through = SeeThrough::closed};  // the window is cut between the eyes
+  stereo.render(state, eyes, closed);
+  for (std::uint32_t side = 0; side < 2; ++side) {
+    mono.render(state, std::span(&eyes[side], 1), closed);
+    const auto difference =
+        tests::compare(view::read_picture(device, mono.image(), 0), view::read_picture(device, stereo.image(), side));
+    EXPECT_TRUE(difference.passes()) << side << ": " << difference.text();
+  }
 }
 
 TEST_F(Room, ClothHidesLabelsAndHasNone) {
