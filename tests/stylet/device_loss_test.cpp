@@ -2,6 +2,7 @@
 // was recorded is whole, and one line says what happened.
 #include "tests/content/small_scenario.h"
 #include "tests/stylet/command.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 #include <arpa/inet.h>
