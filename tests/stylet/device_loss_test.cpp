@@ -23,8 +23,8 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-constexpr double kMotion = 3;     // s
-constexpr double kSession = 0.4;  // s in lockstep: 24 pictures, however slowly they are drawn
+constexpr double kMotion = support::kSanitized ? 10 : 3;  // s, in real time: devices must be made and lost meanwhile
+constexpr double kSession = 0.4;                          // s in lockstep: 24 pictures, however slowly they are drawn
 constexpr const char* kInLockstep = "--lockstep --seconds 0.4 --device recorded";
 constexpr const char* kGoesOn = "; the session goes on with another\n";
 constexpr const char* kRefused = "stylet: the graphics device was lost (vkQueueSubmit2: VK_ERROR_DEVICE_LOST)";
