@@ -138,6 +138,7 @@ std::vector<const Piece*> Renderer::glass_order() const {
   if (zone_.piece.index_count > 0) add(zone_.piece);
   std::ranges::stable_sort(pieces, std::greater(), &std::pair<float, const Piece*>::first);
   std::vector<const Piece*> order;
+  order.reserve(pieces.size());
   for (const auto& [nearest, piece] : pieces) order.push_back(piece);
   return order;
 }
