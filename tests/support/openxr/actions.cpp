@@ -244,40 +244,49 @@ XrResult xrSyncActions(XrSession session, const XrActionsSyncInfo* sync) {
   return focused ? XR_SUCCESS : XR_SESSION_NOT_FOCUSED;
 }
 
-XrResult xrGetActionStateBoolean(XrSession session, const XrActionStateGetInfo* get, XrActionStateBoolean* state) {
+/// An action of a type whose state is asked for, and of which hand.
+struct Asked {
+  Session* session = nullptr;
+  Action* action = nullptr;
+  std::size_t hand = 0;
+};
+
+XrResult find_asked(XrSession session, const XrActionStateGetInfo* get, XrActionType type, Asked& asked) {
   MOCK_SESSION(found, session);
   MOCK_STRUCT(get, XR_TYPE_ACTION_STATE_GET_INFO);
-  MOCK_STRUCT(state, XR_TYPE_ACTION_STATE_BOOLEAN);
   MOCK_OBJECT(Action, action, get->action);
   MOCK_REQUIRE(found->attached.count(action->parent->id) == 1, XR_ERROR_ACTIONSET_NOT_ATTACHED, action->name);
-  MOCK_REQUIRE(action->type == XR_ACTION_TYPE_BOOLEAN_INPUT, XR_ERROR_ACTION_TYPE_MISMATCH, action->name);
+  MOCK_REQUIRE(action->type == type, XR_ERROR_ACTION_TYPE_MISMATCH, action->name);
   MOCK_REQUIRE(
       std::find(action->subactions.begin(), action->subactions.end(), get->subactionPath) != action->subactions.end(),
       XR_ERROR_PATH_UNSUPPORTED, "not a subaction path of " + action->name);
-  const std::size_t hand = *path_text(instance_of(found), get->subactionPath) == kHands[0] ? 0 : 1;
-  state->isActive = found->state == XR_SESSION_STATE_FOCUSED ? XR_TRUE : XR_FALSE;
-  state->currentState = action->now[hand] ? XR_TRUE : XR_FALSE;
-  state->changedSinceLastSync = action->now[hand] != action->before[hand] ? XR_TRUE : XR_FALSE;
-  state->lastChangeTime = found->predicted;
+  asked = {found, action, *path_text(instance_of(found), get->subactionPath) == kHands[0] ? 0U : 1U};
+  return XR_SUCCESS;
+}
+
+XrResult xrGetActionStateBoolean(XrSession session, const XrActionStateGetInfo* get, XrActionStateBoolean* state) {
+  MOCK_STRUCT(state, XR_TYPE_ACTION_STATE_BOOLEAN);
+  Asked asked;
+  const XrResult found = find_asked(session, get, XR_ACTION_TYPE_BOOLEAN_INPUT, asked);
+  if (found != XR_SUCCESS) return found;
+  const bool now = asked.action->now[asked.hand];
+  state->isActive = asked.session->state == XR_SESSION_STATE_FOCUSED ? XR_TRUE : XR_FALSE;
+  state->currentState = now ? XR_TRUE : XR_FALSE;
+  state->changedSinceLastSync = now != asked.action->before[asked.hand] ? XR_TRUE : XR_FALSE;
+  state->lastChangeTime = asked.session->predicted;
   return XR_SUCCESS;
 }
 
 XrResult xrGetActionStateVector2f(XrSession session, const XrActionStateGetInfo* get, XrActionStateVector2f* state) {
-  MOCK_SESSION(found, session);
-  MOCK_STRUCT(get, XR_TYPE_ACTION_STATE_GET_INFO);
   MOCK_STRUCT(state, XR_TYPE_ACTION_STATE_VECTOR2F);
-  MOCK_OBJECT(Action, action, get->action);
-  MOCK_REQUIRE(found->attached.count(action->parent->id) == 1, XR_ERROR_ACTIONSET_NOT_ATTACHED, action->name);
-  MOCK_REQUIRE(action->type == XR_ACTION_TYPE_VECTOR2F_INPUT, XR_ERROR_ACTION_TYPE_MISMATCH, action->name);
-  MOCK_REQUIRE(
-      std::find(action->subactions.begin(), action->subactions.end(), get->subactionPath) != action->subactions.end(),
-      XR_ERROR_PATH_UNSUPPORTED, "not a subaction path of " + action->name);
-  const int hand = *path_text(instance_of(found), get->subactionPath) == kHands[0] ? 0 : 1;
-  const bool bound = !bound_to(instance_of(found), *action, hand).empty();
-  state->isActive = bound && found->state == XR_SESSION_STATE_FOCUSED ? XR_TRUE : XR_FALSE;
-  state->currentState = action->stick[static_cast<std::size_t>(hand)];
+  Asked asked;
+  const XrResult found = find_asked(session, get, XR_ACTION_TYPE_VECTOR2F_INPUT, asked);
+  if (found != XR_SUCCESS) return found;
+  const bool bound = !bound_to(instance_of(asked.session), *asked.action, static_cast<int>(asked.hand)).empty();
+  state->isActive = bound && asked.session->state == XR_SESSION_STATE_FOCUSED ? XR_TRUE : XR_FALSE;
+  state->currentState = asked.action->stick[asked.hand];
   state->changedSinceLastSync = XR_FALSE;
-  state->lastChangeTime = found->predicted;
+  state->lastChangeTime = asked.session->predicted;
   return XR_SUCCESS;
 }
 
