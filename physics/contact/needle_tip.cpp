@@ -13,6 +13,7 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr double kBite = 2;               // times `tip_friction` on a surface: a sharp tip that slants bites
 constexpr double kBoneCompliance = 1e-6;  // m/N; as little as a needle of steel gives way along its whole shaft
 
 }  // namespace
@@ -80,8 +81,9 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
   if (barrier_ <= 0) out.laws[row].viscosity = resistance.cutting_viscosity / dt;
   out.laws[row].viscous_upper = false;  // nothing is cut on the way back
   const std::array<int, 2> pressed{out.row_count, ContactRow::kNone};
-  out.laws[row + 1] = disc_row(1, out.row_count + 2, 0, settings_.tip_friction, pressed, compliance);
-  out.laws[row + 2] = disc_row(2, out.row_count + 1, 0, settings_.tip_friction, pressed, compliance);
+  const double friction = (indenting ? kBite : 1) * settings_.tip_friction;
+  out.laws[row + 1] = disc_row(1, out.row_count + 2, 0, friction, pressed, compliance);
+  out.laws[row + 2] = disc_row(2, out.row_count + 1, 0, friction, pressed, compliance);
   out.slip.segment<3>(out.row_count).setZero();
   out.row_count += 3;
 }
@@ -168,7 +170,9 @@ bool NeedleTip::advance(const HermiteShaft& shaft, const TissuePatch& patch, con
     const ActiveContact& last = rows.contacts[static_cast<std::size_t>(rows.contact_count) - 1];
     if (last.point == end_.point) contact = &last;
   }
-  if (state_ == TipState::indenting) return press_on(solver, contact, lambda, shaft.length(), step, points);
+  if (state_ == TipState::indenting) {
+    return press_on(solver, contact, lambda, shaft.length(), step, patch, tissue, points);
+  }
 
   if (contact == nullptr) {
     const Vector3d ahead = shaft.tip() - tissue.position(end_.point);
@@ -193,20 +197,60 @@ bool NeedleTip::advance(const HermiteShaft& shaft, const TissuePatch& patch, con
 
 bool NeedleTip::press_on(const BoundedSolver& solver, const ActiveContact* contact,
                          const Eigen::Ref<const Eigen::VectorXd>& lambda, double length, std::uint64_t step,
-                         TrackPoints& points) {
+                         const TissuePatch& patch, TissuePoints& tissue, TrackPoints& points) {
   if (barrier_ <= 0) {
     enter(step, 0, 0);
   } else if (contact != nullptr) {
     const int row = contact->first_row;
-    if (solver.state(row) == RowState::upper) {  // let go of
+    const bool breaks = solver.state(row) == RowState::lower;
+    if (solver.state(row) == RowState::upper || !follow_slide(solver, *contact, patch, tissue)) {  // let go of
       state_ = TipState::outside;
       return true;
     }
-    if (solver.state(row) == RowState::lower) enter(step, -lambda[row], solver.response(row));
+    if (breaks) enter(step, -lambda[row], solver.response(row));
   }
   if (state_ != TipState::inside) return false;
   if (!points.lay(end_, length)) flags_ |= kNeedleRowOverflow;  // the hole in the surface is the track's first point
   return true;
+}
+
+bool NeedleTip::follow_slide(const BoundedSolver& solver, const ActiveContact& contact, const TissuePatch& patch,
+                             TissuePoints& tissue) {
+  const int row = contact.first_row;
+  if (solver.state(row + 1) == RowState::sticking && solver.state(row + 2) == RowState::sticking) return true;
+  const Eigen::Vector2d slide(solver.motion()[static_cast<std::size_t>(row) + 1],
+                              solver.motion()[static_cast<std::size_t>(row) + 2]);
+  const PatchWalk from{.patch_tet = end_.patch_tet, .barycentric = end_.place.barycentric};
+  const PatchWalk at = slide_on_surface(patch, end_.body, from, contact.directions.rightCols<2>(), slide, tissue);
+  if (at.left == PatchWalk::Left::body) return false;
+  if (at.left == PatchWalk::Left::patch) flags_ |= kNeedlePatchLeft;
+  if (!put_end(at, patch, tissue)) return true;
+  const int beyond = tissues_->at(rest_position(patch, end_.body, end_.place), 1);
+  if (beyond != beyond_) {
+    beyond_ = end_.tissue = beyond;
+    barrier_ = tissues_->puncture_force(0, beyond);
+  }
+  // What is pressed on is an area: its normal turns to that of another face as the tip goes on by its radius.
+  const double turned = 1 - std::exp(-slide.norm() / settings_.tip_radius);
+  const Vector3d inward = inward_ + turned * (-surface_normal(patch, end_.body, at) - inward_);
+  if (inward.norm() > 0.1) inward_ = inward.normalized();
+  return true;
+}
+
+bool NeedleTip::put_end(const PatchWalk& at, const TissuePatch& patch, TissuePoints& tissue) {
+  const BodyPatch& body = patch.bodies[static_cast<std::size_t>(end_.body)];
+  const TrackPoint before = end_;
+  end_.place.rigid = false;
+  end_.place.offset.setZero();
+  end_.patch_tet = at.patch_tet;
+  end_.place.tet = body.tet_ids[static_cast<std::size_t>(at.patch_tet)];
+  end_.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(at.patch_tet)];
+  end_.place.barycentric = at.barycentric;
+  end_.site = site_in_patch(patch, end_);
+  if (tissue.move_last(patch, end_.place, end_.body)) return true;
+  flags_ |= kNeedleNonFinite;
+  end_ = before;
+  return false;
 }
 
 void NeedleTip::enter(std::uint64_t step, double force, double response) {
@@ -245,21 +289,7 @@ bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, cons
     leave();
     return true;
   }
-  const BodyPatch& body = patch.bodies[static_cast<std::size_t>(end_.body)];
-  const TrackPoint before = end_;
-  end_.place.rigid = false;
-  end_.place.offset.setZero();
-  end_.patch_tet = at.patch_tet;
-  end_.place.tet = body.tet_ids[static_cast<std::size_t>(at.patch_tet)];
-  end_.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(at.patch_tet)];
-  end_.place.barycentric = at.barycentric;
-  end_.site = site_in_patch(patch, end_);
-  if (!tissue.move_last(patch, end_.place, end_.body)) {
-    flags_ |= kNeedleNonFinite;
-    end_ = before;
-    return false;
-  }
-  meet_tissue(shaft, patch, tissue);
+  if (put_end(at, patch, tissue)) meet_tissue(shaft, patch, tissue);
   return false;
 }
 

@@ -17,6 +17,8 @@
 
 namespace stylet::physics {
 
+struct PatchWalk;
+
 /// State of the tip and the end of its track, with what it left behind in bodies that it went through or out of:
 ///
 ///   outside ── touch() ──▶ indenting ── advance(): the surface breaks ──▶ inside ── advance(): the end moves by
@@ -70,7 +72,13 @@ private:
   void leave();
   bool press_on(const BoundedSolver& solver, const ActiveContact* contact,
                 const Eigen::Ref<const Eigen::VectorXd>& lambda, double length, std::uint64_t step,
-                TrackPoints& points);
+                const TissuePatch& patch, TissuePoints& tissue, TrackPoints& points);
+  /// Indenting, where the tip has slid over the surface: so does the point that it presses on.
+  /// @return false if it has slid off the body
+  bool follow_slide(const BoundedSolver& solver, const ActiveContact& contact, const TissuePatch& patch,
+                    TissuePoints& tissue);
+  /// @return false if the patch is not finite there: nothing was moved
+  bool put_end(const PatchWalk& at, const TissuePatch& patch, TissuePoints& tissue);
   void enter(std::uint64_t step, double force, double response);
   bool move_end(const HermiteShaft& shaft, const Eigen::Vector3d& target, const TissuePatch& patch,
                 TissuePoints& tissue, TrackPoints& points);

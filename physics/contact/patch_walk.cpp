@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,6 +12,145 @@ namespace stylet::physics {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
+
+namespace {
+
+constexpr int kMostFaces = 32;     // of one slide
+constexpr double kSteepest = 0.3;  // cosine between a face and the plane that is slid in
+constexpr double kFlat = 1e-3;     // the same of the face as it is deformed: the slide is no place on it
+
+/// Corner of the tetrahedron opposite its face on the surface, the nearest if there are several; -1: none.
+int apex_of_surface(const BodyPatch& nodes, const PatchWalk& at) {
+  const auto& neighbours = nodes.tet_neighbours[static_cast<std::size_t>(at.patch_tet)];
+  int apex = -1;
+  for (int k = 0; k < 4; ++k) {
+    if (neighbours[static_cast<std::size_t>(k)] != kBeyondSurface) continue;
+    if (apex < 0 || at.barycentric[k] < at.barycentric[apex]) apex = k;
+  }
+  return apex;
+}
+
+int corner_of(const BodyPatch& nodes, int tet, int node) {
+  const auto& corners = nodes.tet_nodes[static_cast<std::size_t>(tet)];
+  return static_cast<int>(std::find(corners.begin(), corners.end(), node) - corners.begin());
+}
+
+/// Outward unit normal without needle force.
+Vector3d normal_of_face(const BodyPatch& nodes, int tet, int apex) {
+  const auto& corners = nodes.tet_nodes[static_cast<std::size_t>(tet)];
+  std::array<Vector3d, 3> x;
+  for (std::size_t k = 0, n = 0; k < 4; ++k) {
+    if (static_cast<int>(k) != apex) x[n++] = nodes.free_positions.col(corners[k]);
+  }
+  const Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).normalized();
+  const Vector3d inside = nodes.free_positions.col(corners[static_cast<std::size_t>(apex)]);
+  return normal.dot(inside - x[0]) > 0 ? Vector3d(-normal) : normal;
+}
+
+/// Goes on to the next face on the surface: round the edge of the present one that is opposite corner `over`.
+/// @return false where the patch ends
+bool turn_edge(const BodyPatch& nodes, int over, int& apex, PatchWalk& walk) {
+  const auto* corners = &nodes.tet_nodes[static_cast<std::size_t>(walk.patch_tet)];
+  std::array<int, 2> edge{};  // nodes
+  std::array<double, 2> weights{};
+  for (int k = 0, n = 0; k < 4; ++k) {
+    if (k == over || k == apex) continue;
+    edge[static_cast<std::size_t>(n)] = (*corners)[static_cast<std::size_t>(k)];
+    weights[static_cast<std::size_t>(n++)] = walk.barycentric[k];
+  }
+  const double depth = walk.barycentric[apex];
+  int tet = walk.patch_tet;
+  int near = over;  // corners off the edge: on the face last passed, and beyond it
+  int far = apex;
+  for (int tets = 0; tets < nodes.tet_count; ++tets) {
+    const int next = nodes.tet_neighbours[static_cast<std::size_t>(tet)][static_cast<std::size_t>(near)];
+    if (next == kBeyondPatch) return false;
+    if (next == kBeyondSurface) {
+      walk.patch_tet = tet;
+      walk.barycentric.setZero();
+      walk.barycentric[near] = depth;
+      for (std::size_t n = 0; n < 2; ++n) walk.barycentric[corner_of(nodes, tet, edge[n])] = weights[n];
+      apex = near;
+      return true;
+    }
+    near = corner_of(nodes, next, (*corners)[static_cast<std::size_t>(far)]);
+    tet = next;
+    corners = &nodes.tet_nodes[static_cast<std::size_t>(tet)];
+    for (far = 0; far == near || (*corners)[static_cast<std::size_t>(far)] == edge[0] ||
+                  (*corners)[static_cast<std::size_t>(far)] == edge[1];) {
+      ++far;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+PatchWalk slide_on_surface(const TissuePatch& patch, int body, const PatchWalk& from,
+                           const Eigen::Matrix<double, 3, 2>& across, const Eigen::Vector2d& slide,
+                           const TissuePoints& tissue) {
+  const BodyPatch& nodes = patch.bodies[static_cast<std::size_t>(body)];
+  const Vector3d along = across.col(0).cross(across.col(1));
+  PatchWalk walk = from;
+  walk.left = PatchWalk::Left::nothing;
+  const auto position_of = [&](int tet, int corner) {
+    const auto& corners = nodes.tet_nodes[static_cast<std::size_t>(tet)];
+    return tissue.node_position(patch, body, corners[static_cast<std::size_t>(corner)]);
+  };
+  int apex = apex_of_surface(nodes, walk);
+  if (apex < 0) {
+    Vector3d x = across * slide;
+    for (int k = 0; k < 4; ++k) x += from.barycentric[k] * position_of(from.patch_tet, k);
+    return walk_patch(patch, body, from.patch_tet, x, tissue);
+  }
+  Eigen::Vector2d rest = slide;
+  for (int faces = 0; faces < kMostFaces; ++faces) {
+    std::array<int, 3> rim{};  // corners of the face
+    for (int k = 0, n = 0; k < 4; ++k) {
+      if (k != apex) rim[static_cast<std::size_t>(n++)] = k;
+    }
+    Matrix3d x;
+    for (int n = 0; n < 3; ++n) x.col(n) = position_of(walk.patch_tet, rim[static_cast<std::size_t>(n)]);
+    Eigen::Matrix<double, 3, 2> edges;
+    edges << x.col(1) - x.col(0), x.col(2) - x.col(0);
+    const Eigen::Matrix2d plane = across.transpose() * edges;
+    const double area = edges.col(0).cross(edges.col(1)).norm();
+    if (!(std::abs(plane.determinant()) > kFlat * area)) break;
+    const Eigen::Vector2d moved = plane.inverse() * rest;
+    const Vector3d change(-moved.sum(), moved[0], moved[1]);
+    double part = 1;  // up to the first edge
+    int over = -1;
+    for (int n = 0; n < 3; ++n) {
+      const double weight = walk.barycentric[rim[static_cast<std::size_t>(n)]];
+      if (weight + part * change[n] >= 0) continue;
+      part = weight / -change[n];
+      over = rim[static_cast<std::size_t>(n)];
+    }
+    for (int n = 0; n < 3; ++n) {
+      double& weight = walk.barycentric[rim[static_cast<std::size_t>(n)]];
+      weight = std::max(0.0, weight + part * change[n]);
+    }
+    if (over < 0) return walk;
+    walk.barycentric[over] = 0;
+    walk.barycentric /= walk.barycentric.sum();
+    rest *= 1 - part;
+    PatchWalk next = walk;
+    if (!turn_edge(nodes, over, apex, next)) break;
+    if (std::abs(normal_of_face(nodes, next.patch_tet, apex).dot(along)) < kSteepest) {
+      walk.left = PatchWalk::Left::body;
+      return walk;
+    }
+    walk = next;
+  }
+  walk.left = PatchWalk::Left::patch;
+  return walk;
+}
+
+Vector3d surface_normal(const TissuePatch& patch, int body, const PatchWalk& at) {
+  const BodyPatch& nodes = patch.bodies[static_cast<std::size_t>(body)];
+  const int apex = apex_of_surface(nodes, at);
+  return apex < 0 ? Vector3d(Vector3d::Zero()) : normal_of_face(nodes, at.patch_tet, apex);
+}
 
 PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Vector3d& x,
                      const TissuePoints& tissue) {

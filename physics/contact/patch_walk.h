@@ -26,6 +26,22 @@ struct PatchWalk {
 PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Eigen::Vector3d& x,
                      const TissuePoints& tissue);
 
+/// Slides a point along the surface of a body, from face to face, as deep below it as it was.
+/// Left::patch: at an edge that the patch ends at, or where it is not finite. Left::body: at an edge beyond which the
+/// surface, without needle force, is steeper than 73 degrees to the plane slid in.
+/// @param from    tetrahedron and barycentric; one without a face on the surface: the slide is a straight line
+/// @param across  two unit vectors across each other, the plane slid in
+/// @param slide   along them, m
+/// @param tissue  the points whose forces deform the patch
+/// @realtime no allocation; O(faces points)
+PatchWalk slide_on_surface(const TissuePatch& patch, int body, const PatchWalk& from,
+                           const Eigen::Matrix<double, 3, 2>& across, const Eigen::Vector2d& slide,
+                           const TissuePoints& tissue);
+
+/// Outward unit normal, without needle force, of the face on the surface that a point of a patch is nearest to; zero
+/// where its tetrahedron has none.
+Eigen::Vector3d surface_normal(const TissuePatch& patch, int body, const PatchWalk& at);
+
 /// Rest position of a material point of a patch, m.
 Eigen::Vector3d rest_position(const TissuePatch& patch, int body, const PatchContact& point);
 

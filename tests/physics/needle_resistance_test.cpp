@@ -1,6 +1,7 @@
 // What a needle is known by where tissue resists it: rise, drop at puncture, friction that grows with depth,
 // hysteresis, a lower second insertion; and steering.
 #include "tests/physics/needle_track_runs.h"
+#include "tests/support/kuhn_box.h"
 
 #include <gtest/gtest.h>
 
@@ -493,6 +494,63 @@ TEST(NeedleTrack, TwoRunsGiveTheSameBits) {
   }
   ASSERT_EQ(one.forces().size(), two.forces().size());
   for (std::size_t k = 0; k < one.forces().size(); ++k) ASSERT_EQ(one.forces()[k], two.forces()[k]) << "step " << k;
+}
+
+// Slanting, beyond the cone of friction: the tip skids over the surface and bends the needle until it breaks in. What
+// it presses on is always where it is, so it breaks in there, and neither a kick nor a swing follows.
+TEST(NeedleTrack, TipThatSkidsBreaksInWhereItIs) {
+  physics::SimulationBody block;
+  block.mesh = support::kuhn_box({-0.06, -0.02, -0.03}, {0.06, 0.02, 0}, {12, 4, 3});
+  block.tet_materials.assign(block.mesh.tets.size(), {.young_modulus = 20e3, .poisson_ratio = 0.45});
+  block.fixed_nodes = support::nodes_where(block.mesh, [](const Eigen::Vector3d& x) { return x.z() < -0.0299; });
+  std::vector<physics::SimulationBody> bodies;
+  bodies.push_back(std::move(block));
+  physics::SimulationLoop simulation(std::move(bodies), {.dt = 0.02, .lay_contacts = false});
+  physics::TissuePatch patch = simulation.make_patch();
+
+  const Eigen::Vector3d axis = Eigen::Vector3d(std::sqrt(3.0), 0, -1).normalized();
+  const physics::NeedleProperties needle = r1().needle;
+  physics::StylusPose hub;
+  hub.orientation = physics::orientation_along(axis);
+  hub.position = Eigen::Vector3d(-0.0301, 0.001, 0) - (needle.length + 0.002) * axis;
+  physics::HapticLoopSettings settings;
+  settings.needle = needle;
+  settings.coupling = Coupling::stylet;
+  settings.track.tip_friction = 0.5;
+  settings.tissues = tissue({.puncture_force = 0.25, .cutting_force = 0.2, .friction_per_length = 8});
+  physics::HapticLoop haptic(settings, hub);
+
+  const double step = 4e-5;  // m: 40 mm/s
+  double skid = 0, apart = 0, before = 0, after = 0;
+  Eigen::Vector3d met = Eigen::Vector3d::Zero();
+  int inside = 0;
+  for (int k = 0; k < 1500 && inside < 200; ++k) {
+    if (k % 20 == 0) {
+      simulation.step({.needle = &haptic.state(), .time_s = 1e-3 * k}, patch);
+      simulation.worker().step();
+    }
+    hub.position += step * axis;
+    const physics::NeedleState& s = haptic.step(hub, 1e-3, patch);
+    const double force = s.wrench.force.norm();
+    if (s.tip == TipState::indenting) {
+      const Eigen::Vector3d tip = s.positions.col(s.node_count - 1);
+      const physics::NeedleContact& pressed = s.contacts[static_cast<std::size_t>(s.track_count - 1)];
+      if (before == 0) met = tip;
+      skid = (tip - met).head<2>().norm();
+      apart = std::max(apart, (tip - pressed.position).norm());
+      before = std::max(before, force);
+    } else if (s.puncture_count > 0) {
+      EXPECT_EQ(s.tip, TipState::inside);
+      after = std::max(after, force);
+      ++inside;
+    }
+  }
+  std::printf("skids %.1f mm, at most %.2f mm off what it presses on; %.3f N, then at most %.3f N\n", 1e3 * skid,
+              1e3 * apart, before, after);
+  EXPECT_GT(skid, 8e-3);
+  EXPECT_LT(apart, 1e-3);  // 0.57 N on a compliance of 1.1 mm/N, and the slide of a step
+  EXPECT_EQ(inside, 200);
+  EXPECT_LT(after, 1.1 * before);
 }
 
 }  // namespace
