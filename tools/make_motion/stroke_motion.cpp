@@ -62,13 +62,15 @@ content::Motion tour_motion(const TourPlan& plan) {
   };
   Eigen::Vector3d entry = plan.entry;
   for (const content::Target& target : plan.targets) {
-    const Eigen::Vector3d axis = (target.centre - entry).normalized();
+    const Eigen::Vector3d aim = target.centre - Eigen::Vector3d(0, 0, plan.below);
+    const Eigen::Vector3d axis = (aim - entry).normalized();
     const Eigen::Vector3d clear = entry - kClear * axis;
     entry += plan.apart;
     go(clear, axis, legs.empty() ? kBegin : kTurn);
-    const double way = stroke_time((target.centre - clear).norm());
-    go(target.centre, axis, way);
-    go(target.centre, axis, kRest);
+    const Eigen::Vector3d end = aim - plan.short_of * axis;
+    const double way = stroke_time((end - clear).norm());
+    go(end, axis, way);
+    go(end, axis, kRest);
     go(clear, axis, way);
   }
   content::Motion motion;

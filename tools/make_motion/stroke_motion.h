@@ -13,11 +13,13 @@ namespace stylet::motion {
 struct TourPlan {
   Eigen::Vector3d entry = Eigen::Vector3d::Zero();  ///< where the needle goes into the phantom for the first target
   Eigen::Vector3d apart{-0.006, 0, 0};              ///< from each entry to the next: a needle follows its old hole
+  double below = 0.003;  ///< how far under each centre it aims: the surface lifts a tip that comes in at a slant, m
+  double short_of = 0.003;  ///< how far before there it stops: a core is of what lies ahead of the tip, m
   std::span<const content::Target> targets{};
   double needle_length = 0.150;
   double sample_hz = 125;
 };
-/// To each target's centre, a rest of 1.2 s, and out again. Strokes are minimum-jerk, peak 40 mm/s. The bevel faces
+/// To each target in turn, a rest of 1.2 s, and out again. Strokes are minimum-jerk, peak 40 mm/s. The bevel faces
 /// the patient's front, so that what it bends the needle by stays in an image plane that the needle lies in.
 content::Motion tour_motion(const TourPlan& plan);
 
