@@ -43,9 +43,9 @@ float height_left() {
 }
 
 /// Which button does what.
-void draw_help() {
+void draw_help(bool briefing) {
   ImGui::SetCursorPosY(kHeight - kHelpLines * line() - padding());
-  ImGui::TextDisabled("right trigger: fire, heat   menu: pause");
+  ImGui::TextDisabled("right trigger: fire, heat   menu: %s", briefing ? "begin" : "pause");
   ImGui::TextDisabled("left trigger: freeze   stick: gain, depth");
   ImGui::TextDisabled("%s: panel, instructor, none", view::kPanelButton);
 }
@@ -119,12 +119,12 @@ void SessionPanel::draw(const panels::SessionFacts& facts, PanelLevel level, dou
   const bool briefing = !facts.briefing.empty();
   begin("course", 0, briefing ? 1.0F : 0.5F);
   draw_left(facts, level);
-  if (briefing) draw_help();
+  if (briefing) draw_help(briefing);
   ImGui::End();
   if (!briefing) {
     begin("needle", 0.5F, 1);
     draw_right(facts, level);
-    draw_help();
+    draw_help(briefing);
     ImGui::End();
   }
   gpu::Commands& commands = ring_.next();
