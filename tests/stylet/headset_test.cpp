@@ -112,7 +112,7 @@ TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {
 }
 
 TEST_F(Headset, LostInTheMiddleARecordedMotionGoesOn) {
-  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 lose=5",
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 menu=2 lose=6",
                                 "--lockstep --expert none --device recorded");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_NE(outcome.output.find("; going on headless\n"), std::string::npos) << outcome.output;

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <span>
+
 namespace stylet::tools {
 
 namespace {
@@ -62,7 +64,9 @@ void pass_headless(Attended& session, double duration_s, Progress& progress, boo
   StylusWatch watch(with.stylus.hid);
   while (!session.live.finished() && !interrupted()) {
     watch.look();
-    with.course.poll(session.live);
+    // Who has paused it is not there to go on with it.
+    constexpr training::Action kResume = training::Action::resume;
+    with.course.poll(session.live, std::span(&kResume, with.course.state().paused ? 1U : 0U));
     progress.show(session.live.lockstep() ? "Session in lockstep" : "Session in real time",
                   session.live.time_s() / duration_s);
     if (session.live.lockstep()) {
