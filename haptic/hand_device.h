@@ -2,7 +2,7 @@
 #pragma once
 
 #include "haptic/device.h"
-#include "haptic/hid/workspace_map.h"
+#include "haptic/workspace_map.h"
 
 #include <array>
 #include <atomic>
@@ -19,7 +19,7 @@ struct HandSettings {
 };
 
 /// The display's thread calls follow(), release() and press() with each frame (some 90 Hz); the haptic thread reads a
-/// smooth pose. From where the hand takes it up the hub moves as the hand does (hid::WorkspaceMap), so that nothing
+/// smooth pose. From where the hand takes it up the hub moves as the hand does (WorkspaceMap), so that nothing
 /// jumps when a clutch is let go or tracking returns. The threads share atomics; neither waits for the other.
 class HandDevice final : public Device {
 public:
@@ -42,7 +42,7 @@ public:
 private:
   DeviceLimits limits_;
   double smoothing_s_;
-  hid::WorkspaceMap map_;  // display thread's
+  WorkspaceMap map_;  // display thread's
   // Position, then x y z w of the orientation, whose sign is that of the one before. Read one by one: a mixture of
   // two frames lies between them.
   std::array<std::atomic<double>, 7> goal_{};

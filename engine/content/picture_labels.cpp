@@ -1,6 +1,6 @@
 #include "engine/content/picture_labels.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 
 #include <fmt/format.h>
 
@@ -19,8 +19,8 @@ PictureLabels::PictureLabels(const Scene& scene) {
   needle = index(kNeedleLabel);
   probe = index(kProbeLabel);
   if (names.size() > 256) {
-    throw ContentError(fmt::format("{}: {} tissues do not fit into label maps of 8 bits; at most 252 do",
-                                   scene.scenario.string(), scene.tissues.size()));
+    throw files::ContentError(fmt::format("{}: {} tissues do not fit into label maps of 8 bits; at most 252 do",
+                                          scene.scenario.string(), scene.tissues.size()));
   }
 }
 

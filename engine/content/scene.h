@@ -4,7 +4,7 @@
 #include "engine/content/exercise.h"
 #include "physics/contact/tissue_map.h"
 #include "physics/contact/track_rows.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/tissue/tet_mesh.h"
 
 #include <Eigen/Core>

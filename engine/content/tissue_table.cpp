@@ -81,7 +81,7 @@ constexpr std::array<TissueKey, 19> kKeys{{
 
 constexpr std::array<std::string_view, 3> kGroups{"mechanics", "needle", "acoustics"};
 
-Tissue read_row(const std::string& name, JsonObject row) {
+Tissue read_row(const std::string& name, files::JsonObject row) {
   Tissue tissue;
   tissue.name = name;
   for (const std::string_view group : kGroups) {
@@ -102,7 +102,7 @@ Tissue read_row(const std::string& name, JsonObject row) {
   return tissue;
 }
 
-void read_surface(JsonObject& object, TissueTable& table) {
+void read_surface(files::JsonObject& object, TissueTable& table) {
   const std::vector<Tissue>& tissues = table.tissues;
   physics::TissueSurface surface;
   const std::vector<std::string> between = object.texts("between");
@@ -138,8 +138,8 @@ std::span<const TissueKey> tissue_keys() {
   return kKeys;
 }
 
-TissueTable read_tissues(JsonFile& file) {
-  JsonObject root = file.root("stylet-tissues", 1);
+TissueTable read_tissues(files::JsonFile& file) {
+  files::JsonObject root = file.root("stylet-tissues", 1);
   root.ignore("licence");
   root.ignore("note");
   TissueTable read;
@@ -161,14 +161,14 @@ TissueTable read_tissues(JsonFile& file) {
     // A label is a byte, and glTF materials may add rows.
     if (tissues.size() > 200) table->problem("", fmt::format("has {} tissues, the limit is 200", tissues.size()));
   }
-  for (JsonObject& object : root.objects("surfaces", false)) read_surface(object, read);
+  for (files::JsonObject& object : root.objects("surfaces", false)) read_surface(object, read);
   root.finish();
   return read;
 }
 
-TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& unknown) {
+TissueAnnotation read_tissue_annotation(files::JsonObject tissue, std::vector<std::string>& unknown) {
   TissueAnnotation annotation;
-  const auto add_unknown = [&](const JsonObject& object) {
+  const auto add_unknown = [&](const files::JsonObject& object) {
     for (std::string& line : object.unknown_keys()) unknown.push_back(std::move(line));
   };
   tissue.integer("version", 1, 1, 1);

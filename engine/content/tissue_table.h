@@ -1,12 +1,12 @@
 // The tissue table (content/README.md, "stylet-tissues") and what a material in a glTF file may override in it.
 #pragma once
 
-#include "engine/content/gltf.h"
-#include "engine/content/json_reader.h"
 #include "engine/content/scene.h"
+#include "engine/files/json_reader.h"
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,12 +14,19 @@
 
 namespace stylet::content {
 
+/// extras.tissue of a material: a row of tissues.json, overridden value by value. Keys are ours (young_modulus_pa,
+/// impedance_rayl, ...), whichever alias the file used.
+struct TissueAnnotation {
+  std::string preset;
+  std::map<std::string, double> values;
+};
+
 /// One number of a tissue: its key, the alias other tools write, what is accepted, and where it goes.
 struct TissueKey {
   std::string_view group;  ///< mechanics, needle, acoustics
   std::string_view key;
   std::string_view alias;  ///< OpenUSD deformable proposal and its sibling blocks; empty: none
-  Range range;
+  files::Range range;
   double& (*of)(Tissue&);
   bool required = true;  ///< else 0 where the table leaves it out
 };
@@ -35,10 +42,10 @@ struct TissueTable {
 std::span<const TissueKey> tissue_keys();
 
 /// Reads a tissue table: row 0 is "outside", the others follow by name. Problems go to `file`.
-TissueTable read_tissues(JsonFile& file);
+TissueTable read_tissues(files::JsonFile& file);
 
 /// Reads the object extras.tissue of a material. @param[out] unknown  a line for each unknown key, appended
-TissueAnnotation read_tissue_annotation(JsonObject tissue, std::vector<std::string>& unknown);
+TissueAnnotation read_tissue_annotation(files::JsonObject tissue, std::vector<std::string>& unknown);
 
 /// Index of the tissue an annotation means: its preset where nothing differs, else a new row named `name`, appended.
 /// -1: there is no such preset.

@@ -1,11 +1,11 @@
 #include "engine/debrief/collect.h"
 
 #include "engine/debrief/outline.h"
-#include "engine/session/pictures.h"
+#include "engine/picture/png_bytes.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/recorder.h"
+#include "engine/stills/pictures.h"
 #include "engine/training/flow.h"
-#include "engine/view/png_bytes.h"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@ namespace stylet::debrief {
 
 namespace {
 
-using session::EventRecord;
+using recording::EventRecord;
 using training::Trace;
 using training::TraceSample;
 
@@ -147,7 +147,7 @@ std::vector<DebriefEvent> events_of(const std::vector<EventRecord>& events) {
       out.push_back(event_of(event, heats));
       continue;
     }
-    session::Recording one;
+    recording::Recording one;
     one.events = {event};
     for (const session::PunctureEvent& p : session::punctures(one)) {
       out.push_back({p.time_s, EventKind::puncture, fmt::format("Into {}", spaced(p.to)),
@@ -158,7 +158,7 @@ std::vector<DebriefEvent> events_of(const std::vector<EventRecord>& events) {
   return out;
 }
 
-std::vector<KeyMoment> key_moments(const content::Scene& scene, const session::Recording& recording,
+std::vector<KeyMoment> key_moments(const content::Scene& scene, const recording::Recording& recording,
                                    const Trace& trace) {
   std::vector<KeyMoment> moments;
   const std::vector<session::PunctureEvent> punctures = session::punctures(recording);
@@ -189,7 +189,7 @@ std::vector<KeyMoment> key_moments(const content::Scene& scene, const session::R
   return moments;
 }
 
-DebriefData collect(const content::Scene& scene, const session::Recording& recording, const SessionReplay& replay,
+DebriefData collect(const content::Scene& scene, const recording::Recording& recording, const SessionReplay& replay,
                     const std::vector<training::Metric>& metrics, const std::optional<Expert>& expert) {
   const Trace& trace = replay.trace();
   const session::RecordedSettings settings = session::recorded_settings(recording);
@@ -245,15 +245,15 @@ DebriefData collect(const content::Scene& scene, const session::Recording& recor
 }
 
 std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::Device& device,
-                                             const session::Recording& recording, SessionReplay& replay) {
+                                             const recording::Recording& recording, SessionReplay& replay) {
   constexpr int kWidth = 560, kHeight = 420;
-  session::Pictures pictures(
+  stills::Pictures pictures(
       device, scene, {.view_width = 64, .view_height = 64, .ultrasound_width = kWidth, .ultrasound_height = kHeight});
   state::FrameState frame = replay.frames().make_frame();
   std::vector<DebriefPicture> drawn;
   for (const KeyMoment& moment : key_moments(scene, recording, replay.trace())) {
     if (!replay.frames().sample(moment.time_s, frame)) continue;
-    const view::Picture image = pictures.draw(frame, scene.camera, replay.zone_at(frame.time_s)).ultrasound;
+    const picture::Picture image = pictures.draw(frame, scene.camera, replay.zone_at(frame.time_s)).ultrasound;
     std::vector<std::uint8_t> grey;
     for (std::size_t i = 0; i < image.rgba.size(); i += 4) grey.push_back(image.rgba[i + 1]);
     std::string caption = pictures.note();
@@ -265,7 +265,7 @@ std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::D
     drawn.push_back({.time_s = moment.time_s,
                      .title = moment.title,
                      .caption = caption,
-                     .png = view::png_bytes(image.width, image.height, std::span<const std::uint8_t>(grey))});
+                     .png = picture::png_bytes(image.width, image.height, std::span<const std::uint8_t>(grey))});
   }
   return drawn;
 }

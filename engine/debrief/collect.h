@@ -5,7 +5,7 @@
 #include "engine/debrief/debrief_data.h"
 #include "engine/debrief/session_replay.h"
 #include "engine/gpu/device.h"
-#include "engine/session/recording.h"
+#include "engine/recording/recording.h"
 #include "engine/training/metrics.h"
 #include "engine/training/score.h"
 #include "engine/training/trace.h"
@@ -27,7 +27,7 @@ struct Expert {
 std::vector<PathPoint> path_of(const training::Trace& trace);
 
 /// What happened, in words. Names that are not known here stand for themselves.
-std::vector<DebriefEvent> events_of(const std::vector<session::EventRecord>& events);
+std::vector<DebriefEvent> events_of(const std::vector<recording::EventRecord>& events);
 
 /// A moment whose ultrasound image is worth a look.
 struct KeyMoment {
@@ -36,16 +36,16 @@ struct KeyMoment {
 };
 /// First puncture, that into the organ of the target, the arrival at the target, each core and ablation: times
 /// ascending, at most 8.
-std::vector<KeyMoment> key_moments(const content::Scene& scene, const session::Recording& recording,
+std::vector<KeyMoment> key_moments(const content::Scene& scene, const recording::Recording& recording,
                                    const training::Trace& trace);
 
 /// Everything but the pictures.
 /// @param metrics  of the session; those of cores and ablations as it set them
-DebriefData collect(const content::Scene& scene, const session::Recording& recording, const SessionReplay& replay,
+DebriefData collect(const content::Scene& scene, const recording::Recording& recording, const SessionReplay& replay,
                     const std::vector<training::Metric>& metrics, const std::optional<Expert>& expert);
 
 /// Ultrasound images of the key moments. @throws gpu::GpuError
 std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::Device& device,
-                                             const session::Recording& recording, SessionReplay& replay);
+                                             const recording::Recording& recording, SessionReplay& replay);
 
 }  // namespace stylet::debrief

@@ -16,10 +16,10 @@
 
 namespace stylet::debrief {
 
-using session::EventRecord;
+using figures::TraceEvent;
+using recording::EventRecord;
+using recording::Recording;
 using session::PunctureEvent;
-using session::Recording;
-using session::TraceEvent;
 
 namespace {
 
@@ -79,14 +79,15 @@ std::vector<TraceEvent> figure_marks(std::vector<TraceEvent> events, double dura
 
 }  // namespace
 
-void write_force(const session::OutputDirectory& out, const Recording& recording, const session::ForceTrace& trace) {
-  session::write_force_csv(out.staged("force.csv"), trace, trace_events(recording));
-  view::write_png(out.staged("force.png"),
-                  session::draw_force_figure(trace, figure_marks(felt_events(recording), trace.summary().duration_s),
-                                             session::Font::load()));
+void write_force(const files::OutputDirectory& out, const Recording& recording, const figures::ForceTrace& trace) {
+  figures::write_force_csv(out.staged("force.csv"), trace, trace_events(recording));
+  picture::write_png(
+      out.staged("force.png"),
+      figures::draw_force_figure(trace, figure_marks(felt_events(recording), trace.summary().duration_s),
+                                 figures::Font::load()));
 }
 
-void write_page(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+void write_page(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
                 const Recording& recording, SessionReplay& replay, const DebriefSettings& settings) {
   const std::vector<training::Metric> metrics =
       settings.metrics.empty() ? training::measure(replay.trace(), scene) : settings.metrics;
@@ -99,8 +100,8 @@ void write_page(const session::OutputDirectory& out, const content::Scene& scene
   out.write("path.csv", path_csv(data));
 }
 
-int write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  const Recording& recording, SessionReplay& replay, const session::ForceTrace& trace,
+int write_debrief(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                  const Recording& recording, SessionReplay& replay, const figures::ForceTrace& trace,
                   const DebriefSettings& settings, const DebriefProgress& progress) {
   const auto report = [&](const std::string& doing) {
     return [&progress, doing](double share) {

@@ -4,10 +4,10 @@
 #include "engine/content/scene.h"
 #include "engine/debrief/collect.h"
 #include "engine/debrief/film.h"
+#include "engine/figures/force_trace.h"
+#include "engine/files/output_directory.h"
 #include "engine/gpu/device.h"
-#include "engine/session/force_trace.h"
-#include "engine/session/output_directory.h"
-#include "engine/session/recording.h"
+#include "engine/recording/recording.h"
 #include "engine/session/replay.h"
 
 #include <cstdint>
@@ -29,20 +29,20 @@ struct DebriefSettings {
 using DebriefProgress = std::function<void(const std::string& doing, double share)>;
 
 /// Writes force.csv and force.png, with the recording's events.
-/// @throws content::ContentError
-void write_force(const session::OutputDirectory& out, const session::Recording& recording,
-                 const session::ForceTrace& trace);
+/// @throws files::ContentError
+void write_force(const files::OutputDirectory& out, const recording::Recording& recording,
+                 const figures::ForceTrace& trace);
 
 /// Writes debrief.html, debrief.json, debrief.csv and path.csv of a session that was replayed.
-/// @throws content::ContentError, gpu::GpuError
-void write_page(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                const session::Recording& recording, SessionReplay& replay, const DebriefSettings& settings);
+/// @throws files::ContentError, gpu::GpuError
+void write_page(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                const recording::Recording& recording, SessionReplay& replay, const DebriefSettings& settings);
 
 /// Writes the page and its numbers, view.png, ultrasound.png and session.png (of the still_moment()), session.mp4.
 /// @return frames of the film, 0: none was wanted
-/// @throws content::ContentError, gpu::GpuError
-int write_debrief(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  const session::Recording& recording, SessionReplay& replay, const session::ForceTrace& trace,
+/// @throws files::ContentError, gpu::GpuError
+int write_debrief(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                  const recording::Recording& recording, SessionReplay& replay, const figures::ForceTrace& trace,
                   const DebriefSettings& settings, const DebriefProgress& progress = {});
 
 }  // namespace stylet::debrief

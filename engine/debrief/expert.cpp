@@ -1,6 +1,6 @@
 #include "engine/debrief/expert.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/session_report.h"
@@ -146,9 +146,9 @@ fs::path expert_cache() {
 }
 
 Expert expert_recording(const content::Scene& scene, const fs::path& path, const session::RunProgress& progress) {
-  const session::Recording recording = session::read_recording(path);
+  const recording::Recording recording = recording::read_recording(path);
   if (fs::path(recording.header.scenario).filename() != scene.scenario.filename()) {
-    throw content::ContentError(
+    throw files::ContentError(
         fmt::format("--expert {}: is of the scenario {}, not of {}; give a recording of the same", path.string(),
                     recording.header.scenario, scene.scenario.string()));
   }

@@ -22,7 +22,7 @@ Expert expert_motion(const content::Scene& scene, std::string_view build, const 
 std::filesystem::path expert_cache();
 
 /// Another recording of the same scenario, replayed.
-/// @throws content::ContentError  no recording, or of another scenario
+/// @throws files::ContentError  no recording, or of another scenario
 Expert expert_recording(const content::Scene& scene, const std::filesystem::path& recording,
                         const session::RunProgress& progress = {});
 

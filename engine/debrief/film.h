@@ -3,9 +3,9 @@
 
 #include "engine/content/scene.h"
 #include "engine/debrief/session_replay.h"
+#include "engine/figures/force_trace.h"
+#include "engine/files/output_directory.h"
 #include "engine/gpu/device.h"
-#include "engine/session/force_trace.h"
-#include "engine/session/output_directory.h"
 #include "engine/session/run_statistics.h"
 
 #include <limits>
@@ -23,9 +23,9 @@ struct FilmSettings {
 };
 
 /// Writes session.mp4. @return its frames; at least one
-/// @throws content::ContentError, gpu::GpuError
-int write_film(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-               SessionReplay& replay, const session::ForceTrace& force, const FilmSettings& settings,
+/// @throws files::ContentError, gpu::GpuError
+int write_film(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+               SessionReplay& replay, const figures::ForceTrace& force, const FilmSettings& settings,
                const session::RunProgress& progress = {});
 
 struct StillSettings {
@@ -35,9 +35,9 @@ struct StillSettings {
 };
 
 /// Writes view.png, ultrasound.png and session.png, which has both and the force, of one moment of the session.
-/// @throws content::ContentError, gpu::GpuError
-void write_stills(const session::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  SessionReplay& replay, double time_s, const session::ForceTrace& force,
+/// @throws files::ContentError, gpu::GpuError
+void write_stills(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                  SessionReplay& replay, double time_s, const figures::ForceTrace& force,
                   const StillSettings& settings);
 
 }  // namespace stylet::debrief

@@ -1,6 +1,6 @@
 #include "engine/debrief/outline.h"
 
-#include "engine/content/decimation.h"
+#include "engine/mesh/decimation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,9 +31,9 @@ Eigen::Vector3d vertex_at(const Surface& surface, std::size_t i, const state::Fr
 }
 
 /// The surface as it is at the moment, welded; of it what lies within `reach` of `around`.
-content::TriangleMesh shape_of(const Surface& surface, const state::FrameState& moment, const Eigen::Vector3d& around,
-                               double reach) {
-  content::TriangleMesh mesh;
+mesh::TriangleMesh shape_of(const Surface& surface, const state::FrameState& moment, const Eigen::Vector3d& around,
+                            double reach) {
+  mesh::TriangleMesh mesh;
   std::map<std::tuple<float, float, float>, std::uint32_t> welded;  // by place at rest
   std::vector<std::uint32_t> index(surface.positions.size());
   for (std::size_t i = 0; i < surface.positions.size(); ++i) {
@@ -53,7 +53,7 @@ content::TriangleMesh shape_of(const Surface& surface, const state::FrameState& 
   return mesh;
 }
 
-Outline outline_of(const Surface& surface, const content::Tissue& tissue, const content::TriangleMesh& mesh) {
+Outline outline_of(const Surface& surface, const content::Tissue& tissue, const mesh::TriangleMesh& mesh) {
   Outline outline{.name = surface.name, .colour = {tissue.colour[0], tissue.colour[1], tissue.colour[2]}};
   std::map<std::uint32_t, std::uint32_t> used;
   for (const auto& triangle : mesh.triangles) {
@@ -110,10 +110,10 @@ std::vector<Outline> outlines_of(const content::Scene& scene, const state::Frame
   for (const Surface& surface : scene.surfaces) {
     const Budget wanted = budget(surface, holders);
     if (wanted.triangles == 0 || outlines.size() == kMost) continue;
-    content::TriangleMesh mesh = shape_of(surface, moment, around, wanted.reach);
+    mesh::TriangleMesh mesh = shape_of(surface, moment, around, wanted.reach);
     if (mesh.triangles.empty() || mesh.triangles.size() > kLargest) continue;
     if (mesh.triangles.size() > wanted.triangles) {
-      mesh = content::decimate(mesh, {.turn_deg = 80, .aspect = 40, .triangles = wanted.triangles});
+      mesh = mesh::decimate(mesh, {.turn_deg = 80, .aspect = 40, .triangles = wanted.triangles});
     }
     if (mesh.triangles.size() <= 4 * wanted.triangles) {
       outlines.push_back(outline_of(surface, scene.tissues[static_cast<std::size_t>(surface.tissue)], mesh));

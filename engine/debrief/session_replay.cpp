@@ -10,7 +10,7 @@ public:
   HistoryRecorder(const state::StateBuffer& buffer, FrameHistory& history)
       : buffer_(buffer), history_(history), frame_(buffer.make_frame()) {}
 
-  void simulation_stepped(const session::SimulationStepRecord&, const physics::SimulationReport&,
+  void simulation_stepped(const recording::SimulationStepRecord&, const physics::SimulationReport&,
                           const physics::TissueState&, const physics::NeedleState&) override {
     if (buffer_.sample(buffer_.newest_s(), frame_).provenance != state::Provenance::none) history_.add(frame_);
   }
@@ -21,13 +21,13 @@ private:
   state::FrameState frame_;
 };
 
-double duration_s(const session::Recording& recording, const content::Scene& scene) {
+double duration_s(const recording::Recording& recording, const content::Scene& scene) {
   return static_cast<double>(recording.haptic.size()) / scene.rates.haptic_hz;
 }
 
 }  // namespace
 
-SessionReplay::SessionReplay(const content::Scene& scene, const session::Recording& recording)
+SessionReplay::SessionReplay(const content::Scene& scene, const recording::Recording& recording)
     : scene_(scene),
       recording_(recording),
       force_(scene, duration_s(recording, scene)),

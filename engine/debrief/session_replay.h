@@ -3,9 +3,9 @@
 
 #include "engine/content/scene.h"
 #include "engine/debrief/frame_history.h"
+#include "engine/recording/recording.h"
 #include "engine/session/force_recorder.h"
 #include "engine/session/frame_publisher.h"
-#include "engine/session/recording.h"
 #include "engine/session/replay.h"
 #include "engine/session/step_hash.h"
 #include "engine/training/trace.h"
@@ -21,9 +21,9 @@ class SessionReplay {
 public:
   /// @param scene      of the recording's scenario and haptic rate
   /// @param recording  both outlive this
-  SessionReplay(const content::Scene& scene, const session::Recording& recording);
+  SessionReplay(const content::Scene& scene, const recording::Recording& recording);
 
-  /// Once. @throws content::ContentError  as session::replay()
+  /// Once. @throws files::ContentError  as session::replay()
   void run(const session::RunProgress& progress = {});
 
   const FrameHistory& frames() const { return frames_; }
@@ -31,12 +31,12 @@ public:
   const content::HeatedZone* zone_at(double time_s) { return zone_.zone_at(time_s); }
   const session::ReplayResult& result() const { return result_; }
   std::uint64_t state_hash() const { return hash_.state(); }
-  const session::ForceTrace& force() const { return force_.trace(); }
+  const figures::ForceTrace& force() const { return force_.trace(); }
   const training::Trace& trace() const { return trace_; }
 
 private:
   const content::Scene& scene_;
-  const session::Recording& recording_;
+  const recording::Recording& recording_;
   session::StepHash hash_;
   session::ForceRecorder force_;
   session::FramePublisher publisher_;

@@ -17,10 +17,10 @@ constexpr std::string_view kCored = "when the last core was taken";
 constexpr std::string_view kClosest = "when the tip is closest to the target";
 
 /// What the events tell; none: nothing was heated, no core taken.
-std::optional<StillMoment> told(std::span<const session::EventRecord> events, double from_s, double to_s) {
+std::optional<StillMoment> told(std::span<const recording::EventRecord> events, double from_s, double to_s) {
   std::optional<StillMoment> heated, cored;
   bool heating = false;
-  for (const session::EventRecord& event : events) {
+  for (const recording::EventRecord& event : events) {
     if (event.time_s > to_s) continue;
     if (event.name == flow_event::kAblationStarted) heating = true;
     if (event.name == flow_event::kAblationStopped) {
@@ -37,7 +37,7 @@ std::optional<StillMoment> told(std::span<const session::EventRecord> events, do
 
 }  // namespace
 
-StillMoment still_moment(std::span<const session::EventRecord> events, const FrameHistory& frames, double from_s,
+StillMoment still_moment(std::span<const recording::EventRecord> events, const FrameHistory& frames, double from_s,
                          double to_s) {
   from_s = std::max(from_s, frames.begin_s());
   to_s = std::min(to_s, frames.end_s());
@@ -53,7 +53,7 @@ StillMoment still_moment(std::span<const session::EventRecord> events, const Fra
   return closest;
 }
 
-std::string_view still_words(std::span<const session::EventRecord> events) {
+std::string_view still_words(std::span<const recording::EventRecord> events) {
   const auto moment = told(events, 0, std::numeric_limits<double>::infinity());
   return moment ? moment->words : kClosest;
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/debrief/frame_history.h"
-#include "engine/session/recording.h"
+#include "engine/recording/recording.h"
 
 #include <limits>
 #include <span>
@@ -18,10 +18,10 @@ struct StillMoment {
 /// Within a span of the session: the end of the last heating, with the zone grown and the electrode in it; else the
 /// last core fired; else the tip closest to the first target (without a target: the end).
 /// @param events  of the recording
-StillMoment still_moment(std::span<const session::EventRecord> events, const FrameHistory& frames, double from_s = 0,
-                         double to_s = std::numeric_limits<double>::infinity());
+StillMoment still_moment(std::span<const recording::EventRecord> events, const FrameHistory& frames,
+                         double from_s = 0, double to_s = std::numeric_limits<double>::infinity());
 
 /// StillMoment::words of the whole session, for who has no frames of it.
-std::string_view still_words(std::span<const session::EventRecord> events);
+std::string_view still_words(std::span<const recording::EventRecord> events);
 
 }  // namespace stylet::debrief

@@ -1,6 +1,6 @@
 #include "engine/debrief/svg_plot.h"
 
-#include "engine/session/plot.h"
+#include "engine/figures/plot.h"
 
 #include <fmt/format.h>
 
@@ -46,7 +46,7 @@ Axis axis_of(std::span<const SvgLine> lines, const Values& values, int ticks) {
   if (high - low < 1e-9) high = low + 1;
   Axis axis{.min = low, .max = high + 0.04 * (high - low)};
   if (low < 0) axis.min = low - 0.04 * (high - low);
-  axis.ticks = session::nice_ticks(axis.min, axis.max, ticks);
+  axis.ticks = figures::nice_ticks(axis.min, axis.max, ticks);
   return axis;
 }
 
@@ -209,7 +209,7 @@ std::string svg_timeline(double duration_s, std::span<const TimelineBand> bands,
     }
     svg += "</g>";
   }
-  for (const double tick : session::nice_ticks(0, end_s, 12)) {
+  for (const double tick : figures::nice_ticks(0, end_s, 12)) {
     fmt::format_to(out,
                    R"(<g class="grid"><line x1="{0:.1f}" x2="{0:.1f}" y1="{1}" y2="{2}"/><text x="{0:.1f}" )"
                    R"(y="{3}" text-anchor="middle">{4} s</text></g>)",

@@ -123,8 +123,8 @@ void DesktopView::draw(int width, int height, double dt_s) {
   if (settings_.course != nullptr) choices = course_choices(settings_.course->state());
   for (const CourseChoice& choice : choices) facts.choices.push_back({.label = choice.label, .key = choice.key});
   watch_.fill(facts.session);
-  const auto chosen =
-      panels_.draw(facts, scanner_.console(), width, height, view::PaneLayout::over_scene(width, height).ultrasound);
+  const auto chosen = panels_.draw(facts, scanner_.console(), width, height,
+                                   picture::PaneLayout::over_scene(width, height).ultrasound);
   if (chosen && *chosen < choices.size()) pressed_.push_back(choices[*chosen].action);
 }
 

@@ -13,8 +13,8 @@
 #include "engine/gpu/device.h"
 #include "engine/panels/session_watch.h"
 #include "engine/render/renderer.h"
+#include "engine/scanner/live_scanner.h"
 #include "engine/session/held_probe.h"
-#include "engine/session/live_scanner.h"
 #include "engine/session/live_session.h"
 #include "engine/training/training_session.h"
 #include "engine/view/window.h"
@@ -27,7 +27,7 @@ namespace stylet::desktop {
 
 /// How the user has set things up: outlives a device that is lost.
 struct Arrangement {
-  session::ScannerConsole scanner{content::Probe{}};
+  scanner::ScannerConsole scanner{content::Probe{}};
   std::optional<content::Camera> camera{};  ///< none: the scene's
   Panels panels{};
 };
@@ -39,7 +39,7 @@ struct DesktopSettings {
   Arrangement arrangement{};                    ///< at the start
   std::string device{};                         ///< what leads the needle, for the panels
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
-  session::ImageWatcher* images = nullptr;      ///< gets those of the scanner
+  scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
 };
 
 /// How many pixels of a frame are drawn: fewer where drawing takes so long that the hand would notice. Pure.
@@ -80,7 +80,7 @@ private:
   const content::Scene& scene_;
   session::LiveSession& session_;
   DesktopSettings settings_;
-  session::LiveScanner scanner_;
+  scanner::LiveScanner scanner_;
   panels::SessionWatch watch_;
   Panels panels_;
   RenderScale scale_;

@@ -36,7 +36,7 @@ bool knob(const char* label, double& value, const ultrasound::ControlLimits::Ran
   return true;
 }
 
-void draw_scanner(session::ScannerConsole& console) {
+void draw_scanner(scanner::ScannerConsole& console) {
   ultrasound::ScannerControls controls = console.controls();
   const ultrasound::ControlLimits limits = ultrasound::ControlLimits::of(console.probe());
   bool turned = false;
@@ -141,7 +141,7 @@ void Panels::draw_help(const DesktopFacts& facts, int width, int height) {
   ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, ImGuiCond_Always,
                           {0.5F, 0.5F});
   if (ImGui::Begin("Keys (H closes)", nullptr, kFitted)) {
-    for (const auto& lines : {facts.needle_help, help_lines(), session::ScannerConsole::help_lines()}) {
+    for (const auto& lines : {facts.needle_help, help_lines(), scanner::ScannerConsole::help_lines()}) {
       for (const std::string& line : lines) ImGui::TextUnformatted(line.c_str());
       ImGui::Separator();
     }
@@ -158,8 +158,8 @@ void Panels::draw_briefing(const panels::SessionFacts& facts, int width, int hei
   ImGui::End();
 }
 
-std::optional<std::size_t> Panels::draw(const DesktopFacts& facts, session::ScannerConsole& console, int width,
-                                        int height, const view::Pane& ultrasound) {
+std::optional<std::size_t> Panels::draw(const DesktopFacts& facts, scanner::ScannerConsole& console, int width,
+                                        int height, const picture::Pane& ultrasound) {
   if (console.help()) draw_help(facts, width, height);
   if (hidden_) return std::nullopt;
   const panels::SessionFacts& session = facts.session;

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "engine/panels/session_facts.h"
-#include "engine/session/scanner_console.h"
-#include "engine/view/panes.h"
+#include "engine/picture/panes.h"
+#include "engine/scanner/scanner_console.h"
 
 #include <optional>
 #include <string>
@@ -39,8 +39,8 @@ public:
   /// @param console   its knobs are turned by the sliders
   /// @param ultrasound  where its image lies
   /// @return  the choice whose button was pressed
-  std::optional<std::size_t> draw(const DesktopFacts& facts, session::ScannerConsole& console, int width, int height,
-                                  const view::Pane& ultrasound);
+  std::optional<std::size_t> draw(const DesktopFacts& facts, scanner::ScannerConsole& console, int width, int height,
+                                  const picture::Pane& ultrasound);
 
   PatientView patient_view() const { return patient_view_; }
   bool hidden() const { return hidden_; }

@@ -6,7 +6,7 @@ namespace {
 
 constexpr std::uint32_t kButton0 = 1;
 
-bool holds(const view::Hand& hand) {
+bool holds(const headset::Hand& hand) {
   return hand.tracked && !hand.squeeze;
 }
 
@@ -17,7 +17,7 @@ HandsOnPatient::HandsOnPatient(const content::Scene& scene, haptic::HandDevice* 
   if (probe != nullptr) probe_.emplace(scene, *probe);
 }
 
-void HandsOnPatient::move(const view::Hands& hands, double time_s) {
+void HandsOnPatient::move(const headset::Hands& hands, double time_s) {
   if (needle_ != nullptr) {
     const Eigen::Isometry3d hand = patient_from_room_ * hands.right.room_from_grip;
     if (holds(hands.right))

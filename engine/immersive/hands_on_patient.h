@@ -2,8 +2,8 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/headset/headset_controllers.h"
 #include "engine/session/probe_hand.h"
-#include "engine/view/headset_controllers.h"
 #include "haptic/hand_device.h"
 
 #include <optional>
@@ -20,7 +20,7 @@ public:
   HandsOnPatient(const content::Scene& scene, haptic::HandDevice* needle, session::HeldProbe* probe);
 
   /// With each frame. @param time_s  of the session
-  void move(const view::Hands& hands, double time_s);
+  void move(const headset::Hands& hands, double time_s);
 
 private:
   Eigen::Isometry3d patient_from_room_;

@@ -13,11 +13,11 @@ Eigen::Isometry3d standing_place(const content::Scene& scene) {
   return place;
 }
 
-std::array<render::EyeView, 2> eyes_in_patient(const content::Scene& scene, const view::HeadsetFrame& frame) {
+std::array<render::EyeView, 2> eyes_in_patient(const content::Scene& scene, const headset::HeadsetFrame& frame) {
   const Eigen::Isometry3d patient_from_room = scene.room_from_patient.inverse();
   std::array<render::EyeView, 2> views;
   for (std::size_t i = 0; i < 2; ++i) {
-    const view::HeadsetEye& eye = frame.eyes[i];
+    const headset::HeadsetEye& eye = frame.eyes[i];
     views[i] = {patient_from_room * eye.room_from_eye, eye.left, eye.right, eye.up, eye.down};
   }
   return views;
@@ -27,7 +27,7 @@ ImmersiveView::~ImmersiveView() {
   device_.settle();  // the last frame may still be drawn, or copied to the headset
 }
 
-const gpu::Image& ImmersiveView::draw(const view::HeadsetFrame& frame, const state::FrameState& state,
+const gpu::Image& ImmersiveView::draw(const headset::HeadsetFrame& frame, const state::FrameState& state,
                                       const Pictures& pictures) {
   if (!renderer_ || frame.size != size_) {
     device_.wait_idle();

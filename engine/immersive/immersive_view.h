@@ -2,9 +2,9 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/headset/headset.h"
 #include "engine/render/renderer.h"
 #include "engine/session/newest_needle.h"
-#include "engine/view/headset.h"
 
 #include <array>
 #include <optional>
@@ -15,7 +15,7 @@ namespace stylet::immersive {
 Eigen::Isometry3d standing_place(const content::Scene& scene);
 
 /// The eyes of a frame, for the renderer.
-std::array<render::EyeView, 2> eyes_in_patient(const content::Scene& scene, const view::HeadsetFrame& frame);
+std::array<render::EyeView, 2> eyes_in_patient(const content::Scene& scene, const headset::HeadsetFrame& frame);
 
 /// What a frame shows beside the simulation's state.
 struct Pictures {
@@ -38,12 +38,13 @@ public:
 
   /// Both eyes, left in layer 0. The renderer is made anew when the frame wants another size.
   /// @throws gpu::GpuError
-  const gpu::Image& draw(const view::HeadsetFrame& frame, const state::FrameState& state, const Pictures& pictures);
+  const gpu::Image& draw(const headset::HeadsetFrame& frame, const state::FrameState& state,
+                         const Pictures& pictures);
 
 private:
   gpu::Device& device_;
   const content::Scene& scene_;
-  view::EyeSize size_;
+  headset::EyeSize size_;
   std::optional<render::Renderer> renderer_;
 };
 

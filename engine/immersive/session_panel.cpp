@@ -1,7 +1,7 @@
 #include "engine/immersive/session_panel.h"
 
+#include "engine/headset/headset_controllers.h"
 #include "engine/panels/parts.h"
-#include "engine/view/headset_controllers.h"
 
 #include <imgui.h>
 
@@ -47,7 +47,7 @@ void draw_help(bool briefing) {
   ImGui::SetCursorPosY(kHeight - kHelpLines * line() - padding());
   ImGui::TextDisabled("right trigger: fire, heat   menu: %s", briefing ? "begin" : "pause");
   ImGui::TextDisabled("left trigger: freeze   stick: gain, depth");
-  ImGui::TextDisabled("%s: panel, instructor, none", view::kPanelButton);
+  ImGui::TextDisabled("%s: panel, instructor, none", headset::kPanelButton);
 }
 
 /// In smaller letters where it is long.

@@ -19,7 +19,7 @@ view::Input::Stroke knob(const Eigen::Vector2f& stick) {
 
 }  // namespace
 
-std::vector<view::Input::Stroke> ThumbOnScanner::strokes(const view::Hands& hands, double time_s) {
+std::vector<view::Input::Stroke> ThumbOnScanner::strokes(const headset::Hands& hands, double time_s) {
   std::vector<view::Input::Stroke> all;
   if (hands.freeze_pressed) all.push_back({.key = ' '});
   const Eigen::Vector2f& stick = hands.left.stick;

@@ -2,7 +2,7 @@
 // freezes the image.
 #pragma once
 
-#include "engine/view/headset_controllers.h"
+#include "engine/headset/headset_controllers.h"
 #include "engine/view/window.h"
 
 #include <vector>
@@ -14,7 +14,7 @@ class ThumbOnScanner {
 public:
   /// With each frame: what a keyboard would have said to the scanner. A stick that is held turns further.
   /// @param time_s  of the display
-  std::vector<view::Input::Stroke> strokes(const view::Hands& hands, double time_s);
+  std::vector<view::Input::Stroke> strokes(const headset::Hands& hands, double time_s);
 
 private:
   view::Input::Stroke held_;  ///< key 0: none

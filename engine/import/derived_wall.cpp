@@ -1,8 +1,8 @@
 #include "engine/import/derived_wall.h"
 
-#include "engine/content/error.h"
-#include "engine/content/stuffing.h"
-#include "engine/content/tet_quality.h"
+#include "engine/files/error.h"
+#include "engine/mesh/stuffing.h"
+#include "engine/mesh/tet_quality.h"
 
 #include <fmt/format.h>
 
@@ -12,8 +12,8 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
-using content::Solid;
+using files::ContentError;
+using mesh::Solid;
 
 constexpr double kShortOfCut = 0.004;   // m: the skin is rounded off where the scan ends
 constexpr double kSurfaceCell = 0.004;  // m, of the surfaces: about the triangles of a segmented scan
@@ -21,7 +21,7 @@ constexpr int kSmoothing = 2;           // passes
 
 }  // namespace
 
-Body::Body(const content::TriangleMesh& surface)
+Body::Body(const mesh::TriangleMesh& surface)
     : cuts_(find_cuts(surface)), solid_(surface), skin_(skin_of(surface, cuts_)) {}
 
 double Body::depth(const Eigen::Vector3d& x) const {
@@ -64,10 +64,9 @@ std::vector<WallSurface> derive_wall(const SideWall& wall, const Eigen::Vector3d
       }
       return d;
     };
-    WallSurface made{
-        .tissue = layer.tissue,
-        .surface = content::boundary_surface(content::stuff(distance, box, kSurfaceCell, kSmoothing)).mesh,
-        .inner_from = from};
+    WallSurface made{.tissue = layer.tissue,
+                     .surface = mesh::boundary_surface(mesh::stuff(distance, box, kSurfaceCell, kSmoothing)).mesh,
+                     .inner_from = from};
     if (made.surface.triangles.empty()) {
       throw ContentError(
           fmt::format("{}: nothing of the body lies between {:.3g} and {:.3g} mm below the skin in its "

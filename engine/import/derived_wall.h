@@ -2,10 +2,10 @@
 // organs inside.
 #pragma once
 
-#include "engine/content/solid.h"
-#include "engine/content/triangle_mesh.h"
 #include "engine/import/scan_cut.h"
 #include "engine/import/side_file.h"
+#include "engine/mesh/solid.h"
+#include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
 
@@ -18,19 +18,19 @@ namespace stylet::import {
 class Body {
 public:
   /// @param surface  closed
-  explicit Body(const content::TriangleMesh& surface);
+  explicit Body(const mesh::TriangleMesh& surface);
 
   const std::vector<ScanCut>& cuts() const { return cuts_; }
   /// Metres to the skin (a cut is none), positive inside the body, negative outside; beyond a cut of no meaning.
   double depth(const Eigen::Vector3d& x) const;
   /// Point of the skin nearest to x and its outward normal.
-  content::Solid::Nearest on_skin(const Eigen::Vector3d& x) const { return skin_.nearest(x); }
-  const content::Solid& solid() const { return solid_; }
+  mesh::Solid::Nearest on_skin(const Eigen::Vector3d& x) const { return skin_.nearest(x); }
+  const mesh::Solid& solid() const { return solid_; }
 
 private:
   std::vector<ScanCut> cuts_;
-  content::Solid solid_;
-  content::Solid skin_;  // open: only its unsigned distance counts
+  mesh::Solid solid_;
+  mesh::Solid skin_;  // open: only its unsigned distance counts
 };
 
 /// The field of a wall as an implicit surface: metres, negative inside. Ends short of the scan's cuts.
@@ -41,13 +41,13 @@ double field_distance(const SideWall& wall, const Eigen::Vector3d& entry, const 
 /// before it.
 struct WallSurface {
   std::string tissue;
-  content::TriangleMesh surface;
+  mesh::TriangleMesh surface;
   double inner_from = 0;  ///< depth where it begins, m
 };
 
 /// @param inside  organs that are taken out, closed surfaces
-/// @throws content::ContentError  the field meets no body, or only organs
+/// @throws files::ContentError  the field meets no body, or only organs
 std::vector<WallSurface> derive_wall(const SideWall& wall, const Eigen::Vector3d& entry, const Body& body,
-                                     const std::vector<const content::Solid*>& inside, const std::string& place);
+                                     const std::vector<const mesh::Solid*>& inside, const std::string& place);
 
 }  // namespace stylet::import

@@ -1,6 +1,6 @@
 #include "engine/import/enclosed_solid.h"
 
-#include "engine/content/nearest_on_triangle.h"
+#include "engine/mesh/nearest_on_triangle.h"
 
 #include <algorithm>
 #include <array>
@@ -110,7 +110,7 @@ private:
 };
 
 /// The nearest points of a surface, offered to the nodes around each triangle.
-NearestPoints nearest_on_surface(const content::TriangleMesh& soup, const Grid& grid) {
+NearestPoints nearest_on_surface(const mesh::TriangleMesh& soup, const Grid& grid) {
   NearestPoints wall(grid);
   const double band = kBand * static_cast<double>(grid.spacing);
   for (const auto& [u, v, w] : soup.triangles) {
@@ -132,7 +132,7 @@ NearestPoints nearest_on_surface(const content::TriangleMesh& soup, const Grid& 
           const Eigen::Vector3f x = grid.position(i, j, k);
           const Eigen::Vector3d p = x.cast<double>();
           if (std::abs(normal.dot(p - a)) > far) continue;
-          const Eigen::Vector3d nearest = content::nearest_on_triangle(p, a, b, c).point;
+          const Eigen::Vector3d nearest = mesh::nearest_on_triangle(p, a, b, c).point;
           if ((p - nearest).norm() <= band) wall.offer(grid.node(i, j, k), x, nearest.cast<float>());
         }
       }
@@ -168,7 +168,7 @@ std::vector<char> flood(const NearestPoints& wall, const Grid& grid, float radiu
 }
 
 /// Nodes that nearest_on_surface() looks at, all triangles together, beyond those that points would take.
-double nodes_to_look_at(const content::TriangleMesh& soup, double spacing) {
+double nodes_to_look_at(const mesh::TriangleMesh& soup, double spacing) {
   double sum = 0;
   for (const auto& [u, v, w] : soup.triangles) {
     const Eigen::Vector3d &a = soup.vertices[u], &b = soup.vertices[v], &c = soup.vertices[w];
@@ -180,7 +180,7 @@ double nodes_to_look_at(const content::TriangleMesh& soup, double spacing) {
 
 }  // namespace
 
-EnclosedSolid::EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing, const Limits& limits)
+EnclosedSolid::EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing, const Limits& limits)
     : gap_(std::max(gap, 2 * spacing)), spacing_(spacing) {
   for (const Eigen::Vector3d& vertex : soup.vertices) bounds_.extend(vertex);
   // The rim lies outside the ball around every triangle.

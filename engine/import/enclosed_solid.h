@@ -1,7 +1,7 @@
 // The solid that a dirty surface encloses: patches that do not quite meet, double walls, overlaps, any orientation.
 #pragma once
 
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -30,8 +30,8 @@ public:
   /// @param soup     any triangles, not empty; not kept
   /// @param gap      at least 2 spacing, m
   /// @param spacing  between nodes, m; it grows, and the gap with it, until the limits hold
-  EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing, const Limits& limits);
-  EnclosedSolid(const content::TriangleMesh& soup, double gap, double spacing)
+  EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing, const Limits& limits);
+  EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing)
       : EnclosedSolid(soup, gap, spacing, Limits{}) {}
 
   /// Metres, negative inside; a fraction of the spacing wrong. Outside the grid: positive.

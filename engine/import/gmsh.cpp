@@ -1,7 +1,7 @@
 #include "engine/import/gmsh.h"
 
-#include "engine/content/error.h"
-#include "engine/content/json_reader.h"
+#include "engine/files/error.h"
+#include "engine/files/json_reader.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -30,7 +30,7 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
+using files::ContentError;
 
 constexpr double kUnit = 1e-3;  // m; Gmsh's tolerances suit lengths of 1 to 1000
 constexpr std::size_t kFileBytes = 512u << 20;
@@ -84,7 +84,7 @@ private:
   pid_t id_;
 };
 
-std::string stl_text(const content::TriangleMesh& surface) {
+std::string stl_text(const mesh::TriangleMesh& surface) {
   std::string text = "solid organ\n";
   const auto out = std::back_inserter(text);
   for (const auto& t : surface.triangles) {
@@ -228,7 +228,7 @@ physics::TetMesh read_msh(std::string_view text, const std::string& where) {
   return mesh;
 }
 
-physics::TetMesh gmsh_tetrahedra(const content::TriangleMesh& surface, const GmshSettings& settings,
+physics::TetMesh gmsh_tetrahedra(const mesh::TriangleMesh& surface, const GmshSettings& settings,
                                  const std::function<void()>& still_wanted) {
   const WorkFolder folder(settings.where);
   folder.write("organ.stl", stl_text(surface));
@@ -239,7 +239,7 @@ physics::TetMesh gmsh_tetrahedra(const content::TriangleMesh& surface, const Gms
     throw ContentError(fmt::format("{}: '{}' left no mesh: {}; leave out --mesher gmsh", settings.where,
                                    settings.program, last_error(folder.file("log"))));
   }
-  physics::TetMesh mesh = read_msh(content::read_file(msh, kFileBytes), settings.where);
+  physics::TetMesh mesh = read_msh(files::read_file(msh, kFileBytes), settings.where);
   for (Eigen::Vector3d& node : mesh.nodes) node *= kUnit;
   return mesh;
 }

@@ -1,6 +1,6 @@
 #include "engine/import/label_solid.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 
 #include <fmt/format.h>
 
@@ -68,7 +68,7 @@ LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std
       }
     }
   }
-  if (count == 0) throw content::ContentError("none of the labels occurs in the volume");
+  if (count == 0) throw files::ContentError("none of the labels occurs in the volume");
   touches_rim_ = (box.min().array() == 0).any() || (box.max().array() == n.array() - 1).any();
   volume_ = static_cast<double>(count) * std::abs(image.patient_from_voxel.linear().determinant());
   first_ = box.min().array() - kMargin;
@@ -80,7 +80,7 @@ LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std
   };
   const std::size_t total = index(0, 0, size_.z());
   if (total > most_voxels) {
-    throw content::ContentError(
+    throw files::ContentError(
         fmt::format("the box around its labels has {} x {} x {} voxels, {:.3g} in all, accepted "
                     "are {:.3g}; resample the volume to larger voxels",
                     size_.x(), size_.y(), size_.z(), static_cast<double>(total), static_cast<double>(most_voxels)));

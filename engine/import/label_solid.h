@@ -18,7 +18,7 @@ class LabelSolid {
 public:
   /// Voxels of the box around the labels, 20 bytes each while it is made: below 1 GB.
   static constexpr std::size_t kMostVoxels = 40'000'000;
-  /// @throws content::ContentError  none of the labels occurs; their box has more than `most_voxels`
+  /// @throws files::ContentError  none of the labels occurs; their box has more than `most_voxels`
   LabelSolid(const LabelImage& image, std::span<const int> labels, std::size_t most_voxels = kMostVoxels);
 
   /// Metres, negative inside. Outside the volume: positive.

@@ -1,6 +1,6 @@
 #include "engine/import/nifti.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -16,7 +16,7 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
+using files::ContentError;
 
 constexpr std::size_t kHeader1 = 348;
 constexpr std::size_t kHeader2 = 540;

@@ -36,7 +36,7 @@ struct NiftiLimits {
 bool looks_like_nifti(std::span<const std::byte> bytes);
 
 /// @param name  stands for the file in messages
-/// @throws content::ContentError  damaged, not three-dimensional, over the limits, values that are no labels
+/// @throws files::ContentError  damaged, not three-dimensional, over the limits, values that are no labels
 LabelImage read_nifti_labels(std::span<const std::byte> bytes, const std::filesystem::path& name,
                              const NiftiLimits& limits = {});
 

@@ -1,6 +1,6 @@
 #include "engine/import/obj.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/import/text_scanner.h"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
+using files::ContentError;
 
 constexpr std::size_t kMostCorners = 1000;  // of one polygon
 
@@ -88,7 +88,7 @@ private:
     }
     if (corners_.size() < 3) fail(fmt::format("a face of {} corners; at least 3 are needed", corners_.size()));
     Group& group = group_named(current_.empty() ? name_.stem().string() : current_);
-    content::TriangleMesh& mesh = file_.surfaces[group.surface].mesh;
+    mesh::TriangleMesh& mesh = file_.surfaces[group.surface].mesh;
     for (std::uint32_t& c : corners_) {
       const auto [at, is_new] = group.local.try_emplace(c, static_cast<std::uint32_t>(mesh.vertices.size()));
       if (is_new) mesh.vertices.push_back(positions_[c]);

@@ -11,7 +11,7 @@ namespace stylet::import {
 
 /// Every object (o) or group (g) with faces; a file without either is one surface, named after the file. Polygons are
 /// cut into fans; normals, texture coordinates, lines, points and materials are ignored.
-/// @throws content::ContentError  syntax, an index that is not there, over the limits, not finite; with the line
+/// @throws files::ContentError  syntax, an index that is not there, over the limits, not finite; with the line
 SurfaceFile read_obj(std::span<const std::byte> bytes, const std::filesystem::path& name,
                      const SurfaceLimits& limits = {});
 

@@ -1,7 +1,7 @@
 #include "engine/import/organ_files.h"
 
-#include "engine/content/surface_mesh.h"
-#include "engine/content/tet_quality.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/mesh/tet_quality.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -70,7 +70,7 @@ std::string tetrahedra_vtk(const ImportedOrgan& organ, const OrganLabels* labels
   for (const auto& tet : mesh.tets) {
     const auto corner = [&](std::size_t c) { return mesh.nodes[static_cast<std::size_t>(tet[c])]; };
     fmt::format_to(out, "{:.2f}\n",
-                   content::dihedral_range(corner(0), corner(1), corner(2), corner(3)).min * 180 / std::numbers::pi);
+                   mesh::dihedral_range(corner(0), corner(1), corner(2), corner(3)).min * 180 / std::numbers::pi);
   }
   if (labels == nullptr) return text;
   text += "SCALARS tissue unsigned_char 1\nLOOKUP_TABLE default\n";
@@ -84,7 +84,7 @@ std::string tetrahedra_vtk(const ImportedOrgan& organ, const OrganLabels* labels
 
 std::string report_json(const ImportedOrgan& organ, const OrganParts& parts) {
   const ImportReport& r = organ.report;
-  const content::SurfaceReport surface = content::inspect(organ.surface);
+  const mesh::SurfaceReport surface = mesh::inspect(organ.surface);
   nlohmann::ordered_json json;
   json["format"] = "stylet-organ-report";
   json["version"] = 1;

@@ -1,13 +1,13 @@
 #include "engine/import/organ_import.h"
 
-#include "engine/content/error.h"
-#include "engine/content/solid.h"
-#include "engine/content/surface_mesh.h"
-#include "engine/content/surface_pieces.h"
-#include "engine/content/tetrahedralise.h"
+#include "engine/files/error.h"
 #include "engine/import/enclosed_solid.h"
 #include "engine/import/gmsh.h"
 #include "engine/import/label_solid.h"
+#include "engine/mesh/solid.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/mesh/surface_pieces.h"
+#include "engine/mesh/tetrahedralise.h"
 
 #include <fmt/format.h>
 
@@ -21,10 +21,10 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
-using content::SolidShape;
-using content::SurfaceReport;
-using content::TriangleMesh;
+using files::ContentError;
+using mesh::SolidShape;
+using mesh::SurfaceReport;
+using mesh::TriangleMesh;
 
 // Openings tried one after the other where nothing is said, m. Sheets of real organs meet within fractions of a
 // millimetre; vessels that were cut off leave holes of some millimetres.
@@ -48,11 +48,11 @@ struct ShapeOfOrgan {
 
 /// The solid in a closed surface, or in one of several.
 void add_piece(ShapeOfOrgan& shape, const TriangleMesh& closed) {
-  auto solid = std::make_shared<content::Solid>(closed);
+  auto solid = std::make_shared<mesh::Solid>(closed);
   shape.pieces.push_back(
       {.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
        .box = solid->bounds(),
-       .volume = content::inspect(closed).volume});
+       .volume = mesh::inspect(closed).volume});
   shape.holders.push_back(std::move(solid));
 }
 
@@ -141,8 +141,8 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
   progress(fmt::format("{}: welding {} parts", organ.id, organ.parts.size()));
   const TriangleMesh soup = merged(organ);
   const std::string& where = organ.parts.front()->place;
-  TriangleMesh clean = content::clean_surface(soup, where, &report.turned);
-  const SurfaceReport surface = content::inspect(clean);
+  TriangleMesh clean = mesh::clean_surface(soup, where, &report.turned);
+  const SurfaceReport surface = mesh::inspect(clean);
   if (const double width = surface.bounds.sizes().maxCoeff(); width < kLeastWidth) {
     throw ContentError(fmt::format("{}: {} is {:.3g} mm wide, too small for an organ; {}", where, organ.id,
                                    width * 1e3,
@@ -158,9 +158,9 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
   if (!settings.gap) {
     try {
       const bool as_it_is = !settings.solid && surface.closed() && surface.oriented();
-      TriangleMesh closed = as_it_is ? clean : content::solid_surface(clean, where);
-      const auto outer = as_it_is ? std::optional(content::OuterPieces{.pieces = {std::move(closed)}})
-                                  : content::outer_pieces(closed);
+      TriangleMesh closed = as_it_is ? clean : mesh::solid_surface(clean, where);
+      const auto outer =
+          as_it_is ? std::optional(mesh::OuterPieces{.pieces = {std::move(closed)}}) : mesh::outer_pieces(closed);
       if (outer) {
         ShapeOfOrgan shape;
         for (const TriangleMesh& piece : outer->pieces) {
@@ -191,10 +191,10 @@ void make_new_surface(const OrganParts& organ, const ImportSettings& settings, S
   const double cell = std::max(std::cbrt(size.prod() / kSurfaceLattice),
                                std::min(size.norm(), 3.5 * std::cbrt(whole.volume)) / settings.surface_cells);
   const TriangleMesh made =
-      content::boundary_surface(content::stuff(whole.distance, whole.box, cell, 2, content::Parts::all)).mesh;
-  std::vector<TriangleMesh> surfaces = content::connected_pieces(made);
+      mesh::boundary_surface(mesh::stuff(whole.distance, whole.box, cell, 2, mesh::Parts::all)).mesh;
+  std::vector<TriangleMesh> surfaces = mesh::connected_pieces(made);
   std::erase_if(surfaces, [&](const TriangleMesh& piece) {
-    return content::inspect(piece).volume < kDebris * cell * cell * cell;
+    return mesh::inspect(piece).volume < kDebris * cell * cell * cell;
   });
   if (surfaces.empty()) {
     throw ContentError(fmt::format("{}: {} is thinner than {:.2g} mm everywhere; there is nothing to fill",
@@ -205,7 +205,7 @@ void make_new_surface(const OrganParts& organ, const ImportSettings& settings, S
   ShapeOfOrgan pieces;
   for (const TriangleMesh& surface : surfaces) add_piece(pieces, surface);
   // The shape itself, of which the new surface is an image, near that of the piece.
-  const double scale = whole.volume / content::inspect(shape.surface).volume;
+  const double scale = whole.volume / mesh::inspect(shape.surface).volume;
   for (SolidShape& piece : pieces.pieces) {
     piece.distance = [all = whole.distance, near = piece.distance, slack = cell / 2](const Eigen::Vector3d& x) {
       const double distance = all(x);
@@ -270,13 +270,13 @@ constexpr double kGmshNodes = 1.5;
 constexpr int kGmshSteps = 5;
 constexpr double kFewCells = 4;  // that a piece holds at least, by volume
 
-content::FilledPieces fill_by_gmsh(const OrganParts& organ, const TriangleMesh& surface,
-                                   const ImportSettings& settings, const ImportProgress& progress) {
+mesh::FilledPieces fill_by_gmsh(const OrganParts& organ, const TriangleMesh& surface, const ImportSettings& settings,
+                                const ImportProgress& progress) {
   const std::string task = fmt::format("{}: tetrahedra by Gmsh", organ.id);
   const std::string& where = organ.parts.front()->place;
-  const std::vector<TriangleMesh> pieces = content::connected_pieces(surface);
-  const double volume = content::inspect(surface).volume;
-  content::FilledPieces filled;
+  const std::vector<TriangleMesh> pieces = mesh::connected_pieces(surface);
+  const double volume = mesh::inspect(surface).volume;
+  mesh::FilledPieces filled;
   const int nodes = settings.target_nodes > 0 ? settings.target_nodes : 600;
   filled.cell = settings.cell > 0 ? settings.cell : std::cbrt(kGmshNodes * volume / nodes);
   const bool search = settings.cell == 0 && settings.target_nodes == 0;
@@ -285,18 +285,18 @@ content::FilledPieces fill_by_gmsh(const OrganParts& organ, const TriangleMesh& 
     filled.volumes.clear();
     double wanted = 0, made = 0;
     for (const TriangleMesh& piece : pieces) {
-      const double of_piece = content::inspect(piece).volume;
+      const double of_piece = mesh::inspect(piece).volume;
       filled.volumes.push_back(0);
       if (pieces.size() > 1 && of_piece < kFewCells * filled.cell * filled.cell * filled.cell) continue;
       const physics::TetMesh mesh = gmsh_tetrahedra(
           piece, {.cell = filled.cell, .program = settings.gmsh, .where = where}, [&] { progress(task); });
-      if (!content::inspect(content::boundary_surface(mesh).mesh).closed()) {
+      if (!mesh::inspect(mesh::boundary_surface(mesh).mesh).closed()) {
         throw ContentError(fmt::format("{}: the tetrahedra of Gmsh do not close; leave out --mesher gmsh", where));
       }
-      filled.volumes.back() = content::tet_quality(mesh).volume;
+      filled.volumes.back() = mesh::tet_quality(mesh).volume;
       wanted += of_piece;
       made += filled.volumes.back();
-      content::append(filled.mesh, mesh);
+      mesh::append(filled.mesh, mesh);
     }
     const double missed = std::max(wanted > 0 ? std::abs(made / wanted - 1) : 1, 1 - wanted / volume);
     if (missed <= settings.volume_error || (!search && wanted > 0)) return filled;
@@ -323,14 +323,14 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   const ShapeOfOrgan shape = make_surface(organ, settings, progress, out);
   ImportReport& report = out.report;
   progress(fmt::format("{}: tetrahedra", organ.id));
-  content::FilledPieces filled = settings.mesher == Mesher::gmsh
-                                     ? fill_by_gmsh(organ, out.surface, settings, progress)
-                                     : content::fill_pieces(shape.pieces, {.cell = settings.cell,
-                                                                           .target_nodes = settings.target_nodes,
-                                                                           .volume_error = settings.volume_error,
-                                                                           .node_tolerance = 0.05,
-                                                                           .grading = settings.grading,
-                                                                           .where = organ.parts.front()->place});
+  mesh::FilledPieces filled = settings.mesher == Mesher::gmsh
+                                  ? fill_by_gmsh(organ, out.surface, settings, progress)
+                                  : mesh::fill_pieces(shape.pieces, {.cell = settings.cell,
+                                                                     .target_nodes = settings.target_nodes,
+                                                                     .volume_error = settings.volume_error,
+                                                                     .node_tolerance = 0.05,
+                                                                     .grading = settings.grading,
+                                                                     .where = organ.parts.front()->place});
   out.mesh = std::move(filled.mesh);
   report.cell = filled.cell;
   for (std::size_t p = 0; p < shape.pieces.size(); ++p) {
@@ -346,12 +346,12 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   }
   report.nodes = out.mesh.nodes.size();
   report.tetrahedra = out.mesh.tets.size();
-  report.quality = content::tet_quality(out.mesh);
+  report.quality = mesh::tet_quality(out.mesh);
   report.dihedral_histogram.assign(15, 0);
   for (const auto& tet : out.mesh.tets) {
     const auto corner = [&](std::size_t c) { return out.mesh.nodes[static_cast<std::size_t>(tet[c])]; };
     const double angle =
-        content::dihedral_range(corner(0), corner(1), corner(2), corner(3)).min * 180 / std::numbers::pi;
+        mesh::dihedral_range(corner(0), corner(1), corner(2), corner(3)).min * 180 / std::numbers::pi;
     ++report.dihedral_histogram[static_cast<std::size_t>(std::clamp(angle / 5, 0.0, 14.0))];
   }
   return out;

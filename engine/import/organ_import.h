@@ -1,10 +1,10 @@
 // From the parts of an organ to what the simulation needs: one closed surface, tetrahedra, and an account of both.
 #pragma once
 
-#include "engine/content/graded_stuffing.h"
-#include "engine/content/tet_quality.h"
-#include "engine/content/triangle_mesh.h"
 #include "engine/import/organ_source.h"
+#include "engine/mesh/graded_stuffing.h"
+#include "engine/mesh/tet_quality.h"
+#include "engine/mesh/triangle_mesh.h"
 #include "physics/tissue/tet_mesh.h"
 
 #include <functional>
@@ -20,10 +20,10 @@ enum class Mesher {
 };
 
 struct ImportSettings {
-  double cell = 0;                            ///< of the lattice, m; 0: for what follows
-  int target_nodes = 0;                       ///< 0: for the volume error
-  double volume_error = 0.03;                 ///< relative
-  std::optional<content::Grading> grading{};  ///< of tetrahedra around a point
+  double cell = 0;                         ///< of the lattice, m; 0: for what follows
+  int target_nodes = 0;                    ///< 0: for the volume error
+  double volume_error = 0.03;              ///< relative
+  std::optional<mesh::Grading> grading{};  ///< of tetrahedra around a point
   Mesher mesher = Mesher::stuffing;
   std::string gmsh = "gmsh";    ///< program, for Mesher::gmsh
   double surface_cells = 70;    ///< along the diagonal, of a new surface where the given one is none
@@ -69,7 +69,7 @@ struct ImportReport {
   double cell = 0;    ///< of the lattice
   std::vector<PieceReport> pieces;
   std::size_t nodes = 0, tetrahedra = 0;
-  content::TetQuality quality;
+  mesh::TetQuality quality;
   std::vector<int> dihedral_histogram;  ///< tetrahedra by their smallest dihedral angle, 5 degrees a bin from 0
   std::vector<LabelReport> labels;      ///< by label; none: nothing is known to lie inside
   std::vector<std::string> notes;       ///< what an author should know, one line each
@@ -85,7 +85,7 @@ struct ImportReport {
 
 struct ImportedOrgan {
   std::string id;
-  content::TriangleMesh surface;  ///< closed, outward, patient frame
+  mesh::TriangleMesh surface;  ///< closed, outward, patient frame
   physics::TetMesh mesh;
   ImportReport report;
 };
@@ -94,10 +94,10 @@ struct ImportedOrgan {
 using ImportProgress = std::function<void(const std::string& task)>;
 
 /// The closed surface alone: `mesh` stays empty.
-/// @throws content::ContentError  no inside, and why
+/// @throws files::ContentError  no inside, and why
 ImportedOrgan import_surface(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress);
 
-/// @throws content::ContentError  no inside, and why; a mesh that cannot be made good
+/// @throws files::ContentError  no inside, and why; a mesh that cannot be made good
 ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress);
 
 }  // namespace stylet::import

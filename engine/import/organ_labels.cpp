@@ -1,7 +1,7 @@
 #include "engine/import/organ_labels.h"
 
-#include "engine/content/deformable.h"
-#include "engine/content/label_volume.h"
+#include "engine/readers/deformable.h"
+#include "engine/readers/label_volume.h"
 
 #include <fmt/format.h>
 
@@ -9,23 +9,23 @@
 
 namespace stylet::import {
 
-OrganLabels label_organ(const ImportedOrgan& organ, int tissue, std::vector<content::Organ> inside,
+OrganLabels label_organ(const ImportedOrgan& organ, int tissue, std::vector<readers::Organ> inside,
                         std::span<const content::Tissue> tissues, double spacing) {
-  content::Organ boundary;
+  readers::Organ boundary;
   boundary.id = organ.id;
   boundary.tissue = tissue;
   content::DeformableBody body;
   body.name = organ.id;
   body.mesh = organ.mesh;
-  std::vector<content::LabelledSolid> solids{{&organ.surface, static_cast<std::uint8_t>(tissue)}};
-  for (content::Organ& part : inside) {
+  std::vector<readers::LabelledSolid> solids{{&organ.surface, static_cast<std::uint8_t>(tissue)}};
+  for (readers::Organ& part : inside) {
     part.body = organ.id;
     solids.push_back({&part.mesh, static_cast<std::uint8_t>(part.tissue)});
   }
-  content::give_tissues(boundary, inside, tissues, body);
+  readers::give_tissues(boundary, inside, tissues, body);
   return {.tet_tissue = std::move(body.tet_tissue),
           .tet_mechanics = std::move(body.tet_mechanics),
-          .volume = content::voxelise(solids, spacing, std::nullopt)};
+          .volume = readers::voxelise(solids, spacing, std::nullopt)};
 }
 
 std::vector<LabelReport> count_labels(const OrganLabels& labels, std::span<const content::Tissue> tissues) {

@@ -2,9 +2,9 @@
 // volume.
 #pragma once
 
-#include "engine/content/anatomy.h"
 #include "engine/content/scene.h"
 #include "engine/import/organ_import.h"
+#include "engine/readers/anatomy.h"
 
 #include <span>
 #include <string>
@@ -21,7 +21,7 @@ struct OrganLabels {
 /// @param tissue   of the organ, index into `tissues`
 /// @param inside   with role, tissue and closed surface; where they overlap the later one counts
 /// @param spacing  of the volume, m; it grows until the volume fits
-OrganLabels label_organ(const ImportedOrgan& organ, int tissue, std::vector<content::Organ> inside,
+OrganLabels label_organ(const ImportedOrgan& organ, int tissue, std::vector<readers::Organ> inside,
                         std::span<const content::Tissue> tissues, double spacing = 1e-3);
 
 /// The tissues that occur, by label.

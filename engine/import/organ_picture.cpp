@@ -1,7 +1,7 @@
 #include "engine/import/organ_picture.h"
 
-#include "engine/content/surface_mesh.h"
-#include "engine/session/canvas.h"
+#include "engine/figures/canvas.h"
+#include "engine/mesh/surface_mesh.h"
 
 #include <fmt/format.h>
 
@@ -24,7 +24,7 @@ const Rgb kEdge(0.08, 0.08, 0.10);
 /// Seen along -Z of the patient (from the front): x to the right is the patient's left.
 class FrontPanel {
 public:
-  FrontPanel(view::Picture& picture, int left, int width, int top, int height, const Eigen::AlignedBox3d& box)
+  FrontPanel(picture::Picture& picture, int left, int width, int top, int height, const Eigen::AlignedBox3d& box)
       : picture_(picture),
         left_(left),
         top_(top),
@@ -90,7 +90,7 @@ private:
     return {0.5 * width_ + scale_ * d.x(), 0.5 * height_ - scale_ * d.y(), d.z()};
   }
 
-  view::Picture& picture_;
+  picture::Picture& picture_;
   int left_, top_, width_, height_;
   double scale_ = 1;
   Eigen::Vector3d centre_;
@@ -108,8 +108,8 @@ Rgb quality_colour(double degrees) {
   return {0.75 * (1 - t) + 0.15 * t, 0.10 * (1 - t) + 0.55 * t, 0.10 * (1 - t) + 0.20 * t};
 }
 
-void draw_surface(FrontPanel& panel, const content::TriangleMesh& mesh) {
-  const std::vector<Eigen::Vector3f> normals = content::smooth_normals(mesh);
+void draw_surface(FrontPanel& panel, const mesh::TriangleMesh& mesh) {
+  const std::vector<Eigen::Vector3f> normals = mesh::smooth_normals(mesh);
   for (const auto& t : mesh.triangles) {
     std::array<Eigen::Vector3d, 3> corners;
     std::array<Rgb, 3> colours;
@@ -135,7 +135,7 @@ void draw_cut(FrontPanel& panel, const physics::TetMesh& mesh, double plane) {
     for (std::size_t c = 0; c < 4; ++c) x[c] = mesh.nodes[static_cast<std::size_t>(tet[c])];
     if ((x[0] + x[1] + x[2] + x[3]).z() / 4 > plane) continue;
     const double front = std::max({x[0].z(), x[1].z(), x[2].z(), x[3].z()});
-    const double angle = content::dihedral_range(x[0], x[1], x[2], x[3]).min * 180 / std::numbers::pi;
+    const double angle = mesh::dihedral_range(x[0], x[1], x[2], x[3]).min * 180 / std::numbers::pi;
     for (const auto& f : {std::array{1, 2, 3}, std::array{0, 3, 2}, std::array{0, 1, 3}, std::array{0, 2, 1}}) {
       std::array<int, 3> corners{};
       for (std::size_t c = 0; c < 3; ++c) corners[c] = tet[static_cast<std::size_t>(f[c])];
@@ -170,8 +170,8 @@ double scale_bar(double metres) {
 
 }  // namespace
 
-view::Picture organ_picture(const ImportedOrgan& organ, int width, int height) {
-  view::Picture picture(width, height, kBackground);
+picture::Picture organ_picture(const ImportedOrgan& organ, int width, int height) {
+  picture::Picture picture(width, height, kBackground);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& v : organ.surface.vertices) box.extend(v);
   const int half = width / 2, top = 40, inner = height - 100;
@@ -180,12 +180,12 @@ view::Picture organ_picture(const ImportedOrgan& organ, int width, int height) {
   FrontPanel cut(picture, half, half, top, inner, box);
   draw_cut(cut, organ.mesh, box.center().z());
 
-  session::Canvas canvas(picture);
-  const session::Font font = session::Font::load();
-  const session::Colour ink{40, 40, 48, 255};
+  figures::Canvas canvas(picture);
+  const figures::Font font = figures::Font::load();
+  const figures::Colour ink{40, 40, 48, 255};
   canvas.text(font, organ.id, {16, 22}, 24, ink);
-  canvas.text(font, "surface, from the front", {half - 16.0, 22}, 18, ink, session::Align::right);
-  canvas.text(font, "tetrahedra behind the middle plane", {width - 16.0, 22}, 18, ink, session::Align::right);
+  canvas.text(font, "surface, from the front", {half - 16.0, 22}, 18, ink, figures::Align::right);
+  canvas.text(font, "tetrahedra behind the middle plane", {width - 16.0, 22}, 18, ink, figures::Align::right);
   const double metres = scale_bar(half / 6.0 / surface.pixels_per_metre());
   const double length = metres * surface.pixels_per_metre(), y = height - 30.0;
   canvas.line({16, y}, {16 + length, y}, 3, ink);
@@ -198,7 +198,7 @@ view::Picture organ_picture(const ImportedOrgan& organ, int width, int height) {
                           "degrees",
                           r.volume * 1e6, r.nodes, r.tetrahedra, 100 * r.volume_error(), r.quality.min_dihedral_deg,
                           r.quality.max_dihedral_deg),
-              {width - 16.0, y}, 18, ink, session::Align::right);
+              {width - 16.0, y}, 18, ink, figures::Align::right);
   return picture;
 }
 

@@ -1,10 +1,10 @@
 #include "engine/import/organ_source.h"
 
-#include "engine/content/error.h"
-#include "engine/content/json_reader.h"
-#include "engine/content/surface_mesh.h"
+#include "engine/files/error.h"
+#include "engine/files/json_reader.h"
 #include "engine/import/obj.h"
 #include "engine/import/stl.h"
+#include "engine/mesh/surface_mesh.h"
 
 #include <fnmatch.h>
 
@@ -19,7 +19,7 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
+using files::ContentError;
 
 constexpr std::size_t kFileBytes = 512u << 20;
 constexpr double kLargestOrgan = 3.0;  // m
@@ -53,8 +53,8 @@ bool fits(const std::string& pattern, const std::string& text) {
 
 SourceFile from_gltf(std::span<const std::byte> bytes, const std::filesystem::path& path) {
   SourceFile file{.path = path, .format = "glTF", .parts = {}, .image = {}, .assumptions = {}, .warnings = {}};
-  content::GltfScene scene = content::read_gltf(bytes, path);
-  for (content::GltfOrgan& organ : scene.organs) {
+  gltf::GltfScene scene = gltf::read_gltf(bytes, path);
+  for (gltf::GltfOrgan& organ : scene.organs) {
     file.parts.push_back({.name = std::move(organ.name),
                           .place = path.string() + ":/" + organ.place,
                           .mesh = std::move(organ.mesh),
@@ -153,7 +153,7 @@ OrganRequest by_annotation(const SourcePart& part, const std::set<std::string>& 
 }  // namespace
 
 SourceFile read_source(const std::filesystem::path& path, const SourceSettings& settings) {
-  const std::string text = content::read_file(path, kFileBytes);
+  const std::string text = files::read_file(path, kFileBytes);
   const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
   const std::string ending = lower(path.extension().string());
   const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
@@ -224,7 +224,7 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
       bool whole = part.label >= 0;
       if (!whole) {
         try {
-          content::solid_surface(part.mesh, part.place);
+          mesh::solid_surface(part.mesh, part.place);
           whole = true;
         } catch (const ContentError&) {
           whole = false;  // a patch of something

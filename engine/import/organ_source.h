@@ -1,7 +1,7 @@
 // What an author gives: files of surfaces or labels, and which parts of them make which organ.
 #pragma once
 
-#include "engine/content/gltf.h"
+#include "engine/gltf/gltf.h"
 #include "engine/import/nifti.h"
 #include "engine/import/source_surface.h"
 
@@ -16,9 +16,9 @@ namespace stylet::import {
 /// A part of a file: a glTF node, an STL solid, an OBJ object, or one label of a volume.
 struct SourcePart {
   std::string name;
-  std::string place;               ///< file:place, for messages
-  content::TriangleMesh mesh;      ///< patient frame, m; not welded; empty for a label
-  content::OrganAnnotation organ;  ///< glTF extras
+  std::string place;            ///< file:place, for messages
+  mesh::TriangleMesh mesh;      ///< patient frame, m; not welded; empty for a label
+  gltf::OrganAnnotation organ;  ///< glTF extras
   std::optional<content::TissueAnnotation> tissue;
   std::array<float, 4> colour{0.8F, 0.8F, 0.8F, 1.0F};
   int label = -1;  ///< of `image`
@@ -39,7 +39,7 @@ struct SourceSettings {
   std::optional<double> metres_per_unit{};  ///< absent: millimetres
 };
 
-/// Reads a file, whatever its name ends with. @throws content::ContentError
+/// Reads a file, whatever its name ends with. @throws files::ContentError
 SourceFile read_source(const std::filesystem::path& path, const SourceSettings& settings);
 
 /// Parts that make one organ.
@@ -68,7 +68,7 @@ struct OrganParts {
 /// vessels and targets apart from a boundary of that id, which then carries them as ID_ROLE; if no part has one,
 /// parts that are closed by themselves are an organ each, and the others of their file one together, named after the
 /// file.
-/// @throws content::ContentError  a pattern that fits nothing, with the names there are; an organ in two files
+/// @throws files::ContentError  a pattern that fits nothing, with the names there are; an organ in two files
 /// where that was not allowed, or one of them a volume
 std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files, const std::vector<OrganRequest>& requests);
 

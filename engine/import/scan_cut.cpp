@@ -7,7 +7,7 @@
 namespace stylet::import {
 namespace {
 
-using content::TriangleMesh;
+using mesh::TriangleMesh;
 using Triangle = std::array<std::uint32_t, 3>;
 
 constexpr double kFlat = 0.5e-3;     // m, from the plane

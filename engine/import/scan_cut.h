@@ -1,7 +1,7 @@
 // Where a scan ends inside the body: flat faces that a surface has there, and the skin without them.
 #pragma once
 
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Geometry>
 
@@ -25,12 +25,12 @@ struct ScanCut {
 
 /// Faces of the body's bounding box that lie flat on it: a scan that ends there. Bodies are round elsewhere: a face
 /// counts from a tenth of the box's face on.
-std::vector<ScanCut> find_cuts(const content::TriangleMesh& body);
+std::vector<ScanCut> find_cuts(const mesh::TriangleMesh& body);
 
 /// Flat area of a surface on a cut, m^2.
-double area_on(const ScanCut& cut, const content::TriangleMesh& surface);
+double area_on(const ScanCut& cut, const mesh::TriangleMesh& surface);
 
 /// The triangles of the body's surface that are skin: all but those on a cut and the rounded rim there. Open.
-content::TriangleMesh skin_of(const content::TriangleMesh& body, const std::vector<ScanCut>& cuts);
+mesh::TriangleMesh skin_of(const mesh::TriangleMesh& body, const std::vector<ScanCut>& cuts);
 
 }  // namespace stylet::import

@@ -1,14 +1,14 @@
 #include "engine/import/scenario_folder.h"
 
-#include "engine/content/error.h"
-#include "engine/content/gltf_writer.h"
-#include "engine/content/instruments.h"
-#include "engine/content/json_reader.h"
-#include "engine/content/motion.h"
-#include "engine/content/scenario.h"
 #include "engine/content/tissue_table.h"
+#include "engine/files/error.h"
+#include "engine/files/json_reader.h"
+#include "engine/files/output_directory.h"
+#include "engine/gltf/gltf_writer.h"
 #include "engine/import/scene_picture.h"
-#include "engine/session/output_directory.h"
+#include "engine/readers/instruments.h"
+#include "engine/readers/motion.h"
+#include "engine/readers/scenario.h"
 
 #include <fmt/format.h>
 
@@ -19,9 +19,9 @@ namespace stylet::import {
 namespace {
 
 namespace fs = std::filesystem;
-using content::ContentError;
+using files::ContentError;
 
-constexpr std::size_t kJsonBytes = content::JsonLimits{}.bytes;
+constexpr std::size_t kJsonBytes = files::JsonLimits{}.bytes;
 constexpr double kVolumeError = 0.03;  // relative, of a good mesh
 
 /// A needle or probe as a side file names it: a file beside it, or the name of one of content/KINDs.
@@ -43,7 +43,7 @@ fs::path find_instrument(const SideFile& side, const std::string& pointer, const
 }
 
 /// Messages about staged files, as if they were in place.
-std::string in_place(std::string text, const session::OutputDirectory& out) {
+std::string in_place(std::string text, const files::OutputDirectory& out) {
   const std::string staged = out.staged("").string();
   const std::string placed = (out.destination() / "").string();
   for (std::size_t at = text.find(staged); at != std::string::npos; at = text.find(staged, at + placed.size())) {
@@ -62,14 +62,14 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
   const fs::path probe_path =
       find_instrument(side, wanted.pointer + "/probe/file", wanted.probe.file, content, "probe");
   const fs::path tissues_path = content / "tissues.json";
-  content::JsonFile needle_file(needle_path);
-  const content::Needle needle = content::read_needle(needle_file);
+  files::JsonFile needle_file(needle_path);
+  const content::Needle needle = readers::read_needle(needle_file);
   needle_file.throw_problems();
-  content::JsonFile table_file(tissues_path);
+  files::JsonFile table_file(tissues_path);
   const content::TissueTable table = content::read_tissues(table_file);
   table_file.throw_problems();
   std::set<std::string> tissues;
-  content::TissueColours colours;
+  gltf::TissueColours colours;
   for (const content::Tissue& tissue : table.tissues) {
     tissues.insert(tissue.name);
     colours[tissue.name] = tissue.colour;
@@ -77,21 +77,21 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
 
   const ImportedScene imported = import_scene(files, side, tissues, progress);
 
-  session::OutputDirectory out(folder);
-  const auto glb = content::write_glb(imported.surfaces, colours,
-                                      {.generator = generator, .copyright = wanted.source, .scene = wanted.name});
+  files::OutputDirectory out(folder);
+  const auto glb = gltf::write_glb(imported.surfaces, colours,
+                                   {.generator = generator, .copyright = wanted.source, .scene = wanted.name});
   out.write("organs.glb", {reinterpret_cast<const char*>(glb.data()), glb.size()});
-  out.write("tissues.json", content::read_file(tissues_path, kJsonBytes));
-  out.write("needle.json", content::read_file(needle_path, kJsonBytes));
-  out.write("probe.json", content::read_file(probe_path, kJsonBytes));
-  content::write_motion(plan_motion(imported, needle), wanted.name, out.staged("motion.json"));
+  out.write("tissues.json", files::read_file(tissues_path, kJsonBytes));
+  out.write("needle.json", files::read_file(needle_path, kJsonBytes));
+  out.write("probe.json", files::read_file(probe_path, kJsonBytes));
+  readers::write_motion(plan_motion(imported, needle), wanted.name, out.staged("motion.json"));
   out.write("scenario.json", scenario_json(imported, side));
 
   ScenarioFolder written{.scenario = out.destination() / "scenario.json", .bodies = {}, .warnings = {}};
   std::vector<std::string> loading;
   content::Scene scene;
   try {
-    scene = content::load_scene(
+    scene = readers::load_scene(
         out.staged("scenario.json"), [&](const std::string& task, double) { progress(task); }, &loading);
   } catch (const ContentError& error) {
     throw ContentError(in_place(error.what(), out));
@@ -108,7 +108,7 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
   }
   out.write("report.json", scene_report_json(imported, scene, side, files, loading));
   out.write("report.txt", scene_report_text(imported, scene, side, files, loading));
-  view::write_png(out.staged("picture.png"), scene_picture(imported, scene));
+  picture::write_png(out.staged("picture.png"), scene_picture(imported, scene));
   out.commit("scenario.json");
 
   written.warnings = imported.warnings;

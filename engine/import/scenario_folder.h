@@ -27,7 +27,7 @@ struct ScenarioFolder {
 /// none. What it wrote is loaded before it is put there: it can be trained. The same input gives the same bytes.
 /// @param content    content_directory(): the tissue table, needles and probes by name
 /// @param generator  named in organs.glb
-/// @throws content::ContentError  "file:pointer: what; what to do"
+/// @throws files::ContentError  "file:pointer: what; what to do"
 ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFile& side,
                               const std::filesystem::path& folder, const std::filesystem::path& content,
                               const std::string& generator, const PlanMotion& plan_motion,

@@ -1,7 +1,7 @@
 #include "engine/import/scene_files.h"
 
-#include "engine/content/surface_mesh.h"
-#include "engine/content/tet_quality.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/mesh/tet_quality.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -109,7 +109,7 @@ std::string scenario_json(const ImportedScene& imported, const SideFile& side) {
 std::vector<BodyAccount> body_accounts(const ImportedScene& imported, const content::Scene& scene) {
   std::vector<BodyAccount> accounts;
   for (const content::DeformableBody& body : scene.bodies) {
-    const content::TetQuality quality = content::tet_quality(body.mesh);
+    const mesh::TetQuality quality = mesh::tet_quality(body.mesh);
     BodyAccount account{.name = body.name,
                         .nodes = body.mesh.nodes.size(),
                         .tetrahedra = body.mesh.tets.size(),
@@ -119,8 +119,8 @@ std::vector<BodyAccount> body_accounts(const ImportedScene& imported, const cont
                         .min_dihedral_deg = quality.min_dihedral_deg,
                         .max_dihedral_deg = quality.max_dihedral_deg,
                         .inverted = quality.inverted};
-    for (const content::AnnotatedSurface& surface : imported.surfaces) {
-      if (surface.name == body.name) account.surface_volume = content::inspect(surface.mesh).volume;
+    for (const gltf::AnnotatedSurface& surface : imported.surfaces) {
+      if (surface.name == body.name) account.surface_volume = mesh::inspect(surface.mesh).volume;
     }
     accounts.push_back(account);
   }

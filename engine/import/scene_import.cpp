@@ -1,14 +1,14 @@
 #include "engine/import/scene_import.h"
 
-#include "engine/content/error.h"
-#include "engine/content/solid.h"
-#include "engine/content/stuffing.h"
-#include "engine/content/surface_mesh.h"
-#include "engine/content/tet_quality.h"
+#include "engine/files/error.h"
 #include "engine/import/derived_wall.h"
 #include "engine/import/scene_placement.h"
 #include "engine/import/scene_survey.h"
 #include "engine/import/thin_out.h"
+#include "engine/mesh/solid.h"
+#include "engine/mesh/stuffing.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/mesh/tet_quality.h"
 
 #include <fmt/format.h>
 
@@ -19,10 +19,10 @@
 namespace stylet::import {
 namespace {
 
-using content::AnnotatedSurface;
-using content::ContentError;
-using content::Solid;
-using content::TriangleMesh;
+using files::ContentError;
+using gltf::AnnotatedSurface;
+using mesh::Solid;
+using mesh::TriangleMesh;
 
 constexpr double kCutArea = 20e-6;     // m^2: from here on an organ counts as cut by the end of the scan
 constexpr double kLargeOverlap = 0.2;  // of the smaller organ: segmentations do not overlap by so much
@@ -74,7 +74,7 @@ private:
 
   void check_tissue(const std::string& pointer, const std::string& tissue) const {
     if (tissues_.contains(tissue)) return;
-    const std::string close = content::nearest(tissue, tissues_);
+    const std::string close = files::nearest(tissue, tissues_);
     fail(pointer, fmt::format("the tissue table has no \"{}\"; {}", tissue,
                               close.empty() ? "name one of its rows" : "did you mean \"" + close + "\"?"));
   }
@@ -104,7 +104,7 @@ private:
       if (organ.role == "visual" && !parts.front().file->image) {
         TriangleMesh soup;
         for (const SourcePart* part : parts.front().parts) append(soup, part->mesh);
-        made.surface = content::clean_surface(soup, parts.front().parts.front()->place);
+        made.surface = mesh::clean_surface(soup, parts.front().parts.front()->place);
       } else {
         ImportedOrgan imported = import_surface(parts.front(), {.solid = organ.deformable}, progress_);
         made.account.notes = imported.report.notes;
@@ -189,7 +189,7 @@ private:
     const auto distance = [&](const Eigen::Vector3d& x) {
       return std::max(organ.signed_distance(x), side * (body.signed_distance(x) - within));
     };
-    return content::boundary_surface(content::stuff(distance, organ.bounds(), kSplitCell, 2)).mesh;
+    return mesh::boundary_surface(mesh::stuff(distance, organ.bounds(), kSplitCell, 2)).mesh;
   }
 
   void add_organ(Made& organ) {
@@ -241,7 +241,7 @@ private:
 
   void add(AnnotatedSurface surface, SceneOrgan account) {
     surface.mesh = thin_out(surface.mesh, kThinOut);
-    const content::SurfaceReport report = content::inspect(surface.mesh);
+    const mesh::SurfaceReport report = mesh::inspect(surface.mesh);
     account.id = surface.name;
     account.role = surface.role;
     account.tissue = surface.tissue;

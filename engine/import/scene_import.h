@@ -2,11 +2,11 @@
 // needle and the probe placed, and an account of what was found.
 #pragma once
 
-#include "engine/content/gltf_writer.h"
+#include "engine/gltf/gltf_writer.h"
 #include "engine/import/organ_import.h"
 #include "engine/import/scan_cut.h"
 #include "engine/import/side_file.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -62,7 +62,7 @@ struct PathPiece {
 };
 
 struct ImportedScene {
-  std::vector<content::AnnotatedSurface> surfaces{};  ///< in the order of the file: the later one counts
+  std::vector<gltf::AnnotatedSurface> surfaces{};  ///< in the order of the file: the later one counts
   std::vector<SceneBody> bodies{};
   std::vector<std::pair<std::string, std::string>> contacts{};  ///< nodes of, surface of
   Eigen::Vector3d entry = Eigen::Vector3d::Zero();              ///< on the skin
@@ -80,7 +80,7 @@ struct ImportedScene {
 };
 
 /// @param tissues  names of the tissue table
-/// @throws content::ContentError  "side file:pointer: what; what to do"
+/// @throws files::ContentError  "side file:pointer: what; what to do"
 ImportedScene import_scene(const std::vector<SourceFile>& files, const SideFile& side,
                            const std::set<std::string>& tissues, const ImportProgress& progress);
 

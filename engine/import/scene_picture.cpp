@@ -1,6 +1,6 @@
 #include "engine/import/scene_picture.h"
 
-#include "engine/session/canvas.h"
+#include "engine/figures/canvas.h"
 
 #include <fmt/format.h>
 
@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kMargin = 0.010;  // m about the patient
 constexpr double kFan = 0.170;     // m, half the width of the cut along the ultrasound image
-const session::Colour kNeedle{255, 235, 60, 255};
-const session::Colour kTarget{255, 255, 255, 255};
-const session::Colour kProbe{90, 220, 255, 255};
+const figures::Colour kNeedle{255, 235, 60, 255};
+const figures::Colour kTarget{255, 255, 255, 255};
+const figures::Colour kProbe{90, 220, 255, 255};
 
 /// A plane and how it is laid on a panel.
 struct Cut {
@@ -29,11 +29,11 @@ struct Cut {
 
 class Panel {
 public:
-  Panel(view::Picture& picture, int left, int top, int size, const Cut& cut, const ImportedScene& imported,
+  Panel(picture::Picture& picture, int left, int top, int size, const Cut& cut, const ImportedScene& imported,
         const content::Scene& scene)
       : picture_(picture), left_(left), top_(top), size_(size), cut_(cut), imported_(imported), scene_(scene) {}
 
-  void draw(session::Canvas& canvas, const session::Font& font) {
+  void draw(figures::Canvas& canvas, const figures::Font& font) {
     tissues();
     canvas.clip({static_cast<double>(left_), static_cast<double>(top_), static_cast<double>(left_ + size_),
                  static_cast<double>(top_ + size_)});
@@ -42,10 +42,10 @@ public:
     canvas.disc(place(imported_.entry), 4, kNeedle);
     canvas.disc(place(imported_.target), 3, kTarget);
     probe(canvas);
-    const session::Colour ink{255, 255, 255, 255};
+    const figures::Colour ink{255, 255, 255, 255};
     canvas.text(font, cut_.title, {left_ + 10.0, top_ + 16.0}, 18, ink);
     canvas.text(font, cut_.left_mark, {left_ + 10.0, top_ + size_ / 2.0}, 20, ink);
-    canvas.text(font, cut_.right_mark, {left_ + size_ - 10.0, top_ + size_ / 2.0}, 20, ink, session::Align::right);
+    canvas.text(font, cut_.right_mark, {left_ + size_ - 10.0, top_ + size_ / 2.0}, 20, ink, figures::Align::right);
     const double bar = 0.05 / (2 * cut_.half) * size_;
     canvas.line({left_ + 10.0, top_ + size_ - 14.0}, {left_ + 10.0 + bar, top_ + size_ - 14.0}, 3, ink);
     canvas.text(font, "50 mm", {left_ + 18.0 + bar, top_ + size_ - 14.0}, 16, ink);
@@ -53,7 +53,7 @@ public:
   }
 
 private:
-  session::PixelPoint place(const Eigen::Vector3d& x) const {
+  figures::PixelPoint place(const Eigen::Vector3d& x) const {
     const Eigen::Vector3d d = x - cut_.origin;
     const double scale = size_ / (2 * cut_.half);
     return {left_ + size_ / 2.0 + scale * d.dot(cut_.right), top_ + size_ / 2.0 - scale * d.dot(cut_.up)};
@@ -91,7 +91,7 @@ private:
     }
   }
 
-  void tetrahedra(session::Canvas& canvas) {
+  void tetrahedra(figures::Canvas& canvas) {
     static constexpr std::array<std::array<int, 2>, 6> kEdges{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
     const Eigen::Vector3d normal = cut_.right.cross(cut_.up);
     for (const content::DeformableBody& body : scene_.bodies) {
@@ -120,11 +120,11 @@ private:
     }
   }
 
-  void probe(session::Canvas& canvas) {
+  void probe(figures::Canvas& canvas) {
     const content::Probe& probe = scene_.probe;
     const Eigen::Vector3d lateral = probe.pose.orientation * Eigen::Vector3d::UnitX();
     const Eigen::Vector3d axis = probe.pose.orientation * Eigen::Vector3d::UnitZ();
-    std::vector<session::PixelPoint> face;
+    std::vector<figures::PixelPoint> face;
     for (int i = -12; i <= 12; ++i) {
       const double share = i / 12.0;
       Eigen::Vector3d x = probe.pose.position + share * 0.5 * probe.width * lateral;
@@ -137,7 +137,7 @@ private:
     canvas.polyline(face, 2.5, kProbe);
   }
 
-  view::Picture& picture_;
+  picture::Picture& picture_;
   int left_, top_, size_;
   const Cut& cut_;
   const ImportedScene& imported_;
@@ -146,7 +146,7 @@ private:
 
 }  // namespace
 
-view::Picture scene_picture(const ImportedScene& imported, const content::Scene& scene, int panel) {
+picture::Picture scene_picture(const ImportedScene& imported, const content::Scene& scene, int panel) {
   const content::LabelVolume& labels = scene.labels;
   const Eigen::Vector3d low = labels.origin.cast<double>();
   const Eigen::Vector3d size = (labels.size.cast<float>() * labels.spacing).cast<double>();
@@ -167,9 +167,9 @@ view::Picture scene_picture(const ImportedScene& imported, const content::Scene&
                                 Cut{"plane of the ultrasound image", imported.probe.position + 0.35 * 2 * kFan * down,
                                     lateral, -down, kFan, "", ""}};
   const int gap = 6;
-  view::Picture picture(2 * panel + gap, 2 * panel + gap, {30, 30, 36, 255});
-  session::Canvas canvas(picture);
-  const session::Font font = session::Font::load();
+  picture::Picture picture(2 * panel + gap, 2 * panel + gap, {30, 30, 36, 255});
+  figures::Canvas canvas(picture);
+  const figures::Font font = figures::Font::load();
   for (int i = 0; i < 4; ++i) {
     Panel(picture, (i % 2) * (panel + gap), (i / 2) * (panel + gap), panel, cuts[static_cast<std::size_t>(i)],
           imported, scene)

@@ -3,7 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "engine/import/scene_import.h"
-#include "engine/view/picture.h"
+#include "engine/picture/picture.h"
 
 namespace stylet::import {
 
@@ -11,6 +11,6 @@ namespace stylet::import {
 /// (from the front), sagittal (from the left), and the plane of the ultrasound image. Labels in the colours of their
 /// tissues, edges of the tetrahedra, the planned needle and the probe's face. Drawn on the CPU; the same scene gives
 /// the same pixels.
-view::Picture scene_picture(const ImportedScene& imported, const content::Scene& scene, int panel = 620);
+picture::Picture scene_picture(const ImportedScene& imported, const content::Scene& scene, int panel = 620);
 
 }  // namespace stylet::import

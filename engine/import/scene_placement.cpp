@@ -1,7 +1,7 @@
 #include "engine/import/scene_placement.h"
 
-#include "engine/content/error.h"
-#include "engine/content/surface_mesh.h"
+#include "engine/files/error.h"
+#include "engine/mesh/surface_mesh.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
+using files::ContentError;
 
 constexpr double kFarFromSkin = 0.015;  // m: farther away a point was not meant to be on it
 constexpr double kRimCells = 1.2;       // of the tetrahedra's cell: nodes nearer to the rim are held
@@ -23,9 +23,9 @@ constexpr double kMostAside = 20 * kDegree;  // of what the probe is to see from
 constexpr double kMostTilt = 20 * kDegree;   // of the probe's axis against the skin's normal
 
 /// The point of the skin next to one that is meant to be on it.
-content::Solid::Nearest snap(const SideFile& side, const Body& body, const std::string& pointer,
-                             const Eigen::Vector3d& point) {
-  const content::Solid::Nearest hit = body.on_skin(point);
+mesh::Solid::Nearest snap(const SideFile& side, const Body& body, const std::string& pointer,
+                          const Eigen::Vector3d& point) {
+  const mesh::Solid::Nearest hit = body.on_skin(point);
   if (hit.distance > kFarFromSkin) {
     throw ContentError(
         fmt::format("{}:{}: lies {:.0f} mm from the skin; the nearest point on it is [{:.4f}, {:.4f}, "
@@ -37,9 +37,9 @@ content::Solid::Nearest snap(const SideFile& side, const Body& body, const std::
 
 /// Edge of a wall's lattice, m, where only its number of nodes is given: two nodes a cell inside, nearly as many at
 /// the surface.
-double cell_of(const SideWall& wall, const content::TriangleMesh& surface) {
+double cell_of(const SideWall& wall, const mesh::TriangleMesh& surface) {
   if (wall.cell > 0) return wall.cell;
-  return std::cbrt(3.5 * content::inspect(surface).volume / wall.target_nodes);
+  return std::cbrt(3.5 * mesh::inspect(surface).volume / wall.target_nodes);
 }
 
 Hold beyond(const ScanCut& cut, double reach) {
@@ -64,7 +64,7 @@ void hold_near(const std::vector<std::string>& organs, double within, std::vecto
 
 void place_on_skin(const SideFile& side, const Body& body, ImportedScene& scene) {
   const SideScenario& scenario = *side.scenario;
-  const content::Solid::Nearest entry = snap(side, body, scenario.pointer + "/entry", scenario.entry);
+  const mesh::Solid::Nearest entry = snap(side, body, scenario.pointer + "/entry", scenario.entry);
   scene.entry = entry.point;
   scene.outward = entry.normal;
   const Eigen::Vector3d needle = scene.target - scene.entry;
@@ -76,7 +76,7 @@ void place_on_skin(const SideFile& side, const Body& body, ImportedScene& scene)
   }
 
   const std::string pointer = scenario.pointer + "/probe/at";
-  const content::Solid::Nearest probe = snap(side, body, pointer, scenario.probe.at);
+  const mesh::Solid::Nearest probe = snap(side, body, pointer, scenario.probe.at);
   scene.probe.position = probe.point;
   // The image holds the needle: its plane goes through the probe, the entry and what is looked at.
   const Eigen::Vector3d to_seen = (scenario.probe.look_at.value_or(scene.target) - probe.point).normalized();
@@ -108,7 +108,7 @@ void place_on_skin(const SideFile& side, const Body& body, ImportedScene& scene)
 }
 
 std::vector<Hold> holds_of_wall(const SideFile& side, const Body& body, const ImportedScene& scene,
-                                const content::TriangleMesh& surface) {
+                                const mesh::TriangleMesh& surface) {
   const SideWall& wall = side.scenario->wall;
   const double reach = kRimCells * cell_of(wall, surface);
   std::vector<Hold> holds;
@@ -147,7 +147,7 @@ std::vector<Hold> holds_of_wall(const SideFile& side, const Body& body, const Im
 }
 
 std::vector<Hold> holds_of_organ(const SideOrgan& organ, const std::vector<ScanCut>& cuts,
-                                 const content::TriangleMesh& surface) {
+                                 const mesh::TriangleMesh& surface) {
   std::vector<Hold> holds;
   hold_near(organ.held_by, organ.held_within, holds);
   for (const ScanCut& cut : cuts) {
@@ -156,9 +156,9 @@ std::vector<Hold> holds_of_organ(const SideOrgan& organ, const std::vector<ScanC
   return holds;
 }
 
-content::TriangleMesh skin_outside_field(const SideFile& side, const Body& body, const ImportedScene& scene) {
-  const content::TriangleMesh& whole = body.solid().surface();
-  content::TriangleMesh skin;
+mesh::TriangleMesh skin_outside_field(const SideFile& side, const Body& body, const ImportedScene& scene) {
+  const mesh::TriangleMesh& whole = body.solid().surface();
+  mesh::TriangleMesh skin;
   std::vector<std::uint32_t> place(whole.vertices.size(), ~0u);
   for (const auto& t : whole.triangles) {
     const bool in_field = std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {

@@ -1,7 +1,7 @@
 #include "engine/import/scene_survey.h"
 
-#include "engine/content/label_volume.h"
-#include "engine/content/solid.h"
+#include "engine/mesh/solid.h"
+#include "engine/readers/label_volume.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,19 +15,19 @@ constexpr double kVoxel = 0.002;      // m
 constexpr double kMostVoxels = 60e6;  // the spacing grows until they fit
 constexpr double kStep = 0.25e-3;     // m, along the path
 
-bool is_closed(const content::AnnotatedSurface& surface) {
+bool is_closed(const gltf::AnnotatedSurface& surface) {
   return surface.role != "visual";
 }
 
-bool is_wanted(const content::AnnotatedSurface& a, const content::AnnotatedSurface& b) {
+bool is_wanted(const gltf::AnnotatedSurface& a, const gltf::AnnotatedSurface& b) {
   return !a.body.empty() && a.body == b.body;
 }
 
 }  // namespace
 
-std::vector<Overlap> find_overlaps(std::span<const content::AnnotatedSurface> surfaces) {
+std::vector<Overlap> find_overlaps(std::span<const gltf::AnnotatedSurface> surfaces) {
   Eigen::AlignedBox3d box;
-  for (const content::AnnotatedSurface& surface : surfaces) {
+  for (const gltf::AnnotatedSurface& surface : surfaces) {
     if (!is_closed(surface)) continue;
     for (const Eigen::Vector3d& v : surface.mesh.vertices) box.extend(v);
   }
@@ -48,7 +48,7 @@ std::vector<Overlap> find_overlaps(std::span<const content::AnnotatedSurface> su
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> shared;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     if (!is_closed(surfaces[s])) continue;
-    const auto crossings = content::row_crossings(surfaces[s].mesh, grid);
+    const auto crossings = readers::row_crossings(surfaces[s].mesh, grid);
     for (std::size_t c = 0; c + 1 < crossings.size();) {
       if (crossings[c].row != crossings[c + 1].row) {
         ++c;
@@ -84,15 +84,15 @@ std::vector<Overlap> find_overlaps(std::span<const content::AnnotatedSurface> su
   return overlaps;
 }
 
-std::vector<PathPiece> find_path(std::span<const content::AnnotatedSurface> surfaces, const Eigen::Vector3d& entry,
+std::vector<PathPiece> find_path(std::span<const gltf::AnnotatedSurface> surfaces, const Eigen::Vector3d& entry,
                                  const Eigen::Vector3d& target) {
   std::vector<PathPiece> path;
   const double length = (target - entry).norm();
   const Eigen::Vector3d direction = (target - entry) / length;
   const Eigen::AlignedBox3d line(entry.cwiseMin(target), entry.cwiseMax(target));
-  for (const content::AnnotatedSurface& surface : surfaces) {
+  for (const gltf::AnnotatedSurface& surface : surfaces) {
     if (!is_closed(surface)) continue;
-    const content::Solid solid(surface.mesh);
+    const mesh::Solid solid(surface.mesh);
     if (!solid.bounds().intersects(line)) continue;
     bool inside = false;
     for (double s = 0; s <= length; s += kStep) {
@@ -107,7 +107,7 @@ std::vector<PathPiece> find_path(std::span<const content::AnnotatedSurface> surf
   return path;
 }
 
-Eigen::Vector3d centre_of(const content::TriangleMesh& surface) {
+Eigen::Vector3d centre_of(const mesh::TriangleMesh& surface) {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   double volume = 0;
   for (const auto& [a, b, c] : surface.triangles) {

@@ -1,6 +1,6 @@
 #include "engine/import/side_file.h"
 
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <fmt/format.h>
 
@@ -10,9 +10,9 @@
 namespace stylet::import {
 namespace {
 
-using content::JsonFile;
-using content::JsonObject;
-using content::Range;
+using files::JsonFile;
+using files::JsonObject;
+using files::Range;
 
 constexpr Range kCoordinate{-100, 100};  // m, as glTF files
 
@@ -173,7 +173,7 @@ private:
   void demand(const std::string& pointer, const std::string& id, const std::set<std::string>& ids,
               const char* what) const {
     if (id.empty() || ids.contains(id)) return;
-    const std::string close = content::nearest(id, ids);
+    const std::string close = files::nearest(id, ids);
     file_.add_problem(pointer, fmt::format("\"{}\" is not {} of this file{}", id, what,
                                            close.empty() ? "; correct it" : "; did you mean \"" + close + "\"?"));
   }

@@ -2,7 +2,7 @@
 // how they become a whole scenario. Names and numbers, checked but nothing loaded.
 #pragma once
 
-#include "engine/content/json_reader.h"
+#include "engine/files/json_reader.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -88,6 +88,6 @@ struct SideFile {
 };
 
 /// Problems go to `file`: also ids that are used twice or that no organ has.
-SideFile read_side_file(content::JsonFile& file);
+SideFile read_side_file(files::JsonFile& file);
 
 }  // namespace stylet::import

@@ -1,7 +1,7 @@
 // A named surface out of a file that says nothing about organs: STL and OBJ, as 3D Slicer and Blender write them.
 #pragma once
 
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Geometry>
 
@@ -26,7 +26,7 @@ Eigen::Affine3d patient_from_file(Axes axes, double metres_per_unit);
 /// One object, group or solid of a file.
 struct SourceSurface {
   std::string name;
-  content::TriangleMesh mesh;  ///< in the file's own frame and unit, not welded
+  mesh::TriangleMesh mesh;  ///< in the file's own frame and unit, not welded
 };
 
 /// What 3D Slicer writes into a header or comment.

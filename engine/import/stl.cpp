@@ -1,6 +1,6 @@
 #include "engine/import/stl.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/import/text_scanner.h"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
+using files::ContentError;
 
 constexpr std::size_t kHeaderBytes = 80;
 constexpr std::size_t kTriangleBytes = 50;  // normal and three corners as floats, two bytes nobody reads
@@ -63,7 +63,7 @@ public:
 
 private:
   void add_triangle(const std::array<Eigen::Vector3d, 3>& corners, const std::string& place) {
-    content::TriangleMesh& mesh = file_.surfaces.back().mesh;
+    mesh::TriangleMesh& mesh = file_.surfaces.back().mesh;
     if (++triangles_ > limits_.elements) {
       throw ContentError(
           fmt::format("{}:{}: more than {} triangles; decimate it", name_.string(), place, limits_.elements));

@@ -14,7 +14,7 @@ bool looks_like_stl(std::span<const std::byte> bytes);
 
 /// Every solid of the file (a binary one has one, named after the file). Normals are ignored, degenerate triangles
 /// dropped. `name` stands for the file in messages.
-/// @throws content::ContentError  truncated, over the limits, not finite, not a number
+/// @throws files::ContentError  truncated, over the limits, not finite, not a number
 SurfaceFile read_stl(std::span<const std::byte> bytes, const std::filesystem::path& name,
                      const SurfaceLimits& limits = {});
 

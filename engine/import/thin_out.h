@@ -1,7 +1,7 @@
 // Fewer triangles for the same surface.
 #pragma once
 
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/triangle_mesh.h"
 
 namespace stylet::import {
 
@@ -10,6 +10,6 @@ namespace stylet::import {
 /// stay closed, borders stay where they are. What is no two-manifold, or would
 /// change its volume by more than 0.3 %, comes back as it is. The same input gives the
 /// same bits.
-content::TriangleMesh thin_out(const content::TriangleMesh& mesh, double error);
+mesh::TriangleMesh thin_out(const mesh::TriangleMesh& mesh, double error);
 
 }  // namespace stylet::import

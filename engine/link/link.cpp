@@ -1,7 +1,7 @@
 #include "engine/link/link.h"
 
 #include "engine/link/tracked_pose.h"
-#include "engine/session/tracked_transforms.h"
+#include "engine/tracking/tracked_transforms.h"
 
 #include <poll.h>
 
@@ -132,12 +132,12 @@ void Link::post(Clock::time_point now) {
   if (known) {
     Bytes& bytes = post(Topic::transforms).bytes;
     const double utc_s = utc(frame_.time_s);
-    append_transform(bytes, kProbeName, utc_s, session::ras_pose(frame_.probe_position, frame_.probe_orientation));
+    append_transform(bytes, kProbeName, utc_s, tracking::ras_pose(frame_.probe_position, frame_.probe_orientation));
     if (!frame_.needle_positions.empty()) {
       append_transform(bytes, kNeedleName, utc_s,
-                       session::ras_pose(frame_.needle_positions.front(), frame_.needle_orientations.front()));
+                       tracking::ras_pose(frame_.needle_positions.front(), frame_.needle_orientations.front()));
       append_transform(bytes, kNeedleTipName, utc_s,
-                       session::ras_pose(frame_.needle_positions.back(), frame_.needle_orientations.back()));
+                       tracking::ras_pose(frame_.needle_positions.back(), frame_.needle_orientations.back()));
     }
   }
   if (now >= next_status_) {

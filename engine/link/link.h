@@ -7,7 +7,7 @@
 #include "engine/link/tcp.h"
 #include "engine/session/held_probe.h"
 #include "engine/state/state_buffer.h"
-#include "physics/loops/latest_value.h"
+#include "physics/messages/latest_value.h"
 
 #include <atomic>
 #include <cstdint>
@@ -56,7 +56,7 @@ struct LinkReport {
 /// A thread of its own serves all peers: sends IMAGE (Image_Reference), TRANSFORM (ProbeToReference,
 /// NeedleToReference, NeedleTipToReference) and STATUS once a second, takes transforms in. It meets the session in
 /// latest-value slots, so that nothing a peer does can hold up a loop. The reference frame is the patient in RAS,
-/// millimetres; axes of probe and needle as in engine/session/tracked_transforms.h. Time stamps are UTC of the
+/// millimetres; axes of probe and needle as in engine/tracking/tracked_transforms.h. Time stamps are UTC of the
 /// session time that a message is of.
 class Link {
 public:

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "haptic/device.h"
-#include "physics/loops/latest_value.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/latest_value.h"
+#include "physics/messages/messages.h"
 
 #include <atomic>
 #include <string>

@@ -1,6 +1,6 @@
 #include "engine/link/tracked_pose.h"
 
-#include "engine/session/tracked_transforms.h"
+#include "engine/tracking/tracked_transforms.h"
 
 namespace stylet::link {
 namespace {
@@ -17,7 +17,7 @@ std::optional<physics::RigidPose> patient_pose(const Eigen::Matrix4d& reference_
   const Eigen::Matrix3d product = rotation.transpose().lazyProduct(rotation);
   const double skew = (product - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (skew > kRotationSlack || rotation.determinant() < 0) return {};
-  const Eigen::Matrix3d patient_from_ras = session::ras_from_patient().transpose();
+  const Eigen::Matrix3d patient_from_ras = tracking::ras_from_patient().transpose();
   physics::RigidPose pose;
   pose.position = patient_from_ras * place;
   pose.orientation = Eigen::Quaterniond(Eigen::Matrix3d(patient_from_ras * rotation)).normalized();

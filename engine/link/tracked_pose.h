@@ -1,7 +1,7 @@
 // A pose as trackers say it, in the patient frame.
 #pragma once
 
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <Eigen/Core>
 
@@ -10,7 +10,7 @@
 namespace stylet::link {
 
 /// @param reference_from_tool  millimetres; the reference is the patient in RAS, as in
-///                             engine/session/tracked_transforms.h
+///                             engine/tracking/tracked_transforms.h
 /// @return the pose in metres; nothing: not a rotation and a place within 10 m (NaN, a scale, a mirror)
 std::optional<physics::RigidPose> patient_pose(const Eigen::Matrix4d& reference_from_tool);
 

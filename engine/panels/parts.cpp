@@ -37,12 +37,12 @@ double round_step(double range) {
 }
 
 /// Force against depth, both axes from 0 or below, with a dot where the needle is.
-void draw_force_curve(std::span<const session::ForceSample> samples, const ImVec2& size) {
+void draw_force_curve(std::span<const figures::ForceSample> samples, const ImVec2& size) {
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   ImGui::Dummy(size);
   ImDrawList& list = *ImGui::GetWindowDrawList();
   double deepest = 0.04, most = 1, least = 0;
-  for (const session::ForceSample& sample : samples) {
+  for (const figures::ForceSample& sample : samples) {
     deepest = std::max(deepest, sample.depth);
     most = std::max({most, sample.axial, sample.lateral});
     least = std::min(least, sample.axial);
@@ -67,15 +67,15 @@ void draw_force_curve(std::span<const session::ForceSample> samples, const ImVec
   }
   const std::size_t stride = std::max<std::size_t>(samples.size() / 1500, 1);
   std::vector<ImVec2> line;
-  const auto curve = [&](double session::ForceSample::*value, const ImVec4& colour) {
+  const auto curve = [&](double figures::ForceSample::*value, const ImVec4& colour) {
     line.clear();
     for (std::size_t i = 0; i < samples.size(); i += stride) line.push_back(at(samples[i].depth, samples[i].*value));
     if (line.empty()) return;
     list.AddPolyline(line.data(), static_cast<int>(line.size()), ImGui::GetColorU32(colour), 0, 0.12F * em());
     list.AddCircleFilled(line.back(), 0.25F * em(), ImGui::GetColorU32(colour));
   };
-  curve(&session::ForceSample::lateral, kLateral);
-  curve(&session::ForceSample::axial, kAxial);
+  curve(&figures::ForceSample::lateral, kLateral);
+  curve(&figures::ForceSample::axial, kAxial);
 }
 
 std::string clock(double time_s) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/session/force_trace.h"
+#include "engine/figures/force_trace.h"
 #include "engine/training/training_session.h"
 
 #include <cstdint>
@@ -37,7 +37,7 @@ struct SessionFacts {
   std::optional<double> out_of_plane{};     ///< m, tip from the image plane, signed
   std::string tissue{};                     ///< at the tip
   std::vector<Warning> warnings{};
-  std::span<const session::ForceSample> force_curve{};
+  std::span<const figures::ForceSample> force_curve{};
 };
 
 /// Title and course. @param course  null: there is none

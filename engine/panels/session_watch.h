@@ -2,8 +2,8 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/figures/force_trace.h"
 #include "engine/panels/session_facts.h"
-#include "engine/session/force_trace.h"
 #include "engine/state/frame_state.h"
 
 namespace stylet::panels {
@@ -23,7 +23,7 @@ private:
   void warn(SessionFacts& facts) const;
 
   const content::Scene& scene_;
-  session::ForceTrace trace_;
+  figures::ForceTrace trace_;
   state::FrameState frame_;
   double out_of_plane_ = 0;  ///< m, tip from the image plane, along the probe's +Y
   double bend_ = 0;          ///< m, of the tip from the line of the hub

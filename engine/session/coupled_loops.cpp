@@ -1,7 +1,7 @@
 #include "engine/session/coupled_loops.h"
 
-#include "engine/content/error.h"
-#include "engine/content/motion.h"
+#include "engine/files/error.h"
+#include "engine/readers/motion.h"
 #include "engine/session/breathing.h"
 
 #include <fmt/format.h>
@@ -128,7 +128,7 @@ auto with_place(const content::Scene& scene, const Make& make) {
   try {
     return make();
   } catch (const std::invalid_argument& error) {
-    throw content::ContentError(fmt::format("{}: {}", scene.scenario.string(), error.what()));
+    throw files::ContentError(fmt::format("{}: {}", scene.scenario.string(), error.what()));
   }
 }
 
@@ -151,7 +151,7 @@ physics::Coupling coupling_from_name(const std::string& name) {
        {physics::Coupling::stylet, physics::Coupling::paper_updated, physics::Coupling::paper_frozen}) {
     if (name == coupling_name(coupling)) return coupling;
   }
-  throw content::ContentError(fmt::format("coupling \"{}\": there is stylet, paper-updated and paper-frozen", name));
+  throw files::ContentError(fmt::format("coupling \"{}\": there is stylet, paper-updated and paper-frozen", name));
 }
 
 CoupledLoops::CoupledLoops(const content::Scene& scene, physics::Coupling coupling, const physics::StylusPose& start,
@@ -166,17 +166,17 @@ CoupledLoops::CoupledLoops(const content::Scene& scene, physics::Coupling coupli
 const physics::NeedleState& CoupledLoops::haptic_step(const haptic::StylusSample& sample,
                                                       const physics::TissuePatch& patch) {
   if (sample.valid) hub_ = {sample.position, sample.orientation};
-  return haptic_step(HapticStepRecord{.step = haptic_steps_ + 1,
-                                      .time_s = sample.time_s,
-                                      .dt_s = haptic_dt_,
-                                      .pose = hub_,
-                                      .buttons = sample.buttons,
-                                      .valid = sample.valid,
-                                      .patch_epoch = patch.epoch},
+  return haptic_step(recording::HapticStepRecord{.step = haptic_steps_ + 1,
+                                                 .time_s = sample.time_s,
+                                                 .dt_s = haptic_dt_,
+                                                 .pose = hub_,
+                                                 .buttons = sample.buttons,
+                                                 .valid = sample.valid,
+                                                 .patch_epoch = patch.epoch},
                      patch);
 }
 
-const physics::NeedleState& CoupledLoops::haptic_step(const HapticStepRecord& input,
+const physics::NeedleState& CoupledLoops::haptic_step(const recording::HapticStepRecord& input,
                                                       const physics::TissuePatch& patch) {
   const physics::NeedleState& needle = haptic_.step(input.pose, input.dt_s, patch);
   ++haptic_steps_;
@@ -203,13 +203,13 @@ physics::SimulationReport CoupledLoops::simulation_step(double time_s, const phy
                                                              .probe = &probe,
                                                              .held_amplitude = inspiration(scene_.breathing, time_s)},
                                                             out);
-  const SimulationStepRecord record{.step = ++simulation_steps_,
-                                    .time_s = time_s,
-                                    .needle_step = report.needle_step,
-                                    .factor_taken = report.factorisation_taken,
-                                    .factor_requested = report.factorisation_requested,
-                                    .factor_epoch = report.factor_epoch,
-                                    .probe = probe};
+  const recording::SimulationStepRecord record{.step = ++simulation_steps_,
+                                               .time_s = time_s,
+                                               .needle_step = report.needle_step,
+                                               .factor_taken = report.factorisation_taken,
+                                               .factor_requested = report.factorisation_requested,
+                                               .factor_epoch = report.factor_epoch,
+                                               .probe = probe};
   for (StepListener* listener : listeners_) {
     listener->simulation_stepped(record, report, simulation_.tissue(), needle);
   }
@@ -227,7 +227,7 @@ double insertion_depth(const content::Needle& properties, const physics::NeedleS
 
 physics::RigidPose probe_pose(const content::Scene& scene, double time_s) {
   if (scene.motion.probe.empty()) return scene.probe.pose;
-  const content::MotionSample sample = content::sample_motion(scene.motion.probe, time_s);
+  const content::MotionSample sample = readers::sample_motion(scene.motion.probe, time_s);
   return {sample.pose.position, sample.pose.orientation};
 }
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/session/recording.h"
+#include "engine/recording/recording.h"
 #include "haptic/device.h"
 #include "haptic/output_guard.h"
 #include "physics/loops/haptic_loop.h"
@@ -20,8 +20,8 @@ class StepListener {
 public:
   virtual ~StepListener() = default;
   /// @realtime
-  virtual void haptic_stepped(const HapticStepRecord&, const physics::NeedleState&) {}
-  virtual void simulation_stepped(const SimulationStepRecord&, const physics::SimulationReport&,
+  virtual void haptic_stepped(const recording::HapticStepRecord&, const physics::NeedleState&) {}
+  virtual void simulation_stepped(const recording::SimulationStepRecord&, const physics::SimulationReport&,
                                   const physics::TissueState&, const physics::NeedleState&) {}
   /// What went to a device that renders force after haptic step `step`; haptic thread.
   /// @realtime
@@ -30,7 +30,7 @@ public:
 
 /// Name of a coupling on the command line and in recordings: "stylet", "paper-updated", "paper-frozen".
 const char* coupling_name(physics::Coupling coupling);
-/// @throws content::ContentError  not a coupling; lists those there are
+/// @throws files::ContentError  not a coupling; lists those there are
 physics::Coupling coupling_from_name(const std::string& name);
 
 class CoupledLoops {
@@ -39,7 +39,7 @@ public:
   /// @param start      pose of the hub before the first step
   /// @param listeners  outlive this; called in this order
   /// @param base       how the needle is held at the stylus
-  /// @throws content::ContentError  where the scene's bodies cannot be simulated
+  /// @throws files::ContentError  where the scene's bodies cannot be simulated
   CoupledLoops(const content::Scene& scene, physics::Coupling coupling, const physics::StylusPose& start,
                std::vector<StepListener*> listeners, const physics::NeedleBase& base = {});
 
@@ -48,7 +48,8 @@ public:
   const physics::NeedleState& haptic_step(const haptic::StylusSample& sample, const physics::TissuePatch& patch);
 
   /// The same with the input as recorded.
-  const physics::NeedleState& haptic_step(const HapticStepRecord& input, const physics::TissuePatch& patch);
+  const physics::NeedleState& haptic_step(const recording::HapticStepRecord& input,
+                                          const physics::TissuePatch& patch);
 
   /// Tells the listeners what went to the device.
   /// @realtime

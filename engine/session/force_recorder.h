@@ -1,8 +1,8 @@
 // Follows the hand's force through a session.
 #pragma once
 
+#include "engine/figures/force_trace.h"
 #include "engine/session/coupled_loops.h"
-#include "engine/session/force_trace.h"
 
 namespace stylet::session {
 
@@ -13,17 +13,17 @@ public:
   ForceRecorder(const content::Scene& scene, double duration_s)
       : needle_(scene.needle), trace_(static_cast<std::size_t>(duration_s * scene.rates.haptic_hz) + 1000) {}
 
-  void haptic_stepped(const HapticStepRecord& record, const physics::NeedleState& needle) override {
+  void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override {
     const Eigen::Vector3d axis = needle.orientations.front() * Eigen::Vector3d::UnitZ();
     trace_.add(record.time_s, needle.positions.col(0), axis, insertion_depth(needle_, needle), needle.wrench.force,
                needle.hand_work);
   }
 
-  const ForceTrace& trace() const { return trace_; }
+  const figures::ForceTrace& trace() const { return trace_; }
 
 private:
   content::Needle needle_;
-  ForceTrace trace_;
+  figures::ForceTrace trace_;
 };
 
 }  // namespace stylet::session

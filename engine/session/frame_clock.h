@@ -23,8 +23,8 @@ public:
   FrameClock(const FramePublisher& publisher, const FrameClockSettings& settings, Draw draw)
       : buffer_(publisher.buffer()), settings_(settings), draw_(std::move(draw)), frame_(buffer_.make_frame()) {}
 
-  void simulation_stepped(const SimulationStepRecord&, const physics::SimulationReport&, const physics::TissueState&,
-                          const physics::NeedleState&) override {
+  void simulation_stepped(const recording::SimulationStepRecord&, const physics::SimulationReport&,
+                          const physics::TissueState&, const physics::NeedleState&) override {
     for (double time_s = next_s(); time_s <= buffer_.newest_s() && time_s <= settings_.to_s; time_s = next_s()) {
       buffer_.sample(time_s, frame_);
       draw_(frames_++, frame_);

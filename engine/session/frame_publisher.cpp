@@ -64,8 +64,9 @@ void FramePublisher::show_probe(const physics::RigidPose& pose, const physics::P
   probe_.peak_force = std::max(probe_.peak_force, force);
 }
 
-void FramePublisher::simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport& report,
-                                        const physics::TissueState& tissue, const physics::NeedleState& needle) {
+void FramePublisher::simulation_stepped(const recording::SimulationStepRecord& record,
+                                        const physics::SimulationReport& report, const physics::TissueState& tissue,
+                                        const physics::NeedleState& needle) {
   if (needle.node_count < 2) return;
   frame_.time_s = record.time_s;
   frame_.simulation_step = record.step;

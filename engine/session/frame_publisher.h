@@ -26,7 +26,7 @@ class FramePublisher final : public StepListener {
 public:
   explicit FramePublisher(const content::Scene& scene);
 
-  void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport& report,
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override;
 
   const state::StateBuffer& buffer() const { return buffer_; }

@@ -4,7 +4,7 @@
 
 #include "engine/content/probe_placement.h"
 #include "engine/content/scene.h"
-#include "physics/loops/latest_value.h"
+#include "physics/messages/latest_value.h"
 
 #include <array>
 #include <atomic>

@@ -21,9 +21,9 @@ physics::StylusPose first_pose(haptic::Device& device) {
   return {sample.position, sample.orientation};
 }
 
-RecordingHeader recording_header(const content::Scene& scene, const haptic::Device& device,
-                                 const LiveSettings& settings, const physics::StylusPose& start,
-                                 const physics::NeedleBase& base) {
+recording::RecordingHeader recording_header(const content::Scene& scene, const haptic::Device& device,
+                                            const LiveSettings& settings, const physics::StylusPose& start,
+                                            const physics::NeedleBase& base) {
   return {.build = settings.build,
           .scenario = scene.scenario.string(),
           .scenario_hash = file_hash(scene.scenario),

@@ -2,13 +2,13 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/recording/recording_writer.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/force_recorder.h"
 #include "engine/session/frame_publisher.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/newest_needle.h"
 #include "engine/session/recorder.h"
-#include "engine/session/recording_writer.h"
 #include "engine/session/run_statistics.h"
 #include "engine/session/schedule.h"
 #include "engine/session/step_hash.h"
@@ -75,7 +75,7 @@ public:
   RunStatistics stop();
 
   // After the run.
-  const ForceTrace& force() const { return force_.trace(); }
+  const figures::ForceTrace& force() const { return force_.trace(); }
   std::uint64_t state_hash() const { return hash_.state(); }
   double closest_target_distance() const { return frames_.closest_target_distance(); }
   /// Not set where the probe is held in the air.
@@ -91,7 +91,7 @@ private:
   LiveSettings settings_;
   physics::StylusPose start_;
   physics::NeedleBase base_;
-  RecordingWriter writer_;
+  recording::RecordingWriter writer_;
   StepHash hash_;
   Recorder recorder_;
   ForceRecorder force_;

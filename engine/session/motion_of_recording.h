@@ -2,15 +2,15 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/session/recording.h"
+#include "engine/recording/recording.h"
 
 namespace stylet::session {
 
 /// The hub's poses of every haptic step, with the buttons.
-inline content::Motion motion_of(const Recording& recording) {
+inline content::Motion motion_of(const recording::Recording& recording) {
   content::Motion motion;
   motion.stylus.reserve(recording.haptic.size());
-  for (const HapticStepRecord& step : recording.haptic) {
+  for (const recording::HapticStepRecord& step : recording.haptic) {
     motion.stylus.push_back({.time_s = step.time_s, .pose = step.pose, .buttons = step.buttons});
   }
   return motion;

@@ -3,7 +3,7 @@
 
 #include "engine/session/coupled_loops.h"
 #include "engine/state/frame_state.h"
-#include "physics/loops/latest_value.h"
+#include "physics/messages/latest_value.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -22,7 +22,7 @@ public:
       : latest_(Shape{rest.needle_positions, rest.needle_orientations}) {}
 
   /// @realtime
-  void haptic_stepped(const HapticStepRecord&, const physics::NeedleState& needle) override {
+  void haptic_stepped(const recording::HapticStepRecord&, const physics::NeedleState& needle) override {
     Shape& shape = latest_.back();
     if (static_cast<std::size_t>(needle.node_count) != shape.positions.size()) return;
     for (int i = 0; i < needle.node_count; ++i) {

@@ -23,7 +23,7 @@ bool ProbeHand::follow(const Eigen::Vector3d& position, const Eigen::Quaterniond
   if (!hand_) {
     const std::optional<physics::RigidPose> held = content::moved_on_skin(scene, scene_.labels, probe_.moved());
     if (!held) return false;
-    hand_.emplace(haptic::hid::Workspace{.start = held->position, .start_orientation = held->orientation});
+    hand_.emplace(haptic::Workspace{.start = held->position, .start_orientation = held->orientation});
   }
   hand_->follow(position, orientation);
 

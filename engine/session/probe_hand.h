@@ -3,7 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "engine/session/held_probe.h"
-#include "haptic/hid/workspace_map.h"
+#include "haptic/workspace_map.h"
 
 #include <optional>
 
@@ -29,7 +29,7 @@ public:
 private:
   const content::Scene& scene_;
   HeldProbe& probe_;
-  std::optional<haptic::hid::WorkspaceMap> hand_;  ///< from the hand to where it would have the probe
+  std::optional<haptic::WorkspaceMap> hand_;  ///< from the hand to where it would have the probe
 };
 
 }  // namespace stylet::session

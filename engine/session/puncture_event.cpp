@@ -28,9 +28,9 @@ std::string_view puncture_detail(const content::Scene& scene, const physics::Pun
   return {memory.text, std::min(end.size, sizeof memory.text)};
 }
 
-std::vector<PunctureEvent> punctures(const Recording& recording) {
+std::vector<PunctureEvent> punctures(const recording::Recording& recording) {
   std::vector<PunctureEvent> found;
-  for (const EventRecord& event : recording.events) {
+  for (const recording::EventRecord& event : recording.events) {
     if (event.name != kPunctureEvent) continue;
     const std::size_t into = event.detail.find(kInto);
     const std::size_t at = event.detail.rfind(kAt);

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/session/recording.h"
-#include "physics/loops/messages.h"
+#include "engine/recording/recording.h"
+#include "physics/messages/messages.h"
 
 #include <optional>
 #include <string>
@@ -25,7 +25,7 @@ struct PunctureEvent {
 
 /// Memory for the text of one event, so that the haptic thread takes none.
 struct PunctureText {
-  char text[kMaxEventText];
+  char text[recording::kMaxEventText];
 };
 
 /// Detail of the event, e.g. "fat > muscle, 0.8000 N (0.00123 J)".
@@ -34,6 +34,6 @@ std::string_view puncture_detail(const content::Scene& scene, const physics::Pun
                                  PunctureText& memory);
 
 /// The punctures of a recording, in order. Events that are not written as above are left out.
-std::vector<PunctureEvent> punctures(const Recording& recording);
+std::vector<PunctureEvent> punctures(const recording::Recording& recording);
 
 }  // namespace stylet::session

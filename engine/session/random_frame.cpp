@@ -1,7 +1,7 @@
 #include "engine/session/random_frame.h"
 
-#include "engine/content/error.h"
-#include "engine/content/motion.h"
+#include "engine/files/error.h"
+#include "engine/readers/motion.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/frame_publisher.h"
 #include "engine/session/lockstep.h"
@@ -73,7 +73,7 @@ std::vector<content::MotionSample> needle_way(const content::Scene& scene, const
   for (const content::MotionSample& sample : scene.motion.stylus) {
     if (sample.time_s < motion_s) way.push_back(sample);
   }
-  way.push_back(content::sample_motion(scene.motion.stylus, motion_s));
+  way.push_back(readers::sample_motion(scene.motion.stylus, motion_s));
   const Eigen::Quaterniond turn(move.linear());
   for (content::MotionSample& sample : way) {
     sample.pose.position = move * sample.pose.position;
@@ -125,7 +125,7 @@ void place_probe(const content::Scene& scene, const RandomRanges& ranges, Random
     frame.probe = *pose;
     return;
   }
-  throw content::ContentError(
+  throw files::ContentError(
       fmt::format("{}: none of {} random poses of the probe lies on the skin; make the slides and turns smaller",
                   scene.scenario.string(), kAttempts));
 }
@@ -135,8 +135,8 @@ void place_probe(const content::Scene& scene, const RandomRanges& ranges, Random
 RandomFrame draw_random_frame(const content::Scene& scene, const RandomRanges& ranges, std::uint64_t seed,
                               std::uint64_t index) {
   if (scene.motion.stylus.empty()) {
-    throw content::ContentError(scene.scenario.string() +
-                                ": names no motion; random frames take the needle's way from it");
+    throw files::ContentError(scene.scenario.string() +
+                              ": names no motion; random frames take the needle's way from it");
   }
   RandomFrame frame;
   RandomStream needle(seed, index, kNeedle);
@@ -194,8 +194,8 @@ SettledFrame settle(const content::Scene& scene, physics::Coupling coupling, con
   const auto compare = [&](const std::vector<Eigen::Vector3f>& now, const std::vector<Eigen::Vector3f>& then) {
     for (std::size_t i = 0; i < now.size(); ++i) {
       if (!now[i].allFinite()) {
-        throw content::ContentError(scene.scenario.string() +
-                                    ": a random frame has no finite state; make the ranges smaller");
+        throw files::ContentError(scene.scenario.string() +
+                                  ": a random frame has no finite state; make the ranges smaller");
       }
       settled.speed = std::max(settled.speed, static_cast<double>((now[i] - then[i]).norm()) / step_s);
     }

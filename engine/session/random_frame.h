@@ -48,7 +48,7 @@ struct RandomFrame {
 };
 
 /// Draws frame `index` of `seed`. Poses where the probe would leave the skin are drawn again.
-/// @throws content::ContentError  the scene has no motion, or no pose in the ranges lies on the skin
+/// @throws files::ContentError  the scene has no motion, or no pose in the ranges lies on the skin
 RandomFrame draw_random_frame(const content::Scene& scene, const RandomRanges& ranges, std::uint64_t seed,
                               std::uint64_t index);
 
@@ -62,7 +62,7 @@ struct SettledFrame {
 };
 
 /// @param scene  dressed in the frame
-/// @throws content::ContentError  the physics gave no finite state
+/// @throws files::ContentError  the physics gave no finite state
 SettledFrame settle(const content::Scene& scene, physics::Coupling coupling, const RandomFrame& frame,
                     const std::function<void(double share)>& progress = {});
 

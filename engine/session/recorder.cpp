@@ -4,12 +4,13 @@
 
 namespace stylet::session {
 
-void Recorder::haptic_stepped(const HapticStepRecord& record, const physics::NeedleState& needle) {
-  RecordingChannel& channel = writer_.haptic();
+void Recorder::haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) {
+  recording::RecordingChannel& channel = writer_.haptic();
   channel.add(record);
   haptic_step_ = record.step;
   if (record.step % kHapticStepsPerHash == 0) {
-    channel.add(HashRecord{.loop = LoopName::haptic, .step = record.step, .hash = hash_.haptic()});
+    channel.add(
+        recording::HashRecord{.loop = recording::LoopName::haptic, .step = record.step, .hash = hash_.haptic()});
   }
   if (needle.puncture_count != punctures_) {
     PunctureText memory;
@@ -27,13 +28,13 @@ void Recorder::haptic_stepped(const HapticStepRecord& record, const physics::Nee
   }
 }
 
-void Recorder::simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport&,
+void Recorder::simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport&,
                                   const physics::TissueState&, const physics::NeedleState&) {
   writer_.simulation().add(record);
   simulation_step_ = record.step;
   if (record.step % kSimulationStepsPerHash == 0) {
-    writer_.simulation().add(
-        HashRecord{.loop = LoopName::simulation, .step = record.step, .hash = hash_.simulation()});
+    writer_.simulation().add(recording::HashRecord{
+        .loop = recording::LoopName::simulation, .step = record.step, .hash = hash_.simulation()});
   }
 }
 
@@ -49,10 +50,10 @@ void Recorder::force_sent(double time_s, std::uint64_t step, const haptic::Guard
 }
 
 void Recorder::finish() {
-  writer_.haptic().add(
-      HashRecord{.loop = LoopName::haptic, .final = true, .step = haptic_step_, .hash = hash_.haptic()});
-  writer_.simulation().add(
-      HashRecord{.loop = LoopName::simulation, .final = true, .step = simulation_step_, .hash = hash_.simulation()});
+  writer_.haptic().add(recording::HashRecord{
+      .loop = recording::LoopName::haptic, .final = true, .step = haptic_step_, .hash = hash_.haptic()});
+  writer_.simulation().add(recording::HashRecord{
+      .loop = recording::LoopName::simulation, .final = true, .step = simulation_step_, .hash = hash_.simulation()});
 }
 
 }  // namespace stylet::session

@@ -1,8 +1,8 @@
 // Puts a session on record while it runs.
 #pragma once
 
+#include "engine/recording/recording_writer.h"
 #include "engine/session/coupled_loops.h"
-#include "engine/session/recording_writer.h"
 #include "engine/session/step_hash.h"
 
 #include <array>
@@ -20,11 +20,11 @@ public:
   static constexpr const char* kSafetyEvent = "safety";
   static constexpr double kQuiet = 0.5;  ///< s
 
-  Recorder(RecordingWriter& writer, const StepHash& hash, const content::Scene& scene)
+  Recorder(recording::RecordingWriter& writer, const StepHash& hash, const content::Scene& scene)
       : writer_(writer), hash_(hash), scene_(scene) {}
 
-  void haptic_stepped(const HapticStepRecord& record, const physics::NeedleState& needle) override;
-  void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport& report,
+  void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override;
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState&, const physics::NeedleState&) override;
   void force_sent(double time_s, std::uint64_t step, const haptic::GuardedWrench& out) override;
   /// Writes the final hashes. The loops must have stopped.
@@ -37,7 +37,7 @@ private:
     return times;
   }
 
-  RecordingWriter& writer_;
+  recording::RecordingWriter& writer_;
   const StepHash& hash_;
   const content::Scene& scene_;
   std::uint64_t haptic_step_ = 0;

@@ -1,6 +1,6 @@
 #include "engine/session/replay.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "haptic/denormals.h"
 #include "haptic/paced_loop.h"
 
@@ -20,8 +20,8 @@ namespace {
 // The hashes of one loop, met in the order of its steps.
 class HashCheck {
 public:
-  HashCheck(const Recording& recording, LoopName loop) : loop_(loop) {
-    for (const HashRecord& record : recording.hashes) {
+  HashCheck(const recording::Recording& recording, recording::LoopName loop) : loop_(loop) {
+    for (const recording::HashRecord& record : recording.hashes) {
       if (record.loop == loop) expected_[record.step] = record.hash;
     }
   }
@@ -33,18 +33,18 @@ public:
   }
 
 private:
-  LoopName loop_;
+  recording::LoopName loop_;
   std::map<std::uint64_t, std::uint64_t> expected_;
 };
 
 [[noreturn]] void impossible(const std::string& what) {
-  throw content::ContentError(
+  throw files::ContentError(
       fmt::format("recording: {}; it was not written by a session or is incomplete; record it again", what));
 }
 
 }  // namespace
 
-ReplayableSteps replayable_steps(const Recording& recording) {
+ReplayableSteps replayable_steps(const recording::Recording& recording) {
   ReplayableSteps steps{.haptic = recording.haptic.size(), .simulation = recording.simulation.size()};
   if (recording.end) return steps;
   const auto last_haptic = [&] { return steps.haptic > 0 ? recording.haptic[steps.haptic - 1].step : 0; };
@@ -62,14 +62,14 @@ ReplayableSteps replayable_steps(const Recording& recording) {
 // A simulation step consumed the needle state of a haptic step that was then complete; its patch was consumed by
 // later haptic steps. So: keep each needle state that some simulation step consumed, and run the simulation steps
 // just before the first haptic step that consumes their patch.
-ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepHash& hash,
+ReplayResult replay(const recording::Recording& recording, CoupledLoops& loops, const StepHash& hash,
                     const RunProgress& progress) {
   const haptic::FlushDenormals flush;
   haptic::MonotonicClock clock;
   haptic::LatencyHistogram haptic_time;
   haptic::LatencyHistogram simulation_time;
-  const HashCheck haptic_hashes(recording, LoopName::haptic);
-  const HashCheck simulation_hashes(recording, LoopName::simulation);
+  const HashCheck haptic_hashes(recording, recording::LoopName::haptic);
+  const HashCheck simulation_hashes(recording, recording::LoopName::simulation);
   const ReplayableSteps steps = replayable_steps(recording);
   const std::span haptic_steps = std::span(recording.haptic).first(steps.haptic);
   const std::span simulation_steps = std::span(recording.simulation).first(steps.simulation);
@@ -79,7 +79,7 @@ ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepH
 
   std::map<std::uint64_t, physics::NeedleState> kept;  // by haptic step, as long as a simulation step needs it
   std::map<std::uint64_t, int> wanted;
-  for (const SimulationStepRecord& record : simulation_steps) ++wanted[record.needle_step];
+  for (const recording::SimulationStepRecord& record : simulation_steps) ++wanted[record.needle_step];
   const auto keep = [&](const physics::NeedleState& needle) {
     if (wanted.contains(needle.step)) physics::copy_state(needle, kept[needle.step]);
   };
@@ -87,7 +87,7 @@ ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepH
 
   std::size_t next = 0;  // simulation step
   const auto simulate = [&] {
-    const SimulationStepRecord& record = simulation_steps[next++];
+    const recording::SimulationStepRecord& record = simulation_steps[next++];
     const auto needle = kept.find(record.needle_step);
     if (needle == kept.end()) {
       impossible(fmt::format("simulation step {} consumes haptic step {} before it was made", record.step,
@@ -107,7 +107,7 @@ ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepH
   };
 
   const std::int64_t begin = clock.now_ns();
-  for (const HapticStepRecord& record : haptic_steps) {
+  for (const recording::HapticStepRecord& record : haptic_steps) {
     while (patch.epoch < record.patch_epoch) {
       if (next == simulation_steps.size()) {
         impossible(fmt::format("haptic step {} consumes patch {}, which no simulation step made", record.step,
@@ -153,7 +153,7 @@ std::string to_json(const RecordedSettings& settings) {
   return json.dump();
 }
 
-RecordedSettings recorded_settings(const Recording& recording) {
+RecordedSettings recorded_settings(const recording::Recording& recording) {
   RecordedSettings settings;
   try {
     const auto json = nlohmann::json::parse(recording.header.settings_json);

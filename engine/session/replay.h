@@ -1,8 +1,8 @@
 // A recording run again: its inputs on its schedule, which gives the same bits.
 #pragma once
 
+#include "engine/recording/recording.h"
 #include "engine/session/coupled_loops.h"
-#include "engine/session/recording.h"
 #include "engine/session/run_statistics.h"
 #include "engine/session/step_hash.h"
 
@@ -14,7 +14,7 @@ namespace stylet::session {
 
 /// Where a replay first left the recording.
 struct Divergence {
-  LoopName loop = LoopName::haptic;
+  recording::LoopName loop = recording::LoopName::haptic;
   std::uint64_t step = 0;
   std::uint64_t recorded = 0;
   std::uint64_t replayed = 0;
@@ -27,7 +27,7 @@ struct ReplayableSteps {
   std::size_t simulation = 0;
 };
 /// All of a recording with its end.
-ReplayableSteps replayable_steps(const Recording& recording);
+ReplayableSteps replayable_steps(const recording::Recording& recording);
 
 struct ReplayResult {
   RunStatistics run;
@@ -38,9 +38,9 @@ struct ReplayResult {
 
 /// Runs every replayable step with the recorded input, patch, needle state and factorisation. `hash` is one of the
 /// loops' listeners and stands before those that read it.
-/// @throws content::ContentError  where the recording's schedule is impossible (a step consumes what was not made
+/// @throws files::ContentError  where the recording's schedule is impossible (a step consumes what was not made
 /// yet)
-ReplayResult replay(const Recording& recording, CoupledLoops& loops, const StepHash& hash,
+ReplayResult replay(const recording::Recording& recording, CoupledLoops& loops, const StepHash& hash,
                     const RunProgress& progress = {});
 
 /// Settings of the session that made a recording.
@@ -53,8 +53,8 @@ struct RecordedSettings {
   double haptic_hz = 0;         ///< 0: the scenario's, in recordings of earlier versions
 };
 std::string to_json(const RecordedSettings& settings);
-/// @throws content::ContentError  the recording's settings are not those of a session
-RecordedSettings recorded_settings(const Recording& recording);
+/// @throws files::ContentError  the recording's settings are not those of a session
+RecordedSettings recorded_settings(const recording::Recording& recording);
 
 /// Hash of a file's bytes, so that a replay can tell whether the scenario changed since. 0 if it cannot be read.
 std::uint64_t file_hash(const std::filesystem::path& path);

@@ -1,6 +1,6 @@
 #include "engine/session/session_report.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 
 #include <fmt/format.h>
 
@@ -90,7 +90,7 @@ void write_json(const std::filesystem::path& path, const nlohmann::ordered_json&
   file << json.dump(2) << '\n';
   file.close();
   if (!file) {
-    throw content::ContentError(
+    throw files::ContentError(
         fmt::format("{}: cannot be written; free space or choose another --out", path.string()));
   }
 }

@@ -1,7 +1,7 @@
 // What a session came to: session.json, and the same in words.
 #pragma once
 
-#include "engine/session/force_trace.h"
+#include "engine/figures/force_trace.h"
 #include "engine/session/frame_publisher.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/run_statistics.h"
@@ -25,7 +25,7 @@ struct SessionReport {
   std::string gpu_driver{};
   std::string blas{};
   RunStatistics run{};
-  ForceSummary force{};
+  figures::ForceSummary force{};
   std::vector<PunctureEvent> punctures{};
   double closest_target_distance = 0;   ///< m; infinite without a target
   std::optional<ProbeSummary> probe{};  ///< not set: it was held in the air
@@ -36,7 +36,7 @@ struct SessionReport {
 
 /// The object of session.json; content/README.md specifies it.
 nlohmann::ordered_json to_json(const SessionReport& report);
-/// @throws content::ContentError  when the file cannot be written
+/// @throws files::ContentError  when the file cannot be written
 void write_json(const std::filesystem::path& path, const nlohmann::ordered_json& json);
 /// Some lines for the terminal.
 std::string main_figures(const SessionReport& report);

@@ -9,7 +9,7 @@ namespace stylet::session {
 /// Hashes what each loop hands on: the needle's poses, forces, wrench and punctures; the tissue's positions.
 class StepHash final : public StepListener {
 public:
-  void haptic_stepped(const HapticStepRecord& record, const physics::NeedleState& needle) override {
+  void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override {
     haptic_.add(record.step);
     haptic_.add_columns(needle.positions, needle.node_count);
     for (int i = 0; i < needle.node_count; ++i) {
@@ -31,7 +31,7 @@ public:
     haptic_.add(static_cast<std::uint64_t>(needle.last_puncture.to));
     haptic_.add(needle.last_puncture.force);
   }
-  void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport&,
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport&,
                           const physics::TissueState& tissue, const physics::NeedleState&) override {
     simulation_.add(record.step);
     for (int b = 0; b < tissue.body_count; ++b) {

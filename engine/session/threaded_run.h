@@ -9,7 +9,7 @@
 #include "engine/session/stylus_step.h"
 #include "haptic/device.h"
 #include "haptic/real_time_thread.h"
-#include "physics/loops/latest_value.h"
+#include "physics/messages/latest_value.h"
 
 #include <atomic>
 #include <memory>

@@ -1,7 +1,7 @@
 #include "engine/training/ablation.h"
 
 #include "engine/content/embedding.h"
-#include "engine/content/surface_mesh.h"
+#include "engine/mesh/surface_mesh.h"
 #include "engine/training/iso_surface.h"
 #include "engine/training/voxel.h"
 
@@ -176,18 +176,18 @@ AblationCoverage Ablation::coverage() const {
   return out;
 }
 
-content::TriangleMesh Ablation::zone() const {
+mesh::TriangleMesh Ablation::zone() const {
   return iso_surface(heat_.grid(), log_dose(), 0);
 }
 
 content::Surface Ablation::surface(int body) const {
-  const content::TriangleMesh mesh = zone();
+  const mesh::TriangleMesh mesh = zone();
   content::Surface surface;
   surface.name = "ablation_zone";
   surface.role = content::SurfaceRole::visual;
   surface.body = body;
   for (const Eigen::Vector3d& vertex : mesh.vertices) surface.positions.push_back(vertex.cast<float>());
-  surface.normals = content::smooth_normals(mesh);
+  surface.normals = mesh::smooth_normals(mesh);
   for (const auto& triangle : mesh.triangles) {
     surface.indices.insert(surface.indices.end(), triangle.begin(), triangle.end());
   }

@@ -3,7 +3,7 @@
 
 #include "engine/content/heated_zone.h"
 #include "engine/content/scene.h"
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/triangle_mesh.h"
 #include "engine/training/bioheat.h"
 #include "engine/training/electrode.h"
 
@@ -51,7 +51,7 @@ public:
   double volume() const;  ///< destroyed, m^3
   AblationCoverage coverage() const;
   /// Surface of what is destroyed, patient frame at rest; empty before there is anything.
-  content::TriangleMesh zone() const;
+  mesh::TriangleMesh zone() const;
   /// The same as the renderer draws surfaces: carried by a deformable body, with normals.
   content::Surface surface(int body) const;
   const Bioheat& field() const { return heat_; }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <Eigen/Core>
 

@@ -24,7 +24,7 @@ inline constexpr int kActionCount = 8;
 const char* stage_name(Stage stage);
 const char* action_name(Action action);
 
-/// Names of the events that a flow makes (session::EventRecord::name).
+/// Names of the events that a flow makes (recording::EventRecord::name).
 namespace flow_event {
 inline constexpr std::string_view kStage = "stage";                       ///< detail: its name
 inline constexpr std::string_view kBiopsyFired = "biopsy_fired";          ///< detail: number of the core

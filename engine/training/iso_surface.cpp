@@ -31,7 +31,7 @@ public:
     for (const auto& [a, b] : kWays) tetrahedron({corner[0], corner[a], corner[b], corner[7]});
   }
 
-  content::TriangleMesh take() { return std::move(mesh_); }
+  mesh::TriangleMesh take() { return std::move(mesh_); }
 
 private:
   bool inside(std::size_t cell) const { return values_[cell] > level_; }
@@ -85,12 +85,12 @@ private:
   std::span<const double> values_;
   double level_;
   std::unordered_map<std::uint64_t, std::size_t> vertices_;  // by edge; looked up only, so its order does not matter
-  content::TriangleMesh mesh_;
+  mesh::TriangleMesh mesh_;
 };
 
 }  // namespace
 
-content::TriangleMesh iso_surface(const CellGrid& grid, std::span<const double> values, double level) {
+mesh::TriangleMesh iso_surface(const CellGrid& grid, std::span<const double> values, double level) {
   Marcher marcher(grid, values, level);
   for (int k = 0; k + 1 < grid.size.z(); ++k) {
     for (int j = 0; j + 1 < grid.size.y(); ++j) {

@@ -1,7 +1,7 @@
 // The surface between what is above a threshold and what is below it.
 #pragma once
 
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/triangle_mesh.h"
 #include "engine/training/bioheat.h"
 
 #include <span>
@@ -12,6 +12,6 @@ namespace stylet::training {
 /// tetrahedra on the six Kuhn tetrahedra of each cube of cells (Doi and Koide 1991), which fit together, so that the
 /// surface is closed, manifold and outward wherever the border of the grid lies below the level.
 /// @param values  [grid.count()]
-content::TriangleMesh iso_surface(const CellGrid& grid, std::span<const double> values, double level);
+mesh::TriangleMesh iso_surface(const CellGrid& grid, std::span<const double> values, double level);
 
 }  // namespace stylet::training

@@ -309,7 +309,7 @@ void add_perk_tutor(MetricList& out, const Trace& trace, const content::Scene& s
 std::optional<double> tumour_content(const Trace& trace) {
   double sum = 0;
   int cores = 0;
-  for (const session::EventRecord& event : trace.events) {
+  for (const recording::EventRecord& event : trace.events) {
     if (event.name != training_event::kCore) continue;
     sum += percent_in(event.detail, "target").value_or(0);
     ++cores;
@@ -348,7 +348,7 @@ void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, 
 
 std::size_t arrival(const Trace& trace) {
   const Samples samples = trace.samples;
-  for (const session::EventRecord& event : trace.events) {
+  for (const recording::EventRecord& event : trace.events) {
     if (event.name != kFireEvent && event.name != kAblationEvent) continue;
     const auto after = std::ranges::upper_bound(samples, event.time_s, {}, &TraceSample::time_s);
     if (after != samples.begin()) return static_cast<std::size_t>(after - samples.begin()) - 1;

@@ -28,12 +28,12 @@ ProcedureWatch::ProcedureWatch(const content::Scene& scene)
   core_ = sized_for(scene).core;
 }
 
-void ProcedureWatch::haptic_stepped(const session::HapticStepRecord& record, const physics::NeedleState&) {
+void ProcedureWatch::haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState&) {
   if ((record.buttons & ~buttons_ & 1U) != 0) presses_.fetch_add(1, std::memory_order_release);
   buttons_ = record.buttons;
 }
 
-void ProcedureWatch::simulation_stepped(const session::SimulationStepRecord& record,
+void ProcedureWatch::simulation_stepped(const recording::SimulationStepRecord& record,
                                         const physics::SimulationReport& report, const physics::TissueState& tissue,
                                         const physics::NeedleState& needle) {
   if (needle.node_count < 2) return;

@@ -6,7 +6,7 @@
 #include "engine/training/electrode.h"
 #include "engine/training/flow.h"
 #include "engine/training/tissue_locator.h"
-#include "physics/loops/latest_value.h"
+#include "physics/messages/latest_value.h"
 
 #include <atomic>
 #include <cstdint>
@@ -40,8 +40,8 @@ public:
   /// Keeps a reference to `scene`.
   explicit ProcedureWatch(const content::Scene& scene);
 
-  void haptic_stepped(const session::HapticStepRecord& record, const physics::NeedleState& needle) override;
-  void simulation_stepped(const session::SimulationStepRecord& record, const physics::SimulationReport& report,
+  void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override;
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override;
 
   /// Of the newest simulation step; the same until the next call. The asking thread's.

@@ -24,8 +24,8 @@ struct SamplingResult {
 /// Some lines for the terminal; empty where nothing was sampled or destroyed.
 std::string in_words(const SamplingResult& result);
 
-/// Events besides those of the flow (session::EventRecord). The metrics read them: a replay measures what the session
-/// did.
+/// Events besides those of the flow (recording::EventRecord). The metrics read them: a replay measures what the
+/// session did.
 namespace training_event {
 inline constexpr std::string_view kCore = "core";        ///< detail: core_detail()
 inline constexpr std::string_view kAblated = "ablated";  ///< detail: ablation_detail()

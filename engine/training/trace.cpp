@@ -48,7 +48,7 @@ TraceRecorder::TraceRecorder(const content::Scene& scene, double duration_s)
   trace_.samples.reserve(capacity_);
 }
 
-void TraceRecorder::haptic_stepped(const session::HapticStepRecord& record, const physics::NeedleState&) {
+void TraceRecorder::haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState&) {
   const std::uint64_t entry = record.step << 32 | record.buttons;
   (*pressed_)[record.step % kRemembered].store(entry, std::memory_order_release);
 }
@@ -59,7 +59,7 @@ std::uint32_t TraceRecorder::buttons_at(std::uint64_t haptic_step) {
   return buttons_;
 }
 
-void TraceRecorder::simulation_stepped(const session::SimulationStepRecord& record,
+void TraceRecorder::simulation_stepped(const recording::SimulationStepRecord& record,
                                        const physics::SimulationReport& report, const physics::TissueState& tissue,
                                        const physics::NeedleState& needle) {
   if (needle.node_count < 2) return;
@@ -122,9 +122,9 @@ void TraceRecorder::look_at_targets(TraceSample& sample) const {
   }
 }
 
-Trace TraceRecorder::take(std::vector<session::EventRecord> events) {
+Trace TraceRecorder::take(std::vector<recording::EventRecord> events) {
   trace_.events = std::move(events);
-  std::ranges::stable_sort(trace_.events, {}, &session::EventRecord::time_s);
+  std::ranges::stable_sort(trace_.events, {}, &recording::EventRecord::time_s);
   return std::exchange(trace_, {});
 }
 

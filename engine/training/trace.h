@@ -1,8 +1,8 @@
 // A procedure as the metrics see it: one sample of hand, needle, tissue and probe for every simulation step.
 #pragma once
 
+#include "engine/recording/recording.h"
 #include "engine/session/coupled_loops.h"
-#include "engine/session/recording.h"
 #include "engine/training/tissue_locator.h"
 
 #include <Eigen/Core>
@@ -50,9 +50,9 @@ struct TraceSample {
 inline constexpr double kProbeAhead = 1e-3;
 
 struct Trace {
-  std::vector<TraceSample> samples{};          ///< times ascending
-  std::vector<session::EventRecord> events{};  ///< of the session, times ascending
-  std::size_t dropped = 0;                     ///< samples beyond the memory taken at load
+  std::vector<TraceSample> samples{};            ///< times ascending
+  std::vector<recording::EventRecord> events{};  ///< of the session, times ascending
+  std::size_t dropped = 0;                       ///< samples beyond the memory taken at load
 };
 
 /// Fills a Trace, live and in replay alike: the samples are a function of the steps and what they consumed, so a
@@ -67,14 +67,14 @@ public:
   /// Keeps a reference to `scene`. @param duration_s  of the session; infinite: kLongest
   TraceRecorder(const content::Scene& scene, double duration_s);
 
-  void haptic_stepped(const session::HapticStepRecord& record, const physics::NeedleState& needle) override;
-  void simulation_stepped(const session::SimulationStepRecord& record, const physics::SimulationReport& report,
+  void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override;
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override;
 
   /// Simulation thread, or when the loops stand still.
   const Trace& trace() const { return trace_; }
   /// The trace with the events of the session's recording, once the loops stand still; the recorder is then empty.
-  Trace take(std::vector<session::EventRecord> events);
+  Trace take(std::vector<recording::EventRecord> events);
   /// Of the last sample, for whoever follows a procedure while it runs (after this in the list of listeners).
   TissueLocator& tissue() { return tissue_; }
 

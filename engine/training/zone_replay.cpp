@@ -9,10 +9,10 @@
 
 namespace stylet::training {
 
-ZoneReplay::ZoneReplay(const content::Scene& scene, std::span<const session::EventRecord> events)
+ZoneReplay::ZoneReplay(const content::Scene& scene, std::span<const recording::EventRecord> events)
     : scene_(scene), heats_(scene.exercise.sampling.kind == content::SamplingKind::ablation), watch_(scene) {
   if (!heats_) return;
-  for (const session::EventRecord& event : events) {
+  for (const recording::EventRecord& event : events) {
     if (event.name == flow_event::kAblationStarted) {
       heatings_.push_back({.begin_s = event.time_s,
                            .end_s = std::numeric_limits<double>::infinity(),
@@ -35,11 +35,11 @@ double ZoneReplay::most_heated_s() const {
   return plan.duration_s + kLongestFrame * plan.time_factor;
 }
 
-void ZoneReplay::haptic_stepped(const session::HapticStepRecord& record, const physics::NeedleState& needle) {
+void ZoneReplay::haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) {
   if (!heatings_.empty()) watch_.haptic_stepped(record, needle);
 }
 
-void ZoneReplay::simulation_stepped(const session::SimulationStepRecord& record,
+void ZoneReplay::simulation_stepped(const recording::SimulationStepRecord& record,
                                     const physics::SimulationReport& report, const physics::TissueState& tissue,
                                     const physics::NeedleState& needle) {
   if (heatings_.empty()) return;

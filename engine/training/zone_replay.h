@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/content/heated_zone.h"
-#include "engine/session/recording.h"
+#include "engine/recording/recording.h"
 #include "engine/training/ablation.h"
 #include "engine/training/procedure_watch.h"
 
@@ -19,10 +19,10 @@ class ZoneReplay final : public session::StepListener {
 public:
   /// @param scene   kept
   /// @param events  of the recording (flow_event, training_event::kAblated)
-  ZoneReplay(const content::Scene& scene, std::span<const session::EventRecord> events);
+  ZoneReplay(const content::Scene& scene, std::span<const recording::EventRecord> events);
 
-  void haptic_stepped(const session::HapticStepRecord& record, const physics::NeedleState& needle) override;
-  void simulation_stepped(const session::SimulationStepRecord& record, const physics::SimulationReport& report,
+  void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override;
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override;
 
   /// @param time_s  of the session, as far as the replay has come

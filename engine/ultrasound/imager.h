@@ -30,7 +30,7 @@ namespace stylet::ultrasound {
 class Imager {
 public:
   /// Uploads labels, tissues and speckle. Keeps references to `device` and `scene`.
-  /// @throws content::ContentError when the scene's probe or label volume cannot be imaged
+  /// @throws files::ContentError when the scene's probe or label volume cannot be imaged
   Imager(gpu::Device& device, const content::Scene& scene, const ImagerSettings& settings = {});
   ~Imager();
   Imager(const Imager&) = delete;

@@ -1,6 +1,6 @@
 #include "engine/ultrasound/presets.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 
 #include <fmt/format.h>
 
@@ -31,7 +31,7 @@ Preset preset_from_name(const std::string& name) {
   for (const Preset preset : {Preset::clinical, Preset::raw}) {
     if (name == preset_name(preset)) return preset;
   }
-  throw content::ContentError(fmt::format("ultrasound preset \"{}\": there is clinical and raw", name));
+  throw files::ContentError(fmt::format("ultrasound preset \"{}\": there is clinical and raw", name));
 }
 
 }  // namespace stylet::ultrasound

@@ -23,7 +23,7 @@ ImagerSettings still_settings(const content::Probe& probe);
 
 /// "clinical" or "raw".
 const char* preset_name(Preset preset);
-/// @throws content::ContentError  neither; names both
+/// @throws files::ContentError  neither; names both
 Preset preset_from_name(const std::string& name);
 
 }  // namespace stylet::ultrasound

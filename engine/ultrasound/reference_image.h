@@ -23,7 +23,7 @@ namespace stylet::ultrasound {
 /// Same results as Imager within the rounding of exp, log and sin. Thread: one at a time.
 class ReferenceImager {
 public:
-  /// Keeps a reference to `scene`. @throws content::ContentError as ScanModel
+  /// Keeps a reference to `scene`. @throws files::ContentError as ScanModel
   explicit ReferenceImager(const content::Scene& scene, const ImagerSettings& settings = {});
 
   /// Grey values of the picture of `state`, row by row from the top. [width * height]; valid until the next call

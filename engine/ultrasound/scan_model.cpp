@@ -1,6 +1,6 @@
 #include "engine/ultrasound/scan_model.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/ultrasound/voxel_words.h"
 
 #include <fmt/format.h>
@@ -44,7 +44,7 @@ vec4 as_vec4(const Eigen::Vector3f& v, float w = 0) {
 
 void check(const content::Scene& scene, const ImagerSettings& settings) {
   const auto fail = [&scene](const std::string& what) {
-    throw content::ContentError(fmt::format("{}: ultrasound: {}", scene.scenario.string(), what));
+    throw files::ContentError(fmt::format("{}: ultrasound: {}", scene.scenario.string(), what));
   };
   const content::Probe& probe = scene.probe;
   if (probe.scan_lines < 8 || probe.scan_lines > 1024 || probe.samples < 16 || probe.samples > 4096) {

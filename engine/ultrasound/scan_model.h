@@ -39,7 +39,7 @@ struct ImagerSettings {
 class ScanModel {
 public:
   /// Keeps a reference to `scene` (its meshes and needle).
-  /// @throws content::ContentError when the probe or the label volume cannot be imaged
+  /// @throws files::ContentError when the probe or the label volume cannot be imaged
   ScanModel(const content::Scene& scene, const ImagerSettings& settings);
 
   void update(const state::FrameState& state);

@@ -1,6 +1,6 @@
 #include "engine/ultrasound/voxel_words.h"
 
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <algorithm>
 #include <array>

@@ -49,9 +49,9 @@ void remake_if_needed(std::optional<gpu::Image>& image, gpu::Device& device, std
 }
 
 void blit(gpu::Commands& commands, const gpu::Image& from, std::uint32_t layer, const gpu::Image& to,
-          const Pane& pane) {
+          const picture::Pane& pane) {
   const VkExtent3D size = from.extent();
-  const Pane fit = fitted(pane, static_cast<int>(size.width), static_cast<int>(size.height));
+  const picture::Pane fit = picture::fitted(pane, static_cast<int>(size.width), static_cast<int>(size.height));
   if (fit.width == 0) return;
   commands.transition(from, gpu::kTransferRead);
   commands.transition(to, gpu::kTransferWrite);
@@ -247,8 +247,8 @@ double Window::content_scale() const {
   return std::max(x, y);
 }
 
-void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, const Picture* plot) {
-  PaneLayout layout = PaneLayout::of(width(), height(), plot != nullptr);
+void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, const picture::Picture* plot) {
+  picture::PaneLayout layout = picture::PaneLayout::of(width(), height(), plot != nullptr);
   if (ultrasound == nullptr && plot == nullptr) layout.scene = {0, 0, width(), height()};
   present({.scene = scene, .ultrasound = ultrasound, .plot = plot, .layout = layout});
 }
@@ -258,7 +258,7 @@ void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, Over
   present({.scene = scene,
            .ultrasound = ultrasound,
            .overlay = &overlay,
-           .layout = PaneLayout::over_scene(width(), height())});
+           .layout = picture::PaneLayout::over_scene(width(), height())});
 }
 
 void Window::idle() {
@@ -308,7 +308,7 @@ void Window::record(gpu::Commands& commands, std::uint32_t index, const Frame& f
   target.tracker().assume({VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_NONE, VK_IMAGE_LAYOUT_UNDEFINED});
   commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
   const auto& [scene, ultrasound, plot, overlay, layout] = frame;
-  const Pane& scene_pane = layout.scene;
+  const picture::Pane& scene_pane = layout.scene;
   const auto eyes = static_cast<int>(scene.settings().layers);
   for (int eye = 0; eye < eyes; ++eye)
     blit(commands, scene, static_cast<std::uint32_t>(eye), target,
@@ -359,10 +359,10 @@ void Window::resize(int width, int height) {
   glfwSetWindowSize(window_.get(), width, height);
 }
 
-Picture Window::last_frame() const {
+picture::Picture Window::last_frame() const {
   if (!captured_) return {};
   device_.wait_idle();
-  Picture picture(static_cast<int>(captured_size_.width), static_cast<int>(captured_size_.height));
+  picture::Picture picture(static_cast<int>(captured_size_.width), static_cast<int>(captured_size_.height));
   const auto bytes = captured_->mapped_as<std::uint8_t>();
   std::copy(bytes.begin(), bytes.end(), picture.rgba.begin());
   if (format_ == VK_FORMAT_B8G8R8A8_SRGB)

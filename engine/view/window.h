@@ -8,8 +8,8 @@
 #pragma once
 
 #include "engine/gpu/commands.h"
+#include "engine/picture/panes.h"
 #include "engine/view/overlay.h"
-#include "engine/view/panes.h"
 
 #include <chrono>
 #include <memory>
@@ -81,7 +81,8 @@ public:
   /// Shows a frame: the layers of `scene` side by side in its pane, and below each other on the right an ultrasound
   /// image and a plot, where given. RGBA of 8 bits; the bytes mean sRGB. While minimised nothing is drawn. Sleeps to
   /// keep to the frame rate.
-  void present(const gpu::Image& scene, const gpu::Image* ultrasound = nullptr, const Picture* plot = nullptr);
+  void present(const gpu::Image& scene, const gpu::Image* ultrasound = nullptr,
+               const picture::Picture* plot = nullptr);
   /// Shows a frame of a session: `scene` fills the window, the ultrasound lies on it at the upper right, where given,
   /// and the panels of `overlay` on both.
   void present(const gpu::Image& scene, const gpu::Image* ultrasound, Overlay& overlay);
@@ -99,7 +100,7 @@ public:
   /// For tests: asks the window system for another size.
   void resize(int width, int height);
   /// The picture presented last, as the window system got it; empty without WindowSettings::capture.
-  Picture last_frame() const;
+  picture::Picture last_frame() const;
 
 private:
   struct Surface;
@@ -108,9 +109,9 @@ private:
   struct Frame {
     const gpu::Image& scene;
     const gpu::Image* ultrasound = nullptr;
-    const Picture* plot = nullptr;
+    const picture::Picture* plot = nullptr;
     Overlay* overlay = nullptr;
-    PaneLayout layout{};
+    picture::PaneLayout layout{};
   };
   void present(const Frame& frame);
   /// Copies the panes into swapchain image `index`.

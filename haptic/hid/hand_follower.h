@@ -4,7 +4,7 @@
 #include "haptic/device.h"
 #include "haptic/hid/pose_stream.h"
 #include "haptic/hid/steered_hand.h"
-#include "haptic/hid/workspace_map.h"
+#include "haptic/workspace_map.h"
 
 namespace stylet::haptic::hid {
 

@@ -1,7 +1,7 @@
 // The nodes of a body that the haptic loop will need before the next patch.
 #pragma once
 
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>

@@ -2,7 +2,7 @@
 // detection).
 #pragma once
 
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/tissue/tet_topology.h"
 #include "physics/tissue/tissue_model.h"
 

@@ -7,7 +7,7 @@
 #include "physics/contact/tissue_points.h"
 #include "physics/contact/track_points.h"
 #include "physics/contact/track_rows.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <Eigen/Core>
 

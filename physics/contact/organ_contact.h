@@ -17,7 +17,7 @@
 #include "physics/contact/body_surface.h"
 #include "physics/contact/probe_shape.h"
 #include "physics/contact/surface_compliance.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "physics/contact/active_contact.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <Eigen/Core>
 

@@ -3,7 +3,7 @@
 
 #include "physics/contact/lugre.h"
 #include "physics/contact/subgrid_compliance.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <cstdint>
 #include <span>

@@ -9,7 +9,7 @@
 #include "physics/contact/tissue_map.h"
 #include "physics/contact/tissue_points.h"
 #include "physics/loops/haptic_stage_clock.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/needle/needle.h"
 
 #include <Eigen/Core>

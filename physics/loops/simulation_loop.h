@@ -10,7 +10,7 @@
 
 #include "physics/contact/insertion_path.h"
 #include "physics/contact/organ_contact.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/tissue/factorisation_worker.h"
 #include "physics/tissue/tissue_model.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "physics/contact/insertion_path.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/tissue/factorisation_worker.h"
 #include "physics/tissue/tissue_model.h"
 

@@ -2,7 +2,7 @@
 // system.
 #pragma once
 
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/needle/beam.h"
 #include "physics/needle/block_tridiagonal.h"
 

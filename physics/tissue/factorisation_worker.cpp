@@ -1,6 +1,6 @@
 #include "physics/tissue/factorisation_worker.h"
 
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <algorithm>
 #include <stdexcept>

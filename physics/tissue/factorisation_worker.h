@@ -1,7 +1,7 @@
 // The asynchronous factorisation (paper II-B): a step function for a thread of the session's own.
 #pragma once
 
-#include "physics/loops/latest_value.h"
+#include "physics/messages/latest_value.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/isolated_dofs.h"
 #include "physics/tissue/stiffness.h"

@@ -1,11 +1,11 @@
 // What a bench reports: the shape of its JSON, the table, the quantiles; and `stylet bench paper` as a user runs it.
-#include "tests/support/dense_algebra.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/bench/gauss_seidel.h"
 #include "tools/bench/haptic_cost.h"
 #include "tools/bench/report.h"
 #include "tools/bench/samples.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -82,7 +82,7 @@ TEST(GaussSeidel, ComesToTheDirectSolutionAsTheToleranceFalls) {
   const Eigen::MatrixXd factor = Eigen::MatrixXd::Identity(8, 8) + 0.3 * Eigen::MatrixXd::Ones(8, 8);
   const Eigen::MatrixXd w = factor.lazyProduct(factor.transpose());
   const Eigen::VectorXd delta = Eigen::VectorXd::LinSpaced(8, -1, 2);
-  const Eigen::VectorXd exact = support::solve(w, -delta);
+  const Eigen::VectorXd exact = reference::solve(w, -delta);
   double last = std::numeric_limits<double>::infinity();
   int last_sweeps = 0;
   for (const double tolerance : {1e-2, 1e-5, 1e-10}) {

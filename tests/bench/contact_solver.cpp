@@ -4,7 +4,7 @@
 // part of what the core can do.
 #include "physics/contact/bounded_solver.h"
 #include "physics/contact/constraint_solver.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <benchmark/benchmark.h>
 

@@ -1,8 +1,8 @@
 // What `stylet bench haptic` measures: a whole session with a mocked stylus. The real libhidapi-hidraw reads the pose
 // reports of a stylus' firmware and writes the forces that the physics of the scenario answers with.
 //   stylet_haptic_session SECONDS JSON [FOLDER]
-#include "engine/content/motion.h"
-#include "engine/content/scenario.h"
+#include "engine/readers/motion.h"
+#include "engine/readers/scenario.h"
 #include "engine/session/live_session.h"
 #include "haptic/hid/hid_stylus.h"
 #include "physics/tissue/blas.h"
@@ -47,7 +47,7 @@ public:
 
   ForceStylusPose operator()() const {
     const physics::StylusPose first = track_.front().pose;
-    const physics::StylusPose now = content::sample_motion(track_, time_s()).pose;
+    const physics::StylusPose now = readers::sample_motion(track_, time_s()).pose;
     const DeviceProfile profile;
     const Eigen::AngleAxisd turn(now.orientation * first.orientation.conjugate());
     return {.position = profile.device_from_report.transpose() * (now.position - first.position),
@@ -175,15 +175,15 @@ private:
       const auto bin = static_cast<std::size_t>(us / kBinUs);
       if (bin < share.size()) share[bin] += 100.0 / kShares;
     }
-    session::PlotSeries steps{
-        .label = "", .x = {}, .y = {}, .colour = session::plot_colour(0, session::PlotTheme::light)};
+    figures::PlotSeries steps{
+        .label = "", .x = {}, .y = {}, .colour = figures::plot_colour(0, figures::PlotTheme::light)};
     for (std::size_t i = 0; i < share.size(); ++i) {
       for (const double x : {from_us[i], from_us[i] + kBinUs}) {
         steps.x.push_back(x);
         steps.y.push_back(share[i]);
       }
     }
-    const std::vector<session::PlotPanel> panels{
+    const std::vector<figures::PlotPanel> panels{
         {.title = "From pose report to force report",
          .x = {.label = "latency (us)"},
          .y = {.label = "share of the forces (%)", .min = 0},
@@ -367,7 +367,7 @@ int main(int argc, char** argv) try {
   using namespace stylet;
   if (argc < 3) throw std::runtime_error("usage: stylet_haptic_session SECONDS JSON [FOLDER]");
   physics::single_threaded_blas();
-  const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  const content::Scene scene = readers::load_scene(readers::find_scenario("liver_biopsy"));
   bench::HapticSession session(scene, std::stod(argv[1]));
   const bench::Report report = session.run(argc > 3 ? argv[3] : "");
   std::ofstream(argv[2]) << bench::to_json(report);

@@ -1,5 +1,5 @@
 // The measures of ultrasound quality, on synthetic data whose answers are known.
-#include "tools/bench/image_metrics.h"
+#include "tools/reference/image_metrics.h"
 
 #include <gtest/gtest.h>
 
@@ -37,11 +37,11 @@ private:
 
 TEST(SpeckleStatistics, OfRayleighAmplitudesAreThoseOfTheory) {
   Random random(1);
-  const SpeckleStatistics s = speckle_statistics(random.amplitudes(40'000, 3));
+  const reference::SpeckleStatistics s = reference::speckle_statistics(random.amplitudes(40'000, 3));
   EXPECT_NEAR(s.signal_to_noise, std::sqrt(std::numbers::pi / (4 - std::numbers::pi)), 0.02);
   EXPECT_NEAR(s.log_deviation_db, 5.57, 0.05);
   EXPECT_NEAR(s.nakagami_m, 1, 0.03);
-  EXPECT_NEAR(rayleigh_signal_to_noise(1), s.signal_to_noise, 0.02);
+  EXPECT_NEAR(reference::rayleigh_signal_to_noise(1), s.signal_to_noise, 0.02);
 }
 
 TEST(SpeckleStatistics, OfSeveralLooks) {
@@ -52,8 +52,8 @@ TEST(SpeckleStatistics, OfSeveralLooks) {
     for (int look = 0; look < 3; ++look) intensity += std::pow(random.amplitude(1), 2) / 3;
     values.push_back(std::sqrt(intensity));
   }
-  const SpeckleStatistics s = speckle_statistics(values);
-  EXPECT_NEAR(s.signal_to_noise, rayleigh_signal_to_noise(3), 0.03);
+  const reference::SpeckleStatistics s = reference::speckle_statistics(values);
+  EXPECT_NEAR(s.signal_to_noise, reference::rayleigh_signal_to_noise(3), 0.03);
   EXPECT_NEAR(s.nakagami_m, 3, 0.1);
 }
 
@@ -63,7 +63,7 @@ TEST(RayleighDistance, IsExceededAsOftenAsItsTableSays) {
   int above = 0;
   constexpr int kTrials = 2000;
   for (int trial = 0; trial < kTrials; ++trial) {
-    above += rayleigh_distance(random.amplitudes(100, 2)) > 1.094 ? 1 : 0;
+    above += reference::rayleigh_distance(random.amplitudes(100, 2)) > 1.094 ? 1 : 0;
   }
   std::printf("%.1f %% above the limit of 5 %%\n", 100.0 * above / kTrials);
   EXPECT_NEAR(above, 0.05 * kTrials, 4 * std::sqrt(0.05 * 0.95 * kTrials));
@@ -71,14 +71,15 @@ TEST(RayleighDistance, IsExceededAsOftenAsItsTableSays) {
 
 TEST(RayleighDistance, FindsACoherentEcho) {
   Random random(4);
-  EXPECT_LT(rayleigh_distance(random.amplitudes(1000, 1)), kRayleighDistanceOfOnePercent);
-  EXPECT_GT(rayleigh_distance(random.amplitudes(1000, 1, 1.0)), kRayleighDistanceOfOnePercent);
+  EXPECT_LT(reference::rayleigh_distance(random.amplitudes(1000, 1)), reference::kRayleighDistanceOfOnePercent);
+  EXPECT_GT(reference::rayleigh_distance(random.amplitudes(1000, 1, 1.0)), reference::kRayleighDistanceOfOnePercent);
 }
 
 TEST(DepthTrend, IsDividedOut) {
   Eigen::MatrixXd image(3, 2);
   image << 1, 3, 10, 30, 0.5, 1.5;
-  EXPECT_LT((without_depth_trend(image) - Eigen::MatrixXd{{0.5, 1.5}, {0.5, 1.5}, {0.5, 1.5}}).norm(), 1e-15);
+  EXPECT_LT((reference::without_depth_trend(image) - Eigen::MatrixXd{{0.5, 1.5}, {0.5, 1.5}, {0.5, 1.5}}).norm(),
+            1e-15);
 }
 
 /// Complex white noise behind a Gaussian point spread function, widths at half its amplitude. -> intensity
@@ -104,18 +105,20 @@ Eigen::MatrixXd speckle(Random& random, int rows, int columns, double axial, dou
 TEST(SpeckleWidth, IsThatOfThePointSpreadFunction) {
   Random random(5);
   const Eigen::MatrixXd intensity = speckle(random, 600, 400, 6, 9);
-  const double axial = speckle_width(intensity, Axis::axial), lateral = speckle_width(intensity, Axis::lateral);
+  const double axial = reference::speckle_width(intensity, reference::Axis::axial),
+               lateral = reference::speckle_width(intensity, reference::Axis::lateral);
   std::printf("6 x 9 samples: %.2f x %.2f\n", axial, lateral);
   EXPECT_NEAR(axial, 6, 0.3);
   EXPECT_NEAR(lateral, 9, 0.45);
-  EXPECT_TRUE(std::isnan(speckle_width(intensity.topRows(2), Axis::axial)));
+  EXPECT_TRUE(std::isnan(reference::speckle_width(intensity.topRows(2), reference::Axis::axial)));
 }
 
 // As coarse as scanners sample along the beam: two samples in the width.
 TEST(SpeckleWidth, IsFoundBetweenSamples) {
   Random random(9);
   for (const double width : {2.1, 2.5, 2.9}) {
-    EXPECT_NEAR(speckle_width(speckle(random, 500, 400, width, 4), Axis::axial), width, 0.06) << width;
+    EXPECT_NEAR(reference::speckle_width(speckle(random, 500, 400, width, 4), reference::Axis::axial), width, 0.06)
+        << width;
   }
 }
 
@@ -127,13 +130,13 @@ TEST(Correlation, OfMixedSpeckleIsTheShareOfWhatIsCommon) {
     a.data()[i] = 5 + common.data()[i];
     b.data()[i] = 3 - 0.6 * common.data()[i] + 0.8 * random.normal();
   }
-  EXPECT_NEAR(correlation(a, a), 1, 1e-12);
-  EXPECT_NEAR(correlation(a, b), -0.6, 0.03);
+  EXPECT_NEAR(reference::correlation(a, a), 1, 1e-12);
+  EXPECT_NEAR(reference::correlation(a, b), -0.6, 0.03);
 }
 
 TEST(Line, GoesThroughItsPoints) {
   const std::vector<double> x{1, 2, 4}, y{1, 3, 7};
-  const Line line = fit_line(x, y);
+  const reference::Line line = reference::fit_line(x, y);
   EXPECT_NEAR(line.slope, 2, 1e-15);
   EXPECT_NEAR(line.level, -1, 1e-14);
 }
@@ -141,13 +144,13 @@ TEST(Line, GoesThroughItsPoints) {
 TEST(Contrast, OfTwoKnownPowers) {
   Random random(6);
   const std::vector<double> bright = random.amplitudes(40'000, 4), dark = random.amplitudes(40'000, 1);
-  EXPECT_NEAR(contrast_db(bright, dark), 10 * std::log10(4.0), 0.1);
+  EXPECT_NEAR(reference::contrast_db(bright, dark), 10 * std::log10(4.0), 0.1);
   // Intensities with exponential laws of means 1 and 4: their densities cross where x (1 - 1/4) = ln 4.
   const double cross = std::log(4.0) / 0.75;
-  EXPECT_NEAR(generalised_contrast(bright, dark), std::exp(-cross / 4) - std::exp(-cross), 0.015);
-  EXPECT_LT(generalised_contrast(dark, random.amplitudes(40'000, 1)), 0.03);
+  EXPECT_NEAR(reference::generalised_contrast(bright, dark), std::exp(-cross / 4) - std::exp(-cross), 0.015);
+  EXPECT_LT(reference::generalised_contrast(dark, random.amplitudes(40'000, 1)), 0.03);
   const std::vector<double> black(100, 0.0), white(100, 1.0);
-  EXPECT_EQ(generalised_contrast(black, white), 1);
+  EXPECT_EQ(reference::generalised_contrast(black, white), 1);
 }
 
 TEST(EchoCentre, IsFoundToAPartOfASample) {
@@ -157,7 +160,7 @@ TEST(EchoCentre, IsFoundToAPartOfASample) {
       image(row, column) = std::exp(-(std::pow(column - 12.3, 2) + std::pow(row - 17.6, 2)) / 18);
     }
   }
-  EXPECT_LT((echo_centre(image) - Eigen::Vector2d(12.3, 17.6)).norm(), 0.02);
+  EXPECT_LT((reference::echo_centre(image) - Eigen::Vector2d(12.3, 17.6)).norm(), 0.02);
 }
 
 /// A random texture that can be drawn anywhere: plane waves of 6 to 12 samples.
@@ -196,7 +199,7 @@ TEST(Track, CorrelatesBetweenSamples) {
   const auto every_fourth = [&fine](int first) -> Eigen::MatrixXd {
     return fine(Eigen::seqN(first, 80, 4), Eigen::seqN(first, 80, 4));
   };
-  const Match match = track(every_fourth(4), every_fourth(6), {40, 40}, {20, 20}, 5);
+  const reference::Match match = reference::track(every_fourth(4), every_fourth(6), {40, 40}, {20, 20}, 5);
   EXPECT_LT((match.shift - Eigen::Vector2d(-0.5, -0.5)).norm(), 0.1) << match.shift.transpose();
   EXPECT_GT(match.correlation, 0.99);
 }
@@ -206,12 +209,12 @@ TEST(Track, FindsAShiftToAPartOfASample) {
   const Eigen::MatrixXd still = texture.moved({0, 0});
   for (const Eigen::Vector2d& shift :
        {Eigen::Vector2d(0, 0), Eigen::Vector2d(2.37, -1.61), Eigen::Vector2d(-5.5, 4)}) {
-    const Match match = track(still, texture.moved(shift), {30, 28}, {10, 12}, 7);
+    const reference::Match match = reference::track(still, texture.moved(shift), {30, 28}, {10, 12}, 7);
     EXPECT_LT((match.shift - shift).norm(), 0.1) << shift.transpose() << " found " << match.shift.transpose();
     EXPECT_GT(match.correlation, 0.99);
   }
-  EXPECT_LT(track(still, Texture(8).moved({0, 0}), {30, 28}, {10, 12}, 7).correlation, 0.6);
-  EXPECT_THROW(track(still, still, {30, 28}, {10, 12}, 20), std::invalid_argument);
+  EXPECT_LT(reference::track(still, Texture(8).moved({0, 0}), {30, 28}, {10, 12}, 7).correlation, 0.6);
+  EXPECT_THROW(reference::track(still, still, {30, 28}, {10, 12}, 20), std::invalid_argument);
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 // held and with quiet breathing; needle, probe and motion as the scenario says.
 //
 //   bin/stylet_organ_contact_bench [SCENARIO] [SECONDS]
-#include "engine/content/motion.h"
-#include "engine/content/scenario.h"
+#include "engine/readers/motion.h"
+#include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ double thread_seconds() {
 }
 
 void run(const content::Scene& scene, const std::string& name, double seconds) {
-  const content::MotionSample first = content::sample_motion(scene.motion.stylus, 0);
+  const content::MotionSample first = readers::sample_motion(scene.motion.stylus, 0);
   session::CoupledLoops loops(scene, physics::Coupling::paper_updated, {first.pose.position, first.pose.orientation},
                               {});
   physics::TissuePatch patch = loops.make_patch();
@@ -45,7 +45,7 @@ void run(const content::Scene& scene, const std::string& name, double seconds) {
     loops.worker().step();
     for (int k = 0; k < per_step; ++k) {
       const double now = t + k * loops.haptic_dt();
-      const content::MotionSample sample = content::sample_motion(scene.motion.stylus, now);
+      const content::MotionSample sample = readers::sample_motion(scene.motion.stylus, now);
       haptic::StylusSample stylus;
       stylus.time_s = now;
       stylus.position = sample.pose.position;
@@ -84,7 +84,7 @@ int main(int argc, char** argv) {
   using namespace stylet;
   const std::string scenario = argc > 1 ? argv[1] : "liver_biopsy";
   const double seconds = argc > 2 ? std::strtod(argv[2], nullptr) : 10;
-  content::Scene scene = content::load_scene(content::find_scenario(scenario));
+  content::Scene scene = readers::load_scene(readers::find_scenario(scenario));
   for (const content::DeformableBody& body : scene.bodies) {
     fmt::print("{}: {} nodes, {} held\n", body.name, body.mesh.nodes.size(), body.fixed_nodes.size());
   }

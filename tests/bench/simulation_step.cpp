@@ -12,7 +12,7 @@
 #include "physics/tissue/blas.h"
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/warped_compliance.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <benchmark/benchmark.h>
 
@@ -32,9 +32,9 @@ namespace {
 SimulationBody cube(int nodes_per_edge, double low_x) {
   SimulationBody body;
   const int cells = nodes_per_edge - 1;
-  body.mesh = support::kuhn_box({low_x, 0, 0}, {low_x + 0.1, 0.1, 0.1}, {cells, cells, cells});
+  body.mesh = reference::kuhn_box({low_x, 0, 0}, {low_x + 0.1, 0.1, 0.1}, {cells, cells, cells});
   body.tet_materials.assign(body.mesh.tets.size(), {10e3, 0.45});
-  body.fixed_nodes = support::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  body.fixed_nodes = reference::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
   return body;
 }
 

@@ -55,7 +55,7 @@ TEST_F(UltrasoundQuality, TheNeedleFadesAsItTurnsIntoTheBeam) {
 
 // A wire on a sample is as bright as it is said to be, whatever its depth and the density of the lines.
 TEST_F(UltrasoundQuality, AWireHasItsLevelAtEveryDepth) {
-  content::Scene scene = uniform_phantom();
+  content::Scene scene = reference::uniform_phantom();
   for (content::Tissue& tissue : scene.tissues) {
     tissue.acoustics.attenuation_db_per_cm_mhz = 0;
     tissue.acoustics.backscatter_db = -90;

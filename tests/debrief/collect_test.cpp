@@ -1,8 +1,8 @@
 // From a session to its debrief: what is kept of it, and whom it is compared with.
 #include "engine/debrief/collect.h"
 
-#include "engine/content/error.h"
 #include "engine/debrief/expert.h"
+#include "engine/files/error.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
 #include "tests/session/cube_scene.h"
@@ -25,12 +25,12 @@ content::Scene short_scene(double duration_s) {
   return scene;
 }
 
-session::Recording recorded(const content::Scene& scene, const fs::path& path) {
+recording::Recording recorded(const content::Scene& scene, const fs::path& path) {
   haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
   session::LiveSession live(scene, device,
                             {.duration_s = scene.motion.stylus.back().time_s, .lockstep = true, .recording = path});
   live.run_in_lockstep();
-  return session::read_recording(path);
+  return recording::read_recording(path);
 }
 
 TEST(Debrief, KeepsOfEachSpellTheMomentOfTheGreatestForce) {
@@ -82,7 +82,7 @@ TEST(Debrief, AnAblationIsNoSampling) {
 TEST(Debrief, OfASessionHasItsWayItsMomentsAndItsNumbers) {
   const content::Scene scene = short_scene(0.6);
   const support::TemporaryFolder folder;
-  const session::Recording recording = recorded(scene, folder / "session.rec");
+  const recording::Recording recording = recorded(scene, folder / "session.rec");
   SessionReplay replay(scene, recording);
   replay.run();
   const Expert expert{
@@ -146,7 +146,7 @@ TEST(Expert, OfARecordingIsOfTheSameScenario) {
   EXPECT_EQ(expert.name, "expert: teacher.rec");
   EXPECT_GT(expert.path.size(), 10u);
   scene.scenario = "another";
-  EXPECT_THROW(expert_recording(scene, folder / "teacher.rec"), content::ContentError);
+  EXPECT_THROW(expert_recording(scene, folder / "teacher.rec"), files::ContentError);
 }
 
 }  // namespace

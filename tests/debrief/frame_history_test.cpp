@@ -66,9 +66,9 @@ TEST(StillMoment, IsTheEndOfTheHeatingElseTheCoreElseTheClosest) {
     frame.target_distance = static_cast<float>(std::abs(frame.time_s - 3));
     history.add(frame);
   }
-  const session::EventRecord core{4, 4000, "biopsy_fired", "1"}, started{5, 5000, "ablation_started", ""},
+  const recording::EventRecord core{4, 4000, "biopsy_fired", "1"}, started{5, 5000, "ablation_started", ""},
       stopped{6, 6000, "ablation_stopped", "60 s"};
-  const auto moment = [&](std::vector<session::EventRecord> events, double from_s = 0, double to_s = 100) {
+  const auto moment = [&](std::vector<recording::EventRecord> events, double from_s = 0, double to_s = 100) {
     return still_moment(events, history, from_s, to_s);
   };
   EXPECT_NEAR(moment({}).time_s, 3, 0.011);
@@ -79,7 +79,7 @@ TEST(StillMoment, IsTheEndOfTheHeatingElseTheCoreElseTheClosest) {
   EXPECT_EQ(moment({core, started, stopped}).time_s, 6);
   EXPECT_EQ(moment({core, started, stopped}, 0, 5.5).time_s, 5.5) << "it still heats";
   EXPECT_EQ(moment({started}).time_s, 8) << "the recording ends before the heating";
-  for (const auto& events : {std::vector<session::EventRecord>{}, {core}, {core, started, stopped}}) {
+  for (const auto& events : {std::vector<recording::EventRecord>{}, {core}, {core, started, stopped}}) {
     EXPECT_EQ(moment(events).words, still_words(events));
   }
   EXPECT_EQ(still_words(std::vector{started, stopped}), "at the end of the heating");
@@ -110,7 +110,7 @@ TEST(SessionReplay, ShowsWhatTheSessionShowed) {
   haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
   session::LiveSession live(scene, device, {.duration_s = 0.6, .lockstep = true, .recording = folder / "rec"});
   live.run_in_lockstep();
-  const session::Recording recording = session::read_recording(folder / "rec");
+  const recording::Recording recording = recording::read_recording(folder / "rec");
 
   SessionReplay replay(scene, recording);
   replay.run();

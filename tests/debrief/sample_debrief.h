@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/debrief/debrief_data.h"
-#include "engine/view/png_bytes.h"
+#include "engine/picture/png_bytes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -84,8 +84,8 @@ inline debrief::DebriefData sample_debrief(const std::string& title = "Liver bio
                     .colour = {0.6F, 0.2F, 0.1F},
                     .vertices = {{-0.04F, -0.04F, 0}, {0.04F, -0.04F, 0}, {0, 0.05F, 0}, {0, 0, -0.1F}},
                     .triangles = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}}};
-  view::Picture picture(32, 24, {90, 90, 90, 255});
-  data.pictures = {{5.2, title, "needle at the target", view::png_bytes(picture)}};
+  picture::Picture picture(32, 24, {90, 90, 90, 255});
+  data.pictures = {{5.2, title, "needle at the target", picture::png_bytes(picture)}};
   data.eye = {0.3, -0.4, 0.2};
   data.up = {0, 0, 1};
   return data;

@@ -79,7 +79,7 @@ TEST_F(Desktop, KeysLeadNeedleAndProbeAndEndTheSession) {
   DesktopView desktop(device, small_scene(), running.live,
                       {.mouse = &led,
                        .probe = &running.probe,
-                       .arrangement = {.scanner = session::ScannerConsole(small_scene().probe)}});
+                       .arrangement = {.scanner = scanner::ScannerConsole(small_scene().probe)}});
   const auto settled = [&](double now_s) {  // through one low-pass, then the other
     led.read(now_s);
     return led.read(now_s + 10).position;

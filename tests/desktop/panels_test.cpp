@@ -46,9 +46,10 @@ protected:
   /// One frame with the pointer there. @return the choice taken
   std::optional<std::size_t> frame(double x = -1, double y = -1, bool left = false) {
     overlay_.begin({.width = width_, .height = height_, .pointer_x = x, .pointer_y = y, .left = left});
-    return panels_.draw(facts(), console_, width_, height_, view::PaneLayout::over_scene(width_, height_).ultrasound);
+    return panels_.draw(facts(), console_, width_, height_,
+                        picture::PaneLayout::over_scene(width_, height_).ultrasound);
   }
-  view::Picture picture() {
+  picture::Picture picture() {
     frame();  // a panel that is new is measured first and shown in the next frame
     frame();
     gpu::run_now(device_, [&](gpu::Commands& commands) {
@@ -80,13 +81,13 @@ protected:
                      .format = VK_FORMAT_R8G8B8A8_SRGB,
                      .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT}};
   view::Overlay overlay_{device_, VK_FORMAT_R8G8B8A8_SRGB, static_cast<double>(scale_)};
-  session::ScannerConsole console_{probe()};
+  scanner::ScannerConsole console_{probe()};
   Panels panels_;
-  std::vector<session::ForceSample> curve_{{.time_s = 0}, {.time_s = 1, .depth = 0.03, .axial = 2.4, .lateral = 0.4}};
+  std::vector<figures::ForceSample> curve_{{.time_s = 0}, {.time_s = 1, .depth = 0.03, .axial = 2.4, .lateral = 0.4}};
 };
 
 TEST_F(PanelsOnAPicture, CoverWhereTheyLieAndNothingElse) {
-  const view::Picture shown = picture();
+  const picture::Picture shown = picture();
   const std::array<int, 3> ground{63, 124, 63};  // of the clear colour, in sRGB
   const auto is_ground = [&](int x, int y) {
     return std::abs(shown.at(x, y)[0] - ground[0]) <= 1 && std::abs(shown.at(x, y)[1] - ground[1]) <= 1;
@@ -98,14 +99,14 @@ TEST_F(PanelsOnAPicture, CoverWhereTheyLieAndNothingElse) {
   panels_.press(kF4);
   EXPECT_NE(picture().at(kWidth - kHeight / 60 - 20, kHeight - kHeight / 60 - 20)[1], ground[1]);
   panels_.press(kTab);
-  const view::Picture hidden = picture();
+  const picture::Picture hidden = picture();
   for (int y = 0; y < kHeight; y += 7)
     for (int x = 0; x < kWidth; x += 7) ASSERT_NEAR(hidden.at(x, y)[1], ground[1], 1) << x << ' ' << y;
   EXPECT_EQ(messages_.load(), 0u);
 }
 
 TEST_F(PanelsOnAPicture, ReadLightOnDark) {
-  const view::Picture shown = picture();
+  const picture::Picture shown = picture();
   int light = 0, dark = 0;
   for (int y = 16; y < 120; ++y)
     for (int x = 16; x < 240; ++x) {
@@ -204,11 +205,11 @@ TEST(PanelsOnADenseDisplay, AreTwiceAsManyPixelsAndAnswerWhereTheyLie) {
   }
   EXPECT_TRUE(dense.clicked(2 * button->x, 2 * button->y));
   EXPECT_FALSE(dense.clicked(button->x, button->y)) << "a point of the picture, not of the window";
-  const view::PaneLayout plain_layout = view::PaneLayout::over_scene(kWidth, kHeight);
-  const view::PaneLayout dense_layout = view::PaneLayout::over_scene(2 * kWidth, 2 * kHeight);
+  const picture::PaneLayout plain_layout = picture::PaneLayout::over_scene(kWidth, kHeight);
+  const picture::PaneLayout dense_layout = picture::PaneLayout::over_scene(2 * kWidth, 2 * kHeight);
   EXPECT_NEAR(dense_layout.ultrasound.width, 2 * plain_layout.ultrasound.width, 2);
   EXPECT_NEAR(dense_layout.ultrasound.x, 2 * plain_layout.ultrasound.x, 2);
-  if (const char* to = std::getenv("STYLET_SAVE_PANELS")) view::write_png(to, dense.picture());
+  if (const char* to = std::getenv("STYLET_SAVE_PANELS")) picture::write_png(to, dense.picture());
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 //
 // STYLET_RANDOM_STEPS: steps of each of the hundred users, all of them drawn; unset: few, some of them drawn.
 // Run so by tools/test.sh --all.
-#include "engine/session/recording.h"
+#include "engine/recording/recording.h"
 #include "tests/desktop/running.h"
 #include "tests/support/sanitized.h"
 
@@ -80,7 +80,7 @@ TEST(RandomUsers, AHundredBreakNothing) {
     const auto end_session = [&] {
       const session::RunStatistics run = running->stop();
       EXPECT_EQ(run.needle_flags & (physics::kNeedleRowOverflow | physics::kNeedleNonFinite), 0u);
-      const session::Recording recording = session::read_recording(running->folder / "session.rec");
+      const recording::Recording recording = recording::read_recording(running->folder / "session.rec");
       EXPECT_TRUE(recording.complete()) << recording.condition();
       EXPECT_EQ(recording.haptic.size(), run.haptic.steps);
       running.reset();

@@ -1,11 +1,11 @@
 // A small session led by mouse and keyboard, and its pictures without a window.
 #pragma once
 
-#include "engine/content/scenario.h"
 #include "engine/desktop/desktop_view.h"
+#include "engine/readers/scenario.h"
 #include "engine/session/live_session.h"
 #include "engine/training/training_session.h"
-#include "tests/content/small_scenario.h"
+#include "tests/readers/small_scenario.h"
 #include "tests/support/temporary_folder.h"
 
 #include <atomic>
@@ -16,9 +16,9 @@ namespace stylet::desktop {
 
 inline const content::Scene& small_scene() {
   static const content::Scene scene = [] {
-    content::test::SmallScenario small;
+    readers::test::SmallScenario small;
     small.scenario["labels"]["spacing_mm"] = 4;
-    content::Scene loaded = content::load_scene(small.write());
+    content::Scene loaded = readers::load_scene(small.write());
     loaded.probe.scan_lines = 48;
     loaded.probe.samples = 128;
     loaded.exercise.sampling = {.kind = content::SamplingKind::biopsy, .samples = 3};
@@ -62,7 +62,7 @@ struct Running {
         desktop(device, small_scene(), live,
                 {.mouse = &stylus.mouse,
                  .probe = &probe,
-                 .arrangement = {.scanner = session::ScannerConsole(small_scene().probe)},
+                 .arrangement = {.scanner = scanner::ScannerConsole(small_scene().probe)},
                  .course = with_course ? &course : nullptr}) {
     live.start();
   }

@@ -2,11 +2,11 @@
 // nothing is lost.
 //
 // STYLET_THREADED_SOAK_MINUTES: 5 if unset. Run by tools/test.sh --all.
-#include "engine/content/scenario.h"
 #include "engine/desktop/desktop_view.h"
+#include "engine/readers/scenario.h"
+#include "engine/recording/recording.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
-#include "engine/session/recording.h"
 #include "tests/session/soak.h"
 #include "tests/support/temporary_folder.h"
 
@@ -52,7 +52,7 @@ private:
 TEST(ThreadedSoak, MemoryStaysNothingIsLostAndValidationIsSilent) {
   const double duration_s = 60 * tests::minutes("STYLET_THREADED_SOAK_MINUTES", 5);
   const support::TemporaryFolder folder;
-  const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  const content::Scene scene = readers::load_scene(readers::find_scenario("liver_biopsy"));
   PressingHand hand(tests::RepeatedMotion(session::recorded_stylus(scene.motion), 1 / scene.rates.simulation_hz));
   std::atomic<std::uint32_t> messages{0};
   gpu::Device device({.validation = true, .message_counter = &messages});
@@ -62,11 +62,11 @@ TEST(ThreadedSoak, MemoryStaysNothingIsLostAndValidationIsSilent) {
                                   .height = 300,
                                   .format = VK_FORMAT_R8G8B8A8_SRGB,
                                   .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  DesktopView desktop(device, scene, live, {.arrangement = {.scanner = session::ScannerConsole(scene.probe)}});
+  DesktopView desktop(device, scene, live, {.arrangement = {.scanner = scanner::ScannerConsole(scene.probe)}});
   // MiB, every 10 s of the second half: by then all has been seen and solved once. Without the force curve: every
   // step of it goes into memory reserved at the start, which gets its pages as it is used.
   std::vector<double> resident;
-  const double curve_mib_per_s = scene.rates.haptic_hz * sizeof(session::ForceSample) / 1048576;
+  const double curve_mib_per_s = scene.rates.haptic_hz * sizeof(figures::ForceSample) / 1048576;
   live.start();
   for (double next_s = 0; !live.finished(); next_s += kFramePeriod) {
     overlay.begin({.width = 480, .height = 300, .dt_s = kFramePeriod});
@@ -94,12 +94,12 @@ TEST(ThreadedSoak, MemoryStaysNothingIsLostAndValidationIsSilent) {
     EXPECT_LT(tests::growth(resident), 4);
   }
 
-  const session::Recording recording = session::read_recording(folder / "session.rec");
+  const recording::Recording recording = recording::read_recording(folder / "session.rec");
   EXPECT_TRUE(recording.complete()) << recording.condition();
   EXPECT_EQ(recording.haptic.size(), run.haptic.steps);
   EXPECT_EQ(recording.simulation.size(), run.simulation.steps);
   const auto presses = std::count_if(recording.events.begin(), recording.events.end(),
-                                     [](const session::EventRecord& event) { return event.name == "buttons"; });
+                                     [](const recording::EventRecord& event) { return event.name == "buttons"; });
   EXPECT_EQ(presses, hand.changes());
   EXPECT_NEAR(static_cast<double>(presses), duration_s / kPressEvery, 2);
   std::printf("%.0f s, %llu haptic steps, %llu deadlines missed, %zu events\n", run.duration_s,

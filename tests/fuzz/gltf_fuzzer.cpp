@@ -1,5 +1,5 @@
 // glTF from memory: a scene within its limits, or one line.
-#include "engine/content/gltf.h"
+#include "engine/gltf/gltf.h"
 #include "tests/fuzz/claim.h"
 #include "tests/fuzz/libfuzzer.h"
 
@@ -13,7 +13,7 @@ namespace {
 using namespace stylet;
 
 constexpr std::size_t kJsonAt = 20;  // behind the header and the front of the first chunk
-constexpr content::GltfLimits kLimits{.file_bytes = 1u << 20, .elements = 100'000, .instances = 1000};
+constexpr gltf::GltfLimits kLimits{.file_bytes = 1u << 20, .elements = 100'000, .instances = 1000};
 
 std::uint32_t word(std::string_view bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -26,9 +26,9 @@ void set_word(std::string& bytes, std::size_t at, std::size_t value) {
   std::memcpy(bytes.data() + at, &word, sizeof word);
 }
 
-void claim_sound(const content::GltfScene& scene) {
+void claim_sound(const gltf::GltfScene& scene) {
   std::size_t vertices = 0;
-  for (const content::GltfOrgan& organ : scene.organs) {
+  for (const gltf::GltfOrgan& organ : scene.organs) {
     for (const Eigen::Vector3d& vertex : organ.mesh.vertices) {
       fuzz::claim(vertex.allFinite() && vertex.cwiseAbs().maxCoeff() <= kLimits.coordinate_m,
                   "vertices are in range");
@@ -47,8 +47,8 @@ void claim_sound(const content::GltfScene& scene) {
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
-    claim_sound(content::read_gltf(std::as_bytes(std::span(data, size)), "fuzz.glb", kLimits));
-  } catch (const content::ContentError& error) {
+    claim_sound(gltf::read_gltf(std::as_bytes(std::span(data, size)), "fuzz.glb", kLimits));
+  } catch (const files::ContentError& error) {
     fuzz::claim_one_line(error.what());
   }
   return 0;

@@ -1,5 +1,5 @@
 // STL, OBJ and NIfTI from memory: sound surfaces and labels, or one line.
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/import/nifti.h"
 #include "engine/import/obj.h"
 #include "engine/import/stl.h"
@@ -52,7 +52,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     } else {
       claim_sound(import::read_obj(bytes, "fuzz.obj", kSurfaces));
     }
-  } catch (const content::ContentError& error) {
+  } catch (const files::ContentError& error) {
     fuzz::claim_one_line(error.what());
   }
   return 0;

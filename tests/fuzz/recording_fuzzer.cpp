@@ -1,7 +1,7 @@
 // Recordings from memory: what is read is what the records hold, or one line.
-#include "engine/content/error.h"
-#include "engine/session/recording.h"
-#include "engine/session/recording_format.h"
+#include "engine/files/error.h"
+#include "engine/recording/recording.h"
+#include "engine/recording/recording_format.h"
 #include "tests/fuzz/claim.h"
 #include "tests/fuzz/libfuzzer.h"
 
@@ -42,7 +42,7 @@ void append_word(std::string& bytes, std::size_t value) {
 
 void append_checksum(std::string& bytes, std::size_t from) {
   const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data()) + from;
-  append_word(bytes, session::crc32c({first, bytes.size() - from}));
+  append_word(bytes, files::crc32c({first, bytes.size() - from}));
 }
 
 std::optional<Pieces> take_apart(std::string_view bytes) {
@@ -99,7 +99,7 @@ void change(Pieces& pieces, std::minstd_rand& random) {
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
-    const session::Recording recording = session::parse_recording({data, size}, "fuzz.rec");
+    const recording::Recording recording = recording::parse_recording({data, size}, "fuzz.rec");
     fuzz::claim(recording.usable_bytes <= size && recording.file_bytes == size, "the bytes are counted");
     if (recording.complete()) {
       fuzz::claim(recording.end->haptic_steps == recording.haptic.size(),
@@ -107,12 +107,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       fuzz::claim(recording.end->simulation_steps == recording.simulation.size(),
                   "a complete recording has all simulation steps");
     }
-    for (const session::EventRecord& event : recording.events) {
-      fuzz::claim(event.name.size() <= session::kMaxEventText && event.detail.size() <= session::kMaxEventText,
+    for (const recording::EventRecord& event : recording.events) {
+      fuzz::claim(event.name.size() <= recording::kMaxEventText && event.detail.size() <= recording::kMaxEventText,
                   "event texts are limited");
     }
     fuzz::claim_one_line(recording.condition());
-  } catch (const content::ContentError& error) {
+  } catch (const files::ContentError& error) {
     fuzz::claim_one_line(error.what());
   }
   return 0;

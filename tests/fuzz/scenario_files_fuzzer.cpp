@@ -1,12 +1,12 @@
 // The JSON files of content/: what comes out is in range and every problem is one line.
-#include "engine/content/calibration.h"
-#include "engine/content/instruments.h"
-#include "engine/content/json_reader.h"
-#include "engine/content/motion_file.h"
-#include "engine/content/procedure.h"
-#include "engine/content/scenario_file.h"
 #include "engine/content/tissue_table.h"
+#include "engine/files/json_reader.h"
 #include "engine/import/side_file.h"
+#include "engine/readers/calibration_file.h"
+#include "engine/readers/instruments.h"
+#include "engine/readers/motion_file.h"
+#include "engine/readers/patient_procedure.h"
+#include "engine/readers/scenario_file.h"
 #include "tests/fuzz/claim.h"
 #include "tests/fuzz/libfuzzer.h"
 
@@ -17,16 +17,16 @@
 namespace {
 
 using namespace stylet;
-using content::JsonFile;
+using files::JsonFile;
 
-constexpr content::JsonLimits kLimits{.bytes = 1u << 20, .depth = 16};
+constexpr files::JsonLimits kLimits{.bytes = 1u << 20, .depth = 16};
 
 void claim_scenario(JsonFile& file) {
-  const content::ScenarioFile scenario = content::read_scenario_file(file);
-  for (const content::BodyRequest& body : scenario.bodies) {
+  const readers::ScenarioFile scenario = readers::read_scenario_file(file);
+  for (const readers::BodyRequest& body : scenario.bodies) {
     fuzz::claim(body.target_nodes <= 50000, "a body's nodes are limited");
   }
-  for (const content::TargetRequest& target : scenario.targets) {
+  for (const readers::TargetRequest& target : scenario.targets) {
     fuzz::claim(target.centre.allFinite() && std::isfinite(target.radius), "targets are finite");
   }
   fuzz::claim(scenario.room_from_patient.matrix().allFinite(), "the room's pose is finite");
@@ -51,7 +51,7 @@ void claim_tissues(JsonFile& file) {
 }
 
 void claim_motion(JsonFile& file) {
-  const content::Motion motion = content::read_motion(file);
+  const content::Motion motion = readers::read_motion(file);
   if (!file.problems().empty()) return;
   fuzz::claim(motion.stylus.size() >= 2, "a stylus track has two samples");
   for (std::size_t i = 0; i < motion.stylus.size(); ++i) {
@@ -73,17 +73,17 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (format == "stylet-tissues") {
       claim_tissues(file);
     } else if (format == "stylet-needle") {
-      const content::Needle needle = content::read_needle(file);
+      const content::Needle needle = readers::read_needle(file);
       fuzz::claim(needle.length > 0 && std::isfinite(needle.length), "a needle has a length");
     } else if (format == "stylet-probe") {
-      content::read_probe(file);
+      readers::read_probe(file);
     } else if (format == "stylet-procedure") {
-      fuzz::claim(std::abs(content::read_procedure(file).needle_direction.norm() - 1) < 1e-9,
+      fuzz::claim(std::abs(readers::read_procedure(file).needle_direction.norm() - 1) < 1e-9,
                   "a direction is a unit vector");
     } else if (format == "stylet-motion") {
       claim_motion(file);
     } else if (format == "stylet-calibration") {
-      const haptic::hid::Calibration calibration = content::read_calibration(file);
+      const haptic::hid::Calibration calibration = readers::read_calibration(file);
       fuzz::claim(calibration.scale >= 0.1 && calibration.scale <= 10, "a calibration's scale is in range");
       fuzz::claim(!calibration.rest || calibration.rest->allFinite(), "a rest place is finite");
       fuzz::claim(std::abs(calibration.user_from_device.norm() - 1) < 1e-9, "a turn is normalised");
@@ -93,7 +93,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       claim_scenario(file);
     }
     for (const std::string& problem : file.problems()) fuzz::claim_one_line(problem);
-  } catch (const content::ContentError& error) {
+  } catch (const files::ContentError& error) {
     fuzz::claim_one_line(error.what());
   }
   return 0;

@@ -1,9 +1,9 @@
 // Writes what the fuzzers start from: fuzz_seeds DIR makes
 // DIR/{gltf,scenario_files,organ_files,link_messages,recording,report_descriptor}/ and DIR/json.dict.
 #include "engine/link/message.h"
-#include "engine/session/recording_writer.h"
+#include "engine/recording/recording_writer.h"
 #include "haptic/hid/force_stylus.h"
-#include "tests/content/glb.h"
+#include "tests/gltf/glb.h"
 
 #include <nlohmann/json.hpp>
 
@@ -87,7 +87,7 @@ void write_scenario_files(const fs::path& folder, std::set<std::string>& words) 
 
 /// The JSON of a shipped GLB on a binary chunk of one triangle: its structure without its size.
 std::string without_geometry(const std::string& glb) {
-  content::test::Glb out;
+  gltf::test::Glb out;
   std::uint32_t length = 0;
   std::memcpy(&length, glb.data() + 12, sizeof length);
   out.json = json::parse(glb.substr(20, length));
@@ -109,8 +109,8 @@ void write_gltf(const fs::path& folder, std::set<std::string>& words) {
     if (entry.path().extension() == ".glb")
       write(folder / entry.path().filename(), without_geometry(read(entry.path())));
   }
-  content::test::Glb ball;
-  ball.add("liver_ball", content::test::sphere({0, 0, 0}, 0.05, 3), {{"id", "liver"}, {"role", "boundary"}},
+  gltf::test::Glb ball;
+  ball.add("liver_ball", gltf::test::sphere({0, 0, 0}, 0.05, 3), {{"id", "liver"}, {"role", "boundary"}},
            {{"preset", "liver"}, {"mechanics", {{"youngsModulus", 5000}}}});
   ball.json["nodes"][0]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   ball.json["nodes"].push_back({{"children", {0}}, {"scale", {1, 2, 1}}, {"translation", {0, 0, 0.1}}});
@@ -126,13 +126,13 @@ void write_gltf(const fs::path& folder, std::set<std::string>& words) {
 
 void write_recording(const fs::path& path) {
   fs::create_directories(path.parent_path());
-  session::RecordingWriter writer(path, {.build = "seed", .scenario = "liver_biopsy", .scenario_hash = 1});
+  recording::RecordingWriter writer(path, {.build = "seed", .scenario = "liver_biopsy", .scenario_hash = 1});
   for (std::uint64_t k = 1; k <= 3; ++k) {
-    writer.haptic().add(session::HapticStepRecord{.step = k, .valid = true, .patch_epoch = 1});
-    writer.haptic().add(session::HashRecord{.step = k, .hash = 77 * k});
+    writer.haptic().add(recording::HapticStepRecord{.step = k, .valid = true, .patch_epoch = 1});
+    writer.haptic().add(recording::HashRecord{.step = k, .hash = 77 * k});
   }
   writer.haptic().add_event(0.001, 1, "button", "pressed");
-  writer.simulation().add(session::SimulationStepRecord{.step = 1, .factor_requested = true});
+  writer.simulation().add(recording::SimulationStepRecord{.step = 1, .factor_requested = true});
   writer.finish();
 }
 

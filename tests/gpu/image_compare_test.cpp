@@ -11,7 +11,7 @@
 namespace stylet::tests {
 namespace {
 
-using view::Picture;
+using picture::Picture;
 
 /// Smooth shading with fine speckle over it, like an ultrasound image.
 Picture speckled() {
@@ -96,10 +96,10 @@ TEST(ImageCompare, PngKeepsEveryByte) {
   const auto file = folder / "speckled.png";
   Picture picture = speckled();
   for (std::size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = static_cast<std::uint8_t>(i / 4);
-  view::write_png(file, picture);
-  EXPECT_EQ(view::read_png(file).rgba, picture.rgba);
+  picture::write_png(file, picture);
+  EXPECT_EQ(picture::read_png(file).rgba, picture.rgba);
   std::filesystem::remove(file);
-  EXPECT_THROW(view::read_png(file), std::runtime_error);
+  EXPECT_THROW(picture::read_png(file), std::runtime_error);
 }
 
 }  // namespace

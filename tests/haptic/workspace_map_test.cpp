@@ -1,4 +1,4 @@
-#include "haptic/hid/workspace_map.h"
+#include "haptic/workspace_map.h"
 
 #include "haptic/hid/steered_hand.h"
 

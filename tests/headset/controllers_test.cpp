@@ -30,7 +30,7 @@ TEST_P(EveryController, TellsWhatIsPressed) {
   rig.turn_until_focused();
   const auto hands = [&] { return rig.turn()->hands; };
   const bool simple = std::string(GetParam()) == "khr/simple_controller";
-  view::Hands now = hands();
+  headset::Hands now = hands();
   EXPECT_FALSE(now.left.trigger || now.right.trigger || now.left.squeeze || now.right.squeeze || now.menu_pressed);
 
   right.trigger = true;

@@ -56,10 +56,10 @@ TEST(HeadsetFrame, PictureOfAnotherSizeIsScaled) {
 
 TEST(HeadsetFrame, AnotherRecommendedSizeMakesOtherImages) {
   Rig rig({.width = 48, .height = 40});
-  EXPECT_EQ(rig.turn_until_focused().size, (view::EyeSize{48, 40}));
+  EXPECT_EQ(rig.turn_until_focused().size, (headset::EyeSize{48, 40}));
   EXPECT_EQ(mock::report().swapchains, 1U);
   mock::resize(64, 56, true);
-  EXPECT_EQ(rig.turn()->size, (view::EyeSize{64, 56}));
+  EXPECT_EQ(rig.turn()->size, (headset::EyeSize{64, 56}));
   EXPECT_EQ(mock::report().last.width, 64U);
   EXPECT_EQ(mock::report().last.height, 56U);
   // No event tells of a change in the runtime's settings: it is looked for once a second.
@@ -127,7 +127,7 @@ Eigen::Isometry3d standing(double tilt) {
   return pose;
 }
 
-Eigen::Isometry3d head_of(const view::HeadsetFrame& frame) {
+Eigen::Isometry3d head_of(const headset::HeadsetFrame& frame) {
   Eigen::Isometry3d head = frame.eyes[0].room_from_eye;
   head.translation() = (frame.eyes[0].room_from_eye.translation() + frame.eyes[1].room_from_eye.translation()) / 2;
   return head;

@@ -3,8 +3,8 @@
 #include "engine/immersive/immersive_view.h"
 #include "engine/immersive/session_panel.h"
 #include "engine/immersive/thumb_on_scanner.h"
+#include "engine/picture/picture.h"
 #include "engine/view/offscreen.h"
-#include "engine/view/picture.h"
 #include "tests/headset/rig.h"
 
 #include <cmath>
@@ -184,7 +184,7 @@ TEST(ImmersiveView, DrawsInTheSizeThatTheRuntimeWants) {
 // --- panel ---
 
 /// Pixels that differ in the left and in the right half.
-std::array<int, 2> changed(const view::Picture& a, const view::Picture& b) {
+std::array<int, 2> changed(const picture::Picture& a, const picture::Picture& b) {
   std::array<int, 2> count{};
   for (int y = 0; y < a.height; ++y)
     for (int x = 0; x < a.width; ++x)
@@ -193,7 +193,7 @@ std::array<int, 2> changed(const view::Picture& a, const view::Picture& b) {
 }
 
 struct PanelRig : Rig {
-  view::Picture draw(immersive::PanelLevel level, double now_s) {
+  picture::Picture draw(immersive::PanelLevel level, double now_s) {
     panel->draw(facts, level, now_s);
     return view::read_picture(device(), *panel->picture());
   }
@@ -205,23 +205,23 @@ struct PanelRig : Rig {
 TEST(SessionPanel, TellsWhatChangesTenTimesASecond) {
   using immersive::PanelLevel;
   PanelRig rig;
-  const std::vector<session::ForceSample> curve{{}, {.time_s = 1, .depth = 0.03, .axial = 2.4, .lateral = 0.4}};
-  const view::Picture before = rig.draw(PanelLevel::panel, 1);
+  const std::vector<figures::ForceSample> curve{{}, {.time_s = 1, .depth = 0.03, .axial = 2.4, .lateral = 0.4}};
+  const picture::Picture before = rig.draw(PanelLevel::panel, 1);
   EXPECT_EQ(changed(rig.draw(PanelLevel::panel, 1.2), before), (std::array{0, 0})) << "nothing new";
   rig.facts.hint = "The probe has lost the skin: press it on gently.";
   EXPECT_EQ(changed(rig.draw(PanelLevel::panel, 1.25), before), (std::array{0, 0})) << "not yet";
-  const view::Picture hint = rig.draw(PanelLevel::panel, 1.31);
+  const picture::Picture hint = rig.draw(PanelLevel::panel, 1.31);
   EXPECT_GT(changed(hint, before)[0], 500);
   EXPECT_EQ(changed(hint, before)[1], 0);
   rig.facts.force_curve = curve;
-  const view::Picture force = rig.draw(PanelLevel::panel, 1.5);
+  const picture::Picture force = rig.draw(PanelLevel::panel, 1.5);
   EXPECT_EQ(changed(force, hint)[0], 0);
   EXPECT_GT(changed(force, hint)[1], 500);
   rig.facts.target_distance = 0.012;
   rig.facts.tissue = "liver";
   rig.facts.warnings = {{panels::Concern::danger, "tip is beyond the target"}};
   EXPECT_EQ(changed(rig.draw(PanelLevel::panel, 1.7), force), (std::array{0, 0})) << "for instructors";
-  const view::Picture instructor = rig.draw(PanelLevel::instructor, 1.71);
+  const picture::Picture instructor = rig.draw(PanelLevel::instructor, 1.71);
   EXPECT_GT(changed(instructor, force)[0], 500) << "at once";
   EXPECT_GT(changed(instructor, force)[1], 500);
   rig.panel->draw(rig.facts, PanelLevel::hidden, 1.72);
@@ -258,7 +258,7 @@ content::Scene flat_patient() {
 
 TEST(ThumbOnScanner, TurnsAKnobOnceThenAgainWhileItIsHeld) {
   immersive::ThumbOnScanner thumb;
-  view::Hands hands;
+  headset::Hands hands;
   std::string seen;
   double time_s = 0;
   const auto hold = [&](float x, float y, double for_s) {

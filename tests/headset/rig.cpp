@@ -12,7 +12,7 @@ void use_no_runtime() {
   setenv("XR_RUNTIME_JSON", "/nonexistent/runtime.json", 1);
 }
 
-Rig::Rig(const mock::Script& script, const view::HeadsetSettings& settings) {
+Rig::Rig(const mock::Script& script, const headset::HeadsetSettings& settings) {
   use_mock_runtime();
   mock::play(script);
   runtime_.emplace();
@@ -22,14 +22,14 @@ Rig::Rig(const mock::Script& script, const view::HeadsetSettings& settings) {
   headset_.emplace(*runtime_, *device_, settings);
 }
 
-std::optional<view::HeadsetFrame> Rig::turn(const gpu::Image* picture) {
+std::optional<headset::HeadsetFrame> Rig::turn(const gpu::Image* picture) {
   headset_->poll();
-  const std::optional<view::HeadsetFrame> frame = headset_->begin_frame();
+  const std::optional<headset::HeadsetFrame> frame = headset_->begin_frame();
   if (frame) headset_->end_frame(picture != nullptr ? picture : &*grey_);
   return frame;
 }
 
-view::HeadsetFrame Rig::turn_until_focused() {
+headset::HeadsetFrame Rig::turn_until_focused() {
   for (int i = 0; i < 10; ++i) {
     const auto frame = turn();
     if (frame && headset_->focused()) return *frame;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/gpu/commands.h"
-#include "engine/view/headset.h"
+#include "engine/headset/headset.h"
 #include "tests/support/openxr/mock_runtime.h"
 
 #include <gtest/gtest.h>
@@ -17,16 +17,16 @@ namespace mock = mock_xr;
 /// Plays a script from the instance on. Call expect_clean() at the end.
 class Rig {
 public:
-  explicit Rig(const mock::Script& script = {}, const view::HeadsetSettings& settings = {});
+  explicit Rig(const mock::Script& script = {}, const headset::HeadsetSettings& settings = {});
 
-  view::HeadsetRuntime& runtime() { return *runtime_; }
+  headset::HeadsetRuntime& runtime() { return *runtime_; }
   gpu::Device& device() { return *device_; }
-  view::Headset& headset() { return *headset_; }
+  headset::Headset& headset() { return *headset_; }
 
   /// One turn of a session's loop: events, and a frame if the runtime wants one. Its picture is `picture`, or grey.
-  std::optional<view::HeadsetFrame> turn(const gpu::Image* picture = nullptr);
+  std::optional<headset::HeadsetFrame> turn(const gpu::Image* picture = nullptr);
   /// Turns until the trainee sees the session and holds its controllers; the frame of the last.
-  view::HeadsetFrame turn_until_focused();
+  headset::HeadsetFrame turn_until_focused();
 
   /// Ends everything in order; then the runtime has refused nothing, nothing was left behind and validation was
   /// silent. @param refused  calls that the test made to fail
@@ -34,10 +34,10 @@ public:
 
 private:
   std::atomic<std::uint32_t> messages_{0};
-  std::optional<view::HeadsetRuntime> runtime_;
+  std::optional<headset::HeadsetRuntime> runtime_;
   std::optional<gpu::Device> device_;
   std::optional<gpu::Image> grey_;
-  std::optional<view::Headset> headset_;
+  std::optional<headset::Headset> headset_;
 };
 
 /// What the loader finds: the mock runtime, or nothing.

@@ -4,8 +4,8 @@
 namespace stylet::tests {
 namespace {
 
-using view::HeadsetError;
-using view::HeadsetRuntime;
+using headset::HeadsetError;
+using headset::HeadsetRuntime;
 
 std::string why_not() {
   try {
@@ -40,7 +40,7 @@ TEST(HeadsetRuntime, NamesItselfAndTheSizeOfAnEye) {
   const HeadsetRuntime runtime;
   EXPECT_EQ(runtime.name(), "Stylet's mock runtime 0.1.0");
   EXPECT_EQ(runtime.headset_name(), "scripted headset");
-  EXPECT_EQ(runtime.eye_size(), (view::EyeSize{640, 720}));
+  EXPECT_EQ(runtime.eye_size(), (headset::EyeSize{640, 720}));
 }
 
 TEST(HeadsetRuntime, ItsGpuIsTheOnlyOne) {

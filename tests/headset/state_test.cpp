@@ -4,7 +4,7 @@
 namespace stylet::tests {
 namespace {
 
-using view::HeadsetPhase;
+using headset::HeadsetPhase;
 
 const std::vector<XrSessionState> kUp{XR_SESSION_STATE_IDLE, XR_SESSION_STATE_READY, XR_SESSION_STATE_SYNCHRONIZED,
                                       XR_SESSION_STATE_VISIBLE, XR_SESSION_STATE_FOCUSED};

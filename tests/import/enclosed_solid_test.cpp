@@ -1,6 +1,6 @@
 // Dirty spheres whose volume is known: patches apart, walls doubled, triangles turned, a hole.
 #include "engine/import/enclosed_solid.h"
-#include "tests/content/shapes.h"
+#include "tests/mesh/shapes.h"
 #include "tests/support/sanitized.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@
 namespace stylet::import {
 namespace {
 
-using content::TriangleMesh;
-using content::test::append_flipped;
-using content::test::icosphere;
+using mesh::TriangleMesh;
+using mesh::test::append_flipped;
+using mesh::test::icosphere;
 
 // Under a sanitizer a sphere of half the size: an eighth of the nodes, triangles as large.
 constexpr double kRadius = support::kSanitized ? 0.015 : 0.03;

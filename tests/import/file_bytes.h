@@ -1,7 +1,7 @@
 // Files in memory.
 #pragma once
 
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/triangle_mesh.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +16,7 @@ inline std::span<const std::byte> bytes_of(const std::string& text) {
 
 /// A binary STL.
 /// @param header  what stands first, 80 bytes of it
-inline std::string binary_stl(const content::TriangleMesh& mesh, std::string header = "ball") {
+inline std::string binary_stl(const mesh::TriangleMesh& mesh, std::string header = "ball") {
   header.resize(80, ' ');
   std::string out = header;
   const auto append = [&](const auto& value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };

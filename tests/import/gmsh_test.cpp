@@ -1,9 +1,9 @@
 // Gmsh as a program: what it makes, and what is said where it cannot.
 #include "engine/import/gmsh.h"
-#include "engine/content/error.h"
-#include "engine/content/surface_mesh.h"
-#include "engine/content/tet_quality.h"
-#include "tests/content/shapes.h"
+#include "engine/files/error.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/mesh/tet_quality.h"
+#include "tests/mesh/shapes.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@
 namespace stylet::import {
 namespace {
 
-using content::test::ball_volume;
-using content::test::icosphere;
+using mesh::test::ball_volume;
+using mesh::test::icosphere;
 
 const std::function<void()> kWait = [] {};
 
@@ -27,7 +27,7 @@ template <typename Call>
 std::string refusal_of(Call call) {
   try {
     call();
-  } catch (const content::ContentError& error) {
+  } catch (const files::ContentError& error) {
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
     return error.what();
   }
@@ -39,12 +39,12 @@ TEST(Gmsh, BoundaryNodesLieOnTheSurface) {
   const Eigen::Vector3d centre(0.1, -0.2, 0.3);
   const physics::TetMesh mesh =
       gmsh_tetrahedra(icosphere(centre, 0.04, 4), {.cell = 0.01, .program = STYLET_GMSH, .where = "test"}, kWait);
-  const content::TetQuality quality = content::tet_quality(mesh);
+  const mesh::TetQuality quality = mesh::tet_quality(mesh);
   EXPECT_EQ(quality.inverted, 0);
   EXPECT_GT(quality.min_dihedral_deg, 5);
   EXPECT_NEAR(quality.volume / ball_volume(0.04), 1, 0.04);
-  const content::BoundarySurface boundary = content::boundary_surface(mesh);
-  EXPECT_TRUE(content::inspect(boundary.mesh).closed());
+  const mesh::BoundarySurface boundary = mesh::boundary_surface(mesh);
+  EXPECT_TRUE(mesh::inspect(boundary.mesh).closed());
   EXPECT_GT(boundary.mesh.vertices.size(), 100u);
   for (const Eigen::Vector3d& v : boundary.mesh.vertices) {
     EXPECT_NEAR((v - centre).norm(), 0.04, 0.15e-3);  // facets of the sphere are 0.1 mm below it
@@ -52,7 +52,7 @@ TEST(Gmsh, BoundaryNodesLieOnTheSurface) {
 }
 
 TEST(Gmsh, AProgramThatIsMissingFailsHangsOrLeavesNothingIsSaidSo) {
-  const content::TriangleMesh ball = icosphere({0, 0, 0}, 0.04, 2);
+  const mesh::TriangleMesh ball = icosphere({0, 0, 0}, 0.04, 2);
   const support::TemporaryFolder folder;
   const auto with = [&](const std::string& script, double seconds = 10) {
     const auto program = folder.write("fake", "#!/bin/sh\n" + script + "\n");
@@ -85,7 +85,7 @@ TEST(Msh, TetrahedraAreTurnedPositiveAndUnusedNodesDropped) {
   const physics::TetMesh mesh = read_msh(kTwo, "test");
   EXPECT_EQ(mesh.nodes.size(), 5u);
   ASSERT_EQ(mesh.tets.size(), 2u);
-  const content::TetQuality quality = content::tet_quality(mesh);
+  const mesh::TetQuality quality = mesh::tet_quality(mesh);
   EXPECT_EQ(quality.inverted, 0);
   EXPECT_NEAR(quality.volume, 2.0 / 6, 1e-12);
 }

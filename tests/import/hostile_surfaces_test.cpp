@@ -1,5 +1,5 @@
 // Sound files of unsound surfaces, where STYLET_TEST_DATA has them: each gets the verdict its collection expects.
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/import/organ_import.h"
 #include "tests/support/sanitized.h"
 
@@ -31,7 +31,7 @@ std::string verdict(const std::filesystem::path& path) {
       told = told || !organ.report.notes.empty();
     }
     return told ? "repair or report" : "accept";
-  } catch (const content::ContentError& error) {
+  } catch (const files::ContentError& error) {
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find(path.filename().string()), std::string::npos) << error.what();
     return "reject";

@@ -1,6 +1,6 @@
 // Label volumes: every number type, byte order and orientation gives the same labels at the same place.
 #include "engine/import/nifti.h"
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/import/label_solid.h"
 #include "tests/import/file_bytes.h"
 
@@ -19,7 +19,7 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
+using files::ContentError;
 using test::bytes_of;
 
 constexpr std::array<std::int16_t, 3> kSize{4, 3, 2};
@@ -252,7 +252,7 @@ TEST(LabelSolid, CountsTheVoxelsAroundItsLabels) {
   try {
     const LabelSolid solid(image, labels, 7 * 7 * 8 - 1);
     FAIL() << "one voxel too many";
-  } catch (const content::ContentError& e) {
+  } catch (const files::ContentError& e) {
     EXPECT_STREQ(
         e.what(),
         "the box around its labels has 7 x 7 x 8 voxels, 392 in all, accepted are 391; resample the volume to "

@@ -1,13 +1,13 @@
 // Whole organs: which parts they are made of, what comes out, and why some are refused.
 #include "engine/import/organ_import.h"
-#include "engine/content/error.h"
-#include "engine/content/gltf.h"
-#include "engine/content/gltf_writer.h"
-#include "engine/content/surface_mesh.h"
-#include "engine/content/tet_quality.h"
+#include "engine/files/error.h"
+#include "engine/gltf/gltf.h"
+#include "engine/gltf/gltf_writer.h"
 #include "engine/import/organ_files.h"
 #include "engine/import/organ_picture.h"
-#include "tests/content/shapes.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/mesh/tet_quality.h"
+#include "tests/mesh/shapes.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
@@ -25,11 +25,11 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
-using content::TriangleMesh;
-using content::test::append_flipped;
-using content::test::ball_volume;
-using content::test::icosphere;
+using files::ContentError;
+using mesh::TriangleMesh;
+using mesh::test::append_flipped;
+using mesh::test::ball_volume;
+using mesh::test::icosphere;
 
 const ImportProgress kQuiet = [](const std::string&) {};
 
@@ -79,8 +79,8 @@ void expect_sound(const ImportedOrgan& organ) {
   EXPECT_EQ(organ.report.quality.inverted, 0);
   EXPECT_GE(organ.report.quality.min_dihedral_deg, 12);
   EXPECT_LE(std::abs(organ.report.volume_error()), 0.03);
-  EXPECT_TRUE(content::inspect(organ.surface).closed());
-  EXPECT_TRUE(content::inspect(organ.surface).oriented());
+  EXPECT_TRUE(mesh::inspect(organ.surface).closed());
+  EXPECT_TRUE(mesh::inspect(organ.surface).oriented());
 }
 
 TEST(AssignParts, ByAnnotationByPatternOrByWhatIsClosed) {
@@ -169,7 +169,7 @@ TEST(ImportOrgan, RefusesWhatHasNoInsideAndSaysWhy) {
 
 /// Closed parts of the boundary of its tetrahedra; each is a ball's.
 int filled_balls(const ImportedOrgan& organ) {
-  const content::SurfaceReport boundary = content::inspect(content::boundary_surface(organ.mesh).mesh);
+  const mesh::SurfaceReport boundary = mesh::inspect(mesh::boundary_surface(organ.mesh).mesh);
   EXPECT_TRUE(boundary.closed());
   EXPECT_EQ(boundary.euler_characteristic(), 2 * boundary.components);
   return boundary.components;
@@ -231,7 +231,7 @@ TEST(ImportOrgan, PiecesOfLabelsAndOfWhatIsEnclosedAreFilled) {
     expect_sound(organ);
     EXPECT_NE(organ.report.from, SolidFrom::closed_surface);
     EXPECT_EQ(filled_balls(organ), 2);
-    EXPECT_EQ(content::inspect(organ.surface).components, 2);
+    EXPECT_EQ(mesh::inspect(organ.surface).components, 2);
     ASSERT_EQ(organ.report.pieces.size(), 2u);
     for (const PieceReport& piece : organ.report.pieces) {
       const double expected = ball_volume(piece.volume > ball_volume(0.0055) ? 0.006 : 0.005);
@@ -351,7 +351,7 @@ TEST(OrganFiles, HoldWhatWasMade) {
   EXPECT_NEAR(report["solid"]["volume_m3"].get<double>(), organ.report.volume, 1e-12);
   EXPECT_NE(report_text(organ, parts).find("closed surface"), std::string::npos);
 
-  const view::Picture picture = organ_picture(organ, 400, 240);
+  const picture::Picture picture = organ_picture(organ, 400, 240);
   std::size_t drawn = 0;
   for (std::size_t i = 0; i < picture.rgba.size(); i += 4) drawn += picture.rgba[i] < 200 ? 1 : 0;
   EXPECT_GT(drawn, 400u * 240 / 8);
@@ -396,7 +396,7 @@ TEST(OrganFiles, GmshReadsTheTetrahedra) {
     EXPECT_GT(tet, 0);
     volume += tet;
   }
-  EXPECT_NEAR(volume, content::tet_quality(organ.mesh).volume, 1e-9 * volume);
+  EXPECT_NEAR(volume, mesh::tet_quality(organ.mesh).volume, 1e-9 * volume);
 }
 
 /// Real organs of several patches; volumes of the welded closed surface where one exists, else of the solid that

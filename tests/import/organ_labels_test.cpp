@@ -1,9 +1,9 @@
 // What lies inside an organ: which parts, which tetrahedra and which voxels.
 #include "engine/import/organ_labels.h"
-#include "engine/content/tet_quality.h"
 #include "engine/import/organ_files.h"
 #include "engine/import/organ_source.h"
-#include "tests/content/shapes.h"
+#include "engine/mesh/tet_quality.h"
+#include "tests/mesh/shapes.h"
 
 #include <gtest/gtest.h>
 
@@ -14,11 +14,11 @@
 namespace stylet::import {
 namespace {
 
-using content::test::ball_volume;
-using content::test::icosphere;
+using mesh::test::ball_volume;
+using mesh::test::icosphere;
 
-SourcePart annotated(const std::string& name, content::TriangleMesh mesh, const std::string& id,
-                     const std::string& role, const std::string& body = {}) {
+SourcePart annotated(const std::string& name, mesh::TriangleMesh mesh, const std::string& id, const std::string& role,
+                     const std::string& body = {}) {
   SourcePart out{.name = name, .place = "test:" + name, .mesh = std::move(mesh), .organ = {}, .tissue = {}};
   out.organ.id = id;
   out.organ.role = role;
@@ -64,7 +64,7 @@ TEST(OrganLabels, TetrahedraAndVoxelsSayWhatLiesInside) {
     tissues[t].name = std::string("tissue ") + static_cast<char>('a' + t);
     tissues[t].mechanics.young_modulus = young[t];
   }
-  std::vector<content::Organ> inside(2);
+  std::vector<readers::Organ> inside(2);
   inside[0].id = "veins";
   inside[0].role = content::SurfaceRole::vessel;
   inside[0].tissue = 2;

@@ -1,7 +1,7 @@
 // Every organ of the test data that can be imported, in the physics: under its weight and under a needle for 2 s.
-#include "engine/content/error.h"
-#include "engine/content/surface_mesh.h"
+#include "engine/files/error.h"
 #include "engine/import/organ_import.h"
+#include "engine/mesh/surface_mesh.h"
 #include "physics/loops/haptic_loop.h"
 #include "physics/loops/simulation_loop.h"
 #include "tests/support/sanitized.h"
@@ -151,7 +151,7 @@ TEST_P(RealOrganInThePhysics, BearsItsWeightAndANeedle) {
     ImportedOrgan organ;
     try {
       organ = import_organ(parts, {.target_nodes = 400}, [](const std::string&) {});
-    } catch (const content::ContentError& error) {
+    } catch (const files::ContentError& error) {
       std::printf("  refused: %s\n", error.what());
       continue;
     }
@@ -159,7 +159,7 @@ TEST_P(RealOrganInThePhysics, BearsItsWeightAndANeedle) {
     const Smoke seen = smoke(organ.mesh, is_bone(organ.id) ? 10e6 : 20e3);
     ++run;
     met += seen.force > 0.02 ? 1 : 0;
-    const Eigen::Vector3d size = content::inspect(organ.surface).bounds.sizes();
+    const Eigen::Vector3d size = mesh::inspect(organ.surface).bounds.sizes();
     std::printf("  %-24s %4zu nodes, moved by %5.1f of %3.0f mm, at most %.2f N, %u punctures\n", organ.id.c_str(),
                 organ.mesh.nodes.size(), 1e3 * seen.settled, 1e3 * size.norm(), seen.force, seen.punctures);
     EXPECT_TRUE(seen.finite);

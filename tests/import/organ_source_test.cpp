@@ -1,8 +1,8 @@
 // What files may say about organs: names that would leave their folder, names that are no text, parts far apart.
 #include "engine/import/organ_source.h"
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/import/organ_files.h"
-#include "tests/content/glb.h"
+#include "tests/gltf/glb.h"
 #include "tests/support/temporary_folder.h"
 
 #include <fmt/format.h>
@@ -14,10 +14,10 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
-using content::TriangleMesh;
-using content::test::Glb;
-using content::test::sphere;
+using files::ContentError;
+using gltf::test::Glb;
+using gltf::test::sphere;
+using mesh::TriangleMesh;
 using support::TemporaryFolder;
 
 /// A glTF file with a ball for each of these organ ids.

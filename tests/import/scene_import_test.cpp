@@ -1,12 +1,12 @@
 // A whole scenario from a side file: a torso of spheres, whose every distance is known.
 #include "engine/import/scene_import.h"
-#include "engine/content/error.h"
-#include "engine/content/scenario.h"
-#include "engine/content/surface_mesh.h"
+#include "engine/files/error.h"
 #include "engine/import/scenario_folder.h"
 #include "engine/import/scene_files.h"
 #include "engine/import/scene_survey.h"
-#include "tests/content/shapes.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/readers/scenario.h"
+#include "tests/mesh/shapes.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
@@ -21,9 +21,9 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
-using content::TriangleMesh;
-using content::test::icosphere;
+using files::ContentError;
+using mesh::TriangleMesh;
+using mesh::test::icosphere;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -80,7 +80,7 @@ const char* kSide = R"({"format": "stylet-import", "version": 1, "organs": [
              "filler": "fat", "clearance_mm": 1.5}}})";
 
 SideFile side_file(const std::string& text) {
-  content::JsonFile file("side.json", text);
+  files::JsonFile file("side.json", text);
   SideFile side = read_side_file(file);
   EXPECT_THAT(file.problems(), IsEmpty());
   return side;
@@ -102,8 +102,8 @@ const ImportedScene& torso_scene() {
   return scene;
 }
 
-const content::AnnotatedSurface& surface(const ImportedScene& scene, const std::string& name) {
-  for (const content::AnnotatedSurface& each : scene.surfaces) {
+const gltf::AnnotatedSurface& surface(const ImportedScene& scene, const std::string& name) {
+  for (const gltf::AnnotatedSurface& each : scene.surfaces) {
     if (each.name == name) return each;
   }
   ADD_FAILURE() << "no surface " << name;
@@ -138,7 +138,7 @@ TEST(ImportScene, FindsWhereTheScanEnds) {
 
 TEST(ImportScene, WallLiesWithinItsDepthOfTheSkinAndClearOfTheOrgans) {
   const TriangleMesh& wall = surface(torso_scene(), "abdominal_wall").mesh;
-  const content::SurfaceReport report = content::inspect(wall);
+  const mesh::SurfaceReport report = mesh::inspect(wall);
   EXPECT_TRUE(report.closed());
   EXPECT_TRUE(report.oriented());
   constexpr double kSag = support::kSanitized ? 3e-3 : 0.8e-3;  // of the triangles of body and wall, m
@@ -176,7 +176,7 @@ TEST(ImportScene, WhatSticksOutOfItsBodyIsParted) {
   EXPECT_NEAR(farthest, 0.004, 0.7e-3);
   EXPECT_NEAR(nearest, 0.004, 0.7e-3);
   const double whole = 4.0 / 3 * std::numbers::pi * 0.05 * 0.008 * 0.008;
-  EXPECT_NEAR(content::inspect(near).volume + content::inspect(rest).volume, whole, 0.06 * whole);
+  EXPECT_NEAR(mesh::inspect(near).volume + mesh::inspect(rest).volume, whole, 0.06 * whole);
 }
 
 TEST(ImportScene, PiecesOfSeveralFilesAreOneOrgan) {
@@ -217,7 +217,7 @@ TEST(ImportScene, TellsWhatTheNeedlePasses) {
 
 TEST(Overlaps, AreMeasuredAndTheLaterCounts) {
   const double r = 0.03, d = 0.04;  // two balls whose centres are d apart
-  const std::vector<content::AnnotatedSurface> balls{
+  const std::vector<gltf::AnnotatedSurface> balls{
       {.name = "a", .role = "boundary", .tissue = "liver", .body = {}, .mesh = icosphere({0, 0, 0}, r, 4)},
       {.name = "b", .role = "boundary", .tissue = "liver", .body = {}, .mesh = icosphere({d, 0, 0}, r, 4)}};
   const std::vector<Overlap> overlaps = find_overlaps(balls);
@@ -242,7 +242,7 @@ content::Motion still(const ImportedScene& scene, const content::Needle& needle)
 }
 
 std::string bytes_of(const std::filesystem::path& path) {
-  return content::read_file(path, 64u << 20);
+  return files::read_file(path, 64u << 20);
 }
 
 TEST(WriteScenario, LeavesASoundFolderOfTheSameBytesEachTime) {
@@ -252,7 +252,7 @@ TEST(WriteScenario, LeavesASoundFolderOfTheSameBytesEachTime) {
       replaced(kSide, "\"target\": \"lesion\"", "\"target\": \"lesion\", \"label_spacing_mm\": 3");
   const SideFile side = side_file(coarse);
   const ScenarioFolder written = write_scenario(torso(), side, folder / "a", kContent, "test", still, kQuiet);
-  EXPECT_THAT(content::validate(folder / "a/scenario.json"), IsEmpty());
+  EXPECT_THAT(readers::validate(folder / "a/scenario.json"), IsEmpty());
   ASSERT_EQ(written.bodies.size(), 2u);
   for (const BodyAccount& body : written.bodies) {
     std::printf("  %s: %zu nodes, %.2f %%, %.1f degrees\n", body.name.c_str(), body.nodes,

@@ -1,7 +1,7 @@
 // Side files: what they may say, and what an author is told about each mistake.
 #include "engine/import/side_file.h"
-#include "engine/content/error.h"
-#include "tests/content/schema_agreement.h"
+#include "engine/files/error.h"
+#include "tests/readers/schema_agreement.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace stylet::import {
 namespace {
 
-using content::JsonFile;
+using files::JsonFile;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -148,7 +148,7 @@ TEST(SideFile, ShippedOnesAreSound) {
 
 TEST(SideFile, SchemaAgreesWithTheReader) {
   // Every optional object there is; the values do not matter.
-  content::test::expect_schema_agrees(
+  readers::test::expect_schema_agrees(
       kShipped / "schemas" / "import.schema.json", kShipped / "imports" / "full.json",
       side_text(R"({"id": "a"})", R"({"wall": {"box": {}, "layers": [{}]}, "probe": {}, "contacts": [{}]})"), 8,
       [](JsonFile& file) { read_side_file(file); });

@@ -1,8 +1,8 @@
 // STL and OBJ from memory: what is in them, in which frame, and one line where they are wrong.
-#include "engine/content/error.h"
-#include "engine/content/surface_mesh.h"
+#include "engine/files/error.h"
 #include "engine/import/obj.h"
 #include "engine/import/stl.h"
+#include "engine/mesh/surface_mesh.h"
 #include "tests/import/file_bytes.h"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 namespace stylet::import {
 namespace {
 
-using content::ContentError;
+using files::ContentError;
 using test::bytes_of;
 
 const std::vector<Eigen::Vector3d> kCorners{{0, 0, 0}, {10, 0, 0}, {0, 20, 0}, {0, 0, 30}};
@@ -36,8 +36,8 @@ std::string text_stl(const std::string& name = "liver") {
   return out + "endsolid\n";
 }
 
-void expect_tetrahedron(const content::TriangleMesh& mesh) {
-  const content::SurfaceReport report = content::inspect(content::clean_surface(mesh, "test"));
+void expect_tetrahedron(const mesh::TriangleMesh& mesh) {
+  const mesh::SurfaceReport report = mesh::inspect(mesh::clean_surface(mesh, "test"));
   EXPECT_EQ(report.vertices, 4);
   EXPECT_EQ(report.triangles, 4);
   EXPECT_TRUE(report.closed());

@@ -1,8 +1,8 @@
 // Fewer triangles: where they may be saved, and what must stay as it was.
 #include "engine/import/thin_out.h"
 
-#include "engine/content/surface_mesh.h"
-#include "tests/content/shapes.h"
+#include "engine/mesh/surface_mesh.h"
+#include "tests/mesh/shapes.h"
 
 #include <gtest/gtest.h>
 
@@ -13,10 +13,10 @@
 namespace stylet::import {
 namespace {
 
-using content::inspect;
-using content::SurfaceReport;
-using content::TriangleMesh;
-using content::test::icosphere;
+using mesh::inspect;
+using mesh::SurfaceReport;
+using mesh::TriangleMesh;
+using mesh::test::icosphere;
 
 constexpr double kRadius = 0.04;  // m
 constexpr double kError = 0.05e-3;
@@ -47,7 +47,7 @@ TEST(ThinOut, AFlatDiscKeepsItsRim) {
     return std::ranges::any_of(t, [&](std::uint32_t v) { return disc.vertices[v].z() < 0; });
   });
   for (Eigen::Vector3d& x : disc.vertices) x.z() = 0;
-  disc = content::clean_surface(disc, "disc");
+  disc = mesh::clean_surface(disc, "disc");
   const TriangleMesh thin = thin_out(disc, kError);
   EXPECT_LT(thin.triangles.size(), disc.triangles.size() / 2);
   EXPECT_EQ(inspect(thin).boundary_edges, inspect(disc).boundary_edges);

@@ -1,8 +1,8 @@
 // A real abdomen: 35 surfaces of a CT become a scenario by one short side file, and a needle goes into it.
-#include "engine/content/scenario.h"
-#include "engine/content/solid.h"
-#include "engine/content/surface_mesh.h"
 #include "engine/import/scenario_folder.h"
+#include "engine/mesh/solid.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"
@@ -51,13 +51,13 @@ const json& named(const json& list, const std::string& key, const std::string& n
 class Extremes : public session::StepListener {
 public:
   explicit Extremes(const content::Scene& scene) : scene_(scene) {}
-  void haptic_stepped(const session::HapticStepRecord&, const physics::NeedleState& needle) override {
+  void haptic_stepped(const recording::HapticStepRecord&, const physics::NeedleState& needle) override {
     const double force = needle.wrench.force.norm();
     finite = finite && std::isfinite(force);
     largest_force = std::max(largest_force, force);
     punctures = needle.puncture_count;
   }
-  void simulation_stepped(const session::SimulationStepRecord&, const physics::SimulationReport& report,
+  void simulation_stepped(const recording::SimulationStepRecord&, const physics::SimulationReport& report,
                           const physics::TissueState& tissue, const physics::NeedleState&) override {
     inverted += report.inverted_tets;
     shortened += (report.flags & physics::kSimulationStepLimited) != 0 ? 1 : 0;
@@ -85,7 +85,7 @@ TEST(TsAbdomen, BecomesAScenarioThatANeedleGoesInto) {
   if (data == nullptr) GTEST_SKIP() << "STYLET_TEST_DATA is not set";
   if (support::kSanitized) GTEST_SKIP() << "minutes long with a sanitizer; the torso of spheres takes the same ways";
   const std::filesystem::path source = std::filesystem::path(data) / "organs/ts_abdomen/ts_abdomen.glb";
-  content::JsonFile side_json(kContent / "imports" / "ts_abdomen.json");
+  files::JsonFile side_json(kContent / "imports" / "ts_abdomen.json");
   const SideFile side = read_side_file(side_json);
   side_json.throw_problems();
   const support::TemporaryFolder folder;
@@ -94,7 +94,7 @@ TEST(TsAbdomen, BecomesAScenarioThatANeedleGoesInto) {
   EXPECT_THAT(written.warnings, IsEmpty());
 
   // What the report says against what is known of the source.
-  const json report = json::parse(content::read_file(folder / "out/report.json", 1u << 20));
+  const json report = json::parse(files::read_file(folder / "out/report.json", 1u << 20));
   EXPECT_THAT(report["left_out"], IsEmpty());
   ASSERT_EQ(report["scan_cuts"].size(), 2u);
   EXPECT_EQ(report["scan_cuts"][1]["towards"], "the head");
@@ -108,7 +108,7 @@ TEST(TsAbdomen, BecomesAScenarioThatANeedleGoesInto) {
   EXPECT_EQ(report["path"].back()["organ"], "lesion");
 
   std::optional<content::Scene> scene;
-  EXPECT_THAT(content::validate(folder / "out/scenario.json", &scene), IsEmpty());
+  EXPECT_THAT(readers::validate(folder / "out/scenario.json", &scene), IsEmpty());
   ASSERT_TRUE(scene);
   ASSERT_EQ(written.bodies.size(), 2u);
   for (const BodyAccount& body : written.bodies) {
@@ -120,14 +120,14 @@ TEST(TsAbdomen, BecomesAScenarioThatANeedleGoesInto) {
   }
 
   // The wall: as deep as asked for, clear of the organs.
-  const content::GltfScene organ_file = content::read_gltf(folder / "out/organs.glb");
+  const gltf::GltfScene organ_file = gltf::read_gltf(folder / "out/organs.glb");
   const auto solid = [&](const std::string& name) {
-    for (const content::GltfOrgan& organ : organ_file.organs) {
-      if (organ.name == name) return content::Solid(content::clean_surface(organ.mesh, name));
+    for (const gltf::GltfOrgan& organ : organ_file.organs) {
+      if (organ.name == name) return mesh::Solid(mesh::clean_surface(organ.mesh, name));
     }
-    throw content::ContentError("no organ " + name);
+    throw files::ContentError("no organ " + name);
   };
-  const content::Solid skin = solid("body_skin"), wall = solid("abdominal_wall"), liver = solid("liver");
+  const mesh::Solid skin = solid("body_skin"), wall = solid("abdominal_wall"), liver = solid("liver");
   double deepest = 0, nearest = 1;
   for (const Eigen::Vector3d& v : wall.surface().vertices) {
     deepest = std::max(deepest, -skin.signed_distance(v));

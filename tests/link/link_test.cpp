@@ -3,7 +3,7 @@
 
 #include "engine/link/link_error.h"
 #include "engine/link/message.h"
-#include "engine/session/tracked_transforms.h"
+#include "engine/tracking/tracked_transforms.h"
 #include "tests/link/igtl_client.h"
 
 #include <igtlTrackingDataMessage.h>
@@ -90,7 +90,7 @@ TEST(Link, ImageAndTransformsSayTheSamePlaceToARealClient) {
   LinkImage shown = numbered_image(7);
   shown.pixels[static_cast<std::size_t>(kRow) * kWidth + kColumn] = 255;
   shown.reference_from_image =
-      session::ras_pose(frame.probe_position, frame.probe_orientation).lazyProduct(session::image_to_probe(sector));
+      tracking::ras_pose(frame.probe_position, frame.probe_orientation).lazyProduct(tracking::image_to_probe(sector));
   IgtlClient client;
   ASSERT_TRUE(client.connect(link.port()));
   link.show(shown);

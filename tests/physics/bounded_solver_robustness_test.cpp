@@ -2,7 +2,7 @@
 // numbers that are none; and the elimination and the pivoting that it is made of.
 #include "tests/physics/random_contact_problem.h"
 #include "tests/support/allocation_count.h"
-#include "tests/support/dense_algebra.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -75,8 +75,8 @@ TEST(PanelLdl, EliminationLeavesTheSchurComplementAndItsCoupling) {
     ASSERT_EQ(ldl.factorise(softening.data()), 0);
     const MatrixXd a = w.topLeftCorner(leading, leading);
     const MatrixXd b = w.bottomLeftCorner(trailing, leading);
-    const MatrixXd solved = support::solve(a, b.transpose());
-    const MatrixXd schur = w.bottomRightCorner(trailing, trailing) - support::product(b, solved);
+    const MatrixXd solved = reference::solve(a, b.transpose());
+    const MatrixXd schur = w.bottomRightCorner(trailing, trailing) - reference::product(b, solved);
     MatrixXd coupling = MatrixXd::Zero(kMaxRows + 16, kMaxRows + 16);
     ldl.coupling(coupling);
     VectorXd x = VectorXd::Zero(ldl.size());

@@ -1,6 +1,6 @@
 // The solve of bilateral and bounded rows, against enumeration of all states, closed forms and the laws themselves.
 #include "tests/physics/random_contact_problem.h"
-#include "tests/support/dense_algebra.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ std::optional<VectorXd> enumerate(const Problem& p, const VectorXd& pressed) {
       b[i] = bound - row.viscosity * p.delta[i];
     }
     if (!possible) continue;
-    const VectorXd lambda = support::solve(a, b);
+    const VectorXd lambda = reference::solve(a, b);
     const VectorXd u = w * lambda + p.delta;
     for (std::size_t k = 0; k < bounded.size() && possible; ++k) {
       const int i = bounded[k];
@@ -214,7 +214,7 @@ TEST(BoundedSolver, DiscSlidesAgainstItsForceInEveryDirection) {
     p.delta = 1e-3 * random.vector(2);
     BoundedSolver solver(kMaxRows);
     const VectorXd lambda = solve(solver, p, VectorXd::Zero(2));
-    const VectorXd sticking = support::solve(p.w, -p.delta);
+    const VectorXd sticking = reference::solve(p.w, -p.delta);
     if (sticking.norm() <= bound) {
       worst = std::max(worst, (lambda - sticking).norm());
       EXPECT_EQ(solver.state(0), RowState::sticking);
@@ -269,7 +269,7 @@ TEST(BoundedSolver, TipOnASurfaceDoesNotDependOnTheAxesOfItsFriction) {
     const double angle = random.uniform(0, 6.28);
     turn.bottomRightCorner(2, 2) << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
     Problem q = p;
-    q.w = support::product(turn, support::product(p.w, turn.transpose()));
+    q.w = reference::product(turn, reference::product(p.w, turn.transpose()));
     q.delta = turn * p.delta;
     const VectorXd turned = turn.transpose() * solve(solver, q, VectorXd::Zero(n), &report);
     worst = std::max(worst, (turned - lambda).norm() / lambda.norm());

@@ -3,7 +3,7 @@
 
 #include "physics/contact/organ_contact.h"
 #include "physics/tissue/corotational.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
@@ -111,11 +111,11 @@ inline constexpr double kYoung = 10e3;  // Pa
 
 /// A block of 60 x 60 x 40 mm with its lower side at `z`.
 inline TetMesh block(double z, int cells, double width = 0.06) {
-  return support::kuhn_box({-width / 2, -width / 2, z}, {width / 2, width / 2, z + 0.04}, {cells, cells, cells});
+  return reference::kuhn_box({-width / 2, -width / 2, z}, {width / 2, width / 2, z + 0.04}, {cells, cells, cells});
 }
 
 inline std::vector<int> at_height(const TetMesh& mesh, double z) {
-  return support::nodes_where(mesh, [&](const Eigen::Vector3d& x) { return std::abs(x.z() - z) < 1e-9; });
+  return reference::nodes_where(mesh, [&](const Eigen::Vector3d& x) { return std::abs(x.z() - z) < 1e-9; });
 }
 
 }  // namespace stylet::physics::tests

@@ -4,7 +4,7 @@
 #include "physics/contact/shaft.h"
 #include "physics/contact/tissue_points.h"
 #include "tests/physics/haptic_loop_synthetic_patch.h"
-#include "tests/support/dense_algebra.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -149,14 +149,15 @@ TEST(Delassus, MatchesDenseProductsWithInverses) {
     }
     double tissue_trace = 0;
     for (int b = 0; b < 2; ++b) {
-      w += support::product(hv[b], support::product(scene.patch.bodies[b].w_bar(), hv[b].transpose()));
+      w += reference::product(hv[b], reference::product(scene.patch.bodies[b].w_bar(), hv[b].transpose()));
       tissue_trace = w.trace();
     }
     const MatrixXd free = hn.rightCols(dofs - first);
-    w += support::product(free, support::solve(a.bottomRightCorner(dofs - first, dofs - first), free.transpose()));
+    w +=
+        reference::product(free, reference::solve(a.bottomRightCorner(dofs - first, dofs - first), free.transpose()));
     const MatrixXd lower = MatrixXd(delassus.matrix()).triangularView<Eigen::Lower>();
     const double error = (lower - MatrixXd(w.triangularView<Eigen::Lower>())).norm() / w.norm();
-    const VectorXd eigenvalues = support::symmetric_eigenvalues(w);
+    const VectorXd eigenvalues = reference::symmetric_eigenvalues(w);
     std::printf("relative difference %.1e, condition %.1e\n", error, eigenvalues[rows - 1] / eigenvalues[0]);
     EXPECT_LT(error, 1e-10);
     EXPECT_NEAR(delassus.mean_tissue_compliance() * rows / tissue_trace, 1, 1e-12);
@@ -229,11 +230,11 @@ TEST(ConstraintSolver, MatchesPivotedSolve) {
   ConstraintSolver solver(kMaxRows);
   for (int m : {1, 2, 16, 64, 192}) {
     const MatrixXd q = MatrixXd::Random(m, m + 3);
-    const MatrixXd w = support::product(q, q.transpose()) + MatrixXd::Identity(m, m);
+    const MatrixXd w = reference::product(q, q.transpose()) + MatrixXd::Identity(m, m);
     const VectorXd delta = VectorXd::Random(m);
     VectorXd lambda = VectorXd::Zero(m);
     ASSERT_TRUE(solver.solve(w.triangularView<Eigen::Lower>().toDenseMatrix(), 0.25, delta, lambda));
-    const VectorXd exact = support::solve(w + 0.25 * MatrixXd::Identity(m, m), -delta);
+    const VectorXd exact = reference::solve(w + 0.25 * MatrixXd::Identity(m, m), -delta);
     EXPECT_LT((lambda - exact).norm(), 1e-12 * exact.norm()) << m << " rows";
   }
 }
@@ -241,7 +242,7 @@ TEST(ConstraintSolver, MatchesPivotedSolve) {
 TEST(ConstraintSolver, RefusesDependentRowsUnlessTheyAreSoftened) {
   ConstraintSolver solver(kMaxRows);
   const MatrixXd q = MatrixXd::Random(6, 4);  // rank 4
-  const MatrixXd w = support::product(q, q.transpose());
+  const MatrixXd w = reference::product(q, q.transpose());
   const VectorXd delta = VectorXd::Random(6);
   VectorXd lambda = VectorXd::Constant(6, 42);
   EXPECT_FALSE(solver.solve(w, 0, delta, lambda));
@@ -260,18 +261,18 @@ TEST(ConstraintSolver, SmallestPivotTellsHowFarTheRowsAreFromDependent) {
   VectorXd lambda(12);
   const VectorXd delta = VectorXd::Random(12);
   const MatrixXd q = MatrixXd::Random(12, 15);
-  const MatrixXd w = support::product(q, q.transpose());
+  const MatrixXd w = reference::product(q, q.transpose());
   double smallest = 1e300;
   for (int m = 1; m <= 12; ++m) {
-    smallest = std::min(smallest, 1 / support::inverse(w.topLeftCorner(m, m))(m - 1, m - 1));
+    smallest = std::min(smallest, 1 / reference::inverse(w.topLeftCorner(m, m))(m - 1, m - 1));
     ASSERT_TRUE(solver.solve(w.topLeftCorner(m, m), 0, delta.head(m), lambda));
     EXPECT_NEAR(solver.smallest_pivot(), smallest, 1e-10 * smallest) << m << " rows";
   }
   MatrixXd near = q;  // row 7 is row 2 but for one part in a million
   near.row(7) = q.row(2) + 1e-6 * q.row(7);
-  ASSERT_TRUE(solver.solve(support::product(near, near.transpose()), 0, delta, lambda));
+  ASSERT_TRUE(solver.solve(reference::product(near, near.transpose()), 0, delta, lambda));
   EXPECT_LT(solver.smallest_pivot(), 1e-10 * w.diagonal().mean());
-  ASSERT_TRUE(solver.solve(support::product(near, near.transpose()), 0.5, delta, lambda));
+  ASSERT_TRUE(solver.solve(reference::product(near, near.transpose()), 0.5, delta, lambda));
   EXPECT_GE(solver.smallest_pivot(), 0.5);
 }
 

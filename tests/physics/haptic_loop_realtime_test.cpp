@@ -3,7 +3,7 @@
 #include "tests/physics/haptic_loop_synthetic_patch.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/r1.h"
-#include "tools/bench/reference_insertion.h"
+#include "tools/reference/reference_insertion.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
@@ -62,11 +62,11 @@ TEST(HapticLoopRealtime, StepTakesNoMemory) {
 /// Coupling `stylet` through R1 with all that tissue does to a needle: points laid, cut, broken through, slid past,
 /// left behind and met again.
 TEST(HapticLoopRealtime, TheReferenceInsertionTakesNoMemory) {
-  bench::ReferenceInsertion insertion = support::r1();
+  reference::ReferenceInsertion insertion = support::r1();
   auto tissues = std::make_shared<TissueMap>();
   tissues->tissues[1] = {
       .puncture_force = 0.3, .cutting_force = 0.2, .cutting_viscosity = 2, .friction_per_length = 5};
-  bench::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet, .tissues = tissues});
+  reference::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet, .tissues = tissues});
   const double dt = 1 / insertion.haptic_hz;
   int step = 0, allocations = 0, most_contacts = 0;
   while (step * dt < insertion.duration) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "physics/contact/shaft.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 
 #include <Eigen/Dense>
 

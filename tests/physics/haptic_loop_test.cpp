@@ -2,9 +2,9 @@
 #include "physics/loops/haptic_loop.h"
 #include "physics/needle/rotation_vector.h"
 #include "tests/physics/haptic_loop_synthetic_patch.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -116,7 +116,7 @@ Reference monolithic_step(const HapticLoopSettings& settings, const NeedleState&
     }
   }
   const LongMatrix w_bar = body.w_bar().cast<long double>();
-  const Eigen::MatrixXd wv = support::product(hv, support::product(body.w_bar(), hv.transpose()));
+  const Eigen::MatrixXd wv = reference::product(hv, reference::product(body.w_bar(), hv.transpose()));
   const double compliance = settings.relative_compliance * wv.diagonal().mean();
 
   const int free_dofs = dofs - 6;
@@ -125,7 +125,7 @@ Reference monolithic_step(const HapticLoopSettings& settings, const NeedleState&
   LongVector right = LongVector::Zero(size);
   kkt.topLeftCorner(free_dofs, free_dofs) = a.bottomRightCorner(free_dofs, free_dofs).cast<long double>();
   kkt.block(free_dofs, free_dofs, tissue, tissue) =
-      support::solve_extended(w_bar, LongMatrix::Identity(tissue, tissue));
+      reference::solve_extended(w_bar, LongMatrix::Identity(tissue, tissue));
   kkt.block(0, free_dofs + tissue, free_dofs, rows) = -hn.rightCols(free_dofs).transpose().cast<long double>();
   kkt.block(free_dofs, free_dofs + tissue, tissue, rows) = -hv.transpose().cast<long double>();
   kkt.block(free_dofs + tissue, 0, rows, free_dofs) = hn.rightCols(free_dofs).cast<long double>();
@@ -133,7 +133,7 @@ Reference monolithic_step(const HapticLoopSettings& settings, const NeedleState&
   kkt.bottomRightCorner(rows, rows).diagonal().setConstant(compliance);
   right.head(free_dofs) = -f.tail(free_dofs).cast<long double>();
   right.tail(rows) = -gap.cast<long double>();
-  const LongVector solution = support::solve_extended(kkt, right);
+  const LongVector solution = reference::solve_extended(kkt, right);
 
   Reference reference;
   reference.lambda = solution.tail(rows);
@@ -475,8 +475,8 @@ TEST(HapticLoop, APoisonedPatchIsRefusedAndTheNextOneTaken) {
     survives_poison(bent.loop, swept_hub(1), bent.patch);
   }
   // A patch whose tetrahedra are real ones, which the coupling `stylet` lays its own contacts in.
-  bench::ReferenceInsertion insertion = support::r1();
-  bench::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
+  reference::ReferenceInsertion insertion = support::r1();
+  reference::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
   while (experiment.time_s() < 1.3) experiment.advance();
   TissuePatch patch = experiment.patch_in_use();
   survives_poison(experiment.haptic(), insertion.base(experiment.time_s()), patch);

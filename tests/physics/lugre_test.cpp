@@ -2,7 +2,7 @@
 // energy.
 #include "physics/contact/lugre.h"
 #include "physics/contact/bounded_solver.h"
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "tests/support/sanitized.h"
 
 #include <gtest/gtest.h>

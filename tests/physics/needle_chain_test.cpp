@@ -2,7 +2,7 @@
 #include "physics/needle/block_tridiagonal.h"
 #include "physics/needle/needle.h"
 #include "physics/needle/rotation_vector.h"
-#include "tests/support/dense_algebra.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ Dense random_system(int blocks, unsigned seed) {
     l.block<6, 6>(6 * i, 6 * i) = MatrixXd::Random(6, 6) + 3 * MatrixXd::Identity(6, 6);
     if (i > 0) l.block<6, 6>(6 * i, 6 * (i - 1)) = MatrixXd::Random(6, 6);
   }
-  result.a = support::product(l, l.transpose());
+  result.a = reference::product(l, l.transpose());
   for (int i = 0; i < blocks; ++i) {
     result.system.diagonal(i) = result.a.block<6, 6>(6 * i, 6 * i);
     if (i + 1 < blocks) result.system.upper(i) = result.a.block<6, 6>(6 * i, 6 * (i + 1));
@@ -56,8 +56,8 @@ TEST(BlockTridiagonal, ForwardSolvesGiveTheCompliance) {
     }
     y.leftCols(columns) = b;
     d.system.forward_solve(y.data(), reached, stride);
-    const MatrixXd w = support::product(MatrixXd(y.leftCols(columns)).transpose(), MatrixXd(y.leftCols(columns)));
-    const MatrixXd exact = support::product(b.transpose(), support::solve(d.a, b));
+    const MatrixXd w = reference::product(MatrixXd(y.leftCols(columns)).transpose(), MatrixXd(y.leftCols(columns)));
+    const MatrixXd exact = reference::product(b.transpose(), reference::solve(d.a, b));
     EXPECT_LT((w - exact).norm(), 1e-12 * exact.norm());
     EXPECT_EQ((y.rightCols(stride - columns).array() - 7.0).abs().maxCoeff(), 0) << "wrote beyond its columns";
   }
@@ -133,7 +133,7 @@ TEST(Needle, FactorMatchesDenseAssembly) {
   const VectorXd load = VectorXd::Random(54);
   VectorXd motion(54);
   needle.solve(load, motion);
-  const VectorXd exact = support::solve(k.bottomRightCorner(48, 48), (load - f).tail(48));
+  const VectorXd exact = reference::solve(k.bottomRightCorner(48, 48), (load - f).tail(48));
   std::printf("relative difference %.1e\n", (motion.tail(48) - exact).norm() / exact.norm());
   EXPECT_LT((motion.tail(48) - exact).norm(), 1e-9 * exact.norm());  // condition of A_n is about 1e9
   EXPECT_EQ(motion.head(6).norm(), 0);

@@ -1,7 +1,7 @@
 // What a needle is known by where tissue resists it: rise, drop at puncture, friction that grows with depth,
 // hysteresis, a lower second insertion; and steering.
 #include "tests/physics/needle_track_runs.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 
@@ -69,8 +69,8 @@ struct FirstPuncture {
   double way = 0;   // of the hub since the tip touched, m
 };
 FirstPuncture first_puncture(double cutting_force) {
-  const ReferenceInsertion insertion = there_and_back(0.020, 0.019);
-  ReferenceExperiment experiment(
+  const reference::ReferenceInsertion insertion = there_and_back(0.020, 0.019);
+  reference::ReferenceExperiment experiment(
       insertion,
       {.coupling = Coupling::stylet, .tissues = tissue({.puncture_force = 0.1, .cutting_force = cutting_force})});
   double touched = 0;
@@ -102,8 +102,8 @@ TEST(NeedleTrack, APunctureReleasesWhatTheHandHadStored) {
 // those of the step before.
 TEST(NeedleTrack, FrictionBoundsThatLagAreFlagged) {
   const auto flags = [](const physics::BoundedSolveLimits& limits) {
-    ReferenceInsertion insertion = r1();
-    ReferenceExperiment laying(insertion, {.coupling = Coupling::stylet});  // only for its patches' shape
+    reference::ReferenceInsertion insertion = r1();
+    reference::ReferenceExperiment laying(insertion, {.coupling = Coupling::stylet});  // only for its patches' shape
     physics::SimulationLoop& simulation = laying.simulation();
     physics::HapticLoopSettings settings;
     settings.needle = insertion.needle;
@@ -130,7 +130,7 @@ TEST(NeedleTrack, FrictionBoundsThatLagAreFlagged) {
 // Out of the body by 6 mm, the hand moved sideways while the tip is free, and in again.
 TEST(NeedleTrack, ATipNearItsOldHoleGoesInThereAndBesideItMakesANewOne) {
   const auto punctures = [](double sideways) {
-    ReferenceInsertion insertion = there_and_back(0.030, -0.006);
+    reference::ReferenceInsertion insertion = there_and_back(0.030, -0.006);
     const double outside = (0.030 + 0.036) / 0.045;  // the middle of the time that the tip is out
     insertion.lateral_amplitude = sideways;
     insertion.lateral_start = outside - 0.1;
@@ -149,7 +149,7 @@ TEST(NeedleTrack, ATipNearItsOldHoleGoesInThereAndBesideItMakesANewOne) {
 TEST(NeedleTrack, ViscousFrictionGrowsWithDepthAndSpeed) {
   constexpr double kViscous = 200;  // N s/m^2
   for (const double speed : {0.0225, 0.045}) {
-    ReferenceInsertion insertion = there_and_back(0.050, 0.040);
+    reference::ReferenceInsertion insertion = there_and_back(0.050, 0.040);
     insertion.axial_speed = {{0, speed}, {1 + 0.050 / speed, speed}};
     insertion.duration = 0.050 / speed;
     const auto samples =
@@ -164,9 +164,9 @@ TEST(NeedleTrack, ViscousFrictionGrowsWithDepthAndSpeed) {
 // The shaft pressed sideways by a hand that bends it, on its way in: every contact slides at its own bound.
 TEST(NeedleTrack, FrictionFollowsTheForceThatPressesTheShaft) {
   constexpr double kCoefficient = 0.3;
-  ReferenceInsertion insertion = r1();
+  reference::ReferenceInsertion insertion = r1();
   insertion.duration = 1.0;
-  ReferenceExperiment experiment(
+  reference::ReferenceExperiment experiment(
       insertion, {.coupling = Coupling::stylet, .tissues = tissue({.friction_coefficient = kCoefficient})});
   while (experiment.time_s() < insertion.duration - 1e-9) experiment.advance();
   const physics::NeedleState& needle = experiment.needle();
@@ -196,8 +196,8 @@ TEST(NeedleTrack, NoMotionThereAndBackGivesEnergy) {
 
 // The bristles slide at the same friction, and only give way a little before; so does the tissue anyway.
 TEST(NeedleTrack, BristlesWithoutStictionMakeTheForceOfCoulombFriction) {
-  const ReferenceInsertion insertion = there_and_back(0.060, 0.030);
-  ReferenceRun settings{.coupling = Coupling::stylet, .tissues = tissue(liver())};
+  const reference::ReferenceInsertion insertion = there_and_back(0.060, 0.030);
+  reference::ReferenceRun settings{.coupling = Coupling::stylet, .tissues = tissue(liver())};
   const auto coulomb = run(insertion, settings);
   settings.track.friction = physics::ShaftFriction::lugre;
   settings.track.lugre.stiction = 1;
@@ -228,10 +228,10 @@ TEST(NeedleTrack, TissueIsDraggedAlongBeforeTheShaftSlips) {
 }
 
 TEST(NeedleTrack, TissueThatWasDraggedAlongSpringsBack) {
-  ReferenceInsertion insertion = there_and_back(0.050, 0.049);
+  reference::ReferenceInsertion insertion = there_and_back(0.050, 0.049);
   if (kSanitized) insertion.haptic_hz = 250;
-  ReferenceExperiment experiment(insertion,
-                                 {.coupling = Coupling::stylet, .tissues = tissue({.friction_per_length = 18})});
+  reference::ReferenceExperiment experiment(
+      insertion, {.coupling = Coupling::stylet, .tissues = tissue({.friction_per_length = 18})});
   const double dt = 1 / insertion.haptic_hz;
   double way = 0;
   const auto go_to = [&](double end, double speed) {
@@ -268,7 +268,7 @@ TEST(NeedleTrack, TissueThatWasDraggedAlongSpringsBack) {
 TEST(NeedleTrack, ForceDoesNotDependOnTheHapticRate) {
   std::vector<std::vector<Sample>> at_rate;
   for (const int khz : kSanitized ? std::vector{1, 2} : std::vector{1, 2, 4}) {
-    ReferenceInsertion insertion = there_and_back(0.050, 0.030);
+    reference::ReferenceInsertion insertion = there_and_back(0.050, 0.030);
     insertion.haptic_hz = 1000.0 * khz;
     std::vector<Sample> all = run(insertion, {.coupling = Coupling::stylet, .tissues = tissue(liver())});
     std::vector<Sample> each_ms;
@@ -301,10 +301,11 @@ TEST(NeedleTrack, ForceDoesNotDependOnTheHapticRate) {
 TEST(NeedleTrack, ABevelSteersAndSteersBackWhenTurned) {
   std::vector<double> deflection;
   for (const double roll : {0.0, 180.0}) {
-    ReferenceInsertion insertion = there_and_back(0.090, 0.089);
-    ReferenceRun settings{.coupling = Coupling::stylet, .track = {.bevel_ratio = 0.3}, .tissues = tissue(liver())};
+    reference::ReferenceInsertion insertion = there_and_back(0.090, 0.089);
+    reference::ReferenceRun settings{
+        .coupling = Coupling::stylet, .track = {.bevel_ratio = 0.3}, .tissues = tissue(liver())};
     settings.roll_deg = roll;
-    ReferenceExperiment experiment(insertion, settings);
+    reference::ReferenceExperiment experiment(insertion, settings);
     double half = 0;
     while (experiment.time_s() < insertion.duration) {
       experiment.advance();
@@ -324,7 +325,7 @@ TEST(NeedleTrack, ABevelSteersAndSteersBackWhenTurned) {
 std::vector<Eigen::Vector2d> bevelled_track(double turn) {
   constexpr double kSpeed = 0.045, kHalf = 0.045;
   constexpr double kTurning = kSanitized ? 2 : 0.5;  // s; a step may turn the hub by no more than its limit
-  ReferenceInsertion insertion = there_and_back(0.090, 0.089);
+  reference::ReferenceInsertion insertion = there_and_back(0.090, 0.089);
   insertion.contact_spacing = 0.005;
   insertion.material.young_modulus = 40e3;
   insertion.needle.outer_diameter = 0.7e-3;
@@ -335,7 +336,7 @@ std::vector<Eigen::Vector2d> bevelled_track(double turn) {
     insertion.haptic_hz = 250;
     insertion.simulation_hz = 25;
   }
-  ReferenceExperiment experiment(
+  reference::ReferenceExperiment experiment(
       insertion,
       {.coupling = Coupling::stylet, .track = {.bevel_ratio = 0.3}, .tissues = tissue({.cutting_force = 0.94})});
   const double first = kHalf / kSpeed, dt = 1 / insertion.haptic_hz;
@@ -403,10 +404,10 @@ TEST(NeedleTrack, TurnedHalfWayABevelledNeedleCurvesTheOtherWay) {
 }
 
 TEST(NeedleTrack, PushedAgainstWhatItCannotBreakTheNeedleBucklesAndStaysFinite) {
-  ReferenceInsertion insertion = there_and_back(0.060, 0.0);
+  reference::ReferenceInsertion insertion = there_and_back(0.060, 0.0);
   insertion.material.young_modulus = 500e3;
-  ReferenceExperiment experiment(insertion,
-                                 {.coupling = Coupling::stylet, .tissues = tissue({.puncture_force = 1e3})});
+  reference::ReferenceExperiment experiment(
+      insertion, {.coupling = Coupling::stylet, .tissues = tissue({.puncture_force = 1e3})});
   double most_force = 0, most_bend = 0;
   while (experiment.time_s() < insertion.duration) {
     experiment.advance();
@@ -444,8 +445,8 @@ TEST(NeedleTrack, BoneStopsTheNeedleAndBearsItsForce) {
     for (int i = 0; i < s.force_count; ++i) sum += s.forces[static_cast<std::size_t>(i)].force;
     return sum;
   };
-  ReferenceExperiment experiment(there_and_back(0.045, 0.020),
-                                 {.coupling = Coupling::stylet, .tissues = liver_before_bone()});
+  reference::ReferenceExperiment experiment(there_and_back(0.045, 0.020),
+                                            {.coupling = Coupling::stylet, .tissues = liver_before_bone()});
   struct OnBone {
     double from = 1, to = 0;  // of the tip along x, m
     double force = 0;         // N
@@ -485,9 +486,10 @@ TEST(NeedleTrack, BoneStopsTheNeedleAndBearsItsForce) {
 }
 
 TEST(NeedleTrack, TwoRunsGiveTheSameBits) {
-  const ReferenceInsertion insertion = there_and_back(0.030, 0.020);
-  const ReferenceRun settings{.coupling = Coupling::stylet, .tissues = tissue(liver()), .worker_period = 3};
-  ReferenceExperiment one(insertion, settings), two(insertion, settings);
+  const reference::ReferenceInsertion insertion = there_and_back(0.030, 0.020);
+  const reference::ReferenceRun settings{
+      .coupling = Coupling::stylet, .tissues = tissue(liver()), .worker_period = 3};
+  reference::ReferenceExperiment one(insertion, settings), two(insertion, settings);
   while (one.time_s() < insertion.duration) {
     one.advance();
     two.advance();
@@ -500,9 +502,9 @@ TEST(NeedleTrack, TwoRunsGiveTheSameBits) {
 // it presses on is always where it is, so it breaks in there, and neither a kick nor a swing follows.
 TEST(NeedleTrack, TipThatSkidsBreaksInWhereItIs) {
   physics::SimulationBody block;
-  block.mesh = support::kuhn_box({-0.06, -0.02, -0.03}, {0.06, 0.02, 0}, {12, 4, 3});
+  block.mesh = reference::kuhn_box({-0.06, -0.02, -0.03}, {0.06, 0.02, 0}, {12, 4, 3});
   block.tet_materials.assign(block.mesh.tets.size(), {.young_modulus = 20e3, .poisson_ratio = 0.45});
-  block.fixed_nodes = support::nodes_where(block.mesh, [](const Eigen::Vector3d& x) { return x.z() < -0.0299; });
+  block.fixed_nodes = reference::nodes_where(block.mesh, [](const Eigen::Vector3d& x) { return x.z() < -0.0299; });
   std::vector<physics::SimulationBody> bodies;
   bodies.push_back(std::move(block));
   physics::SimulationLoop simulation(std::move(bodies), {.dt = 0.02, .lay_contacts = false});

@@ -3,7 +3,7 @@
 
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
-#include "tools/bench/reference_insertion.h"
+#include "tools/reference/reference_insertion.h"
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@
 namespace stylet::bench {
 
 /// With a sanitizer R1 until before its first withdrawal.
-inline ReferenceInsertion r1() {
-  ReferenceInsertion insertion = support::r1();
+inline reference::ReferenceInsertion r1() {
+  reference::ReferenceInsertion insertion = support::r1();
   if (support::kSanitized) insertion.duration = 1.2;
   return insertion;
 }
@@ -33,8 +33,8 @@ inline std::shared_ptr<const physics::TissueMap> tissue(const physics::Insertion
 }
 
 /// Straight on, without the sideways motion; back out altogether or in part, and in again.
-inline ReferenceInsertion there_and_back(double depth, double back_to) {
-  ReferenceInsertion insertion = r1();
+inline reference::ReferenceInsertion there_and_back(double depth, double back_to) {
+  reference::ReferenceInsertion insertion = r1();
   insertion.lateral_amplitude = 0;
   const double v = 0.045;
   const double in = depth / v, out = (depth - back_to) / v;
@@ -56,8 +56,9 @@ struct Sample {
   std::uint32_t punctures = 0;
 };
 
-inline std::vector<Sample> run(const ReferenceInsertion& insertion, const ReferenceRun& settings) {
-  ReferenceExperiment experiment(insertion, settings);
+inline std::vector<Sample> run(const reference::ReferenceInsertion& insertion,
+                               const reference::ReferenceRun& settings) {
+  reference::ReferenceExperiment experiment(insertion, settings);
   std::vector<Sample> samples;
   while (experiment.time_s() < insertion.duration - 1e-9) {
     experiment.simulation_step();

@@ -1,6 +1,6 @@
 // Coupling `stylet` on the reference insertion where nothing resists: smooth, whatever mesh, spacing and rates.
 #include "tests/physics/needle_track_runs.h"
-#include "tests/support/dense_algebra.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -18,13 +18,15 @@ using support::kSanitized;
 struct Smoothness {
   double jump = 0, discontinuity = 0, roughness = 0, kink = 0;
 };
-Smoothness axial(const ReferenceRun& settings, double simulation_hz) {
-  ReferenceInsertion insertion = r1();
+Smoothness axial(const reference::ReferenceRun& settings, double simulation_hz) {
+  reference::ReferenceInsertion insertion = r1();
   insertion.simulation_hz = simulation_hz;
-  ReferenceExperiment experiment(insertion, settings);
+  reference::ReferenceExperiment experiment(insertion, settings);
   while (experiment.time_s() < insertion.duration) experiment.advance();
   const auto& f = experiment.forces();
-  Smoothness s{.jump = jump(f, 0), .discontinuity = discontinuity(f, 0), .roughness = roughness(f, 0)};
+  Smoothness s{.jump = reference::jump(f, 0),
+               .discontinuity = reference::discontinuity(f, 0),
+               .roughness = reference::roughness(f, 0)};
   for (std::size_t k = 2; k < f.size(); ++k) {
     s.kink = std::max(s.kink, (f[k] - 2 * f[k - 1] + f[k - 2]).cwiseAbs().maxCoeff());
   }
@@ -38,10 +40,10 @@ TEST(ReferenceInsertion, ADiscontinuityIsAStepWithoutTheSlopeItStandsOn) {
   forces.reserve(100);
   const auto at = [](int k) { return 0.3 * k + 1e-4 * k * k; };  // a curve that no step stands out of by itself
   for (int k = 0; k < 100; ++k) forces.emplace_back(0, at(k), at(k) + (k > 40 ? 0.02 : 0.0));
-  EXPECT_EQ(discontinuity(forces, 0), 0);
-  EXPECT_LT(discontinuity(forces, 1), 1e-12);  // third differences of a parabola
-  EXPECT_NEAR(discontinuity(forces, 2), 0.02, 1e-12);
-  EXPECT_GT(jump(forces, 1), 0.3);
+  EXPECT_EQ(reference::discontinuity(forces, 0), 0);
+  EXPECT_LT(reference::discontinuity(forces, 1), 1e-12);  // third differences of a parabola
+  EXPECT_NEAR(reference::discontinuity(forces, 2), 0.02, 1e-12);
+  EXPECT_GT(reference::jump(forces, 1), 0.3);
 }
 
 // The same coupling twice, but for what lies between the nodes. The slope of the force is the same in both, and the
@@ -71,7 +73,7 @@ double condition(const physics::HapticLoop& haptic) {
   const int rows = haptic.delassus().rows();
   Eigen::MatrixXd system = haptic.delassus().matrix();
   for (int r = 0; r < rows; ++r) system(r, r) += haptic.laws()[static_cast<std::size_t>(r)].compliance;
-  const Eigen::VectorXd eigenvalues = support::symmetric_eigenvalues(system);
+  const Eigen::VectorXd eigenvalues = reference::symmetric_eigenvalues(system);
   return eigenvalues.maxCoeff() / eigenvalues.minCoeff();
 }
 
@@ -79,9 +81,9 @@ double condition(const physics::HapticLoop& haptic) {
 TEST(NeedleTrack, ContactsAtAnySpacingGiveTheSameForceAndAWellConditionedSystem) {
   double first = 0;
   for (const double spacing : kSanitized ? std::vector{0.005} : std::vector{0.010, 0.0025, 0.00125}) {
-    ReferenceInsertion insertion = r1();
+    reference::ReferenceInsertion insertion = r1();
     insertion.contact_spacing = spacing;
-    ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
+    reference::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
     double worst = 1, peak = 0, kink = 0;
     for (int step = 0; experiment.time_s() < insertion.duration; ++step) {
       experiment.advance();
@@ -103,9 +105,10 @@ TEST(NeedleTrack, ContactsAtAnySpacingGiveTheSameForceAndAWellConditionedSystem)
 }
 
 TEST(NeedleTrack, DenseContactsWithoutAnyComplianceStayFiniteAndAreFlagged) {
-  ReferenceInsertion insertion = r1();
+  reference::ReferenceInsertion insertion = r1();
   insertion.contact_spacing = kSanitized ? 0.005 : 0.0025;
-  ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet, .track = {.subgrid_compliance = false}});
+  reference::ReferenceExperiment experiment(insertion,
+                                            {.coupling = Coupling::stylet, .track = {.subgrid_compliance = false}});
   double peak = 0;
   while (experiment.time_s() < insertion.duration) experiment.advance();
   for (const auto& force : experiment.forces()) {
@@ -120,9 +123,9 @@ TEST(NeedleTrack, DenseContactsWithoutAnyComplianceStayFiniteAndAreFlagged) {
 TEST(NeedleTrack, PeakForceDoesNotDependOnTheMesh) {
   std::vector<double> peaks;
   for (const int nodes : kSanitized ? std::vector{7, 10} : std::vector{7, 10, 12, 14}) {
-    ReferenceInsertion insertion = r1();
+    reference::ReferenceInsertion insertion = r1();
     insertion.nodes_per_edge = nodes;
-    ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
+    reference::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
     double peak = 0;
     while (experiment.time_s() < insertion.duration) experiment.advance();
     for (const auto& f : experiment.forces()) peak = std::max(peak, f.norm());
@@ -138,8 +141,8 @@ TEST(NeedleTrack, PeakForceDoesNotDependOnTheMesh) {
 // What a patch lacks for a while is not withdrawn from: the needle is in it still, however far the tissue has sprung
 // back meanwhile.
 TEST(NeedleTrack, ATrackThatAPatchLackedIsTakenUpAgain) {
-  const ReferenceInsertion insertion = r1();
-  ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
+  const reference::ReferenceInsertion insertion = r1();
+  reference::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
   while (experiment.time_s() < 1.1) experiment.advance();
   const int contacts = experiment.needle().contact_count;
   const double force = experiment.needle().wrench.force.norm();

@@ -2,9 +2,9 @@
 #include "physics/contact/organ_contact.h"
 
 #include "tests/physics/contact_bench.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/dense_algebra.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -252,7 +252,7 @@ double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, c
         reduced(i, j) = stiffness(dofs[static_cast<std::size_t>(i)], dofs[static_cast<std::size_t>(j)]);
       }
     }
-    const Eigen::VectorXd step = support::solve(reduced, right);
+    const Eigen::VectorXd step = reference::solve(reduced, right);
     for (Eigen::Index i = 0; i < n; ++i) p[dofs[static_cast<std::size_t>(i)]] += step[i];
     if (step.cwiseAbs().maxCoeff() < 1e-10) break;
   }
@@ -260,7 +260,7 @@ double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, c
 }
 
 TEST(OrganContact, ProbePressedFiveMillimetresMatchesADenseReference) {
-  const TetMesh mesh = support::kuhn_box({-0.05, -0.03, 0}, {0.05, 0.03, 0.04}, {10, 4, 4});
+  const TetMesh mesh = reference::kuhn_box({-0.05, -0.03, 0}, {0.05, 0.03, 0.04}, {10, 4, 4});
   const std::vector<int> held = at_height(mesh, 0);
   Bench bench;
   bench.add(mesh, {kYoung, 0.4}, held);

@@ -2,7 +2,7 @@
 // (Peterlik 2011) and updated at every haptic step (the paper).
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
-#include "tools/bench/reference_insertion.h"
+#include "tools/reference/reference_insertion.h"
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@ using support::kSanitized;
 
 constexpr int kContacts = kSanitized ? 6 : 8;
 
-ReferenceInsertion r1() {
-  ReferenceInsertion insertion = support::r1();
+reference::ReferenceInsertion r1() {
+  reference::ReferenceInsertion insertion = support::r1();
   if (kSanitized) insertion.duration = 1.2;  // past the way aside, before the first withdrawal
   return insertion;
 }
@@ -28,8 +28,8 @@ struct Felt {
   double peak = 0;
 };
 
-Felt feel(const ReferenceInsertion& insertion, const ReferenceRun& run) {
-  ReferenceExperiment experiment(insertion, run);
+Felt feel(const reference::ReferenceInsertion& insertion, const reference::ReferenceRun& run) {
+  reference::ReferenceExperiment experiment(insertion, run);
   while (experiment.time_s() < insertion.duration) {
     experiment.advance();
     EXPECT_EQ(experiment.report().flags, 0U);
@@ -38,9 +38,9 @@ Felt feel(const ReferenceInsertion& insertion, const ReferenceRun& run) {
   EXPECT_EQ(experiment.most_contacts(), kContacts);
   EXPECT_EQ(experiment.needle_flags(), 0U);
   Felt felt;
-  felt.lateral_jump = jump(experiment.forces(), 1);
-  felt.lateral_roughness = roughness(experiment.forces(), 1);
-  felt.axial_jump = jump(experiment.forces(), 0);
+  felt.lateral_jump = reference::jump(experiment.forces(), 1);
+  felt.lateral_roughness = reference::roughness(experiment.forces(), 1);
+  felt.axial_jump = reference::jump(experiment.forces(), 0);
   for (const auto& f : experiment.forces()) felt.peak = std::max(felt.peak, std::abs(f.y()));
   std::printf("  %s, latency %d: lateral jump %.3f mN/ms, roughness %.3e N, axial jump %.3f mN/ms, peak %.4f N\n",
               run.coupling == physics::Coupling::paper_frozen ? "frozen " : "updated", run.latency_steps,
@@ -64,9 +64,9 @@ TEST(ReferenceInsertion, UpdatedDirectionsAreSmootherWithLatencyToo) {
 }
 
 TEST(ReferenceInsertion, TwoRunsGiveTheSameBits) {
-  ReferenceInsertion insertion = r1();
-  ReferenceExperiment one(insertion, {.worker_period = 3});
-  ReferenceExperiment two(insertion, {.worker_period = 3});
+  reference::ReferenceInsertion insertion = r1();
+  reference::ReferenceExperiment one(insertion, {.worker_period = 3});
+  reference::ReferenceExperiment two(insertion, {.worker_period = 3});
   for (int step = 0; step < (kSanitized ? 30 : 60); ++step) {
     one.advance();
     two.advance();

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "physics/contact/bounded_solver.h"
-#include "physics/loops/messages.h"
-#include "tests/support/dense_algebra.h"
+#include "physics/messages/messages.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <algorithm>
 #include <array>
@@ -41,10 +41,10 @@ public:
   /// Symmetric positive definite with eigenvalues spread over `decades`.
   MatrixXd compliance(int n, double decades) {
     const MatrixXd g = MatrixXd::NullaryExpr(n, n, [&] { return normal_(engine_); });
-    const MatrixXd q = support::orthogonal_factor(g);
+    const MatrixXd q = reference::orthogonal_factor(g);
     VectorXd values(n);
     for (int i = 0; i < n; ++i) values[i] = 1e-3 * std::pow(10.0, -uniform(0, decades));
-    const MatrixXd w = support::product(q * values.asDiagonal(), q.transpose());
+    const MatrixXd w = reference::product(q * values.asDiagonal(), q.transpose());
     return 0.5 * (w + w.transpose());
   }
 

@@ -131,7 +131,7 @@ TEST(SimulationContact, ProbePressesThroughTheUpperBlockIntoTheLower) {
   bodies.push_back(held_block(0, 4, 0));
   bodies.push_back(held_block(0.04, 5, 0.04, 0.4, 0.04));
   bodies[1].fixed_nodes =
-      support::nodes_where(bodies[1].mesh, [](const Eigen::Vector3d& x) { return std::abs(x.x()) > 0.02 - 1e-9; });
+      reference::nodes_where(bodies[1].mesh, [](const Eigen::Vector3d& x) { return std::abs(x.x()) > 0.02 - 1e-9; });
   SimulationLoopSettings settings = touching();
   settings.contact.probe.emplace();
   settings.contact.probe->body = 1;

@@ -2,9 +2,9 @@
 #include "physics/contact/insertion_path.h"
 #include "physics/loops/simulation_loop.h"
 #include "physics/needle/needle.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/dense_algebra.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -18,10 +18,10 @@ namespace {
 
 SimulationBody box(const Eigen::Vector3d& low, const Eigen::Vector3d& high, const std::array<int, 3>& cells) {
   SimulationBody body;
-  body.mesh = support::kuhn_box(low, high, cells);
+  body.mesh = reference::kuhn_box(low, high, cells);
   body.tet_materials.assign(body.mesh.tets.size(), {10e3, 0.45});
   body.fixed_nodes =
-      support::nodes_where(body.mesh, [&](const Eigen::Vector3d& x) { return x.z() < low.z() + 1e-9; });
+      reference::nodes_where(body.mesh, [&](const Eigen::Vector3d& x) { return x.z() < low.z() + 1e-9; });
   return body;
 }
 
@@ -154,7 +154,7 @@ TEST(SimulationLoop, PatchHoldsTheComplianceOfTheDenseInverse) {
   Scene scene(path_cube());
   const SimulationBody body = path_cube()[0];
   const support::DenseTissue dense(body.mesh, body.tet_materials, body.fixed_nodes);
-  const Eigen::MatrixXd inverse = support::inverse(dense.free_stiffness(dense.rest()));
+  const Eigen::MatrixXd inverse = reference::inverse(dense.free_stiffness(dense.rest()));
   double worst = 0;
   int computed = 0;
   for (double tip = 0.001; tip < 0.09; tip += 0.004) {

@@ -1,10 +1,10 @@
 // The simulation loop's motion of the tissue: exact equilibrium, damping, and never a bad number.
 #include "physics/loops/simulation_loop.h"
 
-#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
-#include "tests/support/kuhn_box.h"
 #include "tests/support/sanitized.h"
+#include "tools/reference/dense_algebra.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -21,9 +21,9 @@ constexpr double kEdge = 0.1;
 
 SimulationBody cube(int cells = 4) {
   SimulationBody body;
-  body.mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kEdge), {cells, cells, cells});
+  body.mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kEdge), {cells, cells, cells});
   body.tet_materials.assign(body.mesh.tets.size(), {10e3, 0.45});
-  body.fixed_nodes = support::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  body.fixed_nodes = reference::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
   return body;
 }
 
@@ -40,7 +40,7 @@ NeedleState pull(const SimulationBody& body, const Eigen::Vector3d& force) {
   needle.node_count = 2;
   needle.positions.col(0) = Eigen::Vector3d(-2, 0, 0);
   needle.positions.col(1) = Eigen::Vector3d(-1, 0, 0);
-  for (const int n : support::nodes_where(body.mesh, [](const Eigen::Vector3d& x) {
+  for (const int n : reference::nodes_where(body.mesh, [](const Eigen::Vector3d& x) {
          return x.z() > kEdge - 1e-9 && std::abs(x.x() - kEdge / 2) > 0.04 && std::abs(x.y() - kEdge / 2) > 0.04;
        })) {
     needle.forces[static_cast<std::size_t>(needle.force_count++)] = {.body = 0, .node = n, .force = force / 4};
@@ -63,7 +63,7 @@ TEST(SimulationLoop, FixedPointIsTheExactEquilibriumWhateverTheFactor) {
   for (int i = 0; i < 60 && residual > 2e-12; ++i) {
     const Eigen::VectorXd r = (load - dense.forces(exact))(dense.free_dofs());
     residual = r.norm() / load.norm();
-    exact(dense.free_dofs()) += support::solve(dense.free_stiffness(exact), r);
+    exact(dense.free_dofs()) += reference::solve(dense.free_stiffness(exact), r);
   }
   ASSERT_LE(residual, 1e-11);
   const double motion = (exact - dense.rest()).norm();
@@ -179,7 +179,7 @@ TEST(SimulationLoop, AColumnSettlesUnderItsWeightAsFarAsTheorySays) {
     const double exact = -kWeight * (kEdge * z - z * z / 2) / 10e3;
     double mean = 0;
     const auto nodes =
-        support::nodes_where(mesh, [&](const Eigen::Vector3d& x) { return std::abs(x.z() - z) < 1e-9; });
+        reference::nodes_where(mesh, [&](const Eigen::Vector3d& x) { return std::abs(x.z() - z) < 1e-9; });
     for (const int n : nodes) mean += (loop.tissue().positions[0](2, n) - z) / static_cast<double>(nodes.size());
     std::printf("z %.1f mm: %.4f mm, exact %.4f mm\n", 1e3 * z, 1e3 * mean, 1e3 * exact);
     worst = std::max(worst, std::abs(mean - exact));
@@ -239,7 +239,7 @@ TEST(SimulationLoop, RefusesBodiesItCannotHold) {
   };
   SimulationBody hinged = cube();  // held along one edge only: free to turn about it
   hinged.fixed_nodes =
-      support::nodes_where(hinged.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9 && x.y() < 1e-9; });
+      reference::nodes_where(hinged.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9 && x.y() < 1e-9; });
   EXPECT_THROW(make(std::move(hinged)), std::invalid_argument);
   EXPECT_NO_THROW(make(cube()));
   EXPECT_THROW(SimulationLoop({}, {}), std::invalid_argument);

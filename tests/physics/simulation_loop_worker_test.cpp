@@ -1,7 +1,7 @@
 // The factorisation worker beside the simulation loop: never waited for, and replayable.
 #include "physics/loops/simulation_loop.h"
 #include "physics/needle/needle.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 
@@ -18,9 +18,9 @@ std::vector<SimulationBody> two_boxes() {
   std::vector<SimulationBody> bodies;
   for (const double low : {0.0, 0.06}) {
     SimulationBody body;
-    body.mesh = support::kuhn_box({low, 0, 0}, {low + 0.05, 0.1, 0.1}, {3, 5, 5});
+    body.mesh = reference::kuhn_box({low, 0, 0}, {low + 0.05, 0.1, 0.1}, {3, 5, 5});
     body.tet_materials.assign(body.mesh.tets.size(), {10e3, 0.45});
-    body.fixed_nodes = support::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+    body.fixed_nodes = reference::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
     bodies.push_back(std::move(body));
   }
   return bodies;

@@ -1,7 +1,7 @@
 // Rotations of corotational tetrahedra; what theory says of their forces is in tests/validation.
 #include "physics/tissue/corotational.h"
 
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 
@@ -15,9 +15,9 @@ constexpr double kYoung = 10e3;
 
 /// An irregular 100 mm cube with the face z = 0 fixed.
 TissueModel irregular_cube(int cells, double poisson_ratio) {
-  TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {cells, cells, cells});
-  support::jitter_inner_nodes(mesh, 0.2 * 0.1 / cells, 7);
-  const auto fixed = support::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  TetMesh mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {cells, cells, cells});
+  reference::jitter_inner_nodes(mesh, 0.2 * 0.1 / cells, 7);
+  const auto fixed = reference::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
   const std::vector<ElasticMaterial> materials(mesh.tets.size(), {kYoung, poisson_ratio});
   return TissueModel(std::move(mesh), materials, fixed);
 }

@@ -4,9 +4,9 @@
 #include "physics/tissue/blas.h"
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/isolated_dofs.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/dense_algebra.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -23,12 +23,13 @@ namespace {
 struct Cube {
   explicit Cube(int cells = 3) : mesh(make_mesh(cells)), fixed(bottom(mesh)), materials(two_materials(mesh)) {}
   static TetMesh make_mesh(int cells) {
-    TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {cells, cells, cells});
-    support::jitter_inner_nodes(mesh, 0.1 * 0.1 / cells, 7);
+    TetMesh mesh =
+        reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {cells, cells, cells});
+    reference::jitter_inner_nodes(mesh, 0.1 * 0.1 / cells, 7);
     return mesh;
   }
   static std::vector<int> bottom(const TetMesh& mesh) {
-    return support::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+    return reference::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
   }
   static std::vector<ElasticMaterial> two_materials(const TetMesh& mesh) {
     std::vector<ElasticMaterial> materials(mesh.tets.size(), {10e3, 0.45});
@@ -99,7 +100,7 @@ TEST(Stiffness, IsSymmetricPositiveDefiniteEvenWhenInverted) {
     for (Eigen::Index i = 0; i < p.size(); ++i) p.data()[i] += shift(random);
     update_rotations(cube.model, p, cube.rotations);
     cube.pattern.assemble(cube.model, cube.rotations, 1, cube.values);
-    const Eigen::VectorXd eigenvalues = support::symmetric_eigenvalues(expand(cube.pattern, cube.values));
+    const Eigen::VectorXd eigenvalues = reference::symmetric_eigenvalues(expand(cube.pattern, cube.values));
     std::printf("  moved by %.2f m: eigenvalues %.2e to %.2e N/m\n", amount, eigenvalues.minCoeff(),
                 eigenvalues.maxCoeff());
     EXPECT_GT(eigenvalues.minCoeff(), 0);
@@ -115,7 +116,7 @@ TEST(Factorisation, SolvesAsDenseAlgebraDoes) {
     const Eigen::MatrixXd b = Eigen::MatrixXd::Random(cube.model.dof_count(), 5);
     Eigen::MatrixXd x(b.rows(), b.cols());
     factor.solve(b, x, cube.workspace);
-    const Eigen::MatrixXd exact = support::solve(cube.dense.free_stiffness(cube.positions.reshaped()), b);
+    const Eigen::MatrixXd exact = reference::solve(cube.dense.free_stiffness(cube.positions.reshaped()), b);
     const double error = (x - exact).norm() / exact.norm();
     std::printf("  solve: relative error %.2e\n", error);
     EXPECT_LT(error, 1e-11);
@@ -168,7 +169,7 @@ TEST(IsolatedDofs, IncrementalUpdatesMatchDenseInverse) {
     if (step % 23 == 0) {
       cube.deform(unsigned(step));
       ASSERT_TRUE(factor.factorise(cube.pattern, cube.values, cube.workspace));
-      inverse = support::inverse(cube.dense.free_stiffness(cube.positions.reshaped()));
+      inverse = reference::inverse(cube.dense.free_stiffness(cube.positions.reshaped()));
       isolated.clear();
     }
     for (int k = 0; k < 2; ++k) {

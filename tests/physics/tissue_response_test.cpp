@@ -1,9 +1,9 @@
 // What spares the simulation step its solves: single precision, nodes prepared ahead of the tip.
 #include "physics/contact/insertion_path.h"
 #include "physics/tissue/factorisation.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/dense_algebra.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -19,8 +19,8 @@ namespace {
 
 struct FactorisedCube {
   static TetMesh make_mesh() {
-    TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {4, 4, 4});
-    support::jitter_inner_nodes(mesh, 0.0025, 3);
+    TetMesh mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {4, 4, 4});
+    reference::jitter_inner_nodes(mesh, 0.0025, 3);
     return mesh;
   }
   FactorisedCube() {
@@ -29,10 +29,10 @@ struct FactorisedCube {
     pattern.assemble(model, rest, 1, values);
     EXPECT_TRUE(factor.factorise(pattern, values, workspace));
     const support::DenseTissue dense(mesh, materials, fixed);
-    inverse = support::inverse(dense.free_stiffness(dense.rest()));
+    inverse = reference::inverse(dense.free_stiffness(dense.rest()));
   }
   TetMesh mesh = make_mesh();
-  std::vector<int> fixed = support::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  std::vector<int> fixed = reference::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
   std::vector<ElasticMaterial> materials = std::vector<ElasticMaterial>(mesh.tets.size(), {10e3, 0.45});
   TissueModel model{mesh, materials, fixed};
   StiffnessPattern pattern{model};

@@ -2,7 +2,7 @@
 #include "physics/tissue/tet_topology.h"
 
 #include "physics/tissue/tissue_model.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -20,8 +20,8 @@ Eigen::Matrix3Xd positions_of(const TetMesh& mesh) {
 }
 
 TEST(TetTopology, LocatesPointsOfADeformedBody) {
-  TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {4, 4, 4});
-  support::jitter_inner_nodes(mesh, 0.05, 3);
+  TetMesh mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {4, 4, 4});
+  reference::jitter_inner_nodes(mesh, 0.05, 3);
   const TetTopology topology(mesh);
   Eigen::Matrix3Xd p = positions_of(mesh);
   for (int n = 0; n < p.cols(); ++n) p(0, n) += 0.3 * p(2, n) * p(2, n);  // sheared
@@ -47,7 +47,7 @@ TEST(TetTopology, LocatesPointsOfADeformedBody) {
 }
 
 TEST(TetTopology, EveryLineThroughAConvexBodyEntersAndLeavesOnce) {
-  const TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {3, 3, 3});
+  const TetMesh mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {3, 3, 3});
   const TetTopology topology(mesh);
   const Eigen::Matrix3Xd p = positions_of(mesh);
   std::mt19937 random(2);
@@ -71,7 +71,7 @@ TEST(TetTopology, EveryLineThroughAConvexBodyEntersAndLeavesOnce) {
 }
 
 TEST(TetTopology, LineThroughEdgesAndNodesCountsOnce) {
-  const TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {2, 2, 2});
+  const TetMesh mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {2, 2, 2});
   const TetTopology topology(mesh);
   const Eigen::Matrix3Xd p = positions_of(mesh);
   for (const Eigen::Vector3d& through :
@@ -85,7 +85,7 @@ TEST(TetTopology, LineThroughEdgesAndNodesCountsOnce) {
 }
 
 TEST(TissueModel, RefusesMalformedBodies) {
-  TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {1, 1, 1});
+  TetMesh mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {1, 1, 1});
   const std::vector<ElasticMaterial> materials(mesh.tets.size());
   const std::vector<int> fixed{0, 1, 2, 3};
   EXPECT_NO_THROW(TissueModel(mesh, materials, fixed));

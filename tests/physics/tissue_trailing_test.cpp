@@ -5,9 +5,9 @@
 #include "physics/tissue/isolated_dofs.h"
 #include "physics/tissue/triangular_inverse.h"
 #include "physics/tissue/warped_compliance.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
-#include "tests/support/kuhn_box.h"
+#include "tools/reference/dense_algebra.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -24,8 +24,9 @@ namespace {
 /// A jittered cube held at its bottom.
 struct JitteredCube {
   static TetMesh make_mesh(int cells) {
-    TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {cells, cells, cells});
-    support::jitter_inner_nodes(mesh, 0.01 / cells, 3);
+    TetMesh mesh =
+        reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {cells, cells, cells});
+    reference::jitter_inner_nodes(mesh, 0.01 / cells, 3);
     return mesh;
   }
   explicit JitteredCube(int cells) : mesh(make_mesh(cells)) {
@@ -34,7 +35,7 @@ struct JitteredCube {
   }
   Eigen::MatrixXd dense_inverse() const {
     const support::DenseTissue dense(mesh, materials, fixed);
-    return support::inverse(dense.free_stiffness(dense.rest()));
+    return reference::inverse(dense.free_stiffness(dense.rest()));
   }
   std::vector<int> dofs(const std::vector<int>& nodes) const {
     std::vector<int> result;
@@ -50,11 +51,11 @@ struct JitteredCube {
   /// Free nodes where `inside` holds.
   template <typename Inside>
   std::vector<int> nodes_where(const Inside& inside) const {
-    return support::nodes_where(mesh, [&](const Eigen::Vector3d& x) { return x.z() > 1e-9 && inside(x); });
+    return reference::nodes_where(mesh, [&](const Eigen::Vector3d& x) { return x.z() > 1e-9 && inside(x); });
   }
 
   TetMesh mesh;
-  std::vector<int> fixed = support::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  std::vector<int> fixed = reference::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
   std::vector<ElasticMaterial> materials = std::vector<ElasticMaterial>(mesh.tets.size(), {10e3, 0.45});
   TissueModel model{mesh, materials, fixed};
   StiffnessPattern pattern{model};
@@ -73,11 +74,11 @@ TEST(TriangularInverse, TimesTheFactorIsTheIdentity) {
     l.diagonal().array() += 20;
     Eigen::MatrixXd inverse = l;
     invert_lower_triangle(inverse);
-    EXPECT_LE((support::product(l, inverse) - Eigen::MatrixXd::Identity(n, n)).norm(), 1e-13 * n);
+    EXPECT_LE((reference::product(l, inverse) - Eigen::MatrixXd::Identity(n, n)).norm(), 1e-13 * n);
     Eigen::MatrixXd product = inverse;
     multiply_by_own_transpose(product);
     EXPECT_EQ(product, Eigen::MatrixXd(product.transpose()));
-    EXPECT_LE((product - support::product(inverse.transpose(), inverse)).norm(), 1e-15 * n);
+    EXPECT_LE((product - reference::product(inverse.transpose(), inverse)).norm(), 1e-15 * n);
   }
 }
 
@@ -276,7 +277,7 @@ TEST(FactorisationWorker, CorridorCoversTheIsolatedNodesAndRarelyChanges) {
   SimulationBody body;
   body.mesh = JitteredCube::make_mesh(8);
   body.tet_materials.assign(body.mesh.tets.size(), {10e3, 0.45});
-  body.fixed_nodes = support::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  body.fixed_nodes = reference::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
   std::vector<SimulationBody> bodies;
   bodies.push_back(std::move(body));
   SimulationLoop loop(std::move(bodies), {});

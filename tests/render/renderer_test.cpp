@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using view::Picture;
+using picture::Picture;
 
 struct Render3d : testing::Test {
   std::atomic<std::uint32_t> messages{0};

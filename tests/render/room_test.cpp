@@ -19,7 +19,7 @@ namespace stylet::render {
 namespace {
 
 using Eigen::Vector3d;
-using view::Picture;
+using picture::Picture;
 
 struct Room : testing::Test {
   std::atomic<std::uint32_t> messages{0};

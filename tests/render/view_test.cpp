@@ -1,8 +1,8 @@
 // Where frames go: composed for a video, shown in a window (skipped without a display), and the camera's orbit.
+#include "engine/picture/panes.h"
+#include "engine/picture/smooth_edges.h"
 #include "engine/view/offscreen.h"
 #include "engine/view/orbit.h"
-#include "engine/view/panes.h"
-#include "engine/view/smooth_edges.h"
 #include "engine/view/window.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace stylet::view {
 namespace {
 
-bool overlap(const Pane& a, const Pane& b) {
+bool overlap(const picture::Pane& a, const picture::Pane& b) {
   return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
 }
 
@@ -23,8 +23,8 @@ TEST(Panes, NeverOverlapNorLeaveTheFrame) {
   for (int width : {1, 64, 333, 1280, 1921})
     for (int height : {1, 48, 720, 1081})
       for (bool with_plot : {true, false}) {
-        const PaneLayout layout = PaneLayout::of(width, height, with_plot);
-        for (const Pane& pane : {layout.scene, layout.ultrasound, layout.plot}) {
+        const picture::PaneLayout layout = picture::PaneLayout::of(width, height, with_plot);
+        for (const picture::Pane& pane : {layout.scene, layout.ultrasound, layout.plot}) {
           EXPECT_GE(pane.x, 0);
           EXPECT_GE(pane.y, 0);
           EXPECT_LE(pane.x + pane.width, width);
@@ -36,13 +36,13 @@ TEST(Panes, NeverOverlapNorLeaveTheFrame) {
 }
 
 TEST(Panes, PictureKeepsItsAspectAndMeanWhenItShrinks) {
-  Picture stripes(400, 100);
+  picture::Picture stripes(400, 100);
   for (int y = 0; y < 100; ++y)
     for (int x = 0; x < 400; ++x)
       for (int c = 0; c < 3; ++c) stripes.at(x, y)[c] = x % 2 == 0 ? 200 : 0;
-  Picture frame(90, 90, {10, 20, 30, 255});
-  draw_fitted(frame, {0, 0, 90, 90}, stripes);
-  const Pane fit = fitted({0, 0, 90, 90}, 400, 100);
+  picture::Picture frame(90, 90, {10, 20, 30, 255});
+  picture::draw_fitted(frame, {0, 0, 90, 90}, stripes);
+  const picture::Pane fit = picture::fitted({0, 0, 90, 90}, 400, 100);
   EXPECT_EQ(fit.width, 90);
   EXPECT_EQ(fit.height, 23);
   // One-pixel stripes blend to their mean instead of aliasing; round about, the frame is as it was.
@@ -53,18 +53,21 @@ TEST(Panes, PictureKeepsItsAspectAndMeanWhenItShrinks) {
 }
 
 TEST(Panes, PictureOfTheRightSizeIsCopiedExactly) {
-  Picture picture(40, 30);
+  picture::Picture picture(40, 30);
   for (std::size_t i = 0; i < picture.rgba.size(); ++i) picture.rgba[i] = static_cast<std::uint8_t>(i * 37);
-  Picture frame(40, 30);
-  draw_fitted(frame, {0, 0, 40, 30}, picture);
+  picture::Picture frame(40, 30);
+  picture::draw_fitted(frame, {0, 0, 40, 30}, picture);
   EXPECT_EQ(frame.rgba, picture.rgba);
 }
 
 TEST(Panes, ComposedFrameShowsEachPictureInItsPane) {
-  const Picture frame = compose(640, 360, Picture(100, 90, {200, 0, 0, 255}), Picture(60, 40, {0, 200, 0, 255}),
-                                Picture(60, 40, {0, 0, 200, 255}));
-  const PaneLayout layout = PaneLayout::of(640, 360, true);
-  const auto centre = [&](const Pane& pane) { return frame.at(pane.x + pane.width / 2, pane.y + pane.height / 2); };
+  const picture::Picture frame =
+      picture::compose(640, 360, picture::Picture(100, 90, {200, 0, 0, 255}),
+                       picture::Picture(60, 40, {0, 200, 0, 255}), picture::Picture(60, 40, {0, 0, 200, 255}));
+  const picture::PaneLayout layout = picture::PaneLayout::of(640, 360, true);
+  const auto centre = [&](const picture::Pane& pane) {
+    return frame.at(pane.x + pane.width / 2, pane.y + pane.height / 2);
+  };
   EXPECT_EQ(centre(layout.scene)[0], 200);
   EXPECT_EQ(centre(layout.ultrasound)[1], 200);
   EXPECT_EQ(centre(layout.plot)[2], 200);
@@ -102,7 +105,8 @@ TEST_F(OnDisplay, WindowShowsBothPanesAndFollowsItsSize) {
                                     .format = VK_FORMAT_R8G8B8A8_SRGB,
                                     .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
     const gpu::Image ultrasound(device, {.width = 160, .height = 120, .usage = gpu::kStorageUsage});
-    const Picture red(320, 240, {180, 0, 0, 255}), grey(160, 120, {90, 90, 90, 255}), blue(50, 40, {0, 0, 140, 255});
+    const picture::Picture red(320, 240, {180, 0, 0, 255}), grey(160, 120, {90, 90, 90, 255}),
+        blue(50, 40, {0, 0, 140, 255});
     gpu::run_now(device, [&](gpu::Commands& commands) {
       commands.upload(scene, std::as_bytes(std::span(red.rgba)));
       commands.upload(ultrasound, std::as_bytes(std::span(grey.rgba)));
@@ -115,10 +119,10 @@ TEST_F(OnDisplay, WindowShowsBothPanesAndFollowsItsSize) {
       }
     };
     const auto check_panes = [&] {
-      const Picture shown = window.last_frame();
+      const picture::Picture shown = window.last_frame();
       ASSERT_EQ(shown.width, window.width());
-      const PaneLayout layout = PaneLayout::of(shown.width, shown.height, true);
-      const auto centre = [&](const Pane& p) { return shown.at(p.x + p.width / 2, p.y + p.height / 2); };
+      const picture::PaneLayout layout = picture::PaneLayout::of(shown.width, shown.height, true);
+      const auto centre = [&](const picture::Pane& p) { return shown.at(p.x + p.width / 2, p.y + p.height / 2); };
       EXPECT_NEAR(centre(layout.scene)[0], 180, 2);
       EXPECT_NEAR(centre(layout.ultrasound)[1], 90, 2);
       EXPECT_NEAR(centre(layout.plot)[2], 140, 2);
@@ -146,7 +150,7 @@ TEST_F(OnDisplay, PanelsLieOverTheSceneInAWindowOfAnySize) {
                                     .height = 240,
                                     .format = VK_FORMAT_R8G8B8A8_SRGB,
                                     .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-    const Picture red(320, 240, {180, 0, 0, 255});
+    const picture::Picture red(320, 240, {180, 0, 0, 255});
     gpu::run_now(device,
                  [&](gpu::Commands& commands) { commands.upload(scene, std::as_bytes(std::span(red.rgba))); });
     Window window(display, device, {.width = 400, .height = 300, .frames_per_second = 0, .capture = true});
@@ -162,7 +166,7 @@ TEST_F(OnDisplay, PanelsLieOverTheSceneInAWindowOfAnySize) {
       window.present(scene, nullptr, overlay);
     };
     const auto check = [&] {
-      const Picture shown = window.last_frame();
+      const picture::Picture shown = window.last_frame();
       ASSERT_EQ(shown.width, window.width());
       EXPECT_LT(shown.at(50, 50)[0], 120) << "the panel is dark";
       EXPECT_NEAR(shown.at(shown.width / 2, shown.height / 2)[0], 180, 2) << "nothing lies there";
@@ -196,8 +200,8 @@ TEST(Display, WithoutOneSaysToGoHeadless) {
 }
 
 /// A half-plane, white where nx x + ny y > d: each pixel by its middle alone, or by the mean of 16 x 16 points.
-Picture half_plane(double nx, double ny, double d, int points) {
-  Picture picture(96, 64);
+picture::Picture half_plane(double nx, double ny, double d, int points) {
+  picture::Picture picture(96, 64);
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
       int in = 0;
@@ -214,23 +218,23 @@ Picture half_plane(double nx, double ny, double d, int points) {
 TEST(SmoothEdges, BringsSlantingEdgesNearToWhatManySamplesShow) {
   for (const auto& [nx, ny, d] :
        {std::tuple(1.0, 0.17, 50.0), {0.12, 1.0, 30.0}, {0.6, 0.5, 45.0}, {-0.3, 1.0, 10.0}}) {
-    const Picture exact = half_plane(nx, ny, d, 16);
-    Picture smooth = half_plane(nx, ny, d, 1);
-    const auto error = [&](const Picture& picture) {
+    const picture::Picture exact = half_plane(nx, ny, d, 16);
+    picture::Picture smooth = half_plane(nx, ny, d, 1);
+    const auto error = [&](const picture::Picture& picture) {
       double sum = 0;
       for (int y = 1; y + 1 < picture.height; ++y)
         for (int x = 1; x + 1 < picture.width; ++x) sum += std::pow(picture.at(x, y)[0] - exact.at(x, y)[0], 2);
       return std::sqrt(sum);
     };
     const double before = error(smooth);
-    smooth_edges(smooth);
+    picture::smooth_edges(smooth);
     // Least is gained near 45 degrees, where edges have no length to go by.
     EXPECT_LT(error(smooth), 0.6 * before) << nx << " " << ny;
   }
-  Picture flat(32, 32, {90, 120, 60, 255});
+  picture::Picture flat(32, 32, {90, 120, 60, 255});
   for (int i = 0; i < 32; ++i) flat.at(i, 16)[1] = 124;  // no edge: half a step of a screen
-  const Picture before = flat;
-  smooth_edges(flat);
+  const picture::Picture before = flat;
+  picture::smooth_edges(flat);
   EXPECT_EQ(flat.rgba, before.rgba);
 }
 

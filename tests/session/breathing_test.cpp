@@ -124,7 +124,7 @@ TEST(Breathing, IsReplayedToTheSameBits) {
       scene, device,
       {.duration_s = support::kSanitized ? 0.2 : 1.1, .lockstep = true, .recording = path, .build = "test"});
   (void)session.run_in_lockstep();
-  const Recording recording = read_recording(path);
+  const recording::Recording recording = recording::read_recording(path);
   const RecordedSettings settings = recorded_settings(recording);
   StepHash hash;
   CoupledLoops loops(scene, settings.coupling, settings.start, {&hash}, settings.base);

@@ -133,7 +133,7 @@ TEST(HeldProbe, AThreadedSessionThatItMovedReplaysBitForBit) {
   session.wait();
   session.stop();
 
-  const Recording recording = read_recording(folder / "held");
+  const recording::Recording recording = recording::read_recording(folder / "held");
   ASSERT_FALSE(recording.simulation.empty());
   EXPECT_GT((recording.simulation.back().probe.position - scene.probe.pose.position).norm(), 0.005);
   const RecordedSettings settings = recorded_settings(recording);

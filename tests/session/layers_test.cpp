@@ -22,9 +22,9 @@ namespace {
 
 struct Felt {
   std::vector<PunctureEvent> punctures;
-  std::vector<ForceSample> force;
+  std::vector<figures::ForceSample> force;
   RunStatistics run;
-  ForceSummary summary;
+  figures::ForceSummary summary;
   double closest = 0;
 };
 
@@ -36,7 +36,7 @@ Felt feel(content::Scene scene, double haptic_hz) {
   LiveSession session(scene, device, {.duration_s = 2.0, .lockstep = true, .recording = path, .build = "test"});
   Felt felt;
   felt.run = session.run_in_lockstep();
-  felt.punctures = punctures(read_recording(path));
+  felt.punctures = punctures(recording::read_recording(path));
   felt.force.assign(session.force().samples().begin(), session.force().samples().end());
   felt.summary = session.force().summary();
   felt.closest = session.closest_target_distance();
@@ -46,7 +46,7 @@ Felt feel(content::Scene scene, double haptic_hz) {
 /// Largest and then smallest axial force around a time, N: how much a puncture is felt.
 double drop_at(const Felt& felt, double time_s) {
   double before = -100, after = 100;
-  for (const ForceSample& s : felt.force) {
+  for (const figures::ForceSample& s : felt.force) {
     if (s.time_s > time_s - 0.010 && s.time_s <= time_s) before = std::max(before, s.axial);
     if (s.time_s > time_s && s.time_s < time_s + 0.060) after = std::min(after, s.axial);
   }
@@ -88,7 +88,7 @@ TEST(Layers, EachIsBrokenThroughInOrderAtItsOwnForce) {
 TEST(Layers, TheHandIsNeverGivenMoreThanItPutIn) {
   const Felt felt = feel(tests::layered_scene(), 1000);
   double most = 0, least = 0;
-  for (const ForceSample& s : felt.force) {
+  for (const figures::ForceSample& s : felt.force) {
     most = std::max(most, s.work);
     least = std::min(least, s.work);
   }
@@ -100,7 +100,7 @@ TEST(Layers, TheHandIsNeverGivenMoreThanItPutIn) {
   // Anew from what is in the file: force and hub; the needle is not turned.
   double work = 0, furthest = 0;
   for (std::size_t i = 1; i < felt.force.size(); ++i) {
-    const ForceSample &a = felt.force[i - 1], &b = felt.force[i];
+    const figures::ForceSample &a = felt.force[i - 1], &b = felt.force[i];
     work -= 0.5 * (a.force + b.force).dot(b.hub - a.hub);
     furthest = std::max(furthest, std::abs(work - b.work));
   }
@@ -142,7 +142,7 @@ TEST(PunctureEvent, IsReadBackFromItsText) {
   scene.tissues.resize(2);
   scene.tissues[0].name = "fat";
   scene.tissues[1].name = std::string(300, 'x');  // longer than an event may be
-  Recording recording;
+  recording::Recording recording;
   PunctureText memory;
   const auto add = [&](const physics::Puncture& puncture) {
     recording.events.push_back({.time_s = 1.5,

@@ -1,5 +1,5 @@
 // The shipped scenario with its recorded hand: every layer down to the tumour is felt, and the tip gets there.
-#include "engine/content/scenario.h"
+#include "engine/readers/scenario.h"
 #include "engine/session/live_session.h"
 #include "engine/session/lockstep.h"
 #include "engine/session/puncture_event.h"
@@ -34,7 +34,7 @@ double sagitta(std::span<const Eigen::Vector3f> needle) {
 }
 
 /// Moments at which the axial force breaks by more than `bound`, away from punctures: s.
-std::vector<double> breaks(std::span<const ForceSample> samples, std::span<const PunctureEvent> punctures,
+std::vector<double> breaks(std::span<const figures::ForceSample> samples, std::span<const PunctureEvent> punctures,
                            double bound) {
   constexpr double kAway = 0.020;
   std::vector<double> at;
@@ -49,7 +49,7 @@ std::vector<double> breaks(std::span<const ForceSample> samples, std::span<const
 
 TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   if (support::kSanitized) GTEST_SKIP() << "minutes long with a sanitizer; the layers of layers_test.cpp are not";
-  const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  const content::Scene scene = readers::load_scene(readers::find_scenario("liver_biopsy"));
   ASSERT_EQ(scene.coupling, "stylet");
   ASSERT_FALSE(scene.breathing.holds.empty());
   haptic::RecordedDevice device = recorded_stylus(scene.motion);
@@ -66,7 +66,7 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   // The capsule gives way at once: the tissue's way back is longer than one step may be.
   EXPECT_EQ(run.simulation_flags & ~std::uint32_t{physics::kSimulationStepLimited}, 0U);
 
-  const training::TrainingReport report = training::assess(trace.take(read_recording(path).events), scene);
+  const training::TrainingReport report = training::assess(trace.take(recording::read_recording(path).events), scene);
   std::printf("%s%s", training::summary(report.metrics, {}).c_str(), training::in_words(report).c_str());
   ASSERT_TRUE(report.score);
   EXPECT_TRUE(report.score->passed);
@@ -82,7 +82,7 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   EXPECT_NEAR(value("peak_force"), session.force().summary().peak_force, 0.5) << "seen once a simulation step";
   EXPECT_NEAR(value("path_inefficiency"), 75, 15) << "60 mm of 80 are gone back and forth again";
   EXPECT_GT(value("needle_in_beam"), 30);
-  const std::vector<PunctureEvent> felt = punctures(read_recording(path));
+  const std::vector<PunctureEvent> felt = punctures(recording::read_recording(path));
   auto from = felt.begin();
   double deepest = -1;
   for (const char* layer : {"skin", "fat", "muscle", "liver", "tumour"}) {
@@ -94,7 +94,7 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
     std::printf("%-8s at %.2f s, %.2f N\n", layer, at->time_s, at->force_n);
   }
   EXPECT_GT(felt.front().time_s, scene.breathing.holds[0][0]) << "while the breath is held";
-  const ForceSummary force = session.force().summary();
+  const figures::ForceSummary force = session.force().summary();
   std::printf("peak %.2f N; tip %.1f mm from the target's centre\n", force.peak_force,
               1e3 * session.closest_target_distance());
   EXPECT_GT(force.peak_axial, 2);  // what 18G needles are felt with, skin and 60 mm of tissue: 2 to 6 N
@@ -125,7 +125,7 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
 
 TEST(LiverBiopsy, TheTargetGoesWithTheBreathAndRestsInTheHold) {
   if (support::kSanitized) GTEST_SKIP() << "minutes long with a sanitizer; breathing_test.cpp is not";
-  const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  const content::Scene scene = readers::load_scene(readers::find_scenario("liver_biopsy"));
   ASSERT_EQ(scene.breathing.holds.size(), 1U);
   const auto [from, to] = scene.breathing.holds[0];
   EXPECT_GT(to, scene.motion.stylus.back().time_s);
@@ -165,7 +165,7 @@ std::string tissue_at(const content::Scene& scene, const Eigen::Vector3d& x) {
 TEST(LiverBiopsy, ARibInTheWayStopsTheNeedle) {
   if (support::kSanitized) GTEST_SKIP() << "long with a sanitizer; BoneStopsTheNeedleAndBearsItsForce is not";
   constexpr double kSpeed = 0.040, kBeyond = 0.003;
-  content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  content::Scene scene = readers::load_scene(readers::find_scenario("liver_biopsy"));
   scene.breathing = {};
   physics::StylusPose hub = scene.motion.stylus.front().pose;
   const Eigen::Vector3d axis = hub.orientation * Eigen::Vector3d::UnitZ();
@@ -211,10 +211,10 @@ TEST(LiverBiopsy, ARibInTheWayStopsTheNeedle) {
   state::FrameState last = session.frames().make_frame();
   session.frames().sample(duration, last);
   const double depth = (last.needle_positions.back().cast<double>() - tip).dot(axis);
-  const ForceSummary force = session.force().summary();
+  const figures::ForceSummary force = session.force().summary();
   std::printf("rib %.1f mm behind the skin, tip %.1f mm; peak %.1f N, jump %.2f N; flags %x\n", 1e3 * (bone - skin),
               1e3 * (depth - skin), force.peak_force, force.max_jump, run.needle_flags);
-  for (const PunctureEvent& p : punctures(read_recording(folder / "rib.rec"))) {
+  for (const PunctureEvent& p : punctures(recording::read_recording(folder / "rib.rec"))) {
     std::printf("%s to %s at %.2f s, %.2f N\n", p.from.c_str(), p.to.c_str(), p.time_s, p.force_n);
     EXPECT_NE(p.to, "bone");
   }

@@ -1,5 +1,5 @@
 // A session in lockstep, in threads, and replayed.
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/session/frame_clock.h"
 #include "engine/session/frame_publisher.h"
 #include "engine/session/live_session.h"
@@ -61,7 +61,8 @@ Outcome record(const content::Scene& scene, const std::filesystem::path& path, M
   return outcome;
 }
 
-std::pair<ReplayResult, std::uint64_t> replay_file(const content::Scene& scene, const Recording& recording) {
+std::pair<ReplayResult, std::uint64_t> replay_file(const content::Scene& scene,
+                                                   const recording::Recording& recording) {
   const RecordedSettings settings = recorded_settings(recording);
   EXPECT_EQ(settings.haptic_hz, scene.rates.haptic_hz);
   StepHash hash;
@@ -122,7 +123,7 @@ TEST(Couplings, AreFoundByTheirNames) {
   for (const char* name : {"stylet", "paper-updated", "paper-frozen"}) {
     EXPECT_STREQ(coupling_name(coupling_from_name(name)), name);
   }
-  EXPECT_THROW(coupling_from_name("spring"), content::ContentError);
+  EXPECT_THROW(coupling_from_name("spring"), files::ContentError);
 }
 
 TEST(Lockstep, CouplingsDiffer) {
@@ -176,15 +177,15 @@ TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
   session.wait();
   EXPECT_GE(static_cast<double>(clock.now_ns() - began_ns) * 1e-9, 0.9 + 2 * 0.18) << "time stood in the pauses";
   session.stop();
-  const Recording recording = read_recording(folder / "paused");
+  const recording::Recording recording = recording::read_recording(folder / "paused");
   ASSERT_TRUE(recording.complete()) << recording.condition();
   std::string seen;
-  for (const EventRecord& event : recording.events) {
+  for (const recording::EventRecord& event : recording.events) {
     if (event.name == "paused" || event.name == "resumed") seen += event.name + event.detail + " ";
   }
   EXPECT_EQ(seen, "paused resumed1 paused resumed2 ");
   double last_s = -1;
-  for (const HapticStepRecord& step : recording.haptic) {
+  for (const recording::HapticStepRecord& step : recording.haptic) {
     ASSERT_GE(step.time_s, last_s);
     last_s = step.time_s;
   }
@@ -202,7 +203,7 @@ TEST_P(EachCoupling, LockstepRecordingReplaysBitForBit) {
   const auto path = folder / (std::string("lockstep-") + coupling_name(GetParam()));
   const Outcome recorded = record(scene, path, Mode::lockstep, 1.4, GetParam());
   EXPECT_EQ(recorded.run.needle_flags, 0u);
-  const auto [result, hash] = replay_file(scene, read_recording(path));
+  const auto [result, hash] = replay_file(scene, recording::read_recording(path));
   EXPECT_TRUE(result.identical());
   EXPECT_EQ(hash, recorded.hash);
   EXPECT_EQ(result.run.haptic.steps, recorded.run.haptic.steps);
@@ -213,7 +214,7 @@ TEST_P(EachCoupling, ThreadedRecordingReplaysBitForBit) {
   const support::TemporaryFolder folder;
   const auto path = folder / (std::string("threaded-") + coupling_name(GetParam()));
   const Outcome recorded = record(scene, path, Mode::threaded, 1.4, GetParam());
-  const Recording recording = read_recording(path);
+  const recording::Recording recording = recording::read_recording(path);
   ASSERT_TRUE(recording.complete()) << recording.condition();
   EXPECT_EQ(recording.haptic.size(), recorded.run.haptic.steps);
   const auto [result, hash] = replay_file(scene, recording);
@@ -236,11 +237,11 @@ TEST(Replay, SeesAChangedInput) {
   const support::TemporaryFolder folder;
   const auto path = folder / "changed";
   record(scene, path, Mode::lockstep, 0.6);
-  Recording recording = read_recording(path);
+  recording::Recording recording = recording::read_recording(path);
   recording.haptic[300].pose.position.x() += 1e-12;
   const auto [result, hash] = replay_file(scene, recording);
   ASSERT_TRUE(result.divergence);
-  EXPECT_GE(result.divergence->step, result.divergence->loop == LoopName::haptic ? 301u : 15u);
+  EXPECT_GE(result.divergence->step, result.divergence->loop == recording::LoopName::haptic ? 301u : 15u);
 }
 
 // What a killed process leaves ends anywhere, in the middle of what was drained together too.
@@ -253,7 +254,7 @@ TEST(Replay, EveryCutOffRecordingReplaysUpToItsLastWholeSteps) {
   const std::vector<char> text{std::istreambuf_iterator<char>(file), {}};
   const std::span whole(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
   for (std::size_t size = whole.size() / 3; size < whole.size(); size += whole.size() / 9) {
-    const Recording recording = parse_recording(whole.first(size), "cut");
+    const recording::Recording recording = recording::parse_recording(whole.first(size), "cut");
     const ReplayableSteps steps = replayable_steps(recording);
     EXPECT_LE(recording.haptic.size() - steps.haptic, 40u) << "more than was drained together";
     const auto [result, hash] = replay_file(scene, recording);
@@ -271,8 +272,9 @@ TEST(Replay, RecordingsOfEarlierVersionsOpenAndRun) {
     record(scene, path, Mode::lockstep, 0.6, physics::Coupling::stylet);
   }
   const std::filesystem::path folder = std::filesystem::path(STYLET_SOURCE_DIR) / "tests/session/recordings";
-  for (std::uint64_t version = 1; version <= kRecordingVersion; ++version) {
-    const Recording recording = read_recording(folder / ("version_" + std::to_string(version) + ".rec"));
+  for (std::uint64_t version = 1; version <= recording::kRecordingVersion; ++version) {
+    const recording::Recording recording =
+        recording::read_recording(folder / ("version_" + std::to_string(version) + ".rec"));
     EXPECT_TRUE(recording.complete()) << recording.condition();
     EXPECT_EQ(recording.haptic.size(), 600u);
     EXPECT_EQ(recording.simulation.size(), 30u);
@@ -290,9 +292,9 @@ TEST(Replay, RefusesAScheduleThatCannotBe) {
   const support::TemporaryFolder folder;
   const auto path = folder / "impossible";
   record(scene, path, Mode::lockstep, 0.2);
-  Recording recording = read_recording(path);
+  recording::Recording recording = recording::read_recording(path);
   recording.simulation[3].needle_step = 100000;
-  EXPECT_THROW(replay_file(scene, recording), content::ContentError);
+  EXPECT_THROW(replay_file(scene, recording), files::ContentError);
 }
 
 TEST(FrameClock, DrawsEveryFrameOnceAtItsTime) {

@@ -3,7 +3,7 @@
 // A pass plays the recorded motion to its end and then backwards, so that the needle is outside again and the tissue
 // comes to rest. STYLET_SOAK_MINUTES: session time, 30 if unset. Run by tools/test.sh --all.
 #include "tests/session/soak.h"
-#include "engine/content/scenario.h"
+#include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"
@@ -37,12 +37,12 @@ class PassObserver final : public StepListener {
 public:
   PassObserver(const content::Scene& scene, double pass_s) : scene_(scene), pass_s_(pass_s) {}
 
-  void haptic_stepped(const HapticStepRecord&, const physics::NeedleState& needle) override {
+  void haptic_stepped(const recording::HapticStepRecord&, const physics::NeedleState& needle) override {
     finite_ = finite_ && needle.wrench.force.allFinite() && needle.wrench.moment.allFinite();
     pass_.peak_force = std::max(pass_.peak_force, needle.wrench.force.norm());
     pass_.most_contacts = std::max(pass_.most_contacts, needle.contact_count);
   }
-  void simulation_stepped(const SimulationStepRecord& record, const physics::SimulationReport&,
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport&,
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override {
     untouched_ = untouched_ && needle.contact_count == 0 && needle.tip == physics::TipState::outside;
     if (untouched_) keep(tissue);
@@ -89,7 +89,7 @@ private:
 };
 
 TEST(Soak, DefaultScenarioNeitherFailsNorGrowsNorDrifts) {
-  const content::Scene scene = content::load_scene(content::find_scenario("liver_biopsy"));
+  const content::Scene scene = readers::load_scene(readers::find_scenario("liver_biopsy"));
   tests::RepeatedMotion device(recorded_stylus(scene.motion), 1 / scene.rates.simulation_hz);
   const haptic::StylusSample start = device.read(0);
   PassObserver observer(scene, device.pass_s());

@@ -195,7 +195,7 @@ TEST(StylusWithForce, RecordsHowTheNeedleWasHeldAndReplaysToTheSameBits) {
     session.run_in_lockstep();
     hash = session.state_hash();
   }
-  const Recording recording = read_recording(folder / "held");
+  const recording::Recording recording = recording::read_recording(folder / "held");
   const RecordedSettings settings = recorded_settings(recording);
   const physics::NeedleBase base = needle_base(device.limits(), scene.rates.haptic_hz);
   EXPECT_EQ(settings.base.kind, physics::BaseKind::spring_damper);
@@ -211,7 +211,7 @@ TEST(StylusWithForce, RecordsHowTheNeedleWasHeldAndReplaysToTheSameBits) {
   CoupledLoops prescribed(scene, settings.coupling, settings.start, {&prescribed_hash});
   EXPECT_FALSE(replay(recording, prescribed, prescribed_hash).identical()) << "the base must matter";
 
-  const auto is_safety = [](const EventRecord& e) {
+  const auto is_safety = [](const recording::EventRecord& e) {
     return e.name == Recorder::kSafetyEvent && e.detail == "rising";
   };
   EXPECT_EQ(std::count_if(recording.events.begin(), recording.events.end(), is_safety), 1);
@@ -221,7 +221,7 @@ TEST(SafetyEvents, EachLimitLeavesOneWhenItBeginsToAct) {
   const content::Scene scene = tests::cube_scene(3);
   const support::TemporaryFolder folder;
   {
-    RecordingWriter writer(folder / "events", RecordingHeader{});
+    recording::RecordingWriter writer(folder / "events", recording::RecordingHeader{});
     const StepHash hash;
     Recorder recorder(writer, hash, scene);
     for (int k = 0; k < 3000; ++k) {  // each for 100 ms, one after the other, twice
@@ -233,11 +233,11 @@ TEST(SafetyEvents, EachLimitLeavesOneWhenItBeginsToAct) {
     }
     writer.finish();
   }
-  const Recording recording = read_recording(folder / "events");
+  const recording::Recording recording = recording::read_recording(folder / "events");
   ASSERT_EQ(recording.events.size(), 2u * haptic::kOutputFlagCount);
   for (std::size_t e = 0; e < recording.events.size(); ++e) {
     const auto bit = static_cast<int>(e % haptic::kOutputFlagCount);
-    const EventRecord& event = recording.events[e];
+    const recording::EventRecord& event = recording.events[e];
     EXPECT_EQ(event.name, "safety");
     EXPECT_EQ(event.detail, haptic::output_flag_name(bit));
     EXPECT_EQ(event.step, 1500 * (e / haptic::kOutputFlagCount) + 50u * static_cast<unsigned>(bit) + 1);

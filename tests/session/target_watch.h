@@ -23,7 +23,7 @@ public:
     }
   }
 
-  void simulation_stepped(const session::SimulationStepRecord& record, const physics::SimulationReport& report,
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState& tissue, const physics::NeedleState&) override {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const Eigen::Index n : near_) mean += tissue.positions[kLiver].col(n) / static_cast<double>(near_.size());

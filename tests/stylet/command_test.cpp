@@ -1,9 +1,9 @@
 #include "tests/stylet/command.h"
-#include "engine/content/motion.h"
-#include "tests/content/glb.h"
-#include "tests/content/shapes.h"
-#include "tests/content/small_scenario.h"
+#include "engine/readers/motion.h"
+#include "tests/gltf/glb.h"
 #include "tests/import/file_bytes.h"
+#include "tests/mesh/shapes.h"
+#include "tests/readers/small_scenario.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/stylet/default_leader.h"
@@ -66,7 +66,7 @@ protected:
 
   // A part of the default motion, or as long a one into the small scenario's liver.
   fs::path short_motion(double from_s, double to_s, bool small = support::kSanitized) const {
-    content::Motion motion = content::read_motion(kContent / "motions" / "liver_biopsy.json");
+    content::Motion motion = readers::read_motion(kContent / "motions" / "liver_biopsy.json");
     std::erase_if(motion.stylus,
                   [&](const content::MotionSample& s) { return s.time_s < from_s || s.time_s > to_s; });
     for (content::MotionSample& sample : motion.stylus) {
@@ -74,7 +74,7 @@ protected:
       if (small) sample.pose = {.position = {0.1, 0, 0.2 - 0.02 * sample.time_s}, .orientation = {0, 1, 0, 0}};
     }
     const fs::path path = folder_ / "motion.json";
-    content::write_motion(motion, "short", path);
+    readers::write_motion(motion, "short", path);
     return path;
   }
 
@@ -97,7 +97,7 @@ protected:
   const support::TemporaryFolder folder_;
 
 private:
-  std::optional<content::test::SmallScenario> small_;
+  std::optional<readers::test::SmallScenario> small_;
 
   static std::string absolute(const json& relative) {
     return fs::weakly_canonical(kContent / "scenarios" / relative.get<std::string>()).string();
@@ -196,8 +196,8 @@ TEST_F(Command, AMalformedScenarioOfTheContentFolderSaysWhereItIsBroken) {
 }
 
 TEST_F(Command, UnknownAnnotationsAreRefusedInAScenarioAndWarnElsewhere) {
-  content::test::Glb glb;
-  glb.add("part", content::test::icosphere({0, 0, 0}, 0.04, 2), {{"id", "part"}, {"rolle", "boundary"}},
+  gltf::test::Glb glb;
+  glb.add("part", mesh::test::icosphere({0, 0, 0}, 0.04, 2), {{"id", "part"}, {"rolle", "boundary"}},
           {{"preset", "liver"}, {"mechanical", {{"young_modulus_pa", 1}}}});
   const fs::path file = folder_.write("part.glb", glb.bytes());
   expect_refused(scenario([&](json& s) { s["organs"][0]["file"] = file.string(); }).string(),
@@ -295,7 +295,7 @@ TEST_F(Command, InstalledItFindsTheContentBesideIt) {
 
 TEST_F(Command, ImportLeavesAnOrganInANewFolder) {
   const fs::path ball =
-      folder_.write("ball.stl", import::test::binary_stl(content::test::icosphere({30, 20, 10}, 40, 3)));  // mm
+      folder_.write("ball.stl", import::test::binary_stl(mesh::test::icosphere({30, 20, 10}, 40, 3)));  // mm
   const fs::path organs = folder_ / "nested" / "new" / "dir";
   const Outcome outcome = run(fmt::format("import {} --cell 20 --out {}", ball.string(), organs.string()));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
@@ -313,7 +313,7 @@ TEST_F(Command, ImportLeavesAnOrganInANewFolder) {
 }
 
 TEST_F(Command, ImportRefusesABrokenFileInOneLine) {
-  const std::string sound = import::test::binary_stl(content::test::icosphere({0, 0, 0}, 40, 1));
+  const std::string sound = import::test::binary_stl(mesh::test::icosphere({0, 0, 0}, 40, 1));
   const fs::path broken = folder_.write("broken.stl", sound.substr(0, sound.size() / 2));
   // Two faces of a tetrahedron: nothing is wrong with the file, and there is no organ in it.
   const fs::path open = folder_.write("open.obj",
@@ -338,8 +338,8 @@ TEST_F(Command, ImportRefusesABrokenFileInOneLine) {
 }
 
 TEST_F(Command, ImportStaysInsideItsFolderWhateverAFileCallsAnOrgan) {
-  content::test::Glb glb;
-  glb.add("part", content::test::icosphere({0, 0, 0}, 0.04, 2), {{"id", "../../etc/x y"}});
+  gltf::test::Glb glb;
+  glb.add("part", mesh::test::icosphere({0, 0, 0}, 0.04, 2), {{"id", "../../etc/x y"}});
   const fs::path file = folder_.write("bad.glb", glb.bytes());
   fs::create_directories(folder_ / "a" / "b");  // so that going two folders up ends where it is seen
   const Outcome outcome =
@@ -353,10 +353,10 @@ TEST_F(Command, ImportStaysInsideItsFolderWhateverAFileCallsAnOrgan) {
 }
 
 TEST_F(Command, ImportTakesItsOrgansFromASideFile) {
-  content::test::Glb glb;
-  glb.add("left_ball", content::test::icosphere({0, 0, 0}, 0.02, 3));
-  glb.add("right_ball", content::test::icosphere({-0.1, 0, 0}, 0.02, 3));
-  glb.add("left_shell", content::test::icosphere({0, 0, 0}, 0.03, 2));
+  gltf::test::Glb glb;
+  glb.add("left_ball", mesh::test::icosphere({0, 0, 0}, 0.02, 3));
+  glb.add("right_ball", mesh::test::icosphere({-0.1, 0, 0}, 0.02, 3));
+  glb.add("left_shell", mesh::test::icosphere({0, 0, 0}, 0.03, 2));
   const fs::path file = folder_.write("balls.glb", glb.bytes());
   const fs::path side = folder_.write("side.json", R"({"format": "stylet-import", "version": 1, "organs": [
       {"id": "many", "parts": ["right*"], "tissue": "kidney_cortex", "deformable": true, "target_nodes": 400},
@@ -376,8 +376,8 @@ TEST_F(Command, ImportTakesItsOrgansFromASideFile) {
 }
 
 TEST_F(Command, ImportOfAScenarioRefusesOptionsOfSingleOrgans) {
-  content::test::Glb glb;
-  glb.add("ball", content::test::icosphere({0, 0, 0}, 0.02, 1));
+  gltf::test::Glb glb;
+  glb.add("ball", mesh::test::icosphere({0, 0, 0}, 0.02, 1));
   const fs::path file = folder_.write("ball.glb", glb.bytes());
   const Outcome outcome = run(fmt::format("import {} --side {} --nodes 500 --gap 2 --out {}", file.string(),
                                           STYLET_SOURCE_DIR "/content/imports/ts_abdomen.json", out().string()));

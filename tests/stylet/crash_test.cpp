@@ -1,6 +1,6 @@
 // A session killed outright (SIGKILL) at any moment: its recording lies in its folder and replays up to the kill.
-#include "engine/session/unfinished_recording.h"
-#include "tests/content/small_scenario.h"
+#include "engine/recording/unfinished_recording.h"
+#include "tests/readers/small_scenario.h"
 #include "tests/stylet/command.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -94,7 +94,7 @@ void expect_debrief_and_film(const fs::path& session, const fs::path& to) {
 }
 
 TEST(Crash, AKilledSessionReplaysUpToItsLastSecond) {
-  content::test::SmallScenario small;
+  readers::test::SmallScenario small;
   small.motion["tracks"]["stylus"] = nlohmann::json::parse(
       "[[0, 0.1, 0, 0.21, 0, 1, 0, 0], [2, 0.1, 0, 0.16, 0, 1, 0, 0], [60, 0.1, 0, 0.16, 0, 1, 0, 0]]");
   const fs::path scenario = small.write();
@@ -115,7 +115,7 @@ TEST(Crash, AKilledSessionReplaysUpToItsLastSecond) {
     session.kill();
     const double recorded_s = seconds_since(seen);
 
-    const std::vector<fs::path> left = session::cut_off_recordings(out);
+    const std::vector<fs::path> left = recording::cut_off_recordings(out);
     ASSERT_EQ(left.size(), 1u) << "kill " << k;
     const Outcome replayed = run("replay " + out.string());
     EXPECT_EQ(replayed.exit_code, 0) << replayed.output;

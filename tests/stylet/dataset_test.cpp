@@ -1,7 +1,7 @@
 // Data sets as a user makes them: by one process, by many, in several goes; the bytes are the same.
-#include "engine/view/picture.h"
-#include "tests/content/shapes.h"
-#include "tests/content/small_scenario.h"
+#include "engine/picture/picture.h"
+#include "tests/mesh/shapes.h"
+#include "tests/readers/small_scenario.h"
 #include "tests/stylet/command.h"
 
 #include <nlohmann/json.hpp>
@@ -22,7 +22,7 @@ protected:
   static constexpr int kFrames = 3;
 
   static void SetUpTestSuite() {
-    small = new content::test::SmallScenario;
+    small = new readers::test::SmallScenario;
     small->probe["scan_lines"] = 48;
     small->probe["samples"] = 96;
     // Into the ball beside the probe, within 0.4 s of motion.
@@ -51,10 +51,10 @@ protected:
     return json::parse(read_text(folder("whole") / fmt::format("frame_{:06}.json", frame)));
   }
 
-  static content::test::SmallScenario* small;
+  static readers::test::SmallScenario* small;
   static Outcome* whole;
 };
-content::test::SmallScenario* Dataset::small = nullptr;
+readers::test::SmallScenario* Dataset::small = nullptr;
 Outcome* Dataset::whole = nullptr;
 
 TEST_F(Dataset, HoldsImageLabelsAndWhatTheyAreMadeOf) {
@@ -138,14 +138,14 @@ TEST_F(Dataset, TheSequenceOfAMotionHoldsItsPictures) {
   EXPECT_EQ(files_below(folder("motion")).size(), 2u + 3 * 2 + 1) << "manifest, sequence, images, labels, a preview";
   int lit = 0;
   for (std::size_t frame = 0; frame < 3; ++frame) {
-    const view::Picture picture =
-        view::read_png(folder("motion") / manifest["frames"][frame]["ultrasound"].get<std::string>());
+    const picture::Picture picture =
+        picture::read_png(folder("motion") / manifest["frames"][frame]["ultrasound"].get<std::string>());
     for (std::size_t i = 0; i < 96 * 72; ++i) {
       ASSERT_EQ(static_cast<std::uint8_t>(sequence[pixels + frame * 96 * 72 + i]), picture.rgba[4 * i]);
       lit += picture.rgba[4 * i] > 20 ? 1 : 0;
     }
-    const view::Picture labels =
-        view::read_png(folder("motion") / manifest["frames"][frame]["ultrasound_labels"].get<std::string>());
+    const picture::Picture labels =
+        picture::read_png(folder("motion") / manifest["frames"][frame]["ultrasound_labels"].get<std::string>());
     EXPECT_EQ(std::make_pair(labels.width, labels.height), std::make_pair(96, 72));
     EXPECT_EQ(labels.at(0, 0)[0], 0);
     EXPECT_EQ(manifest["labels"][labels.at(column, row)[0]]["name"], "tumour");

@@ -1,6 +1,6 @@
 // A session whose graphics device is lost under it (tests/support/vulkan/losing_device.cpp): the loops go on, what
 // was recorded is whole, and one line says what happened.
-#include "tests/content/small_scenario.h"
+#include "tests/readers/small_scenario.h"
 #include "tests/stylet/command.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -74,7 +74,7 @@ protected:
   }
 
   const support::TemporaryFolder folder_;
-  content::test::SmallScenario small_;
+  readers::test::SmallScenario small_;
 };
 
 class DeviceLossInAWindow : public DeviceLoss {

@@ -1,6 +1,6 @@
 // `stylet train --view headset` as a user runs it, in the mock runtime's headset and where there is none.
-#include "engine/session/recording.h"
-#include "tests/content/small_scenario.h"
+#include "engine/recording/recording.h"
+#include "tests/readers/small_scenario.h"
 #include "tests/stylet/command.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -55,7 +55,7 @@ protected:
   fs::path refused() const { return folder_ / "refused"; }
 
   support::TemporaryFolder folder_;
-  content::test::SmallScenario small_;
+  readers::test::SmallScenario small_;
 };
 
 TEST_F(Headset, WithoutARuntimeTheSessionGoesOnWithOneLine) {
@@ -81,17 +81,17 @@ TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(read_text(refused()), "");
   EXPECT_GT(panel_pixels(), 100);
-  const session::Recording recording = session::read_recording(out() / "session.rec");
+  const recording::Recording recording = recording::read_recording(out() / "session.rec");
   EXPECT_TRUE(recording.complete()) << recording.condition();
   std::vector<std::string> stages;
-  for (const session::EventRecord& event : recording.events)
+  for (const recording::EventRecord& event : recording.events)
     if (event.name == "stage") stages.push_back(event.detail);
   ASSERT_GE(stages.size(), 2U);
   EXPECT_EQ(stages.front(), "procedure");
   EXPECT_EQ(stages.back(), "debrief");
   // The right hand of the mock moves by some mm a second.
   double moved = 0;
-  for (const session::HapticStepRecord& step : recording.haptic)
+  for (const recording::HapticStepRecord& step : recording.haptic)
     moved = std::max(moved, (step.pose.position - recording.haptic.front().pose.position).norm());
   EXPECT_GT(moved, 0.001);
   EXPECT_LT(moved, 0.1);
@@ -116,7 +116,7 @@ TEST_F(Headset, LostInTheMiddleARecordedMotionGoesOn) {
                                 "--lockstep --expert none --device recorded");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_NE(outcome.output.find("; going on headless\n"), std::string::npos) << outcome.output;
-  EXPECT_NEAR(session::read_recording(out() / "session.rec").haptic.back().time_s, 1, 0.01);
+  EXPECT_NEAR(recording::read_recording(out() / "session.rec").haptic.back().time_s, 1, 0.01);
   expect_replay();
 }
 

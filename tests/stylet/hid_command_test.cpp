@@ -1,6 +1,6 @@
 // `stylet` with a HID device plugged in that is not there: mock_stylus runs the command under the real hidapi.
-#include "engine/content/motion.h"
-#include "tests/content/small_scenario.h"
+#include "engine/readers/motion.h"
+#include "tests/readers/small_scenario.h"
 #include "tests/stylet/command.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -125,10 +125,10 @@ TEST_F(HidCommand, RecordingHoldsTheReportsAndWhatTheySay) {
   const fs::path file = folder_ / "hand.json";
   const Outcome said = run_with("--corners", fmt::format("devices --record '{}' --seconds 1.5", file.string()));
   ASSERT_EQ(said.exit_code, 0) << said.output;
-  content::RawReports raw;
-  const content::Motion motion = content::read_motion(file, &raw);
+  readers::RawReports raw;
+  const content::Motion motion = readers::read_motion(file, &raw);
   EXPECT_EQ(raw.device, "Mocked stylus (1209:0001)");
-  EXPECT_EQ(raw.frame, content::MotionFrame::kHand);
+  EXPECT_EQ(raw.frame, readers::MotionFrame::kHand);
   EXPECT_EQ(raw.report_descriptor.size(), 235U);
   ASSERT_GT(raw.reports.size(), 500U);
   ASSERT_EQ(motion.stylus.size(), raw.reports.size());
@@ -152,7 +152,7 @@ TEST_F(HidCommand, RecordingHoldsTheReportsAndWhatTheySay) {
 }
 
 TEST_F(HidCommand, TrainIsLedByTheStylusAndByItsRecording) {
-  content::test::SmallScenario small;
+  readers::test::SmallScenario small;
   small.scenario["labels"]["spacing_mm"] = 4;
   const std::string train = fmt::format("train {} --view headless --expert none --no-film", small.write().string());
   expect_refused(run_with("", fmt::format("{} --lockstep --device hid --out {}", train, (folder_ / "none").string())),
@@ -167,9 +167,9 @@ TEST_F(HidCommand, TrainIsLedByTheStylusAndByItsRecording) {
   const json session = json::parse(read_text(folder_ / "live" / "session.json"));
   EXPECT_EQ(session["stylus"], "Mocked stylus (1209:0001)");
   EXPECT_TRUE(session["replay"]["identical"]);
-  content::RawReports raw;
-  EXPECT_GT(content::read_motion(hand, &raw).stylus.size(), 300U);
-  EXPECT_EQ(raw.frame, content::MotionFrame::kPatient);
+  readers::RawReports raw;
+  EXPECT_GT(readers::read_motion(hand, &raw).stylus.size(), 300U);
+  EXPECT_EQ(raw.frame, readers::MotionFrame::kPatient);
   EXPECT_GT(raw.reports.size(), 300U);
 
   const fs::path recorded = folder_ / "recorded.json";
@@ -183,7 +183,7 @@ TEST_F(HidCommand, TrainIsLedByTheStylusAndByItsRecording) {
 
 TEST_F(HidCommand, InAWindowAStylusLeadsTheNeedleUnasked) {
   if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
-  content::test::SmallScenario small;
+  readers::test::SmallScenario small;
   small.scenario["labels"]["spacing_mm"] = 4;
   const Outcome trained =
       run_with("", fmt::format("train {} --view window --expert none --no-film --seconds 0.3 --out {}",

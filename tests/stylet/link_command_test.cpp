@@ -1,6 +1,6 @@
 // `stylet train --link` as 3D Slicer meets it: the command in a process of its own, the library's client in this one.
-#include "tests/content/small_scenario.h"
 #include "tests/link/igtl_client.h"
+#include "tests/readers/small_scenario.h"
 #include "tests/stylet/command.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -26,7 +26,7 @@ protected:
   fs::path out() const { return folder_ / "out"; }
 
   support::TemporaryFolder folder_;
-  content::test::SmallScenario small_;
+  readers::test::SmallScenario small_;
 };
 
 /// `stylet` under way.

@@ -2,7 +2,7 @@
 
 #include "physics/needle/block_tridiagonal.h"
 #include "physics/needle/rotation_vector.h"
-#include "tests/support/dense_algebra.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <Eigen/LU>
 
@@ -128,7 +128,7 @@ int BeamChain::solve(const physics::Vector6d& tip_load, double tolerance, int ma
       Eigen::MatrixXd k;
       Eigen::VectorXd f;
       assemble(k, f);
-      x = support::solve(k, x);
+      x = reference::solve(k, x);
     }
     move(x);
     if (x.norm() < tolerance) return iteration;

@@ -12,7 +12,7 @@ namespace stylet::tests {
 
 namespace {
 
-using view::Picture;
+using picture::Picture;
 
 double luma(const std::uint8_t* p) {
   return 0.299 * p[0] + 0.587 * p[1] + 0.114 * p[2];
@@ -117,7 +117,7 @@ testing::AssertionResult matches_golden(const gpu::DeviceIdentity& device, const
   const std::filesystem::path golden = std::filesystem::path(STYLET_GOLDEN_DIR) / (name + ".png");
   const char* update = std::getenv("STYLET_UPDATE_GOLDEN");
   if (update != nullptr && std::string(update) == "1") {
-    view::write_png(golden, actual);
+    picture::write_png(golden, actual);
     fmt::print("wrote {}: look at it before committing\n", golden.string());
     return testing::AssertionSuccess();
   }
@@ -125,13 +125,13 @@ testing::AssertionResult matches_golden(const gpu::DeviceIdentity& device, const
   std::filesystem::create_directories(folder);
   const auto keep = [&](const char* what, const Picture& picture) {
     const auto file = folder / (name + "." + what + ".png");
-    view::write_png(file, picture);
+    picture::write_png(file, picture);
     return file.string();
   };
   if (!std::filesystem::exists(golden))
     return testing::AssertionFailure() << golden << " is missing; look at " << keep("actual", actual)
                                        << " and, if it is right, run again with STYLET_UPDATE_GOLDEN=1";
-  const Picture expected = view::read_png(golden);
+  const Picture expected = picture::read_png(golden);
   if (expected.width != actual.width || expected.height != actual.height)
     return testing::AssertionFailure() << name << " is " << actual.width << "x" << actual.height << ", its golden "
                                        << expected.width << "x" << expected.height << "; see "

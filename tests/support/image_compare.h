@@ -9,7 +9,7 @@
 #pragma once
 
 #include "engine/gpu/device.h"
-#include "engine/view/picture.h"
+#include "engine/picture/picture.h"
 
 #include <gtest/gtest.h>
 
@@ -37,14 +37,14 @@ struct Difference {
 };
 
 /// @throws std::invalid_argument if the sizes differ
-Difference compare(const view::Picture& expected, const view::Picture& actual);
+Difference compare(const picture::Picture& expected, const picture::Picture& actual);
 
 /// Reason to skip: goldens hold for Mesa's software rasteriser alone.
 std::optional<std::string> no_golden_for(const gpu::DeviceIdentity& device);
 
 /// Compares with tests/golden/NAME.png. On failure writes NAME.actual.png and NAME.diff.png (|difference| x 16) into
 /// golden/ of the build and says where, with the device and driver.
-testing::AssertionResult matches_golden(const gpu::DeviceIdentity& device, const view::Picture& actual,
+testing::AssertionResult matches_golden(const gpu::DeviceIdentity& device, const picture::Picture& actual,
                                         const std::string& name);
 
 }  // namespace stylet::tests

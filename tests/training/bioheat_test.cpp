@@ -1,6 +1,6 @@
 // Heat in tissue against what is known of it on paper.
 #include "engine/training/bioheat.h"
-#include "engine/content/surface_mesh.h"
+#include "engine/mesh/surface_mesh.h"
 #include "engine/training/electrode.h"
 #include "engine/training/iso_surface.h"
 #include "tests/support/sanitized.h"
@@ -225,7 +225,7 @@ TEST(IsoSurface, OfABallIsClosedAndHasItsVolume) {
   each_cell(grid, [&](std::size_t cell, const Eigen::Vector3d& x) {
     values[cell] = kRadius - (x - Eigen::Vector3d(0.3e-3, 0.1e-3, -0.2e-3)).norm();
   });
-  const content::SurfaceReport report = content::inspect(iso_surface(grid, values, 0));
+  const mesh::SurfaceReport report = mesh::inspect(iso_surface(grid, values, 0));
   EXPECT_TRUE(report.closed());
   EXPECT_TRUE(report.oriented());
   EXPECT_EQ(report.components, 1);
@@ -241,7 +241,7 @@ TEST(IsoSurface, OfAFieldOfTwoValuesIsStillManifold) {
     const Eigen::Vector3d off(0.002, 0.001, 0);
     if (std::min((x - off).norm(), (x + off).norm()) < 0.0024) values[cell] = 1;
   });
-  const content::SurfaceReport report = content::inspect(iso_surface(grid, values, 0.5));
+  const mesh::SurfaceReport report = mesh::inspect(iso_surface(grid, values, 0.5));
   EXPECT_TRUE(report.closed());
   EXPECT_TRUE(report.oriented());
 }

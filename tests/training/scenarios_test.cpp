@@ -1,9 +1,9 @@
 // The shipped exercises, with the hands that are shipped for them.
-#include "engine/content/gltf.h"
-#include "engine/content/motion.h"
-#include "engine/content/procedure.h"
-#include "engine/content/scenario.h"
-#include "engine/content/scenario_file.h"
+#include "engine/gltf/gltf.h"
+#include "engine/readers/motion.h"
+#include "engine/readers/patient_procedure.h"
+#include "engine/readers/scenario.h"
+#include "engine/readers/scenario_file.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/training/metrics.h"
 #include "engine/training/score.h"
@@ -39,7 +39,7 @@ void expect_same(const content::Motion& made, const content::Motion& shipped) {
 // The first of its three targets: the others are the same again.
 TEST(Tutorial, HandTakesACoreOfTheFirstTarget) {
   if (support::kSanitized) GTEST_SKIP() << "seconds of session; its parts are tested under sanitizers elsewhere";
-  const content::Scene scene = content::load_scene(kContent / "scenarios/tutorial.json");
+  const content::Scene scene = readers::load_scene(kContent / "scenarios/tutorial.json");
   EXPECT_EQ(scene.targets.size(), 3U);
   const support::TemporaryFolder folder;
   haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
@@ -66,8 +66,8 @@ TEST(Scenarios, AreScoredByWhatTheyTrain) {
   for (const auto& [name, metric] : {std::pair("liver_biopsy", "targeting"), std::pair("rfa", "ablation_coverage"),
                                      std::pair("tutorial", "tumour_content")}) {
     SCOPED_TRACE(name);
-    content::JsonFile file(kContent / "scenarios" / (std::string(name) + ".json"));
-    const content::ScenarioFile scenario = content::read_scenario_file(file);
+    files::JsonFile file(kContent / "scenarios" / (std::string(name) + ".json"));
+    const readers::ScenarioFile scenario = readers::read_scenario_file(file);
     ASSERT_TRUE(file.problems().empty()) << file.problems().front();
     ASSERT_FALSE(scenario.scoring.empty());
     double most = 0;
@@ -87,13 +87,13 @@ TEST(Scenarios, AreScoredByWhatTheyTrain) {
 }
 
 TEST(RfaScenario, TumourLiesBesideTheVeinAndTheElectrodeInTheTumour) {
-  content::JsonFile file(kContent / "scenarios/rfa.json");
-  const content::ScenarioFile scenario = content::read_scenario_file(file);
+  files::JsonFile file(kContent / "scenarios/rfa.json");
+  const readers::ScenarioFile scenario = readers::read_scenario_file(file);
   ASSERT_TRUE(file.problems().empty()) << file.problems().front();
-  content::JsonFile procedure_file(kContent / "organs/ablation_tumour.json");
-  const content::Procedure procedure = content::read_procedure(procedure_file);
+  files::JsonFile procedure_file(kContent / "organs/ablation_tumour.json");
+  const readers::Procedure procedure = readers::read_procedure(procedure_file);
   const content::AblationPlan& plan = scenario.exercise.sampling.ablation;
-  const content::Motion shipped = content::read_motion(scenario.motion);
+  const content::Motion shipped = readers::read_motion(scenario.motion);
   expect_same(motion::ablation_motion({.entry = procedure.entry,
                                        .target = procedure.target,
                                        .exposed = plan.exposed,
@@ -103,7 +103,7 @@ TEST(RfaScenario, TumourLiesBesideTheVeinAndTheElectrodeInTheTumour) {
               shipped);
   // The vein's wall is a few millimetres from the tumour: it cools, and is not in it.
   double gap = 1;
-  for (const content::GltfOrgan& organ : content::read_gltf(kContent / "organs/abdomen.glb").organs) {
+  for (const gltf::GltfOrgan& organ : gltf::read_gltf(kContent / "organs/abdomen.glb").organs) {
     if (organ.name != "hepatic_veins") continue;
     for (const Eigen::Vector3d& x : organ.mesh.vertices) {
       gap = std::min(gap, (x - procedure.target).norm() - procedure.target_radius);
@@ -115,13 +115,13 @@ TEST(RfaScenario, TumourLiesBesideTheVeinAndTheElectrodeInTheTumour) {
 }
 
 TEST(Tutorial, MotionIsWhatItsGeneratorMakes) {
-  content::JsonFile file(kContent / "scenarios/tutorial.json");
-  const content::ScenarioFile scenario = content::read_scenario_file(file);
+  files::JsonFile file(kContent / "scenarios/tutorial.json");
+  const readers::ScenarioFile scenario = readers::read_scenario_file(file);
   std::vector<content::Target> targets;
-  for (const content::TargetRequest& target : scenario.targets) {
+  for (const readers::TargetRequest& target : scenario.targets) {
     targets.push_back({.name = target.name, .centre = target.centre, .radius = target.radius});
     double nearest = 1;  // a ball of the phantom
-    for (const content::GltfOrgan& organ : content::read_gltf(kContent / "organs/phantom.glb").organs) {
+    for (const gltf::GltfOrgan& organ : gltf::read_gltf(kContent / "organs/phantom.glb").organs) {
       if (organ.organ.role != "target") continue;
       double worst = 0;
       for (const Eigen::Vector3d& x : organ.mesh.vertices) {
@@ -132,7 +132,7 @@ TEST(Tutorial, MotionIsWhatItsGeneratorMakes) {
     EXPECT_LT(nearest, 0.3e-3) << target.name;
   }
   expect_same(motion::tour_motion({.entry = {-0.040, 0, 0}, .targets = targets}),
-              content::read_motion(kContent / "motions/tutorial.json"));
+              readers::read_motion(kContent / "motions/tutorial.json"));
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // The trace of a session: what it says of a needle in layers, and that a replay says the same.
 #include "engine/training/trace.h"
 
-#include "engine/content/motion.h"
+#include "engine/readers/motion.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
@@ -30,7 +30,7 @@ content::Scene scene_to_train() {
                          [](std::uint8_t label) { return static_cast<std::uint8_t>(label == 5 ? 1 : 0); });
   scene.forbidden = {tumour};
   std::vector<content::MotionSample>& hand = scene.motion.stylus;
-  content::MotionSample pressed = content::sample_motion(hand, 0.5);
+  content::MotionSample pressed = readers::sample_motion(hand, 0.5);
   pressed.time_s = 0.5;
   hand.insert(hand.begin() + 1, pressed);
   for (content::MotionSample& sample : hand) sample.buttons = sample.time_s >= 0.5 ? 1 : 0;
@@ -69,11 +69,11 @@ Trace record(const content::Scene& scene, const std::filesystem::path& path, boo
     session.wait();
     session.stop();
   }
-  return recorder.take(session::read_recording(path).events);
+  return recorder.take(recording::read_recording(path).events);
 }
 
 Trace replayed(const content::Scene& scene, const std::filesystem::path& path) {
-  const session::Recording recording = session::read_recording(path);
+  const recording::Recording recording = recording::read_recording(path);
   const session::RecordedSettings settings = session::recorded_settings(recording);
   session::StepHash hash;
   TraceRecorder recorder(scene, recording.haptic.back().time_s);

@@ -1,7 +1,7 @@
 // A session with its course: what is fired and heated, on record and in replay.
 #include "engine/training/training_session.h"
 #include "engine/content/metric_names.h"
-#include "engine/content/surface_mesh.h"
+#include "engine/mesh/surface_mesh.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
 #include "engine/training/metrics.h"
@@ -35,9 +35,9 @@ content::Scene biopsy_scene() {
   return scene;
 }
 
-std::vector<std::string> flow_events(const session::Recording& recording) {
+std::vector<std::string> flow_events(const recording::Recording& recording) {
   std::vector<std::string> names;
-  for (const session::EventRecord& event : recording.events) {
+  for (const recording::EventRecord& event : recording.events) {
     const std::string name = event.detail.empty() ? event.name : event.name + " " + event.detail;
     for (const auto known : {flow_event::kStage, flow_event::kBiopsyFired, flow_event::kRefused, flow_event::kPaused,
                              flow_event::kResumed, flow_event::kReset}) {
@@ -51,7 +51,7 @@ std::vector<std::string> flow_events(const session::Recording& recording) {
 class FireAgain final : public session::StepListener {
 public:
   FireAgain(ProcedureWatch& watch, std::uint64_t haptic_step) : watch_(watch), step_(haptic_step) {}
-  void simulation_stepped(const session::SimulationStepRecord& record, const physics::SimulationReport&,
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport&,
                           const physics::TissueState&, const physics::NeedleState&) override {
     if (record.needle_step == step_) watch_.cut_core();
   }
@@ -79,7 +79,7 @@ TEST(TrainingSession, FiresInTheTumourAndItsReplayCutsTheSameCore) {
     if (training.tip_tissue() > 0)
       tissues.insert(scene.tissues[static_cast<std::size_t>(training.tip_tissue())].name);
   });
-  const session::Recording recording = session::read_recording(folder / "biopsy");
+  const recording::Recording recording = recording::read_recording(folder / "biopsy");
   EXPECT_TRUE(recording.complete());
   EXPECT_THAT(tissues, testing::IsSupersetOf({"fat", "muscle", "liver", "tumour"}));
   EXPECT_THAT(flow_events(recording),
@@ -130,7 +130,7 @@ TEST(TrainingSession, PausesTheLoopsAndTellsWhyItDoesNotFire) {
   EXPECT_TRUE(training.reset_asked_for());
   training.end(live);
   live.stop();
-  const session::Recording recording = session::read_recording(folder / "paused");
+  const recording::Recording recording = recording::read_recording(folder / "paused");
   EXPECT_TRUE(recording.complete());
   EXPECT_THAT(flow_events(recording), ElementsAre("stage procedure", HasSubstr("refused fire: the tip is not in"),
                                                   "paused", "resumed", "reset", "stage debrief"));
@@ -164,8 +164,8 @@ TEST(TrainingSession, ButtonOfTheMotionHeatsAndTheZoneIsOnRecord) {
   EXPECT_GT(result.volume, 0.2e-6);
   EXPECT_GT(result.coverage.tumour, 0.02);
   std::string told;
-  const session::Recording recording = session::read_recording(folder / "ablation");
-  for (const session::EventRecord& event : recording.events) {
+  const recording::Recording recording = recording::read_recording(folder / "ablation");
+  for (const recording::EventRecord& event : recording.events) {
     if (event.name == training_event::kAblated) told = event.detail;
   }
   std::printf("%s\n", told.c_str());
@@ -202,7 +202,7 @@ TEST(TrainingSession, ZoneOfTheReplayIsTheSessions) {
   ASSERT_TRUE(training.result().heated);
   ASSERT_GT(at_stop.surface.indices.size(), 0U);
   // What is drawn has the volume that the session tells, but for half a cell all over its surface.
-  content::TriangleMesh drawn;
+  mesh::TriangleMesh drawn;
   double area = 0;
   for (const Eigen::Vector3f& x : at_stop.surface.positions) drawn.vertices.push_back(x.cast<double>());
   for (std::size_t i = 0; i < at_stop.surface.indices.size(); i += 3) {
@@ -211,11 +211,11 @@ TEST(TrainingSession, ZoneOfTheReplayIsTheSessions) {
     area +=
         0.5 * (drawn.vertices[t[1]] - drawn.vertices[t[0]]).cross(drawn.vertices[t[2]] - drawn.vertices[t[0]]).norm();
   }
-  const double volume = content::inspect(drawn).volume;
+  const double volume = mesh::inspect(drawn).volume;
   std::printf("%.2f ml drawn, %.2f ml told\n", 1e6 * volume, 1e6 * training.result().volume);
   EXPECT_NEAR(volume, training.result().volume, 0.5 * Ablation::kCell * area);
 
-  const session::Recording recording = session::read_recording(folder / "zone");
+  const recording::Recording recording = recording::read_recording(folder / "zone");
   const session::RecordedSettings settings = session::recorded_settings(recording);
   session::StepHash hash;
   ZoneReplay replayed(scene, recording.events);
@@ -223,7 +223,7 @@ TEST(TrainingSession, ZoneOfTheReplayIsTheSessions) {
   session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash, &replayed}, settings.base);
   ASSERT_TRUE(session::replay(recording, loops, hash).identical());
   double start_s = 0, stop_s = 0;
-  for (const session::EventRecord& event : recording.events) {
+  for (const recording::EventRecord& event : recording.events) {
     if (event.name == flow_event::kAblationStarted) start_s = event.time_s;
     if (event.name == flow_event::kAblationStopped) stop_s = event.time_s;
   }
@@ -258,9 +258,9 @@ TEST(TrainingSession, ZoneOfAHostileRecordingEnds) {
   haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
   session::LiveSession live(scene, device, {.duration_s = 0.1, .lockstep = true, .recording = folder / "short"});
   live.run_in_lockstep();
-  const session::Recording recording = session::read_recording(folder / "short");
-  const session::SimulationStepRecord& seen = recording.simulation.back();
-  const std::vector<session::EventRecord> events{
+  const recording::Recording recording = recording::read_recording(folder / "short");
+  const recording::SimulationStepRecord& seen = recording.simulation.back();
+  const std::vector<recording::EventRecord> events{
       {.time_s = seen.time_s, .step = seen.needle_step, .name = "ablation_started", .detail = ""},
       {.time_s = seen.time_s, .step = seen.needle_step, .name = "ablation_stopped", .detail = "1e300 s"},
       {.time_s = seen.time_s, .step = seen.needle_step, .name = "ablated", .detail = "1e300 s, nan ml"}};
@@ -343,7 +343,7 @@ TEST_F(AblationInLayers, CoverageGrowsAndIsLessBesideAVessel) {
 TEST_F(AblationInLayers, SurfaceIsClosedOutwardAndRidesOnItsBody) {
   Ablation ablation(scene_, electrode(), 0);
   ablation.heat_to(120);
-  const content::SurfaceReport report = content::inspect(ablation.zone());
+  const mesh::SurfaceReport report = mesh::inspect(ablation.zone());
   EXPECT_TRUE(report.closed());
   EXPECT_TRUE(report.oriented());
   EXPECT_NEAR(report.volume, ablation.volume(), 0.15 * ablation.volume());

@@ -1,5 +1,5 @@
 // What the knobs of the scanner do, measured on images of the reference chain.
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/ultrasound/beam_profile.h"
 #include "engine/ultrasound/presets.h"
 #include "engine/ultrasound/reference_image.h"
@@ -33,7 +33,7 @@ TEST(Presets, HaveNames) {
   for (const Preset preset : {Preset::clinical, Preset::raw}) {
     EXPECT_EQ(preset_from_name(preset_name(preset)), preset);
   }
-  EXPECT_THROW(preset_from_name("cardiac"), content::ContentError);
+  EXPECT_THROW(preset_from_name("cardiac"), files::ContentError);
 }
 
 TEST(Presets, RawHasOneLineForEachOfTheProbeAndNoTexture) {

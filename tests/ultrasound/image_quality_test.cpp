@@ -3,7 +3,7 @@
 #include "engine/ultrasound/reference_image.h"
 #include "tests/support/sanitized.h"
 #include "tests/ultrasound/phantom.h"
-#include "tools/bench/image_metrics.h"
+#include "tools/reference/image_metrics.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace stylet::ultrasound {
 namespace {
 
-using bench::decibels;
+using reference::decibels;
 using test::PhantomTissue;
 
 /// No receiver noise and no haze: what is left is tissue.

@@ -284,7 +284,7 @@ TEST(Imager, ShowsTheTourPhantomAsSeen) {
   const content::Scene scene = test::tour_phantom();
   Imager imager(device, scene);
   imager.image(test::tour_state(scene));
-  view::Picture picture;
+  picture::Picture picture;
   picture.width = imager.geometry().width;
   picture.height = imager.geometry().height;
   for (const std::uint8_t grey : imager.read_back()) {

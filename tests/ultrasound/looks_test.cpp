@@ -3,7 +3,7 @@
 #include "engine/ultrasound/reference_image.h"
 #include "tests/support/sanitized.h"
 #include "tests/ultrasound/phantom.h"
-#include "tools/bench/image_metrics.h"
+#include "tools/reference/image_metrics.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace stylet::ultrasound {
 namespace {
 
-using bench::decibels;
+using reference::decibels;
 
 /// No noise, no haze, one look: what is left is tissue and gas.
 constexpr ImagerSettings kBare{.looks = 1, .line_oversampling = 1, .noise_db = -200, .haze = false};

@@ -19,14 +19,14 @@ content::Tissue tissue(const char* name, double impedance, double attenuation, d
 }  // namespace
 
 content::Scene block_phantom(const std::function<PhantomTissue(const Eigen::Vector3f&)>& shape) {
-  const bench::PhantomBlock block{
+  const reference::PhantomBlock block{
       .low = {-0.08F, -0.03F, -0.012F}, .high = {0.08F, 0.03F, 0.17F}, .spacing = 0.001F, .prism = false};
   content::Tissue muscle = tissue("muscle", 1.69e6, 0.96, -9, 2.5);
   muscle.acoustics.layering = 10;
   muscle.acoustics.septa_db = 8;
   content::Tissue froth = tissue("froth", 0.4e6, 3, -2, 0);
   froth.acoustics.ring_down = 0.7;
-  return bench::block_scene(
+  return reference::block_scene(
       {tissue("outside", 429, 12, -90, 0), tissue("background", 1.65e6, 0.5, 0, 0),
        tissue("fluid", 1.60e6, 0.06, -60, 0), tissue("bone", 7.0e6, 10, -3, 0), tissue("bright", 1.65e6, 0.5, 6, 0),
        tissue("dark", 1.65e6, 0.5, -8, 0), tissue("wall", 1.72e6, 0.7, 9, 0), muscle, froth},

@@ -3,7 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "engine/state/frame_state.h"
-#include "tools/bench/ultrasound_phantom.h"
+#include "tools/reference/ultrasound_phantom.h"
 
 #include <functional>
 
@@ -28,9 +28,9 @@ enum PhantomTissue : std::uint8_t {
 /// @param shape  label at a point (x, y, z), m; where it returns kOutside there is nothing
 content::Scene block_phantom(const std::function<PhantomTissue(const Eigen::Vector3f&)>& shape);
 
-using bench::at_rest;
-using bench::make_deformable;
-using bench::place_needle;
+using reference::at_rest;
+using reference::make_deformable;
+using reference::place_needle;
 
 /// Everything at once: two tissues, a cyst, a walled vessel, a dark lesion, a bone rod, a needle.
 content::Scene tour_phantom();

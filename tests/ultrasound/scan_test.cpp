@@ -1,5 +1,5 @@
 // The parts of the image chain that can be checked without an image.
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "engine/ultrasound/beam_profile.h"
 #include "engine/ultrasound/plane_slice.h"
 #include "engine/ultrasound/scan_geometry.h"
@@ -243,14 +243,14 @@ TEST(ScanModel, RefusesAScenesThatCannotBeImaged) {
   content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
   content::Scene no_labels = scene;
   no_labels.labels = {};
-  EXPECT_THROW(ScanModel(no_labels, {}), content::ContentError);
+  EXPECT_THROW(ScanModel(no_labels, {}), files::ContentError);
   content::Scene unknown_tissue = scene;
   unknown_tissue.labels.labels[17] = 200;
-  EXPECT_THROW(ScanModel(unknown_tissue, {}), content::ContentError);
+  EXPECT_THROW(ScanModel(unknown_tissue, {}), files::ContentError);
   content::Scene no_depth = scene;
   no_depth.probe.depth = 0;
-  EXPECT_THROW(ScanModel(no_depth, {}), content::ContentError);
-  EXPECT_THROW(ScanModel(scene, {.looks = 4}), content::ContentError);
+  EXPECT_THROW(ScanModel(no_depth, {}), files::ContentError);
+  EXPECT_THROW(ScanModel(scene, {.looks = 4}), files::ContentError);
 }
 
 }  // namespace

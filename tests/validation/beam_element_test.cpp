@@ -1,9 +1,9 @@
 // The corotational Timoshenko element by itself: energy, force, tangent, invariances.
 #include "physics/needle/beam.h"
 
-#include "tests/support/dense_algebra.h"
 #include "tests/support/random.h"
 #include "tests/validation/residual.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -177,7 +177,7 @@ TEST(Beam, MaterialTangentIsPositiveSemiDefiniteUnderAnyLoad) {
     Ends ends = deformed(beam, random, 0.8);
     ends.b.position = ends.a.position + 0.4 * (ends.b.position - ends.a.position);  // crushed to 40 %
     const Matrix12d k = beam_response(beam, ends.a, ends.b, Tangent::material).tangent;
-    const Eigen::VectorXd eigenvalues = support::symmetric_eigenvalues(k);
+    const Eigen::VectorXd eigenvalues = reference::symmetric_eigenvalues(k);
     worst = std::max(worst, -eigenvalues[0] / eigenvalues[11]);
   }
   report_residual("most negative eigenvalue over the largest", worst, 1e-13);

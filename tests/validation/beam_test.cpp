@@ -1,7 +1,7 @@
 // Chains of beams against closed-form and exactly integrated solutions.
 #include "tests/support/beam_chain.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/validation/residual.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ TEST(BeamChain, CantileverTipMatchesTimoshenko) {
         chain.assemble(k, f);
         Eigen::VectorXd load = Eigen::VectorXd::Zero(k.rows());
         load[k.rows() - 5] = 1;  // 1 N along y: linear, whatever its size
-        const double tip = support::solve(k, load)(k.rows() - 5, 0);
+        const double tip = reference::solve(k, load)(k.rows() - 5, 0);
         const double exact = std::pow(length, 3) / (3 * s.bending) + length / s.shear;
         worst = std::max(worst, std::abs(tip / exact - 1));
       }

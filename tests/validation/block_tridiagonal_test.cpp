@@ -3,8 +3,8 @@
 
 #include "physics/needle/beam.h"
 #include "physics/needle/section.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/validation/residual.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ MatrixXd random_system(int blocks) {
     b.block<6, 6>(6 * i, 6 * i).setRandom();
     if (i > 0) b.block<6, 6>(6 * i, 6 * (i - 1)).setRandom();
   }
-  return support::product(b, b.transpose()) + MatrixXd::Identity(6 * blocks, 6 * blocks);
+  return reference::product(b, b.transpose()) + MatrixXd::Identity(6 * blocks, 6 * blocks);
 }
 
 TEST(BlockTridiagonal, AgreesWithDenseCholeskyOnRandomSystems) {
@@ -69,7 +69,7 @@ TEST(BlockTridiagonal, AgreesWithDenseCholeskyOnRandomSystems) {
       const VectorXd b = VectorXd::Random(6 * blocks);
       VectorXd x = b;
       system.solve(x);
-      const VectorXd dense = support::solve(a, b);
+      const VectorXd dense = reference::solve(a, b);
       worst = std::max(worst, (x - dense).norm() / dense.norm());
     }
   }
@@ -90,7 +90,7 @@ TEST(BlockTridiagonal, SolvesNeedlesBackwardStablyAsNoInverseDoes) {
     };
     BlockTridiagonal system = blocks_of(a);
     ASSERT_TRUE(system.factorise());
-    const MatrixXd inverse = support::inverse(a);
+    const MatrixXd inverse = reference::inverse(a);
     for (int i = 0; i < 10; ++i) {
       const VectorXd b = a * VectorXd::Random(6 * beams).cwiseQuotient(scale);
       VectorXd x = b;
@@ -121,8 +121,8 @@ TEST(BlockTridiagonal, ComplianceOfNeedlesAgreesWithDenseCholesky) {
     }
     RowMajor y = h;
     system.forward_solve(y.data(), std::vector<int>(static_cast<std::size_t>(beams), 16), 16);
-    const MatrixXd w = support::product(y.transpose(), y);
-    const MatrixXd dense = support::product(h.transpose(), support::solve(a, h));
+    const MatrixXd w = reference::product(y.transpose(), y);
+    const MatrixXd dense = reference::product(h.transpose(), reference::solve(a, h));
     report_residual("|W - dense| / |W|, " + std::to_string(beams) + " beams", (w - dense).norm() / dense.norm(),
                     bound);
   }

@@ -1,9 +1,9 @@
 // Bars of tetrahedra against beam theory: small deflections (with the locking of linear tetrahedra) and the elastica.
 #include "tests/support/beam_chain.h"
-#include "tests/support/kuhn_box.h"
 #include "tests/support/sanitized.h"
 #include "tests/validation/residual.h"
 #include "tests/validation/static_body.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ struct Cantilever {
 
   Cantilever(double thickness, std::array<int, 3> cells, double poisson_ratio)
       : body(make(thickness, cells, poisson_ratio)),
-        end(support::nodes_where(body.model().mesh, [](const Eigen::Vector3d& x) { return x.x() > 1 - 1e-9; })) {}
+        end(reference::nodes_where(body.model().mesh, [](const Eigen::Vector3d& x) { return x.x() > 1 - 1e-9; })) {}
 
   Eigen::Matrix3Xd end_load(double force) const {
     Eigen::Matrix3Xd load = Eigen::Matrix3Xd::Zero(3, body.model().node_count());
@@ -45,8 +45,8 @@ struct Cantilever {
 
 private:
   static StaticBody make(double thickness, std::array<int, 3> cells, double poisson_ratio) {
-    TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), {1, thickness, thickness}, cells);
-    const auto clamped = support::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.x() < 1e-9; });
+    TetMesh mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), {1, thickness, thickness}, cells);
+    const auto clamped = reference::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.x() < 1e-9; });
     const std::vector<ElasticMaterial> materials(mesh.tets.size(), {kBarYoung, poisson_ratio});
     return StaticBody(TissueModel(std::move(mesh), materials, clamped));
   }

@@ -2,10 +2,10 @@
 // ones.
 #include "physics/contact/delassus.h"
 #include "physics/contact/shaft.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
 #include "tests/validation/residual.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -18,10 +18,10 @@
 namespace stylet::validation {
 namespace {
 
-using bench::ReferenceExperiment;
-using bench::ReferenceInsertion;
-using bench::ReferenceRun;
 using physics::Coupling;
+using reference::ReferenceExperiment;
+using reference::ReferenceInsertion;
+using reference::ReferenceRun;
 using support::kSanitized;
 
 ReferenceInsertion r1(double contact_spacing) {
@@ -63,7 +63,7 @@ Eigen::MatrixXd delassus_at(const ReferenceExperiment& experiment, physics::Tiss
   for (int i = 0; i < points.count(); ++i) {
     for (int j = 0; j < points.count(); ++j) compliance.block<3, 3>(3 * i, 3 * j) = points.compliance(i, j);
   }
-  Eigen::MatrixXd w = support::product(h_v, support::product(compliance, h_v.transpose()));
+  Eigen::MatrixXd w = reference::product(h_v, reference::product(compliance, h_v.transpose()));
   Eigen::VectorXd free(h_n.cols());
   Eigen::VectorXd moved(h_n.cols());
   needle.solve(Eigen::VectorXd::Zero(h_n.cols()), free);
@@ -87,7 +87,7 @@ TEST(Conditioning, DelassusOperatorIsSymmetricPositiveDefiniteAllAlongTheReferen
       const Eigen::MatrixXd w = delassus_at(experiment, points);
       asymmetry = std::max(asymmetry, (w - w.transpose()).norm() / w.norm());
       const Eigen::MatrixXd symmetric = 0.5 * (w + w.transpose());
-      const Eigen::VectorXd eigenvalues = support::symmetric_eigenvalues(symmetric);
+      const Eigen::VectorXd eigenvalues = reference::symmetric_eigenvalues(symmetric);
       smallest = std::min(smallest, eigenvalues[0] / eigenvalues[eigenvalues.size() - 1]);
       ++checked;
     }

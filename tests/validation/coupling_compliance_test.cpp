@@ -3,11 +3,11 @@
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/isolated_dofs.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/support/dense_tissue.h"
-#include "tests/support/kuhn_box.h"
 #include "tests/support/sanitized.h"
 #include "tests/validation/residual.h"
+#include "tools/reference/dense_algebra.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -38,7 +38,7 @@ public:
       : random_(seed),
         mesh_(irregular_cube(seed)),
         materials_(mesh_.tets.size(), {10e3, 0.45}),
-        fixed_(support::nodes_where(mesh_, [](const Vector3d& x) { return x.z() < 1e-9; })),
+        fixed_(reference::nodes_where(mesh_, [](const Vector3d& x) { return x.z() < 1e-9; })),
         model_(mesh_, materials_, fixed_),
         pattern_(model_),
         factor_(pattern_, workspace_),
@@ -82,7 +82,7 @@ public:
     pattern_.assemble(model_, rotations, 1, values);
     ASSERT_TRUE(factor_.factorise(pattern_, values, workspace_));
     isolated_.clear();
-    inverse_ = support::inverse(dense_.free_stiffness(positions.reshaped()));
+    inverse_ = reference::inverse(dense_.free_stiffness(positions.reshaped()));
     ++factorised;
   }
 
@@ -108,7 +108,7 @@ public:
       }
     }
     const MatrixXd h_free = h(Eigen::all, dense_.free_dofs());
-    const MatrixXd exact = support::product(h_free, support::product(inverse_, h_free.transpose()));
+    const MatrixXd exact = reference::product(h_free, reference::product(inverse_, h_free.transpose()));
     return (w - exact).norm() / exact.norm();
   }
 
@@ -121,8 +121,8 @@ public:
 
 private:
   static physics::TetMesh irregular_cube(unsigned seed) {
-    physics::TetMesh mesh = support::kuhn_box(Vector3d::Zero(), Vector3d::Constant(0.1), {4, 4, 4});
-    support::jitter_inner_nodes(mesh, 0.004, seed);
+    physics::TetMesh mesh = reference::kuhn_box(Vector3d::Zero(), Vector3d::Constant(0.1), {4, 4, 4});
+    reference::jitter_inner_nodes(mesh, 0.004, seed);
     return mesh;
   }
   template <int N>

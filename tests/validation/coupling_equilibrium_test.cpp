@@ -18,12 +18,12 @@
 namespace stylet::validation {
 namespace {
 
-using bench::ReferenceExperiment;
-using bench::ReferenceInsertion;
-using bench::ReferenceRun;
 using physics::Coupling;
 using physics::NeedleContact;
 using physics::NeedleState;
+using reference::ReferenceExperiment;
+using reference::ReferenceInsertion;
+using reference::ReferenceRun;
 using support::kSanitized;
 
 constexpr int kNodesPerEdge = kSanitized ? 4 : 7;  // of the cube, where a test has no mesh of its own

@@ -1,6 +1,6 @@
 // Nobody waits: a thread that is held for as long as the test likes holds nobody else. Counted in steps, not timed;
 // the one clock here is how long the test itself waits before it gives up on loops that do not get on.
-#include "physics/loops/latest_value.h"
+#include "physics/messages/latest_value.h"
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
 
@@ -16,7 +16,7 @@
 namespace stylet::validation {
 namespace {
 
-using bench::ReferenceInsertion;
+using reference::ReferenceInsertion;
 
 constexpr std::uint64_t kSimulationSteps = support::kSanitized ? 60 : 300;  // beside one factorisation
 constexpr std::uint64_t kHapticSteps = support::kSanitized ? 500 : 5000;    // beside one simulation step

@@ -1,5 +1,5 @@
 #include "tests/validation/coupling_monolithic.h"
-#include "tests/support/dense_algebra.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -10,7 +10,7 @@ namespace stylet::validation {
 
 using physics::NeedleContact;
 
-Monolithic::Monolithic(const bench::ReferenceInsertion& insertion, const physics::StylusPose& hub,
+Monolithic::Monolithic(const reference::ReferenceInsertion& insertion, const physics::StylusPose& hub,
                        const physics::NeedleState& state, ShaftCurve curve)
     : curve_(curve),
       beam_length_(insertion.needle.length / insertion.needle.beams),
@@ -147,7 +147,7 @@ double Monolithic::newton() {
   system.block(free_beam + n_tissue, 0, rows, free_beam) = h_n;
   system.block(free_beam + n_tissue, free_beam, rows, n_tissue) = h_free;
 
-  const Eigen::VectorXd x = support::solve(system, right);
+  const Eigen::VectorXd x = reference::solve(system, right);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(6 * needle_.node_count());
   step.tail(free_beam) = x.head(free_beam);
   const double largest = x.head(free_beam + n_tissue).cwiseAbs().maxCoeff();
@@ -157,7 +157,7 @@ double Monolithic::newton() {
   return largest;
 }
 
-Distance distance_from_equilibrium(const bench::ReferenceInsertion& insertion, const physics::StylusPose& hub,
+Distance distance_from_equilibrium(const reference::ReferenceInsertion& insertion, const physics::StylusPose& hub,
                                    const physics::NeedleState& needle, const Eigen::Matrix3Xd& tissue,
                                    ShaftCurve curve) {
   Monolithic exact(insertion, hub, needle, curve);

@@ -1,10 +1,10 @@
 // Needle, tissue and contacts as one dense system: what the two loops must come to rest in.
 #pragma once
 
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/needle/needle.h"
 #include "tests/support/dense_tissue.h"
-#include "tools/bench/reference_insertion.h"
+#include "tools/reference/reference_insertion.h"
 
 #include <Eigen/Core>
 
@@ -24,7 +24,7 @@ class Monolithic {
 public:
   /// @param hub    pose of the base, prescribed
   /// @param state  whose contacts (tetrahedron, barycentric weights) tie needle and tissue; bilateral, exact
-  Monolithic(const bench::ReferenceInsertion& insertion, const physics::StylusPose& hub,
+  Monolithic(const reference::ReferenceInsertion& insertion, const physics::StylusPose& hub,
              const physics::NeedleState& state, ShaftCurve curve = ShaftCurve::straight);
 
   /// @return length of the last Newton step, m and rad; the solution is reached where it is below 1e-12
@@ -71,7 +71,7 @@ struct Distance {
 };
 
 /// @param tissue  positions of the body's nodes as the simulation loop has them [3 x nodes], m
-Distance distance_from_equilibrium(const bench::ReferenceInsertion& insertion, const physics::StylusPose& hub,
+Distance distance_from_equilibrium(const reference::ReferenceInsertion& insertion, const physics::StylusPose& hub,
                                    const physics::NeedleState& needle, const Eigen::Matrix3Xd& tissue,
                                    ShaftCurve curve = ShaftCurve::straight);
 

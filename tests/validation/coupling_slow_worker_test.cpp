@@ -1,5 +1,5 @@
 // A factorisation that takes ten simulation steps: nobody waits for it, and the rest is the same equilibrium.
-#include "physics/loops/latest_value.h"
+#include "physics/messages/latest_value.h"
 #include "tests/support/r1.h"
 #include "tests/support/sanitized.h"
 #include "tests/validation/coupling_monolithic.h"
@@ -17,8 +17,8 @@
 namespace stylet::validation {
 namespace {
 
-using bench::ReferenceExperiment;
-using bench::ReferenceInsertion;
+using reference::ReferenceExperiment;
+using reference::ReferenceInsertion;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kSlowness = 10;                            // simulation steps a factorisation

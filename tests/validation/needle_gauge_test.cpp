@@ -1,8 +1,8 @@
 // Needles as they are sold: shear coefficient of the tube, and stiffness derived from the gauge.
 #include "physics/needle/needle.h"
 #include "tests/support/beam_chain.h"
-#include "tests/support/dense_algebra.h"
 #include "tests/validation/residual.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <gtest/gtest.h>
 
@@ -83,7 +83,7 @@ double buckling_load(const SectionStiffness& s, int beams, bool pinned, double h
     const Eigen::Index n = k.rows();
     k(n - 5, n - 5) += 1e9;  // the pin: far stiffer than the needle, N/m
     k(n - 4, n - 4) += 1e9;
-    return support::is_positive_definite(k);
+    return reference::is_positive_definite(k);
   };
   double low = 0;
   EXPECT_FALSE(stable(high));

@@ -3,8 +3,8 @@
 #include "physics/contact/subgrid_compliance.h"
 #include "tests/support/sanitized.h"
 #include "tests/validation/residual.h"
-#include "tools/bench/resolved_needle.h"
-#include "tools/bench/tied_needle.h"
+#include "tools/reference/resolved_needle.h"
+#include "tools/reference/tied_needle.h"
 
 #include <gtest/gtest.h>
 
@@ -16,28 +16,29 @@
 namespace stylet::validation {
 namespace {
 
-using bench::MeshedCube;
-using bench::NeedleMotion;
-using bench::ResolvedCube;
-using bench::Subgrid;
-using bench::Support;
-using bench::TiedNeedle;
 using physics::SubgridSite;
+using reference::MeshedCube;
+using reference::NeedleMotion;
+using reference::ResolvedCube;
+using reference::Subgrid;
+using reference::Support;
+using reference::TiedNeedle;
 using std::numbers::pi;
 using support::kSanitized;
 
 constexpr double kY = 0.05, kZ = 0.05;  // the needle, m
 const std::vector<int> kMeshes = kSanitized ? std::vector{7, 10} : std::vector{7, 10, 12, 14, 17};
 // Of the resolved needle, in the tissue along all of it.
-constexpr bench::Resolution kShaft = kSanitized ? bench::Resolution{4, 8, 3} : bench::Resolution{8, 8, 6};
-constexpr bench::Resolution kFineShaft = kSanitized ? bench::Resolution{4, 16, 3} : bench::Resolution{8, 16, 6};
+constexpr reference::Resolution kShaft = kSanitized ? reference::Resolution{4, 8, 3} : reference::Resolution{8, 8, 6};
+constexpr reference::Resolution kFineShaft =
+    kSanitized ? reference::Resolution{4, 16, 3} : reference::Resolution{8, 16, 6};
 
 /// Stiffness of the resolved needle's flat end. The error of its singular edge goes with the element: extrapolated.
 double resolved_end_stiffness(NeedleMotion motion) {
-  const double coarse =
-      bench::resolved_stiffness({}, motion, kSanitized ? bench::Resolution{4, 8, 3} : bench::Resolution{6, 8, 5});
-  const double fine =
-      bench::resolved_stiffness({}, motion, kSanitized ? bench::Resolution{8, 8, 6} : bench::Resolution{12, 8, 10});
+  const double coarse = reference::resolved_stiffness(
+      {}, motion, kSanitized ? reference::Resolution{4, 8, 3} : reference::Resolution{6, 8, 5});
+  const double fine = reference::resolved_stiffness(
+      {}, motion, kSanitized ? reference::Resolution{8, 8, 6} : reference::Resolution{12, 8, 10});
   return 2 * fine - coarse;
 }
 
@@ -57,7 +58,7 @@ template <typename Measure>
 std::array<std::vector<double>, 2> over_meshes(const Measure& measure) {
   std::array<std::vector<double>, 2> values;
   for (const int nodes : kMeshes) {
-    MeshedCube mesh({}, bench::lattice_of_r1(nodes));
+    MeshedCube mesh({}, reference::lattice_of_r1(nodes));
     for (const Subgrid s : {Subgrid::off, Subgrid::on})
       values[static_cast<std::size_t>(s)].push_back(measure(mesh, s));
   }
@@ -72,7 +73,7 @@ TEST(ResolvedNeedle, ThickerNeedlesFollowKelvinsLogarithm) {
   ResolvedCube thick = thin;
   thick.needle_radius = 2 * thin.needle_radius;
   const auto compliance = [](const ResolvedCube& cube, NeedleMotion motion) {
-    return cube.edge / bench::resolved_stiffness(cube, motion, kShaft);
+    return cube.edge / reference::resolved_stiffness(cube, motion, kShaft);
   };
   const double lateral = compliance(thin, NeedleMotion::lateral) - compliance(thick, NeedleMotion::lateral);
   const double kelvin = (1 + nu) * (3 - 4 * nu) / (4 * pi * e * (1 - nu)) * std::log(2);
@@ -84,8 +85,8 @@ TEST(ResolvedNeedle, ThickerNeedlesFollowKelvinsLogarithm) {
 
 TEST(ResolvedNeedle, RefiningChangesLittle) {
   for (const NeedleMotion motion : {NeedleMotion::lateral, NeedleMotion::axial}) {
-    const double coarse = bench::resolved_stiffness({}, motion, kShaft);
-    const double fine = bench::resolved_stiffness({}, motion, kFineShaft);
+    const double coarse = reference::resolved_stiffness({}, motion, kShaft);
+    const double fine = reference::resolved_stiffness({}, motion, kFineShaft);
     EXPECT_LT(fine, coarse);  // a displacement method is too stiff
     report_residual("change by twice the sectors", coarse / fine - 1, 0.02);
   }
@@ -95,7 +96,7 @@ TEST(ResolvedNeedle, PunchMatchesBoussinesq) {
   // Extrapolated to 2 %, but from coarse meshes to 8 %, no better than the finer of them by itself. The cube is 80
   // times the punch and held at one side: another 2 % softer than a half-space.
   const ResolvedCube cube;
-  const double punch = kSanitized ? bench::resolved_stiffness(cube, NeedleMotion::indentation, {8, 8, 6})
+  const double punch = kSanitized ? reference::resolved_stiffness(cube, NeedleMotion::indentation, {8, 8, 6})
                                   : resolved_end_stiffness(NeedleMotion::indentation);
   const double nu = cube.material.poisson_ratio;
   const double half_space = 2 * cube.material.young_modulus * cube.needle_radius / (1 - nu * nu);
@@ -162,18 +163,19 @@ TEST(SubgridCompliance, NearFieldIsTheSameInEveryMesh) {
   // of the logarithm: the constants know the weights of a point but not which way the diagonals run.
   const ResolvedCube cube{.support = Support::walls};
   for (const NeedleMotion motion : {NeedleMotion::lateral, NeedleMotion::axial}) {
-    const double truth = bench::resolved_stiffness(cube, motion, kFineShaft);
+    const double truth = reference::resolved_stiffness(cube, motion, kFineShaft);
     double worst = 0, without = 0;
     for (const int nodes : kMeshes) {
-      for (const bench::Lattice& lattice :
-           {bench::Lattice{.nodes_per_edge = nodes, .offset = {0, 0}},
-            bench::Lattice{.nodes_per_edge = nodes, .offset = {0.5, 0.5}}, bench::Lattice{nodes, {0.25, 0.25}},
-            bench::Lattice{.nodes_per_edge = nodes, .jitter = 0.25}}) {
+      for (const reference::Lattice& lattice :
+           {reference::Lattice{.nodes_per_edge = nodes, .offset = {0, 0}},
+            reference::Lattice{.nodes_per_edge = nodes, .offset = {0.5, 0.5}},
+            reference::Lattice{nodes, {0.25, 0.25}}, reference::Lattice{.nodes_per_edge = nodes, .jitter = 0.25}}) {
         MeshedCube mesh(cube, lattice);
-        const TiedNeedle needle = bench::tie_needle(mesh, 0.05 + 1e-7, 0.05 + 2e-7, 0.1, 40);
-        const double error = bench::rigid_answer(mesh, needle, motion, Subgrid::on).stiffness / truth - 1;
+        const TiedNeedle needle = reference::tie_needle(mesh, 0.05 + 1e-7, 0.05 + 2e-7, 0.1, 40);
+        const double error = reference::rigid_answer(mesh, needle, motion, Subgrid::on).stiffness / truth - 1;
         worst = std::max(worst, std::abs(error));
-        without = std::max(without, bench::rigid_answer(mesh, needle, motion, Subgrid::off).stiffness / truth - 1);
+        without =
+            std::max(without, reference::rigid_answer(mesh, needle, motion, Subgrid::off).stiffness / truth - 1);
       }
     }
     report_residual(motion == NeedleMotion::axial ? "axial, worst error" : "lateral, worst error", worst, 0.10);
@@ -184,19 +186,20 @@ TEST(SubgridCompliance, NearFieldIsTheSameInEveryMesh) {
 TEST(SubgridCompliance, RigidNeedleFeelsTheSameInEveryMesh) {
   for (const NeedleMotion motion : {NeedleMotion::lateral, NeedleMotion::axial}) {
     const auto [without, with] = over_meshes([&](MeshedCube& mesh, Subgrid subgrid) {
-      return bench::rigid_answer(mesh, bench::tie_needle(mesh, kY, kZ, 0.1, 10), motion, subgrid).stiffness;
+      return reference::rigid_answer(mesh, reference::tie_needle(mesh, kY, kZ, 0.1, 10), motion, subgrid).stiffness;
     });
     // Nothing holds this needle but the cube, whose far field is a few per cent too stiff where it is six cells wide.
     report_residual("mesh spread", spread(with), 0.045);
     EXPECT_GT(spread(without), 2 * spread(with));
-    const double truth = bench::resolved_stiffness({}, motion, kFineShaft);
+    const double truth = reference::resolved_stiffness({}, motion, kFineShaft);
     for (const double k : with) report_residual("error against the resolved needle", std::abs(k / truth - 1), 0.055);
   }
 }
 
 TEST(SubgridCompliance, FlexibleNeedleFeelsTheSameInEveryMesh) {
   const auto [without, with] = over_meshes([](MeshedCube& mesh, Subgrid subgrid) {
-    return bench::flexible_answer(mesh, bench::tie_needle(mesh, kY, kZ, 0.09, 9), 0.09, {}, subgrid).stiffness;
+    return reference::flexible_answer(mesh, reference::tie_needle(mesh, kY, kZ, 0.09, 9), 0.09, {}, subgrid)
+        .stiffness;
   });
   report_residual("mesh spread", spread(with), 0.03);
   EXPECT_GT(spread(without), 3 * spread(with));
@@ -204,15 +207,15 @@ TEST(SubgridCompliance, FlexibleNeedleFeelsTheSameInEveryMesh) {
 
 TEST(SubgridCompliance, DenseContactsNeitherStiffenNorDegenerate) {
   for (const int nodes : {kMeshes.front(), kMeshes.back()}) {
-    MeshedCube mesh({}, bench::lattice_of_r1(nodes));
+    MeshedCube mesh({}, reference::lattice_of_r1(nodes));
     std::vector<double> stiffness;
     for (const int count : {10, 20, 40, 80}) {
-      const TiedNeedle needle = bench::tie_needle(mesh, kY, kZ, 0.1, count);
-      const auto answer = bench::rigid_answer(mesh, needle, NeedleMotion::lateral, Subgrid::on);
+      const TiedNeedle needle = reference::tie_needle(mesh, kY, kZ, 0.1, count);
+      const auto answer = reference::rigid_answer(mesh, needle, NeedleMotion::lateral, Subgrid::on);
       stiffness.push_back(answer.stiffness);
       report_residual("condition of W", answer.condition, 1e3);
       if (count == 80) {
-        EXPECT_GT(bench::rigid_answer(mesh, needle, NeedleMotion::lateral, Subgrid::off).condition, 1e6);
+        EXPECT_GT(reference::rigid_answer(mesh, needle, NeedleMotion::lateral, Subgrid::off).condition, 1e6);
       }
     }
     report_residual("spread over spacings of 10 to 1.25 mm", spread(stiffness), 0.03);
@@ -222,8 +225,8 @@ TEST(SubgridCompliance, DenseContactsNeitherStiffenNorDegenerate) {
 TEST(SubgridCompliance, TipIndentsTheSameInEveryMesh) {
   for (const NeedleMotion motion : {NeedleMotion::indentation, NeedleMotion::tip}) {
     const Eigen::Vector3d tip(motion == NeedleMotion::tip ? 0.05 : 0, kY, kZ);
-    const auto [without, with] =
-        over_meshes([&](MeshedCube& mesh, Subgrid subgrid) { return bench::tip_answer(mesh, tip, motion, subgrid); });
+    const auto [without, with] = over_meshes(
+        [&](MeshedCube& mesh, Subgrid subgrid) { return reference::tip_answer(mesh, tip, motion, subgrid); });
     report_residual("mesh spread of the depth", spread(with), 0.05);
     const double truth = resolved_end_stiffness(motion);
     for (const double depth : with) report_residual("depth, off the resolved tip", std::abs(depth * truth - 1), 0.10);

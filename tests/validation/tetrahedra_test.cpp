@@ -1,7 +1,7 @@
 // Corotational tetrahedra against what continuum mechanics says of them: patch, rigid motion, energy.
-#include "tests/support/kuhn_box.h"
 #include "tests/validation/residual.h"
 #include "tests/validation/static_body.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 
@@ -26,9 +26,10 @@ Eigen::Matrix3d some_rotation() {
 
 /// An irregular 100 mm cube; its nodes for which `is_fixed` holds are fixed.
 StaticBody irregular_cube(int cells, double poisson_ratio, bool (*is_fixed)(const Eigen::Vector3d&)) {
-  TetMesh mesh = support::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kEdge), {cells, cells, cells});
-  support::jitter_inner_nodes(mesh, 0.2 * kEdge / cells, 11);
-  const auto fixed = support::nodes_where(mesh, is_fixed);
+  TetMesh mesh =
+      reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kEdge), {cells, cells, cells});
+  reference::jitter_inner_nodes(mesh, 0.2 * kEdge / cells, 11);
+  const auto fixed = reference::nodes_where(mesh, is_fixed);
   const std::vector<ElasticMaterial> materials(mesh.tets.size(), {kTissueYoung, poisson_ratio});
   return StaticBody(TissueModel(std::move(mesh), materials, fixed));
 }

@@ -10,10 +10,10 @@
 namespace stylet::bench {
 
 Report bench_coupling(const BenchOptions& options) {
-  const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
+  const reference::ReferenceInsertion insertion = reference::read_reference_insertion(options.reference_insertion);
   struct Part {
     const char* name;
-    Report (*run)(const ReferenceInsertion&, const BenchOptions&);
+    Report (*run)(const reference::ReferenceInsertion&, const BenchOptions&);
   };
   constexpr std::array kParts{
       Part{"shaft", coupling_shaft},
@@ -55,11 +55,11 @@ std::vector<double> component(const std::vector<Eigen::Vector3d>& vectors, int a
   return values;
 }
 
-session::PlotSeries plot_line(std::string label, std::vector<double> x, std::vector<double> y, int index) {
+figures::PlotSeries plot_line(std::string label, std::vector<double> x, std::vector<double> y, int index) {
   return {.label = std::move(label),
           .x = std::move(x),
           .y = std::move(y),
-          .colour = session::plot_colour(index, session::PlotTheme::light)};
+          .colour = figures::plot_colour(index, figures::PlotTheme::light)};
 }
 
 }  // namespace stylet::bench

@@ -26,8 +26,9 @@ constexpr double kRateBound = 2;           // % of the peak
 constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 /// Straight in to `depth`, back until the tip is at `back_to`, in again.
-ReferenceInsertion there_and_back(const ReferenceInsertion& insertion, double depth, double back_to, double speed) {
-  ReferenceInsertion motion = insertion;
+reference::ReferenceInsertion there_and_back(const reference::ReferenceInsertion& insertion, double depth,
+                                             double back_to, double speed) {
+  reference::ReferenceInsertion motion = insertion;
   motion.lateral_amplitude = 0;
   const double in = depth / speed, out = (depth - back_to) / speed;
   motion.axial_speed = {{0, speed},
@@ -43,8 +44,8 @@ ReferenceInsertion there_and_back(const ReferenceInsertion& insertion, double de
 }
 
 /// In to `depth` and out altogether, back to where it began.
-ReferenceInsertion closed_path(const ReferenceInsertion& insertion, double depth) {
-  ReferenceInsertion motion = insertion;
+reference::ReferenceInsertion closed_path(const reference::ReferenceInsertion& insertion, double depth) {
+  reference::ReferenceInsertion motion = insertion;
   motion.lateral_amplitude = 0;
   const double way = depth / kInsertionSpeed;
   motion.axial_speed = {{0, 0},
@@ -90,10 +91,10 @@ double deviation(const physics::NeedleState& needle, const physics::TetMesh& res
   return needle.contact_count > 0 ? sum / needle.contact_count : 0;
 }
 
-Run run(const ReferenceInsertion& motion, const physics::InsertionResistance& resistance,
+Run run(const reference::ReferenceInsertion& motion, const physics::InsertionResistance& resistance,
         const physics::NeedleTrackSettings& track = {}) {
-  ReferenceExperiment experiment(motion,
-                                 {.coupling = Coupling::stylet, .track = track, .tissues = one_tissue(resistance)});
+  reference::ReferenceExperiment experiment(
+      motion, {.coupling = Coupling::stylet, .track = track, .tissues = one_tissue(resistance)});
   const physics::TetMesh rest = motion.body().mesh;
   Run result;
   while (experiment.time_s() < motion.duration - 1e-9) {
@@ -235,7 +236,7 @@ double least_work(const std::vector<Sample>& samples) {
 
 /// LuGre bristles on the shaft beside Coulomb friction, on the same motion: without stiction both slide at the same
 /// force, so what differs is how the shaft gives way before it slides.
-Report lugre_beside_coulomb(const ReferenceInsertion& motion, const physics::InsertionResistance& liver,
+Report lugre_beside_coulomb(const reference::ReferenceInsertion& motion, const physics::InsertionResistance& liver,
                             const std::vector<Sample>& coulomb) {
   physics::NeedleTrackSettings track{.friction = physics::ShaftFriction::lugre};
   const Run bristles = run(motion, liver, track);
@@ -271,7 +272,7 @@ struct Lateral {
 };
 
 /// R1 as it is, curved sideways.
-Lateral lateral_forces(const ReferenceInsertion& insertion, const physics::InsertionResistance& liver,
+Lateral lateral_forces(const reference::ReferenceInsertion& insertion, const physics::InsertionResistance& liver,
                        Report& report) {
   const Run curved = run(insertion, liver);
   const std::vector<ClassicalForce> forces =
@@ -300,13 +301,13 @@ void draw(const std::filesystem::path& out, const std::vector<Sample>& fast, con
     time.push_back(s.time);
     depth_mm.push_back(1e3 * s.depth);
   }
-  const session::PlotPanel curve{.title = "Force on the hand over the depth of the tip, 45 mm/s",
+  const figures::PlotPanel curve{.title = "Force on the hand over the depth of the tip, 45 mm/s",
                                  .x = {.label = "tip below the surface at rest, mm"},
                                  .y = {.label = "axial force, N"},
                                  .series = {plot_line("coupled", tips_of(fast), forces_of(fast), 0)},
                                  .markers = {},
                                  .dots = {}};
-  session::PlotPanel beside{
+  figures::PlotPanel beside{
       .title = fmt::format("The classical models on the same recorded motion, {:g} mm/s", 1e3 * slow_speed),
       .x = {.label = "time, s", .min = 0, .max = time.back()},
       .y = {.label = "axial force, N"},
@@ -329,7 +330,7 @@ void draw(const std::filesystem::path& out, const std::vector<Sample>& fast, con
 }
 
 void draw_lateral(const std::filesystem::path& out, const Lateral& lateral) {
-  const session::PlotPanel sideways{
+  const figures::PlotPanel sideways{
       .title = "Sideways force on R1, which curves by 10 mm",
       .x = {.label = "time, s", .min = 0, .max = lateral.time.back()},
       .y = {.label = "lateral force, N"},
@@ -351,7 +352,7 @@ void draw_lateral(const std::filesystem::path& out, const Lateral& lateral) {
 
 }  // namespace
 
-Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptions& options) {
+Report coupling_resistance(const reference::ReferenceInsertion& insertion, const BenchOptions& options) {
   constexpr double kDepth = 0.075, kBackTo = 0.030;  // m
   const physics::InsertionResistance liver = liver_resistance();
   Report report;
@@ -367,7 +368,7 @@ Report coupling_resistance(const ReferenceInsertion& insertion, const BenchOptio
 
   const int finest = options.quick ? 2 : 4;
   const auto at_rate = [&](int khz) {
-    ReferenceInsertion motion = there_and_back(insertion, 0.050, 0.030, kInsertionSpeed);
+    reference::ReferenceInsertion motion = there_and_back(insertion, 0.050, 0.030, kInsertionSpeed);
     motion.haptic_hz = 1000.0 * khz;
     return run(motion, liver);
   };

@@ -24,8 +24,8 @@ struct ForceTrace {
   std::uint32_t flags = 0;
 };
 
-ForceTrace trace(const ReferenceInsertion& insertion, const ReferenceRun& run) {
-  ReferenceExperiment experiment(insertion, run);
+ForceTrace trace(const reference::ReferenceInsertion& insertion, const reference::ReferenceRun& run) {
+  reference::ReferenceExperiment experiment(insertion, run);
   while (experiment.time_s() < insertion.duration) experiment.advance();
   ForceTrace result{.time_s = {}, .forces = experiment.forces(), .flags = experiment.needle_flags()};
   for (std::size_t k = 1; k <= result.forces.size(); ++k) {
@@ -51,29 +51,29 @@ std::vector<double> differences(const std::vector<Eigen::Vector3d>& forces, int 
 
 }  // namespace
 
-Report coupling_shaft(const ReferenceInsertion& insertion, const BenchOptions& options) {
+Report coupling_shaft(const reference::ReferenceInsertion& insertion, const BenchOptions& options) {
   // The same coupling twice, but for what lies between the nodes; and the paper's own.
   const ForceTrace straight = trace(
       insertion, {.coupling = Coupling::stylet, .track = {.straight_edges = true, .subgrid_compliance = false}});
   const ForceTrace paper = trace(insertion, {.coupling = Coupling::paper_updated});
   const ForceTrace hermite = trace(insertion, {.coupling = Coupling::stylet, .track = {.subgrid_compliance = false}});
   constexpr int kAxial = 0;
-  const double jump_straight = jump(straight.forces, kAxial);
-  const double jump_hermite = jump(hermite.forces, kAxial);
-  const double step_straight = discontinuity(straight.forces, kAxial);
-  const double step_hermite = discontinuity(hermite.forces, kAxial);
-  const double rough_straight = roughness(straight.forces, kAxial);
-  const double rough_hermite = roughness(hermite.forces, kAxial);
+  const double jump_straight = reference::jump(straight.forces, kAxial);
+  const double jump_hermite = reference::jump(hermite.forces, kAxial);
+  const double step_straight = reference::discontinuity(straight.forces, kAxial);
+  const double step_hermite = reference::discontinuity(hermite.forces, kAxial);
+  const double rough_straight = reference::roughness(straight.forces, kAxial);
+  const double rough_hermite = reference::roughness(hermite.forces, kAxial);
   const double kink_straight = largest_kink(straight.forces, kAxial);
   const double kink_hermite = largest_kink(hermite.forces, kAxial);
   Report report;
-  report.add({"shaft.jump.paper", jump(paper.forces, kAxial), "N", {}, {}, {}});
+  report.add({"shaft.jump.paper", reference::jump(paper.forces, kAxial), "N", {}, {}, {}});
   report.add({"shaft.jump.straight", jump_straight, "N", {}, {}, {}});
   report.add(at_most("shaft.jump.hermite", jump_hermite, "N", kJumpBound));
   // A jump by definition is a change per millisecond, so a force without any step has one too: its slope. Both ratios
   // are judged: of what the definition says, and of the steps alone.
   report.add(at_least("shaft.jump.ratio", jump_straight / jump_hermite, "1", kJumpGain));
-  report.add({"shaft.discontinuity.paper", discontinuity(paper.forces, kAxial), "N", {}, {}, {}});
+  report.add({"shaft.discontinuity.paper", reference::discontinuity(paper.forces, kAxial), "N", {}, {}, {}});
   report.add({"shaft.discontinuity.straight", step_straight, "N", {}, {}, {}});
   report.add({"shaft.discontinuity.hermite", step_hermite, "N", {}, {}, {}});
   report.add(at_least("shaft.discontinuity.ratio", step_straight / step_hermite, "1", kJumpGain));
@@ -86,7 +86,7 @@ Report coupling_shaft(const ReferenceInsertion& insertion, const BenchOptions& o
   report.add({"shaft.flags", static_cast<double>(straight.flags | paper.flags | hermite.flags), "1", {}, {}, {}});
   if (options.out.empty()) return report;
 
-  const session::PlotPanel force{
+  const figures::PlotPanel force{
       .title = "Axial force on the hand, R1, no friction",
       .x = {.label = "time, s", .min = 0, .max = insertion.duration},
       .y = {.label = "force, mN"},
@@ -94,7 +94,7 @@ Report coupling_shaft(const ReferenceInsertion& insertion, const BenchOptions& o
                  plot_line("cubic shaft", hermite.time_s, component(hermite.forces, kAxial, kMilli), 0)},
       .markers = {},
       .dots = {}};
-  const session::PlotPanel steps{
+  const figures::PlotPanel steps{
       .title = "Change from one millisecond to the next",
       .x = {.label = "time, s", .min = 0, .max = insertion.duration},
       .y = {.label = "F(k+1) - F(k), mN"},
@@ -116,8 +116,8 @@ Report coupling_shaft(const ReferenceInsertion& insertion, const BenchOptions& o
   return report;
 }
 
-Report coupling_synchronisation(const ReferenceInsertion& insertion, const BenchOptions& options) {
-  ReferenceInsertion slow = insertion;
+Report coupling_synchronisation(const reference::ReferenceInsertion& insertion, const BenchOptions& options) {
+  reference::ReferenceInsertion slow = insertion;
   slow.simulation_hz = 25;
   const ForceTrace late = trace(slow, {.coupling = Coupling::stylet, .latency_steps = 1});
   const ForceTrace paper = trace(slow, {.coupling = Coupling::paper_updated, .latency_steps = 1});
@@ -131,7 +131,7 @@ Report coupling_synchronisation(const ReferenceInsertion& insertion, const Bench
   if (options.out.empty()) return report;
 
   constexpr int kLateral = 1;
-  const session::PlotPanel force{
+  const figures::PlotPanel force{
       .title = "Lateral force on the hand, simulation at 25 Hz, one step late",
       .x = {.label = "time, s", .min = 0, .max = insertion.duration},
       .y = {.label = "force Y, N"},

@@ -1,7 +1,7 @@
 // Time of the haptic step with friction, in one body and in three, and of the solver by its number of rows.
-#include "tests/support/kuhn_box.h"
 #include "tools/bench/coupling_parts.h"
 #include "tools/bench/samples.h"
+#include "tools/reference/kuhn_box.h"
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
@@ -32,16 +32,16 @@ struct SlabRun {
   double duration = 4;     ///< s, with the way in
 };
 
-std::vector<physics::SimulationBody> slabs(const ReferenceInsertion& insertion, const SlabRun& run) {
+std::vector<physics::SimulationBody> slabs(const reference::ReferenceInsertion& insertion, const SlabRun& run) {
   std::vector<physics::SimulationBody> bodies;
   const double thick = (insertion.cube_edge - (run.slabs - 1) * run.gap) / run.slabs;
   for (int i = 0; i < run.slabs; ++i) {
     const double x = i * (thick + run.gap);
     physics::SimulationBody body;
-    body.mesh = support::kuhn_box({x, 0, 0}, {x + thick, insertion.cube_edge, insertion.cube_edge},
-                                  {run.cells_deep, run.cells, run.cells});
+    body.mesh = reference::kuhn_box({x, 0, 0}, {x + thick, insertion.cube_edge, insertion.cube_edge},
+                                    {run.cells_deep, run.cells, run.cells});
     body.tet_materials.assign(body.mesh.tets.size(), insertion.material);
-    body.fixed_nodes = support::nodes_where(body.mesh, [](const Eigen::Vector3d& p) { return p.z() < 1e-9; });
+    body.fixed_nodes = reference::nodes_where(body.mesh, [](const Eigen::Vector3d& p) { return p.z() < 1e-9; });
     bodies.push_back(std::move(body));
   }
   return bodies;
@@ -58,7 +58,7 @@ struct StepTimes {
 
 /// In at 45 mm/s, then to and fro by 2 mm along the needle and 1 mm across it, so that contacts stick, slip and turn
 /// round.
-StepTimes time_steps(const ReferenceInsertion& insertion, const SlabRun& run) {
+StepTimes time_steps(const reference::ReferenceInsertion& insertion, const SlabRun& run) {
   physics::SimulationLoop simulation(
       slabs(insertion, run),
       {.dt = 1 / insertion.simulation_hz, .contact_spacing = run.spacing, .lay_contacts = false});
@@ -67,7 +67,7 @@ StepTimes time_steps(const ReferenceInsertion& insertion, const SlabRun& run) {
   settings.track.spacing = run.spacing;
   settings.tissues = one_tissue(
       {.cutting_force = 0.2, .friction_per_length = 5, .friction_coefficient = 0.1, .viscous_friction = 1});
-  ReferenceInsertion motion = insertion;
+  reference::ReferenceInsertion motion = insertion;
   motion.lateral_amplitude = 0;
   constexpr double kSpeed = 0.045;  // m/s
   const double way = run.depth / kSpeed;
@@ -204,7 +204,7 @@ SolverTimes time_solver(int rows, int solves) {
 
 }  // namespace
 
-Report coupling_speed(const ReferenceInsertion& insertion, const BenchOptions& options) {
+Report coupling_speed(const reference::ReferenceInsertion& insertion, const BenchOptions& options) {
   Report report;
   const double duration = options.quick ? 2.4 : 6;
   report_steps("speed.9_nodes.16_rows", time_steps(insertion, {.duration = duration}), 40, report);
@@ -232,7 +232,7 @@ Report coupling_speed(const ReferenceInsertion& insertion, const BenchOptions& o
     p99s.push_back(solver.times.p99());
   }
   if (options.out.empty()) return report;
-  const std::array panels{session::PlotPanel{
+  const std::array panels{figures::PlotPanel{
       .title = "One solve of the contact system, from the step before",
       .x = {.label = "rows: half bilateral, a quarter friction, a quarter unilateral", .min = 0},
       .y = {.label = "time, us", .min = 0},

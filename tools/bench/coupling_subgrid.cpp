@@ -1,6 +1,6 @@
 // What sub-grid compliance makes of the dependence on mesh and contact spacing, and of the contact system.
-#include "tests/support/dense_algebra.h"
 #include "tools/bench/coupling_parts.h"
+#include "tools/reference/dense_algebra.h"
 
 #include <fmt/format.h>
 
@@ -35,7 +35,7 @@ struct Condition {
 };
 
 double condition_of(const Eigen::MatrixXd& matrix) {
-  const Eigen::VectorXd eigenvalues = support::symmetric_eigenvalues(matrix);
+  const Eigen::VectorXd eigenvalues = reference::symmetric_eigenvalues(matrix);
   const double most = eigenvalues.maxCoeff();
   // What rounding leaves of a dependent row may have any sign.
   return most / std::max(eigenvalues.minCoeff(), std::numeric_limits<double>::epsilon() * most);
@@ -59,10 +59,10 @@ struct MeshRun {
   std::uint32_t flags = 0;
 };
 
-MeshRun run_mesh(const ReferenceInsertion& insertion, bool subgrid) {
-  ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet,
-                                             .track = {.subgrid_compliance = subgrid},
-                                             .worker_period = worker_period(insertion.nodes_per_edge)});
+MeshRun run_mesh(const reference::ReferenceInsertion& insertion, bool subgrid) {
+  reference::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet,
+                                                        .track = {.subgrid_compliance = subgrid},
+                                                        .worker_period = worker_period(insertion.nodes_per_edge)});
   MeshRun result;
   const int watched_every = insertion.haptic_steps_per_simulation_step() / 4;
   while (experiment.time_s() < insertion.duration) {
@@ -78,17 +78,18 @@ MeshRun run_mesh(const ReferenceInsertion& insertion, bool subgrid) {
 }
 
 /// How far a needle presses the surface in before it breaks, m; NaN if it does not break.
-double indentation_at_puncture(const ReferenceInsertion& insertion, bool subgrid, double tip_radius) {
+double indentation_at_puncture(const reference::ReferenceInsertion& insertion, bool subgrid, double tip_radius) {
   constexpr double kForce = 0.05;   // N
   constexpr double kSpeed = 0.010;  // m/s: the depth is known to 10 um
-  ReferenceInsertion straight = insertion;
+  reference::ReferenceInsertion straight = insertion;
   straight.lateral_amplitude = 0;
   straight.axial_speed = {{0, kSpeed}, {1, kSpeed}};
   straight.duration = 1;
-  ReferenceExperiment experiment(straight, {.coupling = Coupling::stylet,
-                                            .track = {.subgrid_compliance = subgrid, .tip_radius = tip_radius},
-                                            .tissues = one_tissue({.puncture_force = kForce}),
-                                            .worker_period = worker_period(insertion.nodes_per_edge)});
+  reference::ReferenceExperiment experiment(straight,
+                                            {.coupling = Coupling::stylet,
+                                             .track = {.subgrid_compliance = subgrid, .tip_radius = tip_radius},
+                                             .tissues = one_tissue({.puncture_force = kForce}),
+                                             .worker_period = worker_period(insertion.nodes_per_edge)});
   double depth = 0;
   while (experiment.time_s() < straight.duration) {
     experiment.simulation_step();
@@ -108,7 +109,7 @@ struct Pair {
   std::vector<double> off, on;
 };
 
-session::PlotPanel panel(const std::string& title, const std::string& x_label, const std::string& y_label,
+figures::PlotPanel panel(const std::string& title, const std::string& x_label, const std::string& y_label,
                          const std::vector<double>& x, const Pair& y, double scale) {
   const auto scaled = [&](std::vector<double> values) {
     for (double& v : values) v *= scale;
@@ -125,7 +126,7 @@ session::PlotPanel panel(const std::string& title, const std::string& x_label, c
 
 }  // namespace
 
-Report coupling_subgrid(const ReferenceInsertion& insertion, const BenchOptions& options) {
+Report coupling_subgrid(const reference::ReferenceInsertion& insertion, const BenchOptions& options) {
   const std::vector<int> meshes = options.quick ? std::vector{7, 10} : std::vector{7, 10, 12, 14, 17};
   const std::vector<double> spacings =
       options.quick ? std::vector{0.010, 0.005} : std::vector{0.010, 0.005, 0.0025, 0.00125};
@@ -138,7 +139,7 @@ Report coupling_subgrid(const ReferenceInsertion& insertion, const BenchOptions&
   std::uint32_t flags = 0;
   for (const int n : meshes) {
     std::fprintf(stderr, "bench coupling: %d nodes an edge\n", n);
-    ReferenceInsertion mesh = insertion;
+    reference::ReferenceInsertion mesh = insertion;
     mesh.nodes_per_edge = n;
     const MeshRun off = run_mesh(mesh, false);
     const MeshRun on = run_mesh(mesh, true);
@@ -163,7 +164,7 @@ Report coupling_subgrid(const ReferenceInsertion& insertion, const BenchOptions&
   std::uint32_t dense_flags = 0;
   for (const double spacing : spacings) {
     std::fprintf(stderr, "bench coupling: contacts every %g mm\n", 1e3 * spacing);
-    ReferenceInsertion finer = insertion;
+    reference::ReferenceInsertion finer = insertion;
     finer.contact_spacing = spacing;
     const MeshRun off = run_mesh(finer, false);
     const MeshRun on = run_mesh(finer, true);

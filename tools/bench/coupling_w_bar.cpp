@@ -74,8 +74,9 @@ double relative_error(const Eigen::MatrixXd& value, const Eigen::MatrixXd& exact
 }
 
 /// @param bound_ms  for the median; 0: none
-Report trailing_block(const ReferenceInsertion& insertion, int nodes_per_edge, double bound_ms, int repetitions) {
-  ReferenceInsertion mesh = insertion;
+Report trailing_block(const reference::ReferenceInsertion& insertion, int nodes_per_edge, double bound_ms,
+                      int repetitions) {
+  reference::ReferenceInsertion mesh = insertion;
   mesh.nodes_per_edge = nodes_per_edge;
   FactorisedCube cube(mesh.body());
   cube.factorise();
@@ -126,11 +127,11 @@ void settle(FactorisedCube& cube, const Eigen::VectorXd& load) {
 
 /// The top of the cube pushed aside until the nodes near the needle have turned by 5, 10 and 20 degrees since the
 /// factorisation at rest; W_bar of rest, as it is and warped, against one of a fresh factor.
-Report warped(const ReferenceInsertion& insertion, bool quick) {
+Report warped(const reference::ReferenceInsertion& insertion, bool quick) {
   constexpr int kNodes = 40;
   constexpr double kLoadStep = 0.25;  // N
   constexpr double kMostLoad = 20;    // N
-  ReferenceInsertion mesh = insertion;
+  reference::ReferenceInsertion mesh = insertion;
   mesh.nodes_per_edge = quick ? 7 : 12;
   FactorisedCube cube(mesh.body());
   const std::vector<int> nodes = nodes_on_the_way(cube.model, insertion.tip_start, kNodes);
@@ -176,7 +177,7 @@ Report warped(const ReferenceInsertion& insertion, bool quick) {
 
 }  // namespace
 
-Report coupling_w_bar(const ReferenceInsertion& insertion, const BenchOptions& options) {
+Report coupling_w_bar(const reference::ReferenceInsertion& insertion, const BenchOptions& options) {
   struct Mesh {
     int nodes_per_edge;
     double bound_ms;

@@ -1,6 +1,6 @@
 #include "tools/bench/figure_files.h"
 
-#include "engine/session/canvas.h"
+#include "engine/figures/canvas.h"
 
 #include <fmt/format.h>
 
@@ -15,13 +15,14 @@ constexpr int kWidth = 1400;
 constexpr int kPanelHeight = 380;
 constexpr double kTextHeight = 18;
 
-view::Picture with_caption(const view::Picture& plot, std::span<const std::string> caption,
-                           const session::Font& font) {
+picture::Picture with_caption(const picture::Picture& plot, std::span<const std::string> caption,
+                              const figures::Font& font) {
   const double line = 1.5 * kTextHeight;
-  view::Picture figure(plot.width, plot.height + static_cast<int>(line * (static_cast<double>(caption.size()) + 0.8)),
-                       {255, 255, 255, 255});
+  picture::Picture figure(plot.width,
+                          plot.height + static_cast<int>(line * (static_cast<double>(caption.size()) + 0.8)),
+                          {255, 255, 255, 255});
   std::copy(plot.rgba.begin(), plot.rgba.end(), figure.rgba.begin());
-  session::Canvas canvas(figure);
+  figures::Canvas canvas(figure);
   double y = plot.height + 0.6 * line;
   for (const std::string& text : caption) {
     canvas.text(font, text, {1.5 * kTextHeight, y}, kTextHeight, {31, 36, 46});
@@ -53,13 +54,13 @@ void write_csv(const std::filesystem::path& file, std::span<const FigureColumn> 
 }  // namespace
 
 void write_figure(const std::filesystem::path& folder, const std::string& name,
-                  std::span<const session::PlotPanel> panels, std::span<const std::string> caption,
+                  std::span<const figures::PlotPanel> panels, std::span<const std::string> caption,
                   std::span<const FigureColumn> columns) {
   std::filesystem::create_directories(folder);
-  static const session::Font font = session::Font::load();
-  const session::PlotSettings settings{
+  static const figures::Font font = figures::Font::load();
+  const figures::PlotSettings settings{
       .width = kWidth, .height = kPanelHeight * static_cast<int>(panels.size()), .text_height = kTextHeight};
-  view::write_png(folder / (name + ".png"), with_caption(draw_plot(panels, settings, font), caption, font));
+  picture::write_png(folder / (name + ".png"), with_caption(draw_plot(panels, settings, font), caption, font));
   write_csv(folder / (name + ".csv"), columns);
 }
 

@@ -1,7 +1,7 @@
 // The files of a figure: a plot with its caption as PNG, its numbers as CSV.
 #pragma once
 
-#include "engine/session/plot.h"
+#include "engine/figures/plot.h"
 
 #include <filesystem>
 #include <span>
@@ -20,7 +20,7 @@ struct FigureColumn {
 /// @param caption  lines below the panels
 /// @throws std::runtime_error if a file cannot be written
 void write_figure(const std::filesystem::path& folder, const std::string& name,
-                  std::span<const session::PlotPanel> panels, std::span<const std::string> caption,
+                  std::span<const figures::PlotPanel> panels, std::span<const std::string> caption,
                   std::span<const FigureColumn> columns);
 
 }  // namespace stylet::bench

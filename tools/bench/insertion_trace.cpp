@@ -38,7 +38,7 @@ std::vector<double> direction_changes(const physics::NeedleState& needle, const 
 
 }  // namespace
 
-InsertionTrace trace_insertion(const ReferenceInsertion& insertion, const ReferenceRun& run) {
+InsertionTrace trace_insertion(const reference::ReferenceInsertion& insertion, const reference::ReferenceRun& run) {
   std::vector<physics::SimulationBody> bodies;
   bodies.push_back(insertion.body());
   physics::SimulationLoop simulation(

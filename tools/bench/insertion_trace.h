@@ -1,7 +1,7 @@
 // A reference insertion in lockstep with an eye on every haptic step: what the paper's figures are drawn from.
 #pragma once
 
-#include "tools/bench/reference_insertion.h"
+#include "tools/reference/reference_insertion.h"
 
 #include <Eigen/Core>
 
@@ -28,6 +28,6 @@ struct InsertionTrace {
 };
 
 /// @param run  worker_period as in ReferenceRun
-InsertionTrace trace_insertion(const ReferenceInsertion& insertion, const ReferenceRun& run);
+InsertionTrace trace_insertion(const reference::ReferenceInsertion& insertion, const reference::ReferenceRun& run);
 
 }  // namespace stylet::bench

@@ -3,7 +3,7 @@
 
 #include "tools/bench/samples.h"
 
-#include "physics/loops/messages.h"
+#include "physics/messages/messages.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/tissue_model.h"
 

@@ -1,10 +1,10 @@
 #include "tools/bench/line_compliance.h"
 
 #include "tools/bench/figure_files.h"
-#include "tools/bench/reference_insertion.h"
-#include "tools/bench/resolved_needle.h"
 #include "tools/bench/subgrid_calibration.h"
-#include "tools/bench/tied_needle.h"
+#include "tools/reference/reference_insertion.h"
+#include "tools/reference/resolved_needle.h"
+#include "tools/reference/tied_needle.h"
 
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ namespace {
 constexpr double kDepth = 0.9;  // of the flexible needle's tip, over the edge
 constexpr std::array kMeshes{7, 10, 12, 14, 17};
 
-ResolvedCube cube_of(const ReferenceInsertion& insertion) {
+reference::ResolvedCube cube_of(const reference::ReferenceInsertion& insertion) {
   return {.edge = insertion.cube_edge,
           .material = insertion.material,
           .needle_radius = insertion.needle.outer_diameter / 2};
@@ -33,15 +33,16 @@ struct Converged {
   double change = 0;     ///< relative, from the one before
 };
 
-Converged converge(const ResolvedCube& cube, NeedleMotion motion, bool quick) {
-  if (motion == NeedleMotion::lateral || motion == NeedleMotion::axial) {
-    const double coarse = resolved_stiffness(cube, motion, {8, 8, 6});
-    const double fine = resolved_stiffness(cube, motion, quick ? Resolution{8, 16, 6} : Resolution{12, 16, 8});
+Converged converge(const reference::ResolvedCube& cube, reference::NeedleMotion motion, bool quick) {
+  if (motion == reference::NeedleMotion::lateral || motion == reference::NeedleMotion::axial) {
+    const double coarse = reference::resolved_stiffness(cube, motion, {8, 8, 6});
+    const double fine = reference::resolved_stiffness(
+        cube, motion, quick ? reference::Resolution{8, 16, 6} : reference::Resolution{12, 16, 8});
     return {fine, std::abs(coarse / fine - 1)};
   }
   // The edge of a flat end is singular: the error goes with the element there, and is extrapolated to none.
-  const double coarse = resolved_stiffness(cube, motion, {9, 8, 6});
-  const double fine = resolved_stiffness(cube, motion, {18, 8, 12});
+  const double coarse = reference::resolved_stiffness(cube, motion, {9, 8, 6});
+  const double fine = reference::resolved_stiffness(cube, motion, {18, 8, 12});
   return {2 * fine - coarse, std::abs(coarse / fine - 1)};
 }
 
@@ -83,9 +84,9 @@ struct FigurePanel {
 void draw(const std::filesystem::path& out, const std::vector<double>& nodes_per_edge,
           const std::vector<FigurePanel>& drawn) {
   std::vector<FigureColumn> columns{{"nodes_per_edge", nodes_per_edge}};
-  std::vector<session::PlotPanel> panels;
+  std::vector<figures::PlotPanel> panels;
   for (const FigurePanel& d : drawn) {
-    session::PlotPanel panel{.title = d.title,
+    figures::PlotPanel panel{.title = d.title,
                              .x = {.label = "nodes per edge"},
                              .y = {.label = "", .min = 0},
                              .series = {},
@@ -96,9 +97,9 @@ void draw(const std::filesystem::path& out, const std::vector<double>& nodes_per
       panel.series.push_back({.label = label,
                               .x = nodes_per_edge,
                               .y = std::move(y),
-                              .colour = session::plot_colour(index, session::PlotTheme::light)});
+                              .colour = figures::plot_colour(index, figures::PlotTheme::light)});
     };
-    for (const Subgrid subgrid : {Subgrid::off, Subgrid::on}) {
+    for (const reference::Subgrid subgrid : {reference::Subgrid::off, reference::Subgrid::on}) {
       const auto s = static_cast<std::size_t>(subgrid);
       std::vector<double> y = d.answers.values[s];
       columns.push_back({d.answers.name + (s == 0 ? "_without" : "_with"), y});
@@ -112,14 +113,17 @@ void draw(const std::filesystem::path& out, const std::vector<double>& nodes_per
   write_figure(out, "line_compliance", panels, caption, columns);
 }
 
-void study_spacing(MeshedCube& mesh, int nodes, Report& report) {
-  const ResolvedCube& cube = mesh.cube();
+void study_spacing(reference::MeshedCube& mesh, int nodes, Report& report) {
+  const reference::ResolvedCube& cube = mesh.cube();
   std::vector<double> stiffness;
   double worst_condition = 0;
   for (const int count : {10, 20, 40, 80}) {
-    const TiedNeedle needle = tie_needle(mesh, 0.5 * cube.edge, 0.5 * cube.edge, cube.edge, count);
-    const TiedAnswer with = rigid_answer(mesh, needle, NeedleMotion::lateral, Subgrid::on);
-    const TiedAnswer without = rigid_answer(mesh, needle, NeedleMotion::lateral, Subgrid::off);
+    const reference::TiedNeedle needle =
+        reference::tie_needle(mesh, 0.5 * cube.edge, 0.5 * cube.edge, cube.edge, count);
+    const reference::TiedAnswer with =
+        reference::rigid_answer(mesh, needle, reference::NeedleMotion::lateral, reference::Subgrid::on);
+    const reference::TiedAnswer without =
+        reference::rigid_answer(mesh, needle, reference::NeedleMotion::lateral, reference::Subgrid::off);
     const std::string name = fmt::format("spacing.{}_nodes.{:.2f}_mm.", nodes, 1e3 * needle.spacing);
     report.add({name + "force_per_mm", 1e-3 * with.stiffness, "N", {}, {}, {}});
     report.add({name + "condition_without", without.condition, "1", {}, {}, {}});
@@ -135,21 +139,21 @@ void study_spacing(MeshedCube& mesh, int nodes, Report& report) {
 }  // namespace
 
 Report bench_line_compliance(const BenchOptions& options) {
-  const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
-  const ResolvedCube cube = cube_of(insertion);
+  const reference::ReferenceInsertion insertion = reference::read_reference_insertion(options.reference_insertion);
+  const reference::ResolvedCube cube = cube_of(insertion);
   Report report;
 
   std::fputs("bench line-compliance: resolved needle\n", stderr);
   std::array<double, 4> truth{};
-  for (const NeedleMotion motion :
-       {NeedleMotion::lateral, NeedleMotion::axial, NeedleMotion::indentation, NeedleMotion::tip}) {
+  for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial,
+                                               reference::NeedleMotion::indentation, reference::NeedleMotion::tip}) {
     const Converged resolved = converge(cube, motion, options.quick);
     truth[static_cast<std::size_t>(motion)] = resolved.stiffness;
     const std::string name = fmt::format("resolved.{}.", name_of(motion));
     const auto& [young, nu] = cube.material;
     const double half_space = 2 * young * cube.needle_radius / (1 - nu * nu);
     Measurement stiffness{name + "stiffness", resolved.stiffness, "N/m", {}, {}, {}};
-    if (motion == NeedleMotion::indentation) stiffness.reference = half_space;  // Boussinesq
+    if (motion == reference::NeedleMotion::indentation) stiffness.reference = half_space;  // Boussinesq
     report.add(stiffness);
     report.add(at_most(name + "change_by_refinement", 100 * resolved.change, "%", 5));
   }
@@ -167,20 +171,25 @@ Report bench_line_compliance(const BenchOptions& options) {
   for (const int nodes : kMeshes) {
     if (options.quick && nodes > 12) continue;
     nodes_per_edge.push_back(nodes);
-    MeshedCube mesh(cube, lattice_of_r1(nodes));
+    reference::MeshedCube mesh(cube, reference::lattice_of_r1(nodes));
     const double y = 0.5 * cube.edge, z = y, depth = kDepth * cube.edge;
     const auto parts = [&](double length) {
       return static_cast<int>(std::lround(length / insertion.contact_spacing));
     };
-    const TiedNeedle through = tie_needle(mesh, y, z, cube.edge, parts(cube.edge));
-    const TiedNeedle inserted = tie_needle(mesh, y, z, depth, parts(depth));
-    for (const Subgrid subgrid : {Subgrid::off, Subgrid::on}) {
+    const reference::TiedNeedle through = reference::tie_needle(mesh, y, z, cube.edge, parts(cube.edge));
+    const reference::TiedNeedle inserted = reference::tie_needle(mesh, y, z, depth, parts(depth));
+    for (const reference::Subgrid subgrid : {reference::Subgrid::off, reference::Subgrid::on}) {
       const auto s = static_cast<std::size_t>(subgrid);
-      lateral.values[s].push_back(rigid_answer(mesh, through, NeedleMotion::lateral, subgrid).stiffness);
-      axial.values[s].push_back(rigid_answer(mesh, through, NeedleMotion::axial, subgrid).stiffness);
-      flexible.values[s].push_back(flexible_answer(mesh, inserted, depth, insertion.needle, subgrid).stiffness);
-      indentation.values[s].push_back(tip_answer(mesh, {0, y, z}, NeedleMotion::indentation, subgrid));
-      channel.values[s].push_back(tip_answer(mesh, {0.5 * cube.edge, y, z}, NeedleMotion::tip, subgrid));
+      lateral.values[s].push_back(
+          reference::rigid_answer(mesh, through, reference::NeedleMotion::lateral, subgrid).stiffness);
+      axial.values[s].push_back(
+          reference::rigid_answer(mesh, through, reference::NeedleMotion::axial, subgrid).stiffness);
+      flexible.values[s].push_back(
+          reference::flexible_answer(mesh, inserted, depth, insertion.needle, subgrid).stiffness);
+      indentation.values[s].push_back(
+          reference::tip_answer(mesh, {0, y, z}, reference::NeedleMotion::indentation, subgrid));
+      channel.values[s].push_back(
+          reference::tip_answer(mesh, {0.5 * cube.edge, y, z}, reference::NeedleMotion::tip, subgrid));
     }
     if (nodes == kMeshes.front() || nodes == kMeshes.back()) study_spacing(mesh, nodes, report);
   }

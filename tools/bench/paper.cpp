@@ -3,8 +3,8 @@
 #include "tools/bench/paper_figures.h"
 #include "tools/bench/paper_lowrate.h"
 #include "tools/bench/paper_table2.h"
-#include "tools/bench/reference_insertion.h"
 #include "tools/bench/tissue_timing.h"
+#include "tools/reference/reference_insertion.h"
 
 #include <cstdio>
 #include <vector>
@@ -20,7 +20,7 @@ Report bench_paper(const BenchOptions& options) {
     report.append(paper_peer(options));
   }
 
-  const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
+  const reference::ReferenceInsertion insertion = reference::read_reference_insertion(options.reference_insertion);
   const std::vector<TissueTiming> meshes = time_tissues(insertion, timed_meshes(options.quick, options.full));
   report.append(paper_table2(meshes));
   report.append(paper_isodofs_gain(meshes));

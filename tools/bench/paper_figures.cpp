@@ -16,9 +16,9 @@
 namespace stylet::bench {
 namespace {
 
+using figures::PlotPanel;
+using figures::PlotSeries;
 using physics::Coupling;
-using session::PlotPanel;
-using session::PlotSeries;
 
 constexpr std::size_t kContacts = 8;  // of Fig. 2
 // An insertion straight to the last digit bends nothing and turns no normal at all; a hand is off by a millimetre.
@@ -52,8 +52,8 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-session::Colour colour(int index) {
-  return session::plot_colour(index, session::PlotTheme::light);
+figures::Colour colour(int index) {
+  return figures::plot_colour(index, figures::PlotTheme::light);
 }
 
 // ---- Fig. 2
@@ -155,7 +155,7 @@ struct TracePair {
   InsertionTrace frozen, updated;
 };
 
-TracePair trace_both(const ReferenceInsertion& insertion, int latency_steps, int worker_period) {
+TracePair trace_both(const reference::ReferenceInsertion& insertion, int latency_steps, int worker_period) {
   const auto trace = [&](Coupling coupling) {
     return trace_insertion(insertion, {.coupling = coupling,
                                        .relative_compliance = 0,
@@ -167,15 +167,15 @@ TracePair trace_both(const ReferenceInsertion& insertion, int latency_steps, int
 
 void report_force(Report& report, const std::string& prefix, const std::string& suffix, const TracePair& pair,
                   bool judged) {
-  const double frozen = roughness(pair.frozen.forces, kY);
-  const double updated = roughness(pair.updated.forces, kY);
+  const double frozen = reference::roughness(pair.frozen.forces, kY);
+  const double updated = reference::roughness(pair.updated.forces, kY);
   report.add({prefix + "roughness.frozen" + suffix, frozen, "N", {}, {}, {}});
   report.add({prefix + "roughness.updated" + suffix, updated, "N", {}, {}, {}});
   const std::string ratio = prefix + "roughness.ratio" + suffix;
   report.add(judged ? at_least(ratio, frozen / updated, "1", kRoughnessGain)
                     : Measurement{ratio, frozen / updated, "1", {}, {}, {}});
-  report.add({prefix + "jump.frozen" + suffix, jump(pair.frozen.forces, kY), "N", {}, {}, {}});
-  report.add({prefix + "jump.updated" + suffix, jump(pair.updated.forces, kY), "N", {}, {}, {}});
+  report.add({prefix + "jump.frozen" + suffix, reference::jump(pair.frozen.forces, kY), "N", {}, {}, {}});
+  report.add({prefix + "jump.updated" + suffix, reference::jump(pair.updated.forces, kY), "N", {}, {}, {}});
 }
 
 PlotPanel force_panel(const std::string& title, const TracePair& pair) {
@@ -239,9 +239,9 @@ std::string force_sentence(const TracePair& pair) {
   return fmt::format(
       "Roughness {:.2e} N frozen, {:.2e} N updated ({:.0f} times less); jump {:.1f} mN frozen, {:.1f} mN "
       "updated.",
-      roughness(pair.frozen.forces, kY), roughness(pair.updated.forces, kY),
-      roughness(pair.frozen.forces, kY) / roughness(pair.updated.forces, kY), 1e3 * jump(pair.frozen.forces, kY),
-      1e3 * jump(pair.updated.forces, kY));
+      reference::roughness(pair.frozen.forces, kY), reference::roughness(pair.updated.forces, kY),
+      reference::roughness(pair.frozen.forces, kY) / reference::roughness(pair.updated.forces, kY),
+      1e3 * reference::jump(pair.frozen.forces, kY), 1e3 * reference::jump(pair.updated.forces, kY));
 }
 
 void draw_figure_3(const std::filesystem::path& out, const TracePair& lockstep, const TracePair& late,
@@ -281,10 +281,10 @@ void draw_figure_3(const std::filesystem::path& out, const TracePair& lockstep, 
 
 }  // namespace
 
-Report paper_figures_2_and_3(const ReferenceInsertion& insertion, const BenchOptions& options) {
+Report paper_figures_2_and_3(const reference::ReferenceInsertion& insertion, const BenchOptions& options) {
   Report report;
   const int worker_period = options.quick ? 10 : 1;
-  ReferenceInsertion straight_motion = insertion;
+  reference::ReferenceInsertion straight_motion = insertion;
   straight_motion.lateral_amplitude *= kStraight;
   const InsertionTrace straight = trace_insertion(
       straight_motion, {.coupling = Coupling::paper_updated, .latency_steps = 0, .worker_period = worker_period});
@@ -305,7 +305,7 @@ Report paper_figures_2_and_3(const ReferenceInsertion& insertion, const BenchOpt
   return report;
 }
 
-Report paper_figure_4(const ReferenceInsertion& insertion, const BenchOptions& options) {
+Report paper_figure_4(const reference::ReferenceInsertion& insertion, const BenchOptions& options) {
   // The factor is renewed about as often as a worker manages at 50 Hz.
   struct Mesh {
     int nodes_per_edge;
@@ -319,7 +319,7 @@ Report paper_figure_4(const ReferenceInsertion& insertion, const BenchOptions& o
   };
   std::vector<FigureColumn> columns;
   for (const Mesh& mesh : meshes) {
-    ReferenceInsertion finer = insertion;
+    reference::ReferenceInsertion finer = insertion;
     finer.nodes_per_edge = mesh.nodes_per_edge;
     const int nodes = mesh.nodes_per_edge * mesh.nodes_per_edge * mesh.nodes_per_edge;
     std::fprintf(stderr, "bench paper: Fig. 4, %d nodes\n", nodes);

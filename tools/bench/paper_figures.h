@@ -2,8 +2,8 @@
 #pragma once
 
 #include "tools/bench/bench_options.h"
-#include "tools/bench/reference_insertion.h"
 #include "tools/bench/report.h"
+#include "tools/reference/reference_insertion.h"
 
 namespace stylet::bench {
 
@@ -13,9 +13,9 @@ namespace stylet::bench {
 /// Fig. 3, force across the insertion (Y), R1, coupling frozen and updated: fig3.roughness.<coupling>,
 /// fig3.jump.<coupling>, N, the same with one simulation step of latency, and fig3.along_shaft.<coupling>: largest
 /// component of the constraint forces along the shaft, N.
-Report paper_figures_2_and_3(const ReferenceInsertion& insertion, const BenchOptions& options);
+Report paper_figures_2_and_3(const reference::ReferenceInsertion& insertion, const BenchOptions& options);
 
 /// Fig. 4, the same at 1728 and 5832 nodes: fig4.<nodes>.roughness.<coupling>, fig4.<nodes>.jump.<coupling>.
-Report paper_figure_4(const ReferenceInsertion& insertion, const BenchOptions& options);
+Report paper_figure_4(const reference::ReferenceInsertion& insertion, const BenchOptions& options);
 
 }  // namespace stylet::bench

@@ -5,8 +5,8 @@
 #include "physics/contact/constraint_solver.h"
 #include "tools/bench/gauss_seidel.h"
 #include "tools/bench/paper.h"
-#include "tools/bench/reference_insertion.h"
 #include "tools/bench/samples.h"
+#include "tools/reference/reference_insertion.h"
 
 #include <Eigen/Core>
 
@@ -54,8 +54,8 @@ constexpr int kMostSweeps = 20000;
 }  // namespace
 
 Report paper_peer(const BenchOptions& options) {
-  const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
-  ReferenceExperiment experiment(insertion, {});
+  const reference::ReferenceInsertion insertion = reference::read_reference_insertion(options.reference_insertion);
+  reference::ReferenceExperiment experiment(insertion, {});
   const double duration = options.quick ? 0.5 * insertion.duration : insertion.duration;
   const int every = options.quick ? 10 : 3;  // simulation steps: Gauss-Seidel is slow
   std::array<Peer, 2> peers;

@@ -2,8 +2,8 @@
 #include "physics/loops/haptic_stage_clock.h"
 #include "tools/bench/haptic_cost.h"
 #include "tools/bench/paper.h"
-#include "tools/bench/reference_insertion.h"
 #include "tools/bench/samples.h"
+#include "tools/reference/reference_insertion.h"
 
 #include <array>
 #include <cmath>
@@ -55,7 +55,7 @@ struct Run {
 };
 
 /// R1 in air: the same motion of the hub, no tissue.
-void time_in_air(const ReferenceInsertion& insertion, const Run& run, bool by_stage, Column& column) {
+void time_in_air(const reference::ReferenceInsertion& insertion, const Run& run, bool by_stage, Column& column) {
   const physics::TissuePatch no_tissue;
   const int steps = static_cast<int>(run.duration * insertion.haptic_hz);
   for (int r = 0; r < run.repeats; ++r) {
@@ -79,9 +79,9 @@ void time_in_air(const ReferenceInsertion& insertion, const Run& run, bool by_st
 }
 
 /// R1: the steps with 12 to 16 rows.
-void time_in_tissue(const ReferenceInsertion& insertion, const Run& run, bool by_stage, Column& column) {
+void time_in_tissue(const reference::ReferenceInsertion& insertion, const Run& run, bool by_stage, Column& column) {
   for (int r = 0; r < run.repeats; ++r) {
-    ReferenceExperiment experiment(insertion, {});
+    reference::ReferenceExperiment experiment(insertion, {});
     physics::HapticStageClock clock;
     if (by_stage) experiment.haptic().time_stages(&clock);
     while (experiment.time_s() < run.duration) {
@@ -128,10 +128,10 @@ void add_total(Report& report, const std::string& name, const Samples& total, do
 /// Steps with exactly so many rows: R1 with contacts laid densely enough to come to them, then the hub sways by 0.1
 /// mm there, between two simulation steps. Rows this dense depend on each other on this mesh, so they are softened as
 /// by default.
-Samples time_rows(ReferenceInsertion insertion, int rows, int steps) {
+Samples time_rows(reference::ReferenceInsertion insertion, int rows, int steps) {
   constexpr double kDepth = 0.045;  // m of shaft in the cube, which R1 passes
   insertion.contact_spacing = kDepth / (0.5 * rows - 0.5);
-  ReferenceExperiment experiment(insertion, {.relative_compliance = 1e-3});
+  reference::ReferenceExperiment experiment(insertion, {.relative_compliance = 1e-3});
   const auto reached = [&] { return 2 * experiment.needle().contact_count == rows; };
   while (experiment.time_s() < insertion.duration && !reached()) experiment.advance();
   Samples samples(static_cast<std::size_t>(steps));
@@ -150,7 +150,7 @@ Samples time_rows(ReferenceInsertion insertion, int rows, int steps) {
 }  // namespace
 
 Report paper_table1(const BenchOptions& options) {
-  const ReferenceInsertion insertion = read_reference_insertion(options.reference_insertion);
+  const reference::ReferenceInsertion insertion = reference::read_reference_insertion(options.reference_insertion);
   // Quick: until the first rows of Table I have been there for a while.
   const Run run = options.quick ? Run{0.6 * insertion.duration, 1} : Run{insertion.duration, 3};
   Column free;

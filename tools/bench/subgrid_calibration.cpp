@@ -1,7 +1,7 @@
 #include "tools/bench/subgrid_calibration.h"
 
 #include "physics/contact/subgrid_compliance.h"
-#include "tools/bench/tied_needle.h"
+#include "tools/reference/tied_needle.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 
 namespace stylet::bench {
 
-const char* name_of(NeedleMotion motion) {
+const char* name_of(reference::NeedleMotion motion) {
   constexpr std::array kNames{"lateral", "axial", "indentation", "channel_tip"};
   return kNames[static_cast<std::size_t>(motion)];
 }
@@ -22,12 +22,13 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-double shear_modulus(const ResolvedCube& cube) {
+double shear_modulus(const reference::ResolvedCube& cube) {
   return cube.material.young_modulus / (2 * (1 + cube.material.poisson_ratio));
 }
 
 // ln alpha as physics/contact has it, for a site of the given sum of squared weights.
-double built_in_log_alpha(const ResolvedCube& cube, NeedleMotion motion, double squared_weights) {
+double built_in_log_alpha(const reference::ResolvedCube& cube, reference::NeedleMotion motion,
+                          double squared_weights) {
   const double g = shear_modulus(cube), nu = cube.material.poisson_ratio;
   const double h = 0.02, length = 1e-3;
   // Weights (1 - 3 b, b, b, b) with the sum of squares asked for.
@@ -35,8 +36,9 @@ double built_in_log_alpha(const ResolvedCube& cube, NeedleMotion motion, double 
   const physics::SubgridSite site{
       .tet_volume = h * h * h / 6, .material = cube.material, .barycentric = Eigen::Vector4d(1 - 3 * b, b, b, b)};
   const physics::ShaftCompliance c = physics::shaft_compliance(site, cube.needle_radius, length);
-  const double k = motion == NeedleMotion::axial ? 1 / (2 * kPi * g) : (3 - 4 * nu) / (8 * kPi * g * (1 - nu));
-  const double compliance = motion == NeedleMotion::axial ? c.axial : c.lateral;
+  const double k =
+      motion == reference::NeedleMotion::axial ? 1 / (2 * kPi * g) : (3 - 4 * nu) / (8 * kPi * g * (1 - nu));
+  const double compliance = motion == reference::NeedleMotion::axial ? c.axial : c.lateral;
   return compliance * length / k - std::log(h / cube.needle_radius);
 }
 
@@ -74,8 +76,8 @@ AlphaFit fit(const std::vector<AlphaSample>& samples) {
 }
 
 // The line runs through the middle of cells, along nodes, and between; and through meshes without order.
-std::vector<Lattice> calibration_lattices(bool quick) {
-  std::vector<Lattice> lattices;
+std::vector<reference::Lattice> calibration_lattices(bool quick) {
+  std::vector<reference::Lattice> lattices;
   for (const int nodes : quick ? std::vector{9} : std::vector{8, 9, 11, 12}) {
     for (const double y : {0.0, 0.25, 0.5})
       for (const double z : {0.0, 0.25, 0.5}) lattices.push_back({.nodes_per_edge = nodes, .offset = {y, z}});
@@ -86,28 +88,29 @@ std::vector<Lattice> calibration_lattices(bool quick) {
 
 }  // namespace
 
-Report calibrate_subgrid(ResolvedCube cube, double nu, bool quick) {
+Report calibrate_subgrid(reference::ResolvedCube cube, double nu, bool quick) {
   Report report;
   cube.material.poisson_ratio = nu;
-  cube.support = Support::walls;
+  cube.support = reference::Support::walls;
   std::array<std::vector<AlphaSample>, 2> samples;
   std::array<double, 2> target{};
-  for (const NeedleMotion motion : {NeedleMotion::lateral, NeedleMotion::axial}) {
-    target[static_cast<std::size_t>(motion)] =
-        resolved_stiffness(cube, motion, quick ? Resolution{8, 8, 6} : Resolution{10, 16, 6});
+  for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial}) {
+    target[static_cast<std::size_t>(motion)] = reference::resolved_stiffness(
+        cube, motion, quick ? reference::Resolution{8, 8, 6} : reference::Resolution{10, 16, 6});
   }
-  for (const Lattice& lattice : calibration_lattices(quick)) {
-    MeshedCube mesh(cube, lattice);
+  for (const reference::Lattice& lattice : calibration_lattices(quick)) {
+    reference::MeshedCube mesh(cube, lattice);
     // A hair beside the middle, where tetrahedra meet.
-    const TiedNeedle needle = tie_needle(mesh, 0.500001 * cube.edge, 0.500002 * cube.edge, cube.edge, 50);
+    const reference::TiedNeedle needle =
+        reference::tie_needle(mesh, 0.500001 * cube.edge, 0.500002 * cube.edge, cube.edge, 50);
     double squared_weights = 0;
     for (const auto& point : needle.points) squared_weights += point.barycentric.squaredNorm() / 50;
-    for (const NeedleMotion motion : {NeedleMotion::lateral, NeedleMotion::axial}) {
+    for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial}) {
       const auto m = static_cast<std::size_t>(motion);
-      samples[m].push_back({squared_weights, fitted_log_alpha(mesh, needle, motion, target[m])});
+      samples[m].push_back({squared_weights, reference::fitted_log_alpha(mesh, needle, motion, target[m])});
     }
   }
-  for (const NeedleMotion motion : {NeedleMotion::lateral, NeedleMotion::axial}) {
+  for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial}) {
     const AlphaFit f = fit(samples[static_cast<std::size_t>(motion)]);
     const std::string name = fmt::format("calibration.nu_{:.2f}.{}.", nu, name_of(motion));
     const double built_in = built_in_log_alpha(cube, motion, 0.4);

@@ -2,8 +2,8 @@
 
 #include "physics/contact/delassus.h"
 #include "physics/contact/tissue_points.h"
-#include "physics/loops/latest_value.h"
 #include "physics/loops/tissue_patch.h"
+#include "physics/messages/latest_value.h"
 #include "physics/tissue/blas.h"
 #include "physics/tissue/corotational.h"
 
@@ -29,7 +29,7 @@ constexpr int kRenewFactor = 25;    // simulation steps: half a second, what a f
 constexpr int kMostSteps = 400;     // before giving up: far more than the motion needs
 
 /// R1 straight on: 71 mm at its own speed, then slowly, so that the eighth contact stays the last for 40 steps.
-ReferenceInsertion without_withdrawals(ReferenceInsertion insertion, int nodes_per_edge) {
+reference::ReferenceInsertion without_withdrawals(reference::ReferenceInsertion insertion, int nodes_per_edge) {
   const double speed = insertion.axial_speed.at(1)[1];
   insertion.nodes_per_edge = nodes_per_edge;
   insertion.axial_speed = {{0.0, 0.0}, {0.05, speed}, {1.60, speed}, {1.62, 0.01}, {2.50, 0.01}, {2.52, 0.0}};
@@ -74,7 +74,7 @@ private:
 /// The same hand-over as between the threads of a session, in one thread.
 class TimedInsertion {
 public:
-  TimedInsertion(const ReferenceInsertion& insertion, TissueTiming& timing)
+  TimedInsertion(const reference::ReferenceInsertion& insertion, TissueTiming& timing)
       : insertion_(insertion),
         timing_(timing),
         simulation_(bodies(insertion),
@@ -136,7 +136,7 @@ public:
   }
 
 private:
-  static std::vector<physics::SimulationBody> bodies(const ReferenceInsertion& insertion) {
+  static std::vector<physics::SimulationBody> bodies(const reference::ReferenceInsertion& insertion) {
     std::vector<physics::SimulationBody> result;
     result.push_back(insertion.body());
     return result;
@@ -177,7 +177,7 @@ private:
     exchanged_.back().condense();
   }
 
-  ReferenceInsertion insertion_;
+  reference::ReferenceInsertion insertion_;
   TissueTiming& timing_;
   physics::SimulationLoop simulation_;
   physics::HapticLoop haptic_;
@@ -208,7 +208,7 @@ private:
 
 }  // namespace
 
-TissueTiming time_tissue(const ReferenceInsertion& insertion, const TissueTimingOptions& options) {
+TissueTiming time_tissue(const reference::ReferenceInsertion& insertion, const TissueTimingOptions& options) {
   TissueTiming timing;
   for (Samples* samples : {&timing.w_v, &timing.x_iso, &timing.haptic_step}) *samples = Samples(20 * kMostSteps);
   physics::disable_openmp_teams();
@@ -247,7 +247,8 @@ std::vector<int> timed_meshes(bool quick, bool full) {
   return meshes;
 }
 
-std::vector<TissueTiming> time_tissues(const ReferenceInsertion& insertion, std::span<const int> nodes_per_edge) {
+std::vector<TissueTiming> time_tissues(const reference::ReferenceInsertion& insertion,
+                                       std::span<const int> nodes_per_edge) {
   std::vector<TissueTiming> timings;
   for (const int n : nodes_per_edge) {
     std::fprintf(stderr, "bench paper: both loops with %d nodes\n", n * n * n);

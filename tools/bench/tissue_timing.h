@@ -2,8 +2,8 @@
 #pragma once
 
 #include "tools/bench/isodofs_gain.h"
-#include "tools/bench/reference_insertion.h"
 #include "tools/bench/samples.h"
+#include "tools/reference/reference_insertion.h"
 
 #include <span>
 #include <vector>
@@ -38,12 +38,13 @@ struct TissueTiming {
 /// R1 without its withdrawals, in lockstep, to 8 contacts (16 rows) and on at a slow speed.
 /// The factor is renewed about as often as a worker of its own thread manages at 50 Hz.
 /// @param insertion  R1; its nodes per edge are those of the options
-TissueTiming time_tissue(const ReferenceInsertion& insertion, const TissueTimingOptions& options);
+TissueTiming time_tissue(const reference::ReferenceInsertion& insertion, const TissueTimingOptions& options);
 
 /// Which meshes: cubes of the reference insertion, nodes along an edge.
 std::vector<int> timed_meshes(bool quick, bool full);
 
 /// time_tissue() for each mesh. Prints its progress to stderr.
-std::vector<TissueTiming> time_tissues(const ReferenceInsertion& insertion, std::span<const int> nodes_per_edge);
+std::vector<TissueTiming> time_tissues(const reference::ReferenceInsertion& insertion,
+                                       std::span<const int> nodes_per_edge);
 
 }  // namespace stylet::bench

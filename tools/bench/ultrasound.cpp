@@ -1,7 +1,7 @@
 #include "tools/bench/ultrasound.h"
 
+#include "engine/picture/picture.h"
 #include "engine/ultrasound/presets.h"
-#include "engine/view/picture.h"
 #include "tools/bench/ultrasound_quality.h"
 #include "tools/bench/ultrasound_scan.h"
 #include "tools/bench/ultrasound_speed.h"
@@ -20,10 +20,10 @@ Report phantom_pictures(const QualityRun& run) {
     ultrasound::ImagerSettings settings = ultrasound::preset_settings(preset);
     settings.width = 960;
     settings.height = 720;
-    PhantomScan phantom(run.device, whole_phantom(), settings);
+    PhantomScan phantom(run.device, reference::whole_phantom(), settings);
     phantom.envelope();
     const std::filesystem::path file = run.out / fmt::format("phantom_{}.png", ultrasound::preset_name(preset));
-    view::write_png(file, phantom.picture());
+    picture::write_png(file, phantom.picture());
     report.figures.push_back({fmt::format("The phantom, preset {}", ultrasound::preset_name(preset)),
                               "Wires in a column and a row; anechoic and grey-scale targets at 70 mm; stepped "
                               "cylinders at 40 mm; a rib and a "

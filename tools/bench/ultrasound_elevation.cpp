@@ -2,9 +2,9 @@
 #include "engine/ultrasound/beam_profile.h"
 #include "tools/bench/coupling_parts.h"
 #include "tools/bench/figure_files.h"
-#include "tools/bench/image_metrics.h"
 #include "tools/bench/ultrasound_quality.h"
 #include "tools/bench/ultrasound_scan.h"
+#include "tools/reference/image_metrics.h"
 
 #include <fmt/format.h>
 
@@ -32,9 +32,9 @@ double intensity_correlation(const PhantomScan& phantom, const Eigen::MatrixXd& 
                              double depth) {
   const auto band = [&](const Eigen::MatrixXd& envelope) -> Eigen::MatrixXd {
     const int first = phantom.sample_at(depth - 0.015), last = phantom.sample_at(depth + 0.015);
-    return without_depth_trend(envelope.middleRows(first, last - first + 1)).cwiseAbs2();
+    return reference::without_depth_trend(envelope.middleRows(first, last - first + 1)).cwiseAbs2();
   };
-  return correlation(band(a), band(b));
+  return reference::correlation(band(a), band(b));
 }
 
 /// Two Gaussian slices at a distance, sensitivity of `depth`.
@@ -91,7 +91,7 @@ Report elevation_quality(const QualityRun& run) {
     for (const auto& [planes, result] : {std::pair{9, &nine}, std::pair{13, &thirteen}}) {
       ultrasound::ImagerSettings settings = raw_settings(seed, false);
       settings.planes = planes;
-      PhantomScan phantom(run.device, uniform_phantom(), settings);
+      PhantomScan phantom(run.device, reference::uniform_phantom(), settings);
       add_elevation(phantom, phantom.envelope(), 1.0 / run.seeds, *result);
     }
   }
@@ -105,7 +105,7 @@ Report elevation_quality(const QualityRun& run) {
     x.push_back(1e3 * d);
     theory.push_back(elevation_theory(d, kElevationDepth));
   }
-  const session::PlotPanel panel{
+  const figures::PlotPanel panel{
       .title = "Correlation with the image before, tissue moved across the image plane",
       .x = {.label = "distance, mm"},
       .y = {.label = "correlation of intensity", .min = 0, .max = 1},

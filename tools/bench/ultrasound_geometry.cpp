@@ -1,8 +1,8 @@
 // Where the scan-converted picture shows the wires.
-#include "engine/view/picture.h"
-#include "tools/bench/image_metrics.h"
+#include "engine/picture/picture.h"
 #include "tools/bench/ultrasound_quality.h"
 #include "tools/bench/ultrasound_scan.h"
+#include "tools/reference/image_metrics.h"
 
 #include <fmt/format.h>
 
@@ -27,19 +27,19 @@ Eigen::Vector2d shown_at(const Eigen::MatrixXd& grey, const PhantomScan& phantom
   const Eigen::MatrixXd level = grey.block(low.y(), low.x(), high.y() - low.y() + 1, high.x() - low.x() + 1);
   const double db_per_level = phantom.scene().probe.dynamic_range_db / 255;
   const Eigen::MatrixXd amplitude = (level.array() * (db_per_level * std::log(10.0) / 20)).exp();
-  return sector.position(low.cast<double>() + echo_centre(amplitude));
+  return sector.position(low.cast<double>() + reference::echo_centre(amplitude));
 }
 
 }  // namespace
 
 Report geometry_quality(const QualityRun& run) {
-  const std::vector<Eigen::Vector2d> places = wire_places();
+  const std::vector<Eigen::Vector2d> places = reference::wire_places();
   std::vector<double> worst(places.size(), 0.0);
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   double brightest = 0;
   Report report;
   for (int seed = 1; seed <= run.seeds; ++seed) {
-    PhantomScan phantom(run.device, wire_phantom(), raw_settings(seed, true));
+    PhantomScan phantom(run.device, reference::wire_phantom(), raw_settings(seed, true));
     phantom.envelope();
     const Eigen::MatrixXd grey = phantom.grey();
     brightest = std::max(brightest, grey.maxCoeff());
@@ -49,7 +49,7 @@ Report geometry_quality(const QualityRun& run) {
       sum += error / static_cast<double>(places.size()) / run.seeds;
     }
     if (seed > 1 || run.out.empty()) continue;
-    view::write_png(run.out / "wires.png", phantom.picture());
+    picture::write_png(run.out / "wires.png", phantom.picture());
     report.figures.push_back({"Wires",
                               "A column every 10 mm and a row at 90 mm every 20 mm, 30 dB over the background, gain "
                               "turned down by 10 dB. Preset raw.",

@@ -1,8 +1,8 @@
 // Speckle that goes with the tissue: rigid motion and strain, followed in the scan-converted envelope.
 #include "engine/ultrasound/beam_profile.h"
-#include "tools/bench/image_metrics.h"
 #include "tools/bench/ultrasound_quality.h"
 #include "tools/bench/ultrasound_scan.h"
+#include "tools/reference/image_metrics.h"
 
 #include <fmt/format.h>
 
@@ -28,14 +28,15 @@ const std::vector<Eigen::Vector2d>& shifts() {
 
 /// The square of edge 2 `half` (m) in the middle of the image at kTrackedDepth, followed from `still` to `now` in the
 /// scan-converted image. -> shift in m
-Match follow(const PhantomScan& phantom, const Eigen::MatrixXd& still, const Eigen::MatrixXd& now, double half) {
+reference::Match follow(const PhantomScan& phantom, const Eigen::MatrixXd& still, const Eigen::MatrixXd& now,
+                        double half) {
   const auto converted = [&](const Eigen::MatrixXd& envelope) {
     return scan_converted(envelope, phantom.scan(), {0, kTrackedDepth}, half + kReach + 5 * kPixel, kPixel);
   };
   const Eigen::MatrixXd first = converted(still);
   const int middle = static_cast<int>(first.rows() / 2), window = static_cast<int>(std::lround(half / kPixel));
-  Match match = track(first, converted(now), {middle, middle}, {window, window},
-                      static_cast<int>(std::lround(kReach / kPixel)));
+  reference::Match match = reference::track(first, converted(now), {middle, middle}, {window, window},
+                                            static_cast<int>(std::lround(kReach / kPixel)));
   match.shift *= kPixel;
   return match;
 }
@@ -65,7 +66,7 @@ struct Tracking {
       const Eigen::Vector3f by(static_cast<float>(shift.x()), 0, static_cast<float>(shift.y()));
       const Eigen::MatrixXd now =
           phantom.envelope(phantom.moved([&](const Eigen::Vector3f& p) -> Eigen::Vector3f { return p + by; }));
-      const Match match = follow(phantom, still, now, kRigidHalf);
+      const reference::Match match = follow(phantom, still, now, kRigidHalf);
       worst_error = std::max(worst_error, (match.shift - shift).cwiseQuotient(pitch).cwiseAbs().maxCoeff());
       least_ncc = std::min(least_ncc, match.correlation);
     }
@@ -85,10 +86,10 @@ Report motion_quality(const QualityRun& run) {
   Tracking dense, sparse;
   for (int seed = 1; seed <= run.seeds; ++seed) {
     ultrasound::ImagerSettings settings = raw_settings(seed, false);
-    PhantomScan own_lines(run.device, uniform_phantom(), settings);
+    PhantomScan own_lines(run.device, reference::uniform_phantom(), settings);
     sparse.add(own_lines);
     settings.line_oversampling = 2;
-    PhantomScan twice(run.device, uniform_phantom(), settings);
+    PhantomScan twice(run.device, reference::uniform_phantom(), settings);
     dense.add(twice);
   }
   const char* conditions = "two lines a scan line, as clinical; scan-converted; raw; receiver noise off, before TGC";
@@ -100,12 +101,17 @@ Report motion_quality(const QualityRun& run) {
   report.add({"motion.rigid.own_lines.worst_error", sparse.worst_error, "sample", 0.0, {}, {}, sparse_conditions});
   report.add({"motion.rigid.own_lines.least_ncc", sparse.least_ncc, "1", 1.0, {}, {}, sparse_conditions});
   const double theory = strain_theory(kStrains[0], kStrainHalf);
-  report.add(noted(at_least("strain.3_percent.ncc", moments(dense.strained[0]).mean, "1", 0.90, theory),
+  report.add(noted(at_least("strain.3_percent.ncc", reference::moments(dense.strained[0]).mean, "1", 0.90, theory),
                    fmt::format("window of 8 mm, not stretched back; {}", conditions)));
-  report.add(
-      {"strain.3_percent.own_lines.ncc", moments(sparse.strained[0]).mean, "1", theory, {}, {}, sparse_conditions});
+  report.add({"strain.3_percent.own_lines.ncc",
+              reference::moments(sparse.strained[0]).mean,
+              "1",
+              theory,
+              {},
+              {},
+              sparse_conditions});
   report.add({"strain.10_percent.ncc",
-              moments(dense.strained[1]).mean,
+              reference::moments(dense.strained[1]).mean,
               "1",
               strain_theory(kStrains[1], kStrainHalf),
               {},

@@ -1,10 +1,10 @@
 // The needle by insertion angle, and whether an image comes out the same twice.
-#include "engine/view/picture.h"
+#include "engine/picture/picture.h"
 #include "tools/bench/coupling_parts.h"
 #include "tools/bench/figure_files.h"
-#include "tools/bench/image_metrics.h"
 #include "tools/bench/ultrasound_quality.h"
 #include "tools/bench/ultrasound_scan.h"
+#include "tools/reference/image_metrics.h"
 
 #include <fmt/format.h>
 
@@ -36,7 +36,7 @@ state::FrameState with_needle(const PhantomScan& phantom, int degrees) {
   const auto point = [&](double along) {
     return Eigen::Vector3d(along * d.x(), 0, kShaftDepth + along * d.y()).cast<float>().eval();
   };
-  place_needle(state, point(-0.050), point(0.040));
+  reference::place_needle(state, point(-0.050), point(0.040));
   return state;
 }
 
@@ -50,13 +50,14 @@ double shaft_contrast(PhantomScan& phantom, const Eigen::MatrixXd& plain, int de
     return std::abs(from_middle.dot(d)) < kHalfLength &&
            std::abs(from_middle.x() * d.y() - from_middle.y() * d.x()) < kHalfWidth;
   };
-  return contrast_db(amplitudes(image, phantom.scan(), on_shaft), amplitudes(plain, phantom.scan(), on_shaft));
+  return reference::contrast_db(amplitudes(image, phantom.scan(), on_shaft),
+                                amplitudes(plain, phantom.scan(), on_shaft));
 }
 
 /// Samples and pixels that differ between images of one state: of one imager, with another image between, and of a
 /// second one.
 int differences(const QualityRun& run) {
-  PhantomScan first(run.device, whole_phantom(), raw_settings(1, true));
+  PhantomScan first(run.device, reference::whole_phantom(), raw_settings(1, true));
   const state::FrameState state = with_needle(first, 30);
   const Eigen::MatrixXd envelope = first.envelope(state), grey = first.grey();
   first.envelope();
@@ -65,7 +66,7 @@ int differences(const QualityRun& run) {
     return static_cast<int>((again.array() != envelope.array()).count() +
                             (phantom.grey().array() != grey.array()).count());
   };
-  PhantomScan second(run.device, whole_phantom(), raw_settings(1, true));
+  PhantomScan second(run.device, reference::whole_phantom(), raw_settings(1, true));
   return count(first) + count(second);
 }
 
@@ -77,13 +78,13 @@ Report needle_quality(const QualityRun& run) {
   contrast.resize(degrees.size(), 0.0);
   Report report;
   for (int seed = 1; seed <= run.seeds; ++seed) {
-    PhantomScan phantom(run.device, uniform_phantom(), raw_settings(seed, true));
+    PhantomScan phantom(run.device, reference::uniform_phantom(), raw_settings(seed, true));
     const Eigen::MatrixXd plain = phantom.envelope();
     for (std::size_t i = 0; i < degrees.size(); ++i) {
       contrast[i] += shaft_contrast(phantom, plain, static_cast<int>(degrees[i])) / run.seeds;
       if (seed > 1 || run.out.empty() || (degrees[i] != 20 && degrees[i] != 60)) continue;
       const std::string name = fmt::format("needle_{:.0f}_degrees", degrees[i]);
-      view::write_png(run.out / (name + ".png"), phantom.picture());
+      picture::write_png(run.out / (name + ".png"), phantom.picture());
       report.figures.push_back({fmt::format("Needle at {:.0f} degrees", degrees[i]),
                                 "To the face of the probe, in the homogeneous phantom. Preset raw.",
                                 run.out / (name + ".png")});
@@ -114,7 +115,7 @@ Report needle_quality(const QualityRun& run) {
   report.add(repeat);
   if (run.out.empty()) return report;
 
-  const session::PlotPanel panel{.title = "Needle over background",
+  const figures::PlotPanel panel{.title = "Needle over background",
                                  .x = {.label = "angle between needle and face of the probe, degrees"},
                                  .y = {.label = "contrast, dB"},
                                  .series = {plot_line("shaft", degrees, contrast, 0)}};

@@ -17,7 +17,7 @@ ultrasound::ImagerSettings raw_settings(int seed, bool noise) {
 }
 
 PhantomScan::PhantomScan(gpu::Device& device, content::Scene scene, const ultrasound::ImagerSettings& settings)
-    : scene_(std::move(scene)), rest_(at_rest(scene_)), imager_(device, scene_, settings) {}
+    : scene_(std::move(scene)), rest_(reference::at_rest(scene_)), imager_(device, scene_, settings) {}
 
 Eigen::MatrixXd PhantomScan::envelope(const state::FrameState& state) {
   imager_.image(state);
@@ -32,8 +32,8 @@ Eigen::MatrixXd PhantomScan::grey() {
   return Eigen::Map<const Rows>(values.data(), sector().height, sector().width).cast<double>();
 }
 
-view::Picture PhantomScan::picture() {
-  view::Picture picture(sector().width, sector().height);
+picture::Picture PhantomScan::picture() {
+  picture::Picture picture(sector().width, sector().height);
   const std::vector<std::uint8_t> values = imager_.read_back();
   for (std::size_t i = 0; i < values.size(); ++i) std::fill_n(picture.rgba.data() + 4 * i, 3, values[i]);
   return picture;

@@ -3,10 +3,10 @@
 
 #include "engine/content/scene.h"
 #include "engine/gpu/device.h"
+#include "engine/picture/picture.h"
 #include "engine/state/frame_state.h"
 #include "engine/ultrasound/imager.h"
-#include "engine/view/picture.h"
-#include "tools/bench/ultrasound_phantom.h"
+#include "tools/reference/ultrasound_phantom.h"
 
 #include <Eigen/Core>
 
@@ -37,7 +37,7 @@ public:
   Eigen::MatrixXd envelope() { return envelope(rest_); }
   /// Grey values of the scan-converted picture of the last envelope [height x width].
   Eigen::MatrixXd grey();
-  view::Picture picture();
+  picture::Picture picture();
 
   const ultrasound::ScanGeometry& scan() const { return imager_.scan(); }
   const ultrasound::SectorGeometry& sector() const { return imager_.geometry(); }

@@ -2,9 +2,9 @@
 #include "engine/ultrasound/beam_profile.h"
 #include "tools/bench/coupling_parts.h"
 #include "tools/bench/figure_files.h"
-#include "tools/bench/image_metrics.h"
 #include "tools/bench/ultrasound_quality.h"
 #include "tools/bench/ultrasound_scan.h"
+#include "tools/reference/image_metrics.h"
 
 #include <fmt/format.h>
 
@@ -24,7 +24,7 @@ constexpr double kWidthBand = 0.010;  ///< half the depth over which a width is 
 constexpr int kEdgeLines = 8;         ///< at either side, where the beam's kernel leaves the sector
 
 double mean(const std::vector<double>& values) {
-  return moments(values).mean;
+  return reference::moments(values).mean;
 }
 
 struct SpeckleSamples {
@@ -51,19 +51,21 @@ void add_independent(const PhantomScan& phantom, const Eigen::MatrixXd& flat, in
 void add_speckle(const PhantomScan& phantom, const Eigen::MatrixXd& envelope, SpeckleSamples& samples) {
   const auto band = [&](double from, double to) {
     const int first = phantom.sample_at(from);
-    return without_depth_trend(
+    return reference::without_depth_trend(
         envelope.block(first, kEdgeLines, phantom.sample_at(to) - first + 1, phantom.scan().lines - 2 * kEdgeLines));
   };
   const Eigen::MatrixXd flat = band(kFirstRange, kLastRange);
-  const SpeckleStatistics s = speckle_statistics({flat.data(), static_cast<std::size_t>(flat.size())});
+  const reference::SpeckleStatistics s =
+      reference::speckle_statistics({flat.data(), static_cast<std::size_t>(flat.size())});
   samples.signal_to_noise.push_back(s.signal_to_noise);
   samples.log_deviation_db.push_back(s.log_deviation_db);
   samples.nakagami_m.push_back(s.nakagami_m);
   add_independent(phantom, flat, phantom.sample_at(kFirstRange), samples.independent);
   for (std::size_t i = 0; i < kWidthRanges.size(); ++i) {
     const Eigen::MatrixXd intensity = band(kWidthRanges[i] - kWidthBand, kWidthRanges[i] + kWidthBand).cwiseAbs2();
-    samples.axial[i].push_back(speckle_width(intensity, Axis::axial) * phantom.scan().sample_pitch);
-    samples.lateral[i].push_back(speckle_width(intensity, Axis::lateral) *
+    samples.axial[i].push_back(reference::speckle_width(intensity, reference::Axis::axial) *
+                               phantom.scan().sample_pitch);
+    samples.lateral[i].push_back(reference::speckle_width(intensity, reference::Axis::lateral) *
                                  phantom.scan().lateral_pitch(kWidthRanges[i]));
   }
 }
@@ -72,7 +74,7 @@ Report speckle_rows(const SpeckleSamples& samples, double wavelength) {
   Report report;
   report.add(noted(within("speckle.signal_to_noise", mean(samples.signal_to_noise), "1", 1.91, 0.05), kWithoutNoise));
   report.add({"speckle.signal_to_noise.spread",
-              moments(samples.signal_to_noise).deviation,
+              reference::moments(samples.signal_to_noise).deviation,
               "1",
               {},
               {},
@@ -81,8 +83,8 @@ Report speckle_rows(const SpeckleSamples& samples, double wavelength) {
   report.add(noted(within("speckle.log_deviation", mean(samples.log_deviation_db), "dB", 5.57, 0.4), kWithoutNoise));
   report.add(noted(within("speckle.nakagami_m", mean(samples.nakagami_m), "1", 1, 0.1), kWithoutNoise));
   report.add(
-      noted(at_most("speckle.rayleigh_distance", rayleigh_distance(samples.independent), "1",
-                    kRayleighDistanceOfOnePercent),
+      noted(at_most("speckle.rayleigh_distance", reference::rayleigh_distance(samples.independent), "1",
+                    reference::kRayleighDistanceOfOnePercent),
             fmt::format("Kolmogorov-Smirnov after Stephens, bound: 1 % level; {} samples two beam widths apart",
                         samples.independent.size())));
   for (std::size_t i = 0; i < kWidthRanges.size(); ++i) {
@@ -118,9 +120,9 @@ Slope attenuation_slope(const PhantomScan& phantom, const DepthProfile& profile,
   Slope slope;
   for (int s = phantom.sample_at(0.015); s <= phantom.sample_at(0.145); ++s) {
     slope.depth_cm.push_back(100 * phantom.scan().range(s));
-    slope.power_db.push_back(decibels(profile.power[static_cast<std::size_t>(s)] / seeds));
+    slope.power_db.push_back(reference::decibels(profile.power[static_cast<std::size_t>(s)] / seeds));
   }
-  const Line line = fit_line(slope.depth_cm, slope.power_db);
+  const reference::Line line = reference::fit_line(slope.depth_cm, slope.power_db);
   slope.attenuation = -line.slope / (2 * 1e-6 * phantom.scene().probe.frequency_hz);
   slope.level_db = line.level;
   for (const double depth : slope.depth_cm) slope.fit_db.push_back(line.level + line.slope * depth);
@@ -142,12 +144,12 @@ void write_figures(const QualityRun& run, const SpeckleSamples& samples, const S
                       static_cast<double>(samples.independent.size()));
     law.push_back(0.5 * std::numbers::pi * a * std::exp(-0.25 * std::numbers::pi * a * a));  // of mean 1
   }
-  const session::PlotPanel speckle{
+  const figures::PlotPanel speckle{
       .title = "Speckle amplitude",
       .x = {.label = "amplitude over its mean"},
       .y = {.label = "density"},
       .series = {plot_line("measured", x, density, 0), plot_line("Rayleigh", x, law, 1)}};
-  const session::PlotPanel fall{.title = "Attenuation",
+  const figures::PlotPanel fall{.title = "Attenuation",
                                 .x = {.label = "depth, cm"},
                                 .y = {.label = "mean power, dB"},
                                 .series = {plot_line("0.5 dB/cm/MHz", soft.depth_cm, soft.power_db, 0),
@@ -175,18 +177,18 @@ Report speckle_quality(const QualityRun& run) {
   double wavelength = 0;
   Slope soft_slope, dense_slope;
   for (int seed = 1; seed <= run.seeds; ++seed) {
-    PhantomScan uniform(run.device, uniform_phantom(), raw_settings(seed, false));
+    PhantomScan uniform(run.device, reference::uniform_phantom(), raw_settings(seed, false));
     add_speckle(uniform, uniform.envelope(), samples);
     wavelength = uniform.wavelength();
 
     ultrasound::ImagerSettings three_looks = raw_settings(seed, false);
     three_looks.looks = ultrasound::kMaxLooks;
-    PhantomScan looks(run.device, uniform_phantom(), three_looks);
+    PhantomScan looks(run.device, reference::uniform_phantom(), three_looks);
     SpeckleSamples of_looks;
     add_speckle(looks, looks.envelope(), of_looks);
     compounded.push_back(of_looks.signal_to_noise.front());
 
-    PhantomScan zones(run.device, zone_phantom(), raw_settings(seed, false));
+    PhantomScan zones(run.device, reference::zone_phantom(), raw_settings(seed, false));
     const Eigen::MatrixXd envelope = zones.envelope();
     const int half = zones.scan().lines / 2;
     soft.add(envelope, kEdgeLines, half - 2 * kEdgeLines);
@@ -200,11 +202,11 @@ Report speckle_quality(const QualityRun& run) {
   const double looks = ultrasound::kMaxLooks;
   report.add(
       noted(within("speckle.gain_of_3_looks", gain, "1", std::sqrt(looks), 0.08 * std::sqrt(looks)), kWithoutNoise));
-  report.add(noted(within("attenuation.soft_zone", soft_slope.attenuation, "dB/cm/MHz", kBackgroundAttenuation,
-                          0.05 * kBackgroundAttenuation),
+  report.add(noted(within("attenuation.soft_zone", soft_slope.attenuation, "dB/cm/MHz",
+                          reference::kBackgroundAttenuation, 0.05 * reference::kBackgroundAttenuation),
                    kWithoutNoise));
-  report.add(noted(within("attenuation.dense_zone", dense_slope.attenuation, "dB/cm/MHz", kDenseAttenuation,
-                          0.05 * kDenseAttenuation),
+  report.add(noted(within("attenuation.dense_zone", dense_slope.attenuation, "dB/cm/MHz",
+                          reference::kDenseAttenuation, 0.05 * reference::kDenseAttenuation),
                    kWithoutNoise));
   report.add(
       noted(within("attenuation.level_at_the_face", soft_slope.level_db, "dB", 0, 1), "over the rms of liver"));

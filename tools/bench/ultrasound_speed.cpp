@@ -3,7 +3,7 @@
 #include "engine/ultrasound/imager.h"
 #include "engine/ultrasound/presets.h"
 #include "tools/bench/samples.h"
-#include "tools/bench/ultrasound_phantom.h"
+#include "tools/reference/ultrasound_phantom.h"
 
 #include <fmt/format.h>
 
@@ -34,13 +34,13 @@ struct Case {
 
   Case(gpu::Device& device, std::string name_, int cells, int lines, int samples,
        const ultrasound::ImagerSettings& settings)
-      : name(std::move(name_)), scene(whole_phantom()) {
+      : name(std::move(name_)), scene(reference::whole_phantom()) {
     scene.wires.clear();  // patients have none
     scene.probe.scan_lines = lines;
     scene.probe.samples = samples;
-    make_deformable(scene, cells);
-    state = at_rest(scene);
-    place_needle(state, {-0.09F, 0, 0.012F}, {-0.003F, 0, 0.064F});
+    reference::make_deformable(scene, cells);
+    state = reference::at_rest(scene);
+    reference::place_needle(state, {-0.09F, 0, 0.012F}, {-0.003F, 0, 0.064F});
     imager = std::make_unique<ultrasound::Imager>(device, scene, settings);
     imager->image(state);  // compiles the pipelines
   }

@@ -1,6 +1,6 @@
-// stylet-draco: decodes meshes of Draco from standard input to standard output (engine/content/draco_request.h). Once
+// stylet-draco: decodes meshes of Draco from standard input to standard output (engine/gltf/draco_request.h). Once
 // it has read its input it may compute, allocate, write to what is open and end; the kernel refuses it all else.
-#include "engine/content/draco_request.h"
+#include "engine/gltf/draco_request.h"
 
 #include <draco/compression/decode.h>
 #include <linux/audit.h>
@@ -19,9 +19,9 @@
 
 namespace {
 
-using stylet::content::DracoRequest;
-using stylet::content::kDracoBroken;
-using stylet::content::kDracoNotAsDeclared;
+using stylet::gltf::DracoRequest;
+using stylet::gltf::kDracoBroken;
+using stylet::gltf::kDracoNotAsDeclared;
 
 #if defined(__x86_64__)
 constexpr std::uint32_t kArchitecture = AUDIT_ARCH_X86_64;

@@ -1,8 +1,8 @@
 // Writes the motions of content/motions; content/motions/LICENCE.md has the commands.
-#include "engine/content/instruments.h"
-#include "engine/content/motion.h"
-#include "engine/content/procedure.h"
-#include "engine/content/scenario_file.h"
+#include "engine/readers/instruments.h"
+#include "engine/readers/motion.h"
+#include "engine/readers/patient_procedure.h"
+#include "engine/readers/scenario_file.h"
 #include "tools/make_motion/biopsy_motion.h"
 #include "tools/make_motion/stroke_motion.h"
 
@@ -15,6 +15,8 @@ namespace {
 
 stylet::motion::BiopsyPlan read_plan(const char* procedure, const char* needle) {
   using namespace stylet::content;
+  using namespace stylet::files;
+  using namespace stylet::readers;
   stylet::motion::BiopsyPlan plan;
   JsonFile file{std::filesystem::path(procedure)};
   const Procedure planned = read_procedure(file);
@@ -28,20 +30,22 @@ stylet::motion::BiopsyPlan read_plan(const char* procedure, const char* needle) 
 }
 
 /// The scenario as written; the motion that it names may not be there yet.
-stylet::content::ScenarioFile read_scenario(const char* path) {
-  stylet::content::JsonFile file{std::filesystem::path(path)};
-  return stylet::content::read_scenario_file(file);
+stylet::readers::ScenarioFile read_scenario(const char* path) {
+  stylet::files::JsonFile file{std::filesystem::path(path)};
+  return stylet::readers::read_scenario_file(file);
 }
 
-double needle_length(const stylet::content::ScenarioFile& scenario) {
-  stylet::content::JsonFile file{scenario.needle};
-  const double length = stylet::content::read_needle(file).length;
+double needle_length(const stylet::readers::ScenarioFile& scenario) {
+  stylet::files::JsonFile file{scenario.needle};
+  const double length = stylet::readers::read_needle(file).length;
   file.throw_problems();
   return length;
 }
 
 stylet::content::Motion make_tour(const char* path) {
   using namespace stylet::content;
+  using namespace stylet::files;
+  using namespace stylet::readers;
   const ScenarioFile scenario = read_scenario(path);
   std::vector<Target> targets;
   for (const TargetRequest& target : scenario.targets) targets.push_back({target.name, target.centre, target.radius});
@@ -52,6 +56,8 @@ stylet::content::Motion make_tour(const char* path) {
 
 stylet::content::Motion make_ablation(const char* procedure, const char* path) {
   using namespace stylet::content;
+  using namespace stylet::files;
+  using namespace stylet::readers;
   const ScenarioFile scenario = read_scenario(path);
   JsonFile file{std::filesystem::path(procedure)};
   const Procedure planned = read_procedure(file);
@@ -67,7 +73,7 @@ stylet::content::Motion make_ablation(const char* procedure, const char* path) {
 }
 
 int write(const stylet::content::Motion& motion, const char* name, const char* path) {
-  stylet::content::write_motion(motion, name, path);
+  stylet::readers::write_motion(motion, name, path);
   std::cout << path << ": " << motion.stylus.size() << " samples, " << motion.stylus.back().time_s << " s\n";
   return 0;
 }

@@ -1,14 +1,14 @@
 #include "tools/make_patient/contour.h"
 
-#include "engine/content/decimation.h"
-#include "engine/content/tet_quality.h"
+#include "engine/mesh/decimation.h"
+#include "engine/mesh/tet_quality.h"
 
 namespace stylet::patient {
 namespace {
 
 // G. Taubin, "A signal processing approach to fair surface design", SIGGRAPH 1995: umbrella smoothing that keeps the
 // volume, by a step forward and a longer one back.
-void taubin(content::TriangleMesh& mesh, int passes) {
+void taubin(mesh::TriangleMesh& mesh, int passes) {
   std::vector<Eigen::Vector3d> sum(mesh.vertices.size());
   std::vector<int> count(mesh.vertices.size());
   for (int pass = 0; pass < 2 * passes; ++pass) {
@@ -27,12 +27,12 @@ void taubin(content::TriangleMesh& mesh, int passes) {
 
 }  // namespace
 
-content::TriangleMesh contour(const content::SignedDistance& solid, const Eigen::AlignedBox3d& box, double cell,
-                              int triangles) {
-  content::TriangleMesh mesh = content::boundary_surface(content::stuff(solid, box, cell, 0)).mesh;
+mesh::TriangleMesh contour(const mesh::SignedDistance& solid, const Eigen::AlignedBox3d& box, double cell,
+                           int triangles) {
+  mesh::TriangleMesh mesh = mesh::boundary_surface(mesh::stuff(solid, box, cell, 0)).mesh;
   taubin(mesh, 8);
   if (triangles <= 0 || static_cast<int>(mesh.triangles.size()) <= triangles) return mesh;
-  return content::decimate(mesh, {.triangles = static_cast<std::size_t>(triangles)});
+  return mesh::decimate(mesh, {.triangles = static_cast<std::size_t>(triangles)});
 }
 
 }  // namespace stylet::patient

@@ -1,8 +1,8 @@
 // An implicit solid to a triangle surface.
 #pragma once
 
-#include "engine/content/stuffing.h"
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/stuffing.h"
+#include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Geometry>
 
@@ -12,7 +12,7 @@ namespace stylet::patient {
 /// and of well-shaped triangles with their corners on the surface.
 /// @param cell       lattice cell, m; a triangle's edge is about 0.6 cells
 /// @param triangles  reduced to about this many by quadric edge collapse (OpenMesh); 0: not reduced
-content::TriangleMesh contour(const content::SignedDistance& solid, const Eigen::AlignedBox3d& box, double cell,
-                              int triangles = 0);
+mesh::TriangleMesh contour(const mesh::SignedDistance& solid, const Eigen::AlignedBox3d& box, double cell,
+                           int triangles = 0);
 
 }  // namespace stylet::patient

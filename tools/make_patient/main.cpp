@@ -1,6 +1,6 @@
 // stylet-make-patient: writes the default patient, a tumour for its ablation, and the phantom: content/organs.
 
-#include "engine/content/surface_mesh.h"
+#include "engine/mesh/surface_mesh.h"
 #include "tools/make_patient/ablation_case.h"
 #include "tools/make_patient/patient.h"
 #include "tools/make_patient/phantom.h"
@@ -18,10 +18,10 @@ namespace {
 
 using namespace stylet;
 
-content::TissueColours read_colours(const std::filesystem::path& path) {
+gltf::TissueColours read_colours(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) throw std::runtime_error(fmt::format("{}: cannot be read", path.string()));
-  content::TissueColours colours;
+  gltf::TissueColours colours;
   const nlohmann::json table = nlohmann::json::parse(file);
   for (const auto& [name, tissue] : table.at("tissues").items()) {
     colours[name] = tissue.at("colour").get<std::array<float, 4>>();
@@ -39,7 +39,7 @@ void write(const std::filesystem::path& path, const char* data, std::size_t size
 void print(const std::vector<patient::Organ>& organs) {
   fmt::print("{:<20} {:>8} {:>9} {:>9} {:>6}  {}\n", "node", "faces", "ml", "cm2", "parts", "size, mm");
   for (const patient::Organ& organ : organs) {
-    const content::SurfaceReport report = content::inspect(organ.mesh);
+    const mesh::SurfaceReport report = mesh::inspect(organ.mesh);
     const Eigen::Vector3d size = report.bounds.sizes() * 1e3;
     fmt::print("{:<20} {:>8} {:>9.1f} {:>9.0f} {:>6}  {:.0f} x {:.0f} x {:.0f}{}\n", organ.name, report.triangles,
                report.volume * 1e6, report.area * 1e4, report.components, size.x(), size.y(), size.z(),
@@ -49,8 +49,8 @@ void print(const std::vector<patient::Organ>& organs) {
 
 /// A glTF file of surfaces made from formulas.
 void write_glb(const std::filesystem::path& path, const std::vector<patient::Organ>& organs,
-               const content::TissueColours& colours, const std::string& scene) {
-  const auto glb = content::write_glb(
+               const gltf::TissueColours& colours, const std::string& scene) {
+  const auto glb = gltf::write_glb(
       organs, colours,
       {.generator = "stylet-make-patient", .copyright = "Apache-2.0, Stylet contributors", .scene = scene});
   write(path, reinterpret_cast<const char*>(glb.data()), glb.size());

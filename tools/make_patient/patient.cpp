@@ -16,7 +16,7 @@ Eigen::AlignedBox3d box(const Vector3& low, const Vector3& high) {
   return {low, high};
 }
 
-content::TriangleMesh vena_cava_surface() {
+mesh::TriangleMesh vena_cava_surface() {
   std::vector<Ring> rings;
   constexpr int kRings = 40;
   const double bottom = -114.0_mm;
@@ -30,7 +30,7 @@ content::TriangleMesh vena_cava_surface() {
   return tube(rings, 28);
 }
 
-content::TriangleMesh vessel_surface(const std::vector<VesselSegment>& segments, int triangles) {
+mesh::TriangleMesh vessel_surface(const std::vector<VesselSegment>& segments, int triangles) {
   const VesselTree tree(segments, 1.2_mm);
   const auto solid = [&](const Vector3& x) { return std::max(tree(x), 0.25_mm - anatomy::vena_cava(x)); };
   return contour(solid, tree.bounds(), 1.25_mm, triangles);
@@ -86,13 +86,13 @@ std::vector<Organ> make_organs() {
   return organs;
 }
 
-std::vector<std::byte> patient_glb(const content::TissueColours& colours) {
-  return content::write_glb(
+std::vector<std::byte> patient_glb(const gltf::TissueColours& colours) {
+  return gltf::write_glb(
       make_organs(), colours,
       {.generator = "stylet-make-patient", .copyright = "Apache-2.0, Stylet contributors", .scene = "abdomen"});
 }
 
-content::TriangleMesh tumour_surface() {
+mesh::TriangleMesh tumour_surface() {
   const Vector3 reach = Vector3::Constant(15.0_mm);
   return contour(anatomy::tumour, {anatomy::tumour_centre() - reach, anatomy::tumour_centre() + reach}, 2.2_mm);
 }

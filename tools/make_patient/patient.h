@@ -1,7 +1,7 @@
 // The default patient: all organs as closed surfaces, and where to put needle and probe.
 #pragma once
 
-#include "engine/content/gltf_writer.h"
+#include "engine/gltf/gltf_writer.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -11,16 +11,16 @@
 
 namespace stylet::patient {
 
-using Organ = content::AnnotatedSurface;
+using Organ = gltf::AnnotatedSurface;
 
 /// Outer to inner: where two overlap, the later one counts.
 std::vector<Organ> make_organs();
 
 /// abdomen.glb. @param colours  of the tissue table
-std::vector<std::byte> patient_glb(const content::TissueColours& colours);
+std::vector<std::byte> patient_glb(const gltf::TissueColours& colours);
 
 /// The mesh of the organ "tumour", the smallest one that is contoured.
-content::TriangleMesh tumour_surface();
+mesh::TriangleMesh tumour_surface();
 
 /// A probe pose: patient_from_probe, see scene.h (origin on the face, +Z into the body, +X image right, +Y
 /// elevation).

@@ -8,7 +8,7 @@
 namespace stylet::patient {
 namespace {
 
-void add_quad(content::TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+void add_quad(mesh::TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
   // The shorter diagonal, so that curved parts look smooth.
   const auto& x = mesh.vertices;
   if ((x[a] - x[c]).squaredNorm() <= (x[b] - x[d]).squaredNorm()) {
@@ -22,8 +22,8 @@ void add_quad(content::TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, std
 
 }  // namespace
 
-content::TriangleMesh sheet(int columns, int rows, const SheetPoint& point) {
-  content::TriangleMesh mesh;
+mesh::TriangleMesh sheet(int columns, int rows, const SheetPoint& point) {
+  mesh::TriangleMesh mesh;
   for (const bool outer : {true, false}) {
     for (int row = 0; row <= rows; ++row) {
       for (int column = 0; column <= columns; ++column) {
@@ -56,8 +56,8 @@ content::TriangleMesh sheet(int columns, int rows, const SheetPoint& point) {
   return mesh;
 }
 
-content::TriangleMesh tube(std::span<const Ring> rings, int sides) {
-  content::TriangleMesh mesh;
+mesh::TriangleMesh tube(std::span<const Ring> rings, int sides) {
+  mesh::TriangleMesh mesh;
   for (const Ring& ring : rings) {
     for (int side = 0; side < sides; ++side) {
       const double angle = 2 * std::numbers::pi * side / sides;

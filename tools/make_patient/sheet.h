@@ -1,7 +1,7 @@
 // Closed surfaces made from parameters: sheets with a thickness, and swept tubes.
 #pragma once
 
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
 
@@ -16,7 +16,7 @@ namespace stylet::patient {
 using SheetPoint = std::function<Eigen::Vector3d(double u, double v, bool outer)>;
 
 /// Both faces of a sheet on a grid of columns x rows cells, and the rim between them.
-content::TriangleMesh sheet(int columns, int rows, const SheetPoint& point);
+mesh::TriangleMesh sheet(int columns, int rows, const SheetPoint& point);
 
 /// One ring of a tube: an ellipse with half axes along two directions.
 struct Ring {
@@ -26,6 +26,6 @@ struct Ring {
 };
 
 /// Rings joined to a tube, closed by a point half a ring width beyond the first and the last.
-content::TriangleMesh tube(std::span<const Ring> rings, int sides);
+mesh::TriangleMesh tube(std::span<const Ring> rings, int sides);
 
 }  // namespace stylet::patient

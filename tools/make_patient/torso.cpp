@@ -117,7 +117,7 @@ double inner_distance(const Vector3& x, double depth) {
   return k1 > 0 ? k0 * (k0 - 1) / k1 : -b;
 }
 
-content::TriangleMesh wall_layer(double depth_from, std::optional<double> depth_to) {
+mesh::TriangleMesh wall_layer(double depth_from, std::optional<double> depth_to) {
   return sheet(52, 46, [&](double u, double v, bool outer) {
     const Eigen::Vector2d uv = rounded(u, v);
     const double angle = kWallLeft + uv.x() * (kWallRight - kWallLeft);
@@ -126,7 +126,7 @@ content::TriangleMesh wall_layer(double depth_from, std::optional<double> depth_
   });
 }
 
-content::TriangleMesh intercostal_muscle() {
+mesh::TriangleMesh intercostal_muscle() {
   return sheet(60, 34, [&](double u, double v, bool outer) {
     const double angle = kWallLeft + u * (kWallRight - kWallLeft);
     const double bottom = margin_height(angle) - kBelowMargin;
@@ -134,7 +134,7 @@ content::TriangleMesh intercostal_muscle() {
   });
 }
 
-content::TriangleMesh rib(int number) {
+mesh::TriangleMesh rib(int number) {
   constexpr int kRings = 56;
   const double front = kRibFront[number - kFirstRib];
   const auto centre = [&](double angle) {
@@ -164,7 +164,7 @@ content::TriangleMesh rib(int number) {
   return tube(rings, 20);
 }
 
-content::TriangleMesh costal_cartilage() {
+mesh::TriangleMesh costal_cartilage() {
   // Through the front ends of the ribs, and on to the sternum; Catmull-Rom between.
   std::vector<Vector3> knots;
   knots.push_back(point(kRibFront[3] + 5, margin_height(kRibFront[3]) - 4.0_mm, kRibDepth));
@@ -213,7 +213,7 @@ double subphrenic(const Vector3& x) {
   return smooth_max(smooth_max(dome, inner_distance(x, 38.8_mm), 12.0_mm), cardiac, 28.0_mm);
 }
 
-content::TriangleMesh diaphragm() {
+mesh::TriangleMesh diaphragm() {
   const Vector3& centre = kDomeCentre;
   // Distance from the centre to the surface subphrenic = offset along a direction.
   const auto reach = [&](const Vector3& direction, double offset) {

@@ -4,7 +4,7 @@
 // height and its depth below the skin.
 #pragma once
 
-#include "engine/content/triangle_mesh.h"
+#include "engine/mesh/triangle_mesh.h"
 #include "tools/make_patient/implicit.h"
 
 #include <optional>
@@ -37,16 +37,16 @@ double inner_distance(const Vector3& x, double depth);
 /// A layer of the abdominal wall: its section over the liver, rim included. Neighbouring layers share their surfaces
 /// exactly.
 /// @param depth_to  absent: the inner face; above the costal margin the intercostal muscle counts to the wall
-content::TriangleMesh wall_layer(double depth_from, std::optional<double> depth_to = {});
+mesh::TriangleMesh wall_layer(double depth_from, std::optional<double> depth_to = {});
 /// The muscle between and around the ribs, above the costal margin, all round.
-content::TriangleMesh intercostal_muscle();
-content::TriangleMesh rib(int rib);
+mesh::TriangleMesh intercostal_muscle();
+mesh::TriangleMesh rib(int rib);
 /// From the front ends of the ribs 7 to 10 along the costal margin to the sternum.
-content::TriangleMesh costal_cartilage();
+mesh::TriangleMesh costal_cartilage();
 
 /// The space under the diaphragm: negative inside.
 double subphrenic(const Vector3& x);
 /// A dome between 1.3 and 4.8 mm outside the subphrenic space.
-content::TriangleMesh diaphragm();
+mesh::TriangleMesh diaphragm();
 
 }  // namespace stylet::patient::torso

@@ -81,7 +81,7 @@ void pass_headless(Attended& session, double duration_s, Progress& progress, boo
 
 void accompany(session::LiveSession& live, const content::Scene& scene, const Company& with, bool stereo,
                double duration_s, Progress& progress) {
-  Attended session{live, scene, with, {.scanner = session::ScannerConsole(scene.probe)}, with.headset != nullptr};
+  Attended session{live, scene, with, {.scanner = scanner::ScannerConsole(scene.probe)}, with.headset != nullptr};
   const bool watched = with.headset != nullptr || with.display != nullptr;
   const bool needs_pictures = watched && with.stylus.held();  // who leads it, begins it and ends it
   while (true) {

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/headset/headset_runtime.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
 #include "engine/training/training_session.h"
-#include "engine/view/headset_runtime.h"
 #include "engine/view/window.h"
 #include "tools/stylet/graphics.h"
 #include "tools/stylet/link_session.h"
@@ -17,8 +17,8 @@ namespace stylet::tools {
 
 struct Company {
   Graphics& graphics;
-  view::Display* display;         ///< null: no window
-  view::HeadsetRuntime* headset;  ///< null: no headset
+  view::Display* display;            ///< null: no window
+  headset::HeadsetRuntime* headset;  ///< null: no headset
   Stylus& stylus;
   session::HeldProbe& probe;
   training::TrainingSession& course;

@@ -1,13 +1,13 @@
 #include "tools/stylet/attempt.h"
 
-#include "engine/content/error.h"
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/session_replay.h"
 #include "engine/debrief/still_moment.h"
+#include "engine/files/error.h"
+#include "engine/files/output_directory.h"
+#include "engine/recording/unfinished_recording.h"
 #include "engine/session/live_session.h"
-#include "engine/session/output_directory.h"
 #include "engine/session/session_report.h"
-#include "engine/session/unfinished_recording.h"
 #include "engine/training/training_report.h"
 #include "engine/training/training_session.h"
 #include "physics/tissue/blas.h"
@@ -36,9 +36,9 @@ namespace {
 const std::vector<std::string> kPictures{"session.mp4",  "session.png",  "view.png",    "ultrasound.png",
                                          "debrief.html", "debrief.json", "debrief.csv", "path.csv"};
 
-/// @throws content::ContentError  options that do not go together
+/// @throws files::ContentError  options that do not go together
 void check(const TrainOptions& options, const Stylus& stylus, bool window, bool headset) {
-  using content::ContentError;
+  using files::ContentError;
   if (options.lockstep && stylus.hid != nullptr)
     throw ContentError(
         "--lockstep: a HID device moves in real time; leave --lockstep out, or choose another with --device");
@@ -54,7 +54,7 @@ void check(const TrainOptions& options, const Stylus& stylus, bool window, bool 
 
 /// Recordings that an earlier session left here when it was killed are never taken away.
 void tell_cut_off_sessions(const std::filesystem::path& folder) {
-  for (const std::filesystem::path& recording : session::cut_off_recordings(folder)) {
+  for (const std::filesystem::path& recording : recording::cut_off_recordings(folder)) {
     fmt::print(stderr, "stylet: an earlier session was cut off; `stylet replay {}` shows it, remove it when done\n",
                recording.string());
   }
@@ -62,8 +62,8 @@ void tell_cut_off_sessions(const std::filesystem::path& folder) {
 
 /// A session that is over, and what is to be said of it.
 struct Finished {
-  const session::Recording& recording;
-  const session::ForceTrace& force;
+  const recording::Recording& recording;
+  const figures::ForceTrace& force;
   session::SessionReport& report;
   const training::TrainingReport& training;
   std::string words;        ///< besides what report and training say
@@ -72,7 +72,7 @@ struct Finished {
 
 /// Says the numbers, then draws page, pictures and film from the replay. @return exit code
 int debrief_session(const TrainOptions& options, const content::Scene& scene, Graphics& graphics, Finished& done,
-                    session::OutputDirectory& out, session::UnfinishedRecording& file, Progress& progress) {
+                    files::OutputDirectory& out, recording::UnfinishedRecording& file, Progress& progress) {
   const auto show = [&](const std::string& doing, double share) {
     throw_if_interrupted();
     progress.show(doing, share);
@@ -140,7 +140,7 @@ int debrief_session(const TrainOptions& options, const content::Scene& scene, Gr
 }  // namespace
 
 std::optional<int> attempt(const TrainOptions& options, const content::Scene& scene, view::Display* display,
-                           view::HeadsetRuntime* headset, Progress& progress) {
+                           headset::HeadsetRuntime* headset, Progress& progress) {
   const physics::Coupling coupling = chosen_coupling(options.coupling, scene);
   haptic::hid::ReportLog log;
   const Seen seen = headset != nullptr ? Seen::in_headset : display != nullptr ? Seen::in_window : Seen::headless;
@@ -151,9 +151,9 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
       {.gpu = options.gpu,
        .window_extensions = display != nullptr ? display->vulkan_extensions() : std::vector<std::string>{},
        .maker = headset});
-  session::OutputDirectory out(options.out);
+  files::OutputDirectory out(options.out);
   tell_cut_off_sessions(out.destination());
-  session::UnfinishedRecording file(out.destination());
+  recording::UnfinishedRecording file(out.destination());
   session::HeldProbe probe(scene);
   training::TraceRecorder trace(scene, stylus.duration_s);
   const bool watched = display != nullptr || headset != nullptr;
@@ -199,7 +199,7 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   report.closest_target_distance = live.closest_target_distance();
   report.probe = live.probe();
   report.state_hash = live.state_hash();
-  const session::Recording recording = session::read_recording(file.path());
+  const recording::Recording recording = recording::read_recording(file.path());
   if (!options.record.empty()) write_hand(live, recording, stylus.hid, log, options.record);
   stylus.device.reset();  // motors off before the pictures are drawn
   report.punctures = session::punctures(recording);

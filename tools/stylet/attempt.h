@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/view/headset_runtime.h"
+#include "engine/headset/headset_runtime.h"
 #include "engine/view/window.h"
 #include "tools/stylet/link_session.h"
 #include "tools/stylet/progress.h"
@@ -33,8 +33,8 @@ struct TrainOptions {
 
 /// @param display  null: headless, or only in the headset
 /// @return exit code; nothing: the trainee wants to begin anew
-/// @throws content::ContentError, gpu::GpuError, haptic::hid::HidError, link::LinkError
+/// @throws files::ContentError, gpu::GpuError, haptic::hid::HidError, link::LinkError
 std::optional<int> attempt(const TrainOptions& options, const content::Scene& scene, view::Display* display,
-                           view::HeadsetRuntime* headset, Progress& progress);
+                           headset::HeadsetRuntime* headset, Progress& progress);
 
 }  // namespace stylet::tools

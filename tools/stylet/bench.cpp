@@ -1,5 +1,5 @@
 // `stylet bench`: measurements of this machine and build, beside published figures and the bounds asked for.
-#include "engine/content/scenario.h"
+#include "engine/readers/scenario.h"
 #include "tools/bench/coupling.h"
 #include "tools/bench/haptic.h"
 #include "tools/bench/line_compliance.h"
@@ -75,7 +75,7 @@ void run_bench(Request request) {
     }
   }
   const bench::Machine machine = bench::this_machine(build_name());
-  request.options.reference_insertion = content::content_directory() / "reference" / "r1.json";
+  request.options.reference_insertion = readers::content_directory() / "reference" / "r1.json";
   request.options.out = request.out;
   request.options.sofa_style_peer = request.peer == "sofa-style";
   let_interrupts_kill();  // minutes of measuring without a place to ask; plots and numbers are written at their end

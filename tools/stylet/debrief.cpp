@@ -1,7 +1,7 @@
 // `stylet debrief`: the debrief of a recording written again, with another expert or after a crash.
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/session_replay.h"
-#include "engine/session/output_directory.h"
+#include "engine/files/output_directory.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/expert_choice.h"
 #include "tools/stylet/interrupt.h"
@@ -29,7 +29,7 @@ int debrief_recording(const DebriefOptions& options) {
   Progress progress;
   const auto [recording, steps, scene] = open_recording(options.recording, options.scenario, progress);
   gpu::Device gpu({.gpu = options.gpu});
-  session::OutputDirectory out(options.out);
+  files::OutputDirectory out(options.out);
   debrief::SessionReplay replay(scene, recording);
   replay.run([&](double share) {
     throw_if_interrupted();

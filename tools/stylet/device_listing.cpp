@@ -1,6 +1,6 @@
 #include "tools/stylet/device_listing.h"
 
-#include "engine/content/device_profile.h"
+#include "engine/readers/device_profile_file.h"
 #include "haptic/hid/force_output.h"
 #include "haptic/hid/hid_transport.h"
 #include "haptic/hid/stylus_map.h"
@@ -198,7 +198,7 @@ json describe_device(const ListedDevice& device, std::span<const std::uint8_t> d
   std::string reason;
   try {
     const hid::ReportDescriptor parsed = hid::parse_report_descriptor(descriptor);
-    const hid::DeviceProfile profile = content::choose_profile(profiles, device.identity, hid::kind_of(parsed));
+    const hid::DeviceProfile profile = readers::choose_profile(profiles, device.identity, hid::kind_of(parsed));
     const hid::ReportDescriptor full = hid::with_vendor_reports(parsed, profile);
     const hid::StylusMap map(full, profile);
     const hid::ForceOutput output(full, profile);

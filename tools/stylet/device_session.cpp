@@ -1,6 +1,6 @@
 #include "tools/stylet/device_session.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "haptic/hid/calibrator.h"
 #include "haptic/hid/hand_recorder.h"
 #include "haptic/paced_loop.h"
@@ -27,8 +27,8 @@ std::string title(const HidDevice& device) {
                      device.summary.vendor_id, device.summary.product_id);
 }
 
-content::ContentError gone(const HidDevice& device) {
-  return content::ContentError(fmt::format("{}: was pulled out; plug it in and begin anew", title(device)));
+files::ContentError gone(const HidDevice& device) {
+  return files::ContentError(fmt::format("{}: was pulled out; plug it in and begin anew", title(device)));
 }
 
 void say(const std::string& line) {
@@ -37,8 +37,8 @@ void say(const std::string& line) {
 }
 
 /// What stands beside the needle's axes of a recorded hand.
-content::MotionFrame frame_of(hid::DeviceKind kind) {
-  return kind == hid::DeviceKind::kPen ? content::MotionFrame::kTablet : content::MotionFrame::kHand;
+readers::MotionFrame frame_of(hid::DeviceKind kind) {
+  return kind == hid::DeviceKind::kPen ? readers::MotionFrame::kTablet : readers::MotionFrame::kHand;
 }
 
 }  // namespace
@@ -66,12 +66,12 @@ void calibrate_device(const HidChoice& choice, double still_s) {
       if (!calibrator.done()) say(calibrator.prompt());
     }
     if (now_s() - since_s > kPlacePatience) {
-      throw content::ContentError(fmt::format("{}: nothing for {:g} s; \"{}\" Begin anew when it can be done",
-                                              title(device), kPlacePatience, calibrator.prompt()));
+      throw files::ContentError(fmt::format("{}: nothing for {:g} s; \"{}\" Begin anew when it can be done",
+                                            title(device), kPlacePatience, calibrator.prompt()));
     }
   }
   const hid::Calibration found = calibrator.result();
-  const auto file = content::save_calibration(identity_of(device.summary), found);
+  const auto file = readers::save_calibration(identity_of(device.summary), found);
   if (found.rest) {
     const Eigen::Vector3d rest_mm = 1e3 * *found.rest;
     say(fmt::format("rest place   {:.1f} {:.1f} {:.1f} mm", rest_mm.x(), rest_mm.y(), rest_mm.z()));
@@ -90,10 +90,10 @@ void record_device(const HidChoice& choice, double seconds, const std::filesyste
   const HidDevice device = choose_hid_device(choice, "--record");
   OpenHidDevice open(device);
   haptic::MonotonicClock clock;
-  hid::Workspace workspace{.patient_from_device = turn_on_the_desk(device), .scale = device.calibration.scale};
+  haptic::Workspace workspace{.patient_from_device = turn_on_the_desk(device), .scale = device.calibration.scale};
   hid::HandRecorder recorder(open.map, workspace);
   content::Motion motion;
-  content::RawReports raw{
+  readers::RawReports raw{
       .frame = frame_of(device.kind), .device = title(device), .report_descriptor = open.descriptor};
   std::array<std::uint8_t, hid::kReadBuffer> report;
   say(fmt::format("{}: recording {}", title(device),
@@ -119,10 +119,10 @@ void record_device(const HidChoice& choice, double seconds, const std::filesyste
   clear_interrupt();
   if (!there) fmt::print(stderr, "stylet: {}: was pulled out; the recording ends there\n", title(device));
   if (motion.stylus.size() < 2) {
-    throw content::ContentError(fmt::format("{}: not written, {} sent {} reports; move it while it is recorded",
-                                            file.string(), title(device), raw.reports.size()));
+    throw files::ContentError(fmt::format("{}: not written, {} sent {} reports; move it while it is recorded",
+                                          file.string(), title(device), raw.reports.size()));
   }
-  content::write_motion(motion, file.stem().string(), file, 9, raw);
+  readers::write_motion(motion, file.stem().string(), file, 9, raw);
   say(fmt::format(
       "{} holds {} reports and {} poses of {:.1f} s; `stylet train SCENARIO --device recorded:{}` plays it",
       file.string(), raw.reports.size(), motion.stylus.size(), motion.stylus.back().time_s, file.string()));

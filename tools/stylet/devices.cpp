@@ -1,7 +1,7 @@
 // `stylet devices`: what is plugged in, what each can do, and why one is not usable.
-#include "engine/content/calibration.h"
-#include "engine/content/device_profile.h"
-#include "engine/content/json_reader.h"
+#include "engine/files/json_reader.h"
+#include "engine/readers/calibration_file.h"
+#include "engine/readers/device_profile_file.h"
 #include "haptic/hid/hid_devices.h"
 #include "haptic/hid/hid_transport.h"
 #include "tools/stylet/commands.h"
@@ -58,12 +58,12 @@ std::string report_interval(const std::string& path) {
 
 /// Hexadecimal digits, with or without spaces, or the bytes themselves.
 std::vector<std::uint8_t> read_descriptor_file(const fs::path& path) {
-  const std::string text = content::read_file(path, 16 * hid::kMaxDescriptorBytes);
+  const std::string text = files::read_file(path, 16 * hid::kMaxDescriptorBytes);
   const bool hex = std::ranges::all_of(text, [](unsigned char c) { return std::isxdigit(c) || std::isspace(c); });
   if (!hex) return {text.begin(), text.end()};
   std::string digits;
   std::ranges::copy_if(text, std::back_inserter(digits), [](unsigned char c) { return !std::isspace(c); });
-  if (digits.size() % 2 != 0) throw content::ContentError(path.string() + ": an odd number of hexadecimal digits");
+  if (digits.size() % 2 != 0) throw files::ContentError(path.string() + ": an odd number of hexadecimal digits");
   std::vector<std::uint8_t> bytes(digits.size() / 2);
   for (std::size_t k = 0; k < bytes.size(); ++k) {
     std::from_chars(digits.data() + 2 * k, digits.data() + 2 * k + 2, bytes[k], 16);
@@ -73,14 +73,14 @@ std::vector<std::uint8_t> read_descriptor_file(const fs::path& path) {
 
 /// Where it has one: the file, and what is wrong with it.
 void add_calibration(const ListedDevice& device, nlohmann::json& described) {
-  const content::CalibratedDevice which{device.identity.vendor_id, device.identity.product_id, device.serial_number,
+  const readers::CalibratedDevice which{device.identity.vendor_id, device.identity.product_id, device.serial_number,
                                         device.identity.product};
   try {
-    if (!content::load_calibration(which)) return;
-    const std::string file = content::calibration_file(which).string();
+    if (!readers::load_calibration(which)) return;
+    const std::string file = readers::calibration_file(which).string();
     described["calibration"] = file;
     described["text"] = described["text"].get<std::string>() + fmt::format("  {:<11}{}\n", "calibrated", file);
-  } catch (const content::ContentError& error) {
+  } catch (const files::ContentError& error) {
     described["calibration_problem"] = error.what();
     described["text"] =
         described["text"].get<std::string>() + fmt::format("  calibration not usable: {}\n", error.what());
@@ -123,10 +123,9 @@ void run(const DevicesOptions& options) {
   if (options.calibrate) return calibrate_device(parse_hid_id(options.device), options.still_s);
   if (!options.record.empty()) return record_device(parse_hid_id(options.device), options.seconds, options.record);
   if (!options.device.empty()) {
-    throw content::ContentError("devices " + options.device +
-                                ": say what to do with it, --calibrate or --record FILE");
+    throw files::ContentError("devices " + options.device + ": say what to do with it, --calibrate or --record FILE");
   }
-  const auto profiles = content::load_device_profiles();
+  const auto profiles = readers::load_device_profiles();
   nlohmann::json list = nlohmann::json::array();
   if (options.descriptor.empty()) {
     list = describe_plugged_in(profiles);
@@ -140,7 +139,7 @@ void run(const DevicesOptions& options) {
     try {
       parsed = hid::parse_report_descriptor(bytes);
     } catch (const hid::DescriptorError& error) {
-      throw content::ContentError(fmt::format("{}: {}", options.descriptor, error.what()));
+      throw files::ContentError(fmt::format("{}: {}", options.descriptor, error.what()));
     }
     list.push_back(describe_device(device, bytes, profiles));
     if (options.fields) {

@@ -1,13 +1,13 @@
 #include "tools/stylet/expert_choice.h"
 
-#include "engine/session/unfinished_recording.h"
+#include "engine/recording/unfinished_recording.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/version.h"
 
 namespace stylet::tools {
 
 void check_expert(const std::string& choice) {
-  if (!choice.empty() && choice != "none") session::read_recording(session::find_recording(choice));
+  if (!choice.empty() && choice != "none") recording::read_recording(recording::find_recording(choice));
 }
 
 std::optional<debrief::Expert> chosen_expert(const std::string& choice, bool own_hand, const content::Scene& scene,
@@ -17,7 +17,7 @@ std::optional<debrief::Expert> chosen_expert(const std::string& choice, bool own
     progress.show("Running the expert's motion", share);
   };
   if (choice == "none") return std::nullopt;
-  if (!choice.empty()) return debrief::expert_recording(scene, session::find_recording(choice), report);
+  if (!choice.empty()) return debrief::expert_recording(scene, recording::find_recording(choice), report);
   if (own_hand || scene.motion.stylus.size() < 2) return std::nullopt;
   return debrief::expert_motion(scene, build_name(), debrief::expert_cache(), report);
 }

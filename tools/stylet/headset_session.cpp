@@ -1,11 +1,11 @@
 #include "tools/stylet/headset_session.h"
 
+#include "engine/headset/headset.h"
 #include "engine/immersive/hands_on_patient.h"
 #include "engine/immersive/immersive_view.h"
 #include "engine/immersive/thumb_on_scanner.h"
 #include "engine/panels/session_watch.h"
-#include "engine/session/live_scanner.h"
-#include "engine/view/headset.h"
+#include "engine/scanner/live_scanner.h"
 #include "tools/stylet/interrupt.h"
 
 #include <fmt/format.h>
@@ -28,10 +28,10 @@ training::Action menu_action(const training::FlowState& course) {
 
 }  // namespace
 
-std::unique_ptr<view::HeadsetRuntime> find_headset(const char* instead) {
+std::unique_ptr<headset::HeadsetRuntime> find_headset(const char* instead) {
   try {
-    return std::make_unique<view::HeadsetRuntime>();
-  } catch (const view::HeadsetError& error) {
+    return std::make_unique<headset::HeadsetRuntime>();
+  } catch (const headset::HeadsetError& error) {
     fmt::print(stderr, "stylet: --view headset: {}; going on {}\n", error.what(), instead);
     return nullptr;
   }
@@ -40,8 +40,8 @@ std::unique_ptr<view::HeadsetRuntime> find_headset(const char* instead) {
 namespace {
 
 /// As show_in_headset(), of a headset that is there.
-bool accompany_headset(view::Headset& headset, gpu::Device& device, const content::Scene& scene,
-                       session::LiveSession& session, session::LiveScanner& scanner,
+bool accompany_headset(headset::Headset& headset, gpu::Device& device, const content::Scene& scene,
+                       session::LiveSession& session, scanner::LiveScanner& scanner,
                        const HeadsetSessionSettings& settings) {
   immersive::ImmersiveView view(device, scene);
   immersive::SessionPanel panel(device);
@@ -54,13 +54,13 @@ bool accompany_headset(view::Headset& headset, gpu::Device& device, const conten
   StylusWatch watch(settings.hid);
   while (!session.finished() && !interrupted()) {
     watch.look();
-    const view::HeadsetPhase phase = headset.poll();
-    if (phase == view::HeadsetPhase::ended) return true;
-    if (phase == view::HeadsetPhase::lost) {
+    const headset::HeadsetPhase phase = headset.poll();
+    if (phase == headset::HeadsetPhase::ended) return true;
+    if (phase == headset::HeadsetPhase::lost) {
       fmt::print(stderr, "stylet: {}; {}\n", headset.reason(), settings.if_lost);
       return false;
     }
-    const std::optional<view::HeadsetFrame> frame = headset.begin_frame();
+    const std::optional<headset::HeadsetFrame> frame = headset.begin_frame();
     if (!frame) {
       std::this_thread::sleep_for(kIdle);
       continue;
@@ -104,16 +104,17 @@ bool accompany_headset(view::Headset& headset, gpu::Device& device, const conten
 
 }  // namespace
 
-bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
+bool show_in_headset(headset::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
                      session::LiveSession& session, const HeadsetSessionSettings& settings) {
-  std::optional<view::Headset> headset;
+  std::optional<headset::Headset> headset;
   try {
-    headset.emplace(runtime, device, view::HeadsetSettings{.room_from_standing = immersive::standing_place(scene)});
-  } catch (const view::HeadsetError& error) {
+    headset.emplace(runtime, device,
+                    headset::HeadsetSettings{.room_from_standing = immersive::standing_place(scene)});
+  } catch (const headset::HeadsetError& error) {
     fmt::print(stderr, "stylet: {}: {}; {}\n", runtime.name(), error.what(), settings.if_lost);
     return false;
   }
-  session::LiveScanner scanner(device, scene, *settings.scanner);
+  scanner::LiveScanner scanner(device, scene, *settings.scanner);
   scanner.watch(settings.images);
   try {
     return accompany_headset(*headset, device, scene, session, scanner, settings);

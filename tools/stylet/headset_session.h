@@ -3,13 +3,13 @@
 
 #include "engine/content/scene.h"
 #include "engine/gpu/device.h"
+#include "engine/headset/headset_runtime.h"
 #include "engine/immersive/session_panel.h"
+#include "engine/scanner/live_scanner.h"
+#include "engine/scanner/scanner_console.h"
 #include "engine/session/held_probe.h"
-#include "engine/session/live_scanner.h"
 #include "engine/session/live_session.h"
-#include "engine/session/scanner_console.h"
 #include "engine/training/training_session.h"
-#include "engine/view/headset_runtime.h"
 #include "haptic/hand_device.h"
 #include "tools/stylet/hid_device.h"
 
@@ -19,15 +19,15 @@ namespace stylet::tools {
 
 /// The runtime of a headset; none, and one line that says why, where none answers.
 /// @param instead  what the session goes on with: "headless"
-std::unique_ptr<view::HeadsetRuntime> find_headset(const char* instead);
+std::unique_ptr<headset::HeadsetRuntime> find_headset(const char* instead);
 
 struct HeadsetSessionSettings {
   haptic::HandDevice* hand = nullptr;           ///< led by the right controller
   const haptic::hid::HidStylus* hid = nullptr;  ///< its coming and going is told
   session::HeldProbe* probe = nullptr;          ///< held by the left controller
-  session::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
+  scanner::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< the menu button begins, pauses and resumes it
-  session::ImageWatcher* images = nullptr;      ///< gets those of the scanner
+  scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   immersive::PanelLevel* panel = nullptr;       ///< as it stands at the start, then as the trainee leaves it
   const char* if_lost = "";                     ///< what the session does then: "going on headless"
 };
@@ -35,7 +35,7 @@ struct HeadsetSessionSettings {
 /// Shows the session until it is finished, the trainee ends it in the runtime's menu, or an interrupt comes.
 /// @return false: headset or runtime have gone before, which one line said
 /// Main thread. @throws gpu::GpuError
-bool show_in_headset(view::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
+bool show_in_headset(headset::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
                      session::LiveSession& session, const HeadsetSessionSettings& settings);
 
 }  // namespace stylet::tools

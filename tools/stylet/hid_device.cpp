@@ -1,7 +1,7 @@
 #include "tools/stylet/hid_device.h"
 
-#include "engine/content/device_profile.h"
-#include "engine/content/error.h"
+#include "engine/files/error.h"
+#include "engine/readers/device_profile_file.h"
 #include "engine/session/motion_of_recording.h"
 
 #include <fmt/format.h>
@@ -65,7 +65,7 @@ Candidate candidate(const HidDeviceSummary& device, const std::vector<DeviceProf
   Candidate found{.device = device, .profile = {}};
   try {
     const auto described = haptic::hid::parse_report_descriptor(haptic::hid::report_descriptor(device.path));
-    found.profile = content::choose_profile(profiles, {device.vendor_id, device.product_id, device.product},
+    found.profile = readers::choose_profile(profiles, {device.vendor_id, device.product_id, device.product},
                                             haptic::hid::kind_of(described));
     const auto descriptor = haptic::hid::with_vendor_reports(described, found.profile);
     const haptic::hid::StylusMap map(descriptor, found.profile);
@@ -104,11 +104,11 @@ Eigen::Quaterniond patient_from_tablet(const Eigen::Quaterniond& patient_from_ne
 }
 
 /// Of the needle that waits at `entry`: where the session begins.
-haptic::hid::Workspace workspace_of(const content::Scene& scene, const Eigen::Vector3d& entry,
-                                    const Eigen::Vector3d& target, bool tablet) {
+haptic::Workspace workspace_of(const content::Scene& scene, const Eigen::Vector3d& entry,
+                               const Eigen::Vector3d& target, bool tablet) {
   const Eigen::Vector3d axis = (target - entry).normalized();
   const Eigen::Quaterniond first = scene.motion.stylus.front().pose.orientation;
-  haptic::hid::Workspace workspace{.start = entry - scene.needle.length * axis};
+  haptic::Workspace workspace{.start = entry - scene.needle.length * axis};
   workspace.start_orientation =
       (Eigen::Quaterniond::FromTwoVectors(first * Eigen::Vector3d::UnitZ(), axis) * first).normalized();
   workspace.patient_from_device =
@@ -121,15 +121,15 @@ haptic::hid::Workspace workspace_of(const content::Scene& scene, const Eigen::Ve
 HidChoice parse_hid_id(const std::string& id) {
   if (id.empty()) return {};
   if (const auto choice = id_of(id)) return *choice;
-  throw content::ContentError(fmt::format("{}: is not VID:PID in hexadecimal; write such as 256f:c635", id));
+  throw files::ContentError(fmt::format("{}: is not VID:PID in hexadecimal; write such as 256f:c635", id));
 }
 
-content::CalibratedDevice identity_of(const HidDeviceSummary& device) {
+readers::CalibratedDevice identity_of(const HidDeviceSummary& device) {
   return {device.vendor_id, device.product_id, device.serial_number, device.product};
 }
 
 HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked) {
-  const std::vector<DeviceProfile> profiles = content::load_device_profiles();
+  const std::vector<DeviceProfile> profiles = readers::load_device_profiles();
   Candidate best;
   std::string reasons;
   std::set<std::string> seen;  // hidapi lists a device once for each of its usages
@@ -145,16 +145,16 @@ HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked)
     return {.summary = best.device, .profile = best.profile, .kind = best.kind, .calibration = {}};
   }
   if (seen.empty()) {
-    throw content::ContentError(asked +
-                                ": no such device is connected; plug it in, `stylet devices` lists what is there");
+    throw files::ContentError(asked +
+                              ": no such device is connected; plug it in, `stylet devices` lists what is there");
   }
-  throw content::ContentError(
+  throw files::ContentError(
       fmt::format("{}: nothing that can lead a needle; see `stylet devices`{}", asked, reasons));
 }
 
 HidDevice choose_hid_device(const HidChoice& choice, const std::string& asked) {
   HidDevice device = choose_uncalibrated(choice, asked);
-  if (const auto calibration = content::load_calibration(identity_of(device.summary))) {
+  if (const auto calibration = readers::load_calibration(identity_of(device.summary))) {
     device.calibration = *calibration;
     device.profile = haptic::hid::calibrated(device.profile, *calibration);
   }
@@ -164,7 +164,7 @@ HidDevice choose_hid_device(const HidChoice& choice, const std::string& asked) {
 DeviceKind connected_kind() {
   try {
     return choose_uncalibrated({}, {}).kind;
-  } catch (const content::ContentError&) {
+  } catch (const files::ContentError&) {
     return DeviceKind::kUnusable;
   }
 }
@@ -186,7 +186,7 @@ std::optional<HidChoice> hid_choice(const std::string& description) {
   if (description == "hid") return HidChoice{};
   if (!description.starts_with("hid:")) return {};
   if (const auto choice = id_of(description.substr(4))) return choice;
-  throw content::ContentError(fmt::format(
+  throw files::ContentError(fmt::format(
       "--device {}: say hid or hid:VID:PID with hexadecimal numbers, such as hid:1209:0001", description));
 }
 
@@ -206,11 +206,11 @@ std::unique_ptr<haptic::hid::HidStylus> open_hid_stylus(const HidChoice& choice,
   return std::make_unique<haptic::hid::HidStylus>(settings);
 }
 
-void place_hand(content::Motion& motion, content::MotionFrame frame, const content::Scene& scene,
+void place_hand(content::Motion& motion, readers::MotionFrame frame, const content::Scene& scene,
                 const Eigen::Vector3d& entry, const Eigen::Vector3d& target) {
-  if (frame == content::MotionFrame::kPatient) return;
-  const auto workspace = workspace_of(scene, entry, target, frame == content::MotionFrame::kTablet);
-  haptic::hid::WorkspaceMap map(workspace);
+  if (frame == readers::MotionFrame::kPatient) return;
+  const auto workspace = workspace_of(scene, entry, target, frame == readers::MotionFrame::kTablet);
+  haptic::WorkspaceMap map(workspace);
   for (content::MotionSample& sample : motion.stylus) {
     map.follow(sample.pose.position, sample.pose.orientation);
     sample.pose = {map.position(), map.orientation()};
@@ -230,15 +230,14 @@ void StylusWatch::look() {
                         : "gone; force off, the needle stays where it is; plug it in again");
 }
 
-void write_hand(const session::LiveSession& live, const session::Recording& recording,
+void write_hand(const session::LiveSession& live, const recording::Recording& recording,
                 const haptic::hid::HidStylus* stylus, haptic::hid::ReportLog& log,
                 const std::filesystem::path& file) {
   content::Motion motion = session::motion_of(recording);
   if (motion.stylus.size() < 2) {
-    throw content::ContentError(
-        fmt::format("{}: not written, the session was too short for a motion", file.string()));
+    throw files::ContentError(fmt::format("{}: not written, the session was too short for a motion", file.string()));
   }
-  content::RawReports raw;
+  readers::RawReports raw;
   if (stylus != nullptr) {
     raw.device = stylus->name();
     raw.report_descriptor = stylus->report_descriptor();
@@ -247,7 +246,7 @@ void write_hand(const session::LiveSession& live, const session::Recording& reco
     const double time_s = live.time_of(report.arrived_ns);
     if (time_s >= 0) raw.reports.push_back({.time_s = time_s, .bytes = std::move(report.bytes)});
   }
-  content::write_motion(motion, file.stem().string(), file, 9, raw);
+  readers::write_motion(motion, file.stem().string(), file, 9, raw);
 }
 
 std::string hid_summary(const haptic::hid::HidStylus& stylus) {

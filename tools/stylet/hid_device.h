@@ -1,11 +1,11 @@
 // The stylus of `--device hid`: which device, how it lies to the patient, and what to say when it comes and goes.
 #pragma once
 
-#include "engine/content/calibration.h"
-#include "engine/content/motion.h"
 #include "engine/content/scene.h"
+#include "engine/readers/calibration_file.h"
+#include "engine/readers/motion.h"
+#include "engine/recording/recording.h"
 #include "engine/session/live_session.h"
-#include "engine/session/recording.h"
 #include "haptic/hid/hid_stylus.h"
 
 #include <filesystem>
@@ -23,9 +23,9 @@ struct HidChoice {
 };
 
 /// @param description  "hid" or "hid:VID:PID", hexadecimal. @return nothing: it begins otherwise
-/// @throws content::ContentError  it begins so and goes on wrongly
+/// @throws files::ContentError  it begins so and goes on wrongly
 std::optional<HidChoice> hid_choice(const std::string& description);
-/// @param id  "VID:PID", hexadecimal; empty: whichever can do most. @throws content::ContentError  it is not that
+/// @param id  "VID:PID", hexadecimal; empty: whichever can do most. @throws files::ContentError  it is not that
 HidChoice parse_hid_id(const std::string& id);
 
 /// A device that can lead a needle, as its user has calibrated it.
@@ -37,7 +37,7 @@ struct HidDevice {
 };
 
 /// @param asked  what the user said, for messages
-/// @throws content::ContentError  none is there, or none can be used; its calibration is wrong
+/// @throws files::ContentError  none is there, or none can be used; its calibration is wrong
 HidDevice choose_hid_device(const HidChoice& choice, const std::string& asked);
 /// The same as its profile has it, whatever its calibration says.
 HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked);
@@ -47,7 +47,7 @@ haptic::hid::DeviceKind connected_kind();
 /// tablet.
 Eigen::Quaterniond turn_on_the_desk(const HidDevice& device);
 /// For the file of its calibration.
-content::CalibratedDevice identity_of(const haptic::hid::HidDeviceSummary& device);
+readers::CalibratedDevice identity_of(const haptic::hid::HidDeviceSummary& device);
 
 /// It held open, its reports read one by one; its motors stay off.
 struct OpenHidDevice {
@@ -61,14 +61,14 @@ struct OpenHidDevice {
 
 /// Opens it for the needle of `scene`, the hub where the tip touches the skin at `entry` and points to `target`. The
 /// hand's right is the right of the scene's picture, up is up in the room.
-/// @throws content::ContentError, haptic::hid::HidError  none is there, or none can be used: why, and what to do
+/// @throws files::ContentError, haptic::hid::HidError  none is there, or none can be used: why, and what to do
 std::unique_ptr<haptic::hid::HidStylus> open_hid_stylus(const HidChoice& choice, const content::Scene& scene,
                                                         const Eigen::Vector3d& entry, const Eigen::Vector3d& target,
                                                         haptic::hid::ReportLog* log = nullptr);
 
 /// Lays a hand that was recorded by itself to the needle of `scene`, as open_hid_stylus() lays a live one.
 /// @param frame  of its poses; those of the patient's stay
-void place_hand(content::Motion& motion, content::MotionFrame frame, const content::Scene& scene,
+void place_hand(content::Motion& motion, readers::MotionFrame frame, const content::Scene& scene,
                 const Eigen::Vector3d& entry, const Eigen::Vector3d& target);
 
 /// Tells on stderr when the stylus goes, when it is back, and that it is awaited; a null stylus never does.
@@ -84,8 +84,8 @@ private:
 };
 
 /// Writes a session's hand as a motion file, with the raw reports where a HID device led it.
-/// @throws content::ContentError  it cannot be written
-void write_hand(const session::LiveSession& live, const session::Recording& recording,
+/// @throws files::ContentError  it cannot be written
+void write_hand(const session::LiveSession& live, const recording::Recording& recording,
                 const haptic::hid::HidStylus* stylus, haptic::hid::ReportLog& log, const std::filesystem::path& file);
 
 /// One line of counts of a session.

@@ -1,16 +1,16 @@
 // `stylet import`: meshes and label volumes of other programs become organs that can be simulated.
-#include "engine/content/error.h"
-#include "engine/content/gltf_writer.h"
-#include "engine/content/json_reader.h"
-#include "engine/content/scenario.h"
 #include "engine/content/tissue_table.h"
+#include "engine/files/error.h"
+#include "engine/files/json_reader.h"
+#include "engine/files/output_directory.h"
+#include "engine/gltf/gltf_writer.h"
 #include "engine/import/organ_files.h"
 #include "engine/import/organ_import.h"
 #include "engine/import/organ_labels.h"
 #include "engine/import/organ_picture.h"
 #include "engine/import/organ_source.h"
 #include "engine/import/side_file.h"
-#include "engine/session/output_directory.h"
+#include "engine/readers/scenario.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/import_scene.h"
 #include "tools/stylet/interrupt.h"
@@ -32,7 +32,7 @@
 namespace stylet::tools {
 namespace {
 
-using content::ContentError;
+using files::ContentError;
 // A line that begins with import:: is a module to clang-format.
 using import::ImportedOrgan;
 using import::ImportSettings;
@@ -144,25 +144,25 @@ void print_parts(const std::vector<import::SourceFile>& files) {
 struct WholeOrgan {
   ImportedOrgan organ;
   std::string tissue;
-  std::vector<content::AnnotatedSurface> inside;
+  std::vector<gltf::AnnotatedSurface> inside;
   std::optional<import::OrganLabels> labels;  ///< absent: nothing lies inside, or a tissue is not known
 };
 
-void write_organ(const WholeOrgan& whole, const import::OrganParts& parts, const content::TissueColours& colours,
+void write_organ(const WholeOrgan& whole, const import::OrganParts& parts, const gltf::TissueColours& colours,
                  const std::filesystem::path& folder) {
-  session::OutputDirectory out(folder);
+  files::OutputDirectory out(folder);
   const ImportedOrgan& organ = whole.organ;
-  std::vector<content::AnnotatedSurface> surfaces{
+  std::vector<gltf::AnnotatedSurface> surfaces{
       {.name = organ.id, .role = "boundary", .tissue = whole.tissue, .body = organ.id, .mesh = organ.surface}};
   surfaces.insert(surfaces.end(), whole.inside.begin(), whole.inside.end());
-  const auto glb = content::write_glb(
+  const auto glb = gltf::write_glb(
       surfaces, colours, {.generator = "stylet import " + build_name(), .copyright = {}, .scene = organ.id});
   out.write("surface.glb", {reinterpret_cast<const char*>(glb.data()), glb.size()});
   out.write("tetrahedra.vtk", import::tetrahedra_vtk(organ, whole.labels ? &*whole.labels : nullptr));
   if (whole.labels) out.write("labels.vtk", import::labels_vtk(organ.id, whole.labels->volume));
   out.write("report.json", import::report_json(organ, parts));
   out.write("report.txt", import::report_text(organ, parts));
-  view::write_png(out.staged("picture.png"), import::organ_picture(organ));
+  picture::write_png(out.staged("picture.png"), import::organ_picture(organ));
   out.commit("report.json");
 }
 
@@ -192,7 +192,7 @@ void add_inside(WholeOrgan& whole, const std::vector<const import::OrganParts*>&
   };
   const int rows = static_cast<int>(table.size());
   bool known = row(whole.tissue) < rows;
-  std::vector<content::Organ> organs;
+  std::vector<readers::Organ> organs;
   for (const import::OrganParts* part : inside) {
     ImportedOrgan imported = import::import_surface(*part, {}, progress);
     std::vector<std::string> of_part;
@@ -200,7 +200,7 @@ void add_inside(WholeOrgan& whole, const std::vector<const import::OrganParts*>&
     for (const std::string& note : imported.report.notes) of_part.push_back(note);
     for (const std::string& note : of_part) notes.push_back(part->id + ": " + note);
     known = known && row(tissue) < rows;
-    content::Organ& organ = organs.emplace_back();
+    readers::Organ& organ = organs.emplace_back();
     organ.id = part->id;
     organ.role = part->role == "vessel"   ? content::SurfaceRole::vessel
                  : part->role == "target" ? content::SurfaceRole::target
@@ -225,7 +225,7 @@ void add_inside(WholeOrgan& whole, const std::vector<const import::OrganParts*>&
 /// The side file, where one is named.
 std::optional<import::SideFile> read_side(const std::string& path) {
   if (path.empty()) return std::nullopt;
-  content::JsonFile file{std::filesystem::path(path)};
+  files::JsonFile file{std::filesystem::path(path)};
   import::SideFile side = import::read_side_file(file);
   file.throw_problems();
   return side;
@@ -268,10 +268,10 @@ int run(const ImportOptions& options) {
       if (!organ.tissue.empty()) asked[organ.id] = organ.tissue;
     }
   }
-  content::JsonFile table_file(content::content_directory() / "tissues.json");
+  files::JsonFile table_file(readers::content_directory() / "tissues.json");
   const content::TissueTable table = content::read_tissues(table_file);
   table_file.throw_problems();
-  content::TissueColours colours;
+  gltf::TissueColours colours;
   for (const content::Tissue& tissue : table.tissues) colours[tissue.name] = tissue.colour;
   for (const auto& [id, tissue] : asked) {
     if (!colours.contains(tissue)) {

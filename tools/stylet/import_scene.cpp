@@ -1,7 +1,7 @@
 #include "tools/stylet/import_scene.h"
 
-#include "engine/content/scenario.h"
 #include "engine/import/scenario_folder.h"
+#include "engine/readers/scenario.h"
 #include "tools/make_motion/biopsy_motion.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
@@ -33,7 +33,7 @@ void import_scenario(const std::vector<import::SourceFile>& files, const import:
   Progress progress;
   import::ScenarioFolder written;
   try {
-    written = import::write_scenario(files, side, folder, content::content_directory(),
+    written = import::write_scenario(files, side, folder, readers::content_directory(),
                                      "stylet import " + build_name(), plan_motion, [&](const std::string& task) {
                                        throw_if_interrupted();
                                        progress.show(task, 0);

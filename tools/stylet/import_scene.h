@@ -12,7 +12,7 @@ namespace stylet::tools {
 /// Writes the scenario of a side file (its `scenario` is there) into a folder: scenario.json, organs.glb,
 /// motion.json, the tissues, needle and probe it uses, report.txt, report.json and picture.png; all of them or none.
 /// Loads what it wrote: what comes out can be trained.
-/// @throws content::ContentError
+/// @throws files::ContentError
 void import_scenario(const std::vector<import::SourceFile>& files, const import::SideFile& side,
                      const std::filesystem::path& folder);
 

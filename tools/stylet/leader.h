@@ -12,7 +12,7 @@ namespace stylet::tools {
 /// What --device asks for, or the default, which one line on stdout names where a person leads: a stylus that cannot
 /// be opened is said and left to the mouse.
 /// @param device  of --device, empty: the user did not say. @param log  as of make_stylus()
-/// @throws content::ContentError, haptic::hid::HidError
+/// @throws files::ContentError, haptic::hid::HidError
 Stylus make_leader(const std::string& device, Seen seen, const content::Scene& scene, haptic::hid::ReportLog* log);
 
 inline constexpr const char* kLeaderHelp =

@@ -1,7 +1,7 @@
 #include "tools/stylet/link_session.h"
 
 #include "engine/link/link_error.h"
-#include "engine/session/tracked_transforms.h"
+#include "engine/tracking/tracked_transforms.h"
 #include "tools/stylet/session_options.h"
 
 #include <fmt/format.h>
@@ -79,7 +79,7 @@ void LinkSession::start() {
 }
 
 void LinkSession::imaged(const state::FrameState& state, const ultrasound::SectorGeometry& sector,
-                         const view::Picture& bare) {
+                         const picture::Picture& bare) {
   const link::Clock::time_point now = link::Clock::now();
   if (!link_ || link_->clients() == 0 || now < next_image_) return;
   next_image_ = now + std::chrono::duration_cast<link::Clock::duration>(std::chrono::duration<double>(1 / image_hz_));
@@ -89,14 +89,14 @@ void LinkSession::imaged(const state::FrameState& state, const ultrasound::Secto
   image_.pixels.resize(bare.rgba.size() / 4);
   for (std::size_t pixel = 0; pixel < image_.pixels.size(); ++pixel) image_.pixels[pixel] = bare.rgba[4 * pixel];
   image_.reference_from_image =
-      session::ras_pose(state.probe_position, state.probe_orientation) * session::image_to_probe(sector);
+      tracking::ras_pose(state.probe_position, state.probe_orientation) * tracking::image_to_probe(sector);
   link_->show(image_);
 }
 
 void LinkSession::pass_time(gpu::Device* device, const content::HeatedZone* zone) {
   if (!link_ || link_->clients() == 0 || device == nullptr) return std::this_thread::sleep_for(kPause);
   if (!scanner_) {
-    scanner_.emplace(*device, scene_, session::ScannerConsole(scene_.probe));
+    scanner_.emplace(*device, scene_, scanner::ScannerConsole(scene_.probe));
     scanner_->watch(this);
   }
   // As in the window: a little behind, where there is a later state to interpolate to.

@@ -3,7 +3,7 @@
 
 #include "engine/gpu/device.h"
 #include "engine/link/link.h"
-#include "engine/session/live_scanner.h"
+#include "engine/scanner/live_scanner.h"
 #include "engine/session/live_session.h"
 
 #include <CLI/CLI.hpp>
@@ -26,7 +26,7 @@ struct LinkOptions {
 void add_link_options(CLI::App& command, LinkOptions& options);
 
 /// Nothing happens in it where no link is wanted. Thread: main.
-class LinkSession final : public session::ImageWatcher {
+class LinkSession final : public scanner::ImageWatcher {
 public:
   /// Keeps references to `scene` and `live`. @throws link::LinkError
   LinkSession(const LinkOptions& options, const content::Scene& scene, const session::LiveSession& live,
@@ -36,7 +36,7 @@ public:
   void start();
   /// Of every image of the window's scanner.
   void imaged(const state::FrameState& state, const ultrasound::SectorGeometry& sector,
-              const view::Picture& bare) override;
+              const picture::Picture& bare) override;
   /// Passes some time of a session without a window: makes an image while a client is there, else sleeps.
   /// @param device  null: there is none for images. @throws gpu::GpuError
   void pass_time(gpu::Device* device, const content::HeatedZone* zone = nullptr);
@@ -53,7 +53,7 @@ private:
   std::optional<link::Link> link_;
   link::LinkImage image_;
   link::Clock::time_point next_image_{};
-  std::optional<session::LiveScanner> scanner_;  ///< of a session without a window
+  std::optional<scanner::LiveScanner> scanner_;  ///< of a session without a window
   state::FrameState frame_;
 };
 

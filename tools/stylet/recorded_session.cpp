@@ -1,8 +1,8 @@
 #include "tools/stylet/recorded_session.h"
 
-#include "engine/content/error.h"
-#include "engine/content/scenario.h"
-#include "engine/session/unfinished_recording.h"
+#include "engine/files/error.h"
+#include "engine/readers/scenario.h"
+#include "engine/recording/unfinished_recording.h"
 #include "tools/stylet/session_options.h"
 
 #include <fmt/format.h>
@@ -12,19 +12,19 @@
 namespace stylet::tools {
 
 RecordedSession open_recording(const std::string& named, const std::string& scenario, Progress& progress) {
-  const std::string path = session::find_recording(named).string();
-  session::Recording recording = session::read_recording(path);
+  const std::string path = recording::find_recording(named).string();
+  recording::Recording recording = recording::read_recording(path);
   fmt::print("{}: {}\n", path, recording.condition());
   const session::ReplayableSteps steps = session::replayable_steps(recording);
   if (steps.haptic == 0) {
-    throw content::ContentError(path + ": was cut off before the first step; there is nothing to replay");
+    throw files::ContentError(path + ": was cut off before the first step; there is nothing to replay");
   }
   if (steps.haptic != recording.haptic.size() || steps.simulation != recording.simulation.size()) {
     fmt::print("replayed up to {:.3f} s: the {} haptic and {} simulation steps after it lack their input\n",
                recording.haptic[steps.haptic - 1].time_s, recording.haptic.size() - steps.haptic,
                recording.simulation.size() - steps.simulation);
   }
-  const auto scenario_path = content::find_scenario(scenario.empty() ? recording.header.scenario : scenario);
+  const auto scenario_path = readers::find_scenario(scenario.empty() ? recording.header.scenario : scenario);
   if (session::file_hash(scenario_path) != recording.header.scenario_hash) {
     fmt::print(stderr, "stylet: {} has changed since the recording was made; the replay may differ\n",
                scenario_path.string());

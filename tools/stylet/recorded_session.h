@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/session/recording.h"
+#include "engine/recording/recording.h"
 #include "engine/session/replay.h"
 #include "tools/stylet/progress.h"
 
@@ -11,7 +11,7 @@
 namespace stylet::tools {
 
 struct RecordedSession {
-  session::Recording recording;
+  recording::Recording recording;
   session::ReplayableSteps steps;
   content::Scene scene;
 
@@ -19,9 +19,9 @@ struct RecordedSession {
 };
 
 /// Says what the recording holds, what of it can be run again, and where the scenario is another by now.
-/// @param named     file or folder, session::find_recording
+/// @param named     file or folder, recording::find_recording
 /// @param scenario  instead of the one named in the recording; empty: that
-/// @throws content::ContentError  also a recording without a step
+/// @throws files::ContentError  also a recording without a step
 RecordedSession open_recording(const std::string& named, const std::string& scenario, Progress& progress);
 
 }  // namespace stylet::tools

@@ -1,7 +1,7 @@
 // `stylet render`: deterministic frames of a scenario for data sets, tests and papers.
 #include "tools/stylet/render.h"
 
-#include "engine/content/error.h"
+#include "engine/files/error.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/session_options.h"
 
@@ -17,7 +17,7 @@ Size parse_size(const std::string& option, const std::string& text) {
   char rest = 0;
   if (std::sscanf(text.c_str(), "%dx%d%c", &size.width, &size.height, &rest) != 2 || size.width < 64 ||
       size.height < 64 || size.width > 8192 || size.height > 8192) {
-    throw content::ContentError(
+    throw files::ContentError(
         fmt::format("{} {}: give WIDTHxHEIGHT in pixels, each from 64 to 8192, such as 1280x720", option, text));
   }
   return size;

@@ -45,7 +45,7 @@ struct RenderOptions {
   session::RandomRanges ranges{};
 };
 
-/// Of "WIDTHxHEIGHT". @throws content::ContentError  in the name of the option
+/// Of "WIDTHxHEIGHT". @throws files::ContentError  in the name of the option
 Size parse_size(const std::string& option, const std::string& text);
 
 /// Frames of the scenario's motion. @return exit code

@@ -1,18 +1,18 @@
 // Random ultrasound frames with labels, for people who train networks: any number, on any number of machines.
 #include "tools/stylet/render.h"
 
-#include "engine/content/error.h"
+#include "engine/files/dataset_folder.h"
+#include "engine/files/error.h"
 #include "engine/gpu/device.h"
+#include "engine/picture/png_bytes.h"
 #include "engine/session/coupled_loops.h"
-#include "engine/session/dataset_folder.h"
-#include "engine/session/label_preview.h"
 #include "engine/session/random_frame.h"
 #include "engine/session/replay.h"
 #include "engine/session/session_report.h"
-#include "engine/session/tracked_transforms.h"
+#include "engine/stills/label_preview.h"
+#include "engine/tracking/tracked_transforms.h"
 #include "engine/ultrasound/imager.h"
 #include "engine/ultrasound/presets.h"
-#include "engine/view/png_bytes.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
@@ -43,7 +43,7 @@ Shard parse_shard(const std::string& text) {
   unsigned of = 0;
   char rest = 0;
   if (std::sscanf(text.c_str(), "%u/%u%c", &index, &of, &rest) != 2 || of == 0 || index >= of) {
-    throw content::ContentError(fmt::format("--shard {}: give I/N with I from 0 to N - 1, such as 0/8", text));
+    throw files::ContentError(fmt::format("--shard {}: give I/N with I from 0 to N - 1, such as 0/8", text));
   }
   return {index, of};
 }
@@ -80,7 +80,7 @@ Json about(std::uint64_t index, const content::Scene& scene, const session::Rand
             {"inspiration", scene.breathing.amplitude * frame.inspiration}};
   const state::FrameState& state = settled.state;
   json["speed_m_per_s"] = settled.speed;
-  for (const session::NamedTransform& transform : session::tracked_transforms(state, geometry)) {
+  for (const tracking::NamedTransform& transform : tracking::tracked_transforms(state, geometry)) {
     Json& rows = json["transforms"][transform.name];
     for (int i = 0; i < 16; ++i) rows.push_back(transform.matrix(i / 4, i % 4));
   }
@@ -101,16 +101,16 @@ Json about(std::uint64_t index, const content::Scene& scene, const session::Rand
   return json;
 }
 
-std::vector<session::FrameFile> draw(ultrasound::Imager& imager, const state::FrameState& state, bool preview) {
+std::vector<files::FrameFile> draw(ultrasound::Imager& imager, const state::FrameState& state, bool preview) {
   imager.image(state);
   const ultrasound::SectorGeometry& size = imager.geometry();
   const std::vector<std::uint8_t> grey = imager.read_back();
   const std::vector<std::uint8_t> labels = imager.read_label_map();
-  std::vector<session::FrameFile> files{{"image", view::png_bytes(size.width, size.height, grey)},
-                                        {"labels", view::png_bytes(size.width, size.height, labels)}};
+  std::vector<files::FrameFile> files{{"image", picture::png_bytes(size.width, size.height, grey)},
+                                      {"labels", picture::png_bytes(size.width, size.height, labels)}};
   if (preview) {
-    files.push_back({"preview", view::png_bytes(session::label_preview(
-                                    session::grey_picture(size.width, size.height, grey), labels))});
+    files.push_back({"preview", picture::png_bytes(stills::label_preview(
+                                    stills::grey_picture(size.width, size.height, grey), labels))});
   }
   return files;
 }
@@ -121,13 +121,13 @@ int render_dataset(const RenderOptions& options) {
   const Size size = parse_size("--ultrasound-size", options.ultrasound_size);
   const Shard shard = parse_shard(options.shard);
   if (!options.ultrasound) {
-    throw content::ContentError(
+    throw files::ContentError(
         "--random: goes with --ultrasound; of the 3-D view there are frames of the motion only");
   }
   if (options.only && (*options.only >= options.random || *options.only % shard.of != shard.index)) {
-    throw content::ContentError(fmt::format("--only {}: is none of the {} frames asked for; give one from 0 to {}{}",
-                                            *options.only, options.random, options.random - 1,
-                                            shard.of > 1 ? " of this shard" : ""));
+    throw files::ContentError(fmt::format("--only {}: is none of the {} frames asked for; give one from 0 to {}{}",
+                                          *options.only, options.random, options.random - 1,
+                                          shard.of > 1 ? " of this shard" : ""));
   }
   Progress progress;
   content::Scene scene = load_scene(options.scenario, progress);
@@ -138,8 +138,8 @@ int render_dataset(const RenderOptions& options) {
   ranges.from_s = options.from_s;
   ranges.to_s = options.to_s.value_or(end_s);
   if (!(ranges.from_s >= 0 && ranges.from_s <= ranges.to_s && ranges.to_s <= end_s)) {
-    throw content::ContentError(fmt::format("--from {} --to {}: the range must lie within the motion, 0 to {} s",
-                                            ranges.from_s, ranges.to_s, end_s));
+    throw files::ContentError(fmt::format("--from {} --to {}: the range must lie within the motion, 0 to {} s",
+                                          ranges.from_s, ranges.to_s, end_s));
   }
   const content::PictureLabels legend(scene);
   gpu::Device gpu({.gpu = options.gpu});
@@ -152,22 +152,22 @@ int render_dataset(const RenderOptions& options) {
       ultrasound::SectorGeometry::fit(ultrasound::ScanGeometry::of(scene.probe, look.line_oversampling), size.width,
                                       size.height)
           .mm_per_pixel();
-  const session::DatasetFolder folder(options.out,
-                                      {{"format", "stylet-dataset"},
-                                       {"version", 1},
-                                       {"build", build_name()},
-                                       {"scenario", scene.name},
-                                       {"scenario_hash", session::hash_text(session::file_hash(scene.scenario))},
-                                       {"coupling", session::coupling_name(coupling)},
-                                       {"seed", options.seed},
-                                       {"scanner", scanner_json(scene.probe)},
-                                       {"frames", options.random},
-                                       {"previews", options.previews},
-                                       {"width", size.width},
-                                       {"height", size.height},
-                                       {"mm_per_pixel", mm_per_pixel},
-                                       {"ranges", ranges_json(ranges)},
-                                       {"labels", legend_json(legend)}});
+  const files::DatasetFolder folder(options.out,
+                                    {{"format", "stylet-dataset"},
+                                     {"version", 1},
+                                     {"build", build_name()},
+                                     {"scenario", scene.name},
+                                     {"scenario_hash", session::hash_text(session::file_hash(scene.scenario))},
+                                     {"coupling", session::coupling_name(coupling)},
+                                     {"seed", options.seed},
+                                     {"scanner", scanner_json(scene.probe)},
+                                     {"frames", options.random},
+                                     {"previews", options.previews},
+                                     {"width", size.width},
+                                     {"height", size.height},
+                                     {"mm_per_pixel", mm_per_pixel},
+                                     {"ranges", ranges_json(ranges)},
+                                     {"labels", legend_json(legend)}});
   std::optional<ultrasound::Imager> imager;  // one for all frames: it holds nothing of the one before
   std::uint64_t made = 0;
   std::uint64_t kept = 0;
@@ -190,7 +190,7 @@ int render_dataset(const RenderOptions& options) {
     imager->set_acoustics(dressed.tissues);
     imager->set_seed(frame.seed);
     const bool preview = options.previews > 0 && index % static_cast<std::uint64_t>(options.previews) == 0;
-    const std::vector<session::FrameFile> files = draw(*imager, settled.state, preview);
+    const std::vector<files::FrameFile> files = draw(*imager, settled.state, preview);
     Json made_of = about(index, dressed, frame, settled, imager->geometry(), gpu.identity());
     if (const std::string black = imager->diagnosis(); !black.empty()) made_of["black"] = black;
     folder.put(index, files, std::move(made_of));

@@ -1,24 +1,24 @@
 // Frames of a scenario's motion: the 3-D view and the ultrasound image, or the image alone as a tracked sequence.
 #include "tools/stylet/render.h"
 
-#include "engine/content/error.h"
-#include "engine/content/scenario.h"
+#include "engine/files/error.h"
+#include "engine/files/output_directory.h"
 #include "engine/gpu/device.h"
+#include "engine/picture/png_bytes.h"
+#include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/frame_clock.h"
 #include "engine/session/frame_publisher.h"
-#include "engine/session/label_preview.h"
 #include "engine/session/lockstep.h"
-#include "engine/session/output_directory.h"
-#include "engine/session/pictures.h"
-#include "engine/session/sequence_file.h"
 #include "engine/session/session_report.h"
 #include "engine/session/state_hash.h"
 #include "engine/session/step_hash.h"
-#include "engine/session/tracked_transforms.h"
+#include "engine/stills/label_preview.h"
+#include "engine/stills/pictures.h"
+#include "engine/tracking/sequence_file.h"
+#include "engine/tracking/tracked_transforms.h"
 #include "engine/ultrasound/imager.h"
 #include "engine/ultrasound/presets.h"
-#include "engine/view/png_bytes.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
@@ -43,13 +43,13 @@ content::Camera chosen_camera(const RenderOptions& options, const content::Scene
   if (options.camera.empty()) return scene.camera;
   const std::vector<double>& c = options.camera;
   if (!std::ranges::all_of(c, [](double v) { return std::isfinite(v); })) {
-    throw content::ContentError("--camera: every number must be finite");
+    throw files::ContentError("--camera: every number must be finite");
   }
   content::Camera camera = scene.camera;
   camera.eye = {c[0], c[1], c[2]};
   camera.look_at = {c[3], c[4], c[5]};
   if ((camera.eye - camera.look_at).norm() < 1e-3) {
-    throw content::ContentError("--camera: the eye and the point it looks at are the same; move one of them");
+    throw files::ContentError("--camera: the eye and the point it looks at are the same; move one of them");
   }
   return camera;
 }
@@ -86,7 +86,7 @@ constexpr const char* kSequence = "ultrasound.igs.mha";
 class FrameDrawer {
 public:
   FrameDrawer(const RenderOptions& options, gpu::Device& gpu, const content::Scene& scene,
-              const session::OutputDirectory& out)
+              const files::OutputDirectory& out)
       : options_(options), out_(out), camera_(chosen_camera(options, scene)), legend_(scene) {
     const Size size = parse_size("--ultrasound-size", options.ultrasound_size);
     if (options.ultrasound) {
@@ -95,19 +95,19 @@ public:
       settings.height = size.height;
       settings.seed = options.seed;
       imager_ = std::make_unique<ultrasound::Imager>(gpu, scene, settings);
-      sequence_ = std::make_unique<session::SequenceFile>(out.staged(kSequence), size.width, size.height);
+      sequence_ = std::make_unique<tracking::SequenceFile>(out.staged(kSequence), size.width, size.height);
       return;
     }
     const Size view = parse_size("--size", options.size);
-    pictures_ = std::make_unique<session::Pictures>(gpu, scene,
-                                                    session::PictureSettings{.view_width = view.width,
-                                                                             .view_height = view.height,
-                                                                             .ultrasound_width = size.width,
-                                                                             .ultrasound_height = size.height,
-                                                                             .stereo = options.stereo,
-                                                                             .seed = options.seed,
-                                                                             .room = options.room,
-                                                                             .notes = !options.labels});
+    pictures_ = std::make_unique<stills::Pictures>(gpu, scene,
+                                                   stills::PictureSettings{.view_width = view.width,
+                                                                           .view_height = view.height,
+                                                                           .ultrasound_width = size.width,
+                                                                           .ultrasound_height = size.height,
+                                                                           .stereo = options.stereo,
+                                                                           .seed = options.seed,
+                                                                           .room = options.room,
+                                                                           .notes = !options.labels});
   }
 
   void draw(int frame, const state::FrameState& state) {
@@ -149,8 +149,8 @@ private:
     const auto [view, ultrasound] = pictures_->draw(state, camera_);
     const std::string view_name = fmt::format("view_{:05}.png", frame);
     const std::string ultrasound_name = fmt::format("ultrasound_{:05}.png", frame);
-    view::write_png(out_.staged(view_name), view);
-    view::write_png(out_.staged(ultrasound_name), ultrasound);
+    picture::write_png(out_.staged(view_name), view);
+    picture::write_png(out_.staged(ultrasound_name), ultrasound);
     entry["view"] = view_name;
     entry["view_hash"] = pixel_hash(view.width, view.rgba);
     entry["ultrasound"] = ultrasound_name;
@@ -159,7 +159,7 @@ private:
     const render::ViewLabels seen = pictures_->view_labels();
     draw_labels("view", frame, seen.labels, view, entry);
     const std::string depth_name = fmt::format("view_depth_{:05}.png", frame);
-    out_.write(depth_name, view::png_bytes(view.width, view.height, seen.depth));
+    out_.write(depth_name, picture::png_bytes(view.width, view.height, seen.depth));
     entry["view_depth"] = depth_name;
     draw_labels("ultrasound", frame, pictures_->ultrasound_labels(), ultrasound, entry);
   }
@@ -169,36 +169,36 @@ private:
     const std::vector<std::uint8_t> grey = imager_->read_back();
     const ultrasound::SectorGeometry& geometry = imager_->geometry();
     const std::string name = fmt::format("ultrasound_{:05}.png", frame);
-    out_.write(name, view::png_bytes(geometry.width, geometry.height, grey));
+    out_.write(name, picture::png_bytes(geometry.width, geometry.height, grey));
     sequence_->add(
-        {.time_s = state.time_s, .pixels = grey, .transforms = session::tracked_transforms(state, geometry)});
+        {.time_s = state.time_s, .pixels = grey, .transforms = tracking::tracked_transforms(state, geometry)});
     entry["ultrasound"] = name;
     entry["ultrasound_hash"] = pixel_hash(geometry.width, grey);
     if (options_.labels) {
       draw_labels("ultrasound", frame, imager_->read_label_map(),
-                  session::grey_picture(geometry.width, geometry.height, grey), entry);
+                  stills::grey_picture(geometry.width, geometry.height, grey), entry);
     }
   }
 
   /// @param of  "view" or "ultrasound"
   void draw_labels(const std::string& of, int frame, const std::vector<std::uint8_t>& labels,
-                   const view::Picture& picture, nlohmann::ordered_json& entry) {
+                   const picture::Picture& picture, nlohmann::ordered_json& entry) {
     const std::string name = fmt::format("{}_labels_{:05}.png", of, frame);
-    out_.write(name, view::png_bytes(picture.width, picture.height, labels));
+    out_.write(name, picture::png_bytes(picture.width, picture.height, labels));
     entry[of + "_labels"] = name;
     if (!has_preview(frame)) return;
     const std::string preview = fmt::format("{}_preview_{:05}.png", of, frame);
-    out_.write(preview, view::png_bytes(session::label_preview(picture, labels)));
+    out_.write(preview, picture::png_bytes(stills::label_preview(picture, labels)));
     entry[of + "_preview"] = preview;
   }
 
   const RenderOptions& options_;
-  const session::OutputDirectory& out_;
+  const files::OutputDirectory& out_;
   content::Camera camera_;
   content::PictureLabels legend_;
-  std::unique_ptr<session::Pictures> pictures_;  // of both
-  std::unique_ptr<ultrasound::Imager> imager_;   // of the ultrasound image alone
-  std::unique_ptr<session::SequenceFile> sequence_;
+  std::unique_ptr<stills::Pictures> pictures_;  // of both
+  std::unique_ptr<ultrasound::Imager> imager_;  // of the ultrasound image alone
+  std::unique_ptr<tracking::SequenceFile> sequence_;
   nlohmann::ordered_json frames_ = nlohmann::ordered_json::array();
 };
 
@@ -214,18 +214,18 @@ int render_motion(const RenderOptions& options) {
   chosen_camera(options, scene);
   const Stylus stylus = make_stylus(options.device, scene);
   if (!std::isfinite(stylus.duration_s)) {
-    throw content::ContentError("--device mouse: frames need a motion that repeats; use recorded:FILE or scripted");
+    throw files::ContentError("--device mouse: frames need a motion that repeats; use recorded:FILE or scripted");
   }
   const double to_s = options.to_s.value_or(stylus.duration_s);
   if (!(options.frames_per_second > 0 && options.frames_per_second <= 1000)) {
-    throw content::ContentError("--fps: give a number of frames a second above 0 and up to 1000");
+    throw files::ContentError("--fps: give a number of frames a second above 0 and up to 1000");
   }
   if (!(options.from_s >= 0 && options.from_s <= to_s && to_s <= stylus.duration_s)) {
-    throw content::ContentError(fmt::format("--from {} --to {}: the range must lie within the motion, 0 to {} s",
-                                            options.from_s, to_s, stylus.duration_s));
+    throw files::ContentError(fmt::format("--from {} --to {}: the range must lie within the motion, 0 to {} s",
+                                          options.from_s, to_s, stylus.duration_s));
   }
   gpu::Device gpu({.gpu = options.gpu});
-  session::OutputDirectory out(options.out);
+  files::OutputDirectory out(options.out);
   out.supersede(listed_files(out.destination() / "manifest.json"));
   FrameDrawer drawer(options, gpu, scene, out);
   session::StepHash hash;

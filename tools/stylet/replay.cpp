@@ -1,10 +1,10 @@
 // `stylet replay`: runs a recording again and says whether every bit is the same; shows it, makes a film of it.
-#include "engine/content/error.h"
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/film.h"
 #include "engine/debrief/session_replay.h"
 #include "engine/debrief/still_moment.h"
-#include "engine/session/output_directory.h"
+#include "engine/files/error.h"
+#include "engine/files/output_directory.h"
 #include "engine/session/session_report.h"
 #include "engine/training/training_report.h"
 #include "tools/stylet/commands.h"
@@ -38,16 +38,15 @@ struct ReplayOptions {
 /// The span of the session that is drawn, which has something in it.
 void check_span(const ReplayOptions& options, double duration_s) {
   if (options.from_s < options.to_s && options.from_s < duration_s) return;
-  throw content::ContentError(
-      fmt::format("--from {:g} --to {:g}: the span must lie within the session, 0 to {:.2f} s", options.from_s,
-                  options.to_s, duration_s));
+  throw files::ContentError(fmt::format("--from {:g} --to {:g}: the span must lie within the session, 0 to {:.2f} s",
+                                        options.from_s, options.to_s, duration_s));
 }
 
 /// Film, stills and force of the replayed session.
-void write_export(const ReplayOptions& options, const content::Scene& scene, const session::Recording& recording,
+void write_export(const ReplayOptions& options, const content::Scene& scene, const recording::Recording& recording,
                   debrief::SessionReplay& replay, Progress& progress) {
   gpu::Device gpu({.gpu = options.gpu});
-  session::OutputDirectory out(options.out);
+  files::OutputDirectory out(options.out);
   debrief::write_force(out, recording, replay.force());
   const debrief::FilmSettings film{.from_s = options.from_s, .to_s = options.to_s, .speed = options.speed};
   const int count = debrief::write_film(out, scene, gpu, replay, replay.force(), film, [&](double share) {
@@ -64,7 +63,7 @@ void write_export(const ReplayOptions& options, const content::Scene& scene, con
 }
 
 /// @return exit code
-int tell_result(const debrief::SessionReplay& replay, const session::Recording& recording) {
+int tell_result(const debrief::SessionReplay& replay, const recording::Recording& recording) {
   const session::ReplayResult& result = replay.result();
   fmt::print("{} haptic and {} simulation steps in {:.1f} s ({:.1f} s of session); haptic step median {:.0f} us\n",
              result.run.haptic.steps, result.run.simulation.steps, result.run.wall_s, result.run.duration_s,
@@ -72,7 +71,7 @@ int tell_result(const debrief::SessionReplay& replay, const session::Recording& 
   fmt::print("state hash {}\n", session::hash_text(replay.state_hash()));
   if (result.divergence) {
     fmt::print("DIFFERS: first at {} step {}: recorded {}, replayed {}\n",
-               result.divergence->loop == session::LoopName::haptic ? "haptic" : "simulation",
+               result.divergence->loop == recording::LoopName::haptic ? "haptic" : "simulation",
                result.divergence->step, session::hash_text(result.divergence->recorded),
                session::hash_text(result.divergence->replayed));
     fmt::print("The same bits need the same binary, libraries and kind of CPU; recorded by {}\n",

@@ -1,8 +1,8 @@
 #include "tools/stylet/replay_window.h"
 
+#include "engine/figures/canvas.h"
 #include "engine/render/renderer.h"
-#include "engine/session/canvas.h"
-#include "engine/session/live_scanner.h"
+#include "engine/scanner/live_scanner.h"
 #include "engine/view/orbit.h"
 #include "tools/stylet/interrupt.h"
 
@@ -61,9 +61,9 @@ private:
 void show_replay(view::Display& display, gpu::Device& device, const content::Scene& scene,
                  debrief::SessionReplay& replay, debrief::Playback playback) {
   view::Window window(display, device, {.title = fmt::format("Stylet replay: {}", scene.name)});
-  session::LiveScanner scanner(device, scene, session::ScannerConsole(scene.probe));
+  scanner::LiveScanner scanner(device, scene, scanner::ScannerConsole(scene.probe));
   render::Renderer renderer(device, scene, {.width = 800, .height = 720});
-  const session::Font font = session::Font::load();
+  const figures::Font font = figures::Font::load();
   state::FrameState frame = replay.frames().make_frame();
   content::Camera camera = scene.camera;
   const ReplayThread thread(replay);
@@ -86,9 +86,9 @@ void show_replay(view::Display& display, gpu::Device& device, const content::Sce
     const content::HeatedZone* zone = replay.zone_at(frame.time_s);
     scanner.draw(frame, zone);
     const gpu::Image& view = renderer.render(frame, camera, {.plane = scanner.in_view(), .zone = zone});
-    const view::Pane pane = view::PaneLayout::of(window.width(), window.height(), true).plot;
-    view::Picture info(std::max(pane.width, 1), std::max(pane.height, 1));
-    session::Canvas canvas(info);
+    const picture::Pane pane = picture::PaneLayout::of(window.width(), window.height(), true).plot;
+    picture::Picture info(std::max(pane.width, 1), std::max(pane.height, 1));
+    figures::Canvas canvas(info);
     canvas.text(font, playback.caption(), {16, 28}, 17, {226, 232, 236, 255});
     canvas.text(font,
                 fmt::format("tip to target {:.0f} mm   in tissue {:.0f} mm   force {:.2f} N",

@@ -1,9 +1,9 @@
 #include "tools/stylet/session_options.h"
 
-#include "engine/content/error.h"
-#include "engine/content/motion.h"
-#include "engine/content/scenario.h"
+#include "engine/files/error.h"
 #include "engine/link/link_stylus.h"
+#include "engine/readers/motion.h"
+#include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/ultrasound/presets.h"
@@ -37,8 +37,8 @@ struct Approach {
 };
 Approach approach(const content::Scene& scene) {
   if (scene.targets.empty() || scene.motion.stylus.empty()) {
-    throw content::ContentError(fmt::format(
-        "{}: has no target or no motion to start from; use --device recorded:FILE", scene.scenario.string()));
+    throw files::ContentError(fmt::format("{}: has no target or no motion to start from; use --device recorded:FILE",
+                                          scene.scenario.string()));
   }
   const physics::StylusPose& hub = scene.motion.stylus.front().pose;
   return {.entry = hub.position + hub.orientation * Eigen::Vector3d(0, 0, scene.needle.length),
@@ -53,8 +53,8 @@ void print_warning(const std::string& warning) {
 
 content::Scene load_scene(const std::string& name, Progress& progress) {
   std::vector<std::string> warnings;
-  content::Scene scene = content::load_scene(
-      content::find_scenario(name),
+  content::Scene scene = readers::load_scene(
+      readers::find_scenario(name),
       [&](const std::string& doing, double share) {
         throw_if_interrupted();
         progress.show(doing, share);
@@ -68,8 +68,8 @@ content::Scene load_scene(const std::string& name, Progress& progress) {
 Stylus make_stylus(const std::string& description, const content::Scene& scene, haptic::hid::ReportLog* log) {
   if (description.empty() || description == "recorded") {
     if (scene.motion.stylus.empty()) {
-      throw content::ContentError(fmt::format(
-          "{}: names no motion; say --device recorded:FILE, scripted, mouse or hid", scene.scenario.string()));
+      throw files::ContentError(fmt::format("{}: names no motion; say --device recorded:FILE, scripted, mouse or hid",
+                                            scene.scenario.string()));
     }
     Stylus stylus = recorded(scene.motion, "recorded stylus");
     stylus.own_motion = true;
@@ -78,9 +78,9 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene, 
   constexpr const char* kRecorded = "recorded:";
   if (description.starts_with(kRecorded)) {
     const std::string file = description.substr(std::char_traits<char>::length(kRecorded));
-    content::RawReports raw;
-    content::Motion motion = content::read_motion(file, &raw);
-    if (raw.frame != content::MotionFrame::kPatient) {
+    readers::RawReports raw;
+    content::Motion motion = readers::read_motion(file, &raw);
+    if (raw.frame != readers::MotionFrame::kPatient) {
       const Approach way = approach(scene);
       place_hand(motion, raw.frame, scene, way.entry, way.target);
     }
@@ -128,7 +128,7 @@ Stylus make_stylus(const std::string& description, const content::Scene& scene, 
     haptic::hid::HidStylus* hid = device.get();
     return {.device = std::move(device), .duration_s = std::numeric_limits<double>::infinity(), .hid = hid};
   }
-  throw content::ContentError(
+  throw files::ContentError(
       fmt::format("--device {}: there is recorded, recorded:FILE, scripted, mouse, hand, link, hid and hid:VID:PID",
                   description));
 }
@@ -149,7 +149,7 @@ void set_scanner(content::Scene& scene, const ScannerOptions& options) {
   if (options.depth_mm) controls.depth = *options.depth_mm * 1e-3;
   if (options.gain_db) controls.gain_db = *options.gain_db;
   if (const std::string limited = ultrasound::limit(controls, scene.probe); !limited.empty()) {
-    throw content::ContentError(
+    throw files::ContentError(
         fmt::format("--us-...: beyond what the probe can do ({}); give a value within", limited));
   }
   scene.probe.depth = controls.depth;
@@ -159,7 +159,7 @@ void set_scanner(content::Scene& scene, const ScannerOptions& options) {
 void set_haptic_rate(content::Scene& scene, double haptic_hz) {
   scene.rates.haptic_hz = haptic_hz;
   if (!(haptic_hz >= content::kMinHapticHz && haptic_hz <= content::kMaxHapticHz) || !scene.rates.in_lockstep()) {
-    throw content::ContentError(
+    throw files::ContentError(
         fmt::format("haptic rate {:g}: say {:g} to {:g} Hz, a whole multiple of the simulation's {:g} Hz", haptic_hz,
                     content::kMinHapticHz, content::kMaxHapticHz, scene.rates.simulation_hz));
   }

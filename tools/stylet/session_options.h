@@ -50,12 +50,12 @@ struct Stylus {
 /// @param description  "" or "recorded" (the scenario's motion), "recorded:FILE", "scripted", "mouse", "hand",
 /// "link",
 ///                     "hid" or "hid:VID:PID"
-/// @throws content::ContentError, haptic::hid::HidError
+/// @throws files::ContentError, haptic::hid::HidError
 /// @param log  takes the raw reports of a HID device; outlives the stylus
 Stylus make_stylus(const std::string& description, const content::Scene& scene,
                    haptic::hid::ReportLog* log = nullptr);
 
-/// The coupling named, or the scenario's where none is. @throws content::ContentError
+/// The coupling named, or the scenario's where none is. @throws files::ContentError
 physics::Coupling chosen_coupling(const std::string& name, const content::Scene& scene);
 
 /// What the command line says about the scanner; the rest is as the probe's file has it.
@@ -65,10 +65,10 @@ struct ScannerOptions {
   std::optional<double> gain_db;
 };
 void add_scanner_options(CLI::App& command, ScannerOptions& options);
-/// Sets up the probe of `scene`. @throws content::ContentError  out of the probe's limits, which the message names
+/// Sets up the probe of `scene`. @throws files::ContentError  out of the probe's limits, which the message names
 void set_scanner(content::Scene& scene, const ScannerOptions& options);
 
-/// Instead of the scenario's. @throws content::ContentError  out of range, or no multiple of the simulation's rate
+/// Instead of the scenario's. @throws files::ContentError  out of range, or no multiple of the simulation's rate
 void set_haptic_rate(content::Scene& scene, double haptic_hz);
 
 inline constexpr const char* kDeviceHelp =

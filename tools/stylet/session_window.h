@@ -4,8 +4,8 @@
 #include "engine/content/scene.h"
 #include "engine/desktop/desktop_view.h"
 #include "engine/gpu/device.h"
+#include "engine/scanner/live_scanner.h"
 #include "engine/session/held_probe.h"
-#include "engine/session/live_scanner.h"
 #include "engine/session/live_session.h"
 #include "engine/training/training_session.h"
 #include "engine/view/window.h"
@@ -27,7 +27,7 @@ struct SessionWindowSettings {
   session::HeldProbe* probe = nullptr;          ///< moved by keys and the middle button
   desktop::Arrangement* arrangement = nullptr;  ///< at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< driven by the keys of course_keys.h
-  session::ImageWatcher* images = nullptr;      ///< gets those of the scanner
+  scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
 };
 
 /// Shows the session until it is finished, the trainee finishes or resets it, the window is closed or an interrupt

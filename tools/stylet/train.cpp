@@ -1,7 +1,7 @@
 // `stylet train`: a session, and what it leaves for the trainee.
-#include "engine/content/error.h"
-#include "engine/content/scenario.h"
+#include "engine/files/error.h"
 #include "engine/gpu/error.h"
+#include "engine/readers/scenario.h"
 #include "tools/stylet/attempt.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/expert_choice.h"
@@ -20,9 +20,9 @@ namespace stylet::tools {
 namespace {
 
 int list_scenarios() {
-  const auto folder = content::content_directory() / "scenarios";
+  const auto folder = readers::content_directory() / "scenarios";
   fmt::print("Scenarios in {}:\n", folder.string());
-  for (const content::ScenarioEntry& entry : content::list_scenarios(folder)) {
+  for (const readers::ScenarioEntry& entry : readers::list_scenarios(folder)) {
     fmt::print("  {:<24} {}\n", entry.name,
                entry.unreadable_because.empty() ? entry.title : "unreadable: " + entry.unreadable_because);
   }
@@ -33,7 +33,7 @@ int list_scenarios() {
 bool want_window(const TrainOptions& options) {
   if (options.view == "headless") return false;
   if (options.view == "window" && !has_display()) {
-    throw content::ContentError(
+    throw files::ContentError(
         "--view window: there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set); use --view headless");
   }
   return has_display() && (options.view != "auto" || !options.lockstep);
@@ -55,7 +55,7 @@ std::unique_ptr<view::Display> open_display(const TrainOptions& options) {
 int train(const TrainOptions& options) {
   if (options.scenario.empty()) return list_scenarios();
   const std::unique_ptr<view::Display> display = open_display(options);
-  const std::unique_ptr<view::HeadsetRuntime> headset =
+  const std::unique_ptr<headset::HeadsetRuntime> headset =
       options.view == "headset" ? find_headset(display ? "in a window" : "headless") : nullptr;
   check_expert(options.expert);
   Progress progress;

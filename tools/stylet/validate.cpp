@@ -1,12 +1,12 @@
 // `stylet validate`: all problems of files at once.
-#include "engine/content/json_reader.h"
-#include "engine/content/scenario.h"
-#include "engine/content/tet_quality.h"
+#include "engine/files/json_reader.h"
 #include "engine/import/side_file.h"
+#include "engine/mesh/tet_quality.h"
+#include "engine/readers/scenario.h"
+#include "engine/recording/recording.h"
 #include "engine/session/frame_publisher.h"
-#include "engine/session/recording.h"
 #include "engine/ultrasound/diagnosis.h"
-#include "tools/bench/reference_insertion.h"
+#include "tools/reference/reference_insertion.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/session_options.h"
 
@@ -31,7 +31,7 @@ namespace {
 std::string summary(const content::Scene& scene) {
   std::string text;
   for (const content::DeformableBody& body : scene.bodies) {
-    const content::TetQuality quality = content::tet_quality(body.mesh);
+    const mesh::TetQuality quality = mesh::tet_quality(body.mesh);
     text += fmt::format(
         "  {:<12} {} nodes ({} fixed), {} tetrahedra, {:.3f} l, dihedral angles {:.0f} to {:.0f} degrees\n",
         body.name, body.mesh.nodes.size(), body.fixed_nodes.size(), body.mesh.tets.size(), quality.volume * 1e3,
@@ -56,9 +56,9 @@ bool is_input(const fs::path& path) {
   if (extension == ".glb" || extension == ".gltf" || extension == ".rec") return true;
   if (extension != ".json") return false;
   try {
-    const std::string format = content::format_of(path);
-    return format == kReferenceInsertion || format == kSideFile || content::is_content_format(format);
-  } catch (const content::ContentError&) {
+    const std::string format = readers::format_of(path);
+    return format == kReferenceInsertion || format == kSideFile || readers::is_content_format(format);
+  } catch (const files::ContentError&) {
     return true;  // to be told why
   }
 }
@@ -72,7 +72,7 @@ std::vector<fs::path> files_of(const fs::path& path) {
   }
   std::ranges::sort(files);
   if (files.empty()) {
-    throw content::ContentError(path.string() + ": holds no file that Stylet reads; name another folder");
+    throw files::ContentError(path.string() + ": holds no file that Stylet reads; name another folder");
   }
   return files;
 }
@@ -89,7 +89,7 @@ std::string black_image(const content::Scene& scene) {
     ultrasound::ScanModel model(scene, {});
     model.update(session::rest_frame(scene));
     return ultrasound::diagnose(model);
-  } catch (const content::ContentError&) {
+  } catch (const files::ContentError&) {
     return {};  // no image at all: other warnings say so
   }
 }
@@ -104,30 +104,30 @@ Verdict verdict_on(const fs::path& path) {
   Verdict verdict;
   try {
     if (path.extension() == ".rec") {
-      const session::Recording recording = session::read_recording(path);
+      const recording::Recording recording = recording::read_recording(path);
       verdict.more = "  " + recording.condition() + '\n';
       if (!recording.complete()) {
         verdict.problems.push_back(path.string() + ": not whole (" + recording.condition() + "); record it again");
       }
       return verdict;
     }
-    const std::string format = path.extension() == ".json" ? content::format_of(path) : "";
+    const std::string format = path.extension() == ".json" ? readers::format_of(path) : "";
     if (format == kReferenceInsertion) {
-      (void)bench::read_reference_insertion(path);
+      (void)reference::read_reference_insertion(path);
       return verdict;
     }
     if (format == kSideFile) {
-      content::JsonFile file(path);
+      files::JsonFile file(path);
       (void)import::read_side_file(file);
       verdict.problems = file.problems();
       return verdict;
     }
-  } catch (const content::ContentError& error) {
+  } catch (const files::ContentError& error) {
     verdict.problems.emplace_back(error.what());
     return verdict;
   }
   std::optional<content::Scene> scene;
-  verdict.problems = content::validate(path, &scene, &verdict.warnings);
+  verdict.problems = readers::validate(path, &scene, &verdict.warnings);
   if (scene) {
     verdict.more = summary(*scene);
     if (const std::string why = black_image(*scene); !why.empty() && !warns_of_probe(verdict.warnings)) {

@@ -1,6 +1,6 @@
 #include "tools/stylet/version.h"
 
-#include "engine/content/draco_decoder.h"
+#include "engine/gltf/draco_decoder.h"
 #include "physics/tissue/blas.h"
 #include "stylet_commit.h"  // made at build time: STYLET_COMMIT
 
@@ -40,7 +40,7 @@ std::string version_text() {
       VK_API_VERSION_MINOR(vulkan), VK_API_VERSION_PATCH(vulkan), glfwGetVersionString(), hid_version_str(),
       (OM_VERSION & 0xF0000) >> 16, (OM_VERSION & 0x0FF00) >> 8, zlibVersion(), IMGUI_VERSION, CLI11_VERSION,
       FMT_VERSION, NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH);
-  const auto draco = content::draco_decoder();
+  const auto draco = gltf::draco_decoder();
   if (!draco.empty()) text += fmt::format("options   Draco, by {}\n", draco.string());
   text +=
       "licence   sources Apache-2.0; this binary links CHOLMOD's supernodal module (GPL-2.0-or-later), so it may be\n"

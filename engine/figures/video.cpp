@@ -1,0 +1,150 @@
+#include "engine/figures/video.h"
+
+#include "engine/files/error.h"
+
+#include <fmt/core.h>
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace stylet::figures {
+
+using files::ContentError;
+
+/// The running command and our ends of its input and messages.
+struct VideoWriter::Process {
+  pid_t id = -1;
+  int frames = -1;    // socket to its standard input: unlike a pipe, one that can be written without SIGPIPE
+  int messages = -1;  // memory file that is its standard error: unlike a pipe, it never fills
+
+  ~Process() {
+    close_input();
+    if (id > 0) {
+      kill(id, SIGKILL);
+      wait();
+    }
+    if (messages >= 0) close(messages);
+  }
+  void close_input() {
+    if (frames >= 0) close(std::exchange(frames, -1));
+  }
+  /// @return its exit status, 128 + signal where one ended it
+  int wait() {
+    int status = 0;
+    while (waitpid(id, &status, 0) < 0 && errno == EINTR) {
+    }
+    id = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  std::string last_message() const {
+    std::string text(4096, '\0');
+    const off_t size = lseek(messages, 0, SEEK_END);
+    const off_t from = std::max<off_t>(0, size - static_cast<off_t>(text.size()));
+    const ssize_t got = pread(messages, text.data(), text.size(), from);
+    text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
+    const std::size_t line = text.find_last_of("\r\n");
+    return text.empty() ? "it gave no reason" : text.substr(line == std::string::npos ? 0 : line + 1);
+  }
+};
+
+VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoSettings& settings)
+    : path_(path), part_(path.string() + ".part"), settings_(settings), process_(std::make_unique<Process>()) {
+  if (settings.width <= 0 || settings.height <= 0 || settings.width % 2 != 0 || settings.height % 2 != 0) {
+    throw ContentError(fmt::format("{}: a video of {} x {} pixels cannot be made; width and height must be even",
+                                   path.string(), settings.width, settings.height));
+  }
+  const std::vector<std::string> words{
+      settings.encoder, "-hide_banner", "-nostdin", "-loglevel", "error", "-y",
+      // what comes in
+      "-f", "rawvideo", "-pixel_format", "rgba", "-video_size", fmt::format("{}x{}", settings.width, settings.height),
+      "-framerate", std::to_string(settings.frames_per_second), "-i", "pipe:0",
+      // what goes out
+      "-an", "-c:v", "libx264", "-preset", "veryfast", "-crf", std::to_string(settings.quality), "-pix_fmt",
+      "yuv420p", "-movflags", "+faststart", "-f", "mp4", part_.string()};
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+
+  int ends[2] = {-1, -1};
+  process_->messages = memfd_create("ffmpeg messages", MFD_CLOEXEC);
+  if (process_->messages < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+    throw ContentError(fmt::format("{}: no video: {}", path.string(), std::strerror(errno)));
+  }
+  process_->frames = ends[0];
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, process_->messages, STDERR_FILENO);
+  const int error = posix_spawnp(&process_->id, arguments[0], &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  close(ends[1]);
+  if (error != 0) {
+    process_->id = -1;
+    throw ContentError(fmt::format("{}: no video: cannot start '{}' ({}); install ffmpeg", path.string(),
+                                   settings.encoder, std::strerror(error)));
+  }
+}
+
+VideoWriter::~VideoWriter() {
+  if (process_ == nullptr) return;
+  process_.reset();
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);
+}
+
+void VideoWriter::fail(const std::string& what) {
+  const std::string reason = process_->last_message();
+  process_.reset();
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);
+  throw ContentError(fmt::format("{}: no video: {}: {}", path_.string(), what, reason));
+}
+
+void VideoWriter::add_frame(std::span<const std::uint8_t> rgba) {
+  const std::size_t expected =
+      4 * static_cast<std::size_t>(settings_.width) * static_cast<std::size_t>(settings_.height);
+  if (rgba.size() != expected) {
+    throw ContentError(fmt::format("{}: a frame has {} bytes instead of {}", path_.string(), rgba.size(), expected));
+  }
+  if (process_ == nullptr) throw ContentError(path_.string() + ": no video: the encoder has ended");
+  while (!rgba.empty()) {
+    const ssize_t sent = send(process_->frames, rgba.data(), rgba.size(), MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) {
+      process_->close_input();
+      const int status = process_->wait();
+      fail(fmt::format("'{}' ended early with status {}", settings_.encoder, status));
+    }
+    rgba = rgba.subspan(static_cast<std::size_t>(sent));
+  }
+  ++frames_;
+}
+
+void VideoWriter::finish() {
+  if (process_ == nullptr) throw ContentError(path_.string() + ": no video: the encoder has ended");
+  process_->close_input();
+  if (const int status = process_->wait(); status != 0) {
+    fail(fmt::format("'{}' ended with status {}", settings_.encoder, status));
+  }
+  process_.reset();
+  std::error_code error;
+  std::filesystem::rename(part_, path_, error);
+  if (error) throw ContentError(fmt::format("{}: no video: {}", path_.string(), error.message()));
+}
+
+}  // namespace stylet::figures

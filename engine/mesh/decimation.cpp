@@ -1,0 +1,73 @@
+#include "engine/mesh/decimation.h"
+
+#include "engine/mesh/surface_mesh.h"
+
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Tools/Decimater/DecimaterT.hh>
+#include <OpenMesh/Tools/Decimater/ModAspectRatioT.hh>
+#include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
+#include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
+
+namespace stylet::mesh {
+namespace {
+
+using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble>;
+
+TriangleMesh triangles_of(const HalfEdgeMesh& half_edges) {
+  TriangleMesh mesh;
+  for (const auto vertex : half_edges.vertices()) {
+    const auto& p = half_edges.point(vertex);
+    mesh.vertices.emplace_back(p[0], p[1], p[2]);
+  }
+  for (const auto face : half_edges.faces()) {
+    std::array<std::uint32_t, 3> corners{};
+    std::size_t i = 0;
+    for (const auto vertex : half_edges.fv_range(face)) corners[i++] = static_cast<std::uint32_t>(vertex.idx());
+    mesh.triangles.push_back(corners);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TriangleMesh decimate(const TriangleMesh& mesh, const DecimationLimits& limits) {
+  const SurfaceReport report = inspect(mesh);
+  if (report.non_manifold_edges > 0 || report.misoriented_edges > 0) return mesh;
+  HalfEdgeMesh half_edges;
+  std::vector<OpenMesh::VertexHandle> handles;
+  for (const Eigen::Vector3d& x : mesh.vertices) handles.push_back(half_edges.add_vertex({x.x(), x.y(), x.z()}));
+  for (const auto& t : mesh.triangles) half_edges.add_face(handles[t[0]], handles[t[1]], handles[t[2]]);
+  if (half_edges.n_faces() != mesh.triangles.size()) return mesh;  // pinched
+
+  half_edges.request_face_normals();
+  half_edges.update_face_normals();
+  OpenMesh::Decimater::DecimaterT<HalfEdgeMesh> decimater(half_edges);  // asks for the status of vertices
+  for (const auto vertex : half_edges.vertices()) {
+    if (half_edges.is_boundary(vertex)) half_edges.status(vertex).set_locked(true);
+  }
+  OpenMesh::Decimater::ModQuadricT<HalfEdgeMesh>::Handle quadric;
+  OpenMesh::Decimater::ModNormalFlippingT<HalfEdgeMesh>::Handle flipping;
+  OpenMesh::Decimater::ModAspectRatioT<HalfEdgeMesh>::Handle aspect;
+  decimater.add(quadric);
+  decimater.add(flipping);
+  decimater.add(aspect);
+  if (limits.error) {
+    // OpenMesh weighs each plane with the area of its triangle; a vertex begins with those of about six.
+    const double area = 6 * report.area / report.triangles;
+    decimater.module(quadric).set_max_err(area * *limits.error * *limits.error, false);
+  } else {
+    decimater.module(quadric).unset_max_err();
+  }
+  decimater.module(flipping).set_max_normal_deviation(static_cast<float>(limits.turn_deg));
+  decimater.module(aspect).set_aspect_ratio(static_cast<float>(limits.aspect));
+  decimater.initialize();
+  if (limits.triangles > 0) {
+    decimater.decimate_to_faces(0, limits.triangles);
+  } else {
+    decimater.decimate();
+  }
+  half_edges.garbage_collection();
+  return triangles_of(half_edges);
+}
+
+}  // namespace stylet::mesh

@@ -1,0 +1,24 @@
+// Fewer triangles for the same surface.
+#pragma once
+
+#include "engine/mesh/triangle_mesh.h"
+
+#include <cstddef>
+#include <optional>
+
+namespace stylet::mesh {
+
+/// When a collapse of an edge is refused, and where to stop. With neither `triangles` nor `error` nothing stops it
+/// but the shapes.
+struct DecimationLimits {
+  double turn_deg = 35;           ///< most that a triangle may turn
+  double aspect = 4;              ///< most of a triangle that a collapse makes, longest edge over height
+  std::size_t triangles = 0;      ///< wanted; 0: as few as the other limits allow
+  std::optional<double> error{};  ///< about how far the surface may move, m
+};
+
+/// By collapses of least quadric error (Garland and Heckbert 1997). Open edges stay. What half-edges cannot hold
+/// (three triangles at an edge, two fans at a vertex) comes back as it is. Deterministic.
+TriangleMesh decimate(const TriangleMesh& mesh, const DecimationLimits& limits);
+
+}  // namespace stylet::mesh

@@ -1,0 +1,24 @@
+// A surface as the pieces it consists of.
+#pragma once
+
+#include "engine/mesh/triangle_mesh.h"
+
+#include <optional>
+#include <vector>
+
+namespace stylet::mesh {
+
+/// The parts of a surface that are connected through shared vertices, in the order of their first triangles.
+std::vector<TriangleMesh> connected_pieces(const TriangleMesh& surface);
+
+/// Pieces of a solid that a closed surface bounds.
+struct OuterPieces {
+  std::vector<TriangleMesh> pieces;  ///< none inside another
+  int inner = 0;                     ///< left out: they lie inside another, as the inner wall of a capsule
+};
+
+/// Splits a closed surface, each piece of it outward. Absent: some pieces reach into each other, or there are more
+/// than a thousand.
+std::optional<OuterPieces> outer_pieces(const TriangleMesh& closed);
+
+}  // namespace stylet::mesh

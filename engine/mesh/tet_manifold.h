@@ -1,0 +1,19 @@
+// Makes the boundary of a tetrahedral mesh a two-manifold by leaving out tetrahedra.
+#pragma once
+
+#include "physics/tissue/tet_mesh.h"
+
+namespace stylet::mesh {
+
+/// Of the parts of a mesh that are connected through faces.
+enum class Parts {
+  largest,  ///< by volume
+  all,
+};
+
+/// Keeps the largest part, or all, and takes away tetrahedra where the boundary touches itself in an edge or a
+/// vertex: of the fans of tetrahedra that meet there only the largest stays. Nodes no longer used are dropped; the
+/// order of what stays is kept.
+void keep_manifold_part(physics::TetMesh& mesh, Parts parts = Parts::largest);
+
+}  // namespace stylet::mesh

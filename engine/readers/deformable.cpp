@@ -1,0 +1,172 @@
+#include "engine/readers/deformable.h"
+
+#include "engine/mesh/solid.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/mesh/tet_quality.h"
+#include "engine/mesh/tetrahedralise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+namespace stylet::readers {
+namespace {
+
+constexpr double kLeastFilled = 0.9;  // of an organ by its tetrahedra; coarse ones lose some percent at the surface
+
+/// Fills fixed_nodes and held_motion. Where regions overlap, the later one says how its nodes move.
+void hold_nodes(const BodyRequest& request, std::span<const Organ> organs, const std::string& scenario,
+                content::DeformableBody& body, std::vector<std::string>& problems) {
+  const physics::TetMesh& mesh = body.mesh;
+  std::vector<bool> fixed(mesh.nodes.size(), false);
+  std::vector<Eigen::Vector3d> motion(mesh.nodes.size(), Eigen::Vector3d::Zero());
+  bool moves = false;
+  for (const FixedRegion& region : request.fixed) {
+    std::vector<std::unique_ptr<mesh::Solid>> near;
+    for (const std::string& id : region.near) {
+      const Organ* organ = find_organ(organs, id);
+      if (organ == nullptr) {
+        problems.push_back(
+            fmt::format("{}:{}/near: there is no organ \"{}\"; correct its id", scenario, region.pointer, id));
+        continue;
+      }
+      near.push_back(std::make_unique<mesh::Solid>(organ->mesh));
+    }
+    std::size_t held = 0;
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+      const Eigen::Vector3d& x = mesh.nodes[n];
+      if (region.box && !region.box->contains(x)) continue;
+      if (region.outside_box && region.outside_box->contains(x)) continue;
+      if (region.plane && region.plane->signedDistance(x) < 0) continue;
+      if (!region.near.empty() && std::none_of(near.begin(), near.end(), [&](const auto& solid) {
+            return solid->bounds().exteriorDistance(x) <= region.distance &&
+                   solid->signed_distance(x) <= region.distance;
+          })) {
+        continue;
+      }
+      fixed[n] = true;
+      motion[n] = region.breathing;
+      ++held;
+    }
+    moves = moves || !region.breathing.isZero();
+    if (held == 0) {
+      problems.push_back(
+          fmt::format("{}:{}: holds no node of {}; enlarge the region", scenario, region.pointer, request.name));
+    }
+  }
+  std::vector<int>& nodes = body.fixed_nodes;
+  for (std::size_t n = 0; n < fixed.size(); ++n) {
+    if (!fixed[n]) continue;
+    nodes.push_back(static_cast<int>(n));
+    if (moves) body.held_motion.push_back(motion[n]);
+  }
+  if (nodes.size() < 3) {
+    problems.push_back(fmt::format("{}:{}/fixed: holds {} nodes of {}, at least 3 are needed or it floats away",
+                                   scenario, request.pointer, nodes.size(), request.name));
+  }
+}
+
+/// Barycentric weights of 20 points spread evenly over a tetrahedron.
+std::vector<Eigen::Vector4d> sample_points() {
+  std::vector<Eigen::Vector4d> points;
+  for (int a = 0; a <= 3; ++a) {
+    for (int b = 0; a + b <= 3; ++b) {
+      for (int c = 0; a + b + c <= 3; ++c)
+        points.emplace_back(Eigen::Vector4d(a, b, c, 3 - a - b - c).array() / 4 + 1.0 / 16);
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::span<const content::Tissue> tissues,
+                  content::DeformableBody& body) {
+  struct Region {
+    std::uint8_t tissue;
+    bool labels;  // a vessel changes how the tetrahedra around it yield, not what they are called
+    mesh::Solid solid;
+  };
+  std::vector<Region> regions;
+  for (const Organ& organ : organs) {
+    const bool part = organ.role == content::SurfaceRole::region || organ.role == content::SurfaceRole::target;
+    if (organ.body != body.name || (!part && organ.role != content::SurfaceRole::vessel)) continue;
+    regions.push_back({static_cast<std::uint8_t>(organ.tissue), part, mesh::Solid(organ.mesh)});
+  }
+  const std::vector<Eigen::Vector4d> samples = sample_points();
+  enum class Overlap { outside, inside, partly };
+  std::vector<Overlap> overlaps(regions.size());
+  for (const auto& tet : body.mesh.tets) {
+    Eigen::Matrix<double, 3, 4> corners;
+    for (int c = 0; c < 4; ++c)
+      corners.col(c) = body.mesh.nodes[static_cast<std::size_t>(tet[static_cast<std::size_t>(c)])];
+    const Eigen::Vector3d centroid = corners.rowwise().mean();
+    const double radius = (corners.colwise() - centroid).colwise().norm().maxCoeff();
+    const auto whole = static_cast<std::uint8_t>(boundary.tissue);
+    std::uint8_t label = whole;
+    std::uint8_t fills = whole;  // the last region that holds all of it
+    bool mixed = false;
+    for (std::size_t r = 0; r < regions.size(); ++r) {
+      overlaps[r] = Overlap::outside;
+      if (regions[r].solid.bounds().exteriorDistance(centroid) >= radius) continue;
+      const double distance = regions[r].solid.signed_distance(centroid);
+      if (distance < 0 && regions[r].labels) label = regions[r].tissue;
+      if (distance >= radius) continue;
+      overlaps[r] = distance <= -radius ? Overlap::inside : Overlap::partly;
+      mixed = overlaps[r] == Overlap::partly || (mixed && overlaps[r] != Overlap::inside);
+      if (overlaps[r] == Overlap::inside) fills = regions[r].tissue;
+    }
+    body.tet_tissue.push_back(label);
+    if (!mixed) {
+      body.tet_mechanics.push_back(tissues[fills].mechanics);
+      continue;
+    }
+    physics::ElasticMaterial mean{.young_modulus = 0, .poisson_ratio = 0};
+    for (const Eigen::Vector4d& weights : samples) {
+      const Eigen::Vector3d x = corners * weights;
+      std::uint8_t tissue = whole;
+      for (std::size_t r = regions.size(); r-- > 0;) {
+        if (overlaps[r] == Overlap::outside) continue;
+        if (overlaps[r] == Overlap::partly && !regions[r].solid.contains(x)) continue;
+        tissue = regions[r].tissue;
+        break;
+      }
+      mean.young_modulus += tissues[tissue].mechanics.young_modulus / static_cast<double>(samples.size());
+      mean.poisson_ratio += tissues[tissue].mechanics.poisson_ratio / static_cast<double>(samples.size());
+    }
+    body.tet_mechanics.push_back(mean);
+  }
+}
+
+content::DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs,
+                                   std::span<const content::Tissue> tissues, const std::string& scenario,
+                                   std::vector<std::string>& problems, std::vector<std::string>& warnings) {
+  content::DeformableBody body;
+  body.name = request.name;
+  const Organ* boundary = find_organ(organs, request.boundary);
+  if (boundary == nullptr) {
+    problems.push_back(fmt::format("{}:{}/boundary: there is no organ \"{}\" in the organ files; correct its id",
+                                   scenario, request.pointer, request.boundary));
+    return body;
+  }
+  try {
+    body.mesh = mesh::tetrahedralise(
+        boundary->mesh, {.cell = request.cell, .target_nodes = request.target_nodes, .where = boundary->place});
+  } catch (const files::ContentError& error) {
+    problems.emplace_back(error.what());
+    return body;
+  }
+  const double volume = mesh::inspect(boundary->mesh).volume, filled = mesh::tet_quality(body.mesh).volume;
+  if (filled < kLeastFilled * volume) {
+    warnings.push_back(
+        fmt::format("{}: of the {:.3g} ml of {} its tetrahedra fill {:.3g} ml: of several pieces the "
+                    "largest moves, thin parts are lost; use a smaller cell, or give the piece alone",
+                    boundary->place, volume * 1e6, boundary->name, filled * 1e6));
+  }
+  give_tissues(*boundary, organs, tissues, body);
+  hold_nodes(request, organs, scenario, body, problems);
+  return body;
+}
+
+}  // namespace stylet::readers

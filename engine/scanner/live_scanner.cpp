@@ -1,0 +1,100 @@
+#include "engine/scanner/live_scanner.h"
+
+#include "engine/gpu/commands.h"
+#include "engine/scanner/scanner_screen.h"
+#include "engine/view/offscreen.h"
+
+#include <span>
+
+namespace stylet::scanner {
+namespace {
+
+constexpr int kWidth = 640;
+constexpr int kHeight = 480;
+constexpr double kDiagnosisPeriod = 0.25;  // s
+constexpr double kMessageTime = 4;         // s
+constexpr double kSlidePerHeight = 0.1;    // m for the mouse across the window's height
+constexpr double kTurnPerHeight = 1.0;     // rad
+
+}  // namespace
+
+LiveScanner::LiveScanner(gpu::Device& device, const content::Scene& scene, const ScannerConsole& console)
+    : device_(device),
+      scene_(scene),
+      console_(console),
+      tissues_(scene),
+      preset_(console.preset()),
+      screen_(device, {.width = kWidth, .height = kHeight, .usage = gpu::kStorageUsage}) {
+  make_imager();
+}
+
+void LiveScanner::make_imager() {
+  preset_ = console_.preset();
+  ultrasound::ImagerSettings settings = ultrasound::preset_settings(preset_);
+  settings.width = kWidth;
+  settings.height = kHeight;
+  imager_.reset();
+  imager_.emplace(device_, scene_, settings);
+  imager_->set_controls(console_.controls());
+  imager_->set_acoustics(tissues_.tissues());
+}
+
+void LiveScanner::say(const std::string& message, double time_s) {
+  message_ = message;
+  message_until_s_ = time_s + kMessageTime;
+}
+
+void LiveScanner::handle(const view::Input& input, session::HeldProbe* probe, double time_s) {
+  for (const view::Input::Stroke& stroke : input.strokes) {
+    if (console_.press(stroke.key, stroke.shift, stroke.repeated)) say(console_.limited(), time_s);
+  }
+  console_.move_probe({.lateral = input.slide_x * kSlidePerHeight,
+                       .elevation = -input.slide_y * kSlidePerHeight,
+                       .tilt = -input.turn_y * kTurnPerHeight,
+                       .rock = input.turn_x * kTurnPerHeight});
+  const bool release = console_.take_probe_release();
+  const content::ProbeMove move = console_.take_probe_move();
+  if (probe != nullptr) {
+    if (release) probe->release();
+    if (!(move == content::ProbeMove{}) && !probe->move(move, time_s)) say("no skin there for the probe", time_s);
+  }
+  if (tissues_.poll()) {
+    imager_->set_acoustics(tissues_.tissues());
+    say(tissues_.problem().empty() ? "tissue table read again" : tissues_.problem(), time_s);
+  }
+  if (time_s >= message_until_s_) message_.clear();
+}
+
+void LiveScanner::draw(const state::FrameState& state, const content::HeatedZone* zone) {
+  const bool first = diagnosed_s_ < 0;  // one that was frozen before has no image to keep
+  if (!console_.frozen() || first) {
+    if (preset_ != console_.preset()) {
+      device_.wait_idle();
+      make_imager();
+    }
+    imager_->set_controls(console_.controls());
+    imager_->set_zone(zone);
+    imager_->image(state);
+  }
+  // Looking for the cause of a black image may take as long as the image.
+  if (state.time_s >= diagnosed_s_ + kDiagnosisPeriod || state.time_s < diagnosed_s_) {
+    diagnosed_s_ = state.time_s;
+    diagnosis_ = imager_->diagnosis();
+  }
+  note_ = message_.empty() ? diagnosis_ : message_;
+  picture::Picture picture = view::read_picture(device_, imager_->image());
+  if (watcher_ != nullptr && !console_.frozen()) watcher_->imaged(state, imager_->geometry(), picture);
+  draw_scanner_screen(
+      picture,
+      {.probe = scene_.probe.name, .sector = imager_->geometry(), .probe_force = state.probe_force, .note = note_},
+      console_, font_);
+  gpu::run_now(device_,
+               [&](gpu::Commands& commands) { commands.upload(screen_, std::as_bytes(std::span(picture.rgba))); });
+}
+
+render::PlaneTexture LiveScanner::in_view() const {
+  const ultrasound::SectorGeometry& sector = imager_->geometry();
+  return {.image = &imager_->image(), .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel};
+}
+
+}  // namespace stylet::scanner

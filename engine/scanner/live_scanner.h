@@ -1,0 +1,75 @@
+// The scanner of a running session: keys and mouse turn its knobs and move the probe, its image and screen follow.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/figures/canvas.h"
+#include "engine/gpu/device.h"
+#include "engine/gpu/image.h"
+#include "engine/picture/picture.h"
+#include "engine/readers/tissue_watch.h"
+#include "engine/render/renderer.h"
+#include "engine/scanner/scanner_console.h"
+#include "engine/session/held_probe.h"
+#include "engine/state/frame_state.h"
+#include "engine/ultrasound/imager.h"
+#include "engine/view/window.h"
+
+#include <optional>
+#include <string>
+
+namespace stylet::scanner {
+
+/// Gets the images of a scanner for others, on its thread.
+class ImageWatcher {
+public:
+  virtual ~ImageWatcher() = default;
+  /// @param bare  B-mode alone, grey
+  virtual void imaged(const state::FrameState& state, const ultrasound::SectorGeometry& sector,
+                      const picture::Picture& bare) = 0;
+};
+
+/// Thread: the one that uses the device.
+class LiveScanner {
+public:
+  /// Keeps references to `device` and `scene`. The tissue table is watched, its acoustics show when it is written.
+  LiveScanner(gpu::Device& device, const content::Scene& scene, const ScannerConsole& console);
+
+  /// @param probe   moved by the keys, null: nobody moves it
+  /// @param time_s  of the session
+  void handle(const view::Input& input, session::HeldProbe* probe, double time_s);
+  /// Makes image and screen of `state`; a frozen scanner keeps its image. @param zone  what is ablated; null: nothing
+  void draw(const state::FrameState& state, const content::HeatedZone* zone = nullptr);
+
+  /// Gets every image from now on, none of a frozen scanner; null: nobody does.
+  void watch(ImageWatcher* watcher) { watcher_ = watcher; }
+
+  /// Image, settings and scales, as on a machine's screen.
+  const gpu::Image& screen() const { return screen_; }
+  /// The bare image where the probe's plane lies in the 3-D view.
+  render::PlaneTexture in_view() const;
+  const ScannerConsole& console() const { return console_; }
+  ScannerConsole& console() { return console_; }  ///< for knobs that are no keys
+  /// The line at the bottom of the screen, empty: none.
+  const std::string& note() const { return note_; }
+
+private:
+  void make_imager();
+  void say(const std::string& message, double time_s);
+
+  gpu::Device& device_;
+  const content::Scene& scene_;
+  ScannerConsole console_;
+  readers::TissueWatch tissues_;
+  figures::Font font_ = figures::Font::load();
+  ultrasound::Preset preset_;  ///< of the imager
+  std::optional<ultrasound::Imager> imager_;
+  gpu::Image screen_;
+  std::string message_;  ///< shown for a while, before why the image is black
+  double message_until_s_ = 0;
+  std::string diagnosis_;
+  double diagnosed_s_ = -1;
+  std::string note_;
+  ImageWatcher* watcher_ = nullptr;
+};
+
+}  // namespace stylet::scanner

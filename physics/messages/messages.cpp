@@ -1,0 +1,86 @@
+#include "physics/messages/messages.h"
+
+#include <algorithm>
+
+namespace stylet::physics {
+
+BodyPatch::BodyPatch()
+    : node_ids(kMaxPatchNodes),
+      free_positions(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
+      rest_positions(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
+      rotations(kMaxPatchNodes, Eigen::Quaterniond::Identity()),
+      surroundings(kMaxPatchNodes),
+      contacts(kMaxContacts),
+      tet_ids(kMaxPatchTets),
+      tet_nodes(kMaxPatchTets),
+      tet_neighbours(kMaxPatchTets) {}
+
+Eigen::MatrixXd BodyPatch::w_bar() const {
+  Eigen::MatrixXd w(3 * node_count, 3 * node_count);
+  for (int j = 0; j < node_count; ++j) {
+    for (int i = 0; i < node_count; ++i) w.block<3, 3>(3 * i, 3 * j) = w_bar(i, j);
+  }
+  return w;
+}
+
+void BodyPatch::set_w_bar(const Eigen::MatrixXd& w) {
+  if (w_bar_values.size() < kMaxWBarValues) w_bar_values.assign(kMaxWBarValues, 0.0);
+  for (int j = 0; j < node_count; ++j) {
+    for (int i = 0; i < node_count; ++i) w_bar(i, j) = w.block<3, 3>(3 * i, 3 * j);
+  }
+}
+
+Eigen::Vector3d BodyPatch::free_position(const PatchContact& contact) const {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) position += contact.barycentric[k] * free_positions.col(contact.patch_nodes[k]);
+  return position;
+}
+
+Eigen::Matrix3d BodyPatch::compliance(const PatchContact& i, const PatchContact& j) const {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (int l = 0; l < 4; ++l) {
+    for (int k = 0; k < 4; ++k) {
+      sum += (i.barycentric[k] * j.barycentric[l]) * w_bar(i.patch_nodes[k], j.patch_nodes[l]);
+    }
+  }
+  return sum;
+}
+
+void BodyPatch::condense() {
+  if (contact_values.size() < kMaxContactValues) contact_values.assign(kMaxContactValues, 0.0);
+  for (int j = 0; j < contact_count; ++j) {
+    PatchContact& laid = contacts[static_cast<std::size_t>(j)];
+    laid.free_position = free_position(laid);
+    for (int i = 0; i <= j; ++i) contact_compliance(i, j) = compliance(contacts[static_cast<std::size_t>(i)], laid);
+  }
+}
+
+NeedleState::NeedleState()
+    : positions(Eigen::Matrix3Xd::Zero(3, kMaxNeedleNodes)),
+      orientations(kMaxNeedleNodes, Eigen::Quaterniond::Identity()),
+      contacts(kMaxContacts),
+      forces(static_cast<std::size_t>(kMaxBodies) * kMaxPatchNodes) {}
+
+void copy_state(const NeedleState& from, NeedleState& to) {
+  to.step = from.step;
+  to.patch_epoch = from.patch_epoch;
+  to.time_s = from.time_s;
+  to.flags = from.flags;
+  to.node_count = from.node_count;
+  to.positions.leftCols(from.node_count) = from.positions.leftCols(from.node_count);
+  std::copy_n(from.orientations.begin(), from.node_count, to.orientations.begin());
+  to.tip = from.tip;
+  to.tip_body = from.tip_body;
+  to.tip_depth = from.tip_depth;
+  to.contact_count = from.contact_count;
+  to.track_count = from.track_count;
+  std::copy_n(from.contacts.begin(), std::max(from.contact_count, from.track_count), to.contacts.begin());
+  to.puncture_count = from.puncture_count;
+  to.last_puncture = from.last_puncture;
+  to.force_count = from.force_count;
+  std::copy_n(from.forces.begin(), from.force_count, to.forces.begin());
+  to.wrench = from.wrench;
+  to.hand_work = from.hand_work;
+}
+
+}  // namespace stylet::physics

@@ -1,0 +1,204 @@
+#include "engine/mesh/stuffing.h"
+#include "engine/files/error.h"
+#include "engine/mesh/solid.h"
+#include "engine/mesh/surface_mesh.h"
+#include "engine/mesh/tet_manifold.h"
+#include "engine/mesh/tet_quality.h"
+#include "engine/mesh/tetrahedralise.h"
+#include "tests/mesh/shapes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stylet::mesh {
+namespace {
+
+using test::icosphere;
+
+constexpr double kRadius = 0.05;
+constexpr double kSphereVolume = 4.0 / 3 * std::numbers::pi * kRadius * kRadius * kRadius;
+
+double sphere(const Eigen::Vector3d& x) {
+  return x.norm() - kRadius;
+}
+const Eigen::AlignedBox3d kSphereBox(Eigen::Vector3d::Constant(-kRadius), Eigen::Vector3d::Constant(kRadius));
+
+void expect_sound(const physics::TetMesh& mesh, int euler_characteristic) {
+  const TetQuality quality = tet_quality(mesh);
+  EXPECT_EQ(quality.inverted, 0);
+  EXPECT_GE(quality.min_dihedral_deg, 12);
+  const BoundarySurface boundary = boundary_surface(mesh);
+  const SurfaceReport report = inspect(boundary.mesh);
+  EXPECT_TRUE(report.closed());
+  EXPECT_TRUE(report.oriented());
+  EXPECT_EQ(report.components, 1);
+  EXPECT_EQ(report.euler_characteristic(), euler_characteristic);
+  EXPECT_NEAR(report.volume, quality.volume, 1e-9 * quality.volume);
+  EXPECT_NO_THROW(solid_surface(boundary.mesh, "boundary"));  // no pinched vertex either
+  std::vector<char> used(mesh.nodes.size(), 0);
+  for (const auto& tet : mesh.tets) {
+    for (const int node : tet) used[node] = 1;
+  }
+  EXPECT_EQ(std::count(used.begin(), used.end(), 0), 0);
+}
+
+TEST(TetQuality, RegularAndRightTetrahedraHaveTheirAngles) {
+  const double degrees = 180 / std::numbers::pi;
+  const DihedralRange regular = dihedral_range({1, 1, 1}, {1, -1, -1}, {-1, -1, 1}, {-1, 1, -1});
+  EXPECT_NEAR(regular.min * degrees, std::acos(1.0 / 3) * degrees, 1e-9);
+  EXPECT_NEAR(regular.max * degrees, std::acos(1.0 / 3) * degrees, 1e-9);
+  const DihedralRange right = dihedral_range({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1});
+  EXPECT_NEAR(right.min * degrees, std::acos(1 / std::sqrt(3.0)) * degrees, 1e-9);
+  EXPECT_NEAR(right.max * degrees, 90, 1e-9);
+  EXPECT_EQ(dihedral_range({0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}).min, 0);
+}
+
+TEST(Stuffing, SphereIsSoundAtEveryCellSize) {
+  for (const double cell : {0.031, 0.02, 0.013, 0.0101, 0.0077}) {
+    SCOPED_TRACE(cell);
+    expect_sound(stuff(sphere, kSphereBox, cell), 2);
+  }
+}
+
+TEST(Stuffing, VolumeErrorFallsWithTheSquareOfTheCell) {
+  // The boundary nodes lie on the sphere, its faces are chords: error ~ cell^2. Counted over a factor of four.
+  const double coarse = 1 - tet_quality(stuff(sphere, kSphereBox, 0.020)).volume / kSphereVolume;
+  const double fine = 1 - tet_quality(stuff(sphere, kSphereBox, 0.005)).volume / kSphereVolume;
+  EXPECT_GT(coarse, 0);
+  EXPECT_GT(fine, 0);
+  const double order = std::log(coarse / fine) / std::log(4.0);
+  EXPECT_GT(order, 1.7);
+  EXPECT_LT(order, 2.6);
+}
+
+TEST(Stuffing, BoundaryNodesLieOnTheSurface) {
+  const physics::TetMesh mesh = stuff(sphere, kSphereBox, 0.012);
+  for (const int node : boundary_surface(mesh).nodes) {
+    EXPECT_NEAR(mesh.nodes[node].norm(), kRadius, 1e-3 * 0.012);
+  }
+}
+
+TEST(Stuffing, TorusKeepsItsHole) {
+  const auto torus = [](const Eigen::Vector3d& x) {
+    return std::hypot(std::hypot(x.x(), x.y()) - 0.04, x.z()) - 0.015;
+  };
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.055, -0.055, -0.015), Eigen::Vector3d(0.055, 0.055, 0.015));
+  expect_sound(stuff(torus, box, 0.008), 0);
+}
+
+TEST(Stuffing, SharpEdgesAndThinPartsStayAboveTheAngleBound) {
+  // A wedge that thins out below the cell size: pinches and slivers would show here.
+  const auto wedge = [](const Eigen::Vector3d& x) {
+    const double top = (x - Eigen::Vector3d(-0.06, 0, 0)).dot(Eigen::Vector3d(-0.15, 0.05, 0.98).normalized());
+    return std::max({top, -x.z() - 0.004, x.norm() - 0.08});
+  };
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.081, -0.081, -0.005), Eigen::Vector3d(0.081, 0.081, 0.04));
+  for (const double cell : {0.014, 0.011, 0.009, 0.007}) {
+    SCOPED_TRACE(cell);
+    expect_sound(stuff(wedge, box, cell), 2);
+  }
+}
+
+TEST(Stuffing, SameInputGivesTheSameBits) {
+  const physics::TetMesh a = stuff(sphere, kSphereBox, 0.011);
+  const physics::TetMesh b = stuff(sphere, kSphereBox, 0.011);
+  EXPECT_TRUE(a.nodes == b.nodes);
+  EXPECT_TRUE(a.tets == b.tets);
+}
+
+TEST(Stuffing, OnlyTheLargestPartStays) {
+  const auto two = [](const Eigen::Vector3d& x) {
+    return std::min(sphere(x), (x - Eigen::Vector3d(0.09, 0, 0)).norm() - 0.025);
+  };
+  const Eigen::AlignedBox3d box(Eigen::Vector3d::Constant(-kRadius), Eigen::Vector3d(0.115, kRadius, kRadius));
+  const physics::TetMesh mesh = stuff(two, box, 0.01);
+  expect_sound(mesh, 2);
+  for (const auto& x : mesh.nodes) EXPECT_LT(x.x(), 0.055);
+}
+
+TEST(GradedStuffing, FinerAtTheTargetSoundAndTheSameAtTheSurface) {
+  const Eigen::Vector3d target(0.012, 0, 0.004);
+  const auto edge_near_target = [&](const physics::TetMesh& mesh) {
+    double sum = 0;
+    int count = 0;
+    for (const auto& tet : mesh.tets) {
+      const auto node = [&](std::size_t c) { return mesh.nodes[static_cast<std::size_t>(tet[c])]; };
+      if (((node(0) + node(1) + node(2) + node(3)) / 4 - target).norm() > 0.005) continue;
+      for (std::size_t a = 0; a < 4; ++a) {
+        for (std::size_t b = 0; b < a; ++b, ++count) sum += (node(a) - node(b)).norm();
+      }
+    }
+    return sum / count;
+  };
+  const physics::TetMesh uniform = stuff(sphere, kSphereBox, 0.009);
+  for (const double factor : {2.0, 4.0}) {
+    SCOPED_TRACE(factor);
+    const physics::TetMesh mesh = stuff_graded(sphere, kSphereBox, 0.009, 6, {.target = target, .factor = factor});
+    expect_sound(mesh, 2);
+    EXPECT_LT(edge_near_target(mesh), (factor > 2 ? 0.5 : 0.65) * edge_near_target(uniform));
+    EXPECT_NEAR(static_cast<double>(mesh.nodes.size()), static_cast<double>(uniform.nodes.size()),
+                0.05 * static_cast<double>(uniform.nodes.size()));
+    // Nodes of the boundary, most of which smoothing leaves where they are.
+    std::size_t same = 0;
+    const BoundarySurface boundary = boundary_surface(mesh);
+    for (const Eigen::Vector3d& v : boundary_surface(uniform).mesh.vertices) {
+      same += std::any_of(boundary.mesh.vertices.begin(), boundary.mesh.vertices.end(),
+                          [&](const Eigen::Vector3d& w) { return (v - w).norm() < 1e-4; })
+                  ? 1
+                  : 0;
+    }
+    EXPECT_GT(static_cast<double>(same), 0.9 * static_cast<double>(boundary.mesh.vertices.size()));
+  }
+}
+
+TEST(GradedStuffing, ATargetCloseToTheSurfaceIsSoundToo) {
+  for (const double cell : {0.016, 0.009}) {
+    expect_sound(stuff_graded(sphere, kSphereBox, cell, 6, {.target = {0.045, 0, 0}, .factor = 3}), 2);
+  }
+}
+
+TEST(TetManifold, TetrahedraThatShareAnEdgeOrAVertexAreParted) {
+  // Two cubes' worth of corners: the second tetrahedron of each pair touches the first in an edge, or in a vertex.
+  physics::TetMesh edge{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0.1}, {0, -0.5, 0.1}},
+                        {{0, 1, 2, 3}, {0, 4, 5, 3}}};
+  keep_manifold_part(edge);
+  ASSERT_EQ(edge.tets.size(), 1U);
+  EXPECT_EQ(edge.nodes.size(), 4U);
+  EXPECT_TRUE(inspect(boundary_surface(edge).mesh).closed());
+}
+
+TEST(Tetrahedralise, FindsTheCellForTheWantedNodes) {
+  const TriangleMesh surface = icosphere({0.1, -0.2, 0}, 0.07, 4);
+  for (const int wanted : {600, 2300}) {
+    TetrahedraliseSettings settings;
+    settings.target_nodes = wanted;
+    const physics::TetMesh mesh = tetrahedralise(surface, settings);
+    EXPECT_NEAR(static_cast<double>(mesh.nodes.size()), wanted, 0.1 * wanted);
+    expect_sound(mesh, 2);
+  }
+}
+
+TEST(Tetrahedralise, RefusesWhatHasNoSolid) {
+  TriangleMesh open = icosphere({0, 0, 0}, 0.05, 3);
+  open.triangles.pop_back();
+  TetrahedraliseSettings settings;
+  settings.where = "organ.glb:liver";
+  EXPECT_THROW(tetrahedralise(open, settings), files::ContentError);
+  settings.cell = 0.3;  // a lattice that may miss the sphere altogether, or mesh it soundly: never anything else
+  const TriangleMesh sphere_surface = icosphere({0, 0, 0}, 0.02, 3);
+  EXPECT_THROW(tetrahedralise(sphere_surface, settings), files::ContentError);
+  settings.cell = 1e-5;
+  try {
+    tetrahedralise(sphere_surface, settings);
+    FAIL() << "a lattice of 1e11 points was accepted";
+  } catch (const files::ContentError& error) {
+    EXPECT_THAT(error.what(), testing::StartsWith("organ.glb:liver: a cell of 0.01 mm needs"));
+  }
+}
+
+}  // namespace
+}  // namespace stylet::mesh

@@ -1,0 +1,351 @@
+// What the project ships: it loads, it is what it says, and schemas, readers and files agree.
+#include "engine/content/tissue_table.h"
+#include "engine/files/json_reader.h"
+#include "engine/mesh/solid.h"
+#include "engine/readers/calibration_file.h"
+#include "engine/readers/device_profile_file.h"
+#include "engine/readers/instruments.h"
+#include "engine/readers/motion.h"
+#include "engine/readers/motion_file.h"
+#include "engine/readers/patient_procedure.h"
+#include "engine/readers/scenario.h"
+#include "engine/readers/scenario_file.h"
+#include "tests/gltf/glb.h"
+#include "tests/readers/schema_agreement.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/make_motion/biopsy_motion.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <functional>
+#include <set>
+
+namespace stylet::readers {
+namespace {
+
+using ::testing::IsEmpty;
+using json = nlohmann::json;
+
+const std::filesystem::path kContent = std::filesystem::path(STYLET_SOURCE_DIR) / "content";
+
+const std::filesystem::path kDefaultScenario = kContent / "scenarios" / "liver_biopsy.json";
+
+const content::Scene& default_scene() {
+  static const content::Scene scene = load_scene(kDefaultScenario);
+  return scene;
+}
+
+/// The default scene for claims that hold on every mesh: under a sanitizer with few nodes and coarse labels.
+const content::Scene& default_scene_of_any_mesh() {
+  if (!support::kSanitized) return default_scene();
+  static const content::Scene scene = [] {
+    const files::JsonFile shipped(kDefaultScenario);
+    json scenario = shipped.tree();
+    const auto absolute = [](json& path) {
+      path = std::filesystem::weakly_canonical(kDefaultScenario.parent_path() / path.get<std::string>()).string();
+    };
+    for (const char* key : {"tissues", "needle", "motion"}) absolute(scenario[key]);
+    absolute(scenario["probe"]["file"]);
+    absolute(scenario["organs"][0]["file"]);
+    for (json& body : scenario["bodies"]) body["mesh"] = {{"target_nodes", 300}};
+    scenario["labels"]["spacing_mm"] = 4;
+    const support::TemporaryFolder folder;
+    return load_scene(folder.write("scenario.json", scenario.dump(1)));
+  }();
+  return scene;
+}
+
+/// The scenario as written, for claims about what it names.
+ScenarioFile default_scenario_file() {
+  files::JsonFile file(kDefaultScenario);
+  return read_scenario_file(file);
+}
+
+content::Motion default_motion() {
+  return read_motion(default_scenario_file().motion);
+}
+
+content::Needle default_needle() {
+  files::JsonFile file(default_scenario_file().needle);
+  return read_needle(file);
+}
+
+TEST(ShippedContent, EveryFileIsSound) {
+  int checked = 0;
+  for (const char* folder : {"needles", "probes", "motions", "scenarios"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(kContent / folder)) {
+      if (entry.path().extension() != ".json") continue;
+      // The patient of liver_biopsy again, half a minute long.
+      if (support::kSanitized && entry.path().filename() == "rfa.json") continue;
+      EXPECT_THAT(validate(entry.path()), IsEmpty()) << entry.path();
+      ++checked;
+    }
+  }
+  EXPECT_THAT(validate(kContent / "tissues.json"), IsEmpty());
+  EXPECT_THAT(validate(kContent / "phantom_tissues.json"), IsEmpty());
+  EXPECT_GE(checked, 4);
+}
+
+TEST(ShippedContent, EveryFolderStatesALicence) {
+  for (const auto& entry : std::filesystem::directory_iterator(kContent)) {
+    if (!entry.is_directory()) continue;
+    const bool licence = std::filesystem::exists(entry.path() / "LICENCE.md");
+    EXPECT_TRUE(licence || std::filesystem::exists(entry.path() / "README.md")) << entry.path();
+  }
+}
+
+TEST(ShippedContent, DefaultSceneHasTheAnatomyOfABiopsy) {
+  const content::Scene& scene = default_scene();
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  EXPECT_EQ(scene.bodies[2].name, "kidney");
+  EXPECT_EQ(scene.probe.presses, 0);
+  EXPECT_EQ(scene.contacts.size(), 2u);
+  // Breathing takes the liver along by what a diaphragm moves; the wall rises a little.
+  ASSERT_EQ(scene.bodies[1].held_motion.size(), scene.bodies[1].fixed_nodes.size());
+  for (const Eigen::Vector3d& motion : scene.bodies[1].held_motion) {
+    EXPECT_GE(motion.norm(), 0.010);
+    EXPECT_LE(motion.norm(), 0.020);
+  }
+  double largest = 0;
+  for (const Eigen::Vector3d& motion : scene.bodies[0].held_motion) {
+    EXPECT_EQ(motion.head<2>().norm(), 0) << "the wall rises";
+    largest = std::max(largest, motion.z());
+  }
+  EXPECT_GE(largest, 0.002);
+  EXPECT_LE(largest, 0.005);
+  const content::DeformableBody& liver = scene.bodies[1];
+  EXPECT_EQ(liver.name, "liver");
+  EXPECT_GE(liver.mesh.nodes.size(), 2000u);
+  double volume = 0;
+  for (const auto& tet : liver.mesh.tets) {
+    const auto x = [&](std::size_t i) { return liver.mesh.nodes[static_cast<std::size_t>(tet[i])]; };
+    const double v = (x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) / 6;
+    ASSERT_GT(v, 0);
+    volume += v;
+  }
+  EXPECT_GT(volume, 1.1e-3);
+  EXPECT_LT(volume, 1.9e-3);
+  // The layers of the wall and the tumour reach the mechanics.
+  const auto has_tissue = [&](const content::DeformableBody& body, const char* name) {
+    return std::count(body.tet_tissue.begin(), body.tet_tissue.end(), content::find_tissue(scene.tissues, name)) > 10;
+  };
+  for (const char* name : {"skin", "fat", "muscle"}) EXPECT_TRUE(has_tissue(scene.bodies[0], name)) << name;
+  EXPECT_TRUE(has_tissue(liver, "tumour"));
+  // Mechanics by volume: somewhere between the softest and the stiffest that lie in a body; layers thinner than a
+  // tetrahedron count with their share.
+  for (const content::DeformableBody& body : scene.bodies) {
+    ASSERT_EQ(body.tet_mechanics.size(), body.mesh.tets.size());
+    int mixed = 0;
+    for (std::size_t t = 0; t < body.tet_mechanics.size(); ++t) {
+      const double young = body.tet_mechanics[t].young_modulus;
+      EXPECT_GE(young, 999);
+      EXPECT_LE(young, 200e3 * (1 + 1e-12));
+      if (young != scene.tissues[body.tet_tissue[t]].mechanics.young_modulus) ++mixed;
+    }
+    EXPECT_GT(mixed, 50) << body.name;
+    EXPECT_LT(mixed, static_cast<int>(body.tet_mechanics.size())) << body.name;
+  }
+  for (const content::DeformableBody& body : scene.bodies) {
+    EXPECT_GT(body.fixed_nodes.size(), 20u) << body.name;
+    EXPECT_LT(body.fixed_nodes.size(), body.mesh.nodes.size() / 3) << body.name;
+  }
+  const std::set<std::string> labels = [&] {
+    std::set<std::string> names;
+    for (const std::uint8_t label : scene.labels.labels) names.insert(scene.tissues[label].name);
+    return names;
+  }();
+  for (const char* name : {"outside", "skin", "fat", "muscle", "bone", "liver", "tumour", "portal_blood",
+                           "hepatic_blood", "bile", "kidney_cortex", "diaphragm", "peritoneal_fat"}) {
+    EXPECT_TRUE(labels.contains(name)) << name;
+  }
+}
+
+TEST(ShippedContent, EmbeddedSurfacesReproduceTheirRestShape) {
+  const content::Scene& scene = default_scene_of_any_mesh();
+  for (const content::Surface& surface : scene.surfaces) {
+    if (surface.body < 0) continue;
+    const auto& nodes = scene.bodies[static_cast<std::size_t>(surface.body)].mesh.nodes;
+    ASSERT_EQ(surface.embedding.size(), surface.positions.size());
+    double worst = 0;
+    for (std::size_t i = 0; i < surface.positions.size(); ++i) {
+      Eigen::Vector3d sum = -surface.positions[i].cast<double>();
+      for (std::size_t n = 0; n < 4; ++n) {
+        sum += static_cast<double>(surface.embedding[i].weights[n]) * nodes[surface.embedding[i].nodes[n]];
+      }
+      worst = std::max(worst, sum.norm());
+    }
+    EXPECT_LT(worst, 1e-6) << surface.name;
+  }
+}
+
+TEST(ShippedContent, MotionGoesWhereABiopsyGoes) {
+  const content::Scene& scene = default_scene_of_any_mesh();
+  const auto& stylus = scene.motion.stylus;
+  const auto tip = [&](const content::MotionSample& sample) -> Eigen::Vector3d {
+    return sample.pose.position + sample.pose.orientation * Eigen::Vector3d(0, 0, scene.needle.length);
+  };
+  const double duration = stylus.back().time_s - stylus.front().time_s;
+  EXPECT_GE(duration, 10);
+  EXPECT_LE(duration, 15);
+  const double samples_hz = static_cast<double>(stylus.size() - 1) / duration;
+  EXPECT_GE(samples_hz, 100);
+  EXPECT_LE(samples_hz, 251);
+  const content::Target& target = scene.targets.at(0);
+  // The needle is bent round into the target (LiverBiopsy has it there): the hub is as far off as it is long.
+  EXPECT_NEAR((stylus.back().pose.position - target.centre).norm(), scene.needle.length, 0.005);
+
+  // Along the plan: an insertion, 30 to 40 mm back, and in again; sideways 8 mm and more, to bend it; fast as a hand.
+  const Eigen::Vector3d axis = (target.centre - tip(stylus.front())).normalized();
+  double deepest = -1;
+  double withdrawn = 0;
+  double side = 0;
+  double speed = 0;
+  for (std::size_t i = 0; i < stylus.size(); ++i) {
+    const double depth = axis.dot(tip(stylus[i]) - target.centre);
+    deepest = std::max(deepest, depth);
+    if (depth < -0.005) withdrawn = std::max(withdrawn, deepest - depth);
+    const Eigen::Vector3d hub = stylus[i].pose.position - target.centre;
+    side = std::max(side, (hub - axis.dot(hub) * axis).norm());
+    if (i > 0) {
+      const double dt = stylus[i].time_s - stylus[i - 1].time_s;
+      speed = std::max(speed, std::abs(axis.dot(stylus[i].pose.position - stylus[i - 1].pose.position)) / dt);
+    }
+    EXPECT_GT((stylus[i].pose.orientation * Eigen::Vector3d::UnitZ()).dot(axis), std::cos(0.2)) << "hub +Z to target";
+  }
+  EXPECT_GE(withdrawn, 0.029);
+  EXPECT_LE(withdrawn, 0.042);
+  EXPECT_GE(side, 0.008);
+  EXPECT_LE(side, 0.025);
+  EXPECT_GE(speed, 0.035);
+  EXPECT_LE(speed, 0.050);
+}
+
+TEST(ShippedContent, NeedlePathPassesBetweenTheRibs) {
+  const content::Scene& scene = default_scene_of_any_mesh();
+  const content::MotionSample& end = scene.motion.stylus.back();
+  const content::LabelVolume& labels = scene.labels;
+  const Eigen::Vector3d chord = (scene.targets.at(0).centre - end.pose.position).normalized();  // of the bent needle
+  bool liver = false;
+  for (double s = 0; s <= scene.needle.length; s += 0.0005) {
+    const Eigen::Vector3d p = end.pose.position + s * chord;
+    const Eigen::Vector3i v = ((p.cast<float>() - labels.origin) / labels.spacing).array().round().cast<int>();
+    if ((v.array() < 0).any() || (v.array() >= labels.size.array()).any()) continue;
+    const auto index = (static_cast<std::size_t>(v.z()) * static_cast<std::size_t>(labels.size.y()) +
+                        static_cast<std::size_t>(v.y())) *
+                           static_cast<std::size_t>(labels.size.x()) +
+                       static_cast<std::size_t>(v.x());
+    const std::string& tissue = scene.tissues[labels.labels[index]].name;
+    EXPECT_NE(tissue, "bone");
+    EXPECT_NE(tissue, "cartilage");
+    liver = liver || tissue == "liver";
+  }
+  EXPECT_TRUE(liver);
+}
+
+Procedure default_procedure() {
+  files::JsonFile file(kContent / "organs" / "abdomen.json");
+  const Procedure procedure = read_procedure(file);
+  file.throw_problems();
+  return procedure;
+}
+
+TEST(ShippedContent, MotionIsWhatItsGeneratorMakes) {
+  const Procedure procedure = default_procedure();
+  const motion::BiopsyPlan plan{
+      .entry = procedure.entry, .target = procedure.target, .needle_length = default_needle().length};
+  const content::Motion made = motion::biopsy_motion(plan);
+  const auto shipped = default_motion().stylus;
+  ASSERT_EQ(made.stylus.size(), shipped.size()) << "run make_motion again (content/motions/LICENCE.md)";
+  for (std::size_t i = 0; i < shipped.size(); ++i) {
+    ASSERT_LT((made.stylus[i].pose.position - shipped[i].pose.position).norm(), 2e-6);  // the file has micrometres
+    ASSERT_NEAR(made.stylus[i].time_s, shipped[i].time_s, 1e-6);
+  }
+}
+
+TEST(ShippedContent, ProbeIsHeldAtTheFirstViewOfTheProcedure) {
+  const physics::RigidPose view = default_procedure().views.at(0).pose;
+  const physics::RigidPose pose = default_scenario_file().probe_pose;
+  // Pressed on the skin there, straight on, by as much as a hand presses.
+  const Eigen::Vector3d pressed = view.orientation.conjugate() * (pose.position - view.position);
+  EXPECT_LT(pressed.head<2>().norm(), 2e-6);
+  EXPECT_NEAR(pressed.z(), 0.004, 1e-5);
+  EXPECT_LT(pose.orientation.angularDistance(view.orientation), 1e-5) << "copy the view into the scenario";
+}
+
+void expect_schema_agrees(const std::string& name, const std::string& text, std::size_t objects,
+                          const std::function<void(files::JsonFile&)>& read) {
+  test::expect_schema_agrees(kContent / "schemas" / (name + ".schema.json"), kContent / "scenarios" / "full.json",
+                             text, objects, read);
+}
+
+TEST(Schemas, AgreeWithTheReaders) {
+  const auto shipped = [](const char* path) { return files::read_file(kContent / path, 16u << 20); };
+  expect_schema_agrees("needle", shipped("needles/18g_150mm.json"), 1, [](files::JsonFile& f) { read_needle(f); });
+  expect_schema_agrees("probe", shipped("probes/c5_2.json"), 1, [](files::JsonFile& f) { read_probe(f); });
+  expect_schema_agrees("device",
+                       R"({"format": "stylet-device", "version": 1, "matches": [{}], "rate": {}, "limits": {},
+                           "reports": [{"fields": [{}]}]})",
+                       6, [](files::JsonFile& f) { read_device_profile(f); });
+  expect_schema_agrees("calibration",
+                       R"({"format": "stylet-calibration", "version": 1, "deflection": {}, "rest_mm": 0})", 2,
+                       [](files::JsonFile& f) { read_calibration(f); });
+  expect_schema_agrees("procedure", shipped("organs/abdomen.json"), 3, [](files::JsonFile& f) { read_procedure(f); });
+  expect_schema_agrees("motion", R"({"format": "stylet-motion", "version": 1, "device": {}, "tracks": {}})", 3,
+                       [](files::JsonFile& f) { read_motion(f); });
+  expect_schema_agrees("tissues", shipped("tissues.json"), 7, [](files::JsonFile& f) { content::read_tissues(f); });
+  // Every optional object there is; the values do not matter.
+  const char* full = R"({"format": "stylet-scenario", "version": 1, "probe": {},
+    "organs": [{"nodes": {"a": {}}}],
+    "bodies": [{"mesh": {}, "fixed": [{"box": {}, "outside_box": {}, "plane": {}}]}],
+    "targets": [{}], "labels": {}, "camera": {}, "room_from_patient": {}, "rates": {},
+    "contacts": [{}], "scoring": [{}], "breathing": {"rigid": {}}, "briefing": {}, "sampling": {},
+    "hints": [{"when": {}}]})";
+  expect_schema_agrees("scenario", full, 24, [](files::JsonFile& f) { read_scenario_file(f); });
+}
+
+/// A value against the parts of JSON Schema that our schemas of generated files use.
+void expect_follows(const json& value, const json& schema, const std::string& at) {
+  if (schema.contains("const")) {
+    EXPECT_EQ(value, schema["const"]) << at;
+    return;
+  }
+  const std::string type = schema.at("type");
+  EXPECT_TRUE((type == "object" && value.is_object()) || (type == "array" && value.is_array()) ||
+              (type == "string" && value.is_string()) || (type == "number" && value.is_number()) ||
+              (type == "integer" && value.is_number_integer()))
+      << at << " is no " << type;
+  if (schema.contains("minimum")) {
+    EXPECT_GE(value.get<double>(), schema["minimum"].get<double>()) << at;
+  }
+  if (schema.contains("maximum")) {
+    EXPECT_LE(value.get<double>(), schema["maximum"].get<double>()) << at;
+  }
+  if (schema.contains("minItems")) {
+    EXPECT_GE(value.size(), schema["minItems"].get<std::size_t>()) << at;
+  }
+  if (schema.contains("maxItems")) {
+    EXPECT_LE(value.size(), schema["maxItems"].get<std::size_t>()) << at;
+  }
+  if (type == "array") {
+    for (const json& item : value) expect_follows(item, schema.at("items"), at + "/*");
+  }
+  if (type != "object") return;
+  for (const auto& key : schema.at("required")) EXPECT_TRUE(value.contains(key)) << at << " lacks " << key;
+  for (const auto& [key, item] : value.items()) {
+    ASSERT_TRUE(schema.at("properties").contains(key)) << at << '/' << key << " is in no schema";
+    expect_follows(item, schema["properties"][key], std::string(at).append("/").append(key));
+  }
+}
+
+TEST(Schemas, ReferenceInsertionFollowsItsSchema) {  // its reader belongs to the benches
+  const files::JsonFile schema(kContent / "schemas" / "reference.schema.json");
+  const files::JsonFile file(kContent / "reference" / "r1.json");
+  expect_follows(file.tree(), schema.tree(), "reference/r1.json");
+}
+
+}  // namespace
+}  // namespace stylet::readers

@@ -1,0 +1,234 @@
+// The scanner of a running session: keys, screen, and a tissue table that is edited meanwhile.
+#include "engine/gpu/device.h"
+#include "engine/readers/tissue_watch.h"
+#include "engine/scanner/live_scanner.h"
+#include "engine/scanner/scanner_screen.h"
+#include "engine/view/offscreen.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/ultrasound/phantom.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+namespace stylet::scanner {
+namespace {
+
+constexpr int kLeftKey = 263;
+constexpr int kUpKey = 265;
+constexpr int kHomeKey = 268;
+
+TEST(ScannerConsole, KeysTurnKnobsUpAndWithShiftDown) {
+  const content::Probe probe;
+  ScannerConsole console(probe);
+  const ultrasound::ScannerControls first = console.controls();
+  EXPECT_EQ(first.persistence, 0.3) << "the preset's";
+  for (const char key : std::string("DGFMBV14")) {
+    EXPECT_TRUE(console.press(key, true));
+    EXPECT_NE(console.controls(), first) << key;
+    EXPECT_TRUE(console.press(key, false));
+    const ultrasound::ScannerControls& now = console.controls();
+    EXPECT_NEAR(now.depth, first.depth, 1e-12);
+    EXPECT_NEAR(now.gain_db + now.tgc_db[0] + now.tgc_db[3], 0, 1e-12);
+    EXPECT_NEAR(now.focus, first.focus, 1e-12);
+    EXPECT_NEAR(now.frequency_hz, first.frequency_hz, 1e-3);
+    EXPECT_NEAR(now.dynamic_range_db, first.dynamic_range_db, 1e-12);
+    EXPECT_NEAR(now.persistence, first.persistence, 1e-12);
+  }
+  EXPECT_EQ(console.slider(), 3);
+  EXPECT_FALSE(console.press('X', false));
+}
+
+TEST(ScannerConsole, SaysWhatAKnobCannotDo) {
+  ScannerConsole console{content::Probe{}};
+  for (int i = 0; i < 6; ++i) {
+    console.press('M', false);
+    EXPECT_EQ(console.limited(), "");
+  }
+  console.press('M', false);
+  EXPECT_EQ(console.limited(), "frequency limited to 5 MHz");
+}
+
+TEST(ScannerConsole, MovesTheProbeAndAHeldKeySwitchesNothing) {
+  ScannerConsole console{content::Probe{}};
+  console.press(kLeftKey, false);
+  console.press(kLeftKey, false, true);
+  console.press(kUpKey, true);
+  content::ProbeMove move = console.take_probe_move();
+  EXPECT_NEAR(move.lateral, -0.004, 1e-12);
+  EXPECT_NEAR(move.tilt, 2 * M_PI / 180, 1e-12);
+  EXPECT_EQ(console.take_probe_move(), content::ProbeMove{});
+  console.press(kHomeKey, false);
+  EXPECT_TRUE(console.take_probe_release());
+  EXPECT_FALSE(console.take_probe_release());
+  console.press(' ', false);
+  console.press(' ', false, true);
+  EXPECT_TRUE(console.frozen());
+  console.press('P', false);
+  EXPECT_EQ(console.preset(), ultrasound::Preset::raw);
+  EXPECT_EQ(console.controls().persistence, 0);
+}
+
+content::Scene small_patient() {
+  content::Scene scene = test::tour_phantom();
+  scene.probe.scan_lines = 48;
+  scene.probe.samples = 128;
+  return scene;
+}
+
+view::Input stroke(int key, bool shift = false) {
+  view::Input input;
+  input.strokes.push_back({key, shift, false});
+  return input;
+}
+
+TEST(LiveScanner, FollowsItsKnobsAndFreezes) {
+  gpu::Device device;
+  const content::Scene scene = small_patient();
+  LiveScanner scanner(device, scene, ScannerConsole(scene.probe));
+  state::FrameState state = test::tour_state(scene);
+  const auto screen = [&] {
+    scanner.draw(state);
+    return view::read_picture(device, scanner.screen()).rgba;
+  };
+  const auto first = screen();
+  const double scale = scanner.in_view().metres_per_pixel;
+  for (int i = 0; i < 5; ++i) scanner.handle(stroke('D', true), nullptr, 0);
+  const auto shallow = screen();
+  EXPECT_NE(shallow, first);
+  EXPECT_LT(scanner.in_view().metres_per_pixel, 0.8 * scale);
+  scanner.handle(stroke(' '), nullptr, 0);
+  state.probe_position.x() += 0.01F;
+  const auto frozen = screen();
+  EXPECT_EQ(screen(), frozen);
+  scanner.handle(stroke('P'), nullptr, 0);
+  scanner.handle(stroke(' '), nullptr, 0);
+  EXPECT_NE(screen(), frozen);
+  EXPECT_EQ(scanner.console().preset(), ultrasound::Preset::raw);
+}
+
+TEST(LiveScanner, SaysWhyItIsBlackAndWhatItCannotDo) {
+  gpu::Device device;
+  const content::Scene scene = small_patient();
+  LiveScanner scanner(device, scene, ScannerConsole(scene.probe));
+  state::FrameState state = test::tour_state(scene);
+  scanner.draw(state);
+  EXPECT_EQ(scanner.note(), "");
+  state.time_s = 1;
+  state.probe_position.z() = -0.1F;
+  scanner.draw(state);
+  EXPECT_NE(scanner.note().find("from the skin; move it onto the skin"), std::string::npos) << scanner.note();
+  const picture::Picture with = view::read_picture(device, scanner.screen());
+  int amber = 0;  // the note's letters
+  for (int x = 0; x < with.width; ++x) {
+    for (int y = with.height - 24; y < with.height; ++y) {
+      amber += with.at(x, y)[0] > 150 && with.at(x, y)[2] < 0.6 * with.at(x, y)[0] ? 1 : 0;
+    }
+  }
+  if (!figures::Font::load().empty()) {
+    EXPECT_GT(amber, 100);
+  }
+  for (int i = 0; i < 30; ++i) scanner.handle(stroke('D'), nullptr, 2);
+  scanner.draw(state);
+  EXPECT_EQ(scanner.note(), "depth limited to 300 mm");
+}
+
+class TissueTable : public ::testing::Test {
+protected:
+  void SetUp() override {
+    scene_ = small_patient();
+    write("liver", -40, "");
+    scene_.tissue_table = folder_ / "tissues.json";
+    scene_.tissues[1].name = "liver";
+  }
+  /// A table of one tissue and the outside. @param more  after its last key
+  void write(const std::string& name, double backscatter_db, const std::string& more) {
+    const auto row = [](double db, const std::string& after) {
+      return R"({"mechanics": {"young_modulus_pa": 5000, "poisson_ratio": 0.4, "density_kg_per_m3": 1000},
+        "needle": {"puncture_force_n": 1, "friction_n_per_m": 1},
+        "acoustics": {"impedance_rayl": 1650000, "speed_of_sound_m_per_s": 1570, "attenuation_db_per_cm_mhz": 0.5,
+        "texture_db": 0, "backscatter_db": )" +
+             std::to_string(db) + "}" + after + "}";
+    };
+    folder_.write("tissues.json", R"({"format": "stylet-tissues", "version": 1, "tissues": {"outside": )" +
+                                      row(-90, "") + ", \"" + name + "\": " + row(backscatter_db, more) + "}}");
+    // File systems count time in steps that are long for a test.
+    written_ += std::chrono::seconds(2);
+    std::filesystem::last_write_time(folder_ / "tissues.json", written_);
+  }
+
+  support::TemporaryFolder folder_;
+  content::Scene scene_;
+  std::filesystem::file_time_type written_ = std::filesystem::file_time_type::clock::now();
+  readers::TissueWatch::Clock::time_point now_{};
+};
+
+TEST_F(TissueTable, IsReadAgainWhenItIsWrittenAndNotBefore) {
+  readers::TissueWatch watch(scene_);
+  const double young = scene_.tissues[1].mechanics.young_modulus;
+  EXPECT_FALSE(watch.poll(now_));
+  write("liver", -12, "");
+  EXPECT_FALSE(watch.poll(now_ + std::chrono::milliseconds(900))) << "at most once a second";
+  EXPECT_TRUE(watch.poll(now_ + std::chrono::seconds(1)));
+  EXPECT_EQ(watch.problem(), "");
+  EXPECT_EQ(watch.tissues()[1].acoustics.backscatter_db, -12);
+  EXPECT_EQ(watch.tissues()[1].mechanics.young_modulus, young) << "mechanics stay";
+  EXPECT_FALSE(watch.poll(now_ + std::chrono::seconds(3)));
+}
+
+TEST_F(TissueTable, WithAMistakeKeepsWhatWasAndSaysWhere) {
+  readers::TissueWatch watch(scene_);
+  write("liver", -12, "");
+  watch.poll(now_ += std::chrono::seconds(2));
+  write("liver", 6, R"(, "colour": "red")");
+  EXPECT_TRUE(watch.poll(now_ += std::chrono::seconds(2)));
+  EXPECT_NE(watch.problem().find("tissues.json:/tissues/liver/colour"), std::string::npos) << watch.problem();
+  EXPECT_EQ(watch.problem().find('\n'), std::string::npos);
+  EXPECT_EQ(watch.tissues()[1].acoustics.backscatter_db, -12);
+  folder_.write("tissues.json", "{ half a fi");
+  std::filesystem::last_write_time(folder_ / "tissues.json", written_ += std::chrono::seconds(2));
+  EXPECT_TRUE(watch.poll(now_ += std::chrono::seconds(2)));
+  EXPECT_NE(watch.problem().find("tissues.json"), std::string::npos);
+  write("liver", 6, "");
+  EXPECT_TRUE(watch.poll(now_ += std::chrono::seconds(2)));
+  EXPECT_EQ(watch.problem(), "");
+  EXPECT_EQ(watch.tissues()[1].acoustics.backscatter_db, 6);
+}
+
+TEST_F(TissueTable, AScannerFrozenFromTheStartHasAnImage) {
+  gpu::Device device;
+  ScannerConsole console(scene_.probe);
+  console.press(' ', false);
+  ASSERT_TRUE(console.frozen());
+  LiveScanner scanner(device, scene_, console);
+  const state::FrameState state = test::tour_state(scene_);
+  scanner.draw(state);
+  double sum = 0;
+  for (const std::uint8_t value : view::read_picture(device, *scanner.in_view().image).rgba) sum += value;
+  const auto pixels = static_cast<double>(scanner.in_view().image->settings().width) *
+                      static_cast<double>(scanner.in_view().image->settings().height);
+  EXPECT_GT(sum, 260 * pixels) << "brighter than black, whose alpha is 255";
+}
+
+TEST_F(TissueTable, ShowsInTheLiveImage) {
+  gpu::Device device;
+  LiveScanner scanner(device, scene_, ScannerConsole(scene_.probe));
+  const state::FrameState state = test::tour_state(scene_);
+  const auto brightness = [&] {
+    scanner.draw(state);
+    double sum = 0;
+    for (const std::uint8_t value : view::read_picture(device, *scanner.in_view().image).rgba) sum += value;
+    return sum;
+  };
+  const double before = brightness();
+  write("liver", -40, "");
+  scanner.handle({}, nullptr, 0);
+  EXPECT_LT(brightness(), 0.95 * before);
+  EXPECT_EQ(scanner.note(), "tissue table read again");
+}
+
+}  // namespace
+}  // namespace stylet::scanner
