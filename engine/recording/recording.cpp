@@ -20,6 +20,7 @@ using format::PayloadReader;
 using format::RecordType;
 
 constexpr int kMaxHeaderDepth = 32;
+constexpr double kMostCavityShare = 10;  // of its volume at rest
 
 [[noreturn]] void refuse(const std::string& name, std::uint64_t offset, const std::string& what) {
   throw ContentError(fmt::format("{}: byte {}: {}; record the session again", name, offset, what));
@@ -30,7 +31,9 @@ std::uint32_t load_u32(std::span<const std::uint8_t> bytes, std::size_t offset) 
 }
 
 /// @param text  as stored; @param offset  of it in the file, for messages
-RecordingHeader parse_header(std::string_view text, const std::string& name, std::uint64_t offset) {
+/// @param[out] version_of_file  at most kRecordingVersion
+RecordingHeader parse_header(std::string_view text, const std::string& name, std::uint64_t offset,
+                             std::uint64_t& version_of_file) {
   // Values nested deeper than any settings are left out, and the header is refused: writing them out again is
   // recursive.
   bool too_deep = false;
@@ -59,6 +62,7 @@ RecordingHeader parse_header(std::string_view text, const std::string& name, std
                     "it with the program that wrote it or a later one",
                     name, offset, version->get<std::uint64_t>(), kRecordingVersion));
   }
+  version_of_file = version->get<std::uint64_t>();
   if (string_at("endianness") != "little") refuse(name, offset, "the recording is not little-endian");
   const auto settings = json.find("settings");
   if (settings == json.end() || !settings->is_object()) refuse(name, offset, "the header has no object 'settings'");
@@ -78,16 +82,18 @@ RecordingHeader parse_header(std::string_view text, const std::string& name, std
 }
 
 /// Sizes a payload of this type may have; {1, 0} for a type that does not exist.
-std::pair<std::size_t, std::size_t> payload_sizes(std::uint8_t type) {
+std::pair<std::size_t, std::size_t> payload_sizes(std::uint8_t type, std::uint64_t version) {
   switch (static_cast<RecordType>(type)) {
     case RecordType::haptic_step:
       return {format::kHapticStepBytes, format::kHapticStepBytes};
     case RecordType::simulation_step:
-      return {format::kSimulationStepBytes, format::kSimulationStepBytes};
+      if (version == 1) return {format::kSimulationStepBytes, format::kSimulationStepBytes};
+      return {format::kSimulationStepBytes + format::kCavityBytes, format::kSimulationStepBytes + format::kCavityBytes};
     case RecordType::hash:
       return {format::kHashBytes, format::kHashBytes};
     case RecordType::event:
-      return {format::kMinEventBytes, format::kMinEventBytes + 2 * kMaxEventText};
+      if (version == 1) return {format::kEventBytes1, format::kEventBytes1 + 2 * kMaxEventText};
+      return {format::kMinEventBytes, format::kMaxEventBytes};
     case RecordType::end:
       return {format::kEndBytes, format::kEndBytes};
   }
@@ -109,7 +115,7 @@ bool is_time(double time_s) {
 }
 
 /// Adds one record whose checksum is right. @return false when its payload makes no sense
-bool take_record(RecordType type, std::span<const std::uint8_t> payload, Recording& out) {
+bool take_record(RecordType type, std::span<const std::uint8_t> payload, std::uint64_t version, Recording& out) {
   PayloadReader in(payload);
   switch (type) {
     case RecordType::haptic_step: {
@@ -136,6 +142,12 @@ bool take_record(RecordType type, std::span<const std::uint8_t> payload, Recordi
       r.factor_epoch = in.get<std::uint64_t>();
       r.probe.position = in.get_vector();
       r.probe.orientation = in.get_quaternion();
+      if (version > 1) {
+        for (double& share : r.cavity_shares) {
+          share = in.get<double>();
+          if (!(share >= 0 && share <= kMostCavityShare)) return false;
+        }
+      }
       if (!is_time(r.time_s)) return false;
       out.simulation.push_back(r);
       break;
@@ -154,7 +166,14 @@ bool take_record(RecordType type, std::span<const std::uint8_t> payload, Recordi
       r.time_s = in.get<double>();
       r.step = in.get<std::uint64_t>();
       r.name = in.get_text();
-      r.detail = in.get_text();
+      if (version == 1) {
+        if (std::string text = in.get_text(); !text.empty()) {
+          r.fields.push_back({std::string(EventRecord::kVersion1Field), std::move(text)});
+        }
+      } else {
+        const auto fields = in.get<std::uint8_t>();
+        for (int f = 0; f < fields && in.ok(); ++f) r.fields.push_back(in.get_field());
+      }
       if (!is_time(r.time_s)) return false;
       out.events.push_back(std::move(r));
       break;
@@ -199,14 +218,15 @@ Recording parse_recording(std::span<const std::uint8_t> bytes, const std::string
   if (bytes.size() < at + format::kChecksumBytes) refuse(name, bytes.size(), "the file ends within its header");
   if (load_u32(bytes, at) != files::crc32c(bytes.first(at))) refuse(name, 0, "the header's checksum does not match");
   const auto* text = reinterpret_cast<const char*>(bytes.data() + text_at);
-  out.header = parse_header({text, header_bytes}, name, text_at);
+  std::uint64_t version = 0;
+  out.header = parse_header({text, header_bytes}, name, text_at, version);
   at += format::kChecksumBytes;
   out.usable_bytes = at;
 
   while (at < bytes.size()) {
     if (out.end.has_value()) refuse(name, at, "there are bytes behind the end record");
     const std::uint8_t type = bytes[at];
-    const auto [shortest, longest] = payload_sizes(type);
+    const auto [shortest, longest] = payload_sizes(type, version);
     if (shortest > longest) {
       if (zeros_to_the_end(bytes, at)) break;
       refuse(name, at, fmt::format("there is no record of type {}", type));
@@ -223,7 +243,7 @@ Recording parse_recording(std::span<const std::uint8_t> bytes, const std::string
       if (zeros_to_the_end(bytes, at)) break;
       refuse(name, at, "the record's checksum does not match");
     }
-    if (!take_record(static_cast<RecordType>(type), bytes.subspan(at + format::kFrontBytes, length), out)) {
+    if (!take_record(static_cast<RecordType>(type), bytes.subspan(at + format::kFrontBytes, length), version, out)) {
       refuse(name, at, fmt::format("the contents of a record of type {} make no sense", type));
     }
     at += checked + format::kChecksumBytes;

@@ -6,10 +6,15 @@
 // All numbers are little-endian, packed without gaps; doubles are raw IEEE 754 bits. A checksum is the CRC-32C of
 // everything in its header or record before it. The order of the records of one loop is the order of its steps; the
 // two loops' records are interleaved as they were drained. The last record of a whole recording is `end`.
+//
+// Version 2 has typed fields in its events where version 1 has one text, and the volumes of cavities in its simulation
+// steps.
 #pragma once
 
+#include "engine/recording/event.h"
 #include "physics/messages/messages.h"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -20,7 +25,7 @@
 namespace stylet::recording {
 
 /// Files of this version are written, those up to it are read.
-inline constexpr std::uint64_t kRecordingVersion = 1;
+inline constexpr std::uint64_t kRecordingVersion = 2;
 
 /// What the recording was made with.
 struct RecordingHeader {
@@ -41,6 +46,9 @@ struct HapticStepRecord {
   std::uint64_t patch_epoch = 0;  ///< TissuePatch consumed
 };
 
+/// Fluid-filled cavities of a scene.
+inline constexpr std::size_t kMaxCavities = 4;
+
 /// One simulation step: its input, the needle state it consumed, and what the factorisation thread did.
 struct SimulationStepRecord {
   std::uint64_t step = 0;
@@ -50,6 +58,13 @@ struct SimulationStepRecord {
   bool factor_requested = false;   ///< a new one was asked for in this step
   std::uint64_t factor_epoch = 0;  ///< factorisation in use
   physics::RigidPose probe;
+  std::array<double, kMaxCavities> cavity_shares = full();  ///< [cavities of the scene] volume over that at rest
+
+  static constexpr std::array<double, kMaxCavities> full() {
+    std::array<double, kMaxCavities> shares{};
+    shares.fill(1);
+    return shares;
+  }
 };
 
 enum class LoopName : std::uint8_t { haptic, simulation };
@@ -61,15 +76,6 @@ struct HashRecord {
   std::uint64_t step = 0;
   std::uint64_t hash = 0;
 };
-
-/// Something worth knowing at a time: button, puncture, target reached, warning.
-struct EventRecord {
-  double time_s = 0;
-  std::uint64_t step = 0;  ///< haptic step
-  std::string name;        ///< at most kMaxEventText bytes
-  std::string detail;      ///< at most kMaxEventText bytes
-};
-inline constexpr std::size_t kMaxEventText = 200;
 
 /// The last record.
 struct EndRecord {

@@ -24,16 +24,22 @@ enum class RecordType : std::uint8_t { haptic_step = 1, simulation_step = 2, has
 
 inline constexpr std::size_t kFrontBytes = 5;  // type, length
 inline constexpr std::size_t kChecksumBytes = 4;
-inline constexpr std::size_t kMaxPayload = 512;
+inline constexpr std::size_t kMaxPayload = 4096;
 inline constexpr std::size_t kMaxRecord = kFrontBytes + kMaxPayload + kChecksumBytes;
 
-/// Payloads of fixed size; an event is 2 numbers, 2 lengths and its texts.
+/// Payloads of fixed size; a simulation step is longer by its cavities, an event by its texts and fields.
 inline constexpr std::size_t kHapticStepBytes = 8 + 8 + 8 + 7 * 8 + 4 + 1 + 8;
 inline constexpr std::size_t kSimulationStepBytes = 8 + 8 + 8 + 1 + 1 + 8 + 7 * 8;
+inline constexpr std::size_t kCavityBytes = 8 * kMaxCavities;
 inline constexpr std::size_t kHashBytes = 1 + 1 + 8 + 8;
-inline constexpr std::size_t kMinEventBytes = 8 + 8 + 2 + 2;
+inline constexpr std::size_t kMinEventBytes = 8 + 8 + 2 + 1;  // of version 2: name and number of fields
+inline constexpr std::size_t kEventBytes1 = 8 + 8 + 2 + 2;  // of version 1: name and text
 inline constexpr std::size_t kEndBytes = 8 + 8 + 8;
-static_assert(kMinEventBytes + 2 * kMaxEventText <= kMaxPayload);
+inline constexpr std::size_t kMaxEventBytes = kMaxPayload;
+static_assert(8 + 8 + 2 * (2 + kMaxEventText) <= kMaxPayload, "an event of version 1 fits");
+
+/// What a field's value is.
+enum class FieldType : std::uint8_t { quantity = 0, count = 1, word = 2 };
 
 template <typename T>
 concept Number = std::integral<T> || std::floating_point<T>;
@@ -58,6 +64,22 @@ public:
     std::copy_n(text.data(), length, &bytes_[size_]);  // unlike memcpy, an empty text may have no address
     size_ += length;
   }
+  /// Adds fields as long as there is room, at most kMaxEventFields.
+  template <typename Fields>
+  void put_fields(const Fields& fields) {
+    const std::size_t count_at = size_;
+    std::uint8_t count = 0;
+    put(count);
+    for (const auto& field : fields) {
+      if (count == kMaxEventFields || size_ + field_bytes(field) > kFrontBytes + kMaxPayload) break;
+      put(std::string_view(field.name));
+      put(std::string_view(field.unit));
+      put(static_cast<std::uint8_t>(field.value.index()));
+      std::visit([this](const auto& value) { put_value(value); }, field.value);
+      ++count;
+    }
+    bytes_[count_at] = count;
+  }
   /// Fills in length and checksum.
   std::span<const std::uint8_t> finish() {
     const auto length = static_cast<std::uint32_t>(size_ - kFrontBytes);
@@ -67,6 +89,21 @@ public:
   }
 
 private:
+  static std::size_t text_bytes(std::string_view text) {
+    return sizeof(std::uint16_t) + std::min(text.size(), kMaxEventText);
+  }
+  template <typename AnyField>
+  static std::size_t field_bytes(const AnyField& field) {
+    const std::size_t value = std::visit([](const auto& v) { return value_bytes(v); }, field.value);
+    return text_bytes(field.name) + text_bytes(field.unit) + 1 + value;
+  }
+  static std::size_t value_bytes(double) { return sizeof(double); }
+  static std::size_t value_bytes(std::int64_t) { return sizeof(std::int64_t); }
+  static std::size_t value_bytes(std::string_view text) { return text_bytes(text); }
+  void put_value(double value) { put(value); }
+  void put_value(std::int64_t value) { put(value); }
+  void put_value(std::string_view text) { put(text); }
+
   std::array<std::uint8_t, kMaxRecord> bytes_;
   std::size_t size_ = 0;
 };
@@ -110,6 +147,25 @@ public:
     bytes_ = bytes_.subspan(length);
     return text;
   }
+  Field get_field() {
+    Field field;
+    field.name = get_text();
+    field.unit = get_text();
+    switch (static_cast<FieldType>(get<std::uint8_t>())) {
+      case FieldType::quantity:
+        field.value = get<double>();
+        return field;
+      case FieldType::count:
+        field.value = get<std::int64_t>();
+        return field;
+      case FieldType::word:
+        field.value = get_text();
+        return field;
+    }
+    ok_ = false;
+    return field;
+  }
+  bool ok() const { return ok_; }
   /// Everything was there, sensible, and nothing is left.
   bool finished() const { return ok_ && bytes_.empty(); }
 

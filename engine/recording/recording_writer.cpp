@@ -74,6 +74,7 @@ void RecordingChannel::add(const SimulationStepRecord& r) {
   bytes.put(r.step), bytes.put(r.time_s), bytes.put(r.needle_step);
   bytes.put(r.factor_taken), bytes.put(r.factor_requested), bytes.put(r.factor_epoch);
   bytes.put(r.probe.position), bytes.put(r.probe.orientation);
+  for (const double share : r.cavity_shares) bytes.put(share);
   push(bytes.finish());
 }
 
@@ -83,9 +84,18 @@ void RecordingChannel::add(const HashRecord& r) {
   push(bytes.finish());
 }
 
-void RecordingChannel::add_event(double time_s, std::uint64_t step, std::string_view name, std::string_view detail) {
+void RecordingChannel::add(const EventRecord& event) {
   RecordBytes bytes(RecordType::event);
-  bytes.put(time_s), bytes.put(step), bytes.put(name), bytes.put(detail);
+  bytes.put(event.time_s), bytes.put(event.step), bytes.put(std::string_view(event.name));
+  bytes.put_fields(event.fields);
+  push(bytes.finish());
+}
+
+void RecordingChannel::add_event(double time_s, std::uint64_t step, std::string_view name,
+                                 std::initializer_list<FieldView> fields) {
+  RecordBytes bytes(RecordType::event);
+  bytes.put(time_s), bytes.put(step), bytes.put(name);
+  bytes.put_fields(fields);
   push(bytes.finish());
 }
 

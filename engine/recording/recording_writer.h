@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -44,8 +45,11 @@ public:
   void add(const HapticStepRecord& record);
   void add(const SimulationStepRecord& record);
   void add(const HashRecord& record);
-  /// Texts longer than kMaxEventText bytes are cut.
-  void add_event(double time_s, std::uint64_t step, std::string_view name, std::string_view detail = {});
+  /// Texts longer than kMaxEventText bytes are cut, fields that do not fit are left out.
+  void add(const EventRecord& event);
+  /// The same for threads that take no memory.
+  void add_event(double time_s, std::uint64_t step, std::string_view name,
+                 std::initializer_list<FieldView> fields = {});
 
 private:
   friend class RecordingWriter;

@@ -63,10 +63,8 @@ public:
   /// @param progress  before every simulation step, and with 1 at the end, when the recording can still take events
   RunStatistics run_in_lockstep(const RunProgress& progress = {});
   /// Puts something on record that no loop knows of: what the user did. One thread, before stop() or the end
-  /// of run_in_lockstep(); texts as in EventRecord.
-  void add_event(double time_s, std::uint64_t haptic_step, std::string_view name, std::string_view detail = {}) {
-    writer_.session().add_event(time_s, haptic_step, name, detail);
-  }
+  /// of run_in_lockstep().
+  void add_event(const recording::EventRecord& event) { writer_.session().add(event); }
   /// What the pictures show; any thread.
   const state::StateBuffer& frames() const { return frames_.buffer(); }
   /// The needle as it is now, newer than any of frames(); one thread.

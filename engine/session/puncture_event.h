@@ -2,10 +2,12 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/recording/recording.h"
+#include "engine/recording/event.h"
+#include "engine/recording/recording_writer.h"
 #include "physics/messages/messages.h"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,20 +22,16 @@ struct PunctureEvent {
   std::string from{};  ///< tissues by name
   std::string to{};
   double force_n = 0;                ///< on the tip, along the shaft
-  std::optional<double> energy_j{};  ///< released; not in recordings of earlier versions
+  std::optional<double> energy_j{};  ///< released; not in the first recordings
 };
 
-/// Memory for the text of one event, so that the haptic thread takes none.
-struct PunctureText {
-  char text[recording::kMaxEventText];
-};
-
-/// Detail of the event, e.g. "fat > muscle, 0.8000 N (0.00123 J)".
 /// @realtime no allocation
-std::string_view puncture_detail(const content::Scene& scene, const physics::Puncture& puncture,
-                                 PunctureText& memory);
+void add_puncture(recording::RecordingChannel& channel, double time_s, std::uint64_t step, const content::Scene& scene,
+                  const physics::Puncture& puncture);
 
-/// The punctures of a recording, in order. Events that are not written as above are left out.
-std::vector<PunctureEvent> punctures(const recording::Recording& recording);
+/// Nothing: the event is no puncture, or not written as one.
+std::optional<PunctureEvent> puncture_of(const recording::EventRecord& event);
+/// Those of a recording, in order.
+std::vector<PunctureEvent> punctures(std::span<const recording::EventRecord> events);
 
 }  // namespace stylet::session

@@ -13,9 +13,7 @@ void Recorder::haptic_stepped(const recording::HapticStepRecord& record, const p
         recording::HashRecord{.loop = recording::LoopName::haptic, .step = record.step, .hash = hash_.haptic()});
   }
   if (needle.puncture_count != punctures_) {
-    PunctureText memory;
-    channel.add_event(record.time_s, record.step, kPunctureEvent,
-                      puncture_detail(scene_, needle.last_puncture, memory));
+    add_puncture(channel, record.time_s, record.step, scene_, needle.last_puncture);
     punctures_ = needle.puncture_count;
   }
   if (const bool inside = needle.tip == physics::TipState::inside; inside != inside_) {
@@ -23,7 +21,7 @@ void Recorder::haptic_stepped(const recording::HapticStepRecord& record, const p
     inside_ = inside;
   }
   if (record.buttons != buttons_) {
-    channel.add_event(record.time_s, record.step, "buttons");
+    channel.add_event(record.time_s, record.step, "buttons", {{"pressed", std::int64_t{record.buttons}}});
     buttons_ = record.buttons;
   }
 }
@@ -43,7 +41,8 @@ void Recorder::force_sent(double time_s, std::uint64_t step, const haptic::Guard
     if (((out.flags >> bit) & 1u) == 0) continue;
     double& last = limited_s_[static_cast<std::size_t>(bit)];
     if (time_s - last > kQuiet) {
-      writer_.haptic().add_event(time_s, step, kSafetyEvent, haptic::output_flag_name(bit));
+      writer_.haptic().add_event(time_s, step, kSafetyEvent,
+                                   {{kSafetyLimit, std::string_view(haptic::output_flag_name(bit))}});
     }
     last = time_s;
   }

@@ -18,6 +18,7 @@ public:
   static constexpr std::uint64_t kSimulationStepsPerHash = 10;
 
   static constexpr const char* kSafetyEvent = "safety";
+  static constexpr const char* kSafetyLimit = "limit";  ///< its field: the name of the OutputFlag
   static constexpr double kQuiet = 0.5;  ///< s
 
   Recorder(recording::RecordingWriter& writer, const StepHash& hash, const content::Scene& scene)
