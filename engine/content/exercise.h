@@ -1,8 +1,9 @@
-// What a scenario trains: briefing, how tissue is sampled or destroyed, hints. Difficulty is data.
+// What a scenario trains: briefing, the procedure, hints. Difficulty is data.
 #pragma once
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,34 +17,14 @@ struct Briefing {
   std::string anatomy{};
 };
 
-enum class SamplingKind : std::uint8_t { none, biopsy, ablation };
-
-/// A spring-loaded side-notch needle: fired, its stylet shoots ahead by `throw_length`, and the cannula cuts off what
-/// has fallen into the notch behind the stylet's point.
-struct BiopsyGun {
-  double throw_length = 0.022;  ///< m
-  double notch = 0.017;         ///< length of the core, m
-  double bore = 0.0011;         ///< diameter of the core, m
-
-  static constexpr double kStyletPoint = 0.005;  ///< m; the notch ends so far behind the stylet's tip at least
-};
-
-/// A monopolar radio-frequency electrode, and for how long it heats.
-struct AblationPlan {
-  double exposed = 0.030;        ///< length of the bare tip, m
-  double power_w = 100;          ///< most that goes into the tissue
-  double max_temperature = 100;  ///< degrees Celsius that no tissue exceeds: power is taken back
-  double duration_s = 720;       ///< of heating
-  double time_factor = 60;       ///< seconds of heating in a second of the session
-  double margin = 0.005;         ///< around the tumour that is to be destroyed too, m
-};
-
-struct Sampling {
-  SamplingKind kind = SamplingKind::none;
-  bool automatic = false;  ///< fires, or starts to heat, by itself where the tip rests inside a target
-  int samples = 1;         ///< cores wanted, at most one a target where there are several
-  BiopsyGun gun{};
-  AblationPlan ablation{};
+/// What a scenario says of its procedure: the module of the kind has the rest (engine/procedures/KIND/plan.h). The
+/// rest of the engine needs to know:
+struct ProcedurePlan {
+  virtual ~ProcedurePlan() = default;
+  std::string kind{};
+  bool automatic = false;     ///< begins by itself where the tip rests inside a target
+  double working_length = 0;  ///< of the needle, from its tip, that works on the tissue, m; 0: the tip alone
+  bool destroys = false;      ///< pictures will have a zone to show
 };
 
 /// Closed interval; without ends where the scenario gives none.
@@ -69,8 +50,8 @@ struct Hint {
 
 struct Exercise {
   Briefing briefing{};
-  Sampling sampling{};
-  std::vector<Hint> hints{};  ///< the first that holds is shown
+  std::shared_ptr<const ProcedurePlan> plan{};  ///< null: nothing is sampled or destroyed
+  std::vector<Hint> hints{};                    ///< the first that holds is shown
 };
 
 }  // namespace stylet::content

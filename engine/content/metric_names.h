@@ -1,4 +1,5 @@
-// Names of the metrics that a scenario can score (content/README.md, "Metrics"); engine/training computes them.
+// Names of the metrics that a scenario of any kind can score (content/README.md, "Metrics"); engine/training computes
+// them. A kind of procedure has metrics of its own.
 #pragma once
 
 #include <array>
@@ -38,16 +39,13 @@ inline constexpr std::string_view kDepthOvershoot = "depth_overshoot";
 inline constexpr std::string_view kPeakForce = "peak_force";
 inline constexpr std::string_view kLateralBending = "lateral_bending";
 inline constexpr std::string_view kOutOfPlaneTime = "out_of_plane_time";
-inline constexpr std::string_view kTumourContent = "tumour_content";        ///< of the cores fired
-inline constexpr std::string_view kAblationCoverage = "ablation_coverage";  ///< of target and margin
 
 inline constexpr std::array kMetricNames{
-    kTargeting,       kProbeUsageTime,     kNeedleInBeam,     kForbiddenHits,        kForbiddenTime,
-    kElapsedTime,     kPathLength,         kSkinContacts,     kTimeInTissue,         kPathInTissue,
-    kTissueDamage,    kPunctures,          kTargetsHit,       kTranslationalActions, kRotationalActions,
-    kSmoothness,      kPathInefficiency,   kRotation,         kDepthPerception,      kAverageVelocity,
-    kReferenceRms,    kReferenceHausdorff, kReferenceFrechet, kReferenceDtw,         kAngleError,
-    kDepthOvershoot,  kPeakForce,          kLateralBending,   kOutOfPlaneTime,       kTumourContent,
-    kAblationCoverage};
+    kTargeting,      kProbeUsageTime,     kNeedleInBeam,     kForbiddenHits,        kForbiddenTime,
+    kElapsedTime,    kPathLength,         kSkinContacts,     kTimeInTissue,         kPathInTissue,
+    kTissueDamage,   kPunctures,          kTargetsHit,       kTranslationalActions, kRotationalActions,
+    kSmoothness,     kPathInefficiency,   kRotation,         kDepthPerception,      kAverageVelocity,
+    kReferenceRms,   kReferenceHausdorff, kReferenceFrechet, kReferenceDtw,         kAngleError,
+    kDepthOvershoot, kPeakForce,          kLateralBending,   kOutOfPlaneTime};
 
 }  // namespace stylet::content

@@ -2,6 +2,7 @@
 
 #include "engine/debrief/outline.h"
 #include "engine/picture/png_bytes.h"
+#include "engine/procedures/kinds.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/recorder.h"
 #include "engine/stills/pictures.h"
@@ -55,26 +56,53 @@ std::string words(std::string_view name) {
   return text;
 }
 
-bool is_sample(const EventRecord& event) {
-  return event.name == training::kFireEvent || event.name == training::kAblationEvent;
+/// What its kind tells of an event, if it is one of a procedure.
+template <typename Tell>
+std::optional<procedures::Told> told_by_a_kind(const Tell& tell) {
+  for (const procedures::Kind* kind : procedures::kinds()) {
+    if (auto told = tell(*kind)) return told;
+  }
+  return std::nullopt;
 }
 
-/// @param heats  the session was an ablation, whose sampling takes nothing
-DebriefEvent event_of(const EventRecord& event, bool heats) {
-  if (event.name == training::flow_event::kStage) {
-    const bool sampling = event.detail == training::stage_name(training::Stage::sampling);
-    return {event.time_s, EventKind::stage, heats && sampling ? "Ablation" : words(event.detail), ""};
+std::optional<procedures::Told> step_of(const EventRecord& event) {
+  return told_by_a_kind([&](const procedures::Kind& kind) { return kind.tell_step(event); });
+}
+
+std::optional<procedures::Told> result_of(const EventRecord& event) {
+  return told_by_a_kind([&](const procedures::Kind& kind) { return kind.tell_result(event); });
+}
+
+std::string text_of(const EventRecord& event, std::string_view field) {
+  return std::string(event.version_1_text().empty() ? event.text(field) : event.version_1_text());
+}
+
+/// @param sampling  what the stage of sampling is called in this session
+DebriefEvent event_of(const EventRecord& event, std::string_view sampling) {
+  if (const std::string_view stage = training::stage_of(event); !stage.empty()) {
+    const bool samples = stage == training::stage_name(training::Stage::sampling);
+    return {event.time_s, EventKind::stage, samples ? std::string(sampling) : words(stage), ""};
   }
-  if (event.name == training::kFireEvent) {
-    return {event.time_s, EventKind::sample, words(event.name), "core " + event.detail};
-  }
-  if (is_sample(event) || event.name == training::flow_event::kAblationStopped) {
-    return {event.time_s, EventKind::sample, words(event.name), event.detail};
-  }
+  if (auto step = step_of(event)) return {event.time_s, EventKind::sample, step->title, step->detail};
+  if (auto result = result_of(event)) return {event.time_s, EventKind::note, result->title, spaced(result->detail)};
   if (event.name == session::Recorder::kSafetyEvent) {
-    return {event.time_s, EventKind::safety, "Force limited", words(event.detail)};
+    return {event.time_s, EventKind::safety, "Force limited", words(text_of(event, session::Recorder::kSafetyLimit))};
   }
-  return {event.time_s, EventKind::note, words(event.name), spaced(event.detail)};
+  if (event.name == training::flow_event::kRefused && event.version_1_text().empty()) {
+    return {event.time_s, EventKind::note, words(event.name),
+            spaced(fmt::format("{}: {}", event.text("action"), event.text("reason")))};
+  }
+  return {event.time_s, EventKind::note, words(event.name), spaced(recording::fields_in_words(event))};
+}
+
+/// Of the kind of procedure that the events are of.
+std::string_view sampling_title(const std::vector<EventRecord>& events) {
+  for (const procedures::Kind* kind : procedures::kinds()) {
+    if (std::ranges::find(events, kind->approach_event(), &EventRecord::name) != events.end()) {
+      return kind->sampling_title();
+    }
+  }
+  return "Sampling";
 }
 
 /// Tissue inside the boundary of the body that holds the first target; -1: there is none.
@@ -134,24 +162,25 @@ std::vector<PathPoint> path_of(const Trace& trace) {
   return path;
 }
 
+bool is_result(const EventRecord& event) {
+  return result_of(event).has_value();
+}
+
 std::vector<DebriefEvent> events_of(const std::vector<EventRecord>& events) {
   std::vector<DebriefEvent> out;
   const bool punctured =
       std::ranges::any_of(events, [](const EventRecord& e) { return e.name == session::kPunctureEvent; });
-  const bool heats =
-      std::ranges::any_of(events, [](const EventRecord& e) { return e.name == training::kAblationEvent; });
+  const std::string_view sampling = sampling_title(events);
   for (const EventRecord& event : events) {
     if (event.name == "buttons") continue;
     if (punctured && (event.name == "entered" || event.name == "left")) continue;  // said better by the punctures
     if (event.name != session::kPunctureEvent) {
-      out.push_back(event_of(event, heats));
+      out.push_back(event_of(event, sampling));
       continue;
     }
-    recording::Recording one;
-    one.events = {event};
-    for (const session::PunctureEvent& p : session::punctures(one)) {
-      out.push_back({p.time_s, EventKind::puncture, fmt::format("Into {}", spaced(p.to)),
-                     fmt::format("from {}, {:.2f} N", spaced(p.from), p.force_n)});
+    if (const auto p = session::puncture_of(event)) {
+      out.push_back({p->time_s, EventKind::puncture, fmt::format("Into {}", spaced(p->to)),
+                     fmt::format("from {}, {:.2f} N", spaced(p->from), p->force_n)});
     }
   }
   std::ranges::stable_sort(out, {}, &DebriefEvent::time_s);
@@ -161,7 +190,7 @@ std::vector<DebriefEvent> events_of(const std::vector<EventRecord>& events) {
 std::vector<KeyMoment> key_moments(const content::Scene& scene, const recording::Recording& recording,
                                    const Trace& trace) {
   std::vector<KeyMoment> moments;
-  const std::vector<session::PunctureEvent> punctures = session::punctures(recording);
+  const std::vector<session::PunctureEvent> punctures = session::punctures(recording.events);
   if (!punctures.empty()) {
     const session::PunctureEvent& first = punctures.front();
     moments.push_back(
@@ -174,8 +203,7 @@ std::vector<KeyMoment> key_moments(const content::Scene& scene, const recording:
       moments.push_back({into->time_s, fmt::format("Capsule: into {}", spaced(organ))});
   }
   for (const EventRecord& event : recording.events) {
-    if (is_sample(event) || event.name == training::flow_event::kAblationStopped)
-      moments.push_back({event.time_s, words(event.name)});
+    if (const auto step = step_of(event)) moments.push_back({event.time_s, step->title});
   }
   if (!scene.targets.empty()) {
     const double at_s = arrival_s(trace);
@@ -229,11 +257,8 @@ DebriefData collect(const content::Scene& scene, const recording::Recording& rec
   for (const content::Target& target : scene.targets) {
     data.targets.push_back({.name = target.name, .centre = target.centre, .radius = target.radius});
   }
-  // The first one is followed by the frames, the nearest one at the end by the trace.
-  if (!data.targets.empty()) data.targets.front().centre = moment.target.cast<double>();
-  if (const TraceSample* at = sample_at(trace, data.arrival_s);
-      at != nullptr && at->target >= 0 && static_cast<std::size_t>(at->target) < data.targets.size()) {
-    data.targets[static_cast<std::size_t>(at->target)].centre = at->target_position;
+  for (std::size_t t = 0; t < data.targets.size(); ++t) {
+    data.targets[t].centre = moment.targets[t].centre.cast<double>();
   }
   const Eigen::Vector3d around = data.targets.empty()
                                      ? data.shaft.empty() ? Eigen::Vector3d::Zero().eval() : data.shaft.back()
@@ -252,8 +277,8 @@ std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::D
   state::FrameState frame = replay.frames().make_frame();
   std::vector<DebriefPicture> drawn;
   for (const KeyMoment& moment : key_moments(scene, recording, replay.trace())) {
-    if (!replay.frames().sample(moment.time_s, frame)) continue;
-    const picture::Picture image = pictures.draw(frame, scene.camera, replay.zone_at(frame.time_s)).ultrasound;
+    if (!replay.frame_at(moment.time_s, frame)) continue;
+    const picture::Picture image = pictures.draw(frame, scene.camera).ultrasound;
     std::vector<std::uint8_t> grey;
     for (std::size_t i = 0; i < image.rgba.size(); i += 4) grey.push_back(image.rgba[i + 1]);
     std::string caption = pictures.note();

@@ -27,6 +27,9 @@ struct Expert {
 std::vector<PathPoint> path_of(const training::Trace& trace);
 
 /// What happened, in words. Names that are not known here stand for themselves.
+/// Whether an event says what came of a step of the procedure.
+bool is_result(const recording::EventRecord& event);
+
 std::vector<DebriefEvent> events_of(const std::vector<recording::EventRecord>& events);
 
 /// A moment whose ultrasound image is worth a look.

@@ -1,12 +1,12 @@
 #include "engine/debrief/debrief.h"
 
+#include "engine/debrief/collect.h"
 #include "engine/debrief/debrief_files.h"
 #include "engine/debrief/page.h"
 #include "engine/debrief/session_replay.h"
 #include "engine/debrief/still_moment.h"
 #include "engine/session/puncture_event.h"
 #include "engine/training/flow.h"
-#include "engine/training/results.h"
 
 #include <algorithm>
 #include <string>
@@ -27,7 +27,7 @@ namespace {
 /// entered and left.
 std::vector<TraceEvent> trace_events(const Recording& recording) {
   std::vector<TraceEvent> events;
-  for (const PunctureEvent& puncture : session::punctures(recording))
+  for (const PunctureEvent& puncture : session::punctures(recording.events))
     events.push_back({puncture.time_s, puncture.to});
   const bool punctured = !events.empty();
   for (const EventRecord& event : recording.events) {
@@ -44,7 +44,7 @@ std::vector<TraceEvent> felt_events(const Recording& recording) {
   std::vector<EventRecord> felt = recording.events;
   std::erase_if(felt, [](const EventRecord& event) {
     return event.name == training::flow_event::kStage || event.name == training::flow_event::kRefused ||
-           event.name == training::training_event::kCore || event.name == training::training_event::kAblated;
+           is_result(event);
   });
   std::vector<TraceEvent> events;
   for (const DebriefEvent& event : events_of(felt)) {

@@ -43,9 +43,9 @@ int write_film(const files::OutputDirectory& out, const content::Scene& scene, g
   const auto count = static_cast<int>(std::floor(span_s / step_s + 1e-9)) + 1;
   for (int i = 0; i < count; ++i) {
     if (progress) progress(static_cast<double>(i) / count);
-    frames.sample(from_s + i * step_s, frame);
-    picture::Picture picture = stills::compose_frame(pictures.draw(frame, scene.camera, replay.zone_at(frame.time_s)),
-                                                     frame, force, font, settings.width, settings.height);
+    replay.frame_at(from_s + i * step_s, frame);
+    picture::Picture picture = stills::compose_frame(pictures.draw(frame, scene.camera), frame, force, font,
+                                                     settings.width, settings.height);
     if (settings.speed != 1) {
       figures::Canvas(picture).text(font, fmt::format("{:g} x speed", settings.speed), {110, 20}, 17,
                                     {226, 232, 236, 255});
@@ -61,19 +61,18 @@ void write_stills(const files::OutputDirectory& out, const content::Scene& scene
                   const StillSettings& settings) {
   const FilmSettings& film = settings.film;
   state::FrameState moment = replay.frames().make_frame();
-  replay.frames().sample(time_s, moment);
-  const content::HeatedZone* zone = replay.zone_at(time_s);
+  replay.frame_at(time_s, moment);
   stills::Pictures panes(device, scene, panes_of(film, device));
   picture::write_png(out.staged("session.png"),
-                     stills::compose_frame(panes.draw(moment, scene.camera, zone), moment, force,
-                                           figures::Font::load(), film.width, film.height));
+                     stills::compose_frame(panes.draw(moment, scene.camera), moment, force, figures::Font::load(),
+                                           film.width, film.height));
   stills::Pictures stills(device, scene,
                           {.view_width = settings.view_width,
                            .view_height = settings.view_height,
                            .ultrasound_width = 960,
                            .ultrasound_height = 720,
                            .stereo = film.stereo});
-  const stills::Pictures::Moment pictures = stills.draw(moment, scene.camera, zone);
+  const stills::Pictures::Moment pictures = stills.draw(moment, scene.camera);
   picture::write_png(out.staged("view.png"), pictures.view);
   picture::write_png(out.staged("ultrasound.png"), pictures.ultrasound);
 }

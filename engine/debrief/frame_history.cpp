@@ -35,12 +35,13 @@ void interpolate(state::FrameState& to, const state::FrameState& later, float sh
   }
   mix(to.probe_position, later.probe_position);
   turn(to.probe_orientation, later.probe_orientation);
-  for (auto field : {&state::FrameState::breath, &state::FrameState::force, &state::FrameState::target}) {
-    mix(to.*field, later.*field);
+  for (auto field : {&state::FrameState::breath, &state::FrameState::force}) mix(to.*field, later.*field);
+  for (std::size_t t = 0; t < to.targets.size(); ++t) {
+    mix(to.targets[t].centre, later.targets[t].centre);
+    mix(to.targets[t].distance, later.targets[t].distance);
   }
-  for (auto field :
-       {&state::FrameState::insertion_depth, &state::FrameState::target_distance, &state::FrameState::probe_force,
-        &state::FrameState::probe_area, &state::FrameState::probe_lifted}) {
+  for (auto field : {&state::FrameState::insertion_depth, &state::FrameState::probe_force,
+                     &state::FrameState::probe_area, &state::FrameState::probe_lifted}) {
     mix(to.*field, later.*field);
   }
 }

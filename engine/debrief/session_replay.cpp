@@ -33,16 +33,22 @@ SessionReplay::SessionReplay(const content::Scene& scene, const recording::Recor
       force_(scene, duration_s(recording, scene)),
       publisher_(scene),
       tracer_(scene, duration_s(recording, scene)),
-      zone_(scene, recording.events),
+      procedure_(scene, recording.events),
       frames_(session::rest_frame(scene)) {}
 
 void SessionReplay::run(const session::RunProgress& progress) {
   const session::RecordedSettings settings = session::recorded_settings(recording_);
   HistoryRecorder history(publisher_.buffer(), frames_);
   session::CoupledLoops loops(scene_, settings.coupling, settings.start,
-                              {&hash_, &force_, &publisher_, &tracer_, &zone_, &history}, settings.base);
+                              {&hash_, &force_, &publisher_, &tracer_, &procedure_, &history}, settings.base);
   result_ = session::replay(recording_, loops, hash_, progress);
   trace_ = tracer_.take(recording_.events);
+}
+
+bool SessionReplay::frame_at(double time_s, state::FrameState& frame) {
+  if (!frames_.sample(time_s, frame)) return false;
+  procedure_.show_at(frame.time_s, frame);
+  return true;
 }
 
 }  // namespace stylet::debrief

@@ -8,15 +8,15 @@
 #include "engine/session/frame_publisher.h"
 #include "engine/session/replay.h"
 #include "engine/session/step_hash.h"
+#include "engine/training/replayed_procedure.h"
 #include "engine/training/trace.h"
-#include "engine/training/zone_replay.h"
 
 #include <cstdint>
 
 namespace stylet::debrief {
 
-/// Physics runs from the start, since each state follows from the one before; frames() and zone_at() may be looked at
-/// from another thread while run() is under way, everything else when it is over.
+/// Physics runs from the start, since each state follows from the one before; frames() and frame_at() may be looked
+/// at from another thread while run() is under way, everything else when it is over.
 class SessionReplay {
 public:
   /// @param scene      of the recording's scenario and haptic rate
@@ -27,8 +27,8 @@ public:
   void run(const session::RunProgress& progress = {});
 
   const FrameHistory& frames() const { return frames_; }
-  /// What was destroyed until then; null: nothing was heated. Until the next call.
-  const content::HeatedZone* zone_at(double time_s) { return zone_.zone_at(time_s); }
+  /// The frame of a time with what the procedure shows then. @return false: nothing has been replayed yet
+  bool frame_at(double time_s, state::FrameState& frame);
   const session::ReplayResult& result() const { return result_; }
   std::uint64_t state_hash() const { return hash_.state(); }
   const figures::ForceTrace& force() const { return force_.trace(); }
@@ -41,7 +41,7 @@ private:
   session::ForceRecorder force_;
   session::FramePublisher publisher_;
   training::TraceRecorder tracer_;
-  training::ZoneReplay zone_;
+  training::ReplayedProcedure procedure_;
   training::Trace trace_;
   FrameHistory frames_;
   session::ReplayResult result_;

@@ -1,6 +1,6 @@
 #include "engine/debrief/still_moment.h"
 
-#include "engine/training/flow.h"
+#include "engine/procedures/kinds.h"
 
 #include <algorithm>
 #include <optional>
@@ -9,30 +9,19 @@ namespace stylet::debrief {
 
 namespace {
 
-namespace flow_event = training::flow_event;
-
 constexpr double kStep = 0.02;  // s, between the frames that are looked at
-constexpr std::string_view kHeated = "at the end of the heating";
-constexpr std::string_view kCored = "when the last core was taken";
 constexpr std::string_view kClosest = "when the tip is closest to the target";
 
-/// What the events tell; none: nothing was heated, no core taken.
+/// What the events tell last; none: nothing was done.
 std::optional<StillMoment> told(std::span<const recording::EventRecord> events, double from_s, double to_s) {
-  std::optional<StillMoment> heated, cored;
-  bool heating = false;
-  for (const recording::EventRecord& event : events) {
-    if (event.time_s > to_s) continue;
-    if (event.name == flow_event::kAblationStarted) heating = true;
-    if (event.name == flow_event::kAblationStopped) {
-      heating = false;
-      heated = StillMoment{event.time_s, kHeated};
+  std::optional<StillMoment> last;
+  for (const procedures::Kind* kind : procedures::kinds()) {
+    const auto still = kind->still(events, from_s, to_s);
+    if (still && still->time_s >= from_s && (!last || still->time_s > last->time_s)) {
+      last = StillMoment{still->time_s, still->words};
     }
-    if (event.name == flow_event::kBiopsyFired) cored = StillMoment{event.time_s, kCored};
   }
-  if (heating) heated = StillMoment{to_s, kHeated};  // it goes on where the span or the recording ends
-  if (heated && heated->time_s >= from_s) return heated;
-  if (cored && cored->time_s >= from_s) return cored;
-  return std::nullopt;
+  return last;
 }
 
 }  // namespace
@@ -46,8 +35,10 @@ StillMoment still_moment(std::span<const recording::EventRecord> events, const F
   float least = std::numeric_limits<float>::infinity();
   state::FrameState frame = frames.make_frame();
   for (double time_s = from_s; time_s <= to_s; time_s += kStep) {
-    if (!frames.sample(time_s, frame) || frame.target_distance > least) continue;
-    least = frame.target_distance;
+    if (!frames.sample(time_s, frame)) continue;
+    const state::TargetState* target = frame.nearest_target();
+    if (target != nullptr && target->distance > least) continue;
+    if (target != nullptr) least = target->distance;
     closest.time_s = time_s;
   }
   return closest;

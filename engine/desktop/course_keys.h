@@ -4,6 +4,7 @@
 #include "engine/training/flow.h"
 #include "engine/view/window.h"
 
+#include <string>
 #include <vector>
 
 namespace stylet::desktop {
@@ -11,7 +12,7 @@ namespace stylet::desktop {
 /// An action that can be taken now, as a button shows it.
 struct CourseChoice {
   training::Action action = training::Action::start;
-  const char* label = "";
+  std::string label{};
   const char* key = "";  ///< as the keyboard calls it
 };
 std::vector<CourseChoice> course_choices(const training::FlowState& state);

@@ -106,13 +106,12 @@ void DesktopView::draw(int width, int height, double dt_s) {
   // One simulation period behind the newest state there is always a later one to interpolate to.
   session_.frames().sample(session_.time_s() - 1.5 / scene_.rates.simulation_hz, frame_);
   watch_.look(frame_);
-  const content::HeatedZone* zone = settings_.course != nullptr ? settings_.course->zone() : nullptr;
-  scanner_.draw(frame_, zone);
+  if (settings_.course != nullptr) settings_.course->show(frame_);
+  scanner_.draw(frame_);
   renderer_->render(frame_, camera_,
                     {.plane = scanner_.in_view(),
                      .screen = &scanner_.screen(),
                      .see_through = see_through(panels_.patient_view()),
-                     .zone = zone,
                      .latch_needle = [&](render::NeedlePose pose) {
                        session_.newest_needle().show(pose.positions, pose.orientations);
                      }});

@@ -303,7 +303,7 @@ std::string JsonObject::text(const std::string& key, const std::string& fallback
   return fallback;
 }
 
-std::string JsonObject::choice(const std::string& key, std::initializer_list<std::string_view> choices,
+std::string JsonObject::choice(const std::string& key, std::span<const std::string_view> choices,
                                const std::string& fallback) {
   const std::size_t before = file_->problems().size();
   const std::string chosen = text(key, fallback);

@@ -25,6 +25,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -103,8 +104,11 @@ public:
   std::string text(const std::string& key);
   std::string text(const std::string& key, const std::string& fallback);
   /// A text out of a list; the message names the list.
+  std::string choice(const std::string& key, std::span<const std::string_view> choices, const std::string& fallback);
   std::string choice(const std::string& key, std::initializer_list<std::string_view> choices,
-                     const std::string& fallback);
+                     const std::string& fallback) {
+    return choice(key, std::span(choices.begin(), choices.size()), fallback);
+  }
   std::vector<std::string> texts(const std::string& key, std::vector<std::string> fallback = {});
   /// [x, y, z], every component in range.
   Eigen::Vector3d vector3(const std::string& key, Range range);

@@ -41,8 +41,7 @@ const gpu::Image& ImmersiveView::draw(const headset::HeadsetFrame& frame, const 
   render::ViewOptions options{.plane = pictures.plane,
                               .screen = pictures.screen,
                               .panel = pictures.panel,
-                              .see_through = pictures.see_through,
-                              .zone = pictures.zone};
+                              .see_through = pictures.see_through};
   if (pictures.needle != nullptr)
     options.latch_needle = [&](render::NeedlePose needle) {
       pictures.needle->show(needle.positions, needle.orientations);

@@ -23,8 +23,7 @@ struct Pictures {
   const gpu::Image* screen = nullptr;  ///< of the ultrasound machine
   const gpu::Image* panel = nullptr;   ///< on the session's monitor; null: there is none
   render::SeeThrough see_through = render::SeeThrough::window;
-  const content::HeatedZone* zone = nullptr;  ///< what is ablated
-  session::NewestNeedle* needle = nullptr;    ///< shown in place of the state's: the hand sees no added delay
+  session::NewestNeedle* needle = nullptr;  ///< shown in place of the state's: the hand sees no added delay
 };
 
 /// Thread: the one that uses the device.

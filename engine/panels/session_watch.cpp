@@ -43,7 +43,7 @@ void SessionWatch::fill(SessionFacts& facts) const {
   facts.force = frame_.force.norm();
   facts.probe_force = frame_.probe_force;
   facts.out_of_plane = out_of_plane_;
-  if (!scene_.targets.empty()) facts.target_distance = frame_.target_distance;
+  if (const auto* target = frame_.nearest_target()) facts.target_distance = target->distance;
   facts.force_curve = trace_.samples();
   warn(facts);
 }
@@ -60,10 +60,11 @@ void SessionWatch::warn(SessionFacts& facts) const {
   if (inserted && std::abs(out_of_plane_) > kOutOfPlane) add(Concern::caution, "tip is out of the image plane");
   if (inserted && bend_ > kBend) add(Concern::caution, fmt::format("needle is bent by {:.0f} mm", bend_ * 1e3));
   if (facts.force > kHardPush) add(Concern::danger, "pushed hard: bone or cartilage?");
-  if (inserted && !scene_.targets.empty()) {
+  if (const state::TargetState* target = frame_.nearest_target(); inserted && target != nullptr) {
     const Eigen::Vector3f axis = frame_.needle_orientations.back() * Eigen::Vector3f::UnitZ();
-    const float past = axis.dot(frame_.needle_positions.back() - frame_.target);
-    if (past > kBeyondTarget * scene_.targets.front().radius) add(Concern::danger, "tip is beyond the target");
+    const float past = axis.dot(frame_.needle_positions.back() - target->centre);
+    const double radius = scene_.targets[target - frame_.targets.data()].radius;
+    if (past > kBeyondTarget * radius) add(Concern::danger, "tip is beyond the target");
   }
   if (facts.warnings.empty()) add(Concern::note, "nothing to remark");
 }

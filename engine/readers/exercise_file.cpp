@@ -1,15 +1,16 @@
 #include "engine/readers/exercise_file.h"
 
+#include "engine/procedures/kinds.h"
+
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
+#include <memory>
+#include <string_view>
+#include <vector>
 
 namespace stylet::readers {
 namespace {
-
-constexpr std::array kBiopsyKeys{"throw_mm", "notch_mm", "bore_mm", "samples"};
-constexpr std::array kAblationKeys{"exposed_mm", "power_w",     "max_temperature_c",
-                                   "duration_s", "time_factor", "margin_mm"};
 
 /// [from, to] of a quantity that `scale` takes to SI.
 content::Interval interval(files::JsonObject& object, const std::string& key, files::Range range, double scale) {
@@ -34,37 +35,32 @@ content::Briefing read_briefing(files::JsonObject object) {
   return briefing;
 }
 
-content::Sampling read_sampling(files::JsonObject object) {
-  content::Sampling sampling;
-  const std::string kind = object.choice("kind", {"none", "biopsy", "ablation"}, "none");
-  sampling.kind = kind == "biopsy"     ? content::SamplingKind::biopsy
-                  : kind == "ablation" ? content::SamplingKind::ablation
-                                       : content::SamplingKind::none;
-  const auto only_for = [&](content::SamplingKind with, const char* name, const auto& keys) {
-    for (const char* key : keys) {
-      if (sampling.kind != with && object.has(key)) {
-        object.problem(key, fmt::format("is for kind {} only; take it out or correct the kind", name));
+/// The plan of the kind that the scenario names; null for "none".
+std::shared_ptr<const content::ProcedurePlan> read_sampling(files::JsonObject object) {
+  constexpr const char* kNone = "none";
+  std::vector<std::string_view> names{kNone};
+  for (const procedures::Kind* kind : procedures::kinds()) names.push_back(kind->name());
+  const std::string name = object.choice("kind", names, kNone);
+  const procedures::Kind* chosen = procedures::find_kind(name);
+  for (const procedures::Kind* kind : procedures::kinds()) {
+    if (kind == chosen) continue;
+    for (const char* key : kind->keys()) {
+      if (chosen != nullptr && std::ranges::find(chosen->keys(), std::string_view(key)) != chosen->keys().end())
+        continue;
+      if (object.has(key)) {
+        object.problem(key, fmt::format("is for kind {} only; take it out or correct the kind", kind->name()));
       }
     }
-  };
-  only_for(content::SamplingKind::biopsy, "biopsy", kBiopsyKeys);
-  only_for(content::SamplingKind::ablation, "ablation", kAblationKeys);
-  sampling.automatic = object.boolean("auto", false);
-  sampling.samples = object.integer("samples", 1, 20, sampling.samples);
-  content::BiopsyGun& gun = sampling.gun;
-  gun.throw_length = object.number("throw_mm", {5, 40}, gun.throw_length * 1e3) * 1e-3;
-  gun.notch = object.number("notch_mm", {1, 40}, (gun.throw_length - content::BiopsyGun::kStyletPoint) * 1e3) * 1e-3;
-  gun.bore = object.number("bore_mm", {0.2, 5}, gun.bore * 1e3) * 1e-3;
-  if (gun.notch > gun.throw_length) object.problem("notch_mm", "is longer than throw_mm; shorten it");
-  content::AblationPlan& plan = sampling.ablation;
-  plan.exposed = object.number("exposed_mm", {5, 50}, plan.exposed * 1e3) * 1e-3;
-  plan.power_w = object.number("power_w", {1, 300}, plan.power_w);
-  plan.max_temperature = object.number("max_temperature_c", {50, 110}, plan.max_temperature);
-  plan.duration_s = object.number("duration_s", {10, 3600}, plan.duration_s);
-  plan.time_factor = object.number("time_factor", {1, 600}, plan.time_factor);
-  plan.margin = object.number("margin_mm", {0, 20}, plan.margin * 1e3) * 1e-3;
+  }
+  const bool automatic = object.boolean("auto", false);
+  std::unique_ptr<content::ProcedurePlan> plan = chosen != nullptr ? chosen->read(object) : nullptr;
+  if (plan) plan->automatic = automatic;
+  // What is asked for is accepted: each kind's keys are known, wherever they belong.
+  for (const procedures::Kind* kind : procedures::kinds()) {
+    for (const char* key : kind->keys()) object.ignore(key);
+  }
   object.finish();
-  return sampling;
+  return plan;
 }
 
 content::Hint read_hint(files::JsonObject object) {
@@ -91,7 +87,7 @@ content::Hint read_hint(files::JsonObject object) {
 content::Exercise read_exercise(files::JsonObject& scenario) {
   content::Exercise exercise;
   if (auto briefing = scenario.object("briefing", false)) exercise.briefing = read_briefing(*briefing);
-  if (auto sampling = scenario.object("sampling", false)) exercise.sampling = read_sampling(*sampling);
+  if (auto sampling = scenario.object("sampling", false)) exercise.plan = read_sampling(*sampling);
   for (files::JsonObject& hint : scenario.objects("hints", false)) exercise.hints.push_back(read_hint(hint));
   return exercise;
 }

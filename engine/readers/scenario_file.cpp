@@ -1,6 +1,7 @@
 #include "engine/readers/scenario_file.h"
 
 #include "engine/content/metric_names.h"
+#include "engine/procedures/kinds.h"
 #include "engine/readers/exercise_file.h"
 
 #include <fmt/format.h>
@@ -172,7 +173,8 @@ TargetRequest read_target(files::JsonObject object) {
 content::Criterion read_criterion(files::JsonObject& object) {
   content::Criterion criterion;
   criterion.metric = object.text("metric");
-  const std::set<std::string> names(content::kMetricNames.begin(), content::kMetricNames.end());
+  std::set<std::string> names(content::kMetricNames.begin(), content::kMetricNames.end());
+  for (const procedures::KindMetric& metric : procedures::metrics()) names.emplace(metric.name);
   if (!criterion.metric.empty() && !names.contains(criterion.metric)) {
     const std::string close = files::nearest(criterion.metric, names);
     object.problem("metric", fmt::format("\"{}\" is no metric; {}", criterion.metric,

@@ -219,7 +219,7 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
 
   if (layout != nullptr) append_room(*this, scene, *layout);
 
-  if (scene.exercise.sampling.kind == content::SamplingKind::ablation) {
+  if (scene.exercise.plan && scene.exercise.plan->destroys) {
     // Coagulated liver is pale; the warm colour tells it from the organs.
     zone = {"ablation_zone",
             static_cast<std::uint32_t>(indices.size()),

@@ -184,7 +184,7 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
   timestamps_.mark(commands, "start");
   commands.upload(frame_, std::as_bytes(std::span(&frame, 1)));
   commands.upload(current_nodes_, bytes_of(nodes_));
-  take_zone(commands, options.zone);
+  take_zone(commands, state.zone.get());
   if (geometry_.cable) {
     Eigen::Isometry3d patient_from_probe = Eigen::Isometry3d::Identity();
     patient_from_probe.translate(state.probe_position.cast<double>());

@@ -1,7 +1,6 @@
 // What may change from one picture of the 3-D view to the next, beside the state and the eyes.
 #pragma once
 
-#include "engine/content/heated_zone.h"
 #include "engine/gpu/image.h"
 
 #include <Eigen/Core>
@@ -41,9 +40,6 @@ struct ViewOptions {
   /// What the session's monitor shows, as `screen`; null: it is not in the room.
   const gpu::Image* panel = nullptr;
   SeeThrough see_through = SeeThrough::window;
-  /// What an electrode has destroyed, seen where the organs are; null: nothing. Its surface is kept until another
-  /// version comes.
-  const content::HeatedZone* zone = nullptr;
   /// Called when all else of the frame is ready, right before it goes to the GPU: overwrites the state's pose of the
   /// needle with the newest, so that the hand sees it without the frame's delay. Must not throw. Empty: the state's
   /// pose is drawn. Not called where the state has no needle.

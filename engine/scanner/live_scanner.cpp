@@ -65,7 +65,7 @@ void LiveScanner::handle(const view::Input& input, session::HeldProbe* probe, do
   if (time_s >= message_until_s_) message_.clear();
 }
 
-void LiveScanner::draw(const state::FrameState& state, const content::HeatedZone* zone) {
+void LiveScanner::draw(const state::FrameState& state) {
   const bool first = diagnosed_s_ < 0;  // one that was frozen before has no image to keep
   if (!console_.frozen() || first) {
     if (preset_ != console_.preset()) {
@@ -73,7 +73,6 @@ void LiveScanner::draw(const state::FrameState& state, const content::HeatedZone
       make_imager();
     }
     imager_->set_controls(console_.controls());
-    imager_->set_zone(zone);
     imager_->image(state);
   }
   // Looking for the cause of a black image may take as long as the image.

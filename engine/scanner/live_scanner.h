@@ -37,8 +37,8 @@ public:
   /// @param probe   moved by the keys, null: nobody moves it
   /// @param time_s  of the session
   void handle(const view::Input& input, session::HeldProbe* probe, double time_s);
-  /// Makes image and screen of `state`; a frozen scanner keeps its image. @param zone  what is ablated; null: nothing
-  void draw(const state::FrameState& state, const content::HeatedZone* zone = nullptr);
+  /// Makes image and screen of `state`; a frozen scanner keeps its image.
+  void draw(const state::FrameState& state);
 
   /// Gets every image from now on, none of a frozen scanner; null: nobody does.
   void watch(ImageWatcher* watcher) { watcher_ = watcher; }

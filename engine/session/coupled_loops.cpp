@@ -1,8 +1,8 @@
 #include "engine/session/coupled_loops.h"
 
+#include "engine/content/breathing.h"
 #include "engine/files/error.h"
 #include "engine/readers/motion.h"
-#include "engine/session/breathing.h"
 
 #include <fmt/format.h>
 
@@ -196,13 +196,14 @@ physics::SimulationReport CoupledLoops::simulation_step(double time_s, const phy
 physics::SimulationReport CoupledLoops::simulation_step(double time_s, const physics::NeedleState& needle,
                                                         const physics::RigidPose& probe, bool take, bool request,
                                                         physics::TissuePatch& out) {
-  const physics::SimulationReport report = simulation_.step({.needle = &needle,
-                                                             .time_s = time_s,
-                                                             .take_factorisation = take,
-                                                             .request_factorisation = request,
-                                                             .probe = &probe,
-                                                             .held_amplitude = inspiration(scene_.breathing, time_s)},
-                                                            out);
+  const physics::SimulationReport report =
+      simulation_.step({.needle = &needle,
+                        .time_s = time_s,
+                        .take_factorisation = take,
+                        .request_factorisation = request,
+                        .probe = &probe,
+                        .held_amplitude = content::inspiration(scene_.breathing, time_s)},
+                       out);
   const recording::SimulationStepRecord record{.step = ++simulation_steps_,
                                                .time_s = time_s,
                                                .needle_step = report.needle_step,

@@ -1,6 +1,6 @@
 #include "engine/session/frame_publisher.h"
 
-#include "engine/session/breathing.h"
+#include "engine/content/breathing.h"
 
 #include <Eigen/LU>
 
@@ -25,29 +25,27 @@ state::FrameState rest_frame(const content::Scene& scene) {
   const physics::RigidPose probe = probe_pose(scene, 0);
   frame.probe_position = probe.position.cast<float>();
   frame.probe_orientation = probe.orientation.cast<float>();
-  if (!scene.targets.empty()) frame.target = scene.targets.front().centre.cast<float>();
+  for (const content::Target& target : scene.targets)
+    frame.targets.push_back({.centre = target.centre.cast<float>()});
   return frame;
 }
 
 FramePublisher::FramePublisher(const content::Scene& scene)
     : scene_(scene), frame_(rest_frame(scene)), buffer_(frame_), closest_(std::numeric_limits<double>::infinity()) {
-  if (scene.targets.empty()) return;
-  const Eigen::Vector3d& centre = scene.targets.front().centre;
-  for (std::size_t b = 0; b < scene.bodies.size() && target_body_ < 0; ++b) {
-    const physics::TetMesh& mesh = scene.bodies[b].mesh;
+  for (const content::Target& target : scene.targets) carriers_.push_back(carrier_of(target.centre));
+}
+
+FramePublisher::Carrier FramePublisher::carrier_of(const Eigen::Vector3d& centre) const {
+  for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
+    const physics::TetMesh& mesh = scene_.bodies[b].mesh;
     for (const auto& tet : mesh.tets) {
       Eigen::Matrix4d corners;
-      for (int i = 0; i < 4; ++i) {
-        corners.col(i) << mesh.nodes[static_cast<std::size_t>(tet[static_cast<std::size_t>(i)])], 1.0;
-      }
+      for (int i = 0; i < 4; ++i) corners.col(i) << mesh.nodes[tet[i]], 1.0;
       const Eigen::Vector4d weights = corners.inverse() * centre.homogeneous();
-      if (weights.minCoeff() < -1e-9) continue;
-      target_body_ = static_cast<int>(b);
-      target_nodes_ = tet;
-      target_weights_ = weights;
-      break;
+      if (weights.minCoeff() >= -1e-9) return {.body = static_cast<int>(b), .nodes = tet, .weights = weights};
     }
   }
+  return {};
 }
 
 void FramePublisher::show_probe(const physics::RigidPose& pose, const physics::ProbeContact& contact) {
@@ -83,21 +81,21 @@ void FramePublisher::simulation_stepped(const recording::SimulationStepRecord& r
     frame_.needle_orientations[node] = needle.orientations[node].cast<float>();
   }
   show_probe(record.probe, report.probe);
-  frame_.breath = (inspiration(scene_.breathing, record.time_s) * scene_.breathing.rigid_motion).cast<float>();
+  frame_.breath =
+      (content::inspiration(scene_.breathing, record.time_s) * scene_.breathing.rigid_motion).cast<float>();
   frame_.force = needle.wrench.force.cast<float>();
   frame_.insertion_depth = static_cast<float>(insertion_depth(scene_.needle, needle));
-  if (!scene_.targets.empty()) {
-    Eigen::Vector3d centre = scene_.targets.front().centre;
-    if (target_body_ >= 0) {
-      const auto& positions = tissue.positions[static_cast<std::size_t>(target_body_)];
+  const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
+  for (std::size_t t = 0; t < carriers_.size(); ++t) {
+    const Carrier& carrier = carriers_[t];
+    Eigen::Vector3d centre = scene_.targets[t].centre;
+    if (carrier.body >= 0) {
+      const auto& positions = tissue.positions[carrier.body];
       centre.setZero();
-      for (int i = 0; i < 4; ++i) {
-        centre += target_weights_[i] * positions.col(target_nodes_[static_cast<std::size_t>(i)]);
-      }
+      for (int i = 0; i < 4; ++i) centre += carrier.weights[i] * positions.col(carrier.nodes[i]);
     }
-    const double distance = (needle.positions.col(needle.node_count - 1) - centre).norm();
-    frame_.target = centre.cast<float>();
-    frame_.target_distance = static_cast<float>(distance);
+    const double distance = (tip - centre).norm();
+    frame_.targets[t] = {.centre = centre.cast<float>(), .distance = static_cast<float>(distance)};
     closest_ = std::min(closest_, distance);
   }
   buffer_.publish(frame_);

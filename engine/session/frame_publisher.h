@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <vector>
 
 namespace stylet::session {
 
@@ -20,7 +21,7 @@ struct ProbeSummary {
 };
 
 /// Publishes what a simulation step leaves: the deformed bodies, the needle it was computed with, the probe and how
-/// it presses, the force, the distance from the tip to the first target, which moves with the tissue. Simulation
+/// it presses, the force, the targets, which move with the tissue. Simulation
 /// thread.
 class FramePublisher final : public StepListener {
 public:
@@ -30,21 +31,26 @@ public:
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override;
 
   const state::StateBuffer& buffer() const { return buffer_; }
-  /// Least distance from the tip to the target's centre so far, m; infinity before the first step or without a
+  /// Least distance from the tip to a target's centre so far, m; infinity before the first step or without a
   /// target.
   double closest_target_distance() const { return closest_; }
   /// Zero before the first step.
   const ProbeSummary& probe() const { return probe_; }
 
 private:
+  /// What carries a target; body -1: it does not move.
+  struct Carrier {
+    int body = -1;
+    std::array<int, 4> nodes{};
+    Eigen::Vector4d weights = Eigen::Vector4d::Zero();
+  };
+  Carrier carrier_of(const Eigen::Vector3d& centre) const;
   void show_probe(const physics::RigidPose& pose, const physics::ProbeContact& contact);
 
   const content::Scene& scene_;
   state::FrameState frame_;
   state::StateBuffer buffer_;
-  int target_body_ = -1;  // -1: the target does not move
-  std::array<int, 4> target_nodes_{};
-  Eigen::Vector4d target_weights_ = Eigen::Vector4d::Zero();
+  std::vector<Carrier> carriers_;  // [targets]
   double closest_;
   ProbeSummary probe_;
   double steps_ = 0;

@@ -1,13 +1,38 @@
 // One time-stamped picture of the simulated world: what a renderer needs to draw a frame.
 #pragma once
 
+#include "engine/content/heated_zone.h"
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace stylet::state {
+
+/// A target as the tissue carries it.
+struct TargetState {
+  Eigen::Vector3f centre = Eigen::Vector3f::Zero();
+  float distance = 0;  ///< of the tip from there, m
+};
+
+/// A core that was cut, where it lay at that moment.
+struct CoreTrack {
+  Eigen::Vector3f from = Eigen::Vector3f::Zero();
+  Eigen::Vector3f to = Eigen::Vector3f::Zero();
+  float radius = 0;
+  float target_share = 0;
+};
+
+/// A cavity and the syringe that draws from it.
+struct FluidState {
+  float share = 1;  ///< of the cavity's volume at rest that is left
+  float drawn = 0;  ///< m^3 in the syringe
+  float flow = 0;   ///< m^3/s
+};
 
 /// Patient frame, metres, newtons. Arrays are sized at load and never grow.
 struct FrameState {
@@ -22,11 +47,21 @@ struct FrameState {
   Eigen::Vector3f breath = Eigen::Vector3f::Zero();  ///< motion of rigid organs that breathe, m
   Eigen::Vector3f force = Eigen::Vector3f::Zero();   ///< on the hand
   float insertion_depth = 0;                         ///< arc length of needle in tissue, m
-  Eigen::Vector3f target = Eigen::Vector3f::Zero();  ///< centre of the first target as the tissue carries it
-  float target_distance = 0;                         ///< tip to target centre, m
+  std::vector<TargetState> targets;                  ///< [targets]
   float probe_force = 0;                             ///< that presses the probe on the skin, along its axis, N
   float probe_area = 0;                              ///< of the skin that it touches, m^2
   float probe_lifted = 0;                            ///< 1: it is to press a body and touches nothing
+
+  // What the procedure shows, at the moment that the frame was asked for: not interpolated, not in the buffer.
+  std::shared_ptr<const content::HeatedZone> zone{};  ///< null: nothing was destroyed
+  std::vector<CoreTrack> cores{};
+  std::vector<FluidState> fluids{};
+
+  /// The target that the tip is nearest to; null: there is none.
+  const TargetState* nearest_target() const {
+    const auto nearest = std::ranges::min_element(targets, {}, &TargetState::distance);
+    return nearest == targets.end() ? nullptr : &*nearest;
+  }
 };
 
 /// How a FrameState was made.

@@ -13,7 +13,7 @@ namespace {
 
 bool same_sizes(const FrameState& a, const FrameState& b) {
   return a.bodies.size() == b.bodies.size() && a.needle_positions.size() == b.needle_positions.size() &&
-         a.needle_orientations.size() == b.needle_orientations.size() &&
+         a.needle_orientations.size() == b.needle_orientations.size() && a.targets.size() == b.targets.size() &&
          std::equal(a.bodies.begin(), a.bodies.end(), b.bodies.begin(),
                     [](const auto& x, const auto& y) { return x.size() == y.size(); });
 }
@@ -31,9 +31,11 @@ void for_each_value(State& s, Vector&& vector, Rotation&& rotation, Scalar&& sca
   rotation(s.probe_orientation);
   vector(s.breath);
   vector(s.force);
-  vector(s.target);
+  for (auto& target : s.targets) {
+    vector(target.centre);
+    scalar(target.distance);
+  }
   scalar(s.insertion_depth);
-  scalar(s.target_distance);
   scalar(s.probe_force);
   scalar(s.probe_area);
   scalar(s.probe_lifted);

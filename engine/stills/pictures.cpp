@@ -27,6 +27,11 @@ ultrasound::ImagerSettings imager_settings(const content::Probe& probe, const Pi
 
 }  // namespace
 
+std::string distance_in_words(const state::FrameState& state) {
+  const state::TargetState* target = state.nearest_target();
+  return target != nullptr ? fmt::format("tip to target {:.0f} mm   ", target->distance * 1e3F) : "";
+}
+
 Pictures::Pictures(gpu::Device& device, const content::Scene& scene, const PictureSettings& settings)
     : device_(device),
       stereo_(settings.stereo),
@@ -40,16 +45,13 @@ Pictures::Pictures(gpu::Device& device, const content::Scene& scene, const Pictu
                  .antialias = settings.multisample,
                  .room = settings.room}) {}
 
-Pictures::Moment Pictures::draw(const state::FrameState& state, const content::Camera& camera,
-                                const content::HeatedZone* zone) {
-  imager_.set_zone(zone);
+Pictures::Moment Pictures::draw(const state::FrameState& state, const content::Camera& camera) {
   const ultrasound::SectorGeometry sector = imager_.geometry();
   const gpu::Image& ultrasound = imager_.image(state);
   renderer_.render(
       state, camera,
       {.plane = {.image = &ultrasound, .origin = sector.origin, .metres_per_pixel = sector.metres_per_pixel},
-       .screen = &ultrasound,
-       .zone = zone});
+       .screen = &ultrasound});
   Moment moment{.view = read_view(), .ultrasound = view::read_picture(device_, ultrasound)};
   note_ = imager_.diagnosis();
   if (notes_) scanner::draw_note(moment.ultrasound, note_, font_);
@@ -96,8 +98,8 @@ picture::Picture compose_frame(const Pictures::Moment& moment, const state::Fram
                        figures::draw_force_depth_strip(trace, state.time_s, font, plot.width, plot.height));
   figures::Canvas canvas(frame);
   canvas.text(font, fmt::format("{:5.2f} s", state.time_s), {14, 20}, 17, kText);
-  std::string figures = fmt::format("tip to target {:.0f} mm   in tissue {:.0f} mm   force {:.2f} N",
-                                    state.target_distance * 1e3F, state.insertion_depth * 1e3F, state.force.norm());
+  std::string figures = fmt::format("{}in tissue {:.0f} mm   force {:.2f} N", distance_in_words(state),
+                                    state.insertion_depth * 1e3F, state.force.norm());
   if (state.probe_area > 0) {
     figures += fmt::format("   probe {:.1f} N on {:.0f} cm²", state.probe_force, state.probe_area * 1e4F);
   }

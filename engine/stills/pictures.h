@@ -39,9 +39,7 @@ public:
     picture::Picture view;        ///< 3-D view; the probe's image plane shows the ultrasound image; sRGB
     picture::Picture ultrasound;  ///< B-mode image, grey
   };
-  /// @param zone  what was ablated; null: nothing
-  Moment draw(const state::FrameState& state, const content::Camera& camera,
-              const content::HeatedZone* zone = nullptr);
+  Moment draw(const state::FrameState& state, const content::Camera& camera);
   /// Why the ultrasound image last drawn is black; empty: it shows something.
   const std::string& note() const { return note_; }
   /// Label map of the ultrasound image last drawn; see ultrasound::Imager::read_label_map.
@@ -67,5 +65,8 @@ private:
 /// (picture::PaneLayout), captions over the view.
 picture::Picture compose_frame(const Pictures::Moment& moment, const state::FrameState& state,
                                const figures::ForceTrace& trace, const figures::Font& font, int width, int height);
+
+/// "tip to target 12 mm   " for captions; empty without a target.
+std::string distance_in_words(const state::FrameState& state);
 
 }  // namespace stylet::stills

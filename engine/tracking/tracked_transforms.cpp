@@ -42,7 +42,11 @@ std::vector<NamedTransform> tracked_transforms(const state::FrameState& state,
     transforms.push_back(
         {"NeedleTipToTracker", ras_pose(state.needle_positions.back(), state.needle_orientations.back())});
   }
-  transforms.push_back({"TargetToTracker", ras_pose(state.target, Eigen::Quaternionf::Identity())});
+  for (std::size_t t = 0; t < state.targets.size(); ++t) {
+    const std::string number = t == 0 ? "" : std::to_string(t + 1);
+    transforms.push_back(
+        {"Target" + number + "ToTracker", ras_pose(state.targets[t].centre, Eigen::Quaternionf::Identity())});
+  }
   return transforms;
 }
 

@@ -1,7 +1,5 @@
 #include "engine/training/flow.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,17 +8,17 @@
 namespace stylet::training {
 namespace {
 
-using content::SamplingKind;
-
 /// Distance to the nearest target not treated yet, or to the nearest where all are; infinite without any.
-double next_target_distance(const FlowInput& input, const std::vector<bool>& treated) {
+double next_target_distance(const Situation& now, const std::vector<bool>& treated) {
   const bool all = std::ranges::find(treated, false) == treated.end();
   double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < input.target_distances.size(); ++i) {
-    if (all || !treated[i]) nearest = std::min(nearest, input.target_distances[i]);
+  for (std::size_t i = 0; i < now.target_distances.size(); ++i) {
+    if (all || !treated[i]) nearest = std::min(nearest, now.target_distances[i]);
   }
   return nearest;
 }
+
+constexpr std::array kCourseActions{Action::start, Action::pause, Action::resume, Action::reset, Action::finish};
 
 }  // namespace
 
@@ -29,53 +27,55 @@ const char* stage_name(Stage stage) {
   return kNames[static_cast<std::size_t>(stage)];
 }
 
-const char* action_name(Action action) {
-  static constexpr std::array<const char*, kActionCount> kNames{"start", "fire",   "ablation_start", "ablation_stop",
-                                                                "pause", "resume", "reset",          "finish"};
-  return kNames[static_cast<std::size_t>(action)];
+std::string_view stage_of(const recording::EventRecord& event) {
+  if (event.name != flow_event::kStage) return {};
+  return event.version_1_text().empty() ? event.text("stage") : event.version_1_text();
 }
 
-Flow::Flow(const content::Exercise& exercise, std::size_t targets, bool automatic)
-    : exercise_(exercise), automatic_(automatic), treated_(targets, false) {
+Flow::Flow(const content::Exercise& exercise, std::size_t targets, bool automatic, procedures::Procedure* procedure)
+    : exercise_(exercise), automatic_(automatic), procedure_(procedure), treated_(targets, false) {
   state_.prompt = prompt({});
   state_.possible = {Action::start, Action::pause, Action::reset};
+  if (procedure_ != nullptr) state_.trigger = procedure_->trigger();
 }
 
-std::vector<FlowEvent> Flow::step(const FlowInput& input, std::span<const Action> actions) {
+Events Flow::step(const Situation& now, std::span<const Action> actions) {
   Events events;
-  const double elapsed_s = std::max(0.0, input.time_s - now_s_);
-  now_s_ = input.time_s;
-  if (state_.heating) state_.heated_s += elapsed_s * exercise_.sampling.ablation.time_factor;
-  resting_s_ = input.speed <= kRestSpeed ? resting_s_ + elapsed_s : 0;
+  const double elapsed_s = std::max(0.0, now.time_s - now_s_);
+  now_s_ = now.time_s;
+  if (procedure_ != nullptr) procedure_->pass(elapsed_s);
+  resting_s_ = now.speed <= kRestSpeed ? resting_s_ + elapsed_s : 0;
 
-  if (automatic_ && state_.stage == Stage::briefing) act(Action::start, input, events);
-  for (const Action action : actions) act(action, input, events);
-  const bool pulled = input.presses != presses_;
-  presses_ = input.presses;
+  if (automatic_ && state_.stage == Stage::briefing) act(Action::start, now, events);
+  for (const Action& action : actions) act(action, now, events);
+  const bool pulled = now.presses != presses_;
+  presses_ = now.presses;
   if (pulled && !state_.paused && state_.stage != Stage::debrief) {
-    const bool heats = exercise_.sampling.kind == SamplingKind::ablation;
-    act(state_.stage == Stage::briefing ? Action::start
-        : !heats                        ? Action::fire
-        : state_.heating                ? Action::ablation_stop
-                                        : Action::ablation_start,
-        input, events);
+    if (state_.stage == Stage::briefing) {
+      act(Action::start, now, events);
+    } else if (procedure_ != nullptr) {
+      act(procedure_->trigger(), now, events);
+    }
   }
-  go_on(input, events);
+  go_on(now, events);
 
-  state_.stage_s = input.time_s - stage_began_s_;
-  if (input.time_s - refused_s_ > kRefusalShown) state_.refusal.clear();
+  state_.stage_s = now.time_s - stage_began_s_;
+  if (now.time_s - refused_s_ > kRefusalShown) state_.refusal.clear();
   state_.possible.clear();
-  for (int i = 0; i < kActionCount; ++i) {
-    const auto action = static_cast<Action>(i);
-    if (reason_against(action, input).empty()) state_.possible.push_back(action);
+  const auto offer = [&](const Action& action) {
+    if (reason_against(action, now).empty()) state_.possible.push_back(action);
+  };
+  std::ranges::for_each(kCourseActions, offer);
+  if (procedure_ != nullptr) {
+    std::ranges::for_each(procedure_->actions(), offer);
+    state_.trigger = procedure_->trigger();
   }
-  state_.prompt = prompt(input);
-  state_.hint = hint(input);
+  state_.prompt = prompt(now);
+  state_.hint = hint(now);
   return events;
 }
 
-std::string Flow::reason_against(Action action, const FlowInput& input) const {
-  const content::Sampling& sampling = exercise_.sampling;
+std::string Flow::reason_against(Action action, const Situation& now) const {
   if (action == Action::reset) return "";
   if (state_.stage == Stage::debrief) return "the session is over; try again with reset";
   if (action == Action::resume) return state_.paused ? "" : "the session is not paused";
@@ -84,140 +84,94 @@ std::string Flow::reason_against(Action action, const FlowInput& input) const {
   if (state_.stage == Stage::briefing) return "read the briefing and start first";
   if (action == Action::finish) return "";
   if (state_.paused) return "the session is paused; resume first";
-
-  if (action == Action::fire) {
-    if (sampling.kind != SamplingKind::biopsy) return "this needle takes no cores";
-    if (state_.samples >= sampling.samples) return "all cores are taken; finish";
-    if (state_.samples > 0 && now_s_ - fired_s_ < kCocking) return "the gun is being cocked";
-    return input.in_tissue ? "" : "the tip is not in tissue, a core of air is none; advance the needle";
-  }
-  if (sampling.kind != SamplingKind::ablation) return "this needle is no electrode";
-  if (action == Action::ablation_stop) return state_.heating ? "" : "nothing is being heated";
-  if (state_.heating) return "it is heating already";
-  if (state_.heated_s >= sampling.ablation.duration_s) return "the time of heating is over; finish";
-  if (!input.in_tissue) return "the tip is not in tissue; advance the electrode";
-  if (input.depth < sampling.ablation.exposed) {
-    return fmt::format(
-        "of the {:.0f} mm of bare tip {:.0f} are in tissue, the skin would burn; advance the electrode",
-        sampling.ablation.exposed * 1e3, input.depth * 1e3);
-  }
-  return "";
+  const bool known =
+      procedure_ != nullptr && std::ranges::find(procedure_->actions(), action) != procedure_->actions().end();
+  return known ? procedure_->reason_against(action, now) : "this exercise has nothing of the kind";
 }
 
-void Flow::act(Action action, const FlowInput& input, Events& events) {
-  if (const std::string reason = reason_against(action, input); !reason.empty()) {
-    events.push_back({flow_event::kRefused, fmt::format("{}: {}", action_name(action), reason)});
+void Flow::act(Action action, const Situation& now, Events& events) {
+  if (const std::string reason = reason_against(action, now); !reason.empty()) {
+    events.push_back(
+        procedures::event_at(now, flow_event::kRefused, {{"action", std::string(action.name)}, {"reason", reason}}));
     state_.refusal = reason;
-    refused_s_ = input.time_s;
+    refused_s_ = now.time_s;
     return;
   }
   state_.refusal.clear();
-  switch (action) {
-    case Action::start:
-      return enter(Stage::procedure, input.time_s, events);
-    case Action::fire:
-    case Action::ablation_start:
-      if (const int target = target_at_tip(input); target >= 0) treated_[static_cast<std::size_t>(target)] = true;
-      if (action == Action::fire) {
-        fired_s_ = input.time_s;
-        events.push_back({flow_event::kBiopsyFired, std::to_string(++state_.samples)});
-      } else {
-        state_.heating = true;
-        events.push_back({flow_event::kAblationStarted, ""});
-      }
-      if (state_.stage != Stage::sampling) enter(Stage::sampling, input.time_s, events);
-      return;
-    case Action::ablation_stop:
-      return stop_heating(events);
-    case Action::pause:
-    case Action::resume:
-      state_.paused = action == Action::pause;
-      events.push_back({state_.paused ? flow_event::kPaused : flow_event::kResumed, ""});
-      return;
-    case Action::reset:
-      reset_ = true;
-      events.push_back({flow_event::kReset, ""});
-      return;
-    case Action::finish:
-      state_.paused = false;
-      if (state_.heating) stop_heating(events);
-      return enter(Stage::debrief, input.time_s, events);
+  if (action == Action::start) {
+    enter(Stage::procedure, now, events);
+  } else if (action == Action::pause || action == Action::resume) {
+    state_.paused = action == Action::pause;
+    events.push_back(procedures::event_at(now, state_.paused ? flow_event::kPaused : flow_event::kResumed));
+  } else if (action == Action::reset) {
+    reset_ = true;
+    events.push_back(procedures::event_at(now, flow_event::kReset));
+  } else if (action == Action::finish) {
+    state_.paused = false;
+    if (procedure_ != nullptr) procedure_->finish(now, events);
+    enter(Stage::debrief, now, events);
+  } else if (procedure_->only_stops(action)) {
+    procedure_->act(action, now, events);
+  } else {
+    if (const int target = target_at_tip(now); target >= 0) treated_[target] = true;
+    procedure_->act(action, now, events);
+    if (state_.stage != Stage::sampling) enter(Stage::sampling, now, events);
   }
 }
 
-void Flow::enter(Stage stage, double time_s, Events& events) {
+void Flow::enter(Stage stage, const Situation& now, Events& events) {
   state_.stage = stage;
-  stage_began_s_ = time_s;
-  events.push_back({flow_event::kStage, stage_name(stage)});
+  stage_began_s_ = now.time_s;
+  events.push_back(procedures::event_at(now, flow_event::kStage, {{"stage", std::string(stage_name(stage))}}));
 }
 
-void Flow::stop_heating(Events& events) {
-  state_.heating = false;
-  events.push_back({flow_event::kAblationStopped, fmt::format("{:.0f} s", state_.heated_s)});
+void Flow::go_on(const Situation& now, Events& events) {
+  if (state_.paused || procedure_ == nullptr) return;
+  procedure_->go_on(now, events);
+  if (state_.stage == Stage::sampling && procedure_->wants_more(now)) enter(Stage::procedure, now, events);
+  if (!exercise_.plan->automatic || state_.stage != Stage::procedure || resting_s_ < kRestTime) return;
+  const int target = target_at_tip(now);
+  if (target < 0 || treated_[target]) return;
+  const Action action = procedure_->trigger();
+  if (reason_against(action, now).empty()) act(action, now, events);
 }
 
-void Flow::go_on(const FlowInput& input, Events& events) {
-  const content::Sampling& sampling = exercise_.sampling;
-  if (state_.paused) return;
-  if (state_.heating && state_.heated_s >= sampling.ablation.duration_s) stop_heating(events);
-  if (state_.stage == Stage::sampling && sampling.kind == SamplingKind::biopsy && state_.samples < sampling.samples &&
-      now_s_ - fired_s_ >= kCocking) {
-    enter(Stage::procedure, input.time_s, events);
-  }
-  if (!sampling.automatic || state_.stage != Stage::procedure || resting_s_ < kRestTime) return;
-  const int target = target_at_tip(input);
-  if (target < 0 || treated_[static_cast<std::size_t>(target)]) return;
-  const Action action = sampling.kind == SamplingKind::ablation ? Action::ablation_start : Action::fire;
-  if (sampling.kind != SamplingKind::none && reason_against(action, input).empty()) act(action, input, events);
-}
-
-int Flow::target_at_tip(const FlowInput& input) const {
-  for (std::size_t i = 0; i < std::min(input.target_distances.size(), treated_.size()); ++i) {
-    if (input.target_distances[i] <= 0) return static_cast<int>(i);
+int Flow::target_at_tip(const Situation& now) const {
+  for (std::size_t i = 0; i < std::min(now.target_distances.size(), treated_.size()); ++i) {
+    if (now.target_distances[i] <= 0) return static_cast<int>(i);
   }
   return -1;
 }
 
-std::string Flow::prompt(const FlowInput& input) const {
-  const content::Sampling& sampling = exercise_.sampling;
+std::string Flow::prompt(const Situation& now) const {
   if (state_.paused) return "Paused. Resume to go on.";
   switch (state_.stage) {
     case Stage::briefing:
       return "Read the briefing; start when you are ready.";
     case Stage::procedure: {
-      if (!input.in_tissue) return "Find the target with the probe and advance the needle to it.";
-      const bool there = target_at_tip(input) >= 0;
-      if (sampling.kind == SamplingKind::none) {
-        return there ? "The tip is in the target." : "Advance the needle to the target.";
-      }
-      const bool heats = sampling.kind == SamplingKind::ablation;
-      if (!there) return fmt::format("Advance the {} to the target.", heats ? "electrode" : "needle");
-      return heats ? "The electrode is in the target: start the ablation." : "The tip is in the target: fire.";
+      if (!now.in_tissue) return "Find the target with the probe and advance the needle to it.";
+      const bool there = target_at_tip(now) >= 0;
+      if (procedure_ != nullptr) return procedure_->prompt(state_.stage, there);
+      return there ? "The tip is in the target." : "Advance the needle to the target.";
     }
     case Stage::sampling:
-      if (sampling.kind == SamplingKind::biopsy) {
-        return state_.samples < sampling.samples
-                   ? fmt::format("Core {} of {} is taken.", state_.samples, sampling.samples)
-                   : "All cores are taken: withdraw the needle and finish.";
-      }
-      return state_.heating ? fmt::format("Heating: {:.0f} of {:.0f} s. Hold the electrode still.", state_.heated_s,
-                                          sampling.ablation.duration_s)
-                            : "The ablation is over: withdraw the electrode and finish.";
+      return procedure_->prompt(state_.stage, target_at_tip(now) >= 0);
     case Stage::debrief:
       return "The session is over.";
   }
   return "";
 }
 
-std::string Flow::hint(const FlowInput& input) const {
-  const double distance = next_target_distance(input, treated_);
+std::string Flow::hint(const Situation& now) const {
+  const double distance = next_target_distance(now, treated_);
+  const int samples = procedure_ != nullptr ? procedure_->samples() : 0;
   for (const content::Hint& hint : exercise_.hints) {
     const bool holds = (hint.stage.empty() || hint.stage == stage_name(state_.stage)) &&
-                       hint.tip_inside.value_or(input.in_tissue) == input.in_tissue &&
-                       hint.probe_lifted.value_or(input.probe_lifted) == input.probe_lifted &&
-                       hint.stage_s.holds(state_.stage_s) && hint.depth.holds(input.depth) &&
-                       hint.distance.holds(distance) && hint.off_plane.holds(input.off_plane) &&
-                       hint.force.holds(input.force) && hint.samples.holds(state_.samples);
+                       hint.tip_inside.value_or(now.in_tissue) == now.in_tissue &&
+                       hint.probe_lifted.value_or(now.probe_lifted) == now.probe_lifted &&
+                       hint.stage_s.holds(state_.stage_s) && hint.depth.holds(now.depth) &&
+                       hint.distance.holds(distance) && hint.off_plane.holds(now.off_plane) &&
+                       hint.force.holds(now.force) && hint.samples.holds(samples);
     if (holds) return hint.text;
   }
   return "";

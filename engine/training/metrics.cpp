@@ -1,8 +1,8 @@
 #include "engine/training/metrics.h"
 
+#include "engine/procedures/kinds.h"
 #include "engine/training/beam.h"
 #include "engine/training/path_distance.h"
-#include "engine/training/results.h"
 
 #include <nlohmann/json.hpp>
 
@@ -189,10 +189,11 @@ double largest(Samples samples, const Value& value) {
 /// Collects the metrics in order.
 class MetricList {
 public:
-  void add(std::string_view key, const char* title, const char* unit, std::optional<double> value,
-           const char* definition, const char* source) {
+  void add(std::string_view key, std::string_view title, std::string_view unit, std::optional<double> value,
+           std::string_view definition, std::string_view source) {
     if (value && !std::isfinite(*value)) value.reset();
-    list.push_back({std::string(key), title, unit, value, definition, source});
+    list.push_back({std::string(key), std::string(title), std::string(unit), value, std::string(definition),
+                    std::string(source)});
   }
   std::vector<Metric> list;
 };
@@ -306,25 +307,6 @@ void add_perk_tutor(MetricList& out, const Trace& trace, const content::Scene& s
           kPerkTutor);
 }
 
-std::optional<double> tumour_content(const Trace& trace) {
-  double sum = 0;
-  int cores = 0;
-  for (const recording::EventRecord& event : trace.events) {
-    if (event.name != training_event::kCore) continue;
-    sum += percent_in(event.detail, "target").value_or(0);
-    ++cores;
-  }
-  return cores > 0 ? std::optional(sum / cores) : std::nullopt;
-}
-
-/// Of all that was heated until then: the last time tells.
-std::optional<double> ablation_coverage(const Trace& trace) {
-  const auto told = std::find_if(trace.events.rbegin(), trace.events.rend(),
-                                 [](const auto& event) { return event.name == training_event::kAblated; });
-  if (told == trace.events.rend()) return std::nullopt;
-  return percent_in(told->detail, "margin").value_or(0);
-}
-
 void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
   const Samples samples = trace.samples;
   out.add(content::kAngleError, "angle error", "deg", angle_error(samples, arrived),
@@ -338,18 +320,25 @@ void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, 
           "largest distance of the inserted needle's shaft from the line between hub and tip", kOurs);
   out.add(content::kOutOfPlaneTime, "out of plane while advancing", "s", out_of_plane_time(samples, scene.probe),
           "time in which the needle goes deeper while its tip is out of the beam's width", kOurs);
-  out.add(content::kTumourContent, "tumour in the cores", "%", tumour_content(trace),
-          "share of the target's tissue in the volume of all cores", kOurs);
-  out.add(content::kAblationCoverage, "ablation coverage", "%", ablation_coverage(trace),
-          "share of the target and 5 mm around it in the ablated zone", kOurs);
+  for (const procedures::Kind* kind : procedures::kinds()) {
+    for (const procedures::KindMetric& metric : kind->metrics()) {
+      out.add(metric.name, metric.title, metric.unit, kind->measure(metric.name, trace.events), metric.definition,
+              metric.source);
+    }
+  }
 }
 
 }  // namespace
 
+bool ends_approach(const recording::EventRecord& event) {
+  return std::ranges::any_of(procedures::kinds(),
+                             [&](const procedures::Kind* kind) { return event.name == kind->approach_event(); });
+}
+
 std::size_t arrival(const Trace& trace) {
   const Samples samples = trace.samples;
   for (const recording::EventRecord& event : trace.events) {
-    if (event.name != kFireEvent && event.name != kAblationEvent) continue;
+    if (!ends_approach(event)) continue;
     const auto after = std::ranges::upper_bound(samples, event.time_s, {}, &TraceSample::time_s);
     if (after != samples.begin()) return static_cast<std::size_t>(after - samples.begin()) - 1;
   }

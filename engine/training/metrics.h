@@ -31,16 +31,16 @@ struct Metric {
   std::string source;
 };
 
-/// The moment that the needle was brought to the target: that of the first kFireEvent or kAblationEvent, else of the
+/// Whether the needle is where the trainee wanted it: the procedure begins to do its work.
+bool ends_approach(const recording::EventRecord& event);
+
+/// The moment that the needle was brought to the target: that of the first event that ends_approach(), else of the
 /// tip closest to a target while inserted, else the last one inserted. [samples] if it never was.
 std::size_t arrival(const Trace& trace);
-/// Events of the session that end the approach (EventRecord::name).
-inline constexpr std::string_view kFireEvent = "biopsy_fired";
-inline constexpr std::string_view kAblationEvent = "ablation_started";
 
-/// All metrics in the order of content::kMetricNames. Those of cores and ablations are as the session told them in
-/// its events (results.h). The reference motion is the scenario's: the path of the tip of a needle that does not
-/// bend, of both hands, because that is what the hands decided.
+/// All metrics in the order of content::kMetricNames, then those of the kinds of procedures, which go by the events.
+/// The reference motion is the scenario's: the path of the tip of a needle that does not bend, of both hands, because
+/// that is what the hands decided.
 std::vector<Metric> measure(const Trace& trace, const content::Scene& scene);
 
 /// The metric of a name in a list that has all of them.

@@ -97,7 +97,7 @@ void TraceRecorder::simulation_stepped(const recording::SimulationStepRecord& re
 }
 
 void TraceRecorder::look_at_tissue(TraceSample& sample) {
-  const TissuePlace place = tissue_.find(sample.tip);
+  const content::TissuePlace place = tissue_.find(sample.tip);
   sample.tissue = place.tissue;
   sample.forbidden = place.forbidden;
   sample.crossed = place.forbidden;

@@ -1,9 +1,9 @@
 // A procedure as the metrics see it: one sample of hand, needle, tissue and probe for every simulation step.
 #pragma once
 
+#include "engine/content/tissue_locator.h"
 #include "engine/recording/recording.h"
 #include "engine/session/coupled_loops.h"
-#include "engine/training/tissue_locator.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -76,7 +76,7 @@ public:
   /// The trace with the events of the session's recording, once the loops stand still; the recorder is then empty.
   Trace take(std::vector<recording::EventRecord> events);
   /// Of the last sample, for whoever follows a procedure while it runs (after this in the list of listeners).
-  TissueLocator& tissue() { return tissue_; }
+  content::TissueLocator& tissue() { return tissue_; }
 
 private:
   void look_at_tissue(TraceSample& sample);
@@ -84,8 +84,8 @@ private:
   std::uint32_t buttons_at(std::uint64_t haptic_step);
 
   const content::Scene& scene_;
-  TissueLocator tissue_;
-  std::vector<TissueLocator::Carrier> targets_;  // [Scene::targets]
+  content::TissueLocator tissue_;
+  std::vector<content::TissueLocator::Carrier> targets_;  // [Scene::targets]
   Trace trace_;
   std::size_t capacity_;
   // Buttons by haptic step, written by its thread: a simulation step wants those of the step that it consumed. Each

@@ -9,13 +9,12 @@
 #pragma once
 
 #include "engine/session/live_session.h"
-#include "engine/training/ablation.h"
+#include "engine/training/flow.h"
 #include "engine/training/procedure_watch.h"
-#include "engine/training/results.h"
 
-#include <optional>
+#include <memory>
 #include <span>
-#include <vector>
+#include <string>
 
 namespace stylet::training {
 
@@ -33,7 +32,7 @@ public:
   ProcedureWatch& watch() { return watch_; }
 
   /// Goes on to the newest simulation step: does what is asked for, pauses or resumes `live`, puts what happened on
-  /// record, lets the zone grow. Once a frame, or a simulation step.
+  /// record. Once a frame, or a simulation step.
   const FlowState& poll(session::LiveSession& live, std::span<const Action> actions = {});
   /// The run is over: finishes what is under way. While `live` still records.
   void end(session::LiveSession& live);
@@ -43,30 +42,20 @@ public:
   int tip_tissue() const { return tip_tissue_; }
   /// The trainee wants to begin anew: end() this and its LiveSession, make others on the same scene.
   bool reset_asked_for() const { return flow_.reset_asked_for(); }
-  const SamplingResult& result() const { return result_; }
-  /// The zone, once there is one.
-  const Ablation* ablation() const { return ablation_ ? &*ablation_ : nullptr; }
-  int ablated_body() const { return body_; }
-  /// The same for the pictures; null before anything was heated. Until the next poll().
-  const content::HeatedZone* zone() const { return zone_.version > 0 ? &zone_ : nullptr; }
+  /// The procedure of the exercise; null: nothing is sampled or destroyed.
+  const procedures::Procedure* procedure() const { return procedure_.get(); }
+  /// What was sampled or destroyed, some lines for the terminal; empty: nothing.
+  std::string result_in_words() const { return procedure_ ? procedure_->result_in_words() : std::string(); }
+  /// Adds to a frame what the procedure shows.
+  void show(state::FrameState& frame) const {
+    if (procedure_) procedure_->show(frame);
+  }
 
 private:
-  void record(session::LiveSession& live, const Watched& seen, std::span<const FlowEvent> events);
-  void let_zone_grow(double time_s, std::span<const FlowEvent> events);
-  void take_core(session::LiveSession& live, const Watched& seen);
-  void tell_ablation(session::LiveSession& live, const Watched& seen);
-
-  const content::Scene& scene_;
+  std::unique_ptr<procedures::Procedure> procedure_;  // null: there is none
   ProcedureWatch watch_;
   Flow flow_;
-  std::vector<bool> target_tissue_;  // [Scene::tissues]
-  std::uint32_t cores_ = 0;          // taken from the watch
-  std::optional<Ablation> ablation_;
-  int body_ = -1;
   int tip_tissue_ = 0;
-  content::HeatedZone zone_;
-  double stopped_s_ = 0;  // session time of the last stop of heating
-  SamplingResult result_;
 };
 
 }  // namespace stylet::training

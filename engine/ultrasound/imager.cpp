@@ -280,10 +280,6 @@ std::string Imager::set_controls(const ScannerControls& controls) {
   return passes_->model.set_controls(controls);
 }
 
-void Imager::set_zone(const content::HeatedZone* zone) {
-  passes_->model.set_zone(zone);
-}
-
 void Imager::set_seed(std::uint32_t seed) {
   passes_->model.set_seed(seed);
 }

@@ -6,7 +6,6 @@
 //   tissue -> interface -> needle -> gas -> attenuate -> lateral -> axial -> detect -> scan conversion
 #pragma once
 
-#include "engine/content/heated_zone.h"
 #include "engine/content/scene.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/device.h"
@@ -47,9 +46,6 @@ public:
   /// From the next image on; limited to what the probe can do. geometry() and scan() follow.
   /// @return  what was limited, for the user; empty: nothing
   std::string set_controls(const ScannerControls& controls);
-  /// From the next image on: what heat has done to the tissue; null: nothing. Shown in scenes of an ablation. Not
-  /// kept.
-  void set_zone(const content::HeatedZone* zone);
   /// From the next image on: other speckle and noise.
   void set_seed(std::uint32_t seed);
   /// From the next image on: the acoustics of these tissues, in the order of the scene's.

@@ -34,7 +34,6 @@ public:
   const ScannerControls& controls() const { return model_.controls(); }
   /// As ScanModel has it.
   std::string set_controls(const ScannerControls& controls) { return model_.set_controls(controls); }
-  void set_zone(const content::HeatedZone* zone) { model_.set_zone(zone); }
   void set_acoustics(std::span<const content::Tissue> tissues) { model_.set_acoustics(tissues); }
 
   /// Why the last image is black, one line; empty: it shows something.

@@ -143,7 +143,7 @@ std::vector<std::uint32_t> ScanModel::switches() const {
           flag(constants_.breath.w >= 0),
           flag(constants_.face_radius != 0),
           flag(settings_.texture && constants_.depth_nx > 0),
-          flag(scene_.exercise.sampling.kind == content::SamplingKind::ablation)};
+          flag(scene_.exercise.plan && scene_.exercise.plan->destroys)};
 }
 
 std::string ScanModel::set_controls(ScannerControls controls) {
@@ -233,6 +233,7 @@ void ScanModel::set_receiver() {
 }
 
 void ScanModel::update(const state::FrameState& state) {
+  take_zone(state.zone.get());
   Eigen::Isometry3f patient_from_probe = Eigen::Isometry3f::Identity();
   patient_from_probe.linear() = state.probe_orientation.normalized().toRotationMatrix();
   patient_from_probe.translation() = state.probe_position;
@@ -253,7 +254,7 @@ void ScanModel::update(const state::FrameState& state) {
   first_frame_ = false;
 }
 
-void ScanModel::set_zone(const content::HeatedZone* zone) {
+void ScanModel::take_zone(const content::HeatedZone* zone) {
   const std::uint64_t version = zone != nullptr ? zone->version : 0;
   if (version == zone_version_) return;
   zone_version_ = version;

@@ -43,8 +43,6 @@ public:
   ScanModel(const content::Scene& scene, const ImagerSettings& settings);
 
   void update(const state::FrameState& state);
-  /// What heat has done, from the next frame on; null: nothing. Not kept.
-  void set_zone(const content::HeatedZone* zone);
   /// The next frame is a first one: no earlier frame persists in it.
   void restart() { first_frame_ = true; }
 
@@ -105,6 +103,7 @@ private:
   void make_tissues();
   void set_receiver();
   void make_runs();
+  void take_zone(const content::HeatedZone* zone);
   void place_thin(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient);
   void mark_tiles(const Eigen::Vector3f& a, const Eigen::Vector3f& b, double across, double before, double behind);
   float slice_reach() const;

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <type_traits>
 
 namespace stylet::physics {
 
@@ -17,6 +18,10 @@ public:
   LatestValue() = default;
   /// Fills all three slots with copies of `initial`, so that arrays inside T are sized before the loops start.
   explicit LatestValue(const T& initial) : slots_{initial, initial, initial} {}
+  /// Fills all three slots with what `make` returns, one call each.
+  template <typename Make>
+  requires std::is_invocable_r_v<T, Make>
+  explicit LatestValue(Make&& make) : slots_{make(), make(), make()} {}
   LatestValue(const LatestValue&) = delete;
   LatestValue& operator=(const LatestValue&) = delete;
 

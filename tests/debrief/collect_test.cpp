@@ -8,6 +8,8 @@
 #include "tests/session/cube_scene.h"
 #include "tests/support/temporary_folder.h"
 
+#include "tests/training/event_words.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -50,13 +52,12 @@ TEST(Debrief, KeepsOfEachSpellTheMomentOfTheGreatestForce) {
 }
 
 TEST(Debrief, SaysEventsInWords) {
-  const std::vector<DebriefEvent> events = events_of({{3, 3000, "safety", "max_force"},
-                                                      {1, 1000, "puncture", "fat > muscle, 0.8000 N (0.00123 J)"},
-                                                      {0.5, 500, "stage", "procedure"},
-                                                      {0.9, 900, "entered", ""},
-                                                      {2, 2000, "buttons", ""},
-                                                      {2.5, 2500, "biopsy_fired", "1"},
-                                                      {4, 4000, "new_kind_of_thing", "with a detail"}});
+  const std::vector<DebriefEvent> events = events_of(
+      {tests::version_1_event(3, 3000, "safety", "max_force"),
+       tests::version_1_event(1, 1000, "puncture", "fat > muscle, 0.8000 N (0.00123 J)"),
+       tests::version_1_event(0.5, 500, "stage", "procedure"), tests::version_1_event(0.9, 900, "entered", ""),
+       tests::version_1_event(2, 2000, "buttons", ""), tests::version_1_event(2.5, 2500, "biopsy_fired", "1"),
+       tests::version_1_event(4, 4000, "new_kind_of_thing", "with a detail")});
   ASSERT_EQ(events.size(), 5u);
   EXPECT_EQ(events[0].title, "Procedure");
   EXPECT_EQ(events[0].kind, EventKind::stage);
@@ -69,14 +70,18 @@ TEST(Debrief, SaysEventsInWords) {
 }
 
 TEST(Debrief, AnAblationIsNoSampling) {
-  const std::vector<DebriefEvent> events = events_of({{0, 0, "stage", "procedure"},
-                                                      {2, 2000, "puncture", "agar > dark_target, 0.4 N (0.00123 J)"},
-                                                      {5, 5000, "ablation_started", ""},
-                                                      {5, 5000, "stage", "sampling"}});
+  const std::vector<DebriefEvent> events =
+      events_of({tests::version_1_event(0, 0, "stage", "procedure"),
+                 tests::version_1_event(2, 2000, "puncture", "agar > dark_target, 0.4 N (0.00123 J)"),
+                 tests::version_1_event(5, 5000, "ablation_started", ""),
+                 tests::version_1_event(5, 5000, "stage", "sampling")});
   ASSERT_EQ(events.size(), 4u);
   EXPECT_EQ(events[1].title, "Into dark target");
   EXPECT_EQ(events[3].title, "Ablation");
-  EXPECT_EQ(events_of({{1, 1000, "biopsy_fired", "2"}, {1, 1000, "stage", "sampling"}})[1].title, "Sampling");
+  EXPECT_EQ(events_of({tests::version_1_event(1, 1000, "biopsy_fired", "2"),
+                       tests::version_1_event(1, 1000, "stage", "sampling")})[1]
+                .title,
+            "Sampling");
 }
 
 TEST(Debrief, OfASessionHasItsWayItsMomentsAndItsNumbers) {

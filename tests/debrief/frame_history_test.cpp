@@ -20,6 +20,7 @@ state::FrameState rest() {
   frame.bodies = {{{0, 0, 0}, {0.1F, 0, 0}}, {{0, 0.2F, 0}}};
   frame.needle_positions = {{0, 0, 0.1F}, {0, 0, 0}};
   frame.needle_orientations = {Eigen::Quaternionf::Identity(), Eigen::Quaternionf::Identity()};
+  frame.targets.resize(1);
   return frame;
 }
 
@@ -63,11 +64,11 @@ TEST(StillMoment, IsTheEndOfTheHeatingElseTheCoreElseTheClosest) {
   FrameHistory history(rest());
   for (int k = 0; k <= 400; ++k) {
     state::FrameState frame = frame_at(0.02 * k);
-    frame.target_distance = static_cast<float>(std::abs(frame.time_s - 3));
+    frame.targets[0].distance = static_cast<float>(std::abs(frame.time_s - 3));
     history.add(frame);
   }
-  const recording::EventRecord core{4, 4000, "biopsy_fired", "1"}, started{5, 5000, "ablation_started", ""},
-      stopped{6, 6000, "ablation_stopped", "60 s"};
+  const recording::EventRecord core{4, 4000, "biopsy_fired"}, started{5, 5000, "ablation_started"},
+      stopped{6, 6000, "ablation_stopped"};
   const auto moment = [&](std::vector<recording::EventRecord> events, double from_s = 0, double to_s = 100) {
     return still_moment(events, history, from_s, to_s);
   };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/desktop/desktop_view.h"
+#include "engine/procedures/biopsy/plan.h"
 #include "engine/readers/scenario.h"
 #include "engine/session/live_session.h"
 #include "engine/training/training_session.h"
@@ -21,7 +22,9 @@ inline const content::Scene& small_scene() {
     content::Scene loaded = readers::load_scene(small.write());
     loaded.probe.scan_lines = 48;
     loaded.probe.samples = 128;
-    loaded.exercise.sampling = {.kind = content::SamplingKind::biopsy, .samples = 3};
+    auto plan = std::make_shared<procedures::biopsy::Plan>();
+    plan->samples = 3;
+    loaded.exercise.plan = plan;
     return loaded;
   }();
   return scene;

@@ -108,8 +108,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
                   "a complete recording has all simulation steps");
     }
     for (const recording::EventRecord& event : recording.events) {
-      fuzz::claim(event.name.size() <= recording::kMaxEventText && event.detail.size() <= recording::kMaxEventText,
-                  "event texts are limited");
+      fuzz::claim(event.name.size() <= recording::kMaxEventText && event.fields.size() <= 255, "events are limited");
+      for (const recording::Field& field : event.fields) {
+        fuzz::claim(field.name.size() <= recording::kMaxEventText, "texts of events are limited");
+      }
     }
     fuzz::claim_one_line(recording.condition());
   } catch (const files::ContentError& error) {

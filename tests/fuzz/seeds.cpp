@@ -131,7 +131,8 @@ void write_recording(const fs::path& path) {
     writer.haptic().add(recording::HapticStepRecord{.step = k, .valid = true, .patch_epoch = 1});
     writer.haptic().add(recording::HashRecord{.step = k, .hash = 77 * k});
   }
-  writer.haptic().add_event(0.001, 1, "button", "pressed");
+  writer.haptic().add_event(0.001, 1, "button",
+                            {{"state", std::string_view("pressed")}, {"force", 1.5, "N"}, {"n", std::int64_t{3}}});
   writer.simulation().add(recording::SimulationStepRecord{.step = 1, .factor_requested = true});
   writer.finish();
 }

@@ -1,4 +1,5 @@
 // What a scenario trains: briefing, sampling, hints.
+#include "engine/procedures/biopsy/plan.h"
 #include "engine/readers/scenario.h"
 
 #include "tests/readers/small_scenario.h"
@@ -17,7 +18,7 @@ using test::SmallScenario;
 
 TEST(Exercise, IsWhatTheScenarioSays) {
   SmallScenario small;
-  EXPECT_EQ(load_scene(small.write()).exercise.sampling.kind, content::SamplingKind::none);
+  EXPECT_EQ(load_scene(small.write()).exercise.plan, nullptr);
   small.scenario["briefing"] = json::parse(R"({"goal": "g", "steps": ["a", "b"], "anatomy": "c"})");
   small.scenario["sampling"] = json::parse(R"({"kind": "biopsy", "auto": true, "samples": 2, "throw_mm": 15})");
   small.scenario["hints"] = json::parse(R"([{"when": {"stage": "procedure", "tip_inside": false,
@@ -26,11 +27,13 @@ TEST(Exercise, IsWhatTheScenarioSays) {
   EXPECT_EQ(exercise.briefing.goal, "g");
   EXPECT_THAT(exercise.briefing.steps, ElementsAre("a", "b"));
   EXPECT_EQ(exercise.briefing.anatomy, "c");
-  EXPECT_EQ(exercise.sampling.kind, content::SamplingKind::biopsy);
-  EXPECT_TRUE(exercise.sampling.automatic);
-  EXPECT_EQ(exercise.sampling.samples, 2);
-  EXPECT_DOUBLE_EQ(exercise.sampling.gun.throw_length, 0.015);
-  EXPECT_DOUBLE_EQ(exercise.sampling.gun.notch, 0.010);
+  ASSERT_TRUE(exercise.plan);
+  ASSERT_EQ(exercise.plan->kind, "biopsy");
+  const auto& biopsy = procedures::biopsy::plan_of(exercise);
+  EXPECT_TRUE(biopsy.automatic);
+  EXPECT_EQ(biopsy.samples, 2);
+  EXPECT_DOUBLE_EQ(biopsy.gun.throw_length, 0.015);
+  EXPECT_DOUBLE_EQ(biopsy.gun.notch, 0.010);
   ASSERT_THAT(exercise.hints, SizeIs(1));
   const content::Hint& hint = exercise.hints[0];
   EXPECT_EQ(hint.text, "t");

@@ -61,7 +61,9 @@ protected:
       for (int i = 0; i < 20; ++i) writer.haptic().add(haptic_step(haptic++));
       writer.simulation().add(simulation_step(k));
       writer.haptic().add(HashRecord{.loop = LoopName::haptic, .final = false, .step = haptic, .hash = 17 * k});
-      if (k % 3 == 0) writer.haptic().add_event(0.02 * static_cast<double>(k), haptic, "puncture", "liver capsule");
+      if (k % 3 == 0)
+        writer.haptic().add_event(0.02 * static_cast<double>(k), haptic, "puncture",
+                                  {{"to", std::string_view("liver capsule")}, {"force", 1.5, "N"}});
       writer.drain();
     }
     writer.simulation().add(HashRecord{.loop = LoopName::simulation, .final = true, .step = 9, .hash = 0xabc});
@@ -119,7 +121,9 @@ TEST_F(RecordingFile, ComesBackBitForBit) {
   EXPECT_EQ(r.hashes[10].hash, 0xabcu);
   ASSERT_EQ(r.events.size(), 4u);
   EXPECT_EQ(r.events[1].name, "puncture");
-  EXPECT_EQ(r.events[1].detail, "liver capsule");
+  EXPECT_EQ(r.events[1].text("to"), "liver capsule");
+  EXPECT_EQ(r.events[1].number("force"), 1.5);
+  EXPECT_EQ(r.events[1].fields[1].unit, "N");
   EXPECT_EQ(r.events[1].time_s, 0.06);
 }
 
@@ -299,7 +303,7 @@ TEST(RecordingHeader, BadHeadersAreRefusedInOneLine) {
   const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
   for (const std::string& bad :
        {std::string(), std::string("{}"), std::string("[]"), std::string("nonsense"), header_with("[]"),
-        header_with("{}", "2"), header_with("{}", "-1"), header_with("{}", "\"1\""),
+        header_with("{}", "3"), header_with("{}", "-1"), header_with("{}", "\"1\""),
         header_with("{\"a\":" + deep + "}"), deep, std::string(200'000, '['), header_with("{\"a\":\"\xff\"}")}) {
     try {
       parse_recording(with_header(bad), "x");
@@ -316,7 +320,7 @@ TEST(RecordingHeader, ALaterVersionIsNamed) {
     parse_recording(with_header(R"({"format":"stylet-recording","version":7})"), "x");
     FAIL();
   } catch (const ContentError& error) {
-    EXPECT_NE(std::string(error.what()).find("of version 7, and this program reads up to 1"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("of version 7, and this program reads up to 2"), std::string::npos)
         << error.what();
   }
 }
@@ -370,11 +374,11 @@ TEST_F(RecordingFile, AddingARecordAllocatesNothing) {
     for (std::uint64_t k = 0; k < 1000; ++k) writer.haptic().add(haptic_step(k));
     writer.simulation().add(simulation_step(1));
     writer.haptic().add(HashRecord{});
-    writer.haptic().add_event(1, 2, "name", long_text);
+    writer.haptic().add_event(1, 2, "name", {{"word", std::string_view(long_text)}});
     EXPECT_EQ(allocations.value(), 0);
   }
   writer.finish();
-  EXPECT_EQ(read_recording(path_).events.at(0).detail, std::string(kMaxEventText, 'x'));
+  EXPECT_EQ(read_recording(path_).events.at(0).text("word"), std::string(kMaxEventText, 'x'));
 }
 
 TEST_F(RecordingFile, UnwritablePathAndBadSettingsAreRefused) {

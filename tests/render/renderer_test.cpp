@@ -126,29 +126,34 @@ TEST_F(Render3d, WhatBreathesGoesWithTheBreath) {
 
 TEST_F(Render3d, AblatedZoneIsSeenWarmWhereItsTissueHasGone) {
   scene.surfaces.clear();
-  scene.exercise.sampling.kind = content::SamplingKind::ablation;
-  content::HeatedZone zone{.version = 1, .surface = tests::make_test_scene().surfaces.back()};
+  auto plan = std::make_shared<content::ProcedurePlan>();
+  plan->destroys = true;
+  scene.exercise.plan = plan;
+  const auto zone = std::make_shared<content::HeatedZone>();
+  zone->version = 1;
+  zone->surface = tests::make_test_scene().surfaces.back();
   const Vector3d rest_centre = scene.targets.front().centre;
   Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
   state::FrameState state = without_needle(tests::rest_state(scene));
   state.probe_position = {0, 0, 10};
-  const auto show = [&](const content::HeatedZone* shown) {
-    return view::read_picture(device, renderer.render(state, scene.camera, {.zone = shown}));
+  const auto show = [&](const std::shared_ptr<const content::HeatedZone>& shown) {
+    state.zone = shown;
+    return view::read_picture(device, renderer.render(state, scene.camera, {}));
   };
   const auto is_warm = [](const std::uint8_t* p) { return p[0] > 60 && p[0] > p[1] + 25 && p[1] > p[2] + 5; };
   const Picture without = show(nullptr);
   EXPECT_EQ(centroid(without, is_warm).z(), 0);
   for (auto& x : state.bodies[0]) x += Eigen::Vector3f(-0.03F, 0.02F, 0.01F);
   const Vector3d expected = project(renderer.eyes()[0], rest_centre + Vector3d(-0.03, 0.02, 0.01), 320, 240);
-  const Vector3d found = centroid(show(&zone), is_warm);
+  const Vector3d found = centroid(show(zone), is_warm);
   ASSERT_GT(found.z(), 50);
   EXPECT_NEAR(found.x(), expected.x(), 1.0);
   EXPECT_NEAR(found.y(), expected.y(), 1.0);
   // Its surface is taken anew when the version is another one; no zone is none.
-  zone.surface.indices.resize(zone.surface.indices.size() / 6 * 3);
-  EXPECT_NEAR(centroid(show(&zone), is_warm).z(), found.z(), 0);
-  zone.version = 2;
-  EXPECT_LT(centroid(show(&zone), is_warm).z(), found.z() - 20);
+  zone->surface.indices.resize(zone->surface.indices.size() / 6 * 3);
+  EXPECT_NEAR(centroid(show(zone), is_warm).z(), found.z(), 0);
+  zone->version = 2;
+  EXPECT_LT(centroid(show(zone), is_warm).z(), found.z() - 20);
   EXPECT_EQ(show(nullptr).rgba, without.rgba);
 }
 

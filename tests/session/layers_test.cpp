@@ -36,7 +36,7 @@ Felt feel(content::Scene scene, double haptic_hz) {
   LiveSession session(scene, device, {.duration_s = 2.0, .lockstep = true, .recording = path, .build = "test"});
   Felt felt;
   felt.run = session.run_in_lockstep();
-  felt.punctures = punctures(recording::read_recording(path));
+  felt.punctures = punctures(recording::read_recording(path).events);
   felt.force.assign(session.force().samples().begin(), session.force().samples().end());
   felt.summary = session.force().summary();
   felt.closest = session.closest_target_distance();
@@ -137,24 +137,22 @@ TEST(Layers, BristlesOnTheShaftAreFelt) {
   EXPECT_GE(bristles.summary.least_work, -1e-9);
 }
 
-TEST(PunctureEvent, IsReadBackFromItsText) {
+TEST(PunctureEvent, IsReadBackAsItWasWritten) {
   content::Scene scene;
   scene.tissues.resize(2);
   scene.tissues[0].name = "fat";
   scene.tissues[1].name = std::string(300, 'x');  // longer than an event may be
-  recording::Recording recording;
-  PunctureText memory;
-  const auto add = [&](const physics::Puncture& puncture) {
-    recording.events.push_back({.time_s = 1.5,
-                                .step = 3,
-                                .name = std::string(kPunctureEvent),
-                                .detail = std::string(puncture_detail(scene, puncture, memory))});
-  };
-  add({.from = 1, .to = 1, .force = 1.25, .energy = 1.5e-3});
-  add({.from = 7, .to = 1, .force = 0.5});  // no such tissue
-  recording.events.push_back({.time_s = 2, .step = 4, .name = std::string(kPunctureEvent), .detail = "nonsense"});
-  recording.events.push_back({.time_s = 2, .step = 4, .name = "buttons", .detail = "a > b, 1 N"});
-  const std::vector<PunctureEvent> read = punctures(recording);
+  const support::TemporaryFolder folder;
+  {
+    recording::RecordingWriter writer(folder / "punctures", {});
+    recording::RecordingChannel& channel = writer.haptic();
+    add_puncture(channel, 1.5, 3, scene, {.from = 1, .to = 1, .force = 1.25, .energy = 1.5e-3});
+    add_puncture(channel, 1.5, 3, scene, {.from = 7, .to = 1, .force = 0.5});  // no such tissue
+    channel.add_event(2, 4, kPunctureEvent, {{"to", std::string_view("nowhere")}});
+    channel.add_event(2, 4, "buttons", {{"to", std::string_view("b")}, {"force", 1.0, "N"}});
+    writer.finish();
+  }
+  const std::vector<PunctureEvent> read = punctures(recording::read_recording(folder / "punctures").events);
   ASSERT_EQ(read.size(), 2U);
   EXPECT_EQ(read[0].time_s, 1.5);
   EXPECT_EQ(read[0].to.substr(0, 10), "xxxxxxxxxx");
@@ -162,13 +160,25 @@ TEST(PunctureEvent, IsReadBackFromItsText) {
   EXPECT_EQ(read[1].from, "?");
   EXPECT_EQ(read[1].force_n, 0.5);
   EXPECT_EQ(read[0].energy_j, 1.5e-3);
-  recording.events.assign(1,
-                          {.time_s = 2, .step = 4, .name = std::string(kPunctureEvent), .detail = "a > b, 1.5000 N"});
-  ASSERT_EQ(punctures(recording).size(), 1U);  // of an earlier version
-  EXPECT_FALSE(punctures(recording)[0].energy_j);
   const SessionReport report{.punctures = read};
   EXPECT_EQ(to_json(report)["punctures"][0]["force_n"], 1.25);
   EXPECT_EQ(to_json(report)["punctures"][0]["energy_j"], 1.5e-3);
+}
+
+TEST(PunctureEvent, OfTheFirstRecordingsIsReadFromItsText) {
+  const auto event = [](std::string text) {
+    return recording::EventRecord{.time_s = 2, .name = std::string(kPunctureEvent), .fields = {{"detail", text}}};
+  };
+  const auto whole = puncture_of(event("fat > muscle, 1.2500 N (0.0015 J)"));
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(whole->from, "fat");
+  EXPECT_EQ(whole->to, "muscle");
+  EXPECT_EQ(whole->force_n, 1.25);
+  EXPECT_EQ(whole->energy_j, 0.0015);
+  const auto without_energy = puncture_of(event("a > b, 1.5000 N"));
+  ASSERT_TRUE(without_energy);
+  EXPECT_FALSE(without_energy->energy_j);
+  EXPECT_FALSE(puncture_of(event("nonsense")));
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   EXPECT_NEAR(value("peak_force"), session.force().summary().peak_force, 0.5) << "seen once a simulation step";
   EXPECT_NEAR(value("path_inefficiency"), 75, 15) << "60 mm of 80 are gone back and forth again";
   EXPECT_GT(value("needle_in_beam"), 30);
-  const std::vector<PunctureEvent> felt = punctures(recording::read_recording(path));
+  const std::vector<PunctureEvent> felt = punctures(recording::read_recording(path).events);
   auto from = felt.begin();
   double deepest = -1;
   for (const char* layer : {"skin", "fat", "muscle", "liver", "tumour"}) {
@@ -214,7 +214,7 @@ TEST(LiverBiopsy, ARibInTheWayStopsTheNeedle) {
   const figures::ForceSummary force = session.force().summary();
   std::printf("rib %.1f mm behind the skin, tip %.1f mm; peak %.1f N, jump %.2f N; flags %x\n", 1e3 * (bone - skin),
               1e3 * (depth - skin), force.peak_force, force.max_jump, run.needle_flags);
-  for (const PunctureEvent& p : punctures(recording::read_recording(folder / "rib.rec"))) {
+  for (const PunctureEvent& p : punctures(recording::read_recording(folder / "rib.rec").events)) {
     std::printf("%s to %s at %.2f s, %.2f N\n", p.from.c_str(), p.to.c_str(), p.time_s, p.force_n);
     EXPECT_NE(p.to, "bone");
   }

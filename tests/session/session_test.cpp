@@ -158,7 +158,7 @@ TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
     session.pause();
     const double stands = session.time_s();
     EXPECT_NEAR(session.time_of(clock.now_ns()), stands, 1e-6);
-    session.add_event(stands, 0, "paused");
+    session.add_event({.time_s = stands, .name = "paused"});
     std::this_thread::sleep_for(std::chrono::milliseconds(120));
     EXPECT_TRUE(session.paused());
     EXPECT_EQ(session.time_s(), stands);
@@ -167,7 +167,8 @@ TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
     EXPECT_EQ(session.frames().newest_s(), newest) << "three simulation steps long nothing happened";
     const std::int64_t in_the_pause_ns = clock.now_ns();
     session.resume();
-    session.add_event(session.time_s(), 0, "resumed", std::to_string(++pauses));
+    session.add_event(
+        {.time_s = session.time_s(), .name = "resumed", .fields = {{"number", std::int64_t{++pauses}}}});
     EXPECT_FALSE(session.paused());
     EXPECT_NEAR(session.time_of(in_the_pause_ns), stands, 1e-9);
     EXPECT_NEAR(session.time_of(clock.now_ns()), session.time_s(), 0.05) << "but for what the machine did meanwhile";
@@ -181,7 +182,9 @@ TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
   ASSERT_TRUE(recording.complete()) << recording.condition();
   std::string seen;
   for (const recording::EventRecord& event : recording.events) {
-    if (event.name == "paused" || event.name == "resumed") seen += event.name + event.detail + " ";
+    if (event.name == "paused" || event.name == "resumed")
+      seen += event.name + (event.number("number") ? std::to_string(static_cast<int>(*event.number("number"))) : "") +
+              " ";
   }
   EXPECT_EQ(seen, "paused resumed1 paused resumed2 ");
   double last_s = -1;

@@ -212,7 +212,7 @@ TEST(StylusWithForce, RecordsHowTheNeedleWasHeldAndReplaysToTheSameBits) {
   EXPECT_FALSE(replay(recording, prescribed, prescribed_hash).identical()) << "the base must matter";
 
   const auto is_safety = [](const recording::EventRecord& e) {
-    return e.name == Recorder::kSafetyEvent && e.detail == "rising";
+    return e.name == Recorder::kSafetyEvent && e.text(Recorder::kSafetyLimit) == "rising";
   };
   EXPECT_EQ(std::count_if(recording.events.begin(), recording.events.end(), is_safety), 1);
 }
@@ -239,7 +239,7 @@ TEST(SafetyEvents, EachLimitLeavesOneWhenItBeginsToAct) {
     const auto bit = static_cast<int>(e % haptic::kOutputFlagCount);
     const recording::EventRecord& event = recording.events[e];
     EXPECT_EQ(event.name, "safety");
-    EXPECT_EQ(event.detail, haptic::output_flag_name(bit));
+    EXPECT_EQ(event.text(Recorder::kSafetyLimit), haptic::output_flag_name(bit));
     EXPECT_EQ(event.step, 1500 * (e / haptic::kOutputFlagCount) + 50u * static_cast<unsigned>(bit) + 1);
   }
 }

@@ -16,6 +16,7 @@ FrameState prototype(std::size_t nodes = 20, std::size_t needle_nodes = 5) {
   for (auto& body : state.bodies) body.resize(nodes, Eigen::Vector3f::Zero());
   state.needle_positions.resize(needle_nodes, Eigen::Vector3f::Zero());
   state.needle_orientations.resize(needle_nodes, Eigen::Quaternionf::Identity());
+  state.targets.resize(2);
   return state;
 }
 
@@ -43,7 +44,10 @@ FrameState motion_at(double t, std::uint64_t step) {
   state.breath = Eigen::Vector3d(0, -0.01 * t, 0).cast<float>();
   state.force = Eigen::Vector3d(0.5 * t, 0, -t).cast<float>();
   state.insertion_depth = static_cast<float>(0.03 * t);
-  state.target_distance = static_cast<float>(0.08 - 0.03 * t);
+  for (TargetState& target : state.targets) {
+    target.centre = Eigen::Vector3d(t, 0, 2 * t).cast<float>();
+    target.distance = static_cast<float>(0.08 - 0.03 * t);
+  }
   state.probe_force = static_cast<float>(3 + t);
   state.probe_area = static_cast<float>(1e-3 * t);
   state.probe_lifted = static_cast<float>(0.1 * t);
@@ -64,7 +68,11 @@ void expect_equal(const FrameState& a, const FrameState& b) {
   EXPECT_EQ(a.breath, b.breath);
   EXPECT_EQ(a.force, b.force);
   EXPECT_EQ(a.insertion_depth, b.insertion_depth);
-  EXPECT_EQ(a.target_distance, b.target_distance);
+  ASSERT_EQ(a.targets.size(), b.targets.size());
+  for (std::size_t t = 0; t < a.targets.size(); ++t) {
+    EXPECT_EQ(a.targets[t].centre, b.targets[t].centre);
+    EXPECT_EQ(a.targets[t].distance, b.targets[t].distance);
+  }
   EXPECT_EQ(a.probe_force, b.probe_force);
   EXPECT_EQ(a.probe_area, b.probe_area);
   EXPECT_EQ(a.probe_lifted, b.probe_lifted);

@@ -17,6 +17,7 @@ FrameState prototype(std::size_t nodes) {
   for (auto& body : state.bodies) body.resize(nodes, Eigen::Vector3f::Zero());
   state.needle_positions.resize(9, Eigen::Vector3f::Zero());
   state.needle_orientations.resize(9, Eigen::Quaternionf::Identity());
+  state.targets.resize(2);
   return state;
 }
 
@@ -32,7 +33,7 @@ void fill(FrameState& state, std::uint64_t k) {
   for (auto& x : state.needle_positions) x.setConstant(value);
   state.force.setConstant(value);
   state.insertion_depth = value;
-  state.target_distance = -value;
+  state.targets[0].distance = -value;
   state.probe_force = value;
   state.probe_area = value;
 }
@@ -48,7 +49,7 @@ bool whole(const FrameState& state, double expected) {
   for (const auto& x : state.needle_positions) {
     if (!same(x.x()) || !same(x.z())) return false;
   }
-  return same(state.force.y()) && same(state.insertion_depth) && same(-state.target_distance) &&
+  return same(state.force.y()) && same(state.insertion_depth) && same(-state.targets[0].distance) &&
          same(state.probe_force) && same(state.probe_area) && state.haptic_step == 7 * state.simulation_step;
 }
 

@@ -85,7 +85,7 @@ TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
   EXPECT_TRUE(recording.complete()) << recording.condition();
   std::vector<std::string> stages;
   for (const recording::EventRecord& event : recording.events)
-    if (event.name == "stage") stages.push_back(event.detail);
+    if (event.name == "stage") stages.emplace_back(event.text("stage"));
   ASSERT_GE(stages.size(), 2U);
   EXPECT_EQ(stages.front(), "procedure");
   EXPECT_EQ(stages.back(), "debrief");

@@ -129,7 +129,7 @@ TEST(TrackedTransforms, PutAPixelWhereItIsInThePatientsRas) {
   state.probe_orientation = axes;
   state.needle_positions = {{0, 0, 0}, {0.01F, 0.02F, 0.03F}};
   state.needle_orientations.assign(2, Eigen::Quaternionf::Identity());
-  state.target = {0.04F, 0.05F, 0.06F};
+  state.targets = {{.centre = {0.04F, 0.05F, 0.06F}}};
   const ultrasound::SectorGeometry image{
       .width = 11, .height = 20, .metres_per_pixel = 0.001, .origin = {-0.0055, -0.002}};
   const auto transforms = tracked_transforms(state, image);

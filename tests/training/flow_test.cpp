@@ -1,9 +1,14 @@
 #include "engine/training/flow.h"
+#include "engine/procedures/ablation/heating.h"
+#include "engine/procedures/biopsy/biopsy.h"
+#include "engine/procedures/kinds.h"
+#include "tests/training/event_words.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,47 +19,62 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
+constexpr Action kFire = procedures::biopsy::kFire;
+constexpr Action kHeat = procedures::ablation::kStart;
+constexpr Action kStopHeating = procedures::ablation::kStop;
+
 content::Exercise biopsy(int samples = 1, bool automatic = false) {
-  content::Exercise exercise;
-  exercise.sampling = {.kind = content::SamplingKind::biopsy, .automatic = automatic, .samples = samples};
-  return exercise;
+  auto plan = std::make_shared<procedures::biopsy::Plan>();
+  plan->samples = samples;
+  plan->automatic = automatic;
+  return {.plan = plan};
 }
 
 content::Exercise ablation() {
-  content::Exercise exercise;
-  exercise.sampling = {.kind = content::SamplingKind::ablation};
-  exercise.sampling.ablation.duration_s = 600;
-  exercise.sampling.ablation.time_factor = 60;
-  return exercise;
+  auto plan = std::make_shared<procedures::ablation::Plan>();
+  plan->duration_s = 600;
+  plan->time_factor = 60;
+  return {.plan = plan};
 }
 
-FlowInput outside(double t) {
+content::Scene scene_of(const content::Exercise& exercise) {
+  content::Scene scene;
+  scene.exercise = exercise;
+  return scene;
+}
+
+/// A flow with the procedure of its exercise.
+struct Course {
+  explicit Course(const content::Exercise& exercise, std::size_t targets = 1, bool automatic = false)
+      : scene(scene_of(exercise)),
+        procedure(procedures::kind_of(exercise)->begin(scene)),
+        flow(scene.exercise, targets, automatic, procedure.get()) {}
+  Course(const Course&) = delete;
+  const FlowState& state() const { return flow.state(); }
+
+  content::Scene scene;
+  std::unique_ptr<procedures::Procedure> procedure;
+  Flow flow;
+};
+
+Situation outside(double t) {
   return {.time_s = t, .speed = 0.05, .target_distances = {0.05}};
 }
-FlowInput in_target(double t) {
+Situation in_target(double t) {
   return {.time_s = t, .in_tissue = true, .depth = 0.08, .speed = 0.05, .target_distances = {-0.004}};
 }
 
-std::vector<std::string> names(const std::vector<FlowEvent>& events) {
+std::vector<std::string> step(Course& course, const Situation& now, std::vector<Action> actions = {}) {
   std::vector<std::string> out;
-  for (const FlowEvent& event : events) {
-    out.push_back(std::string(event.name) + (event.detail.empty() ? "" : " " + event.detail));
-  }
+  for (const recording::EventRecord& event : course.flow.step(now, actions)) out.push_back(tests::event_words(event));
   return out;
 }
 
-std::vector<std::string> step(Flow& flow, const FlowInput& input, std::vector<Action> actions = {}) {
-  return names(flow.step(input, actions));
-}
-
-/// A flow brought to a stage.
-Flow flow_in(const content::Exercise& exercise, Stage stage) {
-  Flow flow(exercise, 1, false);
-  if (stage != Stage::briefing) flow.step(in_target(1), std::array{Action::start});
-  const bool heats = exercise.sampling.kind == content::SamplingKind::ablation;
-  if (stage == Stage::sampling) flow.step(in_target(2), std::array{heats ? Action::ablation_start : Action::fire});
-  if (stage == Stage::debrief) flow.step(in_target(2), std::array{Action::finish});
-  return flow;
+/// Brings a course to a stage.
+void enter(Course& course, Stage stage) {
+  if (stage != Stage::briefing) step(course, in_target(1), {Action::start});
+  if (stage == Stage::sampling) step(course, in_target(2), {course.procedure->trigger()});
+  if (stage == Stage::debrief) step(course, in_target(2), {Action::finish});
 }
 
 // The whole table: what each action does in each stage, tip in the target.
@@ -63,26 +83,27 @@ TEST(Flow, EveryActionInEveryStageOfABiopsyDoesWhatTheTableSays) {
     Action action;
     std::array<const char*, 4> to;  // by stage: the stage afterwards; "-": refused
   };
-  const std::array<Row, kActionCount> table{{{Action::start, {"procedure", "-", "-", "-"}},
-                                             {Action::fire, {"-", "sampling", "-", "-"}},
-                                             {Action::ablation_start, {"-", "-", "-", "-"}},
-                                             {Action::ablation_stop, {"-", "-", "-", "-"}},
-                                             {Action::pause, {"briefing", "procedure", "sampling", "-"}},
-                                             {Action::resume, {"-", "-", "-", "-"}},
-                                             {Action::reset, {"briefing", "procedure", "sampling", "debrief"}},
-                                             {Action::finish, {"-", "debrief", "debrief", "-"}}}};
+  const std::array<Row, 8> table{{{Action::start, {"procedure", "-", "-", "-"}},
+                                  {kFire, {"-", "sampling", "-", "-"}},
+                                  {kHeat, {"-", "-", "-", "-"}},
+                                  {kStopHeating, {"-", "-", "-", "-"}},
+                                  {Action::pause, {"briefing", "procedure", "sampling", "-"}},
+                                  {Action::resume, {"-", "-", "-", "-"}},
+                                  {Action::reset, {"briefing", "procedure", "sampling", "debrief"}},
+                                  {Action::finish, {"-", "debrief", "debrief", "-"}}}};
   const content::Exercise exercise = biopsy();
   for (const Row& row : table) {
     for (int s = 0; s < 4; ++s) {
       const auto stage = static_cast<Stage>(s);
       const std::string expected = row.to[static_cast<std::size_t>(s)];
-      Flow flow = flow_in(exercise, stage);
+      Course flow(exercise);
+      enter(flow, stage);
       const std::vector<std::string> events = step(flow, in_target(2.1), {row.action});
-      const std::string place = std::string(action_name(row.action)) + " in " + stage_name(stage);
+      const std::string place = std::string(row.action.name) + " in " + stage_name(stage);
       ASSERT_FALSE(events.empty()) << place;
       EXPECT_EQ(events[0].starts_with("refused"), expected == "-") << place << ": " << events[0];
       EXPECT_EQ(stage_name(flow.state().stage), expected == "-" ? stage_name(stage) : expected) << place;
-      EXPECT_EQ(flow.reset_asked_for(), row.action == Action::reset) << place;
+      EXPECT_EQ(flow.flow.reset_asked_for(), row.action == Action::reset) << place;
       EXPECT_EQ(flow.state().refusal.empty(), expected != "-") << place;
     }
   }
@@ -90,43 +111,45 @@ TEST(Flow, EveryActionInEveryStageOfABiopsyDoesWhatTheTableSays) {
 
 TEST(Flow, SaysWhatCanBeDoneNow) {
   const content::Exercise exercise = biopsy();
-  Flow flow(exercise, 1, false);
+  Course flow(exercise, 1, false);
   EXPECT_THAT(flow.state().possible, ElementsAre(Action::start, Action::pause, Action::reset));
   step(flow, outside(0), {Action::start});
   EXPECT_THAT(flow.state().possible, ElementsAre(Action::pause, Action::reset, Action::finish));
   step(flow, in_target(1));
-  EXPECT_THAT(flow.state().possible, ElementsAre(Action::fire, Action::pause, Action::reset, Action::finish));
+  EXPECT_THAT(flow.state().possible, ElementsAre(Action::pause, Action::reset, Action::finish, kFire));
   step(flow, in_target(2), {Action::pause});
   EXPECT_THAT(flow.state().possible, ElementsAre(Action::resume, Action::reset, Action::finish));
 }
 
 TEST(Flow, TellsWhyItDoesNotFireOutsideTissue) {
   const content::Exercise exercise = biopsy();
-  Flow flow = flow_in(exercise, Stage::procedure);
-  EXPECT_THAT(step(flow, outside(2), {Action::fire}),
+  Course flow(exercise);
+  enter(flow, Stage::procedure);
+  EXPECT_THAT(step(flow, outside(2), {kFire}),
               ElementsAre("refused fire: the tip is not in tissue, a core of air is none; advance the needle"));
   EXPECT_THAT(flow.state().refusal, HasSubstr("not in tissue"));
-  EXPECT_EQ(flow.state().samples, 0);
+  EXPECT_EQ(flow.procedure->samples(), 0);
   step(flow, outside(2 + Flow::kRefusalShown + 0.1));
   EXPECT_THAT(flow.state().refusal, IsEmpty()) << "shown for a while only";
 }
 
 TEST(Flow, GunIsCockedBetweenTwoCores) {
   const content::Exercise exercise = biopsy(2);
-  Flow flow = flow_in(exercise, Stage::procedure);
-  EXPECT_THAT(step(flow, in_target(2), {Action::fire}), ElementsAre("biopsy_fired 1", "stage sampling"));
-  EXPECT_THAT(step(flow, in_target(2.5), {Action::fire}), ElementsAre("refused fire: the gun is being cocked"));
+  Course flow(exercise);
+  enter(flow, Stage::procedure);
+  EXPECT_THAT(step(flow, in_target(2), {kFire}), ElementsAre("biopsy_fired 1", "stage sampling"));
+  EXPECT_THAT(step(flow, in_target(2.5), {kFire}), ElementsAre("refused fire: the gun is being cocked"));
   EXPECT_THAT(step(flow, in_target(3.1)), ElementsAre("stage procedure"));
-  EXPECT_THAT(step(flow, in_target(3.2), {Action::fire}), ElementsAre("biopsy_fired 2", "stage sampling"));
-  EXPECT_THAT(step(flow, in_target(9), {Action::fire}), ElementsAre("refused fire: all cores are taken; finish"));
+  EXPECT_THAT(step(flow, in_target(3.2), {kFire}), ElementsAre("biopsy_fired 2", "stage sampling"));
+  EXPECT_THAT(step(flow, in_target(9), {kFire}), ElementsAre("refused fire: all cores are taken; finish"));
   EXPECT_THAT(step(flow, in_target(9.1), {Action::finish}), ElementsAre("stage debrief"));
 }
 
 TEST(Flow, ButtonStartsThenFiresOnceAPress) {
   const content::Exercise exercise = biopsy(2);
-  Flow flow(exercise, 1, false);
+  Course flow(exercise, 1, false);
   const auto pressed = [](double t, std::uint32_t presses) {
-    FlowInput input = in_target(t);
+    Situation input = in_target(t);
     input.presses = presses;
     return input;
   };
@@ -137,9 +160,9 @@ TEST(Flow, ButtonStartsThenFiresOnceAPress) {
 
 TEST(Flow, AutomaticSessionStartsAndFiresWhereTheTipRestsInEachTargetOnce) {
   const content::Exercise exercise = biopsy(2, true);
-  Flow flow(exercise, 2, true);
+  Course flow(exercise, 2, true);
   const auto at = [](double t, double speed, double first, double second) {
-    return FlowInput{
+    return Situation{
         .time_s = t, .in_tissue = true, .depth = 0.05, .speed = speed, .target_distances = {first, second}};
   };
   EXPECT_THAT(step(flow, at(0, 0.04, 0.02, 0.03)), ElementsAre("stage procedure"));
@@ -149,39 +172,42 @@ TEST(Flow, AutomaticSessionStartsAndFiresWhereTheTipRestsInEachTargetOnce) {
   EXPECT_THAT(step(flow, at(2.4, 0.001, -0.003, 0.03)), ElementsAre("stage procedure")) << "this target has its core";
   EXPECT_THAT(step(flow, at(3.0, 0.001, 0.03, 0.001)), IsEmpty()) << "just outside the other";
   EXPECT_THAT(step(flow, at(3.4, 0.001, 0.03, -0.001)), ElementsAre("biopsy_fired 2", "stage sampling"));
-  EXPECT_EQ(flow.treated(), (std::vector<bool>{true, true}));
+  EXPECT_EQ(flow.flow.treated(), (std::vector<bool>{true, true}));
 }
 
 TEST(Flow, AblationHeatsByItsOwnClockAndStopsWhenItsTimeIsOver) {
   const content::Exercise exercise = ablation();
-  Flow flow = flow_in(exercise, Stage::procedure);
-  FlowInput shallow = in_target(2);
+  Course flow(exercise);
+  enter(flow, Stage::procedure);
+  Situation shallow = in_target(2);
   shallow.depth = 0.02;
-  EXPECT_THAT(step(flow, shallow, {Action::ablation_start}), ElementsAre(HasSubstr("30 mm of bare tip 20 are in")));
-  EXPECT_THAT(step(flow, in_target(3), {Action::ablation_start}), ElementsAre("ablation_started", "stage sampling"));
+  EXPECT_THAT(step(flow, shallow, {kHeat}), ElementsAre(HasSubstr("30 mm of bare tip 20 are in")));
+  EXPECT_THAT(step(flow, in_target(3), {kHeat}), ElementsAre("ablation_started", "stage sampling"));
   EXPECT_THAT(step(flow, in_target(8)), IsEmpty());
-  EXPECT_DOUBLE_EQ(flow.state().heated_s, 300);
-  EXPECT_THAT(step(flow, in_target(9), {Action::ablation_stop}), ElementsAre("ablation_stopped 360 s"));
-  EXPECT_THAT(step(flow, in_target(10), {Action::ablation_start}), ElementsAre("ablation_started"));
+  EXPECT_DOUBLE_EQ(dynamic_cast<const procedures::ablation::Heating&>(*flow.procedure).heated_s(), 300);
+  EXPECT_THAT(step(flow, in_target(9), {kStopHeating}), ElementsAre("ablation_stopped 360 s"));
+  EXPECT_THAT(step(flow, in_target(10), {kHeat}), ElementsAre("ablation_started"));
   EXPECT_THAT(step(flow, in_target(14.5)), ElementsAre("ablation_stopped 630 s")) << "600 s are over";
-  EXPECT_THAT(step(flow, in_target(15), {Action::ablation_start}), ElementsAre(HasSubstr("is over; finish")));
+  EXPECT_THAT(step(flow, in_target(15), {kHeat}), ElementsAre(HasSubstr("is over; finish")));
 }
 
 TEST(Flow, FinishStopsTheHeating) {
   const content::Exercise exercise = ablation();
-  Flow flow = flow_in(exercise, Stage::sampling);
+  Course flow(exercise);
+  enter(flow, Stage::sampling);
   EXPECT_THAT(step(flow, in_target(3), {Action::finish}), ElementsAre("ablation_stopped 60 s", "stage debrief"));
 }
 
 TEST(Flow, PausedNothingIsFired) {
   const content::Exercise exercise = biopsy(1, true);
-  Flow flow = flow_in(exercise, Stage::procedure);
+  Course flow(exercise);
+  enter(flow, Stage::procedure);
   EXPECT_THAT(step(flow, in_target(2), {Action::pause}), ElementsAre("paused"));
-  FlowInput rest = in_target(2);
+  Situation rest = in_target(2);
   rest.speed = 0;
   rest.presses = 1;
   EXPECT_THAT(step(flow, rest), IsEmpty());
-  EXPECT_THAT(step(flow, rest, {Action::fire}), ElementsAre("refused fire: the session is paused; resume first"));
+  EXPECT_THAT(step(flow, rest, {kFire}), ElementsAre("refused fire: the session is paused; resume first"));
   EXPECT_THAT(step(flow, rest, {Action::resume}), ElementsAre("resumed")) << "the press was in the pause";
 }
 
@@ -194,16 +220,16 @@ TEST(Flow, HintIsTheFirstWhoseConditionsAllHold) {
                     {.text = "hard", .force = {3, 100}},
                     {.text = "deep", .depth = {0.1, 1}},
                     {.text = "done", .samples = {1, 9}}};
-  Flow flow(exercise, 1, false);
-  const auto hint = [&](FlowInput input) {
-    flow.step(input, {});
+  Course flow(exercise, 1, false);
+  const auto hint = [&](Situation input) {
+    flow.flow.step(input, {});
     return flow.state().hint;
   };
   EXPECT_EQ(hint(outside(0)), "");
-  flow.step(outside(0), std::array{Action::start});
+  step(flow, outside(0), {Action::start});
   EXPECT_EQ(hint(outside(1)), "");
   EXPECT_EQ(hint(outside(11)), "slow");
-  FlowInput input = in_target(12);
+  Situation input = in_target(12);
   EXPECT_EQ(hint(input), "near");
   input.off_plane = 0.004;
   EXPECT_EQ(hint(input), "off plane");
@@ -217,7 +243,7 @@ TEST(Flow, HintIsTheFirstWhoseConditionsAllHold) {
   input.force = 0;
   input.depth = 0.12;
   EXPECT_EQ(hint(input), "deep");
-  flow.step(in_target(6), std::array{Action::fire});
+  step(flow, in_target(6), {kFire});
   EXPECT_EQ(hint(outside(6.1)), "done");
 }
 

@@ -1,5 +1,7 @@
 // The shipped exercises, with the hands that are shipped for them.
 #include "engine/gltf/gltf.h"
+#include "engine/procedures/ablation/plan.h"
+#include "engine/procedures/biopsy/biopsy.h"
 #include "engine/readers/motion.h"
 #include "engine/readers/patient_procedure.h"
 #include "engine/readers/scenario.h"
@@ -56,9 +58,10 @@ TEST(Tutorial, HandTakesACoreOfTheFirstTarget) {
     const std::string& hint = training.poll(live).hint;
     if (!hints.ends_with(hint + "|")) hints += hint + "|";
   });
-  ASSERT_EQ(training.result().cores.size(), 1U);
-  std::printf("core of %.0f %% target; hints %s\n", 100 * training.result().tumour_shares[0], hints.c_str());
-  EXPECT_GT(training.result().tumour_shares[0], 0.9) << "5 mm from near the middle of a ball of 7 mm";
+  const auto& cores = dynamic_cast<const procedures::biopsy::Biopsy&>(*training.procedure()).cores();
+  ASSERT_EQ(cores.size(), 1U);
+  std::printf("core of %.0f %% target; hints %s\n", 100 * cores[0].target_share, hints.c_str());
+  EXPECT_GT(cores[0].target_share, 0.9) << "5 mm from near the middle of a ball of 7 mm";
   EXPECT_NE(hints.find("In the target"), std::string::npos);
 }
 
@@ -92,7 +95,7 @@ TEST(RfaScenario, TumourLiesBesideTheVeinAndTheElectrodeInTheTumour) {
   ASSERT_TRUE(file.problems().empty()) << file.problems().front();
   files::JsonFile procedure_file(kContent / "organs/ablation_tumour.json");
   const readers::Procedure procedure = readers::read_procedure(procedure_file);
-  const content::AblationPlan& plan = scenario.exercise.sampling.ablation;
+  const auto& plan = procedures::ablation::plan_of(scenario.exercise);
   const content::Motion shipped = readers::read_motion(scenario.motion);
   expect_same(motion::ablation_motion({.entry = procedure.entry,
                                        .target = procedure.target,

@@ -1,7 +1,10 @@
 // Points: linear between the thresholds, weighted, with a pass mark and critical failures.
 #include "engine/training/score.h"
-#include "engine/training/results.h"
+#include "engine/procedures/ablation/outcome.h"
+#include "engine/procedures/biopsy/core.h"
 #include "engine/training/training_report.h"
+
+#include "tests/training/event_words.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -85,8 +88,8 @@ TEST(Score, CountsWhatATraceDoesNotTell) {
   Scored s;
   s.scene.scoring = {{.metric = "tumour_content", .full = 80, .zero = 20}};
   EXPECT_DOUBLE_EQ(assess({}, s.scene).score->total, 0);
-  const Trace cores{.events = {{.name = "core", .detail = "target 70.00 %: tumour 70.00 %, liver 30.00 %"},
-                               {.name = "core", .detail = "target 30.00 %: liver 70.00 %, tumour 30.00 %"}}};
+  const Trace cores{.events = {tests::version_1_event(0, 0, "core", "target 70.00 %: tumour 70.00 %, liver 30.00 %"),
+                               {.name = "core", .fields = {{"target_share", 0.3, "1"}}}}};
   EXPECT_DOUBLE_EQ(assess(cores, s.scene).score->total, 50);
 }
 
@@ -94,16 +97,22 @@ TEST(Score, CountsTheLastTellingOfAnAblation) {
   Scored s;
   s.scene.scoring = {{.metric = "ablation_coverage", .full = 100, .zero = 0}};
   const Trace twice{
-      .events = {{.name = "ablated", .detail = "10 s, 0.31 ml; target 20.00 %, margin 10.00 %, least"},
-                 {.name = "ablated", .detail = "20 s, 0.61 ml; target 50.00 %, margin 25.00 %, least"}}};
+      .events = {tests::version_1_event(0, 0, "ablated", "10 s, 0.31 ml; target 20.00 %, margin 10.00 %, least"),
+                 tests::version_1_event(0, 0, "ablated", "20 s, 0.61 ml; target 50.00 %, margin 25.00 %, least")}};
   EXPECT_DOUBLE_EQ(assess(twice, s.scene).score->total, 25);
 }
 
 TEST(Score, WhatIsNoNumberInARecordingIsNoShare) {
-  for (const char* detail : {"target nan %", "target inf %", "target 1e999 %", "target ", "target", ""})
-    EXPECT_FALSE(percent_in(detail, "target")) << detail;
-  EXPECT_FALSE(heated_in("inf s"));
-  EXPECT_DOUBLE_EQ(percent_in("target 62.50 %: tumour 62.50 %", "target").value(), 62.5);
+  using procedures::biopsy::target_percent;
+  for (const char* text : {"target nan %", "target inf %", "target 1e999 %", "target ", "target"}) {
+    EXPECT_EQ(target_percent(tests::version_1_event(0, 0, "core", text)).value(), 0) << text;
+  }
+  EXPECT_FALSE(procedures::ablation::heated_s(tests::version_1_event(0, 0, "ablated", "inf s")));
+  EXPECT_DOUBLE_EQ(target_percent(tests::version_1_event(0, 0, "core", "target 62.50 %: tumour 62.50 %")).value(),
+                   62.5);
+  const double nan = std::nan("");
+  EXPECT_EQ(target_percent({.name = "core", .fields = {{"target_share", nan, "1"}}}).value(), 0);
+  EXPECT_FALSE(procedures::ablation::heated_s({.name = "ablated", .fields = {{"heated", nan, "s"}}}));
 }
 
 TEST(Score, GoesIntoTheSessionsResults) {
@@ -112,7 +121,7 @@ TEST(Score, GoesIntoTheSessionsResults) {
   TrainingReport report{.trace = {}, .metrics = s.metrics, .score = s.score()};
   const auto json = with_training({{"format", "stylet-session"}}, report);
   EXPECT_EQ(json["format"], "stylet-session");
-  EXPECT_EQ(json["metrics"].size(), content::kMetricNames.size());
+  EXPECT_EQ(json["metrics"].size(), s.metrics.size());
   EXPECT_EQ(json["metrics"][0]["key"], "targeting");
   EXPECT_EQ(json["metrics"][0]["value"], 2.0);
   EXPECT_EQ(json["metrics"][0]["unit"], "mm");

@@ -2,13 +2,17 @@
 #include "engine/training/training_session.h"
 #include "engine/content/metric_names.h"
 #include "engine/mesh/surface_mesh.h"
+#include "engine/procedures/ablation/heating.h"
+#include "engine/procedures/ablation/zone_replay.h"
+#include "engine/procedures/biopsy/biopsy.h"
+#include "engine/procedures/kinds.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
 #include "engine/training/metrics.h"
-#include "engine/training/zone_replay.h"
 #include "tests/session/layered_scene.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/training/event_words.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,6 +22,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <set>
 #include <string>
 #include <thread>
@@ -29,35 +34,55 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-content::Scene biopsy_scene() {
+content::Scene biopsy_scene(bool automatic = true) {
   content::Scene scene = tests::layered_scene();
-  scene.exercise.sampling = {.kind = content::SamplingKind::biopsy, .automatic = true};
+  auto plan = std::make_shared<procedures::biopsy::Plan>();
+  plan->automatic = automatic;
+  scene.exercise.plan = plan;
   return scene;
 }
 
 std::vector<std::string> flow_events(const recording::Recording& recording) {
   std::vector<std::string> names;
   for (const recording::EventRecord& event : recording.events) {
-    const std::string name = event.detail.empty() ? event.name : event.name + " " + event.detail;
-    for (const auto known : {flow_event::kStage, flow_event::kBiopsyFired, flow_event::kRefused, flow_event::kPaused,
-                             flow_event::kResumed, flow_event::kReset}) {
-      if (event.name == known) names.push_back(name);
+    for (const auto known : {flow_event::kStage, procedures::biopsy::kFiredEvent, flow_event::kRefused,
+                             flow_event::kPaused, flow_event::kResumed, flow_event::kReset}) {
+      if (event.name == known) names.push_back(tests::event_words(event));
     }
   }
   return names;
 }
 
+/// The scene of an ablation that heats `duration_s` by the tissue's clock.
+void plan_ablation(content::Scene& scene, double duration_s, double time_factor, bool automatic = false) {
+  auto plan = std::make_shared<procedures::ablation::Plan>();
+  plan->automatic = automatic;
+  plan->exposed = plan->working_length = 0.02;
+  plan->duration_s = duration_s;
+  plan->time_factor = time_factor;
+  plan->destroys = true;
+  scene.exercise.plan = plan;
+}
+
+const procedures::biopsy::Biopsy& biopsy_of(const TrainingSession& training) {
+  return dynamic_cast<const procedures::biopsy::Biopsy&>(*training.procedure());
+}
+const procedures::ablation::Heating& heating_of(const TrainingSession& training) {
+  return dynamic_cast<const procedures::ablation::Heating&>(*training.procedure());
+}
+
 /// Fires in a replay where the recording did.
 class FireAgain final : public session::StepListener {
 public:
-  FireAgain(ProcedureWatch& watch, std::uint64_t haptic_step) : watch_(watch), step_(haptic_step) {}
+  FireAgain(procedures::Procedure& biopsy, std::uint64_t haptic_step) : biopsy_(biopsy), step_(haptic_step) {}
   void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport&,
                           const physics::TissueState&, const physics::NeedleState&) override {
-    if (record.needle_step == step_) watch_.cut_core();
+    procedures::Events events;
+    if (record.needle_step == step_) biopsy_.act(procedures::biopsy::kFire, {.in_tissue = true}, events);
   }
 
 private:
-  ProcedureWatch& watch_;
+  procedures::Procedure& biopsy_;
   std::uint64_t step_;
 };
 
@@ -84,29 +109,32 @@ TEST(TrainingSession, FiresInTheTumourAndItsReplayCutsTheSameCore) {
   EXPECT_THAT(tissues, testing::IsSupersetOf({"fat", "muscle", "liver", "tumour"}));
   EXPECT_THAT(flow_events(recording),
               ElementsAre("stage procedure", "biopsy_fired 1", "stage sampling", "stage debrief"));
-  ASSERT_EQ(training.result().cores.size(), 1u);
-  const Core& core = training.result().cores[0];
-  std::printf("core at %.2f s: %.0f %% tumour\n", core.time_s, 100 * training.result().tumour_shares[0]);
+  ASSERT_EQ(biopsy_of(training).cores().size(), 1u);
+  const procedures::biopsy::Core& core = biopsy_of(training).cores()[0];
+  std::printf("core at %.2f s: %.0f %% tumour\n", core.time_s, 100 * core.target_share);
   // From near the middle of a ball of 10 mm: 10 of its 17 mm.
-  EXPECT_GT(training.result().tumour_shares[0], 0.4);
-  EXPECT_LT(training.result().tumour_shares[0], 0.85);
+  EXPECT_GT(core.target_share, 0.4);
+  EXPECT_LT(core.target_share, 0.85);
   const std::vector<Metric> metrics = measure({.events = recording.events}, scene);
-  EXPECT_NEAR(find_metric(metrics, content::kTumourContent).value.value(), 100 * training.result().tumour_shares[0],
-              0.01);
+  EXPECT_NEAR(find_metric(metrics, "tumour_content").value.value(), 100 * core.target_share, 0.01);
 
   const session::RecordedSettings settings = session::recorded_settings(recording);
   session::StepHash hash;
-  ProcedureWatch watch(scene);
-  FireAgain again(watch, core.haptic_step);
+  const auto again_biopsy = procedures::kind_of(scene.exercise)->begin(scene);
+  ProcedureWatch watch(scene, again_biopsy.get());
+  FireAgain again(*again_biopsy, core.haptic_step);
   session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash, &again, &watch}, settings.base);
   EXPECT_TRUE(session::replay(recording, loops, hash).identical());
-  EXPECT_EQ(watch.latest().core.content, core.content);
-  EXPECT_EQ(watch.latest().core.time_s, core.time_s);
+  procedures::Events events;
+  again_biopsy->catch_up(watch.latest().now, events);
+  ASSERT_EQ(dynamic_cast<const procedures::biopsy::Biopsy&>(*again_biopsy).cores().size(), 1u);
+  const procedures::biopsy::Core& cut = dynamic_cast<const procedures::biopsy::Biopsy&>(*again_biopsy).cores()[0];
+  EXPECT_EQ(cut.content, core.content);
+  EXPECT_EQ(cut.time_s, core.time_s);
 }
 
 TEST(TrainingSession, PausesTheLoopsAndTellsWhyItDoesNotFire) {
-  content::Scene scene = biopsy_scene();
-  scene.exercise.sampling.automatic = false;
+  const content::Scene scene = biopsy_scene(false);
   const support::TemporaryFolder folder;
   haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
   TrainingSession training(scene, {});
@@ -120,7 +148,7 @@ TEST(TrainingSession, PausesTheLoopsAndTellsWhyItDoesNotFire) {
   };
   act({});
   EXPECT_EQ(training.state().stage, Stage::briefing);
-  act({Action::start, Action::fire});
+  act({Action::start, procedures::biopsy::kFire});
   EXPECT_THAT(training.state().refusal, HasSubstr("not in tissue"));
   act({Action::pause});
   EXPECT_TRUE(live.paused());
@@ -138,10 +166,7 @@ TEST(TrainingSession, PausesTheLoopsAndTellsWhyItDoesNotFire) {
 
 TEST(TrainingSession, ButtonOfTheMotionHeatsAndTheZoneIsOnRecord) {
   content::Scene scene = tests::layered_scene();
-  scene.exercise.sampling = {.kind = content::SamplingKind::ablation};
-  scene.exercise.sampling.ablation.exposed = 0.02;
-  scene.exercise.sampling.ablation.duration_s = 60;
-  scene.exercise.sampling.ablation.time_factor = 120;
+  plan_ablation(scene, 60, 120);
   content::MotionSample rest = scene.motion.stylus.back();
   for (const double t : {2.2, 2.3, 3.2}) {
     rest.time_s = t;
@@ -158,30 +183,41 @@ TEST(TrainingSession, ButtonOfTheMotionHeatsAndTheZoneIsOnRecord) {
                              .build = "test",
                              .listeners = {&training.watch()}});
   live.run_in_lockstep([&](double share) { share < 1 ? (void)training.poll(live) : training.end(live); });
-  const SamplingResult& result = training.result();
-  ASSERT_TRUE(result.heated);
+  ASSERT_TRUE(heating_of(training).outcome());
+  const procedures::ablation::Outcome result = *heating_of(training).outcome();
   EXPECT_NEAR(result.heated_s, 60, 3);
   EXPECT_GT(result.volume, 0.2e-6);
   EXPECT_GT(result.coverage.tumour, 0.02);
   std::string told;
   const recording::Recording recording = recording::read_recording(folder / "ablation");
   for (const recording::EventRecord& event : recording.events) {
-    if (event.name == training_event::kAblated) told = event.detail;
+    if (event.name == procedures::ablation::kAblatedEvent) told = procedures::ablation::in_words(event);
   }
   std::printf("%s\n", told.c_str());
   EXPECT_THAT(told, HasSubstr(" ml; target "));
   const std::vector<Metric> metrics = measure({.events = recording.events}, scene);
-  EXPECT_NEAR(find_metric(metrics, content::kAblationCoverage).value.value(), 100 * result.coverage.with_margin,
-              0.01);
+  EXPECT_NEAR(find_metric(metrics, "ablation_coverage").value.value(), 100 * result.coverage.with_margin, 0.01);
 }
+
+/// A zone that listens to a replay.
+struct ReplayedZone final : session::StepListener {
+  ReplayedZone(const content::Scene& scene, std::span<const recording::EventRecord> events)
+      : zone(scene, events), reader(scene), now(reader.situation()) {}
+  void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport& report,
+                          const physics::TissueState& tissue, const physics::NeedleState& needle) override {
+    if (needle.node_count < 2) return;
+    const procedures::Step step = reader.read(record, report, tissue, needle, now);
+    zone.observe(step, now);
+  }
+  procedures::ablation::ZoneReplay zone;
+  StepReader reader;
+  procedures::Situation now;
+};
 
 // Film and stills show what the session did: from the events and the needle of its recording alone.
 TEST(TrainingSession, ZoneOfTheReplayIsTheSessions) {
   content::Scene scene = tests::layered_scene();
-  scene.exercise.sampling = {.kind = content::SamplingKind::ablation, .automatic = true};
-  scene.exercise.sampling.ablation.exposed = 0.02;
-  scene.exercise.sampling.ablation.duration_s = support::kSanitized ? 20 : 60;
-  scene.exercise.sampling.ablation.time_factor = 150;
+  plan_ablation(scene, support::kSanitized ? 20 : 60, 150, true);
   content::MotionSample rest = scene.motion.stylus.back();
   rest.time_s = 3.2;
   scene.motion.stylus.push_back(rest);
@@ -195,11 +231,14 @@ TEST(TrainingSession, ZoneOfTheReplayIsTheSessions) {
                              .build = "test",
                              .listeners = {&training.watch()}});
   content::HeatedZone at_stop;
+  state::FrameState frame;
   live.run_in_lockstep([&](double share) {
     share < 1 ? (void)training.poll(live) : training.end(live);
-    if (training.result().heated && at_stop.version == 0) at_stop = *training.zone();
+    training.show(frame);
+    if (heating_of(training).outcome() && at_stop.version == 0) at_stop = *frame.zone;
   });
-  ASSERT_TRUE(training.result().heated);
+  ASSERT_TRUE(heating_of(training).outcome());
+  const double told_volume = heating_of(training).outcome()->volume;
   ASSERT_GT(at_stop.surface.indices.size(), 0U);
   // What is drawn has the volume that the session tells, but for half a cell all over its surface.
   mesh::TriangleMesh drawn;
@@ -212,48 +251,47 @@ TEST(TrainingSession, ZoneOfTheReplayIsTheSessions) {
         0.5 * (drawn.vertices[t[1]] - drawn.vertices[t[0]]).cross(drawn.vertices[t[2]] - drawn.vertices[t[0]]).norm();
   }
   const double volume = mesh::inspect(drawn).volume;
-  std::printf("%.2f ml drawn, %.2f ml told\n", 1e6 * volume, 1e6 * training.result().volume);
-  EXPECT_NEAR(volume, training.result().volume, 0.5 * Ablation::kCell * area);
+  std::printf("%.2f ml drawn, %.2f ml told\n", 1e6 * volume, 1e6 * told_volume);
+  EXPECT_NEAR(volume, told_volume, 0.5 * procedures::ablation::Ablation::kCell * area);
 
   const recording::Recording recording = recording::read_recording(folder / "zone");
   const session::RecordedSettings settings = session::recorded_settings(recording);
   session::StepHash hash;
-  ZoneReplay replayed(scene, recording.events);
-  EXPECT_EQ(replayed.zone_at(3), nullptr) << "not so far yet";
+  ReplayedZone replayed(scene, recording.events);
+  EXPECT_EQ(replayed.zone.zone_at(3), nullptr) << "not so far yet";
   session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash, &replayed}, settings.base);
   ASSERT_TRUE(session::replay(recording, loops, hash).identical());
   double start_s = 0, stop_s = 0;
   for (const recording::EventRecord& event : recording.events) {
-    if (event.name == flow_event::kAblationStarted) start_s = event.time_s;
-    if (event.name == flow_event::kAblationStopped) stop_s = event.time_s;
+    if (event.name == procedures::ablation::kStartedEvent) start_s = event.time_s;
+    if (event.name == procedures::ablation::kStoppedEvent) stop_s = event.time_s;
   }
-  EXPECT_EQ(replayed.zone_at(start_s - 0.01), nullptr);
+  EXPECT_EQ(replayed.zone.zone_at(start_s - 0.01), nullptr);
   const auto expect_as_at_stop = [&] {
-    const content::HeatedZone* zone = replayed.zone_at(stop_s);
+    const auto zone = replayed.zone.zone_at(stop_s);
     ASSERT_NE(zone, nullptr);
     EXPECT_EQ(zone->surface.positions, at_stop.surface.positions);
     EXPECT_EQ(zone->surface.body, at_stop.surface.body);
     EXPECT_EQ(zone->gas, at_stop.gas);
     EXPECT_EQ(zone->dose, at_stop.dose);
-    EXPECT_EQ(replayed.ablation()->volume(), training.result().volume);
+    EXPECT_EQ(replayed.zone.ablation()->volume(), told_volume);
   };
   expect_as_at_stop();
   const float most_gas = *std::ranges::max_element(at_stop.gas);
   EXPECT_GT(most_gas, 0.9F);
-  const content::HeatedZone* later = replayed.zone_at(stop_s + 0.5);
-  EXPECT_NEAR(*std::ranges::max_element(later->gas), most_gas * std::exp(-75 / Ablation::kGasLasts), 0.01);
+  const auto later = replayed.zone.zone_at(stop_s + 0.5);
+  EXPECT_NEAR(*std::ranges::max_element(later->gas),
+              most_gas * std::exp(-75 / procedures::ablation::Ablation::kGasLasts), 0.01);
   EXPECT_EQ(later->dose, at_stop.dose) << "what is dead stays so";
-  const content::HeatedZone* half = replayed.zone_at((start_s + stop_s) / 2);
-  EXPECT_LT(replayed.ablation()->volume(), training.result().volume);
+  const auto half = replayed.zone.zone_at((start_s + stop_s) / 2);
+  EXPECT_LT(replayed.zone.ablation()->volume(), told_volume);
   EXPECT_LT(half->surface.positions.size(), at_stop.surface.positions.size());
   expect_as_at_stop();  // once more, after going back
 }
 
 TEST(TrainingSession, ZoneOfAHostileRecordingEnds) {
   content::Scene scene = tests::layered_scene();
-  scene.exercise.sampling = {.kind = content::SamplingKind::ablation};
-  scene.exercise.sampling.ablation.duration_s = 5;
-  scene.exercise.sampling.ablation.time_factor = 0.1;
+  plan_ablation(scene, 5, 0.1);
   const support::TemporaryFolder folder;
   haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
   session::LiveSession live(scene, device, {.duration_s = 0.1, .lockstep = true, .recording = folder / "short"});
@@ -261,26 +299,26 @@ TEST(TrainingSession, ZoneOfAHostileRecordingEnds) {
   const recording::Recording recording = recording::read_recording(folder / "short");
   const recording::SimulationStepRecord& seen = recording.simulation.back();
   const std::vector<recording::EventRecord> events{
-      {.time_s = seen.time_s, .step = seen.needle_step, .name = "ablation_started", .detail = ""},
-      {.time_s = seen.time_s, .step = seen.needle_step, .name = "ablation_stopped", .detail = "1e300 s"},
-      {.time_s = seen.time_s, .step = seen.needle_step, .name = "ablated", .detail = "1e300 s, nan ml"}};
+      tests::version_1_event(seen.time_s, seen.needle_step, "ablation_started", ""),
+      tests::version_1_event(seen.time_s, seen.needle_step, "ablation_stopped", "1e300 s"),
+      tests::version_1_event(seen.time_s, seen.needle_step, "ablated", "1e300 s, nan ml")};
   const session::RecordedSettings settings = session::recorded_settings(recording);
   session::StepHash hash;
-  ZoneReplay zone(scene, events);
-  session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash, &zone}, settings.base);
+  ReplayedZone replayed(scene, events);
+  session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash, &replayed}, settings.base);
   ASSERT_TRUE(session::replay(recording, loops, hash).identical());
-  ASSERT_NE(zone.zone_at(1e6), nullptr);
-  EXPECT_NEAR(zone.ablation()->heated_s(), 11, 1);
+  ASSERT_NE(replayed.zone.zone_at(1e6), nullptr);
+  EXPECT_NEAR(replayed.zone.ablation()->heated_s(), 11, 1);
 }
 
 class AblationInLayers : public ::testing::Test {
 protected:
   AblationInLayers() {
     scene_ = tests::layered_scene();
-    scene_.exercise.sampling = {.kind = content::SamplingKind::ablation};
+    plan_ablation(scene_, 720, 60);
     centre_ = scene_.targets[0].centre;
   }
-  Electrode electrode() const {
+  procedures::ablation::Electrode electrode() const {
     return {.tip = centre_ - Eigen::Vector3d(0, 0, 0.015), .base = centre_ + Eigen::Vector3d(0, 0, 0.015)};
   }
   static constexpr double kHeated = support::kSanitized ? 120 : 720;
@@ -290,9 +328,9 @@ protected:
 };
 
 TEST_F(AblationInLayers, ZoneDoesNotDependOnHowOftenItIsAsked) {
-  Ablation one(scene_, electrode(), 0);
+  procedures::ablation::Ablation one(scene_, electrode(), 0);
   one.heat_to(90);
-  Ablation two(scene_, electrode(), 0);
+  procedures::ablation::Ablation two(scene_, electrode(), 0);
   for (double t = 0; t <= 90; t += 0.37) two.heat_to(t);
   two.heat_to(90.4);
   EXPECT_EQ(one.field().temperature(), two.field().temperature());
@@ -301,13 +339,13 @@ TEST_F(AblationInLayers, ZoneDoesNotDependOnHowOftenItIsAsked) {
 }
 
 TEST_F(AblationInLayers, CoverageGrowsAndIsLessBesideAVessel) {
-  Ablation free(scene_, electrode(), 0);
+  procedures::ablation::Ablation free(scene_, electrode(), 0);
   EXPECT_EQ(free.coverage().tumour, 0);
   EXPECT_TRUE(free.zone().triangles.empty());
   free.heat_to(kHeated / 4);
-  const AblationCoverage early = free.coverage();
+  const procedures::ablation::AblationCoverage early = free.coverage();
   free.heat_to(kHeated);
-  const AblationCoverage late = free.coverage();
+  const procedures::ablation::AblationCoverage late = free.coverage();
   EXPECT_GT(early.tumour, 0);
   EXPECT_GT(late.tumour, early.tumour);
   EXPECT_GT(late.with_margin, early.with_margin);
@@ -332,7 +370,7 @@ TEST_F(AblationInLayers, CoverageGrowsAndIsLessBesideAVessel) {
       }
     }
   }
-  Ablation beside(veined, electrode(), 0);
+  procedures::ablation::Ablation beside(veined, electrode(), 0);
   beside.heat_to(kHeated);
   std::printf("tumour %.2f, with margin %.2f; beside a vein %.2f, %.2f\n", late.tumour, late.with_margin,
               beside.coverage().tumour, beside.coverage().with_margin);
@@ -341,7 +379,7 @@ TEST_F(AblationInLayers, CoverageGrowsAndIsLessBesideAVessel) {
 }
 
 TEST_F(AblationInLayers, SurfaceIsClosedOutwardAndRidesOnItsBody) {
-  Ablation ablation(scene_, electrode(), 0);
+  procedures::ablation::Ablation ablation(scene_, electrode(), 0);
   ablation.heat_to(120);
   const mesh::SurfaceReport report = mesh::inspect(ablation.zone());
   EXPECT_TRUE(report.closed());

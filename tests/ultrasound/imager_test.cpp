@@ -2,7 +2,8 @@
 #include "engine/ultrasound/imager.h"
 
 #include "engine/gpu/device.h"
-#include "engine/training/ablation.h"
+#include "engine/procedures/ablation/ablation.h"
+#include "engine/procedures/ablation/plan.h"
 #include "engine/ultrasound/presets.h"
 #include "engine/ultrasound/reference_image.h"
 #include "tests/support/image_compare.h"
@@ -135,12 +136,13 @@ TEST(Imager, AgreesWithTheReferenceWithAllControlsSet) {
 /// Liver with an electrode across the image plane, 60 mm deep.
 struct HeatedLiver {
   content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
-  training::Electrode electrode{.tip = {-0.012, 0, 0.060}, .base = {0.012, 0, 0.060}};
+  procedures::ablation::Electrode electrode{.tip = {-0.012, 0, 0.060}, .base = {0.012, 0, 0.060}};
   state::FrameState state = test::at_rest(scene);
-  content::HeatedZone zone;
 
   HeatedLiver() {
-    scene.exercise.sampling.kind = content::SamplingKind::ablation;
+    auto plan = std::make_shared<procedures::ablation::Plan>();
+    plan->destroys = true;
+    scene.exercise.plan = plan;
     scene.probe.scan_lines = 96;
     scene.probe.samples = 384;
     state.needle_positions.clear();
@@ -150,7 +152,7 @@ struct HeatedLiver {
 TEST(HeatedZone, ShinesWhileItIsHeatedAndShadowsThenFadesAndLeavesADarkZoneWithABrightRim) {
   HeatedLiver liver;
   ReferenceImager imager(liver.scene, {.width = 64, .height = 64});
-  training::Ablation ablation(liver.scene, liver.electrode, -1);
+  procedures::ablation::Ablation ablation(liver.scene, liver.electrode, -1);
   // Mean power between two depths over the width of the electrode, dB.
   const auto level = [&](double from, double to) {
     double power = 0;
@@ -169,11 +171,11 @@ TEST(HeatedZone, ShinesWhileItIsHeatedAndShadowsThenFadesAndLeavesADarkZoneWithA
     double above, rim, cloud, core, behind;
   };
   const auto look = [&] {
-    ablation.show(liver.zone, -1, true);
-    imager.set_zone(liver.zone.version > 1 ? &liver.zone : nullptr);
+    const auto zone = ablation.shown(nullptr, -1, true);
+    liver.state.zone = zone->version > 1 ? zone : nullptr;
     imager.image(liver.state);
     double top = 0.060;
-    for (const Eigen::Vector3f& x : liver.zone.surface.positions) {
+    for (const Eigen::Vector3f& x : zone->surface.positions) {
       if (std::abs(x.x()) < 0.008F) top = std::min(top, static_cast<double>(x.z()));
     }
     return Levels{level(0.030, 0.040), level(top - 0.001, top + 0.001), level(0.054, 0.060), level(0.055, 0.065),
@@ -202,19 +204,17 @@ TEST(HeatedZone, ShinesWhileItIsHeatedAndShadowsThenFadesAndLeavesADarkZoneWithA
 TEST(HeatedZone, AgreesWithTheReference) {
   gpu::Device device;
   HeatedLiver liver;
-  training::Ablation ablation(liver.scene, liver.electrode, -1);
+  procedures::ablation::Ablation ablation(liver.scene, liver.electrode, -1);
   ablation.heat_to(120);
-  ablation.show(liver.zone, -1, true);
   Imager imager(device, liver.scene, kSmall);
   ReferenceImager reference(liver.scene, kSmall);
   imager.image(liver.state);
   const std::vector<std::uint8_t> without = imager.read_back();
-  imager.set_zone(&liver.zone);
-  reference.set_zone(&liver.zone);
+  liver.state.zone = ablation.shown(nullptr, -1, true);
   imager.image(liver.state);
   expect_same(imager.read_back(), reference.image(liver.state));
   EXPECT_NE(imager.read_back(), without);
-  imager.set_zone(nullptr);
+  liver.state.zone = nullptr;
   imager.image(liver.state);
   EXPECT_EQ(imager.read_back(), without);
 }

@@ -1,4 +1,5 @@
 // Writes the motions of content/motions; content/motions/LICENCE.md has the commands.
+#include "engine/procedures/ablation/plan.h"
 #include "engine/readers/instruments.h"
 #include "engine/readers/motion.h"
 #include "engine/readers/patient_procedure.h"
@@ -62,7 +63,7 @@ stylet::content::Motion make_ablation(const char* procedure, const char* path) {
   JsonFile file{std::filesystem::path(procedure)};
   const Procedure planned = read_procedure(file);
   file.throw_problems();
-  const AblationPlan& ablation = scenario.exercise.sampling.ablation;
+  const auto& ablation = stylet::procedures::ablation::plan_of(scenario.exercise);
   return stylet::motion::ablation_motion({.entry = planned.entry,
                                           .target = planned.target,
                                           .exposed = ablation.exposed,

@@ -1,6 +1,6 @@
 #include "tools/make_motion/stroke_motion.h"
 
-#include "engine/session/breathing.h"
+#include "engine/content/breathing.h"
 
 #include <algorithm>
 #include <cmath>
@@ -102,7 +102,7 @@ content::Motion ablation_motion(const AblationMotionPlan& plan) {
     Eigen::Vector3d tip = begin + share * (end - begin);
     Eigen::Vector3d along = axis;
     if (now > there) {
-      tip += session::inspiration(plan.breathing, now) * plan.carried;
+      tip += content::inspiration(plan.breathing, now) * plan.carried;
       along = (tip - pivot).normalized();
     }
     motion.stylus.push_back(sample(now, tip, along, plan.needle_length));

@@ -72,7 +72,7 @@ void pass_headless(Attended& session, double duration_s, Progress& progress, boo
     if (session.live.lockstep()) {
       session.live.advance(1 / session.scene.rates.simulation_hz);
     } else {
-      with.link.pass_time(drawn ? &with.graphics.device() : nullptr, with.course.zone());
+      with.link.pass_time(drawn ? &with.graphics.device() : nullptr, with.course);
     }
   }
 }

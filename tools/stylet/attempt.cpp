@@ -188,7 +188,7 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   }
   std::string words = stylus.hid != nullptr ? hid_summary(*stylus.hid) + "\n" : "";
   for (const std::string& line : link_lines) words += line + "\n";
-  words += training::in_words(course.result());
+  words += course.result_in_words();
   progress.done();
   if (interrupted()) {
     fmt::print(stderr,
@@ -202,7 +202,7 @@ std::optional<int> attempt(const TrainOptions& options, const content::Scene& sc
   const recording::Recording recording = recording::read_recording(file.path());
   if (!options.record.empty()) write_hand(live, recording, stylus.hid, log, options.record);
   stylus.device.reset();  // motors off before the pictures are drawn
-  report.punctures = session::punctures(recording);
+  report.punctures = session::punctures(recording.events);
   const training::TrainingReport training = training::assess(trace.take(recording.events), scene);
   Finished done{recording, live.force(), report, training, std::move(words), stylus.own_motion};
   return debrief_session(options, scene, graphics, done, out, file, progress);

@@ -85,8 +85,8 @@ bool accompany_headset(headset::Headset& headset, gpu::Device& device, const con
     thumb.strokes = knobs.strokes(frame->hands, static_cast<double>(frame->display_time_ns) * 1e-9);
     scanner.handle(thumb, nullptr, session.time_s());
     session.frames().sample(session.time_s() - delay_s, state);
-    const content::HeatedZone* zone = settings.course != nullptr ? settings.course->zone() : nullptr;
-    scanner.draw(state, zone);
+    if (settings.course != nullptr) settings.course->show(state);
+    scanner.draw(state);
     told.look(state);
     panels::SessionFacts facts = panels::facts_of(scene, settings.course);
     told.fill(facts);
@@ -96,7 +96,6 @@ bool accompany_headset(headset::Headset& headset, gpu::Device& device, const con
                                   .screen = &scanner.screen(),
                                   .panel = panel.picture(),
                                   .see_through = see_through(*settings.panel),
-                                  .zone = zone,
                                   .needle = &session.newest_needle()}));
   }
   return true;

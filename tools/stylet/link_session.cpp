@@ -93,7 +93,7 @@ void LinkSession::imaged(const state::FrameState& state, const ultrasound::Secto
   link_->show(image_);
 }
 
-void LinkSession::pass_time(gpu::Device* device, const content::HeatedZone* zone) {
+void LinkSession::pass_time(gpu::Device* device, const training::TrainingSession& course) {
   if (!link_ || link_->clients() == 0 || device == nullptr) return std::this_thread::sleep_for(kPause);
   if (!scanner_) {
     scanner_.emplace(*device, scene_, scanner::ScannerConsole(scene_.probe));
@@ -103,7 +103,8 @@ void LinkSession::pass_time(gpu::Device* device, const content::HeatedZone* zone
   const double time_s = live_.time_s();
   live_.frames().sample(time_s - 1.5 / scene_.rates.simulation_hz, frame_);
   scanner_->handle({}, nullptr, time_s);
-  scanner_->draw(frame_, zone);
+  course.show(frame_);
+  scanner_->draw(frame_);
   std::this_thread::sleep_until(next_image_);
 }
 

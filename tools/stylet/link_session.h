@@ -39,7 +39,7 @@ public:
               const picture::Picture& bare) override;
   /// Passes some time of a session without a window: makes an image while a client is there, else sleeps.
   /// @param device  null: there is none for images. @throws gpu::GpuError
-  void pass_time(gpu::Device* device, const content::HeatedZone* zone = nullptr);
+  void pass_time(gpu::Device* device, const training::TrainingSession& course);
   /// Lets go of the device, before it is destroyed.
   void drop_scanner() { scanner_.reset(); }
   /// After the session. @return what went over it, a line each

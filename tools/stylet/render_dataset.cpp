@@ -86,7 +86,7 @@ Json about(std::uint64_t index, const content::Scene& scene, const session::Rand
   }
   for (const Eigen::Vector3f& node : state.needle_positions) json["needle"]["nodes_m"].push_back(numbers(node));
   json["needle"]["insertion_depth_m"] = state.insertion_depth;
-  json["needle"]["target_distance_m"] = state.target_distance;
+  if (const auto* target = state.nearest_target()) json["needle"]["target_distance_m"] = target->distance;
   json["needle"]["force_n"] = numbers(state.force);
   json["probe"] = {{"force_n", state.probe_force}, {"area_m2", state.probe_area}};
   for (std::size_t i = 1; i < scene.tissues.size(); ++i) {

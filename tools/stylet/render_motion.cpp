@@ -122,7 +122,7 @@ public:
     }
     entry["force_n"] = {state.force.x(), state.force.y(), state.force.z()};
     entry["insertion_depth_m"] = state.insertion_depth;
-    entry["target_distance_m"] = state.target_distance;
+    if (const auto* target = state.nearest_target()) entry["target_distance_m"] = target->distance;
     entry["probe_force_n"] = state.probe_force;
     entry["probe_area_m2"] = state.probe_area;
     frames_.push_back(std::move(entry));

@@ -3,6 +3,7 @@
 #include "engine/figures/canvas.h"
 #include "engine/render/renderer.h"
 #include "engine/scanner/live_scanner.h"
+#include "engine/stills/pictures.h"
 #include "engine/view/orbit.h"
 #include "tools/stylet/interrupt.h"
 
@@ -79,20 +80,19 @@ void show_replay(view::Display& display, gpu::Device& device, const content::Sce
     const auto now = std::chrono::steady_clock::now();
     playback.advance(std::chrono::duration<double>(now - before).count(), replay.frames().end_s());
     before = now;
-    if (window.minimised() || !replay.frames().sample(playback.time_s(), frame)) {
+    if (window.minimised() || !replay.frame_at(playback.time_s(), frame)) {
       window.idle();
       continue;
     }
-    const content::HeatedZone* zone = replay.zone_at(frame.time_s);
-    scanner.draw(frame, zone);
-    const gpu::Image& view = renderer.render(frame, camera, {.plane = scanner.in_view(), .zone = zone});
+    scanner.draw(frame);
+    const gpu::Image& view = renderer.render(frame, camera, {.plane = scanner.in_view()});
     const picture::Pane pane = picture::PaneLayout::of(window.width(), window.height(), true).plot;
     picture::Picture info(std::max(pane.width, 1), std::max(pane.height, 1));
     figures::Canvas canvas(info);
     canvas.text(font, playback.caption(), {16, 28}, 17, {226, 232, 236, 255});
     canvas.text(font,
-                fmt::format("tip to target {:.0f} mm   in tissue {:.0f} mm   force {:.2f} N",
-                            frame.target_distance * 1e3F, frame.insertion_depth * 1e3F, frame.force.norm()),
+                fmt::format("{}in tissue {:.0f} mm   force {:.2f} N", stills::distance_in_words(frame),
+                            frame.insertion_depth * 1e3F, frame.force.norm()),
                 {16, 56}, 15, {150, 160, 168, 255});
     window.present(view, &scanner.screen(), &info);
   }

@@ -1,0 +1,103 @@
+#include "engine/procedures/biopsy/biopsy.h"
+
+#include "engine/content/voxel.h"
+#include "engine/procedures/biopsy/core_sample.h"
+
+#include <fmt/format.h>
+
+namespace stylet::procedures::biopsy {
+
+struct Biopsy::Seen final : Observation {
+  std::uint32_t cut = 0;  // cores asked for and cut, so far
+  Core core;              // the last of them
+  state::CoreTrack track;
+};
+
+Biopsy::Biopsy(const content::Scene& scene)
+    : scene_(scene), plan_(plan_of(scene.exercise)), target_tissue_(scene.tissues.size(), false) {
+  for (const content::Target& target : scene.targets) {
+    const std::ptrdiff_t voxel = content::voxel_at(scene.labels, target.centre);
+    if (voxel >= 0) target_tissue_[scene.labels.labels[voxel]] = true;
+  }
+  core_.content.assign(scene.tissues.size(), 0.0);
+}
+
+std::unique_ptr<Observation> Biopsy::make_observation() const {
+  auto seen = std::make_unique<Seen>();
+  seen->core.content.assign(scene_.tissues.size(), 0.0);
+  return seen;
+}
+
+void Biopsy::observe(const Step& step, Observation* seen) {
+  if (const std::uint32_t wanted = wanted_.load(std::memory_order_acquire); wanted != cut_) {
+    const Gun& gun = plan_.gun;
+    cut_ = wanted;
+    core_.time_s = step.time_s;
+    core_.haptic_step = step.haptic_step;
+    core_.content = core_content(
+        step.tissue, scene_.tissues.size(), step.tip, step.orientation,
+        {.throw_length = gun.throw_length, .dead_length = gun.throw_length - gun.notch, .bore = gun.bore});
+    core_.target_share = 0;
+    for (std::size_t t = 0; t < core_.content.size(); ++t) {
+      core_.target_share += target_tissue_[t] ? core_.content[t] : 0;
+    }
+    const Eigen::Vector3d ahead = step.orientation * Eigen::Vector3d::UnitZ();
+    track_ = {.from = step.tip.cast<float>(),
+              .to = (step.tip + gun.notch * ahead).cast<float>(),
+              .radius = static_cast<float>(gun.bore / 2),
+              .target_share = static_cast<float>(core_.target_share)};
+  }
+  auto& out = static_cast<Seen&>(*seen);
+  out.cut = cut_;
+  out.core = core_;
+  out.track = track_;
+}
+
+std::string Biopsy::reason_against(Action, const Situation& now) const {
+  if (fired_ >= plan_.samples) return "all cores are taken; finish";
+  if (now.time_s - fired_s_ < kCocking) return "the gun is being cocked";
+  return now.in_tissue ? "" : "the tip is not in tissue, a core of air is none; advance the needle";
+}
+
+void Biopsy::act(Action, const Situation& now, Events& events) {
+  fired_s_ = now.time_s;
+  ++fired_;
+  wanted_.fetch_add(1, std::memory_order_release);
+  events.push_back(event_at(now, kFiredEvent, {{"number", std::int64_t{fired_}}}));
+}
+
+bool Biopsy::wants_more(const Situation& now) const {
+  return fired_ < plan_.samples && now.time_s - fired_s_ >= kCocking;
+}
+
+void Biopsy::catch_up(const Situation& now, Events& events) {
+  const auto* seen = static_cast<const Seen*>(now.observation);
+  if (seen == nullptr || seen->cut == taken_) return;
+  taken_ = seen->cut;
+  cores_.push_back(seen->core);
+  tracks_.push_back(seen->track);
+  events.push_back(to_event(seen->core, scene_));
+}
+
+std::string Biopsy::prompt(Stage stage, bool in_target) const {
+  if (stage == Stage::procedure) {
+    return in_target ? "The tip is in the target: fire." : "Advance the needle to the target.";
+  }
+  return fired_ < plan_.samples ? fmt::format("Core {} of {} is taken.", fired_, plan_.samples)
+                                : "All cores are taken: withdraw the needle and finish.";
+}
+
+std::string Biopsy::result_in_words() const {
+  std::string text;
+  for (std::size_t i = 0; i < cores_.size(); ++i) {
+    text +=
+        fmt::format("core {} at {:.1f} s: {:.0f} % target\n", i + 1, cores_[i].time_s, 100 * cores_[i].target_share);
+  }
+  return text;
+}
+
+void Biopsy::show(state::FrameState& frame) const {
+  frame.cores = tracks_;
+}
+
+}  // namespace stylet::procedures::biopsy

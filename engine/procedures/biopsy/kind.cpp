@@ -1,0 +1,74 @@
+#include "engine/procedures/biopsy/kind.h"
+
+#include "engine/procedures/biopsy/biopsy.h"
+
+#include <array>
+
+namespace stylet::procedures::biopsy {
+namespace {
+
+constexpr std::array kKeys{"throw_mm", "notch_mm", "bore_mm", "samples"};
+constexpr std::array kMetrics{KindMetric{"tumour_content", "tumour in the cores", "%",
+                                         "share of the target's tissue in the volume of all cores", "Stylet"}};
+
+class BiopsyKind final : public Kind {
+public:
+  std::string_view name() const override { return kName; }
+  std::span<const char* const> keys() const override { return kKeys; }
+
+  std::unique_ptr<content::ProcedurePlan> read(files::JsonObject& object) const override {
+    auto plan = std::make_unique<Plan>();
+    plan->samples = object.integer("samples", 1, 20, plan->samples);
+    Gun& gun = plan->gun;
+    gun.throw_length = object.number("throw_mm", {5, 40}, gun.throw_length * 1e3) * 1e-3;
+    gun.notch = object.number("notch_mm", {1, 40}, (gun.throw_length - Gun::kStyletPoint) * 1e3) * 1e-3;
+    gun.bore = object.number("bore_mm", {0.2, 5}, gun.bore * 1e3) * 1e-3;
+    if (gun.notch > gun.throw_length) object.problem("notch_mm", "is longer than throw_mm; shorten it");
+    return plan;
+  }
+
+  std::unique_ptr<Procedure> begin(const content::Scene& scene) const override {
+    return std::make_unique<Biopsy>(scene);
+  }
+
+  std::string_view approach_event() const override { return kFiredEvent; }
+  std::span<const KindMetric> metrics() const override { return kMetrics; }
+  std::optional<double> measure(std::string_view, std::span<const recording::EventRecord> events) const override {
+    double sum = 0;
+    int cores = 0;
+    for (const recording::EventRecord& event : events) {
+      const auto percent = target_percent(event);
+      if (!percent) continue;
+      sum += *percent;
+      ++cores;
+    }
+    return cores > 0 ? std::optional(sum / cores) : std::nullopt;
+  }
+
+  std::optional<Told> tell_step(const recording::EventRecord& event) const override {
+    if (event.name != kFiredEvent) return std::nullopt;
+    const std::string_view number = event.version_1_text();
+    return Told{"Biopsy fired",
+                "core " + (number.empty() ? std::to_string(static_cast<int>(event.number("number").value_or(1)))
+                                          : std::string(number))};
+  }
+  std::optional<Told> tell_result(const recording::EventRecord& event) const override {
+    return event.name == kCoreEvent ? std::optional(Told{"Core", in_words(event)}) : std::nullopt;
+  }
+  std::optional<Still> still(std::span<const recording::EventRecord> events, double, double to_s) const override {
+    std::optional<Still> last;
+    for (const recording::EventRecord& event : events) {
+      if (event.time_s <= to_s && event.name == kFiredEvent) last = {event.time_s, "when the last core was taken"};
+    }
+    return last;
+  }
+};
+
+}  // namespace
+
+const Kind& kind() {
+  static const BiopsyKind kKind;
+  return kKind;
+}
+
+}  // namespace stylet::procedures::biopsy
