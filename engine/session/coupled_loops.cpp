@@ -83,6 +83,9 @@ std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& sce
     simulated.held_motion = body.held_motion;
     simulated.damping_time_s = scene.damping_time_s;
     if (!scene.gravity.isZero(0)) simulated.load = weight(scene, body);
+    for (const content::Cavity& cavity : scene.cavities) {
+      if (&scene.bodies[static_cast<std::size_t>(cavity.body)] == &body) simulated.cavities.push_back(cavity.tets);
+    }
     simulated.tet_materials = body.tet_mechanics;
     if (!simulated.tet_materials.empty()) continue;
     for (const std::uint8_t tissue : body.tet_tissue) {
