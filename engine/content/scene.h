@@ -47,6 +47,7 @@ struct Tissue {
   std::string name;
   physics::ElasticMaterial mechanics;
   double density = 1000;  ///< kg/m^3
+  bool fluid = false;     ///< a needle can draw it: regions of it are cavities
   Acoustics acoustics;
   physics::InsertionResistance needle;                  ///< how it resists the needle
   std::array<float, 4> colour{0.8F, 0.8F, 0.8F, 1.0F};  ///< linear RGB, opacity in the 3-D view
@@ -60,6 +61,14 @@ struct DeformableBody {
   std::vector<physics::ElasticMaterial> tet_mechanics;  ///< [tets] mean over the volume; empty: of the tissue
   std::vector<int> fixed_nodes;                         ///< ascending, no duplicates
   std::vector<Eigen::Vector3d> held_motion;  ///< of the fixed nodes at full inspiration, m; empty: none moves
+};
+
+/// A region of a body that is filled with a fluid: a cyst.
+struct Cavity {
+  std::string name;       ///< organ id
+  int body = 0;           ///< index into Scene::bodies
+  std::vector<int> tets;  ///< of the body, ascending
+  double volume = 0;      ///< of them at rest, m^3
 };
 
 /// Two bodies that slide on each other and do not pass through: nodes of one against the surface of the other.
@@ -220,6 +229,7 @@ struct Scene {
   std::vector<physics::TissueSurface> tissue_surfaces;  ///< between two tissues, where the table says so
   std::vector<TissueWall> tissue_walls;
   std::vector<DeformableBody> bodies;  ///< at most physics::kMaxBodies
+  std::vector<Cavity> cavities;        ///< in the order of their bodies, at most physics::kMaxCavities
   std::vector<Surface> surfaces;
   LabelVolume labels;
   Needle needle;

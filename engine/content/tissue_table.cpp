@@ -97,6 +97,7 @@ Tissue read_row(const std::string& name, files::JsonObject row) {
   }
   const auto colour = row.numbers("colour", 4, {0, 1}, {0.8, 0.8, 0.8, 1});
   for (std::size_t i = 0; i < 4; ++i) tissue.colour[i] = static_cast<float>(colour[i]);
+  tissue.fluid = row.boolean("fluid", false);
   row.ignore("sources");
   row.finish();
   return tissue;
@@ -157,6 +158,7 @@ TissueTable read_tissues(files::JsonFile& file) {
         tissues.push_back(std::move(tissue));
       }
     }
+    std::stable_partition(tissues.begin() + 1, tissues.end(), [](const Tissue& tissue) { return !tissue.fluid; });
     if (!outside) table->problem("outside", "is missing; add the tissue around the patient (gel or air)");
     // A label is a byte, and glTF materials may add rows.
     if (tissues.size() > 200) table->problem("", fmt::format("has {} tissues, the limit is 200", tissues.size()));

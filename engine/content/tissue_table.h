@@ -41,7 +41,8 @@ struct TissueTable {
 /// Every number a tissue has, by group.
 std::span<const TissueKey> tissue_keys();
 
-/// Reads a tissue table: row 0 is "outside", the others follow by name. Problems go to `file`.
+/// Reads a tissue table: row 0 is "outside", the others follow by name, those that are fluid last: tables that gain
+/// one keep the indices that recordings know. Problems go to `file`.
 TissueTable read_tissues(files::JsonFile& file);
 
 /// Reads the object extras.tissue of a material. @param[out] unknown  a line for each unknown key, appended

@@ -1,6 +1,7 @@
 #include "engine/procedures/kinds.h"
 
 #include "engine/procedures/ablation/kind.h"
+#include "engine/procedures/aspiration/kind.h"
 #include "engine/procedures/biopsy/kind.h"
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 namespace stylet::procedures {
 
 std::span<const Kind* const> kinds() {
-  static const std::array<const Kind*, 2> kKinds{&biopsy::kind(), &ablation::kind()};
+  static const std::array<const Kind*, 3> kKinds{&biopsy::kind(), &ablation::kind(), &aspiration::kind()};
   return kKinds;
 }
 

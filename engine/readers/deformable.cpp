@@ -4,6 +4,7 @@
 #include "engine/mesh/surface_mesh.h"
 #include "engine/mesh/tet_quality.h"
 #include "engine/mesh/tetrahedralise.h"
+#include "physics/messages/messages.h"
 
 #include <fmt/format.h>
 
@@ -167,6 +168,41 @@ content::DeformableBody build_body(const BodyRequest& request, std::span<const O
   give_tissues(*boundary, organs, tissues, body);
   hold_nodes(request, organs, scenario, body, problems);
   return body;
+}
+
+std::vector<content::Cavity> find_cavities(std::span<const Organ> organs, std::span<const content::Tissue> tissues,
+                                           std::span<const content::DeformableBody> bodies,
+                                           std::vector<std::string>& problems) {
+  std::vector<content::Cavity> cavities;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const content::DeformableBody& body = bodies[b];
+    for (const Organ& organ : organs) {
+      const bool part = organ.role == content::SurfaceRole::region || organ.role == content::SurfaceRole::target;
+      if (!part || organ.body != body.name || !tissues[static_cast<std::size_t>(organ.tissue)].fluid) continue;
+      content::Cavity cavity{.name = organ.id, .body = static_cast<int>(b), .tets = {}, .volume = 0};
+      const mesh::Solid solid(organ.mesh);
+      for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
+        if (body.tet_tissue[t] != organ.tissue) continue;
+        Eigen::Matrix<double, 3, 4> x;
+        for (int c = 0; c < 4; ++c)
+          x.col(c) = body.mesh.nodes[static_cast<std::size_t>(body.mesh.tets[t][static_cast<std::size_t>(c)])];
+        if (!solid.contains(x.rowwise().mean())) continue;
+        cavity.tets.push_back(static_cast<int>(t));
+        cavity.volume += (x.col(1) - x.col(0)).cross(x.col(2) - x.col(0)).dot(x.col(3) - x.col(0)) / 6;
+      }
+      if (cavity.tets.empty()) {
+        problems.push_back(fmt::format("{}: no tetrahedron of {} has its middle in the fluid {}; use a smaller cell",
+                                       organ.place, body.name, organ.id));
+        continue;
+      }
+      cavities.push_back(std::move(cavity));
+    }
+  }
+  if (std::ssize(cavities) > physics::kMaxCavities) {
+    problems.push_back(fmt::format("{} regions are of a fluid, at most {} can be; take some out", cavities.size(),
+                                   physics::kMaxCavities));
+  }
+  return cavities;
 }
 
 }  // namespace stylet::readers

@@ -268,6 +268,8 @@ std::optional<content::Scene> assemble(const std::filesystem::path& path, const 
   }
   if (!problems.empty()) return std::nullopt;
 
+  scene.cavities = find_cavities(organs, scene.tissues, scene.bodies, problems);
+
   report("embedding the surfaces", 0.7);
   for (const Organ& organ : organs) {
     scene.surfaces.push_back(

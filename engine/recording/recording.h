@@ -7,8 +7,8 @@
 // everything in its header or record before it. The order of the records of one loop is the order of its steps; the
 // two loops' records are interleaved as they were drained. The last record of a whole recording is `end`.
 //
-// Version 2 has typed fields in its events where version 1 has one text, and the volumes of cavities in its simulation
-// steps.
+// Version 2 has typed fields in its events where version 1 has one text, and the volumes of cavities in its
+// simulation steps.
 #pragma once
 
 #include "engine/recording/event.h"
@@ -46,8 +46,13 @@ struct HapticStepRecord {
   std::uint64_t patch_epoch = 0;  ///< TissuePatch consumed
 };
 
-/// Fluid-filled cavities of a scene.
-inline constexpr std::size_t kMaxCavities = 4;
+/// Volume wanted of each of a scene's cavities over that when full.
+using CavityShares = std::array<double, physics::kMaxCavities>;
+constexpr CavityShares full_cavities() {
+  CavityShares shares{};
+  shares.fill(1);
+  return shares;
+}
 
 /// One simulation step: its input, the needle state it consumed, and what the factorisation thread did.
 struct SimulationStepRecord {
@@ -58,13 +63,7 @@ struct SimulationStepRecord {
   bool factor_requested = false;   ///< a new one was asked for in this step
   std::uint64_t factor_epoch = 0;  ///< factorisation in use
   physics::RigidPose probe;
-  std::array<double, kMaxCavities> cavity_shares = full();  ///< [cavities of the scene] volume over that at rest
-
-  static constexpr std::array<double, kMaxCavities> full() {
-    std::array<double, kMaxCavities> shares{};
-    shares.fill(1);
-    return shares;
-  }
+  CavityShares cavity_shares = full_cavities();
 };
 
 enum class LoopName : std::uint8_t { haptic, simulation };

@@ -30,10 +30,10 @@ inline constexpr std::size_t kMaxRecord = kFrontBytes + kMaxPayload + kChecksumB
 /// Payloads of fixed size; a simulation step is longer by its cavities, an event by its texts and fields.
 inline constexpr std::size_t kHapticStepBytes = 8 + 8 + 8 + 7 * 8 + 4 + 1 + 8;
 inline constexpr std::size_t kSimulationStepBytes = 8 + 8 + 8 + 1 + 1 + 8 + 7 * 8;
-inline constexpr std::size_t kCavityBytes = 8 * kMaxCavities;
+inline constexpr std::size_t kCavityBytes = 8 * physics::kMaxCavities;
 inline constexpr std::size_t kHashBytes = 1 + 1 + 8 + 8;
 inline constexpr std::size_t kMinEventBytes = 8 + 8 + 2 + 1;  // of version 2: name and number of fields
-inline constexpr std::size_t kEventBytes1 = 8 + 8 + 2 + 2;  // of version 1: name and text
+inline constexpr std::size_t kEventBytes1 = 8 + 8 + 2 + 2;    // of version 1: name and text
 inline constexpr std::size_t kEndBytes = 8 + 8 + 8;
 inline constexpr std::size_t kMaxEventBytes = kMaxPayload;
 static_assert(8 + 8 + 2 * (2 + kMaxEventText) <= kMaxPayload, "an event of version 1 fits");

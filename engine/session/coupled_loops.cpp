@@ -83,6 +83,9 @@ std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& sce
     simulated.held_motion = body.held_motion;
     simulated.damping_time_s = scene.damping_time_s;
     if (!scene.gravity.isZero(0)) simulated.load = weight(scene, body);
+    for (const content::Cavity& cavity : scene.cavities) {
+      if (&scene.bodies[static_cast<std::size_t>(cavity.body)] == &body) simulated.cavities.push_back(cavity.tets);
+    }
     simulated.tet_materials = body.tet_mechanics;
     if (!simulated.tet_materials.empty()) continue;
     for (const std::uint8_t tissue : body.tet_tissue) {
@@ -195,14 +198,21 @@ physics::SimulationReport CoupledLoops::simulation_step(double time_s, const phy
 
 physics::SimulationReport CoupledLoops::simulation_step(double time_s, const physics::NeedleState& needle,
                                                         const physics::RigidPose& probe, bool take, bool request,
-                                                        physics::TissuePatch& out) {
+                                                        physics::TissuePatch& out,
+                                                        const recording::CavityShares* cavities) {
+  recording::CavityShares shares = cavities != nullptr ? *cavities : recording::full_cavities();
+  const std::span used = std::span(shares).first(scene_.cavities.size());
+  if (cavities == nullptr && !used.empty()) {
+    for (StepListener* listener : listeners_) listener->fill_cavities(used);
+  }
   const physics::SimulationReport report =
       simulation_.step({.needle = &needle,
                         .time_s = time_s,
                         .take_factorisation = take,
                         .request_factorisation = request,
                         .probe = &probe,
-                        .held_amplitude = content::inspiration(scene_.breathing, time_s)},
+                        .held_amplitude = content::inspiration(scene_.breathing, time_s),
+                        .cavity_shares = used},
                        out);
   const recording::SimulationStepRecord record{.step = ++simulation_steps_,
                                                .time_s = time_s,
@@ -210,7 +220,8 @@ physics::SimulationReport CoupledLoops::simulation_step(double time_s, const phy
                                                .factor_taken = report.factorisation_taken,
                                                .factor_requested = report.factorisation_requested,
                                                .factor_epoch = report.factor_epoch,
-                                               .probe = probe};
+                                               .probe = probe,
+                                               .cavity_shares = shares};
   for (StepListener* listener : listeners_) {
     listener->simulation_stepped(record, report, simulation_.tissue(), needle);
   }

@@ -10,6 +10,7 @@
 #include "physics/loops/simulation_loop.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace stylet::session {
@@ -19,6 +20,8 @@ namespace stylet::session {
 class StepListener {
 public:
   virtual ~StepListener() = default;
+  /// Before a simulation step that is no replay's: how full the scene's cavities are to be. Simulation thread.
+  virtual void fill_cavities(std::span<double> /*shares*/) {}
   /// @realtime
   virtual void haptic_stepped(const recording::HapticStepRecord&, const physics::NeedleState&) {}
   virtual void simulation_stepped(const recording::SimulationStepRecord&, const physics::SimulationReport&,
@@ -60,9 +63,11 @@ public:
                                             bool request, physics::TissuePatch& out);
 
   /// The same with the probe elsewhere: in a hand, or as recorded.
+  /// @param cavities  as recorded; null: as the listeners want them
   physics::SimulationReport simulation_step(double time_s, const physics::NeedleState& needle,
                                             const physics::RigidPose& probe, bool take, bool request,
-                                            physics::TissuePatch& out);
+                                            physics::TissuePatch& out,
+                                            const recording::CavityShares* cavities = nullptr);
 
   physics::TissuePatch make_patch() const { return simulation_.make_patch(); }
   /// State of the needle: haptic thread, or when that stands still.

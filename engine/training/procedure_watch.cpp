@@ -27,7 +27,8 @@ procedures::Step StepReader::read(const recording::SimulationStepRecord& record,
                         .orientation = needle.orientations[needle.node_count - 1],
                         .in_tissue = needle.tip == physics::TipState::inside,
                         .at_tip = {},
-                        .tissue = tissue_};
+                        .tissue = tissue_,
+                        .cavities = std::span(report.cavities).first(report.cavity_count)};
   now.time_s = record.time_s;
   now.haptic_step = record.needle_step;
   now.in_tissue = step.in_tissue;

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace stylet::training {
@@ -50,6 +51,9 @@ public:
   /// @param procedure  observes the steps too, outlives this; null: there is none
   ProcedureWatch(const content::Scene& scene, procedures::Procedure* procedure);
 
+  void fill_cavities(std::span<double> shares) override {
+    if (procedure_ != nullptr) procedure_->fill_cavities(shares);
+  }
   void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override;
   void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override;

@@ -102,6 +102,15 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
     take_free(model, bodies[b].load, bodies_.back().load);
     bodies_.back().contact_force = bodies_.back().load;
   }
+  int cavity_count = 0;
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    for (std::vector<int>& tets : bodies[b].cavities) bodies_[b].cavities.emplace_back(models_[b], std::move(tets));
+    cavity_count += static_cast<int>(bodies_[b].cavities.size());
+  }
+  if (cavity_count > kMaxCavities) {
+    throw std::invalid_argument("simulation: " + std::to_string(cavity_count) + " cavities; at most " +
+                                std::to_string(kMaxCavities) + " can be simulated");
+  }
   for (std::size_t b = 0; b < models_.size(); ++b) {
     if (bodies[b].held_motion.empty()) continue;
     Eigen::Matrix3Xd held = Eigen::Matrix3Xd::Zero(3, models_[b].node_count());
@@ -120,7 +129,7 @@ Eigen::Matrix3Xd SimulationLoop::field_of(std::size_t b, const Eigen::Matrix3Xd&
   const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
   body.trial = tissue_.positions[b] + held;  // at the rotations of rest, forces are linear in it
-  gather_internal_force(model, body);
+  gather_internal_force(model, body.trial, body);
   worker_.latest().bodies[b].factor.solve(body.internal_force, body.displacement, workspace_);
   Eigen::Matrix3Xd field = held;
   add_free(model, body.displacement, -(1 + model.damping_time_s / settings_.dt), field);
@@ -137,6 +146,7 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   const NeedleState* needle = accept(input.needle, report);
   move_held(input.held_amplitude, report);
   correct_motion(report);
+  fill_cavities(input.cavity_shares, report);
   swap_factorisation(input, report);
   touch(input.probe, report);
   free_motion(report);
@@ -248,8 +258,9 @@ void SimulationLoop::free_isolated(std::size_t b) {
   }
 }
 
-void SimulationLoop::gather_internal_force(const TissueModel& model, BodyState& body) {
-  internal_forces(model, body.trial, body.rotations, body.nodal_force);
+void SimulationLoop::gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                                           BodyState& body) {
+  internal_forces(model, positions, body.rotations, body.nodal_force, body.rest_size);
   take_free(model, body.nodal_force, body.internal_force);
 }
 
@@ -338,7 +349,7 @@ void SimulationLoop::correct_motion(SimulationReport& report) {
     int inverted = 0;
     for (int shortened = 0;; ++shortened) {
       inverted = update_rotations(model, body.trial, body.rotations);
-      gather_internal_force(model, body);
+      gather_internal_force(model, body.trial, body);
       if (shortened == kMaxShortenings) break;
       double fraction = 1;
       if (inverted > body.inverted) {
@@ -354,6 +365,27 @@ void SimulationLoop::correct_motion(SimulationReport& report) {
     body.inverted = inverted;
     report.inverted_tets += inverted;
     if (inverted > 0) report.flags |= kSimulationInverted;
+  }
+}
+
+void SimulationLoop::fill_cavities(std::span<const double> shares, SimulationReport& report) {
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    BodyState& body = bodies_[b];
+    bool changed = false;
+    for (Cavity& cavity : body.cavities) {
+      const auto index = static_cast<std::size_t>(report.cavity_count++);
+      CavityState& state = report.cavities[index];
+      state = cavity.state(models_[b], tissue_.positions[b], body.rotations);
+      const double share = index < shares.size() ? shares[index] : 1;
+      if (!std::isfinite(share)) {
+        report.flags |= kSimulationNonFinite;
+      } else if (cavity.fill(share, state.volume)) {
+        changed = true;
+        body.rest_size.resize(models_[b].tets.size(), 1.0);
+        for (const int t : cavity.tets()) body.rest_size[static_cast<std::size_t>(t)] = cavity.size();
+      }
+    }
+    if (changed) gather_internal_force(models_[b], tissue_.positions[b], body);
   }
 }
 

@@ -11,11 +11,13 @@
 #include "physics/contact/insertion_path.h"
 #include "physics/contact/organ_contact.h"
 #include "physics/messages/messages.h"
+#include "physics/tissue/cavity.h"
 #include "physics/tissue/factorisation_worker.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -31,7 +33,8 @@ struct SimulationBody {
   double damping_time_s = 0;                   ///< Kelvin-Voigt B = damping_time K; 0: quasi-static, the rates agree
   /// Displacement of each fixed node when SimulationInput::held_amplitude is 1, m; empty: they stay at rest.
   std::vector<Eigen::Vector3d> held_motion{};
-  Eigen::Matrix3Xd load{};  ///< [3 x nodes] constant forces, weight; N. Empty: none
+  Eigen::Matrix3Xd load{};                   ///< [3 x nodes] constant forces, weight; N. Empty: none
+  std::vector<std::vector<int>> cavities{};  ///< tetrahedra of each cavity full of fluid
 };
 
 struct SimulationLoopSettings {
@@ -56,6 +59,8 @@ struct SimulationInput {
   bool request_factorisation = true;
   const RigidPose* probe = nullptr;  ///< patient_from_probe; null: not there
   double held_amplitude = 0;         ///< of SimulationBody::held_motion: breathing. Moves what is held at once
+  /// Volume wanted of each cavity over that when full, bodies in order; 1: full. Empty: all full. See Cavity::fill.
+  std::span<const double> cavity_shares{};
 };
 
 enum SimulationFlag : std::uint32_t {
@@ -80,6 +85,8 @@ struct SimulationReport {
   double force_n = 0;         ///< |H^T lambda|, N
   OrganContactReport organs;  ///< contact between bodies
   ProbeContact probe;         ///< what the probe feels, and the skin it touches
+  int cavity_count = 0;
+  std::array<CavityState, kMaxCavities> cavities{};  ///< [cavity_count] bodies in order
 };
 
 /// Deterministic: the same inputs (and worker().step() between the same steps) give the same bits.
@@ -113,6 +120,7 @@ private:
   const NeedleState* accept(const NeedleState* needle, SimulationReport& report);
   void move_held(double amplitude, SimulationReport& report);
   void correct_motion(SimulationReport& report);
+  void fill_cavities(std::span<const double> shares, SimulationReport& report);
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);
   void touch(const RigidPose* probe, SimulationReport& report);
   void free_motion(SimulationReport& report);
@@ -139,6 +147,8 @@ private:
     std::vector<int> nodes;                     // isolated now, ascending
     double extent = 0;                          // diagonal of the rest bounding box, m
     int inverted = 0;                           // tetrahedra
+    std::vector<Cavity> cavities{};
+    std::vector<double> rest_size{};  // [tets] g of eq. 34; empty until a cavity is not full
   };
 
   /// p - A_f^-1 (F_int - H^T lambda) with the latest forces into body.trial: the other half of the solve (eq. 6).
@@ -148,8 +158,8 @@ private:
   /// Where all nodes go when those that are held move, to first order at rest.
   /// @param held  [3 x nodes] motion of the held nodes, zero elsewhere, m
   Eigen::Matrix3Xd field_of(std::size_t body, const Eigen::Matrix3Xd& held);
-  /// F_int at body.trial with its rotations, into body.internal_force.
-  static void gather_internal_force(const TissueModel& model, BodyState& body);
+  /// F_int at `positions` with the body's rotations, into body.internal_force.
+  static void gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions, BodyState& body);
   /// 1, or the fraction of the step from `before` to body.trial after which the potential would be least.
   /// @param pull_before  external force - F_int at `before`
   static double overshoot(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& before,

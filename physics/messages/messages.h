@@ -21,6 +21,7 @@
 namespace stylet::physics {
 
 inline constexpr int kMaxBodies = 4;
+inline constexpr int kMaxCavities = 8;             ///< full of fluid, of all bodies
 inline constexpr int kMaxRows = 192;               ///< constraint rows in one haptic solve
 inline constexpr int kMaxContacts = kMaxRows / 2;  ///< two bilateral rows a contact point
 inline constexpr int kMaxBeams = 64;

@@ -20,15 +20,6 @@ Eigen::Quaterniond rotation_by_svd(const Eigen::Matrix3d& f) {
   return Eigen::Quaterniond(Eigen::Matrix3d(u * svd.matrixV().transpose())).normalized();
 }
 
-/// Stress times volume, rotated into the deformed frame: V R sigma, so that f_a = (V R sigma) grad N_a.
-Eigen::Matrix3d rotated_stress(const TetRest& rest, const Eigen::Matrix3d& f, const Eigen::Matrix3d& r) {
-  const Eigen::Matrix3d m = r.transpose() * f;
-  const Eigen::Matrix3d strain = 0.5 * (m + m.transpose()) - Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d stress = 2 * rest.mu * strain;
-  stress.diagonal().array() += rest.lambda * strain.trace();
-  return rest.volume * r * stress;
-}
-
 // Four tetrahedra side by side: this runs for every tetrahedron at every step.
 constexpr int kLanes = 4;
 using Lanes = Eigen::Array4d;
@@ -146,6 +137,17 @@ Eigen::Quaterniond closest_rotation(const Eigen::Matrix3d& f, const Eigen::Quate
   return rotation_by_svd(f);
 }
 
+CorotatedStress corotated_stress(const TetRest& rest, const Eigen::Matrix3d& f, const Eigen::Matrix3d& r,
+                                 double rest_size) {
+  const Eigen::Matrix3d m = r.transpose() * f;
+  CorotatedStress result;
+  result.stretch = 0.5 * (m + m.transpose());
+  const Eigen::Matrix3d strain = result.stretch - rest_size * Eigen::Matrix3d::Identity();
+  result.stress = 2 * rest.mu * strain;
+  result.stress.diagonal().array() += rest.lambda * strain.trace();
+  return result;
+}
+
 Eigen::Matrix3d deformation_gradient(const TissueModel& model, const Eigen::Matrix3Xd& positions, int tet) {
   const auto& n = model.mesh.tets[static_cast<std::size_t>(tet)];
   Eigen::Matrix3d edges;
@@ -192,26 +194,31 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
 }
 
 void internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces) {
+                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                     std::span<const double> rest_size) {
   forces.setZero();
   for (int t = 0; t < model.tet_count(); ++t) {
     const auto i = static_cast<std::size_t>(t);
     const TetRest& rest = model.tets[i];
-    const Eigen::Matrix3d p =
-        rotated_stress(rest, deformation_gradient(model, positions, t), rotations[i].toRotationMatrix());
+    const Eigen::Matrix3d r = rotations[i].toRotationMatrix();
+    const Eigen::Matrix3d p =  // stress times volume, in the deformed frame
+        rest.volume * r *
+        corotated_stress(rest, deformation_gradient(model, positions, t), r, rest_size.empty() ? 1 : rest_size[i])
+            .stress;
     const auto& n = model.mesh.tets[i];
     for (int a = 0; a < 4; ++a) forces.col(n[static_cast<std::size_t>(a)]) += p * rest.gradients.col(a);
   }
 }
 
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                      std::span<const Eigen::Quaterniond> rotations) {
+                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size) {
   double energy = 0;
   for (int t = 0; t < model.tet_count(); ++t) {
     const auto i = static_cast<std::size_t>(t);
     const TetRest& rest = model.tets[i];
     const Eigen::Matrix3d m = rotations[i].toRotationMatrix().transpose() * deformation_gradient(model, positions, t);
-    const Eigen::Matrix3d strain = 0.5 * (m + m.transpose()) - Eigen::Matrix3d::Identity();
+    const double size = rest_size.empty() ? 1 : rest_size[i];
+    const Eigen::Matrix3d strain = 0.5 * (m + m.transpose()) - size * Eigen::Matrix3d::Identity();
     energy += rest.volume * (rest.mu * strain.squaredNorm() + 0.5 * rest.lambda * strain.trace() * strain.trace());
   }
   return energy;

@@ -26,13 +26,24 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
 
 /// F_int(p) = dU/dp = sum R K0 (R^T x - X)   (eq. 3). Equilibrium is F_int(p) = external force.
 /// @param rotations    [tets] of these very positions (update_rotations)
+/// @param rest_size    [tets] edge without stress over that at rest (eq. 34); empty: 1
 /// @param[out] forces  [3 x nodes], N; at fixed nodes minus the reaction of the support
 void internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces);
+                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                     std::span<const double> rest_size = {});
 
-/// Elastic energy U(p), J   (eq. 2).
+/// Elastic energy U(p), J   (eq. 2, 34).
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                      std::span<const Eigen::Quaterniond> rotations);
+                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size = {});
+
+/// Stress and strain of a tetrahedron in its own rotated frame.
+struct CorotatedStress {
+  Eigen::Matrix3d stretch;  ///< S = sym(R^T F), -
+  Eigen::Matrix3d stress;   ///< sigma of S - g I, Pa per area at rest
+};
+/// @param rest_size  g, edge without stress over that at rest (eq. 34)
+CorotatedStress corotated_stress(const TetRest& rest, const Eigen::Matrix3d& f, const Eigen::Matrix3d& r,
+                                 double rest_size = 1);
 
 /// Rotation of a node from one set of element rotations to another: the volume-weighted mean over its tetrahedra.
 Eigen::Quaterniond node_rotation(const TissueModel& model, int node, std::span<const Eigen::Quaterniond> from,

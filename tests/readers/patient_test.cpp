@@ -6,6 +6,7 @@
 #include "engine/mesh/tetrahedralise.h"
 #include "tests/support/sanitized.h"
 #include "tools/make_patient/ablation_case.h"
+#include "tools/make_patient/cyst_case.h"
 #include "tools/make_patient/phantom.h"
 #include "tools/make_patient/torso.h"
 
@@ -99,7 +100,7 @@ TEST(Patient, CommittedFilesAreWhatTheGeneratorMakes) {
       << "run stylet-make-patient and look at what changed";
 }
 
-TEST(Patient, PhantomAndTumourForAblationAreWhatTheGeneratorMakes) {
+TEST(Patient, PhantomTumourForAblationAndCystAreWhatTheGeneratorMakes) {
   const auto expect_made = [](const std::vector<Organ>& made, const char* file) {
     const gltf::GltfScene shipped = gltf::read_gltf(kContent / "organs" / file);
     ASSERT_EQ(made.size(), shipped.organs.size()) << file;
@@ -115,6 +116,8 @@ TEST(Patient, PhantomAndTumourForAblationAreWhatTheGeneratorMakes) {
   expect_made(make_ablation_tumour(), "ablation_tumour.glb");
   EXPECT_EQ(procedure_json(make_ablation_procedure(), "ablation_tumour.glb", "ablation_tumour"),
             read_bytes(kContent / "organs/ablation_tumour.json"));
+  expect_made(make_cyst(), "cyst.glb");
+  EXPECT_EQ(procedure_json(make_cyst_procedure(), "cyst.glb", "cyst"), read_bytes(kContent / "organs/cyst.json"));
 }
 
 TEST(Patient, EverySurfaceIsClosedManifoldAndOutward) {

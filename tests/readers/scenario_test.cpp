@@ -403,6 +403,30 @@ constexpr BadScenario kBadScenarios[] = {
 INSTANTIATE_TEST_SUITE_P(Each, ScenarioDefect, ::testing::ValuesIn(kBadScenarios),
                          [](const auto& test) { return std::string(test.param.name); });
 
+TEST(Scenario, RegionOfAFluidIsACavity) {
+  SmallScenario small;
+  small.scenario["bodies"][0]["mesh"] = {{"cell_mm", 8}};
+  EXPECT_THAT(load_scene(small.write()).cavities, IsEmpty());
+  small.tissues["tissues"]["tumour"]["fluid"] = true;
+  small.tissues["tissues"]["bile"] = small.tissues["tissues"]["tumour"];
+  const content::Scene scene = load_scene(small.write());
+  ASSERT_THAT(scene.cavities, SizeIs(1));
+  const content::Cavity& cavity = scene.cavities[0];
+  EXPECT_EQ(cavity.name, "tumour");
+  EXPECT_EQ(cavity.body, 0);
+  const content::DeformableBody& liver = scene.bodies[0];
+  ASSERT_THAT(cavity.tets, Not(IsEmpty()));
+  for (const int t : cavity.tets) {
+    EXPECT_EQ(scene.tissues[liver.tet_tissue[static_cast<std::size_t>(t)]].name, "tumour");
+  }
+  // A ball of 10 mm in cells of 8: whole tetrahedra are in or out.
+  EXPECT_NEAR(cavity.volume, 4.19e-6, 1.5e-6);
+  // What is fluid comes after what is not, so that a new one moves no other tissue.
+  EXPECT_EQ(scene.tissues[1].name, "bone");
+  EXPECT_EQ(scene.tissues[2].name, "liver");
+  EXPECT_EQ(scene.tissues[3].name, "bile");
+}
+
 TEST(Scenario, NeedleForcesAndSurfacesOfTheTableAreRead) {
   SmallScenario small;
   small.tissues["tissues"]["liver"]["needle"]["cutting_force_n"] = 0.94;

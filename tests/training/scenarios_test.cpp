@@ -97,12 +97,12 @@ TEST(RfaScenario, TumourLiesBesideTheVeinAndTheElectrodeInTheTumour) {
   const readers::Procedure procedure = readers::read_procedure(procedure_file);
   const auto& plan = procedures::ablation::plan_of(scenario.exercise);
   const content::Motion shipped = readers::read_motion(scenario.motion);
-  expect_same(motion::ablation_motion({.entry = procedure.entry,
-                                       .target = procedure.target,
-                                       .exposed = plan.exposed,
-                                       .breathing = scenario.breathing,
-                                       .carried = 0.9 * scenario.breathing.rigid_motion,
-                                       .heating = plan.duration_s / plan.time_factor + 2}),
+  expect_same(motion::stay_motion({.entry = procedure.entry,
+                                   .target = procedure.target,
+                                   .exposed = plan.exposed,
+                                   .breathing = scenario.breathing,
+                                   .carried = 0.9 * scenario.breathing.rigid_motion,
+                                   .stay = plan.duration_s / plan.time_factor + 2}),
               shipped);
   // The vein's wall is a few millimetres from the tumour: it cools, and is not in it.
   double gap = 1;

@@ -55,7 +55,8 @@ stylet::content::Motion make_tour(const char* path) {
       {.entry = {-0.040, 0, 0}, .targets = targets, .needle_length = needle_length(scenario)});
 }
 
-stylet::content::Motion make_ablation(const char* procedure, const char* path) {
+/// Into the target of a procedure, to stay there: an ablation, or an aspiration, after which it leaves.
+stylet::content::Motion make_stay(bool ablates, const char* procedure, const char* path) {
   using namespace stylet::content;
   using namespace stylet::files;
   using namespace stylet::readers;
@@ -63,14 +64,21 @@ stylet::content::Motion make_ablation(const char* procedure, const char* path) {
   JsonFile file{std::filesystem::path(procedure)};
   const Procedure planned = read_procedure(file);
   file.throw_problems();
-  const auto& ablation = stylet::procedures::ablation::plan_of(scenario.exercise);
-  return stylet::motion::ablation_motion({.entry = planned.entry,
-                                          .target = planned.target,
-                                          .exposed = ablation.exposed,
-                                          .needle_length = needle_length(scenario),
-                                          .breathing = scenario.breathing,
-                                          .carried = 0.9 * scenario.breathing.rigid_motion,
-                                          .heating = ablation.duration_s / ablation.time_factor + 2});
+  constexpr double kDraining = 20;  // s
+  double exposed = 0, stay = kDraining;
+  if (ablates) {
+    const auto& ablation = stylet::procedures::ablation::plan_of(scenario.exercise);
+    exposed = ablation.exposed;
+    stay = ablation.duration_s / ablation.time_factor + 2;
+  }
+  return stylet::motion::stay_motion({.entry = planned.entry,
+                                      .target = planned.target,
+                                      .exposed = exposed,
+                                      .needle_length = needle_length(scenario),
+                                      .breathing = scenario.breathing,
+                                      .carried = 0.9 * scenario.breathing.rigid_motion,
+                                      .stay = stay,
+                                      .withdraw = !ablates});
 }
 
 int write(const stylet::content::Motion& motion, const char* name, const char* path) {
@@ -85,8 +93,8 @@ int main(int count, char** arguments) {
   const std::string kind = count > 1 ? arguments[1] : "";
   try {
     if (kind == "tour" && count == 4) return write(make_tour(arguments[2]), "phantom tour", arguments[3]);
-    if (kind == "ablation" && count == 5) {
-      return write(make_ablation(arguments[2], arguments[3]), "ablation", arguments[4]);
+    if ((kind == "ablation" || kind == "aspiration") && count == 5) {
+      return write(make_stay(kind == "ablation", arguments[2], arguments[3]), kind.c_str(), arguments[4]);
     }
     if (count == 4) {
       return write(stylet::motion::biopsy_motion(read_plan(arguments[1], arguments[2])), "liver biopsy",
@@ -94,7 +102,8 @@ int main(int count, char** arguments) {
     }
     std::cerr << "usage: make_motion PROCEDURE.json NEEDLE.json OUT.json         the liver biopsy\n"
                  "       make_motion tour SCENARIO.json OUT.json                 to each of its targets in turn\n"
-                 "       make_motion ablation PROCEDURE.json SCENARIO.json OUT.json\n";
+                 "       make_motion ablation PROCEDURE.json SCENARIO.json OUT.json\n"
+                 "       make_motion aspiration PROCEDURE.json SCENARIO.json OUT.json\n";
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
   }

@@ -87,7 +87,7 @@ content::Motion tour_motion(const TourPlan& plan) {
   return motion;
 }
 
-content::Motion ablation_motion(const AblationMotionPlan& plan) {
+content::Motion stay_motion(const StayMotionPlan& plan) {
   constexpr double kOutside = 0.040, kWait = 0.5, kPress = 0.3;
   const Eigen::Vector3d axis = (plan.target - plan.entry).normalized();
   const Eigen::Vector3d begin = plan.entry - kOutside * axis;
@@ -95,8 +95,10 @@ content::Motion ablation_motion(const AblationMotionPlan& plan) {
   const double way = stroke_time((end - begin).norm());
   const double there = plan.begin + way;
   const Eigen::Vector3d pivot = plan.entry + plan.pivot_depth * axis;
+  const double leave = there + kWait + plan.stay;
+  const double last = leave + (plan.withdraw ? way : 0);
   content::Motion motion;
-  for (int i = 0; i <= static_cast<int>((there + kWait + plan.heating) * plan.sample_hz); ++i) {
+  for (int i = 0; i <= static_cast<int>(last * plan.sample_hz); ++i) {
     const double now = i / plan.sample_hz;
     const double share = eased((now - plan.begin) / way);
     Eigen::Vector3d tip = begin + share * (end - begin);
@@ -104,6 +106,7 @@ content::Motion ablation_motion(const AblationMotionPlan& plan) {
     if (now > there) {
       tip += content::inspiration(plan.breathing, now) * plan.carried;
       along = (tip - pivot).normalized();
+      if (now > leave) tip -= eased((now - leave) / way) * (end - begin).norm() * along;
     }
     motion.stylus.push_back(sample(now, tip, along, plan.needle_length));
     motion.stylus.back().buttons = now > there + kWait && now < there + kWait + kPress ? 1U : 0U;

@@ -1,4 +1,4 @@
-// Hands that go straight: to every target of a phantom in turn, and into a tumour to stay while it is ablated.
+// Hands that go straight: to every target of a phantom in turn, and into one to stay while it is ablated or drained.
 #pragma once
 
 #include "engine/content/scene.h"
@@ -23,20 +23,21 @@ struct TourPlan {
 /// the patient's front, so that what it bends the needle by stays in an image plane that the needle lies in.
 content::Motion tour_motion(const TourPlan& plan);
 
-struct AblationMotionPlan {
+struct StayMotionPlan {
   Eigen::Vector3d entry = Eigen::Vector3d::Zero();
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
-  double exposed = 0.030;  ///< bare tip: its middle comes to lie in the target, m
+  double exposed = 0.030;  ///< bare tip: its middle comes to lie in the target, m; 0: the tip itself
   double needle_length = 0.150;
   content::Breathing breathing{};
   Eigen::Vector3d carried = Eigen::Vector3d::Zero();  ///< of the target at full inspiration, m
   double pivot_depth = 0.030;                         ///< along the needle below the skin, where the wall holds it, m
   double begin = 4.4;                                 ///< s, of the insertion: in a held breath
-  double heating = 14;                                ///< s that the hand stays
+  double stay = 14;                                   ///< s after button 1
+  bool withdraw = false;                              ///< then
   double sample_hz = 125;
 };
 /// Straight in while the breath is held, button 1, then the hand lets the electrode swing with the breath: the tip
 /// goes with the liver, the hub the other way round the wall.
-content::Motion ablation_motion(const AblationMotionPlan& plan);
+content::Motion stay_motion(const StayMotionPlan& plan);
 
 }  // namespace stylet::motion

@@ -1,7 +1,9 @@
-// stylet-make-patient: writes the default patient, a tumour for its ablation, and the phantom: content/organs.
+// stylet-make-patient: writes the default patient, a tumour for its ablation, a cyst, and the phantom:
+// content/organs.
 
 #include "engine/mesh/surface_mesh.h"
 #include "tools/make_patient/ablation_case.h"
+#include "tools/make_patient/cyst_case.h"
 #include "tools/make_patient/patient.h"
 #include "tools/make_patient/phantom.h"
 
@@ -65,7 +67,8 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
 int run(int argc, char** argv) {
   CLI::App app{
       "Makes patients from implicit surfaces: DIR/abdomen.glb and .json, the tumour beside a vein and the way to it, "
-      "DIR/ablation_tumour.glb and .json, and the training phantom, DIR/phantom.glb"};
+      "DIR/ablation_tumour.glb and .json, the same for a cyst, DIR/cyst.glb and .json, and the training phantom, "
+      "DIR/phantom.glb"};
   std::filesystem::path out = "content/organs";
   std::filesystem::path tissues = "content/tissues.json";
   std::filesystem::path phantom_tissues = "content/phantom_tissues.json";
@@ -79,6 +82,8 @@ int run(int argc, char** argv) {
   write_glb(out / "ablation_tumour.glb", patient::make_ablation_tumour(), read_colours(tissues), "ablation_tumour");
   write_text(out / "ablation_tumour.json",
              patient::procedure_json(patient::make_ablation_procedure(), "ablation_tumour.glb", "ablation_tumour"));
+  write_glb(out / "cyst.glb", patient::make_cyst(), read_colours(tissues), "cyst");
+  write_text(out / "cyst.json", patient::procedure_json(patient::make_cyst_procedure(), "cyst.glb", "cyst"));
   write_glb(out / "phantom.glb", patient::make_phantom(), read_colours(phantom_tissues), "phantom");
   return 0;
 }

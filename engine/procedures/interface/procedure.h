@@ -9,6 +9,7 @@
 #include "engine/procedures/interface/course.h"
 #include "engine/recording/recording.h"
 #include "engine/state/frame_state.h"
+#include "physics/tissue/cavity.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -29,9 +30,9 @@ struct Step {
   Eigen::Vector3d tip;
   Eigen::Quaterniond orientation;  ///< of the tip, +Z ahead
   bool in_tissue = false;
-  content::TissuePlace at_tip;                 ///< where the tip is in tissue, or the needle works with a bare part
-  content::TissueLocator& tissue;              ///< of this step
-  std::span<const double> cavity_pressures{};  ///< [cavities] Pa over that at rest
+  content::TissuePlace at_tip;     ///< where the tip is in tissue, or the needle works with a bare part
+  content::TissueLocator& tissue;  ///< of this step
+  std::span<const physics::CavityState> cavities{};  ///< [cavities of the scene]
 };
 
 /// A procedure of a session that runs. Its making allocates; observe() runs on the simulation thread, all else on
@@ -44,8 +45,8 @@ public:
   virtual std::unique_ptr<Observation> make_observation() const { return nullptr; }
   /// Takes from a step what the course needs. Simulation thread; no allocation.
   virtual void observe(const Step&, Observation*) {}
-  /// Volumes wanted of the scene's cavities over those at rest, before each step. Simulation thread.
-  virtual void set_cavities(std::span<double> /*shares*/) {}
+  /// Before each step: how full the scene's cavities are to be, 1: full. Simulation thread.
+  virtual void fill_cavities(std::span<double> /*shares*/) {}
 
   /// Its own actions.
   virtual std::span<const Action> actions() const = 0;

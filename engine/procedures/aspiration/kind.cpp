@@ -1,0 +1,86 @@
+#include "engine/procedures/aspiration/kind.h"
+
+#include "engine/procedures/aspiration/aspiration.h"
+
+#include <algorithm>
+#include <array>
+
+namespace stylet::procedures::aspiration {
+namespace {
+
+constexpr std::array kKeys{"syringe_ml", "vacuum_kpa", "plunger_ml_per_s", "viscosity_mpa_s"};
+constexpr std::array kMetrics{
+    KindMetric{"aspirated_volume", "fluid drawn", "ml", "fluid of the cyst in the syringe", "Stylet"},
+    KindMetric{"cyst_residue", "cyst left", "%", "share of the cyst's volume that is left", "Stylet"},
+    KindMetric{"wall_punctures", "cyst wall punctured", "", "times that the needle's opening came into the cyst",
+               "Stylet"},
+    KindMetric{"blood_drawn", "blood drawn", "ml", "blood of vessels in the syringe", "Stylet"}};
+
+class AspirationKind final : public Kind {
+public:
+  std::string_view name() const override { return kName; }
+  std::span<const char* const> keys() const override { return kKeys; }
+
+  std::unique_ptr<content::ProcedurePlan> read(files::JsonObject& object) const override {
+    auto plan = std::make_unique<Plan>();
+    Syringe& syringe = plan->syringe;
+    syringe.capacity = object.number("syringe_ml", {1, 100}, syringe.capacity * 1e6) * 1e-6;
+    syringe.vacuum = object.number("vacuum_kpa", {1, 100}, syringe.vacuum * 1e-3) * 1e3;
+    syringe.plunger_rate = object.number("plunger_ml_per_s", {0.1, 100}, syringe.plunger_rate * 1e6) * 1e-6;
+    plan->fluid.viscosity = object.number("viscosity_mpa_s", {0.5, 1000}, plan->fluid.viscosity * 1e3) * 1e-3;
+    return plan;
+  }
+
+  std::unique_ptr<Procedure> begin(const content::Scene& scene) const override {
+    return std::make_unique<Aspiration>(scene);
+  }
+
+  std::string_view approach_event() const override { return kStartedEvent; }
+  std::span<const KindMetric> metrics() const override { return kMetrics; }
+  /// Of all that was drawn until then: the last time tells.
+  std::optional<double> measure(std::string_view metric,
+                                std::span<const recording::EventRecord> events) const override {
+    std::optional<Outcome> last;
+    for (const recording::EventRecord& event : events) {
+      if (auto outcome = outcome_of(event)) last = outcome;
+    }
+    if (!last) return std::nullopt;
+    if (metric == "aspirated_volume") return 1e6 * last->drawn;
+    if (metric == "cyst_residue") return 100 * last->left_share;
+    if (metric == "wall_punctures") return static_cast<double>(last->entries);
+    return 1e6 * last->wrong;
+  }
+
+  std::string_view sampling_title() const override { return "Aspiration"; }
+  std::optional<Told> tell_step(const recording::EventRecord& event) const override {
+    if (event.name == kStartedEvent) return Told{"Aspiration started"};
+    return event.name == kStoppedEvent ? std::optional(Told{"Aspiration stopped"}) : std::nullopt;
+  }
+  std::optional<Told> tell_result(const recording::EventRecord& event) const override {
+    const auto outcome = outcome_of(event);
+    return outcome ? std::optional(Told{"Aspirated", in_words(*outcome)}) : std::nullopt;
+  }
+  std::optional<Still> still(std::span<const recording::EventRecord> events, double, double to_s) const override {
+    constexpr std::string_view kWords = "when the cyst was emptied";
+    std::optional<Still> last;
+    bool drawing = false;
+    for (const recording::EventRecord& event : events) {
+      if (event.time_s > to_s) continue;
+      if (event.name == kStartedEvent) drawing = true;
+      if (event.name != kStoppedEvent) continue;
+      drawing = false;
+      last = {event.time_s, kWords};
+    }
+    if (drawing) last = {to_s, kWords};
+    return last;
+  }
+};
+
+}  // namespace
+
+const Kind& kind() {
+  static const AspirationKind kKind;
+  return kKind;
+}
+
+}  // namespace stylet::procedures::aspiration
