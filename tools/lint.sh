@@ -4,7 +4,7 @@ source "$(dirname "$0")/setup.sh"
 what=${1:-}
 shift || true
 # Not shaders/: what C++ and GLSL share is laid out by hand, as tables.
-mapfile -t files < <(if [ $# -gt 0 ]; then printf '%s\n' "$@"; else git ls-files '*.h' '*.cpp' ':!shaders'; fi)
+mapfile -t files < <(if [ $# -gt 0 ]; then printf '%s\n' "$@"; else git ls-files '*.h' '*.c' '*.cpp' ':!shaders'; fi)
 case "$what" in
 format) clang-format --dry-run --Werror "${files[@]}" ;;
 tidy)

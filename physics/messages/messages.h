@@ -20,6 +20,9 @@
 
 namespace stylet::physics {
 
+static_assert(EIGEN_MAX_ALIGN_BYTES == 32 && EIGEN_MAX_STATIC_ALIGN_BYTES == 32,
+              "another layout than the library's: link Stylet::physics, which defines both");
+
 inline constexpr int kMaxBodies = 4;
 inline constexpr int kMaxCavities = 8;             ///< full of fluid, of all bodies
 inline constexpr int kMaxRows = 192;               ///< constraint rows in one haptic solve

@@ -19,11 +19,16 @@ endif()
 
 add_library(stylet_flags INTERFACE)
 target_include_directories(stylet_flags INTERFACE ${CMAKE_SOURCE_DIR})
+# By these Eigen lays out its types and takes memory. It derives them from -march, which programs that use the installed
+# physics choose themselves: so they are fixed, at what x86-64-v3 has, here and by Stylet::physics there.
+set(STYLET_EIGEN_LAYOUT EIGEN_MAX_ALIGN_BYTES=32 EIGEN_MAX_STATIC_ALIGN_BYTES=32)
+target_compile_definitions(stylet_flags INTERFACE ${STYLET_EIGEN_LAYOUT})
 # -ffp-contract=off: the same bits whatever the optimiser does (design: Determinism).
 target_compile_options(stylet_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>  # gcc 12 sees ghosts inside Eigen and OpenMesh
   $<$<CXX_COMPILER_ID:Clang>:-Wno-missing-field-initializers>  # anywhere, as engine/gpu says
   -Werror -march=${STYLET_ARCH} -ffp-contract=off
+  -fPIC -fno-semantic-interposition  # the physics is a shared library too; precompiled headers need the same of all
   # What tests, not what is tested: a third less to compile.
   $<$<AND:$<CONFIG:Release>,$<BOOL:$<TARGET_PROPERTY:STYLET_TEST>>>:-O1>)
 if(STYLET_SANITIZE)
