@@ -1,8 +1,8 @@
 #include "tools/stylet/import_scene.h"
 
 #include "engine/import/scenario_folder.h"
+#include "engine/motion/biopsy_motion.h"
 #include "engine/readers/scenario.h"
-#include "tools/make_motion/biopsy_motion.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/progress.h"
 #include "tools/stylet/session_options.h"

@@ -1,4 +1,4 @@
-#include "tools/make_motion/stroke_motion.h"
+#include "engine/motion/stroke_motion.h"
 
 #include "engine/session/breathing.h"
 

@@ -1,4 +1,4 @@
-#include "tools/make_motion/biopsy_motion.h"
+#include "engine/motion/biopsy_motion.h"
 
 #include <Eigen/Geometry>
 
