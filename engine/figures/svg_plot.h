@@ -1,15 +1,12 @@
-// Charts as inline SVG: there without scripts and on paper; scripts add what follows the mouse.
+// Charts as inline SVG for pages, whose style sheet gives the colours: there without scripts and on paper; scripts
+// add what follows the mouse. Charts as pixels: plot.h.
 #pragma once
 
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
-namespace stylet::debrief {
-
-/// Text as content or attribute of HTML and SVG; control characters become spaces.
-std::string escaped(std::string_view text);
+namespace stylet::figures {
 
 struct SvgLine {
   std::string name{};  ///< class of the line, which gives its colour
@@ -49,4 +46,4 @@ struct TimelineBand {
 };
 std::string svg_timeline(double duration_s, std::span<const TimelineBand> bands, std::span<const SvgMark> marks);
 
-}  // namespace stylet::debrief
+}  // namespace stylet::figures

@@ -1,6 +1,7 @@
-#include "engine/debrief/svg_plot.h"
+#include "engine/figures/svg_plot.h"
 
-#include "engine/figures/plot.h"
+#include "engine/figures/plot_axis.h"
+#include "engine/files/html.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +10,9 @@
 #include <functional>
 #include <iterator>
 
-namespace stylet::debrief {
+namespace stylet::figures {
+
+using files::html::escaped;
 
 namespace {
 
@@ -23,35 +26,19 @@ struct Box {
 };
 
 struct Axis {
-  double min = 0;
-  double max = 1;
-  std::vector<double> ticks{};
+  AxisRange range;
+  std::vector<double> ticks;
+  double min() const { return range.min; }
+  double max() const { return range.max; }
+  std::string text(double tick) const { return tick_text(tick, tick_step(ticks)); }
 };
 
-/// Round ends around all finite values.
-template <typename Values>
-Axis axis_of(std::span<const SvgLine> lines, const Values& values, int ticks) {
-  double low = 0;
-  double high = 0;
-  bool any = false;
-  for (const SvgLine& line : lines) {
-    for (const double v : values(line)) {
-      if (!std::isfinite(v)) continue;
-      low = any ? std::min(low, v) : v;
-      high = any ? std::max(high, v) : v;
-      any = true;
-    }
-  }
-  low = std::min(low, 0.0);
-  if (high - low < 1e-9) high = low + 1;
-  Axis axis{.min = low, .max = high + 0.04 * (high - low)};
-  if (low < 0) axis.min = low - 0.04 * (high - low);
-  axis.ticks = figures::nice_ticks(axis.min, axis.max, ticks);
-  return axis;
-}
-
-std::string tick_text(double value) {
-  return fmt::format("{:g}", std::abs(value) < 1e-12 ? 0.0 : value);
+/// Around all finite values and zero.
+Axis axis_of(std::span<const SvgLine> lines, std::vector<double> SvgLine::*values, int ticks) {
+  AxisRange data{.min = 0, .max = 0};
+  for (const SvgLine& line : lines) extend(data, line.*values);
+  const AxisRange range = rounded(data, data.min < 0 ? PlotAxis{} : PlotAxis{.label = {}, .min = 0});
+  return {.range = range, .ticks = nice_ticks(range.min, range.max, ticks)};
 }
 
 void append_line(std::string& svg, const SvgLine& line, const Axis& x, const Axis& y, const Box& box) {
@@ -67,8 +54,9 @@ void append_line(std::string& svg, const SvgLine& line, const Axis& x, const Axi
     if (!open)
       fmt::format_to(out, R"(<polyline class="line {}{}" points=")", line.name, line.dashed ? " dashed" : "");
     open = true;
-    fmt::format_to(out, "{:.1f},{:.1f} ", box.left + (line.x[i] - x.min) / (x.max - x.min) * (box.right - box.left),
-                   box.bottom - (line.y[i] - y.min) / (y.max - y.min) * (box.bottom - box.top));
+    fmt::format_to(out, "{:.1f},{:.1f} ",
+                   box.left + (line.x[i] - x.min()) / (x.max() - x.min()) * (box.right - box.left),
+                   box.bottom - (line.y[i] - y.min()) / (y.max() - y.min()) * (box.bottom - box.top));
   }
   if (open) svg += "\"/>";
 }
@@ -113,41 +101,14 @@ void append_marks(std::string& svg, std::span<const SvgMark> marks, const std::f
 
 }  // namespace
 
-std::string escaped(std::string_view text) {
-  std::string out;
-  out.reserve(text.size());
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-    }
-  }
-  return out;
-}
-
 std::string svg_plot(const SvgPlot& plot) {
   const Box box{.right = width_of(plot) - 10.0};
-  const Axis x = axis_of(
-      plot.lines, [](const SvgLine& line) -> const auto& { return line.x; }, plot.wide ? 14 : 8);
-  const Axis y = axis_of(
-      plot.lines, [](const SvgLine& line) -> const auto& { return line.y; }, 6);
-  const auto to_x = [&](double v) { return box.left + (v - x.min) / (x.max - x.min) * (box.right - box.left); };
-  const auto to_y = [&](double v) { return box.bottom - (v - y.min) / (y.max - y.min) * (box.bottom - box.top); };
+  const Axis x = axis_of(plot.lines, &SvgLine::x, plot.wide ? 14 : 8);
+  const Axis y = axis_of(plot.lines, &SvgLine::y, 6);
+  const auto to_x = [&](double v) { return box.left + (v - x.min()) / (x.max() - x.min()) * (box.right - box.left); };
+  const auto to_y = [&](double v) {
+    return box.bottom - (v - y.min()) / (y.max() - y.min()) * (box.bottom - box.top);
+  };
   std::string svg = fmt::format(R"(<figure class="plot{}"><figcaption>{}<span class="keys">)",
                                 plot.wide ? " broad" : "", escaped(plot.title));
   auto out = std::back_inserter(svg);
@@ -158,19 +119,19 @@ std::string svg_plot(const SvgPlot& plot) {
   fmt::format_to(out,
                  R"(</span></figcaption><svg id="{}" viewBox="0 0 {} {}" role="img" aria-label="{}" data-x0="{}" )"
                  R"(data-x1="{}" data-y0="{}" data-y1="{}" data-box="{} {} {} {}"><g class="grid">)",
-                 plot.id, width_of(plot), kHeight, escaped(plot.title), x.min, x.max, y.min, y.max, box.left, box.top,
-                 box.right, box.bottom);
+                 plot.id, width_of(plot), kHeight, escaped(plot.title), x.min(), x.max(), y.min(), y.max(), box.left,
+                 box.top, box.right, box.bottom);
   for (const double tick : x.ticks) {
     fmt::format_to(out,
                    R"(<line x1="{0:.1f}" x2="{0:.1f}" y1="{1}" y2="{2}"/><text x="{0:.1f}" y="{3}" )"
                    R"(text-anchor="middle">{4}</text>)",
-                   to_x(tick), box.top, box.bottom, box.bottom + 16, tick_text(tick));
+                   to_x(tick), box.top, box.bottom, box.bottom + 16, x.text(tick));
   }
   for (const double tick : y.ticks) {
     fmt::format_to(out,
                    R"(<line x1="{1}" x2="{2}" y1="{0:.1f}" y2="{0:.1f}"/><text x="{3}" y="{4:.1f}" )"
                    R"(text-anchor="end">{5}</text>)",
-                   to_y(tick), box.left, box.right, box.left - 7, to_y(tick) + 4, tick_text(tick));
+                   to_y(tick), box.left, box.right, box.left - 7, to_y(tick) + 4, y.text(tick));
   }
   fmt::format_to(
       out,
@@ -179,7 +140,7 @@ std::string svg_plot(const SvgPlot& plot) {
       box.right, kHeight - 8, escaped(plot.x_label), (box.top + box.bottom) / 2, (box.top + box.bottom) / 2,
       escaped(plot.y_label));
   std::vector<SvgMark> inside = plot.marks;
-  std::erase_if(inside, [&](const SvgMark& mark) { return mark.x < x.min || mark.x > x.max; });
+  std::erase_if(inside, [&](const SvgMark& mark) { return mark.x < x.min() || mark.x > x.max(); });
   append_marks(svg, inside, to_x, box.top, box.bottom);
   for (const SvgLine& line : plot.lines) append_line(svg, line, x, y, box);
   svg += "</svg></figure>\n";
@@ -209,15 +170,16 @@ std::string svg_timeline(double duration_s, std::span<const TimelineBand> bands,
     }
     svg += "</g>";
   }
-  for (const double tick : figures::nice_ticks(0, end_s, 12)) {
+  const std::vector<double> ticks = nice_ticks(0, end_s, 12);
+  for (const double tick : ticks) {
     fmt::format_to(out,
                    R"(<g class="grid"><line x1="{0:.1f}" x2="{0:.1f}" y1="{1}" y2="{2}"/><text x="{0:.1f}" )"
                    R"(y="{3}" text-anchor="middle">{4} s</text></g>)",
-                   to_x(tick), kBottom, kBottom + 5, kBottom + 20, tick_text(tick));
+                   to_x(tick), kBottom, kBottom + 5, kBottom + 20, tick_text(tick, tick_step(ticks)));
   }
   append_marks(svg, marks, to_x, kTop - 6, kBottom);
   svg += "</svg>\n";
   return svg;
 }
 
-}  // namespace stylet::debrief
+}  // namespace stylet::figures
