@@ -9,6 +9,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@ namespace {
 
 using files::ContentError;
 // A line that begins with import:: is a module to clang-format.
+using import::ImportSettings;
 using import::OrganRequest;
 using import::SourceSettings;
 
@@ -103,18 +105,18 @@ void print_parts(const std::vector<import::SourceFile>& files) {
 }
 
 /// Of the tetrahedra.
-import::ImportSettings mesh_settings(const ImportOptions& options){
-    import::ImportSettings settings{.cell = options.cell_mm * 1e-3,
-                                    .target_nodes = options.nodes,
-                                    .volume_error = options.volume_error_percent / 100,
-                                    .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt};
-if (options.mesher == "gmsh") settings.mesher = import::Mesher::gmsh;
-if (!options.grade_mm.empty()) {
-  const std::vector<double>& mm = options.grade_mm;
-  settings.grading = {.target = 1e-3 * Eigen::Vector3d(mm[0], mm[1], mm[2]), .factor = options.grade_factor};
+ImportSettings mesh_settings(const ImportOptions& options) {
+  ImportSettings settings{.cell = options.cell_mm * 1e-3,
+                          .target_nodes = options.nodes,
+                          .volume_error = options.volume_error_percent / 100,
+                          .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt};
+  if (options.mesher == "gmsh") settings.mesher = import::Mesher::gmsh;
+  if (!options.grade_mm.empty()) {
+    const std::vector<double>& mm = options.grade_mm;
+    settings.grading = {.target = 1e-3 * Eigen::Vector3d(mm[0], mm[1], mm[2]), .factor = options.grade_factor};
+  }
+  return settings;
 }
-return settings;
-}  // namespace
 
 int run(const ImportOptions& options) {
   app::ImportOrgansSettings settings{.files = options.files,
@@ -133,7 +135,7 @@ int run(const ImportOptions& options) {
   return app::import_organs(settings, terminal) ? kExitYes : kExitBadInput;
 }
 
-}  // namespace stylet::tools
+}  // namespace
 
 void add_import(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("import", "Turn meshes and label volumes into organs that can be simulated");
