@@ -38,6 +38,7 @@ void impose(const ChildLimits& limits) {
   for (int& stream : streams) stream = fcntl(stream < 0 ? nothing : stream, F_DUPFD, kOutOfTheWay);
   failure = fcntl(failure, F_DUPFD, kOutOfTheWay);
   for (int k = 0; k < kStreams; ++k) dup2(streams[static_cast<std::size_t>(k)], k);
+  if (settings.limits && settings.messages < 0) close(STDERR_FILENO);
   close_range(kStreams, ~0U, CLOSE_RANGE_CLOEXEC);
   char* no_environment[] = {nullptr};
   if (settings.limits) impose(*settings.limits);

@@ -22,7 +22,8 @@ struct ChildSettings {
   int input = -1;
   int output = -1;
   int messages = -1;
-  std::optional<ChildLimits> limits{};  ///< with limits it has no environment, writes no file and leaves no core
+  std::optional<ChildLimits>
+      limits{};  ///< with limits no environment, no file written, no core; messages -1 is closed
 };
 
 /// A child inherits its standard streams and no other open file.
