@@ -11,17 +11,18 @@
 #include <span>
 #include <string>
 
-namespace stylet::link {
-class LinkStylus;
-}  // namespace stylet::link
-
-namespace stylet::haptic {
+namespace stylet {
+namespace haptic {
 class HandDevice;
 class MouseDevice;
 namespace hid {
 class ReportLog;
 }  // namespace hid
-}  // namespace stylet::haptic
+}  // namespace haptic
+namespace link {
+class LinkStylus;
+}  // namespace link
+}  // namespace stylet
 
 namespace stylet::app {
 
