@@ -70,6 +70,12 @@ inline DeviceLimits limits_in_patient_frame(DeviceLimits limits, double scale) {
   return limits;
 }
 
+/// What whoever holds the stylus should know.
+struct DeviceStatus {
+  bool connected = true;        ///< false: it was pulled out; on its return it is taken up where it is
+  bool waits_for_rest = false;  ///< the session begins when the hand comes to its rest place
+};
+
 /// A stylus. read() and write() are called by the haptic thread only.
 class Device {
 public:
@@ -82,6 +88,10 @@ public:
   /// Force on the hand (N, patient frame) and torque (N m). Already limited by OutputGuard.
   /// @realtime no allocation, no lock, never blocks
   virtual void write(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) = 0;
+  /// Any thread.
+  virtual DeviceStatus status() const { return {}; }
+  /// Counts of a session in one line; empty: it counts nothing. Any thread.
+  virtual std::string statistics() const { return {}; }
 };
 
 }  // namespace stylet::haptic

@@ -2,7 +2,8 @@
 
 #include "engine/debrief/debrief_files.h"
 #include "engine/debrief/page_assets.h"
-#include "engine/debrief/svg_plot.h"
+#include "engine/figures/svg_plot.h"
+#include "engine/files/html.h"
 #include "engine/session/state_hash.h"
 
 #include <fmt/format.h>
@@ -15,21 +16,12 @@ namespace stylet::debrief {
 
 namespace {
 
+using figures::SvgMark;
+using figures::SvgPlot;
+using figures::TimelineBand;
+using files::html::base64;
+using files::html::escaped;
 using nlohmann::ordered_json;
-
-std::string base64(std::string_view bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      word = word << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? kDigits[word >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
 
 /// sRGB of a linear colour, as CSS.
 std::string css_colour(const std::array<float, 3>& linear) {
@@ -187,7 +179,7 @@ void append_course(std::string& html, const DebriefData& data) {
     bands.push_back({.from_s = event.time_s, .to_s = data.duration_s, .label = event.title});
   }
   html += "<section><h2>Course</h2><div class=\"wide\">";
-  html += svg_timeline(data.duration_s, bands, numbered_marks(data));
+  html += figures::svg_timeline(data.duration_s, bands, numbered_marks(data));
   html +=
       "</div><table class=\"events\"><thead><tr><th>#</th><th>Time</th><th>Event</th><th></th></tr></thead><tbody>\n";
   int number = 0;
@@ -226,14 +218,15 @@ void append_plots(std::string& html, const DebriefData& data) {
   const auto axial = [](const PathPoint& p) { return p.axial; };
   const auto lateral = [](const PathPoint& p) { return p.lateral; };
   html += "<section><h2>Force</h2><div class=\"plots\">";
-  html += svg_plot({.id = "force_time",
-                    .title = "Force on the hand",
-                    .x_label = "time, s",
-                    .y_label = "N",
-                    .lines = {{"axial", "against insertion", column(path, time_of), column(path, axial)},
-                              {"lateral", "across the needle", column(path, time_of), column(path, lateral)}},
-                    .marks = marks,
-                    .wide = true});
+  html +=
+      figures::svg_plot({.id = "force_time",
+                         .title = "Force on the hand",
+                         .x_label = "time, s",
+                         .y_label = "N",
+                         .lines = {{"axial", "against insertion", column(path, time_of), column(path, axial)},
+                                   {"lateral", "across the needle", column(path, time_of), column(path, lateral)}},
+                         .marks = marks,
+                         .wide = true});
   SvgPlot depth{.id = "force_depth",
                 .title = "Force against depth",
                 .x_label = "needle in tissue, mm",
@@ -254,8 +247,8 @@ void append_plots(std::string& html, const DebriefData& data) {
     depth.lines.push_back({"axial", "expert", column(expert, depth_mm), column(expert, axial), true});
     course.lines.push_back({"depth", "expert", column(expert, time_of), column(expert, depth_mm), true});
   }
-  html += svg_plot(depth);
-  html += svg_plot(course);
+  html += figures::svg_plot(depth);
+  html += figures::svg_plot(course);
   html += "</div></section>\n";
 }
 

@@ -1,7 +1,5 @@
 #include "engine/figures/plot.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,47 +26,11 @@ ThemeColours theme_colours(PlotTheme theme) {
           .marker = {110, 116, 128, 150}};
 }
 
-struct Range {
-  double min = 0, max = 1;
-};
-
-/// The axis' own ends, else those of the finite values, widened to whole ticks.
-template <typename Values>
-Range axis_range(const PlotAxis& axis, const PlotPanel& panel, Values values) {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const PlotSeries& series : panel.series) {
-    for (const double v : values(series)) {
-      if (!std::isfinite(v)) continue;
-      low = std::min(low, v);
-      high = std::max(high, v);
-    }
-  }
-  if (std::isfinite(axis.min)) low = axis.min;
-  if (std::isfinite(axis.max)) high = axis.max;
-  if (!(low <= high)) return {0, 1};
-  // A constant gets some room; the magnitude matters, for 1e9 + 1 may be 1e9 in doubles.
-  if (high - low <= 1e-9 * std::max(std::abs(low), std::abs(high)) || high == low) {
-    const double room = low == 0 ? 1 : 0.1 * std::abs(low);
-    if (!std::isfinite(axis.max)) high = low + room;
-    if (!std::isfinite(axis.min)) low -= room;
-    if (!(low < high)) high = low + room;
-  }
-  // A hair below zero beside a large range is no reason for a step of axis below it.
-  if (low < 0 && low > -0.01 * high && !std::isfinite(axis.min)) low = 0;
-  const std::vector<double> ticks = nice_ticks(low, high, 7);
-  const double step = ticks.size() > 1 ? ticks[1] - ticks[0] : 0;
-  if (step > 0 && !std::isfinite(axis.min)) low = step * std::floor(low / step);
-  if (step > 0 && !std::isfinite(axis.max)) high = step * std::ceil(high / step);
-  return {low, high};
-}
-
-std::string tick_text(double value, double step) {
-  if (std::abs(value) < 1e-9 * step) return "0";
-  const double magnitude = std::max(std::abs(value), step);
-  if (magnitude >= 1e6 || step < 1e-5) return fmt::format("{:.4g}", value);
-  const int decimals = std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
-  return fmt::format("{:.{}f}", value, decimals);
+/// The axis' own ends, else those of the finite values.
+AxisRange range_of(const PlotAxis& axis, const PlotPanel& panel, std::vector<double> PlotSeries::*values) {
+  AxisRange data = kNoRange;
+  for (const PlotSeries& series : panel.series) extend(data, series.*values);
+  return rounded(data, axis);
 }
 
 /// One panel within its share of the figure.
@@ -80,8 +42,8 @@ public:
         font_(font),
         colours_(theme_colours(settings.theme)),
         text_(settings.text_height) {
-    x_ = axis_range(panel.x, panel, [](const PlotSeries& s) -> const std::vector<double>& { return s.x; });
-    y_ = axis_range(panel.y, panel, [](const PlotSeries& s) -> const std::vector<double>& { return s.y; });
+    x_ = range_of(panel.x, panel, &PlotSeries::x);
+    y_ = range_of(panel.y, panel, &PlotSeries::y);
     outer_ = outer;
     const bool named = std::any_of(panel.series.begin(), panel.series.end(),
                                    [](const PlotSeries& series) { return !series.label.empty(); });
@@ -92,7 +54,7 @@ public:
     box_.bottom = std::round(outer.bottom - 1.9 * text_ - x_label);
     y_ticks_ = nice_ticks(y_.min, y_.max, tick_count(box_.bottom - box_.top, 2.0 * text_));
     double widest = 0;
-    for (const double v : y_ticks_) widest = std::max(widest, font.width(tick_text(v, step(y_ticks_)), text_));
+    for (const double v : y_ticks_) widest = std::max(widest, font.width(tick_text(v, tick_step(y_ticks_)), text_));
     box_.left = std::round(outer.left + 0.8 * text_ + y_label + widest + 0.5 * text_);
     box_.right = std::round(outer.right - 1.4 * text_);
     x_ticks_ = nice_ticks(x_.min, x_.max, tick_count(box_.right - box_.left, 5.0 * text_));
@@ -115,11 +77,10 @@ public:
 
 private:
   static int tick_count(double pixels, double each) { return std::clamp(static_cast<int>(pixels / each), 2, 12); }
-  static double step(const std::vector<double>& ticks) { return ticks.size() > 1 ? ticks[1] - ticks[0] : 1; }
 
   PixelPoint pixel(double x, double y) const {
     // Clamped far outside, so that a huge value does not overflow and the line still leaves in its direction.
-    const auto map = [](double v, const Range& r, double from, double to) {
+    const auto map = [](double v, const AxisRange& r, double from, double to) {
       return from + std::clamp((v - r.min) / (r.max - r.min), -50.0, 50.0) * (to - from);
     };
     return {map(x, x_, box_.left, box_.right), map(y, y_, box_.bottom, box_.top)};
@@ -129,13 +90,13 @@ private:
     for (const double v : x_ticks_) {
       const double x = std::floor(pixel(v, y_.min).x) + 0.5;
       canvas_.line({x, box_.top}, {x, box_.bottom}, 1, colours_.grid);
-      canvas_.text(font_, tick_text(v, step(x_ticks_)), {x, box_.bottom + 0.9 * text_}, text_, colours_.text,
+      canvas_.text(font_, tick_text(v, tick_step(x_ticks_)), {x, box_.bottom + 0.9 * text_}, text_, colours_.text,
                    Align::centre);
     }
     for (const double v : y_ticks_) {
       const double y = std::floor(pixel(x_.min, v).y) + 0.5;
       canvas_.line({box_.left, y}, {box_.right, y}, 1, colours_.grid);
-      canvas_.text(font_, tick_text(v, step(y_ticks_)), {box_.left - 0.5 * text_, y}, text_, colours_.text,
+      canvas_.text(font_, tick_text(v, tick_step(y_ticks_)), {box_.left - 0.5 * text_, y}, text_, colours_.text,
                    Align::right);
     }
     if (y_.min < 0 && y_.max > 0) {
@@ -223,7 +184,7 @@ private:
   const Font& font_;
   ThemeColours colours_;
   double text_;
-  Range x_, y_;
+  AxisRange x_, y_;
   PixelBox outer_, box_;
   std::vector<double> x_ticks_, y_ticks_;
 };
@@ -238,22 +199,6 @@ Colour plot_colour(int index, PlotTheme theme) {
                                               {235, 238, 245},      {224, 150, 190}, {240, 228, 66}};
   const auto i = static_cast<std::size_t>(std::max(index, 0)) % light.size();
   return theme == PlotTheme::dark ? dark[i] : light[i];
-}
-
-std::vector<double> nice_ticks(double min, double max, int max_count) {
-  const double range = max - min;
-  if (!(range > 0) || !std::isfinite(range) || max_count < 1) return {};
-  double step = std::pow(10, std::floor(std::log10(range / max_count)));
-  for (const double factor : {2.0, 2.5, 2.0, 2.0}) {  // 1, 2, 5, 10, 20
-    if (std::floor(max / step + 1e-9) - std::ceil(min / step - 1e-9) + 1 <= max_count) break;
-    step *= factor;
-  }
-  std::vector<double> ticks;
-  const double first = std::ceil(min / step - 1e-9);
-  for (double k = first; k <= max / step + 1e-9 && ticks.size() < static_cast<std::size_t>(max_count); ++k) {
-    ticks.push_back(k * step);
-  }
-  return ticks;
 }
 
 picture::Picture draw_plot(std::span<const PlotPanel> panels, const PlotSettings& settings, const Font& font) {

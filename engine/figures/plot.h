@@ -2,9 +2,9 @@
 #pragma once
 
 #include "engine/figures/canvas.h"
+#include "engine/figures/plot_axis.h"
 #include "engine/picture/picture.h"
 
-#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,13 +35,6 @@ struct PlotDot {
   Colour colour;
 };
 
-/// Ends that are NaN are taken from the data and rounded outwards to ticks.
-struct PlotAxis {
-  std::string label;  ///< with unit
-  double min = std::numeric_limits<double>::quiet_NaN();
-  double max = std::numeric_limits<double>::quiet_NaN();
-};
-
 /// One chart.
 struct PlotPanel {
   std::string title;
@@ -64,9 +57,6 @@ struct PlotSettings {
 
 /// Colours of the series, in order: distinguishable for colour-blind eyes (Okabe & Ito), readable on the theme.
 Colour plot_colour(int index, PlotTheme theme);
-
-/// At most `max_count` round values (1, 2 or 5 times a power of ten) that lie in [min, max]. Finite, min < max.
-std::vector<double> nice_ticks(double min, double max, int max_count);
 
 /// Draws the panels below each other. Without a font (see Font::load) there is no text.
 picture::Picture draw_plot(std::span<const PlotPanel> panels, const PlotSettings& settings, const Font& font);

@@ -1,20 +1,18 @@
 #include "engine/figures/video.h"
 
+#include "engine/files/child_process.h"
 #include "engine/files/error.h"
 
 #include <fmt/core.h>
 
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -25,28 +23,17 @@ using files::ContentError;
 
 /// The running command and our ends of its input and messages.
 struct VideoWriter::Process {
-  pid_t id = -1;
+  std::optional<files::ChildProcess> child{};
   int frames = -1;    // socket to its standard input: unlike a pipe, one that can be written without SIGPIPE
   int messages = -1;  // memory file that is its standard error: unlike a pipe, it never fills
 
   ~Process() {
     close_input();
-    if (id > 0) {
-      kill(id, SIGKILL);
-      wait();
-    }
+    child.reset();
     if (messages >= 0) close(messages);
   }
   void close_input() {
     if (frames >= 0) close(std::exchange(frames, -1));
-  }
-  /// @return its exit status, 128 + signal where one ended it
-  int wait() {
-    int status = 0;
-    while (waitpid(id, &status, 0) < 0 && errno == EINTR) {
-    }
-    id = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   }
   std::string last_message() const {
     std::string text(4096, '\0');
@@ -74,27 +61,20 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoSettings&
       // what goes out
       "-an", "-c:v", "libx264", "-preset", "veryfast", "-crf", std::to_string(settings.quality), "-pix_fmt",
       "yuv420p", "-movflags", "+faststart", "-f", "mp4", part_.string()};
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-
   int ends[2] = {-1, -1};
   process_->messages = memfd_create("ffmpeg messages", MFD_CLOEXEC);
   if (process_->messages < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     throw ContentError(fmt::format("{}: no video: {}", path.string(), std::strerror(errno)));
   }
   process_->frames = ends[0];
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, process_->messages, STDERR_FILENO);
-  const int error = posix_spawnp(&process_->id, arguments[0], &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
+  int error = 0;
+  try {
+    process_->child.emplace(files::ChildSettings{.command = words, .input = ends[1], .messages = process_->messages});
+  } catch (const std::system_error& problem) {
+    error = problem.code().value();
+  }
   close(ends[1]);
   if (error != 0) {
-    process_->id = -1;
     throw ContentError(fmt::format("{}: no video: cannot start '{}' ({}); install ffmpeg", path.string(),
                                    settings.encoder, std::strerror(error)));
   }
@@ -127,7 +107,7 @@ void VideoWriter::add_frame(std::span<const std::uint8_t> rgba) {
     if (sent < 0 && errno == EINTR) continue;
     if (sent <= 0) {
       process_->close_input();
-      const int status = process_->wait();
+      const int status = process_->child->wait();
       fail(fmt::format("'{}' ended early with status {}", settings_.encoder, status));
     }
     rgba = rgba.subspan(static_cast<std::size_t>(sent));
@@ -138,7 +118,7 @@ void VideoWriter::add_frame(std::span<const std::uint8_t> rgba) {
 void VideoWriter::finish() {
   if (process_ == nullptr) throw ContentError(path_.string() + ": no video: the encoder has ended");
   process_->close_input();
-  if (const int status = process_->wait(); status != 0) {
+  if (const int status = process_->child->wait(); status != 0) {
     fail(fmt::format("'{}' ended with status {}", settings_.encoder, status));
   }
   process_.reset();

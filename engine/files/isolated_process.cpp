@@ -1,49 +1,25 @@
 #include "engine/files/isolated_process.h"
 
+#include "engine/files/child_process.h"
 #include "engine/files/error.h"
 
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/mman.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <cstdint>
+#include <optional>
+#include <system_error>
 
 namespace stylet::files {
 namespace {
 
-void limit(decltype(RLIMIT_AS) resource, std::size_t value) {
-  const rlimit limit{.rlim_cur = value, .rlim_max = value};
-  setrlimit(resource, &limit);
-}
-
-/// In the child: becomes the program. Only what may be called between fork() and exec() of a process with threads.
-[[noreturn]] void become(const char* program, int input, int output, const IsolationLimits& limits) {
-  // First out of the way of the two numbers they go to.
-  const int from = fcntl(input, F_DUPFD, 10);
-  const int to = fcntl(output, F_DUPFD, 10);
-  dup2(from, 0);
-  dup2(to, 1);
-  close(2);
-  close_range(3, ~0U, 0);
-#ifndef STYLET_SANITIZED
-  limit(RLIMIT_AS, limits.memory_bytes);
-#endif
-  limit(RLIMIT_CPU, static_cast<std::size_t>(limits.cpu_seconds));
-  limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_FSIZE, 0);
-  char* arguments[] = {const_cast<char*>(program), nullptr};
-  char* environment[] = {nullptr};
-  execve(program, arguments, environment);
-  _exit(127);
-}
+constexpr int kNoProgram = 127;  // as a shell says
 
 /// A file in memory, at its beginning; -1 where there is none to be had.
 int memory_file(std::span<const std::byte> bytes) {
@@ -65,16 +41,27 @@ int memory_file(std::span<const std::byte> bytes) {
 
 IsolatedResult run_isolated(const std::filesystem::path& program, std::span<const std::byte> input,
                             const IsolationLimits& limits) {
-  const std::string name = program.string();
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw ContentError("no pipe to another process; close some programs");
   const int file = memory_file(input);
-  const pid_t child = file < 0 ? -1 : fork();
-  if (child == 0) become(name.c_str(), file, ends[1], limits);
+  std::optional<ChildProcess> child;
+  int problem = file < 0 ? ENOMEM : 0;
+  try {
+    if (problem == 0) {
+      child.emplace(ChildSettings{
+          .command = {program.string()},
+          .input = file,
+          .output = ends[1],
+          .limits = ChildLimits{.memory_bytes = limits.memory_bytes, .cpu_seconds = limits.cpu_seconds}});
+    }
+  } catch (const std::system_error& error) {
+    problem = error.code().value();
+  }
   close(ends[1]);
   if (file >= 0) close(file);
-  if (child < 0) {
+  if (!child) {
     close(ends[0]);
+    if (problem != EAGAIN && problem != ENOMEM) return {.output = {}, .status = kNoProgram};
     throw ContentError("no other process can be started; close some programs");
   }
 
@@ -97,10 +84,8 @@ IsolatedResult run_isolated(const std::filesystem::path& program, std::span<cons
     result.output.insert(result.output.end(), part.begin(), part.begin() + count);
   }
   close(ends[0]);
-  if (!ended) kill(child, SIGKILL);
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
-  if (ended && WIFEXITED(status)) result.status = WEXITSTATUS(status);
+  if (!ended) child->kill();
+  if (const int status = child->wait(); ended && status < 128) result.status = status;
   return result;
 }
 

@@ -1,12 +1,10 @@
 #include "engine/import/gmsh.h"
 
+#include "engine/files/child_process.h"
 #include "engine/files/error.h"
 #include "engine/files/json_reader.h"
 
 #include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -22,7 +20,9 @@
 #include <iterator>
 #include <locale>
 #include <map>
+#include <optional>
 #include <sstream>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -58,30 +58,6 @@ public:
 
 private:
   std::filesystem::path path_;
-};
-
-/// Is stopped with the object.
-class Child {
-public:
-  explicit Child(pid_t id) : id_(id) {}
-  ~Child() {
-    if (id_ < 0) return;
-    kill(id_, SIGKILL);
-    waitpid(id_, nullptr, 0);
-  }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-
-  /// True once it has ended, then with its status.
-  bool ended(int& status) {
-    const pid_t done = waitpid(id_, &status, WNOHANG);
-    if (done == 0 || (done < 0 && errno == EINTR)) return false;
-    id_ = -1;
-    return true;
-  }
-
-private:
-  pid_t id_;
 };
 
 std::string stl_text(const mesh::TriangleMesh& surface) {
@@ -126,27 +102,20 @@ std::string last_error(const std::string& log) {
 
 void run(const WorkFolder& folder, const GmshSettings& settings, const std::function<void()>& still_wanted) {
   const std::string geo = folder.file("organ.geo"), msh = folder.file("organ.msh"), log = folder.file("log");
-  std::vector<std::string> words{settings.program, "-3", geo, "-format", "msh2", "-o", msh, "-nt", "1"};
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  pid_t id = -1;
-  const int error = posix_spawnp(&id, arguments[0], &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) {
+  const std::vector<std::string> command{settings.program, "-3", geo, "-format", "msh2", "-o", msh, "-nt", "1"};
+  const int log_file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  std::optional<files::ChildProcess> child;
+  try {
+    child.emplace(files::ChildSettings{.command = command, .output = log_file, .messages = log_file});
+  } catch (const std::system_error& error) {
+    close(log_file);
     throw ContentError(fmt::format("{}: cannot start '{}' ({}); install gmsh, or leave out --mesher gmsh",
-                                   settings.where, settings.program, std::strerror(error)));
+                                   settings.where, settings.program, error.code().message()));
   }
-  Child child(id);
+  close(log_file);
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(settings.seconds);
-  int status = 0;
-  while (!child.ended(status)) {
+  std::optional<int> status;
+  while (!(status = child->ended())) {
     if (std::chrono::steady_clock::now() > end) {
       throw ContentError(fmt::format("{}: '{}' was stopped after {:g} s; choose a larger --cell", settings.where,
                                      settings.program, settings.seconds));
@@ -154,7 +123,7 @@ void run(const WorkFolder& folder, const GmshSettings& settings, const std::func
     still_wanted();
     std::this_thread::sleep_for(kPoll);
   }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+  if (*status != 0) {
     throw ContentError(fmt::format("{}: '{}' failed: {}; leave out --mesher gmsh", settings.where, settings.program,
                                    last_error(log)));
   }

@@ -138,4 +138,15 @@ std::unique_ptr<HidStylus::Link> HidStylus::look_for_device() const {
   return nullptr;
 }
 
+std::string HidStylus::statistics() const {
+  const StreamCounters& stream = counters_.stream;
+  const ForceCounters& force = counters_.force;
+  return fmt::format(
+      "{}: {} reports, {} missing, {} discarded, {} gaps; {} forces written, {} superseded, {} failed; pose to force "
+      "{:.0f} us median, {:.0f} us p99",
+      name_, stream.reports.load(), stream.missing.load(), stream.discarded.load(), stream.gaps.load(),
+      force.written.load(), force.superseded.load(), force.failed.load(), 1e6 * force.pose_to_force.quantile(0.5),
+      1e6 * force.pose_to_force.quantile(0.99));
+}
+
 }  // namespace stylet::haptic::hid

@@ -61,7 +61,9 @@ public:
   bool connected() const { return connected_.load(std::memory_order_acquire); }
   /// The session begins when the hand comes to its rest place.
   bool waits_for_rest() const { return waits_for_rest_.load(std::memory_order_relaxed); }
+  DeviceStatus status() const override { return {.connected = connected(), .waits_for_rest = waits_for_rest()}; }
   const HidStylusCounters& counters() const { return counters_; }
+  std::string statistics() const override;
 
 private:
   struct Link;  // one plugging in

@@ -2,13 +2,13 @@
 #include "engine/import/scenario_folder.h"
 #include "engine/mesh/solid.h"
 #include "engine/mesh/surface_mesh.h"
+#include "engine/motion/biopsy_motion.h"
 #include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/make_motion/biopsy_motion.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 #include "engine/content/tissue_table.h"
 #include "engine/files/json_reader.h"
 #include "engine/mesh/solid.h"
+#include "engine/motion/biopsy_motion.h"
 #include "engine/readers/calibration_file.h"
 #include "engine/readers/device_profile_file.h"
 #include "engine/readers/instruments.h"
@@ -14,7 +15,6 @@
 #include "tests/readers/schema_agreement.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/make_motion/biopsy_motion.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 #include "tests/stylet/command.h"
+#include "engine/app/default_stylus.h"
 #include "engine/readers/motion.h"
 #include "tests/gltf/glb.h"
 #include "tests/import/file_bytes.h"
@@ -6,7 +7,6 @@
 #include "tests/readers/small_scenario.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/stylet/default_leader.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -128,16 +128,16 @@ TEST_F(Command, BlasKernelsFitTheProcessor) {
   unsetenv(kChoice);
 }
 
-TEST(Leader, IsAPersonWhereOneLooksOn) {
+TEST(DefaultStylus, IsHeldByAPersonWhereThereIsAPicture) {
+  using app::ShownIn;
   using haptic::hid::DeviceKind;
-  using tools::Seen;
   for (const DeviceKind kind : {DeviceKind::kUnusable, DeviceKind::kJoystick, DeviceKind::kPen}) {
-    EXPECT_STREQ(tools::default_leader(Seen::in_window, kind), "mouse");
+    EXPECT_STREQ(app::default_stylus(ShownIn::window, kind), "mouse");
   }
   for (const DeviceKind kind : {DeviceKind::kStylus, DeviceKind::kSpaceMouse}) {
-    EXPECT_STREQ(tools::default_leader(Seen::in_window, kind), "hid");
-    EXPECT_STREQ(tools::default_leader(Seen::in_headset, kind), "hand");
-    EXPECT_STREQ(tools::default_leader(Seen::headless, kind), "recorded");
+    EXPECT_STREQ(app::default_stylus(ShownIn::window, kind), "hid");
+    EXPECT_STREQ(app::default_stylus(ShownIn::headset, kind), "hand");
+    EXPECT_STREQ(app::default_stylus(ShownIn::nothing, kind), "recorded");
   }
 }
 

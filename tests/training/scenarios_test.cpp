@@ -1,5 +1,6 @@
 // The shipped exercises, with the hands that are shipped for them.
 #include "engine/gltf/gltf.h"
+#include "engine/motion/stroke_motion.h"
 #include "engine/procedures/ablation/plan.h"
 #include "engine/procedures/biopsy/biopsy.h"
 #include "engine/readers/motion.h"
@@ -12,7 +13,6 @@
 #include "engine/training/training_session.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/make_motion/stroke_motion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,12 @@
 #include "tools/bench/haptic.h"
 
+#include "engine/files/child_process.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
@@ -15,6 +14,8 @@
 #include <stdexcept>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 namespace stylet::bench {
 namespace {
@@ -22,16 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Waits for the end of a program.
-void run_program(const fs::path& program, std::array<std::string, 3> arguments) {
-  std::string name = program.string();
-  std::array<char*, 5> argv{name.data(), arguments[0].data(), arguments[1].data(), arguments[2].data(), nullptr};
-  pid_t child = 0;
-  const int error = ::posix_spawn(&child, name.c_str(), nullptr, nullptr, argv.data(), environ);
-  if (error != 0) throw std::system_error(error, std::generic_category(), name);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+void run_program(std::vector<std::string> command) {
+  files::ChildProcess child(
+      {.command = std::move(command), .input = STDIN_FILENO, .output = STDOUT_FILENO, .messages = STDERR_FILENO});
+  if (child.wait() != 0) {
     throw std::runtime_error("bench haptic: the session with the mocked stylus did not get to its end");
   }
 }
@@ -72,7 +67,7 @@ Report bench_haptic(const BenchOptions& options) {
   const fs::path json = fs::path(folder) / "report.json";
   Report report;
   try {
-    run_program(program, {options.quick ? "2" : "60", json.string(), options.out.string()});
+    run_program({program.string(), options.quick ? "2" : "60", json.string(), options.out.string()});
     report = read_report(json);
   } catch (...) {
     fs::remove_all(folder);

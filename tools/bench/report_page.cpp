@@ -1,5 +1,7 @@
 #include "tools/bench/report.h"
 
+#include "engine/files/html.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,6 +12,8 @@
 
 namespace stylet::bench {
 namespace {
+
+using files::html::escaped;
 
 constexpr std::string_view kHead = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
@@ -23,40 +27,6 @@ figure {{ margin: 1.6em 0; }} img {{ max-width: 100%; }} figcaption {{ color: #4
 </style></head><body>
 <h1>{title}</h1>
 )";
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&') {
-      result += "&amp;";
-    } else if (c == '<') {
-      result += "&lt;";
-    } else if (c == '>') {
-      result += "&gt;";
-    } else if (c == '"') {
-      result += "&quot;";
-    } else {
-      result += c;
-    }
-  }
-  return result;
-}
-
-std::string base64(const std::string& bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += i + k <= bytes.size() ? kDigits[group >> (18U - 6U * static_cast<unsigned>(k)) & 63U] : '=';
-    }
-  }
-  return text;
-}
 
 std::string rounded(std::optional<double> value) {
   if (!value) return {};
@@ -104,7 +74,7 @@ void write_page(const std::filesystem::path& file, const std::string& title, con
     html += fmt::format(
         "<figure><h2>{0}</h2><img alt=\"{0}\" "
         "src=\"data:image/png;base64,{1}\"><figcaption>{2}</figcaption></figure>\n",
-        escaped(figure.title), base64(read_file(figure.file)), escaped(figure.caption));
+        escaped(figure.title), files::html::base64(read_file(figure.file)), escaped(figure.caption));
   }
   std::ofstream out(file, std::ios::binary);
   out << html << "</body></html>\n";

@@ -1,11 +1,11 @@
 // Writes the motions of content/motions; content/motions/LICENCE.md has the commands.
+#include "engine/motion/biopsy_motion.h"
+#include "engine/motion/stroke_motion.h"
 #include "engine/procedures/ablation/plan.h"
 #include "engine/readers/instruments.h"
 #include "engine/readers/motion.h"
 #include "engine/readers/patient_procedure.h"
 #include "engine/readers/scenario_file.h"
-#include "tools/make_motion/biopsy_motion.h"
-#include "tools/make_motion/stroke_motion.h"
 
 #include <exception>
 #include <iostream>

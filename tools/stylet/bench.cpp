@@ -1,4 +1,5 @@
 // `stylet bench`: measurements of this machine and build, beside published figures and the bounds asked for.
+#include "engine/app/build_name.h"
 #include "engine/readers/scenario.h"
 #include "tools/bench/coupling.h"
 #include "tools/bench/haptic.h"
@@ -8,7 +9,6 @@
 #include "tools/bench/ultrasound.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
-#include "tools/stylet/version.h"
 
 #include <fmt/format.h>
 
@@ -74,7 +74,7 @@ void run_bench(Request request) {
       throw std::runtime_error(request.json + ": cannot be written; name a file in an existing folder");
     }
   }
-  const bench::Machine machine = bench::this_machine(build_name());
+  const bench::Machine machine = bench::this_machine(app::build_name());
   request.options.reference_insertion = readers::content_directory() / "reference" / "r1.json";
   request.options.out = request.out;
   request.options.sofa_style_peer = request.peer == "sofa-style";

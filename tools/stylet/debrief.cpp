@@ -1,47 +1,22 @@
 // `stylet debrief`: the debrief of a recording written again, with another expert or after a crash.
-#include "engine/debrief/debrief.h"
-#include "engine/debrief/session_replay.h"
-#include "engine/files/output_directory.h"
+#include "engine/app/debrief_recording.h"
 #include "tools/stylet/commands.h"
-#include "tools/stylet/expert_choice.h"
-#include "tools/stylet/interrupt.h"
-#include "tools/stylet/progress.h"
-#include "tools/stylet/recorded_session.h"
+#include "tools/stylet/session_options.h"
+#include "tools/stylet/terminal.h"
 
 #include <fmt/format.h>
 
 #include <memory>
-#include <string>
 
 namespace stylet::tools {
 
 namespace {
 
-struct DebriefOptions {
-  std::string recording;
-  std::string scenario;
-  std::string expert;
-  std::string out = "out/debrief";
-  std::string gpu;
-};
-
-int debrief_recording(const DebriefOptions& options) {
-  Progress progress;
-  const auto [recording, steps, scene] = open_recording(options.recording, options.scenario, progress);
-  gpu::Device gpu({.gpu = options.gpu});
-  files::OutputDirectory out(options.out);
-  debrief::SessionReplay replay(scene, recording);
-  replay.run([&](double share) {
-    throw_if_interrupted();
-    progress.show("Replaying", share);
-  });
-  const std::optional<debrief::Expert> expert = chosen_expert(options.expert, false, scene, progress);
-  progress.show("Writing the debrief", 0);
-  debrief::write_page(out, scene, gpu, recording, replay, {.expert = expert});
-  out.commit("debrief.html");
-  progress.done();
-  fmt::print("{}: debrief.html, debrief.json, debrief.csv, path.csv\n", out.destination().string());
-  if (replay.result().identical()) return kExitYes;
+int run(const app::DebriefRecordingSettings& settings) {
+  Terminal terminal;
+  const app::DebriefedRecording done = app::debrief_recording(settings, terminal);
+  fmt::print("{}: debrief.html, debrief.json, debrief.csv, path.csv\n", done.folder.string());
+  if (done.identical) return kExitYes;
   fmt::print(stderr, "stylet: the replay differs from the session: its numbers may too\n");
   return kExitNo;
 }
@@ -50,7 +25,7 @@ int debrief_recording(const DebriefOptions& options) {
 
 void add_debrief(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("debrief", "Write the debrief of a recording: page, JSON, CSV");
-  auto options = std::make_shared<DebriefOptions>();
+  auto options = std::make_shared<app::DebriefRecordingSettings>();
   command
       ->add_option("RECORDING", options->recording,
                    "A session.rec that `stylet train` wrote, an unfinished-*.rec that a crash left, or their folder")
@@ -66,7 +41,7 @@ void add_debrief(CLI::App& app, int& exit_code) {
       "  stylet debrief out/demo --out out/debrief\n"
       "  stylet debrief out/trainee --expert out/teacher/session.rec --out out/compared\n\n"
       "Exit code 0: done; 1: the replay differs; 2: bad input.");
-  command->callback([options, &exit_code] { exit_code = debrief_recording(*options); });
+  command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 
 }  // namespace stylet::tools

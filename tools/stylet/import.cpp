@@ -1,27 +1,12 @@
 // `stylet import`: meshes and label volumes of other programs become organs that can be simulated.
-#include "engine/content/tissue_table.h"
+#include "engine/app/import_organs.h"
+
 #include "engine/files/error.h"
-#include "engine/files/json_reader.h"
-#include "engine/files/output_directory.h"
-#include "engine/gltf/gltf_writer.h"
-#include "engine/import/organ_files.h"
-#include "engine/import/organ_import.h"
-#include "engine/import/organ_labels.h"
-#include "engine/import/organ_picture.h"
-#include "engine/import/organ_source.h"
-#include "engine/import/side_file.h"
-#include "engine/readers/scenario.h"
 #include "tools/stylet/commands.h"
-#include "tools/stylet/import_scene.h"
-#include "tools/stylet/interrupt.h"
-#include "tools/stylet/progress.h"
-#include "tools/stylet/session_options.h"
-#include "tools/stylet/version.h"
+#include "tools/stylet/terminal.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <optional>
@@ -34,7 +19,6 @@ namespace {
 
 using files::ContentError;
 // A line that begins with import:: is a module to clang-format.
-using import::ImportedOrgan;
 using import::ImportSettings;
 using import::OrganRequest;
 using import::SourceSettings;
@@ -55,7 +39,7 @@ struct ImportOptions {
   std::string axes;
   std::string unit;
   bool list = false;
-  std::vector<std::string> of_single_organs;  // options given that a scenario has no use for
+  std::vector<std::string> of_single_organs;  // options given
 };
 
 /// "ID=rest" of an option that can be given several times.
@@ -98,26 +82,6 @@ SourceSettings source_settings(const ImportOptions& options) {
   return settings;
 }
 
-/// The tissue of an organ: asked for, annotated, or the one whose name its id holds; empty: none of these.
-std::string tissue_of(const import::OrganParts& organ, const std::map<std::string, std::string>& asked,
-                      const std::vector<content::Tissue>& table, std::vector<std::string>& notes) {
-  const auto found = asked.find(organ.id);
-  if (found != asked.end()) return found->second;
-  for (const import::SourcePart* part : organ.parts) {
-    if (part->tissue && !part->tissue->preset.empty()) return part->tissue->preset;
-  }
-  std::string longest;
-  for (const content::Tissue& tissue : table) {
-    const std::string stem = tissue.name.substr(0, tissue.name.find('_'));
-    if (organ.id.find(stem) != std::string::npos && stem.size() > longest.size()) longest = tissue.name;
-  }
-  notes.push_back(
-      longest.empty()
-          ? fmt::format("no tissue is known for it: say --tissue {}=NAME", organ.id)
-          : fmt::format("its tissue is guessed from its name: {}; --tissue {}=NAME changes it", longest, organ.id));
-  return longest;
-}
-
 void print_parts(const std::vector<import::SourceFile>& files) {
   for (const import::SourceFile& file : files) {
     fmt::print("{} ({}), {} part(s)\n", file.path.string(), file.format, file.parts.size());
@@ -140,100 +104,8 @@ void print_parts(const std::vector<import::SourceFile>& files) {
   }
 }
 
-/// An organ to be written, with what lies in it.
-struct WholeOrgan {
-  ImportedOrgan organ;
-  std::string tissue;
-  std::vector<gltf::AnnotatedSurface> inside;
-  std::optional<import::OrganLabels> labels;  ///< absent: nothing lies inside, or a tissue is not known
-};
-
-void write_organ(const WholeOrgan& whole, const import::OrganParts& parts, const gltf::TissueColours& colours,
-                 const std::filesystem::path& folder) {
-  files::OutputDirectory out(folder);
-  const ImportedOrgan& organ = whole.organ;
-  std::vector<gltf::AnnotatedSurface> surfaces{
-      {.name = organ.id, .role = "boundary", .tissue = whole.tissue, .body = organ.id, .mesh = organ.surface}};
-  surfaces.insert(surfaces.end(), whole.inside.begin(), whole.inside.end());
-  const auto glb = gltf::write_glb(
-      surfaces, colours, {.generator = "stylet import " + build_name(), .copyright = {}, .scene = organ.id});
-  out.write("surface.glb", {reinterpret_cast<const char*>(glb.data()), glb.size()});
-  out.write("tetrahedra.vtk", import::tetrahedra_vtk(organ, whole.labels ? &*whole.labels : nullptr));
-  if (whole.labels) out.write("labels.vtk", import::labels_vtk(organ.id, whole.labels->volume));
-  out.write("report.json", import::report_json(organ, parts));
-  out.write("report.txt", import::report_text(organ, parts));
-  picture::write_png(out.staged("picture.png"), import::organ_picture(organ));
-  out.commit("report.json");
-}
-
-/// The parts that an organ of the list carries inside, in the order of the list.
-std::vector<const import::OrganParts*> parts_inside(const import::OrganParts& organ,
-                                                    const std::vector<import::OrganParts>& organs) {
-  std::vector<const import::OrganParts*> inside;
-  for (const import::OrganParts& other : organs) {
-    if (other.lies_inside() && other.body == organ.id && &other != &organ) inside.push_back(&other);
-  }
-  return inside;
-}
-
-bool is_carried(const import::OrganParts& organ, const std::vector<import::OrganParts>& organs) {
-  return organ.lies_inside() && std::any_of(organs.begin(), organs.end(), [&](const import::OrganParts& other) {
-           return !other.lies_inside() && other.id == organ.body;
-         });
-}
-
-/// Reads what lies inside and labels the organ by it.
-void add_inside(WholeOrgan& whole, const std::vector<const import::OrganParts*>& inside,
-                const std::map<std::string, std::string>& asked, const std::vector<content::Tissue>& table,
-                const import::ImportProgress& progress) {
-  std::vector<std::string>& notes = whole.organ.report.notes;
-  const auto row = [&](const std::string& name) {
-    return static_cast<int>(std::ranges::find(table, name, &content::Tissue::name) - table.begin());
-  };
-  const int rows = static_cast<int>(table.size());
-  bool known = row(whole.tissue) < rows;
-  std::vector<readers::Organ> organs;
-  for (const import::OrganParts* part : inside) {
-    ImportedOrgan imported = import::import_surface(*part, {}, progress);
-    std::vector<std::string> of_part;
-    const std::string tissue = tissue_of(*part, asked, table, of_part);
-    for (const std::string& note : imported.report.notes) of_part.push_back(note);
-    for (const std::string& note : of_part) notes.push_back(part->id + ": " + note);
-    known = known && row(tissue) < rows;
-    readers::Organ& organ = organs.emplace_back();
-    organ.id = part->id;
-    organ.role = part->role == "vessel"   ? content::SurfaceRole::vessel
-                 : part->role == "target" ? content::SurfaceRole::target
-                                          : content::SurfaceRole::region;
-    organ.tissue = row(tissue);
-    organ.mesh = imported.surface;
-    whole.inside.push_back({.name = part->id,
-                            .role = part->role,
-                            .tissue = tissue,
-                            .body = whole.organ.id,
-                            .mesh = std::move(imported.surface)});
-  }
-  if (!known) {
-    notes.emplace_back("no labels are written: a tissue is not known");
-    return;
-  }
-  progress(whole.organ.id + ": labels");
-  whole.labels = import::label_organ(whole.organ, row(whole.tissue), std::move(organs), table);
-  whole.organ.report.labels = import::count_labels(*whole.labels, table);
-}
-
-/// The side file, where one is named.
-std::optional<import::SideFile> read_side(const std::string& path) {
-  if (path.empty()) return std::nullopt;
-  files::JsonFile file{std::filesystem::path(path)};
-  import::SideFile side = import::read_side_file(file);
-  file.throw_problems();
-  return side;
-}
-
-/// What the command line says of the tetrahedra counts before what the side file says of the organ.
-ImportSettings import_settings(const ImportOptions& options, const std::optional<import::SideFile>& side,
-                               const std::string& id) {
+/// Of the tetrahedra.
+ImportSettings mesh_settings(const ImportOptions& options) {
   ImportSettings settings{.cell = options.cell_mm * 1e-3,
                           .target_nodes = options.nodes,
                           .volume_error = options.volume_error_percent / 100,
@@ -243,94 +115,24 @@ ImportSettings import_settings(const ImportOptions& options, const std::optional
     const std::vector<double>& mm = options.grade_mm;
     settings.grading = {.target = 1e-3 * Eigen::Vector3d(mm[0], mm[1], mm[2]), .factor = options.grade_factor};
   }
-  if (!side || settings.cell > 0 || settings.target_nodes > 0) return settings;
-  const auto organ = std::ranges::find(side->organs, id, &import::SideOrgan::id);
-  if (organ == side->organs.end() || !organ->deformable) return settings;
-  settings.cell = organ->cell;
-  if (organ->cell == 0) settings.target_nodes = organ->target_nodes;
   return settings;
 }
 
 int run(const ImportOptions& options) {
-  const SourceSettings settings = source_settings(options);
-  const std::optional<import::SideFile> side = read_side(options.side);
-  std::vector<OrganRequest> requests = organ_requests(options);
-  std::map<std::string, std::string> asked;
-  for (const std::string& text : options.tissues) asked.insert(split("--tissue", text));
-  if (side) {
-    for (const import::SideOrgan& organ : side->organs) {
-      if (organ.role == "ignore") continue;
-      requests.push_back({.id = organ.id,
-                          .patterns = organ.parts,
-                          .of_several_files = true,
-                          .role = organ.role,
-                          .body = organ.body});
-      if (!organ.tissue.empty()) asked[organ.id] = organ.tissue;
-    }
-  }
-  files::JsonFile table_file(readers::content_directory() / "tissues.json");
-  const content::TissueTable table = content::read_tissues(table_file);
-  table_file.throw_problems();
-  gltf::TissueColours colours;
-  for (const content::Tissue& tissue : table.tissues) colours[tissue.name] = tissue.colour;
-  for (const auto& [id, tissue] : asked) {
-    if (!colours.contains(tissue)) {
-      throw ContentError(fmt::format("{} {}={}: there is no such tissue in content/tissues.json",
-                                     side ? options.side : "--tissue", id, tissue));
-    }
-  }
-
-  std::vector<import::SourceFile> files;
-  for (const std::string& path : options.files) {
-    files.push_back(import::read_source(path, settings));
-    for (const std::string& warning : files.back().warnings) print_warning(warning);
-  }
+  app::ImportOrgansSettings settings{.files = options.files,
+                                     .source = source_settings(options),
+                                     .side = options.side,
+                                     .out = options.out,
+                                     .organs = organ_requests(options),
+                                     .mesh = mesh_settings(options),
+                                     .of_single_organs = options.of_single_organs};
+  for (const std::string& text : options.tissues) settings.tissues.insert(split("--tissue", text));
+  Terminal terminal;
   if (options.list) {
-    print_parts(files);
+    print_parts(app::read_sources(settings, terminal));
     return kExitYes;
   }
-  if (side && side->scenario && !options.of_single_organs.empty()) {
-    throw ContentError(
-        fmt::format("{}: not with the scenario of {}, whose organs the side file describes (cell_mm, "
-                    "target_nodes); leave it out",
-                    fmt::join(options.of_single_organs, ", "), options.side));
-  }
-  if (options.out.empty()) throw ContentError("--out: give the folder for the organs, or --list to see the parts");
-  if (side && side->scenario) {
-    import_scenario(files, *side, options.out);
-    return kExitYes;
-  }
-
-  Progress progress;
-  int exit_code = kExitYes;
-  const import::ImportProgress show = [&](const std::string& task) {
-    throw_if_interrupted();
-    progress.show(task, 0);
-  };
-  const std::vector<import::OrganParts> organs = import::assign_parts(files, requests);
-  for (const import::OrganParts& parts : organs) {
-    if (is_carried(parts, organs)) continue;
-    const std::filesystem::path folder = std::filesystem::path(options.out) / parts.id;
-    try {
-      WholeOrgan whole;
-      whole.organ = import::import_organ(parts, import_settings(options, side, parts.id), show);
-      whole.tissue = tissue_of(parts, asked, table.tissues, whole.organ.report.notes);
-      const auto inside = parts_inside(parts, organs);
-      if (!inside.empty()) add_inside(whole, inside, asked, table.tissues, show);
-      progress.done();
-      write_organ(whole, parts, colours, folder);
-      const import::ImportReport& r = whole.organ.report;
-      fmt::print("{}: {:.4g} ml, {} nodes, {} tetrahedra, volume {:+.2f} %, smallest dihedral angle {:.1f} degrees\n",
-                 folder.string(), r.volume * 1e6, r.nodes, r.tetrahedra, 100 * r.volume_error(),
-                 r.quality.min_dihedral_deg);
-      for (const std::string& note : r.notes) fmt::print("  {}\n", note);
-    } catch (const ContentError& error) {
-      progress.done();
-      fmt::print(stderr, "stylet: {}\n", error.what());
-      exit_code = kExitBadInput;
-    }
-  }
-  return exit_code;
+  return app::import_organs(settings, terminal) ? kExitYes : kExitBadInput;
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "tools/stylet/interrupt.h"
 
+#include "engine/app/observer.h"
+
 #include <atomic>
 #include <csignal>
 
@@ -28,7 +30,7 @@ void catch_interrupts() {
 
 void let_interrupts_kill() {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
-  throw_if_interrupted();  // one that came before
+  if (interrupted()) throw app::Stopped();
 }
 
 bool interrupted() {
@@ -37,10 +39,6 @@ bool interrupted() {
 
 void clear_interrupt() {
   pending = false;
-}
-
-void throw_if_interrupted() {
-  if (interrupted()) throw Interrupted();
 }
 
 }  // namespace stylet::tools

@@ -1,4 +1,5 @@
 // The `stylet` command.
+#include "engine/app/observer.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
@@ -78,7 +79,7 @@ int run(int argc, char** argv) {
     std::fprintf(stderr, "stylet: %s; see `stylet%s --help`\n", error.what(),
                  app.get_subcommands().empty() ? "" : (" " + app.get_subcommands().front()->get_name()).c_str());
     return tools::kExitBadInput;
-  } catch (const tools::Interrupted& end) {
+  } catch (const app::Stopped& end) {
     std::fprintf(stderr, "\nstylet: %s\n", end.what());
     return tools::kExitInterrupted;
   }

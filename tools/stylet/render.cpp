@@ -1,19 +1,24 @@
 // `stylet render`: deterministic frames of a scenario for data sets, tests and papers.
-#include "tools/stylet/render.h"
+#include "engine/app/render.h"
 
 #include "engine/files/error.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/session_options.h"
+#include "tools/stylet/terminal.h"
 
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <memory>
+#include <string>
 
 namespace stylet::tools {
 
-Size parse_size(const std::string& option, const std::string& text) {
-  Size size{};
+namespace {
+
+/// Of "WIDTHxHEIGHT". @throws files::ContentError  in the name of the option
+app::PictureSize parse_size(const std::string& option, const std::string& text) {
+  app::PictureSize size;
   char rest = 0;
   if (std::sscanf(text.c_str(), "%dx%d%c", &size.width, &size.height, &rest) != 2 || size.width < 64 ||
       size.height < 64 || size.width > 8192 || size.height > 8192) {
@@ -23,19 +28,52 @@ Size parse_size(const std::string& option, const std::string& text) {
   return size;
 }
 
-nlohmann::ordered_json scanner_json(const content::Probe& probe) {
-  return {{"preset", probe.preset}, {"depth_mm", probe.depth * 1e3}, {"gain_db", probe.gain_db}};
-}
-
-nlohmann::ordered_json legend_json(const content::PictureLabels& labels) {
-  nlohmann::ordered_json legend = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < labels.names.size(); ++i) {
-    legend.push_back({{"index", i}, {"name", labels.names[i]}, {"colour", content::PictureLabels::colour(int(i))}});
+app::Shard parse_shard(const std::string& text) {
+  if (text.empty()) return {};
+  unsigned index = 0;
+  unsigned of = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%u/%u%c", &index, &of, &rest) != 2 || of == 0 || index >= of) {
+    throw files::ContentError(fmt::format("--shard {}: give I/N with I from 0 to N - 1, such as 0/8", text));
   }
-  return legend;
+  return {index, of};
 }
 
-namespace {
+struct RenderOptions {
+  app::MotionFramesSettings motion{};
+  app::DatasetSettings dataset{};  ///< but what both have in common
+  std::string size = "1280x720";
+  std::string ultrasound_size = "640x480";
+  std::string shard{};  ///< "I/N"; empty: all frames
+};
+
+int render_motion(const RenderOptions& options) {
+  app::MotionFramesSettings settings = options.motion;
+  settings.view_size = parse_size("--size", options.size);
+  settings.common.ultrasound_size = parse_size("--ultrasound-size", options.ultrasound_size);
+  Terminal terminal;
+  const app::MotionFrames done = app::render_motion(settings, terminal);
+  const std::string what = settings.ultrasound ? options.ultrasound_size + ", ultrasound.igs.mha"
+                                               : options.size + " and " + options.ultrasound_size;
+  fmt::print("{}: {} frames of {}, manifest.json\n", done.folder.string(), done.frames, what);
+  return kExitYes;
+}
+
+int render_dataset(const RenderOptions& options) {
+  app::DatasetSettings settings = options.dataset;
+  settings.common = options.motion.common;
+  settings.common.ultrasound_size = parse_size("--ultrasound-size", options.ultrasound_size);
+  settings.shard = parse_shard(options.shard);
+  if (!options.motion.ultrasound) {
+    throw files::ContentError(
+        "--random: goes with --ultrasound; of the 3-D view there are frames of the motion only");
+  }
+  Terminal terminal;
+  const app::DatasetFrames done = app::render_dataset(settings, terminal);
+  fmt::print("{}: {} frames drawn, {} were there; {} of {} in all\n", settings.common.out.string(), done.drawn,
+             done.kept, done.there, settings.frames);
+  return kExitYes;
+}
 
 constexpr const char* kRenderFooter =
     "The loops run in lockstep, so the same binary gives the same frames, whatever else the machine does. On Mesa's\n"
@@ -67,7 +105,7 @@ constexpr const char* kRenderFooter =
 void add_random(CLI::App& command, const std::shared_ptr<RenderOptions>& options) {
   const char* group = "Data sets (with --ultrasound)";
   CLI::Option* random =
-      command.add_option("--random", options->random, "So many random frames instead of those of the motion")
+      command.add_option("--random", options->dataset.frames, "So many random frames instead of those of the motion")
           ->check(CLI::Range(1, 100'000'000))
           ->group(group);
   const CLI::Validator finite(
@@ -86,8 +124,8 @@ void add_random(CLI::App& command, const std::shared_ptr<RenderOptions>& options
   command.add_option("--shard", options->shard, "I/N: only frames I, I + N, I + 2 N ...; I from 0")
       ->needs(random)
       ->group(group);
-  command.add_option("--only", options->only, "Only this frame")->needs(random)->group(group);
-  session::RandomRanges& r = options->ranges;
+  command.add_option("--only", options->dataset.only, "Only this frame")->needs(random)->group(group);
+  session::RandomRanges& r = options->dataset.ranges;
   number("--slide", r.slide_mm, 200, "Probe on the skin along the image, +- mm");
   number("--slide-across", r.slide_across_mm, 200, "Probe on the skin across the image, +- mm");
   number("--press", r.press_mm, 20, "Probe into the skin, +- mm");
@@ -107,38 +145,42 @@ void add_random(CLI::App& command, const std::shared_ptr<RenderOptions>& options
 void add_render(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("render", "Draw deterministic PNG frames of a scenario; needs no display");
   auto options = std::make_shared<RenderOptions>();
-  command->add_option("SCENARIO", options->scenario, "Name of a scenario in content/scenarios, or a file")
+  command
+      ->add_option("SCENARIO", options->motion.common.scenario, "Name of a scenario in content/scenarios, or a file")
       ->required();
-  command->add_option("--out", options->out, "Folder for frames and manifest.json")->required();
+  command->add_option("--out", options->motion.common.out, "Folder for frames and manifest.json")->required();
   command->add_option("--size", options->size, "Of the 3-D view, pixels")->capture_default_str();
   command->add_option("--ultrasound-size", options->ultrasound_size, "Of the ultrasound image, pixels")
       ->capture_default_str();
-  command->add_option("--fps", options->frames_per_second, "Frames a second of session time")->capture_default_str();
-  command->add_option("--from", options->from_s, "First frame, s")->capture_default_str();
-  command->add_option("--to", options->to_s, "Last frame, s; default: the end of the motion");
-  command->add_option("--camera", options->camera, "Eye and point looked at, patient frame, m: x y z x y z")
+  command->add_option("--fps", options->motion.frames_per_second, "Frames a second of session time")
+      ->capture_default_str();
+  command->add_option("--from", options->motion.common.from_s, "First frame, s")->capture_default_str();
+  command->add_option("--to", options->motion.common.to_s, "Last frame, s; default: the end of the motion");
+  command->add_option("--camera", options->motion.camera, "Eye and point looked at, patient frame, m: x y z x y z")
       ->expected(6);
   command->add_flag(
-      "--ultrasound", options->ultrasound,
+      "--ultrasound", options->motion.ultrasound,
       "The ultrasound image alone: grey PNG files and ultrasound.igs.mha, which 3D Slicer and PLUS open");
   command->add_flag(
-      "--labels", options->labels,
+      "--labels", options->motion.labels,
       "With every picture a label map of the same size: which tissue a pixel shows; legend in the manifest");
-  command->add_option("--previews", options->previews, "Every so manyth label map also in colour over its picture")
+  command
+      ->add_option("--previews", options->motion.common.previews,
+                   "Every so manyth label map also in colour over its picture")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command->add_flag("--stereo", options->stereo, "Both eyes side by side");
-  command->add_flag("--room", options->room,
+  command->add_flag("--stereo", options->motion.stereo, "Both eyes side by side");
+  command->add_flag("--room", options->motion.room,
                     "The 3-D view shows the operating room and the drape, not the patient alone");
-  command->add_option("--seed", options->seed, "Of speckle and noise")->capture_default_str();
-  command->add_option("--device", options->device, kDeviceHelp + std::string("recorded"));
-  command->add_option("--coupling", options->coupling, kCouplingHelp);
-  add_scanner_options(*command, options->scanner);
-  command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
+  command->add_option("--seed", options->motion.common.seed, "Of speckle and noise")->capture_default_str();
+  command->add_option("--device", options->motion.stylus, device_help("recorded"));
+  command->add_option("--coupling", options->motion.common.coupling, kCouplingHelp);
+  add_scanner_options(*command, options->motion.common.scanner);
+  command->add_option("--gpu", options->motion.common.gpu, "GPU by a part of its name or its number");
   add_random(*command, options);
   command->footer(kRenderFooter);
   command->callback([options, &exit_code] {
-    exit_code = options->random > 0 ? render_dataset(*options) : render_motion(*options);
+    exit_code = options->dataset.frames > 0 ? render_dataset(*options) : render_motion(*options);
   });
 }
 

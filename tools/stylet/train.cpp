@@ -1,18 +1,15 @@
 // `stylet train`: a session, and what it leaves for the trainee.
-#include "engine/files/error.h"
-#include "engine/gpu/error.h"
+#include "engine/app/default_stylus.h"
+#include "engine/app/run_session.h"
 #include "engine/readers/scenario.h"
-#include "tools/stylet/attempt.h"
 #include "tools/stylet/commands.h"
-#include "tools/stylet/expert_choice.h"
-#include "tools/stylet/headset_session.h"
-#include "tools/stylet/leader.h"
-#include "tools/stylet/session_window.h"
+#include "tools/stylet/session_options.h"
+#include "tools/stylet/terminal.h"
 
 #include <fmt/format.h>
 
+#include <map>
 #include <memory>
-#include <optional>
 #include <string>
 
 namespace stylet::tools {
@@ -30,42 +27,52 @@ int list_scenarios() {
   return kExitYes;
 }
 
-bool want_window(const TrainOptions& options) {
-  if (options.view == "headless") return false;
-  if (options.view == "window" && !has_display()) {
-    throw files::ContentError(
-        "--view window: there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set); use --view headless");
-  }
-  return has_display() && (options.view != "auto" || !options.lockstep);
-}
+const std::map<std::string, app::SessionView> kViews{{"auto", app::SessionView::automatic},
+                                                     {"window", app::SessionView::window},
+                                                     {"headset", app::SessionView::headset},
+                                                     {"headless", app::SessionView::headless}};
 
-/// A window's display; none for a headless session, or where --view auto or headset finds that none can be opened. Of
-/// a headset's session the window waits for the headset to go.
-std::unique_ptr<view::Display> open_display(const TrainOptions& options) {
-  if (!want_window(options)) return nullptr;
-  try {
-    return std::make_unique<view::Display>();
-  } catch (const gpu::GpuError& error) {
-    if (options.view == "window") throw;
-    fmt::print(stderr, "stylet: {}; going on headless\n", error.what());
-    return nullptr;
+struct TrainOptions {
+  app::SessionSettings session{};
+  std::string view = "auto";
+  LinkOptions link{};
+};
+
+void print_folder(const app::SessionResult& result) {
+  const std::string folder = result.folder.string();
+  if (!result.drawn) {
+    fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n", folder);
+    return;
   }
+  fmt::print(
+      "{} holds:\n"
+      "  debrief.html     score, course, forces, the needle's way and ultrasound; debrief.json and .csv have the "
+      "numbers\n"
+      "{}"
+      "  view.png         the 3-D view {}\n"
+      "  ultrasound.png   the ultrasound image of the same moment; session.png has both\n"
+      "  force.png        the force on the hand; force.csv has the numbers\n"
+      "  session.json     what was measured\n"
+      "  session.rec      the recording; `stylet replay {}` runs it again\n",
+      folder,
+      result.film_frames > 0
+          ? fmt::format("  session.mp4      3-D view, ultrasound and force curve, {} frames\n", result.film_frames)
+          : "",
+      result.still_moment, (result.folder / "session.rec").string());
 }
 
 int train(const TrainOptions& options) {
-  if (options.scenario.empty()) return list_scenarios();
-  const std::unique_ptr<view::Display> display = open_display(options);
-  const std::unique_ptr<headset::HeadsetRuntime> headset =
-      options.view == "headset" ? find_headset(display ? "in a window" : "headless") : nullptr;
-  check_expert(options.expert);
-  Progress progress;
-  content::Scene scene = load_scene(options.scenario, progress);
-  if (options.haptic_hz != 0) set_haptic_rate(scene, options.haptic_hz);
-  set_scanner(scene, options.scanner);
-  while (true) {
-    if (const std::optional<int> code = attempt(options, scene, display.get(), headset.get(), progress)) return *code;
-    fmt::print(stderr, "stylet: once more from the start\n");
-  }
+  app::SessionSettings settings = options.session;
+  if (settings.scenario.empty()) return list_scenarios();
+  settings.view = kViews.at(options.view);
+  settings.link = link_settings(options.link);
+  Terminal terminal;
+  const app::SessionResult result = app::run_session(settings, terminal);
+  print_folder(result);
+  if (result.drawn) return result.identical() ? kExitYes : kExitNo;
+  if (result.not_drawn_because.empty()) return kExitInterrupted;
+  fmt::print(stderr, "stylet: {}\n", result.not_drawn_because);
+  return kExitBadInput;
 }
 
 }  // namespace
@@ -73,34 +80,35 @@ int train(const TrainOptions& options) {
 void add_train(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("train", "Run a training session; without a scenario: list them");
   auto options = std::make_shared<TrainOptions>();
-  command->add_option("SCENARIO", options->scenario, "Name of a scenario in content/scenarios, or a file");
-  command->add_option("--device", options->device, kDeviceHelp + std::string(kLeaderHelp));
+  app::SessionSettings& session = options->session;
+  command->add_option("SCENARIO", session.scenario, "Name of a scenario in content/scenarios, or a file");
+  command->add_option("--device", session.stylus, device_help(app::kDefaultStylusHelp));
   command
       ->add_option("--view", options->view,
                    "auto: a window where there is a display, else headless, as is --lockstep; headset: OpenXR, and "
                    "where no runtime answers as auto")
       ->check(CLI::IsMember({"auto", "window", "headset", "headless"}))
       ->capture_default_str();
-  command->add_flag("--stereo", options->stereo, "Both eyes side by side, drawn in one pass");
+  command->add_flag("--stereo", session.stereo, "Both eyes side by side, drawn in one pass");
   command->add_flag(
-      "--lockstep", options->lockstep,
+      "--lockstep", session.lockstep,
       "One thread, fixed schedule: the same bits every time. Headless as fast as it goes; in a window or "
       "headset a picture every 1/60 s of the session, for which time waits");
-  command->add_option("--coupling", options->coupling, kCouplingHelp);
-  command->add_option("--haptic-hz", options->haptic_hz,
+  command->add_option("--coupling", session.coupling, kCouplingHelp);
+  command->add_option("--haptic-hz", session.haptic_hz,
                       "Rate of the haptic loop, up to 4000; default: the scenario's");
-  command->add_option("--seconds", options->seconds, "End the session after so long; default: when the stylus rests")
+  command->add_option("--seconds", session.seconds, "End the session after so long; default: when the stylus rests")
       ->check(CLI::PositiveNumber);
-  command->add_option("--record", options->record,
+  command->add_option("--record", session.record,
                       "Motion file to write: the hand's poses, and the raw reports of a HID device; --device "
                       "recorded:FILE plays it");
-  command->add_option("--expert", options->expert, kExpertHelp);
-  command->add_flag("!--no-film", options->film,
+  command->add_option("--expert", session.expert, kExpertHelp);
+  command->add_flag("!--no-film", session.film,
                     "Leave out the film, which takes a processor minutes; `stylet replay` makes one later");
-  command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
-  add_scanner_options(*command, options->scanner);
+  command->add_option("--out", session.out, "Folder for the results")->capture_default_str();
+  add_scanner_options(*command, session.scanner);
   add_link_options(*command, options->link);
-  command->add_option("--gpu", options->gpu, "GPU by a part of its name or its number");
+  command->add_option("--gpu", session.gpu, "GPU by a part of its name or its number");
   command->footer(
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
       "tissue, a thread that factorises. Everything is recorded; afterwards the recording is replayed to check that "

@@ -1,8 +1,8 @@
 #include "tools/stylet/version.h"
 
+#include "engine/app/build_name.h"
 #include "engine/gltf/draco_decoder.h"
 #include "physics/tissue/blas.h"
-#include "stylet_commit.h"  // made at build time: STYLET_COMMIT
 
 #include <GLFW/glfw3.h>
 #include <OpenMesh/Core/System/config.h>
@@ -19,16 +19,12 @@
 
 namespace stylet::tools {
 
-std::string build_name() {
-  return fmt::format("{} (commit {})", STYLET_VERSION, STYLET_COMMIT);
-}
-
 std::string version_text() {
   int cholmod[3];
   cholmod_version(cholmod);
   std::uint32_t vulkan = VK_API_VERSION_1_0;
   vkEnumerateInstanceVersion(&vulkan);
-  std::string text = fmt::format("stylet {}\n", build_name());
+  std::string text = fmt::format("stylet {}\n", app::build_name());
   text += fmt::format("built     {} {}, g++ {}\n", STYLET_BUILD_TYPE, STYLET_ARCHITECTURE, __VERSION__);
   text += fmt::format("BLAS      {}\n", physics::single_threaded_blas().name);
   text += fmt::format(

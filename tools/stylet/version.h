@@ -8,7 +8,4 @@ namespace stylet::tools {
 /// Version, commit, build flags, libraries, BLAS in use, licence of the binary.
 std::string version_text();
 
-/// "0.1.0 (commit abc1234)"
-std::string build_name();
-
 }  // namespace stylet::tools

@@ -1,0 +1,126 @@
+#include "engine/app/device_session.h"
+
+#include "engine/files/error.h"
+#include "haptic/hid/calibrator.h"
+#include "haptic/hid/hand_recorder.h"
+#include "haptic/paced_loop.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <numbers>
+#include <span>
+#include <utility>
+
+namespace stylet::app {
+namespace {
+
+namespace hid = haptic::hid;
+
+constexpr int kReadTimeout = 5;         // ms
+constexpr double kPlacePatience = 120;  // s, for one place
+
+std::string title(const HidDevice& device) {
+  return fmt::format("{} ({:04x}:{:04x})", device.summary.product.empty() ? "HID device" : device.summary.product,
+                     device.summary.vendor_id, device.summary.product_id);
+}
+
+files::ContentError gone(const HidDevice& device) {
+  return files::ContentError(fmt::format("{}: was pulled out; plug it in and begin anew", title(device)));
+}
+
+/// What stands beside the needle's axes of a recorded hand.
+readers::MotionFrame frame_of(hid::DeviceKind kind) {
+  return kind == hid::DeviceKind::kPen ? readers::MotionFrame::kTablet : readers::MotionFrame::kHand;
+}
+
+}  // namespace
+
+void calibrate_device(const HidChoice& choice, double still_s, Observer& observer) {
+  const auto say = [&](const std::string& line) { observer.note(Note::info, line); };
+  const HidDevice device = choose_uncalibrated(choice, "--calibrate");
+  OpenHidDevice open(device);
+  haptic::MonotonicClock clock;
+  const auto now_s = [&] { return static_cast<double>(clock.now_ns()) * 1e-9; };
+  hid::Calibrator calibrator(device.kind, {.still_s = still_s});
+  say(fmt::format("{}: hold still for {:g} s at each place.", title(device), still_s));
+  say(calibrator.prompt());
+  hid::HidReading reading;
+  std::array<std::uint8_t, hid::kReadBuffer> report;
+  double since_s = now_s();
+  while (!calibrator.done()) {
+    throw_if_stopped(observer);
+    int size = open.transport.read(report, kReadTimeout);
+    for (; size > 0; size = open.transport.read(report, 0)) {
+      open.map.decode(std::span(report).first(static_cast<std::size_t>(size)), reading);
+    }
+    if (size < 0) throw gone(device);
+    if (calibrator.add(reading, now_s())) {
+      since_s = now_s();
+      if (!calibrator.done()) say(calibrator.prompt());
+    }
+    if (now_s() - since_s > kPlacePatience) {
+      throw files::ContentError(fmt::format("{}: nothing for {:g} s; \"{}\" Begin anew when it can be done",
+                                            title(device), kPlacePatience, calibrator.prompt()));
+    }
+  }
+  const hid::Calibration found = calibrator.result();
+  const auto file = readers::save_calibration(identity_of(device.summary), found);
+  if (found.rest) {
+    const Eigen::Vector3d rest_mm = 1e3 * *found.rest;
+    say(fmt::format("rest place   {:.1f} {:.1f} {:.1f} mm", rest_mm.x(), rest_mm.y(), rest_mm.z()));
+  }
+  if (found.dead_zone) {
+    say(fmt::format("dead zones   {:.3f} of the full deflection", fmt::join(*found.dead_zone, " ")));
+  } else {
+    const Eigen::AngleAxisd turn(found.user_from_device);
+    say(fmt::format("turned by    {:.1f} deg", turn.angle() * 180 / std::numbers::pi));
+    say(fmt::format("scale        {:.2f} mm in the patient for one of the hand", found.scale));
+  }
+  say(fmt::format("{} holds the calibration; `stylet train --device hid` reads it", file.string()));
+}
+
+void record_device(const HidChoice& choice, double seconds, const std::filesystem::path& file, Observer& observer) {
+  const auto say = [&](const std::string& line) { observer.note(Note::info, line); };
+  const HidDevice device = choose_hid_device(choice, "--record");
+  OpenHidDevice open(device);
+  haptic::MonotonicClock clock;
+  haptic::Workspace workspace{.patient_from_device = turn_on_the_desk(device), .scale = device.calibration.scale};
+  hid::HandRecorder recorder(open.map, workspace);
+  content::Motion motion;
+  readers::RawReports raw{
+      .frame = frame_of(device.kind), .device = title(device), .report_descriptor = open.descriptor};
+  std::array<std::uint8_t, hid::kReadBuffer> report;
+  say(fmt::format("{}: recording {}", title(device),
+                  seconds > 0 ? fmt::format("{:g} s", seconds) : std::string("until Ctrl-C")));
+  const std::int64_t opened_ns = clock.now_ns();
+  std::int64_t first_ns = 0;
+  bool there = true;
+  while (there && !observer.stop_requested() &&
+         (seconds <= 0 || static_cast<double>(clock.now_ns() - opened_ns) < seconds * 1e9)) {
+    const int size = open.transport.read(report, kReadTimeout);
+    there = size >= 0;
+    if (size <= 0) continue;
+    const auto bytes = std::span(report).first(static_cast<std::size_t>(size));
+    const std::int64_t now_ns = clock.now_ns();
+    if (raw.reports.empty()) first_ns = now_ns;
+    raw.reports.push_back(
+        {.time_s = static_cast<double>(now_ns - first_ns) * 1e-9, .bytes = {bytes.begin(), bytes.end()}});
+    if (const auto sample = recorder.add(bytes, now_ns)) {
+      motion.stylus.push_back(
+          {.time_s = sample->time_s, .pose = {sample->position, sample->orientation}, .buttons = sample->buttons});
+    }
+  }
+  observer.stop_answered();
+  if (!there) observer.note(Note::notice, title(device) + ": was pulled out; the recording ends there");
+  if (motion.stylus.size() < 2) {
+    throw files::ContentError(fmt::format("{}: not written, {} sent {} reports; move it while it is recorded",
+                                          file.string(), title(device), raw.reports.size()));
+  }
+  readers::write_motion(motion, file.stem().string(), file, 9, raw);
+  say(fmt::format(
+      "{} holds {} reports and {} poses of {:.1f} s; `stylet train SCENARIO --device recorded:{}` plays it",
+      file.string(), raw.reports.size(), motion.stylus.size(), motion.stylus.back().time_s, file.string()));
+}
+
+}  // namespace stylet::app

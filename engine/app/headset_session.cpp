@@ -1,0 +1,126 @@
+#include "engine/app/headset_session.h"
+
+#include "engine/app/stylus_watch.h"
+#include "engine/headset/headset.h"
+#include "engine/immersive/hands_on_patient.h"
+#include "engine/immersive/immersive_view.h"
+#include "engine/immersive/thumb_on_scanner.h"
+#include "engine/panels/session_watch.h"
+#include "engine/scanner/live_scanner.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <span>
+#include <thread>
+
+namespace stylet::app {
+
+namespace {
+
+constexpr auto kIdle = std::chrono::milliseconds(10);  // between looks while the runtime wants no frames
+
+/// What the menu button does.
+training::Action menu_action(const training::FlowState& course) {
+  if (course.stage == training::Stage::briefing) return training::Action::start;
+  return course.paused ? training::Action::resume : training::Action::pause;
+}
+
+}  // namespace
+
+std::unique_ptr<headset::HeadsetRuntime> find_headset(const char* instead, Observer& observer) {
+  try {
+    return std::make_unique<headset::HeadsetRuntime>();
+  } catch (const headset::HeadsetError& error) {
+    observer.note(Note::notice, fmt::format("--view headset: {}; going on {}", error.what(), instead));
+    return nullptr;
+  }
+}
+
+namespace {
+
+/// As show_in_headset(), of a headset that is there.
+bool run_in_headset(headset::Headset& headset, gpu::Device& device, const content::Scene& scene,
+                    session::LiveSession& session, scanner::LiveScanner& scanner,
+                    const HeadsetSessionSettings& settings, Observer& observer) {
+  immersive::ImmersiveView view(device, scene);
+  immersive::SessionPanel panel(device);
+  panels::SessionWatch told(scene);
+  immersive::ThumbOnScanner knobs;
+  immersive::HandsOnPatient hands(scene, settings.hand, settings.probe);
+  state::FrameState state = session.frames().make_frame();
+  // One simulation period behind the newest state there is always a later one to interpolate to.
+  const double delay_s = 1.5 / scene.rates.simulation_hz;
+  StylusWatch watch(*settings.stylus, observer);
+  while (!session.finished() && !observer.stop_requested()) {
+    watch.look();
+    const headset::HeadsetPhase phase = headset.poll();
+    if (phase == headset::HeadsetPhase::ended) return true;
+    if (phase == headset::HeadsetPhase::lost) {
+      observer.note(Note::notice, fmt::format("{}; {}", headset.reason(), settings.if_lost));
+      return false;
+    }
+    const std::optional<headset::HeadsetFrame> frame = headset.begin_frame();
+    if (!frame) {
+      std::this_thread::sleep_for(kIdle);
+      continue;
+    }
+    session.advance(session::kLockstepFrame);
+    hands.move(frame->hands, session.time_s());
+    if (settings.course != nullptr) {
+      const training::Action menu = menu_action(settings.course->state());
+      const training::FlowState& state_of_course =
+          settings.course->poll(session, std::span(&menu, frame->hands.menu_pressed ? 1U : 0U));
+      if (state_of_course.stage == training::Stage::debrief || settings.course->reset_asked_for()) {
+        headset.end_frame(nullptr);
+        return true;
+      }
+    }
+    if (frame->hands.panel_pressed) *settings.panel = next(*settings.panel);
+    if (!frame->draw) {
+      headset.end_frame(nullptr);
+      continue;
+    }
+    view::Input thumb;
+    thumb.strokes = knobs.strokes(frame->hands, static_cast<double>(frame->display_time_ns) * 1e-9);
+    scanner.handle(thumb, nullptr, session.time_s());
+    session.frames().sample(session.time_s() - delay_s, state);
+    if (settings.course != nullptr) settings.course->show(state);
+    scanner.draw(state);
+    told.look(state);
+    panels::SessionFacts facts = panels::facts_of(scene, settings.course);
+    told.fill(facts);
+    panel.draw(facts, *settings.panel, static_cast<double>(frame->display_time_ns) * 1e-9);
+    headset.end_frame(&view.draw(*frame, state,
+                                 {.plane = scanner.in_view(),
+                                  .screen = &scanner.screen(),
+                                  .panel = panel.picture(),
+                                  .see_through = see_through(*settings.panel),
+                                  .needle = &session.newest_needle()}));
+  }
+  return true;
+}
+
+}  // namespace
+
+bool show_in_headset(headset::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
+                     session::LiveSession& session, const HeadsetSessionSettings& settings, Observer& observer) {
+  std::optional<headset::Headset> headset;
+  try {
+    headset.emplace(runtime, device,
+                    headset::HeadsetSettings{.room_from_standing = immersive::standing_place(scene)});
+  } catch (const headset::HeadsetError& error) {
+    observer.note(Note::notice, fmt::format("{}: {}; {}", runtime.name(), error.what(), settings.if_lost));
+    return false;
+  }
+  scanner::LiveScanner scanner(device, scene, *settings.scanner);
+  scanner.watch(settings.images);
+  try {
+    return run_in_headset(*headset, device, scene, session, scanner, settings, observer);
+  } catch (const gpu::DeviceLost&) {
+    *settings.scanner = scanner.console();
+    throw;
+  }
+}
+
+}  // namespace stylet::app

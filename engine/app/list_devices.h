@@ -1,0 +1,21 @@
+// What HID devices are plugged in, what each can do, and why one is not usable.
+#pragma once
+
+#include "engine/app/hid_device.h"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <filesystem>
+
+namespace stylet::app {
+
+/// A list; of each what `stylet devices --json` prints, and "text": lines for people. Nothing is opened.
+/// @throws files::ContentError  of the profiles
+nlohmann::json list_devices();
+
+/// The same of one device, by its report descriptor alone: bytes, or hexadecimal digits.
+/// @param id      to find its profile. @param fields  "text" lists every field
+/// @throws files::ContentError  it is no descriptor
+nlohmann::json describe_descriptor(const std::filesystem::path& file, const HidChoice& id, bool fields);
+
+}  // namespace stylet::app

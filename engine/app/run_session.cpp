@@ -1,0 +1,233 @@
+#include "engine/app/run_session.h"
+
+#include "engine/app/build_name.h"
+#include "engine/app/default_stylus.h"
+#include "engine/app/expert_choice.h"
+#include "engine/app/graphics.h"
+#include "engine/app/headset_session.h"
+#include "engine/app/hid_device.h"
+#include "engine/app/session_display.h"
+#include "engine/app/session_window.h"
+#include "engine/debrief/debrief.h"
+#include "engine/debrief/session_replay.h"
+#include "engine/debrief/still_moment.h"
+#include "engine/files/error.h"
+#include "engine/files/output_directory.h"
+#include "engine/recording/unfinished_recording.h"
+#include "engine/session/live_session.h"
+#include "engine/training/training_session.h"
+#include "physics/tissue/blas.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace stylet::app {
+
+namespace {
+
+/// What an interrupted session does not draw: pictures of an earlier one must not lie beside its numbers.
+const std::vector<std::string> kPictures{"session.mp4",  "session.png",  "view.png",    "ultrasound.png",
+                                         "debrief.html", "debrief.json", "debrief.csv", "path.csv"};
+
+/// @throws files::ContentError  settings that do not go together
+void check(const SessionSettings& settings, const Stylus& stylus, bool window, bool headset) {
+  using files::ContentError;
+  const StylusNeed need = stylus.kind->need;
+  if (settings.lockstep && stylus.kind->in_real_time_only)
+    throw ContentError(
+        "--lockstep: a HID device moves in real time; leave --lockstep out, or choose another with --device");
+  if (settings.lockstep && settings.link.wanted())
+    throw ContentError("--lockstep: runs faster than time; leave one of --lockstep and --link out");
+  if (need == StylusNeed::link && !settings.link.wanted())
+    throw ContentError("--device link: its poses come over --link or --link-from HOST:PORT; say which");
+  if (need == StylusNeed::window && (!window || headset))
+    throw ContentError("--device mouse: needs a window, and this session has none");
+  if (need == StylusNeed::headset && !headset)
+    throw ContentError("--device hand: needs a headset, and this session has none; see --view headset");
+}
+
+/// Recordings that an earlier session left here when it was killed are never taken away.
+void note_cut_off_sessions(const std::filesystem::path& folder, Observer& observer) {
+  for (const std::filesystem::path& recording : recording::cut_off_recordings(folder)) {
+    observer.note(Note::notice, fmt::format("an earlier session was cut off; `stylet replay {}` shows it, remove it "
+                                            "when done",
+                                            recording.string()));
+  }
+}
+
+/// A session that is over.
+struct Finished {
+  const content::Scene& scene;
+  const recording::Recording& recording;
+  const figures::ForceTrace& force;
+  bool own_motion = false;  ///< the scenario's motion led the needle
+};
+
+/// Replays the recording, then draws page, pictures and film from the replay.
+void debrief_session(const SessionSettings& settings, const Finished& done, Graphics& graphics, SessionResult& result,
+                     files::OutputDirectory& out, recording::UnfinishedRecording& file, SessionObserver& observer) {
+  const auto show = [&](const std::string& doing, double share) { show_progress(observer, doing, share); };
+  const auto write_report = [&] {
+    session::write_json(out.staged("session.json"),
+                        training::with_training(session::to_json(result.report), result.training));
+    file.finish(out, "session.json");
+  };
+  const auto keep_numbers = [&] {
+    observer.task_done();
+    out.keep_only({"force.csv", "force.png"});
+    out.supersede(kPictures);
+    write_report();
+  };
+  debrief::write_force(out, done.recording, done.force);
+  try {
+    debrief::SessionReplay replay(done.scene, done.recording);
+    replay.run([&](double share) { show("Replaying", share); });
+    observer.task_done();
+    result.report.replay_identical = replay.result().identical() && replay.state_hash() == result.report.state_hash;
+    result.report.replay_hashes = replay.result().compared;
+    observer.measured(result);
+    const auto expert = chosen_expert(settings.expert, done.own_motion, done.scene, observer);
+    result.film_frames = graphics.draw([&](gpu::Device& device) {
+      return debrief::write_debrief(out, done.scene, device, done.recording, replay, done.force,
+                                    {.stills = {.film = {.stereo = settings.stereo}},
+                                     .film = settings.film,
+                                     .expert = expert,
+                                     .metrics = result.training.metrics},
+                                    show);
+    });
+  } catch (const Stopped&) {
+    return keep_numbers();
+  } catch (const gpu::GpuError& error) {
+    result.not_drawn_because = error.what();
+    return keep_numbers();
+  }
+  observer.task_done();
+  if (!settings.film) out.supersede({"session.mp4"});
+  write_report();
+  result.drawn = true;
+  result.still_moment = debrief::still_words(done.recording.events);
+}
+
+/// @param display  null: headless, or only in the headset
+/// @return nothing: the trainee wants to begin anew
+std::optional<SessionResult> attempt(const SessionSettings& settings, const content::Scene& scene,
+                                     view::Display* display, headset::HeadsetRuntime* headset,
+                                     SessionObserver& observer) {
+  const physics::Coupling coupling = chosen_coupling(settings.coupling, scene);
+  haptic::hid::ReportLog log;
+  const ShownIn shown = headset != nullptr   ? ShownIn::headset
+                        : display != nullptr ? ShownIn::window
+                                             : ShownIn::nothing;
+  Stylus stylus =
+      open_stylus_or_default(settings.stylus, shown, scene, settings.record.empty() ? nullptr : &log, observer);
+  if (settings.seconds > 0) stylus.duration_s = std::min(stylus.duration_s, settings.seconds);
+  check(settings, stylus, display != nullptr, headset != nullptr);
+  Graphics graphics(
+      {.gpu = settings.gpu,
+       .window_extensions = display != nullptr ? display->vulkan_extensions() : std::vector<std::string>{},
+       .maker = headset},
+      observer);
+  files::OutputDirectory out(settings.out);
+  note_cut_off_sessions(out.destination(), observer);
+  recording::UnfinishedRecording file(out.destination());
+  session::HeldProbe probe(scene);
+  training::TraceRecorder trace(scene, stylus.duration_s);
+  const bool watched = display != nullptr || headset != nullptr;
+  training::TrainingSession course(scene, {.automatic = !stylus.held() || !watched});
+  session::LiveSession live(scene, *stylus.device,
+                            {.coupling = coupling,
+                             .duration_s = stylus.duration_s,
+                             .lockstep = settings.lockstep,
+                             .recording = file.path(),
+                             .build = build_name(),
+                             .probe = watched || settings.link.wanted() ? &probe : nullptr,
+                             .listeners = {&trace, &course.watch()}});
+  LinkSession link(settings.link, scene, live, {.probe = &probe, .needle = stylus.input.tracked});
+  SessionResult result{.title = scene.name, .folder = out.destination()};
+  session::SessionReport& report = result.report;
+  report = {.scenario = scene.scenario.string(),
+            .build = build_name(),
+            .coupling = session::coupling_name(coupling),
+            .device = stylus.device->name(),
+            .gpu = graphics.device().identity().name,
+            .gpu_driver = graphics.device().identity().driver,
+            .blas = physics::single_threaded_blas().name};
+  file.keep();  // what a hand has done is not done again
+  live.start();
+  link.start(observer);
+  show_to_end(live, scene, {graphics, display, headset, stylus, probe, course, link}, settings.stereo,
+              stylus.duration_s, observer);
+  course.end(live);
+  report.run = live.stop();
+  const std::vector<std::string> link_lines = link.stop();
+  if (course.reset_asked_for() && !observer.stop_requested()) {
+    file.discard();
+    return std::nullopt;
+  }
+  if (const std::string counts = stylus.device->statistics(); !counts.empty()) result.account = counts + "\n";
+  for (const std::string& line : link_lines) result.account += line + "\n";
+  result.account += course.result_in_words();
+  observer.task_done();
+  if (observer.stop_requested()) {
+    observer.note(Note::notice,
+                  "session ended early; drawing its pictures (Ctrl-C again: keep recording and force only)");
+    observer.stop_answered();
+  }
+  report.force = live.force().summary();
+  report.closest_target_distance = live.closest_target_distance();
+  report.probe = live.probe();
+  report.state_hash = live.state_hash();
+  const recording::Recording recording = recording::read_recording(file.path());
+  if (!settings.record.empty()) write_hand(live, recording, stylus.hid, log, settings.record);
+  stylus.device.reset();  // motors off before the pictures are drawn
+  report.punctures = session::punctures(recording.events);
+  result.training = training::assess(trace.take(recording.events), scene);
+  debrief_session(settings, {scene, recording, live.force(), stylus.own_motion}, graphics, result, out, file,
+                  observer);
+  return result;
+}
+
+bool wants_window(const SessionSettings& settings) {
+  if (settings.view == SessionView::headless) return false;
+  if (settings.view == SessionView::window && !has_display()) {
+    throw files::ContentError(
+        "--view window: there is no display (neither DISPLAY nor WAYLAND_DISPLAY is set); use --view headless");
+  }
+  return has_display() && (settings.view != SessionView::automatic || !settings.lockstep);
+}
+
+/// A window's display; none for a headless session, or where none can be opened and a window was not insisted on. Of
+/// a headset's session the window waits for the headset to go.
+std::unique_ptr<view::Display> open_display(const SessionSettings& settings, Observer& observer) {
+  if (!wants_window(settings)) return nullptr;
+  try {
+    return std::make_unique<view::Display>();
+  } catch (const gpu::GpuError& error) {
+    if (settings.view == SessionView::window) throw;
+    observer.note(Note::notice, fmt::format("{}; going on headless", error.what()));
+    return nullptr;
+  }
+}
+
+}  // namespace
+
+SessionResult run_session(const SessionSettings& settings, SessionObserver& observer) {
+  const std::unique_ptr<view::Display> display = open_display(settings, observer);
+  const std::unique_ptr<headset::HeadsetRuntime> headset =
+      settings.view == SessionView::headset ? find_headset(display ? "in a window" : "headless", observer) : nullptr;
+  check_expert(settings.expert);
+  content::Scene scene = load_scene(settings.scenario, observer);
+  if (settings.haptic_hz != 0) set_haptic_rate(scene, settings.haptic_hz);
+  set_scanner(scene, settings.scanner);
+  while (true) {
+    if (auto result = attempt(settings, scene, display.get(), headset.get(), observer)) return std::move(*result);
+    observer.note(Note::notice, "once more from the start");
+  }
+}
+
+}  // namespace stylet::app

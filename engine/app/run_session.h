@@ -1,0 +1,68 @@
+// A training session: a scenario, somebody or something that leads the needle, and what it leaves in a folder.
+#pragma once
+
+#include "engine/app/link_session.h"
+#include "engine/app/load_scene.h"
+#include "engine/app/observer.h"
+#include "engine/session/session_report.h"
+#include "engine/training/training_report.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace stylet::app {
+
+enum class SessionView : std::uint8_t {
+  automatic,  ///< a window where there is a display; else headless, as is a session in lockstep
+  window,
+  headset,  ///< OpenXR; where no runtime answers as automatic
+  headless,
+};
+
+struct SessionSettings {
+  std::string scenario{};  ///< a name in content/scenarios, or a file
+  std::string stylus{};    ///< as of open_stylus(); empty: the default_stylus()
+  SessionView view = SessionView::automatic;
+  bool stereo = false;
+  bool lockstep = false;           ///< one thread, fixed schedule: the same bits every time
+  std::string coupling{};          ///< empty: the scenario's
+  double haptic_hz = 0;            ///< 0: the scenario's
+  double seconds = 0;              ///< 0: as long as the stylus moves
+  std::filesystem::path record{};  ///< motion file of the hand; empty: none is written
+  std::string expert{};            ///< as of chosen_expert()
+  bool film = true;
+  std::filesystem::path out = "out/session";
+  std::string gpu{};  ///< by a part of its name or its number; empty: the best
+  ScannerSettings scanner{};
+  SessionLinkSettings link{};
+};
+
+/// What a session came to.
+struct SessionResult {
+  std::string title{};  ///< of the scenario
+  session::SessionReport report{};
+  training::TrainingReport training{};
+  std::string account{};            ///< lines of the stylus, the link and the procedure
+  std::filesystem::path folder{};   ///< holds session.rec, session.json, the force
+  bool drawn = false;               ///< and debrief, pictures and, where wanted, the film
+  std::string not_drawn_because{};  ///< of the graphics; empty and not drawn: the observer asked for the end
+  int film_frames = 0;
+  std::string still_moment{};  ///< of the pictures: "at the end of the heating"
+
+  bool identical() const { return report.replay_identical.value_or(false); }
+};
+
+class SessionObserver : public Observer {
+public:
+  /// The session is over and its replay compared; its pictures are still to be drawn.
+  virtual void measured(const SessionResult& /*result*/) {}
+};
+
+/// Runs a session, as often as the trainee begins anew, then replays its recording to see that it gives the same
+/// bits, and draws from the replay. A stop while it runs ends the session; a second one leaves out the pictures. Main
+/// thread. @throws files::ContentError, gpu::GpuError, haptic::hid::HidError, link::LinkError
+/// @throws Stopped  before there was anything to keep
+SessionResult run_session(const SessionSettings& settings, SessionObserver& observer);
+
+}  // namespace stylet::app

@@ -1,0 +1,35 @@
+// A running session as it is shown: in a headset, in a window, to clients of a link alone, or to nobody.
+#pragma once
+
+#include "engine/app/graphics.h"
+#include "engine/app/link_session.h"
+#include "engine/app/observer.h"
+#include "engine/app/stylus.h"
+#include "engine/content/scene.h"
+#include "engine/headset/headset_runtime.h"
+#include "engine/session/held_probe.h"
+#include "engine/session/live_session.h"
+#include "engine/training/training_session.h"
+#include "engine/view/window.h"
+
+namespace stylet::app {
+
+/// What a running session consists of.
+struct SessionParts {
+  Graphics& graphics;
+  view::Display* display;            ///< null: no window
+  headset::HeadsetRuntime* headset;  ///< null: no headset
+  Stylus& stylus;
+  session::HeldProbe& probe;
+  training::TrainingSession& course;
+  LinkSession& link;
+};
+
+/// From start() to the end of the course. Where the device is lost the session goes on with another; where there is
+/// no other, or none that lasts, headless, or to its end where nobody could lead it any more. Main thread.
+/// @param duration_s  of the session, for the progress
+/// @throws gpu::GpuError  but for a lost device
+void show_to_end(session::LiveSession& live, const content::Scene& scene, const SessionParts& parts, bool stereo,
+                 double duration_s, Observer& observer);
+
+}  // namespace stylet::app

@@ -1,0 +1,76 @@
+// The styluses that can lead the needle, by the names that users give them.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/readers/motion.h"
+#include "haptic/device.h"
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace stylet {
+namespace haptic {
+class HandDevice;
+class MouseDevice;
+namespace hid {
+class ReportLog;
+}  // namespace hid
+}  // namespace haptic
+namespace link {
+class LinkStylus;
+}  // namespace link
+}  // namespace stylet
+
+namespace stylet::app {
+
+/// What the session must have for a stylus to be moved.
+enum class StylusNeed : std::uint8_t { nothing, window, headset, link };
+
+struct Stylus;
+
+/// A row of the table of styluses.
+struct StylusKind {
+  const char* name;                ///< as in --device NAME
+  const char* argument;            ///< of NAME:ARGUMENT; empty: NAME alone
+  const char* help;                ///< what it is, in words
+  bool held = false;               ///< by somebody who begins and ends the session; else it plays by itself
+  bool in_real_time_only = false;  ///< it moves whether or not time waits for the pictures
+  StylusNeed need = StylusNeed::nothing;
+  Stylus (*open)(const content::Scene& scene, const std::string& argument, haptic::hid::ReportLog* log);
+};
+/// In the order in which they are listed.
+std::span<const StylusKind> stylus_kinds();
+/// All of them in words: "hid (...), mouse (...) or scripted (...)".
+std::string stylus_help();
+
+/// Where others than the haptic thread move a stylus: at most one is there, a part of the stylus.
+struct StylusInput {
+  haptic::MouseDevice* mouse = nullptr;  ///< by a window
+  haptic::HandDevice* hand = nullptr;    ///< by a headset
+  link::LinkStylus* tracked = nullptr;   ///< by an OpenIGTLink connection
+};
+
+/// A stylus that is open.
+struct Stylus {
+  std::unique_ptr<haptic::Device> device{};
+  /// Of its motion; infinite: as long as the user wants.
+  double duration_s = std::numeric_limits<double>::infinity();
+  bool own_motion = false;  ///< it plays the scenario's motion
+  StylusInput input{};
+  readers::RawReports hid{};  ///< of a HID device: which, and what its reports mean; its reports are in the log
+  const StylusKind* kind = nullptr;  ///< set by open_stylus()
+
+  bool held() const { return kind->held; }
+};
+
+/// @param description  NAME or NAME:ARGUMENT of the table; empty: recorded
+/// @param log  takes the raw reports of a HID device; outlives the stylus; null: nobody wants them
+/// @throws files::ContentError  there is no such stylus, or it cannot lead the needle of this scene
+/// @throws haptic::hid::HidError
+Stylus open_stylus(const std::string& description, const content::Scene& scene,
+                   haptic::hid::ReportLog* log = nullptr);
+
+}  // namespace stylet::app

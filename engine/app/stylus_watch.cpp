@@ -1,0 +1,18 @@
+#include "engine/app/stylus_watch.h"
+
+namespace stylet::app {
+
+void StylusWatch::look() {
+  const haptic::DeviceStatus status = stylus_.status();
+  if (status.waits_for_rest && !awaited_) {
+    awaited_ = true;
+    observer_.note(Note::notice, stylus_.name() + ": hold it at its rest place to begin");
+  }
+  if (status.connected == connected_) return;
+  connected_ = status.connected;
+  observer_.note(Note::notice, stylus_.name() + (connected_ ? ": back; the needle is taken up where it is"
+                                                            : ": gone; force off, the needle stays where it is; "
+                                                              "plug it in again"));
+}
+
+}  // namespace stylet::app

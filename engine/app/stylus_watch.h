@@ -1,0 +1,22 @@
+// What whoever holds the stylus of a running session should know of it.
+#pragma once
+
+#include "engine/app/observer.h"
+#include "haptic/device.h"
+
+namespace stylet::app {
+
+/// Notes when the stylus goes, when it is back, and that it is awaited.
+class StylusWatch {
+public:
+  StylusWatch(const haptic::Device& stylus, Observer& observer) : stylus_(stylus), observer_(observer) {}
+  void look();
+
+private:
+  const haptic::Device& stylus_;
+  Observer& observer_;
+  bool connected_ = true;
+  bool awaited_ = false;
+};
+
+}  // namespace stylet::app
