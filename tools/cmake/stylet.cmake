@@ -64,15 +64,18 @@ endfunction()
 # What has to be made before a file can be read by itself: SPIR-V, the commit; tools/lint.sh.
 add_custom_target(generated_headers)
 
-# What the sanitizer runs build: tests without benchmarks; those with threads alone.
+# What tools/test.sh builds: every test; of those with threads alone; of one folder of tests/, tests/FOLDER/all, which
+# leaves out benchmarks (tools/bench.sh) and soaks.
 add_custom_target(all_tests)
 add_custom_target(thread_tests)
+add_custom_target(all_benches)
 
 # stylet_test(NAME SOURCES files... LINK targets... [LABEL cpu|physics|threads|gpu|bench] [TIMEOUT seconds]
-# [TOGETHER suites...]): one GoogleTest executable, one CTest entry a test; one for all of a suite in TOGETHER, whose
-# tests share what takes seconds to make and skip nothing. ThreadSanitizer runs those with the label threads.
+# [COST seconds] [TOGETHER suites...]): one GoogleTest executable, one CTest entry a test; one for all of a suite in
+# TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer runs those with the label
+# threads. Those of higher COST, about what the longest takes, start first, so that nothing waits for them at the end.
 function(stylet_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT;LABEL" "SOURCES;LINK;TOGETHER" ${ARGN})
+  cmake_parse_arguments(arg "" "TIMEOUT;LABEL;COST" "SOURCES;LINK;TOGETHER" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES STYLET_TEST ON)
   target_precompile_headers(${name} REUSE_FROM stylet_test_headers)
@@ -92,7 +95,10 @@ function(stylet_test name)
   if(NOT arg_LABEL)
     set(arg_LABEL cpu)
   endif()
-  set(properties LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} ${environment})
+  if(NOT arg_COST)
+    set(arg_COST 1)
+  endif()
+  set(properties LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} COST ${arg_COST} ${environment})
   list(TRANSFORM arg_TOGETHER APPEND ".*")
   foreach(suite ${arg_TOGETHER})
     add_test(NAME ${suite} COMMAND ${name} --gtest_filter=${suite})
@@ -109,7 +115,8 @@ endfunction()
 # stylet_bench(NAME SOURCES files... LINK targets...): one Google Benchmark executable; tests/bench.
 function(stylet_bench name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
-  add_executable(${name} ${arg_SOURCES})
+  add_executable(${name} EXCLUDE_FROM_ALL ${arg_SOURCES})
+  add_dependencies(all_benches ${name})
   target_link_libraries(${name} PRIVATE ${arg_LINK} stylet_flags benchmark::benchmark)
   target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     STYLET_FLAGS="${CMAKE_BUILD_TYPE} -march=${STYLET_ARCH}")
