@@ -5,7 +5,7 @@
 source "$(dirname "$0")/setup.sh"
 seconds=${1:-600}
 [[ $seconds =~ ^[1-9][0-9]*$ ]] || fail "say how many seconds each fuzzer runs, not '$seconds'"
-install_packages run build test-all
+install_packages run build test-ci
 build fuzz all_fuzzers
 
 folder=build/fuzz

@@ -1,38 +1,70 @@
 #!/usr/bin/env bash
-# Builds and runs the tests: ./tools/test.sh [--all]
+# Builds and runs the tests: ./tools/test.sh [ROOM... | --ci | --all]
 case "${1:-}" in
 -h | --help)
   cat <<'HELP'
-usage: tools/test.sh [--all]
+usage: tools/test.sh              every test, Release: what to run after a clone and before a commit (12 minutes)
+       tools/test.sh ROOM...      the tests of these rooms alone: what to run while you change one (2 minutes)
+       tools/test.sh --ci         everything that guards main (25 minutes)
+       tools/test.sh --all        that, and what takes hours
 
-Installs what is missing (Debian 12), then builds and runs through CTest:
-  release   every test, Vulkan validation and synchronisation validation on
-  asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviourSanitizer, by clang
+Each installs the Debian 12 packages that it misses, builds into build/ what has changed, runs the tests through CTest
+with Vulkan validation and synchronization validation on, and says where its time went; those times are for a first
+run on two cores.
+
+ROOM is one of the table in engine/README.md, or a folder of tests/: engine/link or link; physics/contact or physics.
+One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder's executables: its CMakeLists.txt).
+
+--ci adds:
+  format    clang-format on every file
+  alone     every file compiled by itself: the builds put several into one (unity), where one can use what another includes
+  asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviorSanitizer, by clang
   tsan      the tests with threads, under ThreadSanitizer, by clang
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
 --all adds the benchmarks, soaks of the default scenario (in lockstep for STYLET_SOAK_MINUTES of session time, 30; in
 real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), a hundred random users at the window, again under
-AddressSanitizer, coverage-guided fuzzing of every reader
-(STYLET_FUZZ_SECONDS each, 3600), clang-format and clang-tidy on every file.
+AddressSanitizer, coverage-guided fuzzing of every reader (STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
 HELP
   exit 0
   ;;
-"" | --all) ;;
-*) echo "test.sh: unknown option $1; see --help" >&2; exit 2 ;;
 esac
 source "$(dirname "$0")/setup.sh"
-all=${1:-}
+source tools/rooms.sh
+
+tier=release
+folders=()
+case "${1:-}" in
+"") ;;
+--ci | --all) tier=${1#--}; [ $# -eq 1 ] || fail "$1 goes alone; see --help" ;;
+-*) echo "test.sh: unknown option $1; see --help" >&2; exit 2 ;;
+*)
+  tier=rooms
+  for room in "$@"; do
+    folder=$(tests_of "$room")
+    if [ -z "$folder" ]; then
+      printf 'test.sh: there is no room %s; did you mean %s? The rooms:\n' "$room" "$(nearest "$room")" >&2
+      all_rooms | paste -sd' ' | fold -s -w 110 >&2
+      exit 2
+    fi
+    folders+=("$folder")
+  done
+  mapfile -t folders < <(printf '%s\n' "${folders[@]}" | sort -u)
+  ;;
+esac
 
 sections=(run build test)
-[ -n "$all" ] && sections+=(test-all)
+case $tier in
+ci) sections+=(test-ci) ;;
+all) sections+=(test-ci test-all) ;;
+esac
 install_packages "${sections[@]}"
 
 XDG_RUNTIME_DIR=$(mktemp -d)
 chmod 700 "$XDG_RUNTIME_DIR"
 trap 'rm -rf "$XDG_RUNTIME_DIR"; kill $(jobs -p) 2>/dev/null || true' EXIT
 export XDG_RUNTIME_DIR
-# The software rasteriser, so that pictures are the same everywhere; hazards between submissions count too.
+# The software rasterizer, so that pictures are the same everywhere; hazards between submissions count too.
 export VK_LOADER_DRIVERS_SELECT=${VK_LOADER_DRIVERS_SELECT:-lvp_icd*}
 export STYLET_VALIDATION=1
 export VK_LAYER_ENABLES=VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT
@@ -42,36 +74,56 @@ export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1 UBSAN_OPTIONS=print_st
 export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
 
 status=0
-# run_tests PRESET NAME [OPTION of ctest...]
+data=-DSTYLET_TEST_DATA=${STYLET_TEST_DATA:-}
+release=(-DBUILD_TESTING=ON -DSTYLET_DRACO=ON "$data")
+rm -f build/*/ctest-*.log
+
+# run_tests FOLDER NAME [OPTION of ctest...]: of a build folder, or of one of its folders of tests. One more at a time
+# than there are cores, for those that wait.
 run_tests() {
-  local preset=$1 log=build/$1/ctest-$2.log
+  local folder=build/$1 log=build/${1%%/*}/ctest-$2.log
   shift 2
   XDG_CACHE_HOME=$XDG_RUNTIME_DIR/cache xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" \
-    ctest --preset "$preset" -j "$(nproc)" --no-tests=error "$@" | tee "$log" | grep -v -E ' Start +[0-9]+:| Passed '
+    ctest --test-dir "$folder" --output-on-failure -j "$(($(nproc) + 1))" --no-tests=error "$@" | tee "$log" |
+    grep -v -E ' Start +[0-9]+:| Passed '
 }
 skipped() { cat build/*/ctest-*.log 2>/dev/null | grep -c '\*\*\*Skipped' || true; }
-rm -f build/*/ctest-*.log
-data=-DSTYLET_TEST_DATA=${STYLET_TEST_DATA:-}
-
-stage "Build release" build release all_tests -DBUILD_TESTING=ON -DSTYLET_DRACO=ON "$data"
-stage "Test release" run_tests release all || status=1
-# One emulated processor, indifferent to how busy the machine is.
-tools/kernel_test.sh >build/kernel_test.txt 2>&1 &
-kernel_test=$!
-stage "Build asan" build asan all_tests -DSTYLET_DRACO=ON "$data"
-stage "Test asan" run_tests asan cpu -LE gpu || status=1
-# The Vulkan loader, layers and driver keep memory until the process ends and are unloaded before the leak check.
-ASAN_OPTIONS=detect_leaks=0 STYLET_VALIDATION=0 stage "Test asan, Vulkan" run_tests asan gpu -L gpu || status=1
-stage "Build tsan" build tsan thread_tests
-stage "Test tsan" run_tests tsan threads || status=1
+# The executables of a folder of tests/, and the tests that they have.
+test_room() {
+  stage "Build tests/$1" build release "tests/$1/all" "${release[@]}"
+  stage "Test tests/$1" run_tests "release/tests/$1" "$1" || status=1
+}
 kernel_test_result() {
   local result=0
   wait "$kernel_test" || result=$?
   cat build/kernel_test.txt
   return $result
 }
-stage "Test kernel" kernel_test_result || status=1
-if [ -n "$all" ]; then
+
+if [ $tier = rooms ]; then
+  for folder in "${folders[@]}"; do
+    if [ "$folder" = kernel ]; then stage "Test kernel" tools/kernel_test.sh || status=1; else test_room "$folder"; fi
+  done
+else
+  stage "Build release" build release all_tests "${release[@]}"
+  stage "Test release" run_tests release all || status=1
+fi
+
+if [ $tier = ci ] || [ $tier = all ]; then
+  # One emulated processor, indifferent to how busy the machine is.
+  tools/kernel_test.sh >build/kernel_test.txt 2>&1 &
+  kernel_test=$!
+  stage "clang-format" tools/lint.sh format || status=1
+  stage "Every file alone" tools/lint.sh alone || status=1
+  stage "Build asan" build asan all_tests -DSTYLET_DRACO=ON "$data"
+  stage "Test asan" run_tests asan cpu -LE gpu || status=1
+  # The Vulkan loader, layers and driver keep memory until the process ends and are unloaded before the leak check.
+  ASAN_OPTIONS=detect_leaks=0 STYLET_VALIDATION=0 stage "Test asan, Vulkan" run_tests asan gpu -L gpu || status=1
+  stage "Build tsan" build tsan thread_tests
+  stage "Test tsan" run_tests tsan threads -L threads || status=1
+  stage "Test kernel" kernel_test_result || status=1
+fi
+if [ $tier = all ]; then
   stage "Benchmarks" tools/bench.sh || status=1
   stage "Build soaks" build release all_soaks
   stage "Soak" build/release/bin/stylet_soak || status=1
@@ -82,7 +134,6 @@ if [ -n "$all" ]; then
   stage "Random users" random_users release || status=1
   ASAN_OPTIONS=detect_leaks=0 STYLET_VALIDATION=0 stage "Random users, asan" random_users asan || status=1
   stage "Fuzz" tools/fuzz.sh "${STYLET_FUZZ_SECONDS:-3600}" || status=1
-  stage "clang-format" tools/lint.sh format || status=1
   stage "clang-tidy" tools/lint.sh tidy || status=1
 fi
 stage_times

@@ -6,6 +6,7 @@
 #include "engine/link/link.h"
 #include "engine/scanner/live_scanner.h"
 #include "engine/session/live_session.h"
+#include "engine/training/training_session.h"
 
 #include <optional>
 #include <string>

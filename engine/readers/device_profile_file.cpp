@@ -17,8 +17,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 struct NamedUsage {
   std::string_view name;
   hid::Usage usage;
@@ -260,6 +258,7 @@ hid::DeviceProfile read_device_profile(files::JsonFile& file) {
   profile.scale = root.number("scale", {0.01, 100}, profile.scale);
   profile.workspace_half_m = root.vector3("workspace_mm", {1, 10000}, 2e3 * profile.workspace_half_m) * 0.5e-3;
   if (auto rate = root.object("rate", false)) {
+    constexpr double kDegree = std::numbers::pi / 180;
     profile.full_speed_m_per_s =
         rate->number("full_speed_mm_per_s", {1, 1000}, 1e3 * profile.full_speed_m_per_s) * 1e-3;
     profile.full_angular_speed_rad_per_s =

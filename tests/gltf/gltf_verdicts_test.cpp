@@ -8,7 +8,6 @@
 
 #include <sys/resource.h>
 
-#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -37,10 +36,22 @@ struct Outcome {
   std::string warnings;  ///< of a file that was read
 };
 
+/// That this process and its children took, whatever else the machine does.
+double processor_seconds() {
+  double seconds = 0;
+  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage used{};
+    getrusage(who, &used);
+    for (const timeval& time : {used.ru_utime, used.ru_stime})
+      seconds += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  }
+  return seconds;
+}
+
 /// Reads a file, and holds the reader to its promises whatever the file is.
 Outcome outcome_of(const fs::path& path) {
   Outcome outcome;
-  const auto start = std::chrono::steady_clock::now();
+  const double start_s = processor_seconds();
   try {
     const GltfScene scene = read_gltf(path);
     for (const std::string& warning : scene.warnings) outcome.warnings += warning + "\n";
@@ -56,7 +67,7 @@ Outcome outcome_of(const fs::path& path) {
     EXPECT_NE(outcome.refusal, "") << path;
     EXPECT_EQ(outcome.refusal.find('\n'), std::string::npos) << path << outcome.refusal;
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2)) << path;
+  EXPECT_LT(processor_seconds() - start_s, 2) << path;
   return outcome;
 }
 

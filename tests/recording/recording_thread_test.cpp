@@ -4,11 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <thread>
 
 namespace stylet::recording {
 namespace {
+
+/// For the other thread. On a busy machine one that yields comes back last, one that slept comes back first.
+constexpr std::chrono::microseconds kLetRun{20};
 
 TEST(RecordingWriter, TwoThreadsAndTheBackgroundLoseNothing) {
   const support::TemporaryFolder folder;
@@ -54,7 +58,7 @@ TEST(ByteRing, KeepsMessagesWholeWhileItWrapsAround) {
       const auto length = static_cast<std::uint8_t>(1 + k % 60);
       std::vector<std::uint8_t> message(1u + length, static_cast<std::uint8_t>(k));
       message[0] = length;
-      while (!ring.push(message)) std::this_thread::yield();
+      while (!ring.push(message)) std::this_thread::sleep_for(kLetRun);
     }
   });
   std::vector<std::uint8_t> drained;
@@ -63,7 +67,7 @@ TEST(ByteRing, KeepsMessagesWholeWhileItWrapsAround) {
   while (next < 30'000) {
     drained.clear();
     ring.drain(drained);
-    if (drained.empty()) std::this_thread::yield();
+    if (drained.empty()) std::this_thread::sleep_for(kLetRun);
     for (std::size_t at = 0; at < drained.size(); at += 1u + drained[at], ++next) {
       if (drained[at] != 1 + next % 60 || at + drained[at] >= drained.size()) {
         ++torn;

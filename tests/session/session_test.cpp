@@ -151,6 +151,7 @@ TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
   session.start();
   const double early_s = session.time_s();
   const std::int64_t early_ns = clock.now_ns();
+  const double later_s = session.time_s();
   int pauses = 0;
   for (const double at : {0.3, 0.6}) {
     until(at);
@@ -171,10 +172,14 @@ TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
         {.time_s = session.time_s(), .name = "resumed", .fields = {{"number", std::int64_t{++pauses}}}});
     EXPECT_FALSE(session.paused());
     EXPECT_NEAR(session.time_of(in_the_pause_ns), stands, 1e-9);
-    EXPECT_NEAR(session.time_of(clock.now_ns()), session.time_s(), 0.05) << "but for what the machine did meanwhile";
+    const double before_s = session.time_s();
+    const double now_s = session.time_of(clock.now_ns());
+    EXPECT_GE(now_s, before_s);
+    EXPECT_LE(now_s, session.time_s());
   }
   EXPECT_LT(session.time_of(began_ns), 0) << "before the start";
-  EXPECT_NEAR(session.time_of(early_ns), early_s, 0.05) << "the pauses came later";
+  EXPECT_GE(session.time_of(early_ns), early_s) << "the pauses came later";
+  EXPECT_LE(session.time_of(early_ns), later_s);
   session.wait();
   EXPECT_GE(static_cast<double>(clock.now_ns() - began_ns) * 1e-9, 0.9 + 2 * 0.18) << "time stood in the pauses";
   session.stop();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <thread>
@@ -84,7 +85,8 @@ TEST(StateBuffer, IsNeverTornUnderAFastWriterAndSeveralReaders) {
   for (std::uint64_t k = 1; k <= kSteps; ++k) {
     fill(state, k);
     ASSERT_TRUE(buffer.publish(state));
-    if (k % 16 == 0) std::this_thread::yield();  // few processors: let the readers in
+    // Few processors: let the readers in. On a busy machine one that yields comes back last.
+    if (k % 16 == 0) std::this_thread::sleep_for(std::chrono::microseconds(20));
   }
   done = true;
   for (std::thread& reader : readers) reader.join();

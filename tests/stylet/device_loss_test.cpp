@@ -1,21 +1,15 @@
 // A session whose graphics device is lost under it (tests/support/vulkan/losing_device.cpp): the loops go on, what
 // was recorded is whole, and one line says what happened.
+#include "tests/link/igtl_client.h"
 #include "tests/readers/small_scenario.h"
-#include "tests/stylet/command.h"
-#include "tests/support/sanitized.h"
+#include "tests/stylet/running_command.h"
 #include "tests/support/temporary_folder.h"
-
-#include <arpa/inet.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include <atomic>
 #include <chrono>
 #include <cstdlib>
-#include <thread>
 
 namespace stylet {
 namespace {
@@ -23,8 +17,8 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-constexpr double kMotion = support::kSanitized ? 10 : 3;  // s, in real time: devices must be made and lost meanwhile
-constexpr double kSession = 0.4;                          // s in lockstep: 24 pictures, however slowly they are drawn
+constexpr double kLong = 240;     // s, in real time: until it is interrupted, however long devices take to be made
+constexpr double kSession = 0.4;  // s in lockstep: 24 pictures, however slowly they are drawn
 constexpr const char* kInLockstep = "--lockstep --seconds 0.4 --device recorded";
 constexpr const char* kGoesOn = "; the session goes on with another\n";
 constexpr const char* kRefused = "stylet: the graphics device was lost (vkQueueSubmit2: VK_ERROR_DEVICE_LOST)";
@@ -40,8 +34,8 @@ protected:
   DeviceLoss() {
     small_.scenario["labels"]["spacing_mm"] = 4;
     small_.scenario["camera"]["eye"] = {0.1, -0.4, 0.4};
-    small_.motion["tracks"]["stylus"] =
-        json::array({json::parse("[0, 0.1, 0, 0.2, 0, 1, 0, 0]"), {kMotion, 0.1, 0, 0.17, 0, 1, 0, 0}});
+    small_.motion["tracks"]["stylus"] = json::parse("[[0, 0.1, 0, 0.2, 0, 1, 0, 0], [3, 0.1, 0, 0.17, 0, 1, 0, 0]]");
+    small_.motion["tracks"]["stylus"].push_back({kLong, 0.1, 0, 0.17, 0, 1, 0, 0});
     small_.write();
   }
   void TearDown() override {
@@ -49,11 +43,15 @@ protected:
       unsetenv(variable);
   }
 
-  Outcome train(const char* plan, const std::string& arguments, const char* film = "--no-film") {
+  /// The arguments of a session whose devices are lost as planned.
+  std::string losing(const char* plan, const std::string& arguments, const char* film = "--no-film") {
     setenv("STYLET_LOSE_DEVICE", plan, 1);
     setenv("LD_PRELOAD", STYLET_LOSING_DEVICE, 1);
-    return run(fmt::format("train {} --expert none {} --out {} {}", small_.path().string(), film, out().string(),
-                           arguments));
+    return fmt::format("train {} --expert none {} --out {} {}", small_.path().string(), film, out().string(),
+                       arguments);
+  }
+  Outcome train(const char* plan, const std::string& arguments, const char* film = "--no-film") {
+    return run(losing(plan, arguments, film));
   }
   fs::path out() const { return folder_ / "out"; }
 
@@ -139,60 +137,27 @@ TEST_F(DeviceLoss, TheDebriefIsDrawnWithAnother) {
   expect_whole();
 }
 
-/// A client that reads whatever comes until the session is over.
-class Client {
-public:
-  Client() {
-    const int probe = ::socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in any = loopback(0);
-    EXPECT_EQ(::bind(probe, reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
-    socklen_t size = sizeof any;
-    ::getsockname(probe, reinterpret_cast<sockaddr*>(&any), &size);
-    ::close(probe);
-    port_ = ntohs(any.sin_port);
-    thread_ = std::thread([this] { read(); });
-  }
-  ~Client() {
-    over_ = true;
-    thread_.join();
-  }
-  int port() const { return port_; }
-
-private:
-  static sockaddr_in loopback(int port) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<std::uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    return address;
-  }
-  void read() {
-    const sockaddr_in server = loopback(port_);
-    while (!over_) {
-      const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-      if (::connect(socket, reinterpret_cast<const sockaddr*>(&server), sizeof server) == 0) {
-        std::array<char, 65536> buffer{};
-        for (ssize_t n = 1; n > 0;) n = ::recv(socket, buffer.data(), buffer.size(), 0);
-      }
-      ::close(socket);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-  }
-
-  int port_ = 0;
-  std::atomic<bool> over_{false};
-  std::thread thread_;
-};
-
 TEST_F(DeviceLoss, AHeadlessSessionGoesOnSendingImages) {
-  Client client;
-  const Outcome outcome = train("3 3 absent", fmt::format("--view headless --link {}", client.port()));
-  EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+  RunningCommand session(losing("3 3 absent", "--view headless --link 0"));
+  const std::string port = session.wait_for("clients connect to 127.0.0.1:");
+  ASSERT_FALSE(port.empty()) << session.output();
+  tests::IgtlClient client;
+  ASSERT_TRUE(client.connect(std::stoi(port)));
   // The second device was lost too: images were made with it.
-  EXPECT_EQ(count(outcome.output, std::string(kRefused) + kGoesOn), 1) << outcome.output;
-  EXPECT_THAT(outcome.output, HasSubstr("; going on without images\n"));
+  EXPECT_FALSE(session.wait_for("; going on without images").empty()) << session.output();
+  EXPECT_EQ(count(session.output(), std::string(kRefused) + kGoesOn), 1) << session.output();
+  const std::chrono::duration<double> lost = std::chrono::system_clock::now().time_since_epoch();
+  tests::ClientMessage needle;
+  do {
+    needle = client.receive("NeedleToReference");
+    ASSERT_EQ(needle.type, "TRANSFORM") << "of after the loss";
+  } while (needle.utc_s < lost.count() + 0.1);
+  client.close();
+  session.interrupt();
+  EXPECT_EQ(session.end(), 2) << session.output();
+  EXPECT_EQ(session.output().find("Vulkan validation"), std::string::npos) << session.output();
   expect_pictures(false);
-  expect_whole(kMotion);
+  expect_whole(json::parse(read_text(out() / "session.json"))["duration_s"]);
 }
 
 TEST_F(DeviceLoss, InAHeadsetTheSessionGoesOnThere) {

@@ -1,7 +1,7 @@
 // `stylet train --link` as 3D Slicer meets it: the command in a process of its own, the library's client in this one.
 #include "tests/link/igtl_client.h"
 #include "tests/readers/small_scenario.h"
-#include "tests/stylet/command.h"
+#include "tests/stylet/running_command.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
@@ -29,52 +29,8 @@ protected:
   readers::test::SmallScenario small_;
 };
 
-/// `stylet` under way.
-class RunningCommand {
-public:
-  explicit RunningCommand(const std::string& arguments)
-      : pipe_(::popen(
-            fmt::format("ASAN_OPTIONS=detect_leaks=0 '{}' {} 2>&1 </dev/null", STYLET_COMMAND, arguments).c_str(),
-            "r")) {}
-  ~RunningCommand() { end(); }
-  RunningCommand(const RunningCommand&) = delete;
-  RunningCommand& operator=(const RunningCommand&) = delete;
-
-  /// The rest of the line after `words`, once it is said; empty: it never was.
-  std::string wait_for(const std::string& words) {
-    while (read_line()) {
-      const std::size_t found = line_.find(words);
-      if (found != std::string::npos) return line_.substr(found + words.size());
-    }
-    return {};
-  }
-  /// @return exit code
-  int end() {
-    if (pipe_ == nullptr) return -1;
-    while (read_line()) {
-    }
-    const int status = ::pclose(pipe_);
-    pipe_ = nullptr;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
-  }
-  const std::string& output() const { return output_; }
-
-private:
-  bool read_line() {
-    std::array<char, 4096> buffer{};
-    if (std::fgets(buffer.data(), buffer.size(), pipe_) == nullptr) return false;
-    line_ = buffer.data();
-    output_ += line_;
-    return true;
-  }
-
-  FILE* pipe_;
-  std::string line_;
-  std::string output_;
-};
-
 TEST_F(LinkCommand, AClientSeesTheSessionAndItsTrackerLeadsTheNeedle) {
-  RunningCommand command(train() + "--link 0 --device link --seconds 1.6");
+  RunningCommand command(train() + "--link 0 --device link --seconds 600");
   const std::string place = command.wait_for("clients connect to 127.0.0.1:");
   ASSERT_FALSE(place.empty()) << command.output();
   tests::IgtlClient client;
@@ -84,9 +40,9 @@ TEST_F(LinkCommand, AClientSeesTheSessionAndItsTrackerLeadsTheNeedle) {
   Eigen::Matrix4d led;
   Eigen::Vector3d begin;
   double farthest = 0;
-  for (int n = 0; n < 2000; ++n) {
+  while (farthest < 2.9 || !seen.contains("Image_Reference") || !seen.contains("Stylet")) {
     tests::ClientMessage message = client.receive();
-    if (message.type.empty()) break;
+    ASSERT_FALSE(message.type.empty()) << command.output();
     if (message.device == "NeedleToReference") {
       if (!seen.contains(message.device)) {
         led = message.matrix;
@@ -97,9 +53,9 @@ TEST_F(LinkCommand, AClientSeesTheSessionAndItsTrackerLeadsTheNeedle) {
       ASSERT_TRUE(client.send_transform("NeedleToReference", led));
     }
     seen[message.device] = std::move(message);
-    if (farthest > 2.9 && seen.contains("Image_Reference") && seen.contains("Stylet")) break;
   }
   client.close();
+  command.interrupt();
   EXPECT_EQ(command.end(), 0) << command.output();
   EXPECT_NEAR(farthest, 3, 0.1) << "mm";
   for (const char* name :

@@ -27,6 +27,9 @@ target_compile_definitions(stylet_flags INTERFACE ${STYLET_EIGEN_LAYOUT})
 target_compile_options(stylet_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>  # gcc 12 sees ghosts inside Eigen and OpenMesh
   $<$<CXX_COMPILER_ID:Clang>:-Wno-missing-field-initializers>  # anywhere, as engine/gpu says
+  # In a unity clang takes what another file has for shadowed; gcc does not, nor clang in tools/lint.sh alone.
+  $<$<AND:$<CXX_COMPILER_ID:Clang>,$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>>:-Wno-shadow>
+  $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=1048576>  # its garbage collection walks the precompiled headers
   -Werror -march=${STYLET_ARCH} -ffp-contract=off
   -fPIC -fno-semantic-interposition  # the physics is a shared library too; precompiled headers need the same of all
   # What tests, not what is tested: a third less to compile.
@@ -55,8 +58,12 @@ elseif(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
 endif()
 add_library(stylet_headers STATIC ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)
 target_link_libraries(stylet_headers PRIVATE stylet_flags)
+# Of a library that not every build has: its header, where it is there.
+set(STYLET_JSON_HEADER "$<$<TARGET_EXISTS:nlohmann_json::nlohmann_json>:<nlohmann/json.hpp$<ANGLE-R>>")
 target_precompile_headers(stylet_headers PRIVATE <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <cmath> <cstdint>
-  <filesystem> <functional> <memory> <optional> <span> <string> <utility> <vector>)
+  <filesystem> <fmt/format.h> <functional> <memory> ${STYLET_JSON_HEADER} <optional> <span> <string> <utility> <vector>)
+# Every file has to see a precompiled header with the definitions that it was made with.
+add_compile_definitions($<TARGET_PROPERTY:fmt::fmt,INTERFACE_COMPILE_DEFINITIONS>)
 
 # stylet_library(NAME SOURCES files... LINK targets...): one box of the design.
 function(stylet_library name)
@@ -69,15 +76,18 @@ endfunction()
 # What has to be made before a file can be read by itself: SPIR-V, the commit; tools/lint.sh.
 add_custom_target(generated_headers)
 
-# What the sanitizer runs build: tests without benchmarks; those with threads alone.
+# What tools/test.sh builds: every test; of those with threads alone; of one folder of tests/, tests/FOLDER/all, which
+# leaves out benchmarks (tools/bench.sh) and soaks.
 add_custom_target(all_tests)
 add_custom_target(thread_tests)
+add_custom_target(all_benches)
 
 # stylet_test(NAME SOURCES files... LINK targets... [LABEL cpu|physics|threads|gpu|bench] [TIMEOUT seconds]
-# [TOGETHER suites...]): one GoogleTest executable, one CTest entry a test; one for all of a suite in TOGETHER, whose
-# tests share what takes seconds to make and skip nothing. ThreadSanitizer runs those with the label threads.
+# [COST seconds] [TOGETHER suites...]): one GoogleTest executable, one CTest entry a test; one for all of a suite in
+# TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer runs those with the label
+# threads. Those of higher COST, about what the longest takes, start first, so that nothing waits for them at the end.
 function(stylet_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT;LABEL" "SOURCES;LINK;TOGETHER" ${ARGN})
+  cmake_parse_arguments(arg "" "TIMEOUT;LABEL;COST" "SOURCES;LINK;TOGETHER" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES STYLET_TEST ON)
   target_precompile_headers(${name} REUSE_FROM stylet_test_headers)
@@ -97,7 +107,10 @@ function(stylet_test name)
   if(NOT arg_LABEL)
     set(arg_LABEL cpu)
   endif()
-  set(properties LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} ${environment})
+  if(NOT arg_COST)
+    set(arg_COST 1)
+  endif()
+  set(properties LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} COST ${arg_COST} ${environment})
   list(TRANSFORM arg_TOGETHER APPEND ".*")
   foreach(suite ${arg_TOGETHER})
     add_test(NAME ${suite} COMMAND ${name} --gtest_filter=${suite})
@@ -114,7 +127,8 @@ endfunction()
 # stylet_bench(NAME SOURCES files... LINK targets...): one Google Benchmark executable; tests/bench.
 function(stylet_bench name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
-  add_executable(${name} ${arg_SOURCES})
+  add_executable(${name} EXCLUDE_FROM_ALL ${arg_SOURCES})
+  add_dependencies(all_benches ${name})
   target_link_libraries(${name} PRIVATE ${arg_LINK} stylet_flags benchmark::benchmark)
   target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     STYLET_FLAGS="${CMAKE_BUILD_TYPE} -march=${STYLET_ARCH}")
