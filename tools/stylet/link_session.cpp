@@ -102,7 +102,7 @@ void LinkSession::pass_time(gpu::Device* device, const content::HeatedZone* zone
   // As in the window: a little behind, where there is a later state to interpolate to.
   const double time_s = live_.time_s();
   live_.frames().sample(time_s - 1.5 / scene_.rates.simulation_hz, frame_);
-  scanner_->handle({}, nullptr, time_s);
+  scanner_->poll(time_s);
   scanner_->draw(frame_, zone);
   std::this_thread::sleep_until(next_image_);
 }

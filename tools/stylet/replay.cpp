@@ -3,6 +3,7 @@
 #include "engine/debrief/film.h"
 #include "engine/debrief/session_replay.h"
 #include "engine/debrief/still_moment.h"
+#include "engine/desktop/replay_keys.h"
 #include "engine/files/error.h"
 #include "engine/files/output_directory.h"
 #include "engine/session/session_report.h"
@@ -96,7 +97,7 @@ int replay_recording(const ReplayOptions& options) {
   if (options.view == "window") {
     view::Display display;
     gpu::Device gpu({.gpu = options.gpu, .window_extensions = display.vulkan_extensions()});
-    fmt::print("{}\n", kReplayKeys);
+    fmt::print("{}\n", desktop::kReplayKeys);
     show_replay(display, gpu, scene, replay,
                 debrief::Playback(options.from_s, std::min(options.to_s, duration_s), options.speed));
     if (replay.result().run.haptic.steps < steps.haptic) return kExitYes;  // closed before the end
@@ -147,7 +148,7 @@ void add_replay(CLI::App& app, int& exit_code) {
       "  stylet replay out/demo --view window\n\n"
       "Keys of the window: {}.\n"
       "Exit code 0: bit for bit the same; 1: it differs; 2: bad input.",
-      kReplayKeys));
+      desktop::kReplayKeys));
   command->callback([options, &exit_code] { exit_code = replay_recording(*options); });
 }
 

@@ -26,7 +26,7 @@ struct SessionWindowSettings {
   std::string device{};                         ///< what leads the needle, for the panels
   session::HeldProbe* probe = nullptr;          ///< moved by keys and the middle button
   desktop::Arrangement* arrangement = nullptr;  ///< at the start and, where the device is lost, then
-  training::TrainingSession* course = nullptr;  ///< driven by the keys of course_keys.h
+  training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
 };
 
