@@ -1,6 +1,8 @@
 #include "tools/stylet/link_session.h"
 
 #include "engine/link/link_error.h"
+#include "engine/link/scanner_request.h"
+#include "engine/scanner/named_command.h"
 #include "engine/tracking/tracked_transforms.h"
 #include "tools/stylet/session_options.h"
 
@@ -32,6 +34,26 @@ link::LinkSettings link_settings(const LinkOptions& options) {
   if (options.serve) settings.listen = listening_endpoint(options);
   if (!options.from.empty()) settings.source = link::parse_endpoint(options.from);
   return settings;
+}
+
+/// All of it, or nothing where a part is not understood. @return its words: what was limited, or what is wrong
+link::CommandDesk::Answer done(const link::CommandDesk::Request& request, scanner::LiveScanner& scanner,
+                               double time_s) {
+  const link::ScannerRequest asked = link::read_scanner_request(request.text);
+  if (!asked.problem.empty()) return {request.number, false, asked.problem};
+  for (const link::Setting& setting : asked.settings) {
+    const auto command = scanner::named_command(setting.name, setting.value, scanner.console());
+    if (const auto* problem = std::get_if<scanner::NotUnderstood>(&command))
+      return {request.number, false, problem->why};
+  }
+  std::string words;
+  for (const link::Setting& setting : asked.settings) {
+    scanner.apply(std::get<scanner::Command>(scanner::named_command(setting.name, setting.value, scanner.console())),
+                  time_s);
+    const std::string& limited = scanner.console().limited();
+    words += (words.empty() || limited.empty() ? "" : ", ") + limited;
+  }
+  return {request.number, true, words.empty() ? "done" : words};
 }
 
 }  // namespace
@@ -91,6 +113,11 @@ void LinkSession::imaged(const state::FrameState& state, const ultrasound::Secto
   image_.reference_from_image =
       tracking::ras_pose(state.probe_position, state.probe_orientation) * tracking::image_to_probe(sector);
   link_->show(image_);
+}
+
+void LinkSession::operate(scanner::LiveScanner& scanner, double time_s) {
+  if (!link_) return;
+  while (const auto request = link_->commands().next()) link_->commands().answer(done(*request, scanner, time_s));
 }
 
 void LinkSession::pass_time(gpu::Device* device, const content::HeatedZone* zone) {
