@@ -121,7 +121,7 @@ TEST_F(LinkCommand, AClientTurnsTheScannersKnobs) {
   ASSERT_TRUE(client.connect(std::stoi(place)));
   const auto answer = [&](const std::string& number, const char* text) {
     auto message = igtl::StringMessage::New();
-    message->SetDeviceName("CMD_" + number);
+    message->SetDeviceName(("CMD_" + number).c_str());
     message->SetString(text);
     client.send(*message);
     return client.receive("ACK_" + number).text;

@@ -37,8 +37,8 @@ link::LinkSettings link_settings(const LinkOptions& options) {
 }
 
 /// All of it, or nothing where a part is not understood. @return its words: what was limited, or what is wrong
-link::CommandDesk::Answer done(const link::CommandDesk::Request& request, scanner::LiveScanner& scanner,
-                               double time_s) {
+link::CommandDesk::Answer carry_out(const link::CommandDesk::Request& request, scanner::LiveScanner& scanner,
+                                    double time_s) {
   const link::ScannerRequest asked = link::read_scanner_request(request.text);
   if (!asked.problem.empty()) return {request.number, false, asked.problem};
   for (const link::Setting& setting : asked.settings) {
@@ -117,7 +117,8 @@ void LinkSession::imaged(const state::FrameState& state, const ultrasound::Secto
 
 void LinkSession::operate(scanner::LiveScanner& scanner, double time_s) {
   if (!link_) return;
-  while (const auto request = link_->commands().next()) link_->commands().answer(done(*request, scanner, time_s));
+  while (const auto request = link_->commands().next())
+    link_->commands().answer(carry_out(*request, scanner, time_s));
 }
 
 void LinkSession::pass_time(gpu::Device* device, const content::HeatedZone* zone) {
