@@ -40,6 +40,13 @@ MouseDevice::MouseDevice(const MouseWorkspace& workspace, DeviceLimits limits)
   first_stage_[2] = second_stage_[2] = workspace_.min_depth;
 }
 
+void MouseDevice::lead(const NeedleMove& by) {
+  move(by.right_m, by.up_m);
+  tilt(by.tilt_right_rad, by.tilt_up_rad);
+  twist(by.twist_rad);
+  advance(by.advance_m);
+}
+
 void MouseDevice::move(double right_m, double up_m) {
   shift(right_goal_, right_m, workspace_.max_lateral);
   shift(up_goal_, up_m, workspace_.max_lateral);

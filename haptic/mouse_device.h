@@ -21,6 +21,14 @@ struct MouseWorkspace {
   double smoothing_s = 0.040;  ///< time constant of each of the two low-passes
 };
 
+/// What mouse and keyboard ask of the needle, for MouseDevice::lead(); all at once.
+struct NeedleMove {
+  double right_m = 0, up_m = 0;
+  double tilt_right_rad = 0, tilt_up_rad = 0;
+  double twist_rad = 0;
+  double advance_m = 0;
+};
+
 /// The window thread calls move(), advance() and press() as events come (some 60 Hz, in steps); the haptic thread
 /// reads a smooth pose: each coordinate goes through two first-order low-passes in series, so that a jump of the
 /// mouse becomes a motion with continuous velocity. The threads share seven atomics; neither waits for the other.
@@ -29,6 +37,8 @@ public:
   /// @throws std::invalid_argument  one line: axis or right is zero, they are parallel, or a range is empty
   explicit MouseDevice(const MouseWorkspace& workspace, DeviceLimits limits = {});
 
+  /// Window thread: what the four below do.
+  void lead(const NeedleMove& by);
   /// Window thread: moves the hub by so many metres to the right and towards `axis x right`.
   void move(double right_m, double up_m);
   /// Window thread: tilts the needle about where it meets the skin: the hub goes right and towards `axis x right`,

@@ -81,9 +81,11 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
       headset.end_frame(nullptr);
       continue;
     }
-    view::Input thumb;
-    thumb.strokes = knobs.strokes(frame->hands, static_cast<double>(frame->display_time_ns) * 1e-9);
-    scanner.handle(thumb, nullptr, session.time_s());
+    for (const scanner::Command& command :
+         knobs.commands(frame->hands, static_cast<double>(frame->display_time_ns) * 1e-9)) {
+      scanner.apply(command, session.time_s());
+    }
+    scanner.poll(session.time_s());
     session.frames().sample(session.time_s() - delay_s, state);
     if (settings.course != nullptr) settings.course->show(state);
     scanner.draw(state);

@@ -1,5 +1,8 @@
 #include "engine/app/link_session.h"
 
+#include "engine/link/link_error.h"
+#include "engine/link/scanner_request.h"
+#include "engine/scanner/named_command.h"
 #include "engine/tracking/tracked_transforms.h"
 
 #include <chrono>
@@ -8,6 +11,27 @@
 namespace stylet::app {
 namespace {
 constexpr auto kPause = std::chrono::milliseconds(10);
+
+/// All of it, or nothing where a part is not understood. @return its words: what was limited, or what is wrong
+link::CommandDesk::Answer carry_out(const link::CommandDesk::Request& request, scanner::LiveScanner& scanner,
+                                    double time_s) {
+  const link::ScannerRequest asked = link::read_scanner_request(request.text);
+  if (!asked.problem.empty()) return {request.number, false, asked.problem};
+  for (const link::Setting& setting : asked.settings) {
+    const auto command = scanner::named_command(setting.name, setting.value, scanner.console());
+    if (const auto* problem = std::get_if<scanner::NotUnderstood>(&command))
+      return {request.number, false, problem->why};
+  }
+  std::string words;
+  for (const link::Setting& setting : asked.settings) {
+    scanner.apply(std::get<scanner::Command>(scanner::named_command(setting.name, setting.value, scanner.console())),
+                  time_s);
+    const std::string& limited = scanner.console().limited();
+    words += (words.empty() || limited.empty() ? "" : ", ") + limited;
+  }
+  return {request.number, true, words.empty() ? "done" : words};
+}
+
 }  // namespace
 
 LinkSession::LinkSession(const SessionLinkSettings& settings, const content::Scene& scene,
@@ -43,6 +67,12 @@ void LinkSession::imaged(const state::FrameState& state, const ultrasound::Secto
   link_->show(image_);
 }
 
+void LinkSession::operate(scanner::LiveScanner& scanner, double time_s) {
+  if (!link_) return;
+  while (const auto request = link_->commands().next())
+    link_->commands().answer(carry_out(*request, scanner, time_s));
+}
+
 void LinkSession::pass_time(gpu::Device* device, const training::TrainingSession& course) {
   if (!link_ || link_->clients() == 0 || device == nullptr) return std::this_thread::sleep_for(kPause);
   if (!scanner_) {
@@ -52,7 +82,7 @@ void LinkSession::pass_time(gpu::Device* device, const training::TrainingSession
   // As in the window: a little behind, where there is a later state to interpolate to.
   const double time_s = live_.time_s();
   live_.frames().sample(time_s - 1.5 / scene_.rates.simulation_hz, frame_);
-  scanner_->handle({}, nullptr, time_s);
+  scanner_->poll(time_s);
   course.show(frame_);
   scanner_->draw(frame_);
   std::this_thread::sleep_until(next_image_);

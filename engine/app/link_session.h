@@ -34,6 +34,8 @@ public:
   /// Of every image of the window's scanner.
   void imaged(const state::FrameState& state, const ultrasound::SectorGeometry& sector,
               const picture::Picture& bare) override;
+  /// Does what clients ask of the scanner, and answers them.
+  void operate(scanner::LiveScanner& scanner, double time_s) override;
   /// Passes some time of a session without a window: makes an image while a client is there, else sleeps.
   /// @param device  null: there is none for images. @throws gpu::GpuError
   void pass_time(gpu::Device* device, const training::TrainingSession& course);

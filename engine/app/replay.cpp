@@ -1,6 +1,7 @@
 #include "engine/app/replay.h"
 
 #include "engine/app/replay_window.h"
+#include "engine/desktop/replay_keys.h"
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/film.h"
 #include "engine/debrief/still_moment.h"
@@ -36,7 +37,7 @@ bool Replay::run() {
   if (settings_.window) {
     view::Display display;
     gpu::Device gpu({.gpu = settings_.gpu, .window_extensions = display.vulkan_extensions()});
-    observer_.note(Note::info, kReplayKeys);
+    observer_.note(Note::info, desktop::kReplayKeys);
     show_replay(display, gpu, session_.scene, replay_,
                 debrief::Playback(settings_.from_s, std::min(settings_.to_s, session_.duration_s()), settings_.speed),
                 observer_);

@@ -1,25 +1,23 @@
 #include "engine/app/replay_window.h"
 
+#include "engine/desktop/input_commands.h"
+#include "engine/desktop/replay_keys.h"
 #include "engine/figures/canvas.h"
 #include "engine/render/renderer.h"
 #include "engine/scanner/live_scanner.h"
 #include "engine/stills/pictures.h"
-#include "engine/view/orbit.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <thread>
 
 namespace stylet::app {
 
 namespace {
-
-constexpr double kCameraTurnPerHeight = 3.0;  // turning the camera
 
 /// Thrown into the replay when nobody looks any more.
 struct WindowClosed {};
@@ -71,11 +69,15 @@ void show_replay(view::Display& display, gpu::Device& device, const content::Sce
   while (!observer.stop_requested()) {
     if (thread.done()) thread.rethrow();
     const view::Input input = window.poll();
-    if (input.close || std::ranges::find(input.keys, 'Q') != input.keys.end()) return;
-    for (const view::Input::Stroke& stroke : input.strokes) playback.press(stroke);
-    camera = view::orbited(camera, input.orbit_x * kCameraTurnPerHeight, input.orbit_y * kCameraTurnPerHeight,
-                           std::pow(0.9, input.zoom));
-    if (std::ranges::find(input.keys, 'R') != input.keys.end()) camera = scene.camera;
+    for (const desktop::Command& command : desktop::commands_of(input)) {
+      if (std::holds_alternative<desktop::EndSession>(command)) return;
+      if (const auto* look = std::get_if<view::CameraCommand>(&command)) {
+        camera = view::after(*look, camera, scene.camera);
+      }
+    }
+    for (const view::Stroke& stroke : input.strokes) {
+      if (const auto command = desktop::playback_command_of(stroke)) playback.apply(*command);
+    }
     const auto now = std::chrono::steady_clock::now();
     playback.advance(std::chrono::duration<double>(now - before).count(), replay.frames().end_s());
     before = now;

@@ -10,11 +10,6 @@
 
 namespace stylet::app {
 
-inline constexpr const char* kReplayKeys =
-    "space pauses, left and right seek 1 s (with Shift 0.1 s), Home and End go to the ends, + and - change the "
-    "speed,\n"
-    "right button turns the camera, R puts it back, Q closes";
-
 /// Shows what the replay has come to while it runs on a thread of its own, until the window is closed or the
 /// observer asks for the end. Main thread. @throws what the replay threw
 void show_replay(view::Display& display, gpu::Device& device, const content::Scene& scene,

@@ -23,7 +23,7 @@ struct SessionWindowSettings {
   const haptic::Device* stylus = nullptr;       ///< its coming and going is noted
   session::HeldProbe* probe = nullptr;          ///< moved by keys and the middle button
   desktop::Arrangement* arrangement = nullptr;  ///< at the start and, where the device is lost, then
-  training::TrainingSession* course = nullptr;  ///< driven by the keys of course_keys.h
+  training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
 };
 

@@ -6,43 +6,16 @@
 
 namespace stylet::debrief {
 
-namespace {
-// GLFW's key codes; letters and signs are ASCII.
-constexpr int kRight = 262, kLeft = 263, kHome = 268, kEnd = 269, kPadMinus = 333, kPadPlus = 334;
-}  // namespace
-
 Playback::Playback(double from_s, double to_s, double speed)
     : from_s_(from_s), to_s_(to_s), speed_(std::clamp(speed, kSlowest, kFastest)), time_s_(from_s) {}
 
-void Playback::press(const view::Input::Stroke& stroke) {
-  const double step_s = stroke.shift ? 0.1 : 1;
-  switch (stroke.key) {
-    case ' ':
-      if (!stroke.repeated) paused_ = !paused_;
-      break;
-    case kRight:
-      time_s_ += step_s;
-      break;
-    case kLeft:
-      time_s_ -= step_s;
-      break;
-    case kHome:
-      time_s_ = from_s_;
-      break;
-    case kEnd:
-      time_s_ = to_s_;
-      break;
-    case '=':
-    case '+':
-    case kPadPlus:
-      speed_ = std::min(2 * speed_, kFastest);
-      break;
-    case '-':
-    case kPadMinus:
-      speed_ = std::max(speed_ / 2, kSlowest);
-      break;
-    default:
-      break;
+void Playback::apply(const PlaybackCommand& command) {
+  if (std::holds_alternative<Pause>(command)) paused_ = !paused_;
+  if (const auto* seek = std::get_if<Seek>(&command)) time_s_ += seek->by_s;
+  if (std::holds_alternative<SeekStart>(command)) time_s_ = from_s_;
+  if (std::holds_alternative<SeekEnd>(command)) time_s_ = to_s_;
+  if (const auto* change = std::get_if<ChangeSpeed>(&command)) {
+    speed_ = std::clamp(speed_ * change->factor, kSlowest, kFastest);
   }
   time_s_ = std::clamp(time_s_, from_s_, to_s_);
 }

@@ -1,14 +1,22 @@
 // Where a film player stands: playing, paused, seeking, faster, slower. No window, no clock of its own.
 #pragma once
 
-#include "engine/view/window.h"
-
 #include <string>
+#include <variant>
 
 namespace stylet::debrief {
 
-/// Keys: space pauses, arrows seek by 1 s (with Shift by a tenth), + and - double and halve the speed, Home and End
-/// go to the ends.
+struct Pause {};  ///< and goes on
+struct Seek {
+  double by_s = 0;
+};
+struct SeekStart {};
+struct SeekEnd {};
+struct ChangeSpeed {
+  double factor = 1;
+};
+using PlaybackCommand = std::variant<Pause, Seek, SeekStart, SeekEnd, ChangeSpeed>;
+
 class Playback {
 public:
   static constexpr double kSlowest = 1.0 / 16;
@@ -17,7 +25,8 @@ public:
   /// @param speed  session time over real time
   Playback(double from_s, double to_s, double speed);
 
-  void press(const view::Input::Stroke& stroke);
+  /// Time and speed stay within their limits.
+  void apply(const PlaybackCommand& command);
   /// Real time passes. @param known_s  up to where the session is known yet: playing waits there
   void advance(double elapsed_s, double known_s);
 

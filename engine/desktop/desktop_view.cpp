@@ -1,8 +1,7 @@
 #include "engine/desktop/desktop_view.h"
 
-#include "engine/desktop/course_keys.h"
-#include "engine/desktop/needle_keys.h"
-#include "engine/view/orbit.h"
+#include "engine/desktop/input_commands.h"
+#include "engine/desktop/key_table.h"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +10,7 @@
 namespace stylet::desktop {
 namespace {
 
-constexpr double kOrbitPerHeight = 3.0;  // turning the camera
-constexpr double kResizedAfter = 0.25;   // s that a new size stays before the renderer takes it
+constexpr double kResizedAfter = 0.25;  // s that a new size stays before the renderer takes it
 
 constexpr std::array kScales{1.0, 0.75, 0.5};
 constexpr double kSlowFrame = 0.050;  // s: below 20 frames a second
@@ -63,23 +61,38 @@ DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, sessi
 }
 
 bool DesktopView::handle(const view::Input& input) {
-  if (input.close || std::ranges::find(input.keys, 'Q') != input.keys.end()) return false;
+  const std::vector<Command> commands = commands_of(input);
+  const auto ends = [](const Command& command) { return std::holds_alternative<EndSession>(command); };
+  if (std::ranges::any_of(commands, ends)) return false;
   if (settings_.course != nullptr) {
-    for (const training::Action action : course_actions(input, settings_.course->state())) pressed_.push_back(action);
-    const training::FlowState& state = settings_.course->poll(session_, pressed_);
-    pressed_.clear();
+    for (const Command& command : commands) {
+      if (const auto* button = std::get_if<CourseButton>(&command)) {
+        actions_.push_back(action_of(*button, settings_.course->state()));
+      }
+    }
+    const training::FlowState& state = settings_.course->poll(session_, actions_);
+    actions_.clear();
     if (state.stage == training::Stage::debrief || settings_.course->reset_asked_for()) return false;
   }
-  if (settings_.mouse != nullptr) {
-    lead_by_pointer(*settings_.mouse, input);
-    for (const view::Input::Stroke& stroke : input.strokes) lead_by_key(*settings_.mouse, stroke);
-  }
-  for (const int key : input.keys) panels_.press(key);
-  scanner_.handle(input, settings_.probe, session_.time_s());
-  camera_ = view::orbited(camera_, input.orbit_x * kOrbitPerHeight, input.orbit_y * kOrbitPerHeight,
-                          std::pow(0.9, input.zoom));
-  if (std::ranges::find(input.keys, 'R') != input.keys.end()) camera_ = scene_.camera;
+  for (const Command& command : commands) apply(command);
+  scanner_.poll(session_.time_s());
   return true;
+}
+
+void DesktopView::apply(const Command& command) {
+  if (const auto* move = std::get_if<haptic::NeedleMove>(&command); move != nullptr && settings_.mouse != nullptr) {
+    settings_.mouse->lead(*move);
+  }
+  if (const auto* probe = std::get_if<session::ProbeCommand>(&command);
+      probe != nullptr && settings_.probe != nullptr) {
+    const bool done = settings_.probe->apply(*probe, session_.time_s());
+    scanner_.say(done ? "" : "no skin there for the probe", session_.time_s());
+  }
+  if (const auto* knob = std::get_if<scanner::Command>(&command)) scanner_.apply(*knob, session_.time_s());
+  if (const auto* panels = std::get_if<PanelCommand>(&command)) panels_.apply(*panels);
+  if (const auto* camera = std::get_if<view::CameraCommand>(&command)) {
+    camera_ = view::after(*camera, camera_, scene_.camera);
+  }
 }
 
 void DesktopView::fit_renderer(int width, int height, double dt_s) {
@@ -116,15 +129,19 @@ void DesktopView::draw(int width, int height, double dt_s) {
                        session_.newest_needle().show(pose.positions, pose.orientations);
                      }});
 
-  DesktopFacts facts{.session = panels::facts_of(scene_, settings_.course), .device = settings_.device};
-  if (settings_.mouse != nullptr) facts.needle_help = needle_help_lines();
+  DesktopFacts facts{.session = panels::facts_of(scene_, settings_.course),
+                     .device = settings_.device,
+                     .led_by_keys = settings_.mouse != nullptr};
   std::vector<CourseChoice> choices;
   if (settings_.course != nullptr) choices = course_choices(settings_.course->state());
-  for (const CourseChoice& choice : choices) facts.choices.push_back({.label = choice.label, .key = choice.key});
+  for (const CourseChoice& choice : choices) {
+    facts.choices.push_back({.label = choice.label, .key = key_of(choice.button)});
+  }
   watch_.fill(facts.session);
-  const auto chosen = panels_.draw(facts, scanner_.console(), width, height,
-                                   picture::PaneLayout::over_scene(width, height).ultrasound);
-  if (chosen && *chosen < choices.size()) pressed_.push_back(choices[*chosen].action);
+  const PanelInput asked = panels_.draw(facts, scanner_.console(), width, height,
+                                        picture::PaneLayout::over_scene(width, height).ultrasound);
+  if (asked.choice && *asked.choice < choices.size()) actions_.push_back(choices[*asked.choice].action);
+  for (const scanner::Command& command : asked.scanner) scanner_.apply(command, session_.time_s());
 }
 
 }  // namespace stylet::desktop

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/desktop/command.h"
 #include "engine/desktop/panels.h"
 #include "engine/gpu/device.h"
 #include "engine/panels/session_watch.h"
@@ -17,7 +18,7 @@
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
 #include "engine/training/training_session.h"
-#include "engine/view/window.h"
+#include "engine/view/input.h"
 #include "haptic/mouse_device.h"
 
 #include <optional>
@@ -74,6 +75,8 @@ public:
   Arrangement arrangement() const { return {.scanner = scanner_.console(), .camera = camera_, .panels = panels_}; }
 
 private:
+  /// What is neither of the course nor the end of the session.
+  void apply(const Command& command);
   void fit_renderer(int width, int height, double dt_s);
 
   gpu::Device& device_;
@@ -85,7 +88,7 @@ private:
   Panels panels_;
   RenderScale scale_;
   std::optional<render::Renderer> renderer_;
-  std::vector<training::Action> pressed_;  ///< on buttons of the panels, not told to the course yet
+  std::vector<training::Action> actions_;  ///< asked for on the panels, not told to the course yet
   double fits_for_s_ = 0;                  ///< the size wanted has not been the renderer's for so long
   state::FrameState frame_;
   content::Camera camera_;

@@ -1,5 +1,6 @@
 #include "engine/desktop/panels.h"
 
+#include "engine/desktop/key_table.h"
 #include "engine/panels/parts.h"
 
 #include <fmt/format.h>
@@ -12,10 +13,6 @@
 namespace stylet::desktop {
 namespace {
 
-// GLFW's codes of keys that are no characters.
-constexpr int kTab = 258;
-constexpr int kF1 = 290;
-
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
                                     ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
@@ -24,49 +21,61 @@ constexpr float kWidth = 21;  // ems of the panels on the left
 
 using panels::em;
 
-/// A knob in the units people read; writes the value back where it was moved. @return whether it was
-bool knob(const char* label, double& value, const ultrasound::ControlLimits::Range& range, double unit,
-          const char* format) {
+using Commands = std::vector<scanner::Command>;
+
+/// A knob in the units people read. @return the value that it was moved to
+std::optional<double> moved_knob(const char* label, double value, const ultrasound::ControlLimits::Range& range,
+                                 double unit, const char* format) {
   auto shown = static_cast<float>(value / unit);
   if (!ImGui::SliderFloat(label, &shown, static_cast<float>(range.min / unit), static_cast<float>(range.max / unit),
                           format)) {
-    return false;
+    return std::nullopt;
   }
-  value = static_cast<double>(shown) * unit;
-  return true;
+  return static_cast<double>(shown) * unit;
 }
 
-void draw_scanner(scanner::ScannerConsole& console) {
-  ultrasound::ScannerControls controls = console.controls();
-  const ultrasound::ControlLimits limits = ultrasound::ControlLimits::of(console.probe());
-  bool turned = false;
-  ImGui::PushItemWidth(-7.5F * em());
-  turned |= knob("depth", controls.depth, limits.depth, 1e-3, "%.0f mm");
-  turned |= knob("gain", controls.gain_db, limits.gain_db, 1, "%.0f dB");
-  turned |= knob("focus", controls.focus, limits.focus, 1e-3, "%.0f mm");
-  turned |= knob("frequency", controls.frequency_hz, limits.frequency_hz, 1e6, "%.2f MHz");
-  turned |= knob("range", controls.dynamic_range_db, limits.dynamic_range_db, 1, "%.0f dB");
-  turned |= knob("persistence", controls.persistence, limits.persistence, 1, "%.2f");
-  ImGui::PopItemWidth();
+void draw_knobs(const ultrasound::ScannerControls& at, const ultrasound::ControlLimits& limits, Commands& commands) {
+  using namespace scanner;
+  if (const auto m = moved_knob("depth", at.depth, limits.depth, 1e-3, "%.0f mm")) commands.push_back(SetDepth{*m});
+  if (const auto db = moved_knob("gain", at.gain_db, limits.gain_db, 1, "%.0f dB")) commands.push_back(SetGain{*db});
+  if (const auto m = moved_knob("focus", at.focus, limits.focus, 1e-3, "%.0f mm")) commands.push_back(SetFocus{*m});
+  if (const auto hz = moved_knob("frequency", at.frequency_hz, limits.frequency_hz, 1e6, "%.2f MHz")) {
+    commands.push_back(SetFrequency{*hz});
+  }
+  if (const auto db = moved_knob("range", at.dynamic_range_db, limits.dynamic_range_db, 1, "%.0f dB")) {
+    commands.push_back(SetDynamicRange{*db});
+  }
+  if (const auto share = moved_knob("persistence", at.persistence, limits.persistence, 1, "%.2f")) {
+    commands.push_back(SetPersistence{*share});
+  }
+}
+
+void draw_tgc(const ultrasound::ScannerControls& at, const ultrasound::ControlLimits& limits, Commands& commands) {
   ImGui::TextDisabled("TGC, nearest first");
-  for (std::size_t i = 0; i < controls.tgc_db.size(); ++i) {
+  for (int i = 0; i < ultrasound::kTgcSliders; ++i) {
     if (i > 0) ImGui::SameLine(0, 0.3F * em());
-    auto shown = static_cast<float>(controls.tgc_db[i]);
-    ImGui::PushID(static_cast<int>(i));
+    auto shown = static_cast<float>(at.tgc_db[static_cast<std::size_t>(i)]);
+    ImGui::PushID(i);
     if (ImGui::VSliderFloat("##tgc", {1.5F * em(), 4.5F * em()}, &shown, static_cast<float>(limits.tgc_db.min),
                             static_cast<float>(limits.tgc_db.max), "%.0f")) {
-      controls.tgc_db[i] = static_cast<double>(shown);
-      turned = true;
+      commands.push_back(scanner::SetTgc{.slider = i, .db = static_cast<double>(shown)});
     }
     ImGui::PopID();
   }
-  if (turned) console.set_controls(controls);
-  if (ImGui::Button(console.frozen() ? "live (Space)" : "freeze (Space)")) console.press(' ', false);
+}
+
+void draw_scanner(const scanner::ScannerConsole& console, Commands& commands) {
+  const ultrasound::ControlLimits limits = ultrasound::ControlLimits::of(console.probe());
+  ImGui::PushItemWidth(-7.5F * em());
+  draw_knobs(console.controls(), limits, commands);
+  ImGui::PopItemWidth();
+  draw_tgc(console.controls(), limits, commands);
+  if (ImGui::Button(console.frozen() ? "live (Space)" : "freeze (Space)")) commands.push_back(scanner::Freeze{});
   ImGui::SameLine();
   const bool raw = console.preset() == ultrasound::Preset::raw;
-  if (ImGui::Button(raw ? "clinical (P)" : "raw (P)")) console.press('P', false);
+  if (ImGui::Button(raw ? "clinical (P)" : "raw (P)")) commands.push_back(scanner::SetPreset{});
   ImGui::SameLine();
-  if (ImGui::Button("reset (C)")) console.press('C', false);
+  if (ImGui::Button("reset (C)")) commands.push_back(scanner::Reset{});
 }
 
 /// The panel on the upper left. @return the choice whose button was pressed
@@ -92,36 +101,27 @@ std::optional<std::size_t> draw_procedure(const DesktopFacts& facts) {
 
 }  // namespace
 
-bool Panels::press(int key) {
-  switch (key) {
-    case kTab:
+void Panels::apply(PanelCommand command) {
+  switch (command) {
+    case PanelCommand::toggle_all:
       hidden_ = !hidden_;
-      return true;
-    case kF1 + 1:
+      break;
+    case PanelCommand::toggle_force:
       force_ = !force_;
-      return true;
-    case kF1 + 2:
+      break;
+    case PanelCommand::toggle_scanner:
       scanner_ = !scanner_;
-      return true;
-    case kF1 + 3:
+      break;
+    case PanelCommand::toggle_instructor:
       instructor_ = !instructor_;
-      return true;
-    case kF1 + 4:
+      break;
+    case PanelCommand::toggle_help:
+      help_ = !help_;
+      break;
+    case PanelCommand::next_patient_view:
       patient_view_ = static_cast<PatientView>((static_cast<int>(patient_view_) + 1) % 3);
-      return true;
-    default:
-      return false;
+      break;
   }
-}
-
-const std::vector<std::string>& Panels::help_lines() {
-  static const std::vector<std::string> lines{
-      "Panels",
-      "Tab  all of them     F2  force     F3  scanner's knobs",
-      "F4  instructor     F5  patient closed, opened, transparent",
-      "Session: Enter  start, finish     T  fire or heat     X  pause     Backspace  try again",
-  };
-  return lines;
 }
 
 void Panels::draw_instructor(const panels::SessionFacts& facts) {
@@ -141,8 +141,9 @@ void Panels::draw_help(const DesktopFacts& facts, int width, int height) {
   ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, ImGuiCond_Always,
                           {0.5F, 0.5F});
   if (ImGui::Begin("Keys (H closes)", nullptr, kFitted)) {
-    for (const auto& lines : {facts.needle_help, help_lines(), scanner::ScannerConsole::help_lines()}) {
-      for (const std::string& line : lines) ImGui::TextUnformatted(line.c_str());
+    for (const KeySection section : kKeySections) {
+      if (section == KeySection::needle && !facts.led_by_keys) continue;
+      for (const std::string& line : help_lines(section)) ImGui::TextUnformatted(line.c_str());
       ImGui::Separator();
     }
   }
@@ -158,16 +159,16 @@ void Panels::draw_briefing(const panels::SessionFacts& facts, int width, int hei
   ImGui::End();
 }
 
-std::optional<std::size_t> Panels::draw(const DesktopFacts& facts, scanner::ScannerConsole& console, int width,
-                                        int height, const picture::Pane& ultrasound) {
-  if (console.help()) draw_help(facts, width, height);
-  if (hidden_) return std::nullopt;
+PanelInput Panels::draw(const DesktopFacts& facts, const scanner::ScannerConsole& console, int width, int height,
+                        const picture::Pane& ultrasound) {
+  PanelInput input;
+  if (help_) draw_help(facts, width, height);
+  if (hidden_) return input;
   const panels::SessionFacts& session = facts.session;
-  if (!session.briefing.empty() && !console.help()) draw_briefing(session, width, height);
+  if (!session.briefing.empty() && !help_) draw_briefing(session, width, height);
   const auto margin = static_cast<float>(height) / 60;
-  std::optional<std::size_t> chosen;
   ImGui::SetNextWindowPos({margin, margin});
-  if (ImGui::Begin(session.title.c_str(), nullptr, kFitted)) chosen = draw_procedure(facts);
+  if (ImGui::Begin(session.title.c_str(), nullptr, kFitted)) input.choice = draw_procedure(facts);
   ImGui::End();
 
   if (force_) {
@@ -179,7 +180,7 @@ std::optional<std::size_t> Panels::draw(const DesktopFacts& facts, scanner::Scan
     ImGui::SetNextWindowPos(
         {static_cast<float>(ultrasound.x), static_cast<float>(ultrasound.y + ultrasound.height) + margin});
     ImGui::SetNextWindowSize({static_cast<float>(ultrasound.width), 0});
-    if (ImGui::Begin("Scanner", nullptr, kFixed)) draw_scanner(console);
+    if (ImGui::Begin("Scanner", nullptr, kFixed)) draw_scanner(console, input.scanner);
     ImGui::End();
   }
   if (instructor_) {
@@ -188,7 +189,7 @@ std::optional<std::size_t> Panels::draw(const DesktopFacts& facts, scanner::Scan
     if (ImGui::Begin("Instructor", nullptr, kFitted)) draw_instructor(session);
     ImGui::End();
   }
-  return chosen;
+  return input;
 }
 
 }  // namespace stylet::desktop

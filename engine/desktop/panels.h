@@ -6,6 +6,7 @@
 #include "engine/picture/panes.h"
 #include "engine/scanner/scanner_console.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,31 +24,42 @@ struct Choice {
 struct DesktopFacts {
   panels::SessionFacts session{};
   std::vector<Choice> choices{};
-  std::string device{};                    ///< what leads the needle
-  std::vector<std::string> needle_help{};  ///< keys that lead it, a line each
+  std::string device{};      ///< what leads the needle
+  bool led_by_keys = false;  ///< the needle
 };
 
 /// How much of the patient is seen.
 enum class PatientView { closed, window, see_through };
 
-/// Which panels are open, and what they were last asked.
+enum class PanelCommand : std::uint8_t {
+  toggle_all,
+  toggle_force,
+  toggle_scanner,
+  toggle_instructor,
+  toggle_help,
+  next_patient_view,
+};
+
+/// What was asked for on the panels since the frame before.
+struct PanelInput {
+  std::optional<std::size_t> choice{};      ///< whose button was pressed
+  std::vector<scanner::Command> scanner{};  ///< by its sliders and buttons
+};
+
+/// Which panels are open.
 class Panels {
 public:
-  /// @param key  GLFW's code. @return whether it means something here; see help_lines()
-  bool press(int key);
+  void apply(PanelCommand command);
   /// Draws them for a frame of that size.
-  /// @param console   its knobs are turned by the sliders
+  /// @param console     shown on the sliders
   /// @param ultrasound  where its image lies
-  /// @return  the choice whose button was pressed
-  std::optional<std::size_t> draw(const DesktopFacts& facts, scanner::ScannerConsole& console, int width, int height,
-                                  const picture::Pane& ultrasound);
+  PanelInput draw(const DesktopFacts& facts, const scanner::ScannerConsole& console, int width, int height,
+                  const picture::Pane& ultrasound);
 
   PatientView patient_view() const { return patient_view_; }
   bool hidden() const { return hidden_; }
   bool instructor() const { return instructor_; }
-
-  /// The keys and what they do, a line each.
-  static const std::vector<std::string>& help_lines();
+  bool help() const { return help_; }
 
 private:
   static void draw_briefing(const panels::SessionFacts& facts, int width, int height);
@@ -58,6 +70,7 @@ private:
   bool force_ = true;
   bool scanner_ = false;
   bool instructor_ = false;
+  bool help_ = false;
   PatientView patient_view_ = PatientView::window;
 };
 

@@ -11,30 +11,29 @@ constexpr float kLetGo = 0.4F;
 constexpr double kFirst = 0.5;  // s until it repeats
 constexpr double kAgain = 0.15;
 
-/// The knob that a stick means, along the axis it is pushed further.
-view::Input::Stroke knob(const Eigen::Vector2f& stick) {
-  const bool gain = std::abs(stick.y()) > std::abs(stick.x());
-  return {.key = gain ? 'G' : 'D', .shift = (gain ? stick.y() : stick.x()) < 0};
-}
-
 }  // namespace
 
-std::vector<view::Input::Stroke> ThumbOnScanner::strokes(const headset::Hands& hands, double time_s) {
-  std::vector<view::Input::Stroke> all;
-  if (hands.freeze_pressed) all.push_back({.key = ' '});
+/// Along the axis it is pushed further.
+ThumbOnScanner::Push ThumbOnScanner::direction(const Eigen::Vector2f& stick) {
+  if (std::abs(stick.y()) > std::abs(stick.x())) return stick.y() < 0 ? Push::down : Push::up;
+  return stick.x() < 0 ? Push::left : Push::right;
+}
+
+std::vector<scanner::Command> ThumbOnScanner::commands(const headset::Hands& hands, double time_s) {
+  std::vector<scanner::Command> all;
+  if (hands.freeze_pressed) all.emplace_back(scanner::Freeze{});
   const Eigen::Vector2f& stick = hands.left.stick;
   const float pushed = stick.cwiseAbs().maxCoeff();
-  if (held_.key != 0) {
-    const view::Input::Stroke now = knob(stick);
-    if (pushed < kLetGo || now.key != held_.key || now.shift != held_.shift) held_ = {};
-  }
-  if (held_.key == 0 && pushed > kTaken) {
-    held_ = knob(stick);
-    all.push_back(held_);
-    next_s_ = time_s + kFirst;
-  } else if (held_.key != 0 && time_s >= next_s_) {
-    all.push_back({.key = held_.key, .shift = held_.shift, .repeated = true});
-    next_s_ = time_s + kAgain;
+  if (held_ != Push::none && (pushed < kLetGo || direction(stick) != held_)) held_ = Push::none;
+  const bool taken = held_ == Push::none && pushed > kTaken;
+  if (taken) held_ = direction(stick);
+  if (held_ == Push::none || (!taken && time_s < next_s_)) return all;
+  next_s_ = time_s + (taken ? kFirst : kAgain);
+  const double way = held_ == Push::up || held_ == Push::right ? 1 : -1;
+  if (held_ == Push::up || held_ == Push::down) {
+    all.emplace_back(scanner::SetGain{way * scanner::kGainStep, true});
+  } else {
+    all.emplace_back(scanner::SetDepth{way * scanner::kDepthStep, true});
   }
   return all;
 }

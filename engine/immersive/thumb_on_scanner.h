@@ -3,8 +3,9 @@
 #pragma once
 
 #include "engine/headset/headset_controllers.h"
-#include "engine/view/window.h"
+#include "engine/scanner/command.h"
 
+#include <cstdint>
 #include <vector>
 
 namespace stylet::immersive {
@@ -12,13 +13,16 @@ namespace stylet::immersive {
 /// Thread: the display's.
 class ThumbOnScanner {
 public:
-  /// With each frame: what a keyboard would have said to the scanner. A stick that is held turns further.
+  /// With each frame: what the thumb asks for. A stick that is held turns further.
   /// @param time_s  of the display
-  std::vector<view::Input::Stroke> strokes(const headset::Hands& hands, double time_s);
+  std::vector<scanner::Command> commands(const headset::Hands& hands, double time_s);
 
 private:
-  view::Input::Stroke held_;  ///< key 0: none
-  double next_s_ = 0;         ///< when it repeats
+  enum class Push : std::uint8_t { none, up, down, right, left };
+  static Push direction(const Eigen::Vector2f& stick);
+
+  Push held_ = Push::none;
+  double next_s_ = 0;  ///< when it turns further
 };
 
 }  // namespace stylet::immersive

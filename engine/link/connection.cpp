@@ -20,7 +20,17 @@ void Connection::end(std::string problem) {
   problem_ = std::move(problem);
 }
 
+void Connection::reply(Bytes bytes) {
+  if (replies_.size() < kMostReplies) replies_.push_back(std::move(bytes));
+}
+
 bool Connection::take_next(const Board& board) {
+  if (!replies_.empty()) {
+    in_flight_ = std::move(replies_.front());
+    replies_.pop_front();
+    sent_ = 0;
+    return true;
+  }
   for (std::size_t topic = 0; topic < kTopics; ++topic) {
     const Bulletin& bulletin = board[topic];
     if (bulletin.number <= newest_taken_[topic]) continue;

@@ -8,6 +8,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -26,8 +27,8 @@ struct Bulletin {
 };
 using Board = std::array<Bulletin, kTopics>;
 
-/// A peer is sent the newest of every topic that it has not got yet, one after the other: it has no queue, so a slow
-/// one gets fewer messages and never late ones, and takes no more memory than one message.
+/// A peer is sent the newest of every topic that it has not got yet, one after the other: topics have no queue, so a
+/// slow one gets fewer messages and never late ones, and takes no more memory than one message and some replies.
 class Connection {
 public:
   Connection(Socket socket, std::string name, Clock::time_point now);
@@ -36,6 +37,11 @@ public:
   void send(const Board& board, Clock::time_point now);
   /// Takes what the kernel has, up to a bound; what is found is added to `transforms`.
   void receive(std::vector<ReceivedTransform>& transforms, Clock::time_point now);
+  /// What it asked for since this was called last.
+  std::vector<ReceivedCommand> take_commands() { return reader_.take_commands(); }
+  /// Sends an answer before anything else; beyond kMostReplies that wait it is dropped.
+  void reply(Bytes bytes);
+  static constexpr std::size_t kMostReplies = 64;
   /// Ends it where the peer stopped in the middle: took nothing, or sent half a message.
   void expire(Clock::time_point now, Clock::duration patience);
 
@@ -63,6 +69,7 @@ private:
   MessageReader reader_;
   std::array<std::uint64_t, kTopics> newest_taken_{};
   std::array<Counts, kTopics> counts_{};
+  std::deque<Bytes> replies_;
   Bytes in_flight_;
   std::size_t sent_ = 0;
   Clock::time_point last_sent_;

@@ -22,6 +22,20 @@ Clock::duration seconds(double s) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
 }
 
+/// As the client asked: by the number of its COMMAND, or to ACK_n for CMD_n.
+Bytes reply_to(const ReceivedCommand& command, double utc_s, const CommandDesk::Answer& answer) {
+  Bytes bytes;
+  if (command.numbered) {
+    append_command_reply(bytes, kStatusName, utc_s,
+                         {.id = command.id, .name = command.name, .done = answer.done, .words = answer.words});
+  } else {
+    append_string(
+        bytes, fmt::format("ACK_{}", command.device.substr(4)), utc_s,
+        fmt::format("<CommandReply Status=\"{}\" Message=\"{}\" />", answer.done ? "SUCCESS" : "FAIL", answer.words));
+  }
+  return bytes;
+}
+
 }  // namespace
 
 Link::Link(const state::StateBuffer& world, const LinkInputs& inputs, const LinkSettings& settings)
@@ -66,6 +80,7 @@ void Link::run(const std::stop_token& stop) {
     for (Connection& client : clients_) client.receive(received_, now);
     if (source_) source_->serve(received_, now);
     take_in();
+    pass_commands(now);
     post(now);
     for (Connection& client : clients_) client.send(board_, now);
     see_off(now);
@@ -169,6 +184,22 @@ void Link::take_in(const ReceivedTransform& transform) {
   ++report_.taken;
 }
 
+void Link::pass_commands(Clock::time_point now) {
+  for (Connection& client : clients_) {
+    for (ReceivedCommand& command : client.take_commands()) {
+      desk_.hand_in({++commands_asked_, std::exchange(command.text, {})}, now);
+      asked_.push_back({commands_asked_, client.name(), std::move(command)});
+    }
+  }
+  for (const CommandDesk::Answer& answer : desk_.take_answers(now)) {
+    ++(answer.done ? report_.commands : report_.not_done);
+    const auto asked = std::ranges::find(asked_, answer.number, &Asked::number);
+    const auto client = std::ranges::find(clients_, asked->client, &Connection::name);
+    if (client != clients_.end()) client->reply(reply_to(asked->command, utc(frame_.time_s), answer));
+    asked_.erase(asked);
+  }
+}
+
 void Link::add_counts(const Connection& client) {
   for (std::size_t t = 0; t < kTopics; ++t) {
     report_.counts[t].sent += client.counts()[t].sent;
@@ -206,6 +237,9 @@ std::vector<std::string> summary(const LinkReport& report) {
                   report.clients, image.sent, image.dropped, transforms.sent, transforms.dropped),
       fmt::format("OpenIGTLink: {} poses taken in, {} with other names, {} not possible", report.taken,
                   report.passed_over, report.odd)};
+  if (report.commands + report.not_done > 0) {
+    lines.push_back(fmt::format("OpenIGTLink: {} commands done, {} not", report.commands, report.not_done));
+  }
   if (report.source_connections > 0) {
     lines.push_back(fmt::format("OpenIGTLink: connected {} times to the source", report.source_connections));
   }

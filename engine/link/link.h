@@ -1,6 +1,7 @@
 // OpenIGTLink: 3D Slicer, PLUS and others see the running session, and trackers of theirs hold its probe and needle.
 #pragma once
 
+#include "engine/link/command_desk.h"
 #include "engine/link/connection.h"
 #include "engine/link/link_stylus.h"
 #include "engine/link/source.h"
@@ -47,6 +48,8 @@ struct LinkReport {
   std::uint64_t taken = 0;        ///< transforms that moved probe or needle
   std::uint64_t passed_over = 0;  ///< with other names
   std::uint64_t odd = 0;          ///< that are no rigid pose, or hold the probe inside the patient
+  std::uint64_t commands = 0;     ///< of clients, that were done
+  std::uint64_t not_done = 0;     ///< that were not
   std::uint64_t source_connections = 0;
   std::vector<std::string> problems{};  ///< a line for each peer that was put off, the first kMostProblems
   std::uint64_t more_problems = 0;      ///< beyond these
@@ -54,10 +57,11 @@ struct LinkReport {
 };
 
 /// A thread of its own serves all peers: sends IMAGE (Image_Reference), TRANSFORM (ProbeToReference,
-/// NeedleToReference, NeedleTipToReference) and STATUS once a second, takes transforms in. It meets the session in
-/// latest-value slots, so that nothing a peer does can hold up a loop. The reference frame is the patient in RAS,
-/// millimetres; axes of probe and needle as in engine/tracking/tracked_transforms.h. Time stamps are UTC of the
-/// session time that a message is of.
+/// NeedleToReference, NeedleTipToReference) and STATUS once a second, takes transforms and commands in, answers
+/// these: a COMMAND by RTS_COMMAND, a STRING to CMD_n by one of ACK_n. It meets the session in latest-value slots, so
+/// that nothing a peer does can hold up a loop. The reference frame is the patient in RAS, millimetres; axes of probe
+/// and needle as in engine/tracking/tracked_transforms.h. Time stamps are UTC of the session time that a message is
+/// of.
 class Link {
 public:
   /// Keeps references to what is passed in. @throws LinkError  it cannot listen there; there is no such source
@@ -72,6 +76,8 @@ public:
   void start(double session_s);
   /// One thread: the newest image. Never waits.
   void show(const LinkImage& image);
+  /// What clients ask for, to be done and answered by one other thread.
+  CommandDesk& commands() { return desk_; }
   /// Clients there are now: without any nobody needs an image. Any thread.
   int clients() const { return client_count_.load(std::memory_order_relaxed); }
   /// Ends the thread and every connection. May be called twice.
@@ -87,6 +93,7 @@ private:
   Bulletin& post(Topic topic);
   void take_in();
   void take_in(const ReceivedTransform& transform);
+  void pass_commands(Clock::time_point now);
   void see_off(Clock::time_point now);
   void add_counts(const Connection& client);
   void add_problem(std::string line);
@@ -97,12 +104,22 @@ private:
   LinkSettings settings_;
   Socket listening_;
   physics::LatestValue<LinkImage> images_;
+  CommandDesk desk_;
   std::atomic<int> client_count_{0};
+
+  /// A command on the desk, its text taken out.
+  struct Asked {
+    std::uint64_t number = 0;
+    std::string client{};  ///< its name
+    ReceivedCommand command{};
+  };
 
   // The thread's own.
   std::optional<Source> source_;
   std::vector<Connection> clients_;
   std::vector<ReceivedTransform> received_;
+  std::vector<Asked> asked_;
+  std::uint64_t commands_asked_ = 0;
   state::FrameState frame_;
   Board board_;
   bool image_waits_ = false;

@@ -5,6 +5,8 @@
 #include <igtl_transform.h>
 #include <igtl_util.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +14,8 @@
 
 namespace stylet::link {
 namespace {
+
+constexpr std::uint16_t kAscii = 3;  // IANA's number of US-ASCII
 
 /// Fixed point of the protocol: seconds in the upper 32 bits, their fraction in the lower.
 std::uint64_t fixed_point(double utc_s) {
@@ -41,11 +45,12 @@ void append(Bytes& out, const void* data, std::size_t size) {
 }
 
 /// Puts the header in the place left for it before the body, which is all that follows `start`.
-void complete(Bytes& out, std::size_t start, const char* type, std::string_view device, double utc_s) {
+void complete(Bytes& out, std::size_t start, const char* type, std::string_view device, double utc_s,
+              std::uint16_t version = 1) {
   std::uint8_t* body = out.data() + start + IGTL_HEADER_SIZE;
   const std::size_t size = out.size() - start - IGTL_HEADER_SIZE;
   igtl_header header{};
-  header.version = IGTL_HEADER_VERSION;
+  header.version = version;
   copy_name(type, header.name);
   copy_name(device, header.device_name);
   header.timestamp = fixed_point(utc_s);
@@ -53,6 +58,14 @@ void complete(Bytes& out, std::size_t start, const char* type, std::string_view 
   header.crc = crc64(body, size, 0);
   igtl_header_convert_byte_order(&header);
   std::memcpy(out.data() + start, &header, IGTL_HEADER_SIZE);
+}
+
+void append_number(Bytes& out, std::uint64_t value, std::size_t bytes) {
+  while (bytes-- > 0) out.push_back(static_cast<std::uint8_t>(value >> (8 * bytes)));
+}
+
+void append(Bytes& out, std::string_view text) {
+  out.insert(out.end(), text.begin(), text.end());
 }
 
 std::size_t leave_header(Bytes& out) {
@@ -98,12 +111,45 @@ void append_image(Bytes& out, std::string_view device, double utc_s, const GreyI
 void append_status(Bytes& out, std::string_view device, double utc_s, Status code, std::string_view text) {
   // 16 bits of code, 64 of sub-code, 20 bytes of error name, the text and a zero. Debian leaves igtl_status.h out.
   const std::size_t start = leave_header(out);
-  out.push_back(static_cast<std::uint8_t>(static_cast<std::uint16_t>(code) >> 8));
-  out.push_back(static_cast<std::uint8_t>(code));
+  append_number(out, static_cast<std::uint16_t>(code), 2);
   out.resize(out.size() + 8 + 20);
-  append(out, text.data(), text.size());
+  append(out, text);
   out.push_back(0);
   complete(out, start, "STATUS", device, utc_s);
+}
+
+void append_string(Bytes& out, std::string_view device, double utc_s, std::string_view text) {
+  const std::size_t start = leave_header(out);
+  append_number(out, kAscii, 2);
+  append_number(out, text.size(), 2);
+  append(out, text);
+  complete(out, start, "STRING", device, utc_s);
+}
+
+void append_command_reply(Bytes& out, std::string_view device, double utc_s, const CommandReply& reply) {
+  const std::string_view key = "Status", status = reply.done ? "SUCCESS" : "FAIL";
+  const std::string text = fmt::format("<Command><Result>{0}</Result><{1}>{2}</{1}></Command>", reply.done,
+                                       reply.done ? "Message" : "Error", reply.words);
+  const std::size_t start = leave_header(out);
+  // The extended header, the content, the index of the meta data, the meta data.
+  constexpr std::size_t kExtendedHeader = 12, kIndex = 2 + 8, kName = 128;
+  append_number(out, kExtendedHeader, 2);
+  append_number(out, kIndex, 2);
+  append_number(out, key.size() + status.size(), 4);
+  append_number(out, 0, 4);  // number of the message: not counted
+  append_number(out, reply.id, 4);
+  append(out, reply.name.substr(0, kName));
+  out.resize(start + IGTL_HEADER_SIZE + kExtendedHeader + 4 + kName);
+  append_number(out, kAscii, 2);
+  append_number(out, text.size(), 4);
+  append(out, text);
+  append_number(out, 1, 2);
+  append_number(out, key.size(), 2);
+  append_number(out, kAscii, 2);
+  append_number(out, status.size(), 4);
+  append(out, key);
+  append(out, status);
+  complete(out, start, "RTS_COMMAND", device, utc_s, 2);
 }
 
 }  // namespace stylet::link

@@ -1,4 +1,5 @@
-// OpenIGTLink messages as bytes: what Stylet sends. Protocol version 1, which every client reads.
+// OpenIGTLink messages as bytes: what Stylet sends. Protocol version 1, which every client reads, but for the answer
+// to a COMMAND, which is of version 2 itself.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,5 +37,16 @@ enum class Status : std::uint16_t { ok = 1, shut_down = 19 };
 void append_transform(Bytes& out, std::string_view device, double utc_s, const Eigen::Matrix4d& matrix);
 void append_image(Bytes& out, std::string_view device, double utc_s, const GreyImage& image);
 void append_status(Bytes& out, std::string_view device, double utc_s, Status code, std::string_view text);
+void append_string(Bytes& out, std::string_view device, double utc_s, std::string_view text);
+
+/// What came of a COMMAND, in words without < and &.
+struct CommandReply {
+  std::uint32_t id = 0;   ///< of the command
+  std::string_view name;  ///< of the command, up to 128 bytes
+  bool done = false;
+  std::string_view words;
+};
+/// RTS_COMMAND, of version 2 with "Status" as meta data, content as PLUS has it.
+void append_command_reply(Bytes& out, std::string_view device, double utc_s, const CommandReply& reply);
 
 }  // namespace stylet::link

@@ -17,6 +17,12 @@ namespace stylet::link {
 namespace {
 
 constexpr std::size_t kExtendedHeader = 12;  // of version 2, at least
+constexpr std::string_view kCommandDevice = "CMD_";
+
+// COMMAND: number, name, encoding and length of the text. Debian's library has no igtl_command.h.
+constexpr std::size_t kCommandName = 128;
+constexpr std::size_t kCommandHeader = 4 + kCommandName + 2 + 4;
+constexpr std::size_t kStringHeader = 4;  // encoding and length
 
 std::uint64_t big_endian(std::span<const std::uint8_t> bytes) {
   std::uint64_t value = 0;
@@ -37,8 +43,8 @@ bool is_type(std::span<const char> field) {
                      [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; });
 }
 
-bool is_taken(std::string_view type) {
-  return type == "TRANSFORM" || type == "TDATA";
+std::string text_of(std::span<const std::uint8_t> field) {
+  return {field.begin(), std::ranges::find(field, '\0')};
 }
 
 Eigen::Matrix4d matrix_of(std::span<const std::uint8_t> bytes) {
@@ -70,6 +76,11 @@ bool MessageReader::refuse(std::string problem) {
   return false;
 }
 
+bool MessageReader::is_taken() const {
+  return type_ == "TRANSFORM" || type_ == "TDATA" || type_ == "COMMAND" ||
+         (type_ == "STRING" && device_.starts_with(kCommandDevice));
+}
+
 bool MessageReader::begin() {
   igtl_header header;
   std::memcpy(&header, held_.data(), IGTL_HEADER_SIZE);
@@ -83,7 +94,7 @@ bool MessageReader::begin() {
   version_ = header.version;
   body_size_ = header.body_size;
   expected_sum_ = header.crc;
-  if (body_size_ > (is_taken(type_) ? std::uint64_t(kLongestTaken) : kLongestPassedOver)) {
+  if (body_size_ > (is_taken() ? std::uint64_t(kLongestTaken) : kLongestPassedOver)) {
     return refuse(fmt::format("a {} message of {} bytes", type_, body_size_));
   }
   sum_ = 0;
@@ -93,13 +104,36 @@ bool MessageReader::begin() {
   return true;
 }
 
-bool MessageReader::read_transforms(std::vector<ReceivedTransform>& out) {
+bool MessageReader::read(std::vector<ReceivedTransform>& out) {
   std::span<const std::uint8_t> content(held_);
   if (version_ == 2) {
     const auto inner = content_of(content);
     if (!inner) return refuse(fmt::format("a {} message whose extended header does not fit it", type_));
     content = *inner;
   }
+  const bool command = type_ == "COMMAND" || type_ == "STRING";
+  return command ? read_command(content) : read_transforms(content, out);
+}
+
+bool MessageReader::read_command(std::span<const std::uint8_t> content) {
+  const bool numbered = type_ == "COMMAND";
+  const std::size_t header = numbered ? kCommandHeader : kStringHeader;
+  const std::size_t length_bytes = numbered ? 4 : 2;
+  const bool complete = content.size() >= header &&
+                        big_endian(content.subspan(header - length_bytes, length_bytes)) <= content.size() - header;
+  if (!complete) return refuse(fmt::format("a {} message that is shorter than its text", type_));
+  if (commands_.size() == kMostCommands) return true;
+  const std::uint64_t length = big_endian(content.subspan(header - length_bytes, length_bytes));
+  ReceivedCommand command{.numbered = numbered, .device = device_, .text = text_of(content.subspan(header, length))};
+  if (numbered) {
+    command.id = static_cast<std::uint32_t>(big_endian(content.first(4)));
+    command.name = text_of(content.subspan(4, kCommandName));
+  }
+  commands_.push_back(std::move(command));
+  return true;
+}
+
+bool MessageReader::read_transforms(std::span<const std::uint8_t> content, std::vector<ReceivedTransform>& out) {
   const bool single = type_ == "TRANSFORM";
   const std::size_t element = single ? IGTL_TRANSFORM_SIZE : IGTL_TDATA_ELEMENT_SIZE;
   if (content.size() % element != 0 || (single && content.size() != element)) {
@@ -119,7 +153,7 @@ bool MessageReader::read_transforms(std::vector<ReceivedTransform>& out) {
 
 bool MessageReader::finish(std::vector<ReceivedTransform>& out) {
   if (sum_ != expected_sum_) return refuse(fmt::format("a {} message with a wrong check sum", type_));
-  if (is_taken(type_) && !read_transforms(out)) return false;
+  if (is_taken() && !read(out)) return false;
   ++messages_;
   passing_ = false;
   held_.clear();
@@ -139,7 +173,7 @@ bool MessageReader::take(std::span<const std::uint8_t> bytes, std::vector<Receiv
     const std::span<const std::uint8_t> body = bytes.first(part);
     // The library's prototype has forgotten that it only reads.
     sum_ = crc64(const_cast<unsigned char*>(body.data()), part, sum_);
-    if (is_taken(type_)) held_.insert(held_.end(), body.begin(), body.end());
+    if (is_taken()) held_.insert(held_.end(), body.begin(), body.end());
     got_ += part;
     bytes = bytes.subspan(part);
     if (got_ < body_size_) return true;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stylet::link {
@@ -16,8 +17,18 @@ struct ReceivedTransform {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
 };
 
-/// Takes TRANSFORM and TDATA, of header version 1 and 2; other messages are passed over. Every check sum is checked.
-/// What is no message ends the stream: there is no way to find the next one. Holds at most kLongestTaken bytes.
+/// Something asked for as text: a COMMAND, or a STRING to "CMD_..." as clients of version 1 send it.
+struct ReceivedCommand {
+  bool numbered = false;  ///< a COMMAND
+  std::uint32_t id = 0;   ///< of a COMMAND
+  std::string name;       ///< of a COMMAND
+  std::string device;
+  std::string text;
+};
+
+/// Takes TRANSFORM, TDATA and commands, of header version 1 and 2; other messages are passed over. Every check sum is
+/// checked. What is no message ends the stream: there is no way to find the next one. Holds at most kLongestTaken
+/// bytes.
 class MessageReader {
 public:
   static constexpr std::size_t kLongestTaken = 64 * 1024;        ///< body that is taken in
@@ -26,6 +37,10 @@ public:
   /// Takes in bytes as they come, in whatever pieces. Adds what it finds to `out`.
   /// @return false: this is no OpenIGTLink, see problem(); from then on nothing is taken
   bool take(std::span<const std::uint8_t> bytes, std::vector<ReceivedTransform>& out);
+
+  /// The commands found since this was asked last, the first kMostCommands of them.
+  std::vector<ReceivedCommand> take_commands() { return std::exchange(commands_, {}); }
+  static constexpr std::size_t kMostCommands = 64;
 
   /// One line without the sender; empty: none.
   const std::string& problem() const { return problem_; }
@@ -36,7 +51,10 @@ public:
 private:
   bool begin();
   bool finish(std::vector<ReceivedTransform>& out);
-  bool read_transforms(std::vector<ReceivedTransform>& out);
+  bool is_taken() const;
+  bool read(std::vector<ReceivedTransform>& out);
+  bool read_transforms(std::span<const std::uint8_t> content, std::vector<ReceivedTransform>& out);
+  bool read_command(std::span<const std::uint8_t> content);
   bool refuse(std::string problem);
 
   // Of the message that is coming in.
@@ -50,6 +68,7 @@ private:
   std::uint64_t sum_ = 0;
   std::uint64_t got_ = 0;  ///< bytes of its body
 
+  std::vector<ReceivedCommand> commands_;
   std::uint64_t messages_ = 0;
   std::string problem_;
 };

@@ -13,8 +13,6 @@ constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 constexpr double kDiagnosisPeriod = 0.25;  // s
 constexpr double kMessageTime = 4;         // s
-constexpr double kSlidePerHeight = 0.1;    // m for the mouse across the window's height
-constexpr double kTurnPerHeight = 1.0;     // rad
 
 }  // namespace
 
@@ -44,24 +42,17 @@ void LiveScanner::say(const std::string& message, double time_s) {
   message_until_s_ = time_s + kMessageTime;
 }
 
-void LiveScanner::handle(const view::Input& input, session::HeldProbe* probe, double time_s) {
-  for (const view::Input::Stroke& stroke : input.strokes) {
-    if (console_.press(stroke.key, stroke.shift, stroke.repeated)) say(console_.limited(), time_s);
-  }
-  console_.move_probe({.lateral = input.slide_x * kSlidePerHeight,
-                       .elevation = -input.slide_y * kSlidePerHeight,
-                       .tilt = -input.turn_y * kTurnPerHeight,
-                       .rock = input.turn_x * kTurnPerHeight});
-  const bool release = console_.take_probe_release();
-  const content::ProbeMove move = console_.take_probe_move();
-  if (probe != nullptr) {
-    if (release) probe->release();
-    if (!(move == content::ProbeMove{}) && !probe->move(move, time_s)) say("no skin there for the probe", time_s);
-  }
+void LiveScanner::apply(const Command& command, double time_s) {
+  console_.apply(command);
+  say(console_.limited(), time_s);
+}
+
+void LiveScanner::poll(double time_s) {
   if (tissues_.poll()) {
     imager_->set_acoustics(tissues_.tissues());
     say(tissues_.problem().empty() ? "tissue table read again" : tissues_.problem(), time_s);
   }
+  if (watcher_ != nullptr) watcher_->operate(*this, time_s);
   if (time_s >= message_until_s_) message_.clear();
 }
 

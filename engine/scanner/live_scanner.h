@@ -1,4 +1,4 @@
-// The scanner of a running session: keys and mouse turn its knobs and move the probe, its image and screen follow.
+// The scanner of a running session: commands turn its knobs, its image and screen follow.
 #pragma once
 
 #include "engine/content/scene.h"
@@ -9,20 +9,22 @@
 #include "engine/readers/tissue_watch.h"
 #include "engine/render/renderer.h"
 #include "engine/scanner/scanner_console.h"
-#include "engine/session/held_probe.h"
 #include "engine/state/frame_state.h"
 #include "engine/ultrasound/imager.h"
-#include "engine/view/window.h"
 
 #include <optional>
 #include <string>
 
 namespace stylet::scanner {
 
-/// Gets the images of a scanner for others, on its thread.
+class LiveScanner;
+
+/// Gets the images of a scanner for others, and does at it what they ask for; on its thread.
 class ImageWatcher {
 public:
   virtual ~ImageWatcher() = default;
+  /// With each LiveScanner::poll().
+  virtual void operate(LiveScanner&, double /*time_s*/) {}
   /// @param bare  B-mode alone, grey
   virtual void imaged(const state::FrameState& state, const ultrasound::SectorGeometry& sector,
                       const picture::Picture& bare) = 0;
@@ -34,9 +36,12 @@ public:
   /// Keeps references to `device` and `scene`. The tissue table is watched, its acoustics show when it is written.
   LiveScanner(gpu::Device& device, const content::Scene& scene, const ScannerConsole& console);
 
-  /// @param probe   moved by the keys, null: nobody moves it
-  /// @param time_s  of the session
-  void handle(const view::Input& input, session::HeldProbe* probe, double time_s);
+  /// @param time_s  of the session; so for all
+  void apply(const Command& command, double time_s);
+  /// Shows a line at the bottom of the screen for a while; empty: takes it away.
+  void say(const std::string& message, double time_s);
+  /// With each frame: whether the tissue table was written, what the watcher wants.
+  void poll(double time_s);
   /// Makes image and screen of `state`; a frozen scanner keeps its image.
   void draw(const state::FrameState& state);
 
@@ -48,13 +53,11 @@ public:
   /// The bare image where the probe's plane lies in the 3-D view.
   render::PlaneTexture in_view() const;
   const ScannerConsole& console() const { return console_; }
-  ScannerConsole& console() { return console_; }  ///< for knobs that are no keys
   /// The line at the bottom of the screen, empty: none.
   const std::string& note() const { return note_; }
 
 private:
   void make_imager();
-  void say(const std::string& message, double time_s);
 
   gpu::Device& device_;
   const content::Scene& scene_;

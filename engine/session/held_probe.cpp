@@ -29,6 +29,12 @@ bool HeldProbe::move(const content::ProbeMove& by, double time_s) {
   return true;
 }
 
+bool HeldProbe::apply(const ProbeCommand& command, double time_s) {
+  if (const auto* by = std::get_if<content::ProbeMove>(&command)) return move(*by, time_s);
+  release();
+  return true;
+}
+
 void HeldProbe::release() {
   for (std::atomic<double>& part : goal_) part.store(0, std::memory_order_relaxed);
   is_tracked_.store(false, std::memory_order_relaxed);

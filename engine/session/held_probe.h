@@ -8,8 +8,13 @@
 
 #include <array>
 #include <atomic>
+#include <variant>
 
 namespace stylet::session {
+
+/// Back to where the scene has it.
+struct ReleaseProbe {};
+using ProbeCommand = std::variant<content::ProbeMove, ReleaseProbe>;
 
 /// The window moves it in steps, a tracker says where it is; the simulation reads a smooth pose. They share atomics
 /// and a latest-value slot, none waits for another. Where nobody moves it, it is exactly where the scene has it.
@@ -21,6 +26,8 @@ public:
   /// Window thread: moves it further by so much, counted from its pose in the scene at `time_s`.
   /// @return false: there is no skin to move it to; it stays
   bool move(const content::ProbeMove& by, double time_s);
+  /// Window thread. @return as move()
+  bool apply(const ProbeCommand& command, double time_s);
   /// Window thread: back to where the scene has it.
   void release();
   /// Window thread: moved from there by so much.

@@ -22,4 +22,9 @@ content::Camera orbited(const content::Camera& camera, double yaw, double pitch,
   return turned;
 }
 
+content::Camera after(const CameraCommand& command, const content::Camera& camera, const content::Camera& home) {
+  const Orbit* orbit = std::get_if<Orbit>(&command);
+  return orbit != nullptr ? orbited(camera, orbit->yaw, orbit->pitch, orbit->zoom) : home;
+}
+
 }  // namespace stylet::view

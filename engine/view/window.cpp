@@ -26,6 +26,48 @@ gpu::SemaphoreHandle make_semaphore(gpu::Device& device) {
   return {device.handle(), semaphore};
 }
 
+Key key_of(int code) {
+  if (code >= GLFW_KEY_0 && code <= GLFW_KEY_9) return Key::digit_0 + (code - GLFW_KEY_0);
+  if (code >= GLFW_KEY_A && code <= GLFW_KEY_Z) return Key::a + (code - GLFW_KEY_A);
+  if (code >= GLFW_KEY_F1 && code <= GLFW_KEY_F12) return Key::f1 + (code - GLFW_KEY_F1);
+  switch (code) {
+    case GLFW_KEY_RIGHT:
+      return Key::right;
+    case GLFW_KEY_LEFT:
+      return Key::left;
+    case GLFW_KEY_DOWN:
+      return Key::down;
+    case GLFW_KEY_UP:
+      return Key::up;
+    case GLFW_KEY_PAGE_UP:
+      return Key::page_up;
+    case GLFW_KEY_PAGE_DOWN:
+      return Key::page_down;
+    case GLFW_KEY_HOME:
+      return Key::home;
+    case GLFW_KEY_END:
+      return Key::end;
+    case GLFW_KEY_SPACE:
+      return Key::space;
+    case GLFW_KEY_ENTER:
+      return Key::enter;
+    case GLFW_KEY_TAB:
+      return Key::tab;
+    case GLFW_KEY_BACKSPACE:
+      return Key::backspace;
+    case GLFW_KEY_MINUS:
+      return Key::minus;
+    case GLFW_KEY_EQUAL:
+      return Key::equal;
+    case GLFW_KEY_KP_SUBTRACT:
+      return Key::pad_minus;
+    case GLFW_KEY_KP_ADD:
+      return Key::pad_plus;
+    default:
+      return Key::none;
+  }
+}
+
 VkSemaphoreSubmitInfo at_stage(VkSemaphore semaphore, VkPipelineStageFlags2 stage) {
   VkSemaphoreSubmitInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO};
   info.semaphore = semaphore;
@@ -80,6 +122,10 @@ Display::~Display() {
   glfwTerminate();
 }
 
+std::string Display::library_version() {
+  return glfwGetVersionString();
+}
+
 std::vector<std::string> Display::vulkan_extensions() const {
   std::uint32_t count = 0;
   const char** names = glfwGetRequiredInstanceExtensions(&count);
@@ -118,10 +164,10 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
     static_cast<Window*>(glfwGetWindowUserPointer(window))->stale_ = true;
   });
   glfwSetKeyCallback(window_.get(), [](GLFWwindow* window, int key, int, int action, int modifiers) {
-    if (action == GLFW_RELEASE) return;
+    const Key pressed = key_of(key);
+    if (action == GLFW_RELEASE || pressed == Key::none) return;
     Input& input = static_cast<Window*>(glfwGetWindowUserPointer(window))->pending_;
-    if (action == GLFW_PRESS) input.keys.push_back(key);
-    input.strokes.push_back({key, (modifiers & GLFW_MOD_SHIFT) != 0, action == GLFW_REPEAT});
+    input.strokes.push_back({pressed, (modifiers & GLFW_MOD_SHIFT) != 0, action == GLFW_REPEAT});
   });
   glfwSetScrollCallback(window_.get(), [](GLFWwindow* window, double, double notches) {
     Input& input = static_cast<Window*>(glfwGetWindowUserPointer(window))->pending_;
@@ -219,12 +265,6 @@ void Window::create_swapchain() {
             .width = extent_.width, .height = extent_.height, .format = format_, .usage = create.imageUsage});
     drawn_.push_back(make_semaphore(device_));
   }
-}
-
-Input without_pointer(Input input) {
-  input.drag_x = input.drag_y = input.orbit_x = input.orbit_y = input.advance = input.zoom = 0;
-  input.slide_x = input.slide_y = input.turn_x = input.turn_y = 0;
-  return input;
 }
 
 Input Window::poll() {

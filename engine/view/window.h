@@ -9,6 +9,7 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/picture/panes.h"
+#include "engine/view/input.h"
 #include "engine/view/overlay.h"
 
 #include <chrono>
@@ -28,6 +29,8 @@ public:
   ~Display();
   Display(const Display&) = delete;
   Display& operator=(const Display&) = delete;
+  /// Of the window library, for `--version`; needs no display.
+  static std::string library_version();
   /// For gpu::DeviceSettings::window_extensions.
   std::vector<std::string> vulkan_extensions() const;
 };
@@ -39,33 +42,6 @@ struct WindowSettings {
   double frames_per_second = 60;  ///< most; present() sleeps to keep to it. 0: no limit
   bool capture = false;           ///< keep a copy of every frame for last_frame()
 };
-
-/// What happened since the last poll. Distances are fractions of the window's height, so they do not depend on its
-/// size.
-struct Input {
-  bool close = false;
-  double drag_x = 0, drag_y = 0;        ///< left button held: right, down. The mouse stylus's lateral motion
-  double orbit_x = 0, orbit_y = 0;      ///< right button held: turns the camera
-  double advance = 0;                   ///< wheel notches away from the user: advances the needle
-  double zoom = 0;                      ///< the same with Ctrl held
-  double slide_x = 0, slide_y = 0;      ///< middle button held: moves the probe on the skin
-  double turn_x = 0, turn_y = 0;        ///< the same with Shift held: turns it
-  double pointer_x = 0, pointer_y = 0;  ///< pixels of the frame from its upper left corner
-  bool left = false, right = false;     ///< buttons held, for panels
-  bool shift = false;                   ///< held
-  double wheel = 0;                     ///< notches, whatever is held
-  std::vector<int> keys;                ///< GLFW key codes pressed, letters and digits as ASCII capitals
-  /// The same with those that a held key repeats, in order.
-  struct Stroke {
-    int key = 0;
-    bool shift = false;
-    bool repeated = false;
-  };
-  std::vector<Stroke> strokes{};
-};
-
-/// `input` without what the pointer did: it belongs to a panel.
-Input without_pointer(Input input);
 
 /// Thread: the one that made the Display.
 class Window {

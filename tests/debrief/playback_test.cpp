@@ -5,8 +5,6 @@
 namespace stylet::debrief {
 namespace {
 
-constexpr int kRight = 262, kLeft = 263, kHome = 268, kEnd = 269;
-
 TEST(Playback, RunsAtItsSpeedAndWaitsForWhatIsNotKnownYet) {
   Playback playback(2, 10, 0.5);
   playback.advance(1, 100);
@@ -17,41 +15,40 @@ TEST(Playback, RunsAtItsSpeedAndWaitsForWhatIsNotKnownYet) {
   EXPECT_DOUBLE_EQ(playback.time_s(), 10);
 }
 
-TEST(Playback, SpacePausesOnceAKeyIsHeld) {
+TEST(Playback, PausesAndGoesOn) {
   Playback playback(0, 10, 1);
-  playback.press({.key = ' '});
-  playback.press({.key = ' ', .repeated = true});
+  playback.apply(Pause{});
   playback.advance(1, 10);
   EXPECT_DOUBLE_EQ(playback.time_s(), 0);
   EXPECT_NE(playback.caption().find("paused"), std::string::npos);
-  playback.press({.key = ' '});
+  playback.apply(Pause{});
   playback.advance(1, 10);
   EXPECT_DOUBLE_EQ(playback.time_s(), 1);
 }
 
-TEST(Playback, ArrowsSeekWithinTheSpan) {
+TEST(Playback, SeeksWithinTheSpan) {
   Playback playback(1, 3, 1);
-  playback.press({.key = kRight});
-  playback.press({.key = kRight, .shift = true});
+  playback.apply(Seek{1});
+  playback.apply(Seek{0.1});
   EXPECT_DOUBLE_EQ(playback.time_s(), 2.1);
-  for (int i = 0; i < 5; ++i) playback.press({.key = kRight, .repeated = true});
+  for (int i = 0; i < 5; ++i) playback.apply(Seek{1});
   EXPECT_DOUBLE_EQ(playback.time_s(), 3);
-  playback.press({.key = kLeft});
+  playback.apply(Seek{-1});
   EXPECT_DOUBLE_EQ(playback.time_s(), 2);
-  playback.press({.key = kHome});
+  playback.apply(SeekStart{});
   EXPECT_DOUBLE_EQ(playback.time_s(), 1);
-  playback.press({.key = kEnd});
+  playback.apply(SeekEnd{});
   EXPECT_DOUBLE_EQ(playback.time_s(), 3);
 }
 
 TEST(Playback, SpeedDoublesAndHalvesWithinItsLimits) {
   Playback playback(0, 10, 1);
-  playback.press({.key = '-'});
-  playback.press({.key = '-'});
+  playback.apply(ChangeSpeed{0.5});
+  playback.apply(ChangeSpeed{0.5});
   EXPECT_DOUBLE_EQ(playback.speed(), 0.25);
-  for (int i = 0; i < 20; ++i) playback.press({.key = '='});
+  for (int i = 0; i < 20; ++i) playback.apply(ChangeSpeed{2});
   EXPECT_DOUBLE_EQ(playback.speed(), Playback::kFastest);
-  for (int i = 0; i < 20; ++i) playback.press({.key = '-'});
+  for (int i = 0; i < 20; ++i) playback.apply(ChangeSpeed{0.5});
   EXPECT_DOUBLE_EQ(playback.speed(), Playback::kSlowest);
 }
 

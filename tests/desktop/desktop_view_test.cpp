@@ -86,21 +86,21 @@ TEST_F(Desktop, KeysLeadNeedleAndProbeAndEndTheSession) {
   };
   const Eigen::Vector3d before = settled(0);
   view::Input input;
-  input.strokes = {{.key = 'W'}, {.key = 'L'}, {.key = 262 /* right */}};
+  input.strokes = {{.key = view::Key::w}, {.key = view::Key::l}, {.key = view::Key::right}};
   EXPECT_TRUE(desktop.handle(input));
   const Eigen::Vector3d moved = settled(20) - before;
   EXPECT_NEAR(moved.z(), -0.002, 1e-9);
   EXPECT_NEAR(moved.x(), 0.002, 1e-9);
   EXPECT_NE(running.probe.moved(), content::ProbeMove{});
   input = {};
-  input.keys = {'Q'};
+  input.strokes = {{.key = view::Key::q}};
   EXPECT_FALSE(desktop.handle(input));
 }
 
 TEST_F(Desktop, IsArrangedAsTheOneBeforeItWas) {
   Running running(device);
   view::Input input;
-  input.keys = {293 /* F4 */};
+  input.strokes = {{.key = view::Key::f4}};
   input.orbit_x = 0.1;
   EXPECT_TRUE(running.desktop.handle(input));
   const Arrangement arranged = running.desktop.arrangement();

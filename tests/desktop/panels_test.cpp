@@ -18,7 +18,6 @@ namespace {
 
 constexpr int kWidth = 960;
 constexpr int kHeight = 640;
-constexpr int kF3 = 292, kF4 = 293, kTab = 258;
 
 content::Probe probe() {
   content::Probe probe;
@@ -46,8 +45,10 @@ protected:
   /// One frame with the pointer there. @return the choice taken
   std::optional<std::size_t> frame(double x = -1, double y = -1, bool left = false) {
     overlay_.begin({.width = width_, .height = height_, .pointer_x = x, .pointer_y = y, .left = left});
-    return panels_.draw(facts(), console_, width_, height_,
-                        picture::PaneLayout::over_scene(width_, height_).ultrasound);
+    const PanelInput input =
+        panels_.draw(facts(), console_, width_, height_, picture::PaneLayout::over_scene(width_, height_).ultrasound);
+    for (const scanner::Command& command : input.scanner) console_.apply(command);
+    return input.choice;
   }
   picture::Picture picture() {
     frame();  // a panel that is new is measured first and shown in the next frame
@@ -96,9 +97,9 @@ TEST_F(PanelsOnAPicture, CoverWhereTheyLieAndNothingElse) {
   EXPECT_FALSE(is_ground(kHeight / 60 + 20, kHeight / 60 + 20));            // the procedure, upper left
   EXPECT_FALSE(is_ground(kHeight / 60 + 20, kHeight - kHeight / 60 - 20));  // the force, lower left
   EXPECT_TRUE(is_ground(kWidth - kHeight / 60 - 20, kHeight - kHeight / 60 - 20));
-  panels_.press(kF4);
+  panels_.apply(PanelCommand::toggle_instructor);
   EXPECT_NE(picture().at(kWidth - kHeight / 60 - 20, kHeight - kHeight / 60 - 20)[1], ground[1]);
-  panels_.press(kTab);
+  panels_.apply(PanelCommand::toggle_all);
   const picture::Picture hidden = picture();
   for (int y = 0; y < kHeight; y += 7)
     for (int x = 0; x < kWidth; x += 7) ASSERT_NEAR(hidden.at(x, y)[1], ground[1], 1) << x << ' ' << y;
@@ -128,7 +129,7 @@ TEST_F(PanelsOnAPicture, ButtonsGiveTheirChoiceUnlessItCannotBeTaken) {
 }
 
 TEST_F(PanelsOnAPicture, SlidersTurnTheScannersKnobs) {
-  panels_.press(kF3);
+  panels_.apply(PanelCommand::toggle_scanner);
   const ultrasound::ScannerControls before = console_.controls();
   EXPECT_TRUE(click_until([&](std::optional<std::size_t>) { return console_.controls().depth != before.depth; }));
   EXPECT_TRUE(click_until([&](std::optional<std::size_t>) { return console_.controls().tgc_db != before.tgc_db; }));
@@ -137,10 +138,25 @@ TEST_F(PanelsOnAPicture, SlidersTurnTheScannersKnobs) {
   EXPECT_EQ(ultrasound::limit(limited, probe()), "");
 }
 
+TEST_F(PanelsOnAPicture, HelpFitsTheWindowAndClosesAgain) {
+  const auto window = [] { return ImGui::FindWindowByName("Keys (H closes)"); };
+  panels_.apply(PanelCommand::toggle_help);
+  picture();
+  ASSERT_NE(window(), nullptr);
+  EXPECT_TRUE(window()->WasActive);
+  EXPECT_LE(window()->Size.y, static_cast<float>(kHeight));
+  EXPECT_LE(window()->Size.x, static_cast<float>(kWidth));
+  EXPECT_GE(window()->Pos.y, 0);
+  panels_.apply(PanelCommand::toggle_help);
+  picture();
+  EXPECT_FALSE(window()->WasActive);
+}
+
 /// The same panels at one scale after the other: one overlay at a time.
 struct AtScale : PanelsOnAPicture {
   explicit AtScale(int scale) : PanelsOnAPicture(scale) {
-    for (const int key : {kF3, kF4}) panels_.press(key);
+    panels_.apply(PanelCommand::toggle_scanner);
+    panels_.apply(PanelCommand::toggle_instructor);
     picture();
   }
   void TestBody() override {}

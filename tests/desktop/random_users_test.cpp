@@ -20,7 +20,6 @@ namespace {
 
 constexpr int kUsers = 100;
 constexpr int kMostWidth = 160, kMostHeight = 120;  // of the largest window
-constexpr int kEnter = 257, kBackspace = 259;
 
 class RandomUser {
 public:
@@ -43,12 +42,12 @@ public:
     input.advance = within(20);
     input.shift = one_of(2) == 0;
     for (int k = one_of(6); k > 0; --k) {
-      const int key = one_of(2) == 0 ? 32 + one_of(64) : 256 + one_of(60);
-      input.strokes.push_back({.key = key, .shift = one_of(2) == 0, .repeated = one_of(4) == 0});
-      const bool ends = key == 'Q' || key == kBackspace || key == kEnter;  // the session, mostly
-      if (!ends || one_of(12) == 0) input.keys.push_back(key);
+      const auto key = static_cast<view::Key>(one_of(view::kKeys));
+      const bool ends = key == view::Key::q || key == view::Key::backspace || key == view::Key::enter;  // mostly
+      if (ends && one_of(12) != 0) continue;
+      input.strokes.push_back({.key = key, .shift = one_of(2) == 0, .repeated = !ends && one_of(4) == 0});
     }
-    if (one_of(60) == 0) input.keys.push_back(kEnter);
+    if (one_of(60) == 0) input.strokes.push_back({.key = view::Key::enter});
     return input;
   }
 

@@ -6,6 +6,7 @@
 #include "engine/readers/scenario.h"
 #include "engine/session/live_session.h"
 #include "engine/training/training_session.h"
+#include "engine/view/overlay.h"
 #include "tests/readers/small_scenario.h"
 #include "tests/support/temporary_folder.h"
 

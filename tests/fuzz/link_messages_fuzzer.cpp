@@ -1,5 +1,6 @@
 // OpenIGTLink messages from the network: whatever is sent, and however it is cut, the same is found or refused.
 #include "engine/link/message_reader.h"
+#include "engine/link/scanner_request.h"
 #include "engine/link/tracked_pose.h"
 #include "tests/fuzz/claim.h"
 #include "tests/fuzz/libfuzzer.h"
@@ -37,6 +38,7 @@ void repair(std::vector<std::uint8_t>& stream) {
 
 struct Outcome {
   std::vector<ReceivedTransform> found;
+  std::vector<ReceivedCommand> commands;
   std::string problem;
   bool in_message = false;
 };
@@ -49,6 +51,7 @@ Outcome read(std::span<const std::uint8_t> stream, std::size_t piece) {
     claim(taken == reader.problem().empty(), "what is refused has a problem");
     if (!taken) break;
   }
+  outcome.commands = reader.take_commands();
   outcome.problem = reader.problem();
   outcome.in_message = reader.in_message();
   return outcome;
@@ -63,8 +66,18 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const Outcome whole = read(stream, stream.size());
   const Outcome pieces = read(stream, 1 + data[0] / 2);
   claim(whole.problem == pieces.problem && whole.found.size() == pieces.found.size() &&
-            whole.in_message == pieces.in_message,
+            whole.commands.size() == pieces.commands.size() && whole.in_message == pieces.in_message,
         "it is the same however it is cut");
+  claim(whole.commands.size() <= MessageReader::kMostCommands, "a flood of commands is bounded");
+  for (std::size_t k = 0; k < whole.commands.size(); ++k) {
+    const ReceivedCommand& command = whole.commands[k];
+    claim(command.name.size() <= 128 && command.device.size() <= 20, "names are fields");
+    claim(command.text == pieces.commands[k].text && command.id == pieces.commands[k].id, "a command is the same");
+    const ScannerRequest request = read_scanner_request(command.text);
+    claim(request.problem.empty() == !request.settings.empty() || !request.problem.empty(), "it is read or refused");
+    claim(request.settings.size() <= kMostSettings, "settings are bounded");
+    if (!request.problem.empty()) fuzz::claim_one_line(request.problem);
+  }
   if (!whole.problem.empty()) fuzz::claim_one_line(whole.problem);
   for (std::size_t k = 0; k < whole.found.size(); ++k) {
     const ReceivedTransform& transform = whole.found[k];

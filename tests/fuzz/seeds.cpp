@@ -168,6 +168,13 @@ void write_link_messages(const fs::path& folder) {
   const link::Bytes extended{0, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
   second.insert(second.begin() + 58, extended.begin(), extended.end());
   save("version_2", second);
+  link::Bytes words;
+  link::append_string(words, "CMD_1", 1.5, "scanner gain +2");
+  save("command", words);
+  link::Bytes plus;
+  link::append_string(plus, "CMD_2", 1.5,
+                      "<Command Name=\"SetUsParameter\"><Parameter Name=\"DepthMm\" Value=\"150\"/></Command>");
+  save("command_of_plus", plus);
 }
 
 /// A tetrahedron as STL and OBJ, and a volume of eight voxels.

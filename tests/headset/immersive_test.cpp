@@ -259,34 +259,38 @@ content::Scene flat_patient() {
 TEST(ThumbOnScanner, TurnsAKnobOnceThenAgainWhileItIsHeld) {
   immersive::ThumbOnScanner thumb;
   headset::Hands hands;
-  std::string seen;
+  std::vector<std::string> seen;
   double time_s = 0;
+  const auto name = [](const scanner::Command& command) -> std::string {
+    if (const auto* gain = std::get_if<scanner::SetGain>(&command); gain != nullptr && gain->relative) {
+      return gain->db == 2 ? "gain up" : gain->db == -2 ? "gain down" : "gain?";
+    }
+    if (const auto* depth = std::get_if<scanner::SetDepth>(&command); depth != nullptr && depth->relative) {
+      return depth->m == 0.01 ? "deeper" : depth->m == -0.01 ? "less deep" : "depth?";
+    }
+    const auto* freeze = std::get_if<scanner::Freeze>(&command);
+    return freeze != nullptr && !freeze->on ? "freeze" : "?";
+  };
+  /// @return what was asked for meanwhile
   const auto hold = [&](float x, float y, double for_s) {
+    seen.clear();
     hands.left.stick = {x, y};
     for (int frame = 0; frame < static_cast<int>(std::lround(for_s * 100)); ++frame) {
-      for (const view::Input::Stroke& stroke : thumb.strokes(hands, time_s)) {
-        seen += static_cast<char>(stroke.key);
-        seen += stroke.shift ? '-' : '+';
-        if (stroke.repeated) seen += '.';
-      }
+      for (const scanner::Command& command : thumb.commands(hands, time_s)) seen.push_back(name(command));
       time_s += 0.01;
     }
     hands.freeze_pressed = false;
+    return seen;
   };
-  hold(0, 0.6F, 1);
-  EXPECT_EQ(seen, "") << "a thumb at rest";
-  hold(0, 0.9F, 0.4);
-  EXPECT_EQ(seen, "G+");
-  hold(0.3F, 0.5F, 0.2);
-  EXPECT_EQ(seen, "G+G+.") << "still held, half a second later";
-  hold(0, 0.3F, 0.1);
-  hold(0.1F, -1, 0.1);
-  EXPECT_EQ(seen, "G+G+.G-");
-  hold(-0.8F, 0.1F, 0.8);
-  EXPECT_EQ(seen, "G+G+.G-D-D-.D-.");
+  using Seen = std::vector<std::string>;
+  EXPECT_EQ(hold(0, 0.6F, 1), Seen{}) << "a thumb at rest";
+  EXPECT_EQ(hold(0, 0.9F, 0.4), Seen{"gain up"});
+  EXPECT_EQ(hold(0.3F, 0.5F, 0.2), Seen{"gain up"}) << "still held, half a second later";
+  EXPECT_EQ(hold(0, 0.3F, 0.1), Seen{});
+  EXPECT_EQ(hold(0.1F, -1, 0.1), Seen{"gain down"});
+  EXPECT_EQ(hold(-0.8F, 0.1F, 0.8), (Seen{"less deep", "less deep", "less deep"})) << "at once, after 0.5 s, 0.65 s";
   hands.freeze_pressed = true;
-  hold(0, 0, 0.01);
-  EXPECT_EQ(seen, "G+G+.G-D-D-.D-. +");
+  EXPECT_EQ(hold(0, 0, 0.01), Seen{"freeze"});
 }
 
 TEST(HandsOnPatient, ControllersMoveNeedleAndProbe) {

@@ -5,6 +5,7 @@
 #include <igtlImageMessage.h>
 #include <igtlMessageHeader.h>
 #include <igtlStatusMessage.h>
+#include <igtlStringMessage.h>
 #include <igtlTimeStamp.h>
 #include <igtlTransformMessage.h>
 
@@ -26,9 +27,10 @@ struct ClientMessage {
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   Eigen::Vector3d spacing = Eigen::Vector3d::Zero();
   std::vector<std::uint8_t> pixels{};
-  // STATUS
+  // STATUS, STRING
   int code = 0;
   std::string text{};
+  std::string body{};  ///< of what has a header of version 2, which Debian's library does not know
 
   /// From pixels to RAS mm, computed as 3D Slicer does for an IMAGE.
   Eigen::Matrix4d ras_from_pixel() const {
@@ -55,6 +57,8 @@ public:
     auto header = igtl::MessageHeader::New();
     header->InitPack();
     if (!receive_fully(header->GetPackPointer(), header->GetPackSize())) return {};
+    const std::string bytes(static_cast<const char*>(header->GetPackPointer()), header->GetPackSize());
+    if (bytes[1] == 2) return receive_version_2(bytes);
     if ((header->Unpack() & igtl::MessageHeader::UNPACK_HEADER) == 0) return {};
     ClientMessage message;
     auto stamp = igtl::TimeStamp::New();
@@ -75,6 +79,9 @@ public:
         out.code = m.GetCode();
         out.text = m.GetStatusString();
       });
+    } else if (type == "STRING") {
+      unpack<igtl::StringMessage>(header, message,
+                                  [](igtl::StringMessage& m, ClientMessage& out) { out.text = m.GetString(); });
     }
     if (unpacked_) message.type = type;
     return message;
@@ -140,6 +147,14 @@ private:
         m.GetCoordinateSystem() == igtl::ImageMessage::COORDINATE_RAS) {
       out.pixels.assign(pixels, pixels + m.GetImageSize());
     }
+  }
+
+  ClientMessage receive_version_2(const std::string& header) {
+    std::size_t size = 0;
+    for (int i = 42; i < 50; ++i) size = size << 8 | static_cast<std::uint8_t>(header[i]);
+    ClientMessage message{.device = header.substr(14, 20).c_str(), .body = std::string(size, ' ')};
+    if (receive_fully(message.body.data(), static_cast<int>(size))) message.type = header.substr(2, 12).c_str();
+    return message;
   }
 
   bool receive_fully(void* room, int size) {

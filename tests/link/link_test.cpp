@@ -353,6 +353,8 @@ std::vector<BadBytes> bad_messages() {
           {"TRANSFORM message of 49 bytes", message_of("TRANSFORM", Bytes(49))},
           {"TRANSFORM message of 0 bytes", message_of("TRANSFORM", {})},
           {"TDATA message of 71 bytes", message_of("TDATA", Bytes(71))},
+          {"COMMAND message that is shorter than its text", message_of("COMMAND", Bytes(137))},
+          {"COMMAND message of 65537 bytes", with_size(message_of("COMMAND", {}), 65537)},
           {"extended header", message_of("TRANSFORM", Bytes(60, 0xFF), 2)},
           {"version 17", message_of("TRANSFORM", Bytes(48), 17)},
           {"without a message type", message_of("transform", Bytes(48))},
@@ -386,6 +388,72 @@ TEST(Link, WhatIsNoMessageClosesItsClientAndNothingElse) {
   }
   EXPECT_EQ(report.taken, 0U);
   EXPECT_EQ(summary(report).size(), 2 + bad.size());
+}
+
+/// Does what clients ask for until it goes: "yes" is done, all else is not.
+std::jthread operate(Link& link) {
+  return std::jthread([&link](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      while (const auto request = link.commands().next()) {
+        link.commands().answer({request->number, request->text == "yes", "because " + request->text});
+      }
+      std::this_thread::yield();
+    }
+  });
+}
+
+TEST(Link, CommandsAreDoneAndAnsweredToTheClientThatAsked) {
+  Room room;
+  const std::jthread operator_thread = operate(room.link);
+  IgtlClient client, other;
+  ASSERT_TRUE(client.connect(room.link.port()));
+  ASSERT_TRUE(other.connect(room.link.port()));
+  auto message = igtl::StringMessage::New();
+  message->SetDeviceName("CMD_7");
+  message->SetString("yes");
+  ASSERT_TRUE(client.send(*message));
+  message->SetDeviceName("CMD_8");
+  message->SetString("no");
+  ASSERT_TRUE(other.send(*message));
+  const ClientMessage yes = client.receive("ACK_7");
+  EXPECT_EQ(yes.type, "STRING");
+  EXPECT_EQ(yes.text, R"(<CommandReply Status="SUCCESS" Message="because yes" />)");
+  EXPECT_EQ(other.receive("ACK_8").text, R"(<CommandReply Status="FAIL" Message="because no" />)");
+
+  // A COMMAND: number 258, a name of 128 bytes, encoding, length, text.
+  Bytes body{0, 0, 1, 2, 'S', 'e', 't'};
+  body.resize(4 + 128);
+  for (const char byte : std::string("\0\3\0\0\0\3yes", 9)) body.push_back(static_cast<std::uint8_t>(byte));
+  ASSERT_TRUE(client.send(message_of("COMMAND", body)));
+  ClientMessage reply = client.receive("Stylet");
+  while (reply.type == "STATUS") reply = client.receive("Stylet");
+  ASSERT_EQ(reply.type, "RTS_COMMAND");
+  // Behind the 12 bytes of the extended header: the same number and name, then the text, then Status as meta data.
+  ASSERT_GT(reply.body.size(), 12U + 138U);
+  EXPECT_EQ(reply.body.substr(12, 7), std::string("\0\0\1\2Set", 7));
+  EXPECT_EQ(reply.body.substr(12 + 138),
+            std::string("<Command><Result>true</Result><Message>because yes</Message></Command>") +
+                std::string("\0\1\0\6\0\3\0\0\0\7StatusSUCCESS", 23));
+  const LinkReport& report = room.link.stop();
+  EXPECT_EQ(report.commands, 2U);
+  EXPECT_EQ(report.not_done, 1U);
+  EXPECT_TRUE(report.problems.empty());
+}
+
+TEST(CommandDesk, AnswersForWhoDoesNotComeAndWhereTooManyWait) {
+  CommandDesk desk;
+  const Clock::time_point now{};
+  for (std::uint64_t n = 0; n < CommandDesk::kMost; ++n) desk.hand_in({n, "late"}, now);
+  desk.hand_in({1000, "one more"}, now);
+  std::vector<CommandDesk::Answer> answers = desk.take_answers(now);
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_EQ(answers[0].number, 1000U);
+  EXPECT_FALSE(answers[0].done);
+  EXPECT_EQ(desk.next()->number, 0U);  // taken: it will be answered by who took it
+  answers = desk.take_answers(now + CommandDesk::kPatience + std::chrono::milliseconds(1));
+  EXPECT_EQ(answers.size(), CommandDesk::kMost - 1);
+  EXPECT_EQ(answers.front().words, "nobody is at the scanner");
+  EXPECT_FALSE(desk.next().has_value());
 }
 
 TEST(Link, ASourceThatGoesIsTakenUpAgain) {

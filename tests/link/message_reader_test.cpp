@@ -2,6 +2,7 @@
 #include "engine/link/message_reader.h"
 
 #include "engine/link/message.h"
+#include "engine/link/scanner_request.h"
 #include "engine/link/tracked_pose.h"
 
 #include <igtl_header.h>
@@ -66,6 +67,98 @@ TEST(MessageReader, FindsTheSameTransformsHoweverTheBytesAreCut) {
     EXPECT_EQ(found[0].matrix, numbered_matrix(1));
     EXPECT_EQ(found[1].name, "NeedleTipToReference");  // 20 bytes, no zero behind it
     EXPECT_EQ(found[1].matrix, numbered_matrix(2));
+  }
+}
+
+/// Number, name of 128 bytes, encoding, length, text.
+Bytes command_body(std::uint32_t id, const std::string& name, const std::string& text) {
+  Bytes body;
+  for (int shift = 24; shift >= 0; shift -= 8) body.push_back(static_cast<std::uint8_t>(id >> shift));
+  body.insert(body.end(), name.begin(), name.end());
+  body.resize(4 + 128);
+  const Bytes encoding_and_length{0, 3, 0, 0, 0, static_cast<std::uint8_t>(text.size())};
+  body.insert(body.end(), encoding_and_length.begin(), encoding_and_length.end());
+  body.insert(body.end(), text.begin(), text.end());
+  return body;
+}
+
+/// A message with the header of a transform, but for the type, and the right sum.
+Bytes with_body(const char* type, const Bytes& body) {
+  igtl_header header{};
+  header.version = 1;
+  std::strncpy(header.name, type, sizeof header.name);
+  header.body_size = body.size();
+  Bytes content = body;
+  header.crc = crc64(content.data(), content.size(), 0);
+  igtl_header_convert_byte_order(&header);
+  Bytes bytes(sizeof header);
+  std::memcpy(bytes.data(), &header, sizeof header);
+  bytes.insert(bytes.end(), body.begin(), body.end());
+  return bytes;
+}
+
+TEST(MessageReader, FindsCommandsOfBothKindsHoweverTheBytesAreCut) {
+  Bytes stream = as_version_2(with_body("COMMAND", command_body(70000, "SetUsParameter", "<Command/>")));
+  append_string(stream, "CMD_12", 1, "scanner gain +2");
+  append_string(stream, "Comment", 1, "nobody is asked for anything");
+  for (const std::size_t piece : {stream.size(), std::size_t(1), std::size_t(57)}) {
+    MessageReader reader;
+    std::vector<ReceivedTransform> found;
+    for (std::size_t at = 0; at < stream.size(); at += piece) {
+      const auto part = std::span(stream).subspan(at, std::min(piece, stream.size() - at));
+      ASSERT_TRUE(reader.take(part, found)) << reader.problem();
+    }
+    const std::vector<ReceivedCommand> commands = reader.take_commands();
+    EXPECT_EQ(reader.messages(), 3U);
+    ASSERT_EQ(commands.size(), 2U);
+    EXPECT_TRUE(commands[0].numbered);
+    EXPECT_EQ(commands[0].id, 70000U);
+    EXPECT_EQ(commands[0].name, "SetUsParameter");
+    EXPECT_EQ(commands[0].text, "<Command/>");
+    EXPECT_FALSE(commands[1].numbered);
+    EXPECT_EQ(commands[1].device, "CMD_12");
+    EXPECT_EQ(commands[1].text, "scanner gain +2");
+    EXPECT_TRUE(reader.take_commands().empty());
+  }
+}
+
+TEST(MessageReader, ACommandShorterThanItSaysIsRefusedAndAFloodIsBounded) {
+  Bytes body = command_body(1, "x", "12345");
+  body.back() = 0;
+  body.pop_back();
+  MessageReader reader;
+  std::vector<ReceivedTransform> found;
+  EXPECT_FALSE(reader.take(with_body("COMMAND", body), found));
+  EXPECT_NE(reader.problem().find("shorter than its text"), std::string::npos) << reader.problem();
+  MessageReader flooded;
+  Bytes message;
+  append_string(message, "CMD_1", 1, "scanner freeze");
+  for (int n = 0; n < 1000; ++n) ASSERT_TRUE(flooded.take(message, found));
+  EXPECT_EQ(flooded.messages(), 1000U);
+  EXPECT_EQ(flooded.take_commands().size(), MessageReader::kMostCommands);
+}
+
+TEST(ScannerRequest, ReadsWordsAndWhatPlusSends) {
+  using Settings = std::vector<Setting>;
+  EXPECT_EQ(read_scanner_request("  scanner gain +2\r\n").settings, (Settings{{"gain", "+2"}}));
+  EXPECT_EQ(read_scanner_request("scanner freeze").settings, (Settings{{"freeze", ""}}));
+  const ScannerRequest plus = read_scanner_request(
+      "<Command Name=\"SetUsParameter\" UsDeviceId='VideoDevice'>\n <Parameter Name=\"DepthMm\" Value=\"150\"/>\n"
+      " <Parameter Value = '40' Name = 'GainPercent' />\n</Command>");
+  EXPECT_EQ(plus.problem, "");
+  EXPECT_EQ(plus.settings, (Settings{{"DepthMm", "=150"}, {"GainPercent", "=40"}}));
+  std::string many = "<Command Name=\"SetUsParameter\">";
+  for (int n = 0; n < 100; ++n) many += "<Parameter Name=\"DepthMm\" Value=\"1\"/>";
+  for (const std::string& text :
+       {std::string(), std::string("gain +2"), std::string("scanner"), std::string("scanner gain + 2"),
+        std::string("<Command Name=\"RequestDeviceIds\"/>"), std::string("<Command Name=\"SetUsParameter\"/>"),
+        std::string("<Command Name=\"SetUsParameter\"><Parameter Name=\"DepthMm\"/></Command>"),
+        std::string("<Parameter Name=\"DepthMm\" Value=\"1\"/>"), std::string("<Command Name=\"SetUsParameter\""),
+        "scanner " + std::string(1000, 'x') + " 1", many}) {
+    const ScannerRequest request = read_scanner_request(text);
+    EXPECT_NE(request.problem, "") << text;
+    EXPECT_EQ(request.problem.find('\n'), std::string::npos);
+    EXPECT_TRUE(request.settings.empty() || !request.problem.empty());
   }
 }
 

@@ -142,5 +142,55 @@ TEST(Rooms, HaveNamespacesOfTheirNames) {
   }
 }
 
+/// GLFW's functions, types and constants.
+bool uses_window_library(const std::string& text) {
+  static const std::regex kName(R"(^(<GLFW/|GLFW_|GLFWwindow|glfw[A-Z]).*)");
+  for (std::size_t at = 0; (at = std::min(text.find("GLFW", at), text.find("glfw", at))) != std::string::npos; ++at) {
+    if (std::regex_match(text.substr(at > 0 && text[at - 1] == '<' ? at - 1 : at, 12), kName)) return true;
+  }
+  return false;
+}
+
+/// A key by GLFW's number for it, 256 (Escape) to 348 (Menu): `kHome = 268`, `key == 257`.
+bool has_number_of_a_key(const std::string& text) {
+  static const std::regex kBefore(
+      R"(.*(Key|key|Enter|Tab|Backspace|Home|End|Right|Left|Up|Down|F\d) *(=|==|!=|\{|\() *)");
+  for (std::size_t at = text.find_first_of("23"); at != std::string::npos; at = text.find_first_of("23", at + 1)) {
+    const std::size_t end = std::min(text.find_first_not_of("0123456789", at), text.size());
+    if (end - at != 3 || at < 30) continue;
+    const int number = std::stoi(text.substr(at, 3));
+    if (number < 256 || number > 348) continue;
+    const std::string before = text.substr(at - 30, 30);
+    if (std::regex_match(before.substr(before.rfind('\n') + 1), kBefore)) return true;
+  }
+  return false;
+}
+
+TEST(Rooms, KnowTheWindowLibraryOnlyInTheWindow) {
+  const std::string some_code(30, ' ');
+  EXPECT_TRUE(uses_window_library("#include <GLFW/glfw3.h>"));
+  EXPECT_TRUE(uses_window_library("x = glfwInit();"));
+  EXPECT_FALSE(uses_window_library("// no code of GLFW"));
+  EXPECT_TRUE(has_number_of_a_key(some_code + "constexpr int kHomeKey = 268;"));
+  EXPECT_TRUE(has_number_of_a_key(some_code + "if (key == 257) start();"));
+  EXPECT_FALSE(has_number_of_a_key(some_code + "keys = 12; width = 320;"));
+  int in_window = 0;
+  for (const char* top : {"physics", "haptic", "engine", "tools", "tests"}) {
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kRoot / top)) {
+      const std::string extension = entry.path().extension();
+      const fs::path file = fs::relative(entry.path(), kRoot);
+      if ((extension != ".h" && extension != ".cpp") || file == "tests/rooms/rooms_test.cpp") continue;
+      const std::string text = text_of(entry.path());
+      if (file == "engine/view/window.cpp" || file == "engine/view/window.h") {
+        in_window += uses_window_library(text) ? 1 : 0;
+        continue;
+      }
+      EXPECT_FALSE(uses_window_library(text)) << file << " uses GLFW; only engine/view/window may";
+      EXPECT_FALSE(has_number_of_a_key(text)) << file << " has a key by its number in GLFW; use view::Key";
+    }
+  }
+  EXPECT_EQ(in_window, 2);
+}
+
 }  // namespace
 }  // namespace stylet::tests

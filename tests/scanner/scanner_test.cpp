@@ -1,7 +1,8 @@
-// The scanner of a running session: keys, screen, and a tissue table that is edited meanwhile.
+// The scanner of a running session: commands, screen, and a tissue table that is edited meanwhile.
 #include "engine/gpu/device.h"
 #include "engine/readers/tissue_watch.h"
 #include "engine/scanner/live_scanner.h"
+#include "engine/scanner/named_command.h"
 #include "engine/scanner/scanner_screen.h"
 #include "engine/view/offscreen.h"
 #include "tests/support/temporary_folder.h"
@@ -17,59 +18,127 @@
 namespace stylet::scanner {
 namespace {
 
-constexpr int kLeftKey = 263;
-constexpr int kUpKey = 265;
-constexpr int kHomeKey = 268;
-
-TEST(ScannerConsole, KeysTurnKnobsUpAndWithShiftDown) {
-  const content::Probe probe;
-  ScannerConsole console(probe);
+TEST(ScannerConsole, CommandsTurnKnobsToAValueAndByOne) {
+  ScannerConsole console{content::Probe{}};
   const ultrasound::ScannerControls first = console.controls();
   EXPECT_EQ(first.persistence, 0.3) << "the preset's";
-  for (const char key : std::string("DGFMBV14")) {
-    EXPECT_TRUE(console.press(key, true));
-    EXPECT_NE(console.controls(), first) << key;
-    EXPECT_TRUE(console.press(key, false));
-    const ultrasound::ScannerControls& now = console.controls();
-    EXPECT_NEAR(now.depth, first.depth, 1e-12);
-    EXPECT_NEAR(now.gain_db + now.tgc_db[0] + now.tgc_db[3], 0, 1e-12);
-    EXPECT_NEAR(now.focus, first.focus, 1e-12);
-    EXPECT_NEAR(now.frequency_hz, first.frequency_hz, 1e-3);
-    EXPECT_NEAR(now.dynamic_range_db, first.dynamic_range_db, 1e-12);
-    EXPECT_NEAR(now.persistence, first.persistence, 1e-12);
-  }
+  console.apply(SetDepth{0.12});
+  console.apply(SetGain{-6});
+  console.apply(SetGain{2, true});
+  console.apply(SetFocus{0.01, true});
+  console.apply(SetFrequency{3e6});
+  console.apply(SetDynamicRange{-5, true});
+  console.apply(SetPersistence{0.5});
+  console.apply(SetTgc{3, 4});
+  console.apply(SetTgc{3, -1, true});
+  const ultrasound::ScannerControls& now = console.controls();
+  EXPECT_EQ(now.depth, 0.12);
+  EXPECT_EQ(now.gain_db, -4);
+  EXPECT_NEAR(now.focus, first.focus + 0.01, 1e-12);
+  EXPECT_EQ(now.frequency_hz, 3e6);
+  EXPECT_EQ(now.dynamic_range_db, first.dynamic_range_db - 5);
+  EXPECT_EQ(now.persistence, 0.5);
+  EXPECT_EQ(now.tgc_db[3], 3);
   EXPECT_EQ(console.slider(), 3);
-  EXPECT_FALSE(console.press('X', false));
+  EXPECT_EQ(console.limited(), "");
+  console.apply(LevelTgc{});
+  EXPECT_EQ(now.tgc_db[3], 0);
+  console.apply(Reset{});
+  EXPECT_EQ(console.controls(), first);
 }
 
 TEST(ScannerConsole, SaysWhatAKnobCannotDo) {
   ScannerConsole console{content::Probe{}};
   for (int i = 0; i < 6; ++i) {
-    console.press('M', false);
+    console.apply(SetFrequency{kFrequencyStep, true});
     EXPECT_EQ(console.limited(), "");
   }
-  console.press('M', false);
+  console.apply(SetFrequency{kFrequencyStep, true});
   EXPECT_EQ(console.limited(), "frequency limited to 5 MHz");
 }
 
-TEST(ScannerConsole, MovesTheProbeAndAHeldKeySwitchesNothing) {
+TEST(ScannerConsole, SwitchesGoToAStateOrToTheOther) {
   ScannerConsole console{content::Probe{}};
-  console.press(kLeftKey, false);
-  console.press(kLeftKey, false, true);
-  console.press(kUpKey, true);
-  content::ProbeMove move = console.take_probe_move();
-  EXPECT_NEAR(move.lateral, -0.004, 1e-12);
-  EXPECT_NEAR(move.tilt, 2 * M_PI / 180, 1e-12);
-  EXPECT_EQ(console.take_probe_move(), content::ProbeMove{});
-  console.press(kHomeKey, false);
-  EXPECT_TRUE(console.take_probe_release());
-  EXPECT_FALSE(console.take_probe_release());
-  console.press(' ', false);
-  console.press(' ', false, true);
+  console.apply(Freeze{});
   EXPECT_TRUE(console.frozen());
-  console.press('P', false);
+  console.apply(Freeze{true});
+  EXPECT_TRUE(console.frozen());
+  console.apply(Freeze{});
+  EXPECT_FALSE(console.frozen());
+  console.apply(SetPreset{});
   EXPECT_EQ(console.preset(), ultrasound::Preset::raw);
   EXPECT_EQ(console.controls().persistence, 0);
+  console.apply(SetPreset{ultrasound::Preset::clinical});
+  EXPECT_EQ(console.preset(), ultrasound::Preset::clinical);
+}
+
+/// Console and the words for it of one command by name. @return "" where it was understood
+std::string apply_named(ScannerConsole& console, const char* name, const char* value) {
+  const auto command = named_command(name, value, console);
+  if (const auto* problem = std::get_if<NotUnderstood>(&command)) return problem->why;
+  console.apply(std::get<Command>(command));
+  return "";
+}
+
+TEST(NamedCommand, SetsAndTurnsKnobsInTheUnitsOfPeople) {
+  ScannerConsole console{content::Probe{}};
+  const ultrasound::ScannerControls& now = console.controls();
+  EXPECT_EQ(apply_named(console, "gain", "+2"), "");
+  EXPECT_EQ(apply_named(console, "gain", "+2"), "");
+  EXPECT_EQ(now.gain_db, 4);
+  EXPECT_EQ(apply_named(console, "gain", "-1"), "");
+  EXPECT_EQ(now.gain_db, 3);
+  EXPECT_EQ(apply_named(console, "gain", "=-6"), "");
+  EXPECT_EQ(now.gain_db, -6);
+  EXPECT_EQ(apply_named(console, "Depth", "150"), "");
+  EXPECT_NEAR(now.depth, 0.150, 1e-12);
+  EXPECT_EQ(apply_named(console, "focus", "-10"), "");
+  EXPECT_NEAR(now.focus, content::Probe{}.focus - 0.010, 1e-12);
+  EXPECT_EQ(apply_named(console, "frequency", "3"), "");
+  EXPECT_NEAR(now.frequency_hz, 3e6, 1e-6);
+  EXPECT_EQ(apply_named(console, "range", "70"), "");
+  EXPECT_EQ(now.dynamic_range_db, 70);
+  EXPECT_EQ(apply_named(console, "persistence", "0.5"), "");
+  EXPECT_EQ(now.persistence, 0.5);
+  EXPECT_EQ(apply_named(console, "tgc8", "+4"), "");
+  EXPECT_EQ(now.tgc_db[7], 4);
+  EXPECT_EQ(apply_named(console, "freeze", "on"), "");
+  EXPECT_TRUE(console.frozen());
+  EXPECT_EQ(apply_named(console, "preset", "raw"), "");
+  EXPECT_EQ(console.preset(), ultrasound::Preset::raw);
+  EXPECT_EQ(apply_named(console, "reset", ""), "");
+  EXPECT_FALSE(console.frozen());
+  EXPECT_EQ(now.gain_db, 0);
+}
+
+TEST(NamedCommand, UnderstandsTheParametersOfPlus) {
+  ScannerConsole console{content::Probe{}};
+  const ultrasound::ScannerControls& now = console.controls();
+  EXPECT_EQ(apply_named(console, "DepthMm", "=120"), "");
+  EXPECT_NEAR(now.depth, 0.120, 1e-12);
+  EXPECT_EQ(apply_named(console, "GainPercent", "=50"), "");
+  EXPECT_NEAR(now.gain_db, 0, 1e-12) << "the middle of -60 ... 60 dB";
+  EXPECT_EQ(apply_named(console, "GainPercent", "=55"), "");
+  EXPECT_NEAR(now.gain_db, 6, 1e-12);
+  EXPECT_EQ(apply_named(console, "FocusDepthPercent", "=50"), "");
+  EXPECT_NEAR(now.focus, 0.060, 1e-12);
+  EXPECT_EQ(apply_named(console, "FrequencyMhz", "=2.5"), "");
+  EXPECT_NEAR(now.frequency_hz, 2.5e6, 1e-6);
+  EXPECT_EQ(apply_named(console, "DynRangeDb", "=55"), "");
+  EXPECT_EQ(now.dynamic_range_db, 55);
+}
+
+TEST(NamedCommand, SaysWhatItDoesNotUnderstandInOneLine) {
+  ScannerConsole console{content::Probe{}};
+  const ultrasound::ScannerControls first = console.controls();
+  for (const auto& [name, value] : {std::pair{"volume", "3"}, std::pair{"tgc9", "1"}, std::pair{"tgc", "1"},
+                                    std::pair{"", ""}, std::pair{"preset", "loud"}, std::pair{"reset", "1"}}) {
+    EXPECT_NE(apply_named(console, name, value).find("the scanner has depth, gain"), std::string::npos) << name;
+  }
+  for (const char* value : {"", "+", "much", "1e999", "nan", "inf", "2 dB"}) {
+    EXPECT_NE(apply_named(console, "gain", value).find("a number"), std::string::npos) << value;
+  }
+  EXPECT_EQ(console.controls(), first);
 }
 
 content::Scene small_patient() {
@@ -77,12 +146,6 @@ content::Scene small_patient() {
   scene.probe.scan_lines = 48;
   scene.probe.samples = 128;
   return scene;
-}
-
-view::Input stroke(int key, bool shift = false) {
-  view::Input input;
-  input.strokes.push_back({key, shift, false});
-  return input;
 }
 
 TEST(LiveScanner, FollowsItsKnobsAndFreezes) {
@@ -96,16 +159,16 @@ TEST(LiveScanner, FollowsItsKnobsAndFreezes) {
   };
   const auto first = screen();
   const double scale = scanner.in_view().metres_per_pixel;
-  for (int i = 0; i < 5; ++i) scanner.handle(stroke('D', true), nullptr, 0);
+  for (int i = 0; i < 5; ++i) scanner.apply(SetDepth{-kDepthStep, true}, 0);
   const auto shallow = screen();
   EXPECT_NE(shallow, first);
   EXPECT_LT(scanner.in_view().metres_per_pixel, 0.8 * scale);
-  scanner.handle(stroke(' '), nullptr, 0);
+  scanner.apply(Freeze{}, 0);
   state.probe_position.x() += 0.01F;
   const auto frozen = screen();
   EXPECT_EQ(screen(), frozen);
-  scanner.handle(stroke('P'), nullptr, 0);
-  scanner.handle(stroke(' '), nullptr, 0);
+  scanner.apply(SetPreset{}, 0);
+  scanner.apply(Freeze{}, 0);
   EXPECT_NE(screen(), frozen);
   EXPECT_EQ(scanner.console().preset(), ultrasound::Preset::raw);
 }
@@ -131,7 +194,7 @@ TEST(LiveScanner, SaysWhyItIsBlackAndWhatItCannotDo) {
   if (!figures::Font::load().empty()) {
     EXPECT_GT(amber, 100);
   }
-  for (int i = 0; i < 30; ++i) scanner.handle(stroke('D'), nullptr, 2);
+  for (int i = 0; i < 30; ++i) scanner.apply(SetDepth{kDepthStep, true}, 2);
   scanner.draw(state);
   EXPECT_EQ(scanner.note(), "depth limited to 300 mm");
 }
@@ -201,7 +264,7 @@ TEST_F(TissueTable, WithAMistakeKeepsWhatWasAndSaysWhere) {
 TEST_F(TissueTable, AScannerFrozenFromTheStartHasAnImage) {
   gpu::Device device;
   ScannerConsole console(scene_.probe);
-  console.press(' ', false);
+  console.apply(Freeze{});
   ASSERT_TRUE(console.frozen());
   LiveScanner scanner(device, scene_, console);
   const state::FrameState state = test::tour_state(scene_);
@@ -225,7 +288,7 @@ TEST_F(TissueTable, ShowsInTheLiveImage) {
   };
   const double before = brightness();
   write("liver", -40, "");
-  scanner.handle({}, nullptr, 0);
+  scanner.poll(0);
   EXPECT_LT(brightness(), 0.95 * before);
   EXPECT_EQ(scanner.note(), "tissue table read again");
 }

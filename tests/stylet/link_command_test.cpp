@@ -69,6 +69,28 @@ TEST_F(LinkCommand, AClientSeesTheSessionAndItsTrackerLeadsTheNeedle) {
   EXPECT_THAT(read_text(out() / "session.json"), HasSubstr("\"identical\": true"));
 }
 
+TEST_F(LinkCommand, AClientTurnsTheScannersKnobs) {
+  RunningCommand command(train() + "--link 0 --seconds 3");
+  const std::string place = command.wait_for("clients connect to 127.0.0.1:");
+  ASSERT_FALSE(place.empty()) << command.output();
+  tests::IgtlClient client;
+  ASSERT_TRUE(client.connect(std::stoi(place)));
+  const auto answer = [&](const std::string& number, const char* text) {
+    auto message = igtl::StringMessage::New();
+    message->SetDeviceName(("CMD_" + number).c_str());
+    message->SetString(text);
+    client.send(*message);
+    return client.receive("ACK_" + number).text;
+  };
+  EXPECT_EQ(answer("1", "scanner gain +2"), R"(<CommandReply Status="SUCCESS" Message="done" />)");
+  EXPECT_EQ(answer("2", R"(<Command Name="SetUsParameter"><Parameter Name="DepthMm" Value="999"/></Command>)"),
+            R"(<CommandReply Status="SUCCESS" Message="depth limited to 300 mm" />)");
+  EXPECT_THAT(answer("3", "scanner volume 11"), HasSubstr("FAIL\" Message=\"the scanner has depth, gain, "));
+  client.close();
+  EXPECT_EQ(command.end(), 0) << command.output();
+  EXPECT_THAT(command.output(), HasSubstr("OpenIGTLink: 2 commands done, 1 not"));
+}
+
 TEST_F(LinkCommand, RefusesWhatCannotBe) {
   const auto refused = [&](const std::string& more, const char* words) {
     const Outcome outcome = run(train() + more);

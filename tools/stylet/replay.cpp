@@ -1,6 +1,7 @@
 // `stylet replay`: runs a recording again and says whether every bit is the same; shows it, makes a film of it.
 #include "engine/app/replay.h"
 #include "engine/app/replay_window.h"
+#include "engine/desktop/replay_keys.h"
 #include "engine/session/session_report.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/terminal.h"
@@ -94,7 +95,7 @@ void add_replay(CLI::App& app, int& exit_code) {
       "  stylet replay out/demo --view window\n\n"
       "Keys of the window: {}.\n"
       "Exit code 0: bit for bit the same; 1: it differs; 2: bad input.",
-      app::kReplayKeys));
+      desktop::kReplayKeys));
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

@@ -2,9 +2,9 @@
 
 #include "engine/app/build_name.h"
 #include "engine/gltf/draco_decoder.h"
+#include "engine/view/window.h"
 #include "physics/tissue/blas.h"
 
-#include <GLFW/glfw3.h>
 #include <OpenMesh/Core/System/config.h>
 #include <cholmod.h>
 #include <fmt/format.h>
@@ -33,7 +33,7 @@ std::string version_text() {
       "stb, OpenMesh {}.{}, zlib {}, Dear ImGui {}, CLI11 {}, fmt {}, nlohmann-json {}.{}.{}\n",
       EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, cholmod[0], cholmod[1], cholmod[2],
       METIS_VER_MAJOR, METIS_VER_MINOR, METIS_VER_SUBMINOR, VK_API_VERSION_MAJOR(vulkan),
-      VK_API_VERSION_MINOR(vulkan), VK_API_VERSION_PATCH(vulkan), glfwGetVersionString(), hid_version_str(),
+      VK_API_VERSION_MINOR(vulkan), VK_API_VERSION_PATCH(vulkan), view::Display::library_version(), hid_version_str(),
       (OM_VERSION & 0xF0000) >> 16, (OM_VERSION & 0x0FF00) >> 8, zlibVersion(), IMGUI_VERSION, CLI11_VERSION,
       FMT_VERSION, NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH);
   const auto draco = gltf::draco_decoder();

@@ -1,0 +1,51 @@
+// Where the commands of clients wait for whoever can do them, and what came of them waits for the clients.
+#pragma once
+
+#include "engine/link/connection.h"
+
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stylet::link {
+
+/// The link's thread hands commands in and takes the answers; one other thread, which is no loop, takes the commands
+/// and answers. Either holds the lock for no longer than it takes to move a string.
+class CommandDesk {
+public:
+  struct Request {
+    std::uint64_t number = 0;
+    std::string text{};
+  };
+  struct Answer {
+    std::uint64_t number = 0;
+    bool done = false;
+    std::string words{};  ///< one line without < and &
+  };
+
+  /// Link's thread. Where kMost wait, or nobody takes it within kPatience, the answer says so.
+  void hand_in(Request request, Clock::time_point now);
+  /// Link's thread.
+  std::vector<Answer> take_answers(Clock::time_point now);
+
+  /// The other thread: the oldest that waits.
+  std::optional<Request> next();
+  void answer(Answer answer);
+
+  static constexpr std::size_t kMost = 64;
+  static constexpr Clock::duration kPatience = std::chrono::seconds(2);
+
+private:
+  struct Waiting {
+    Request request;
+    Clock::time_point since;
+  };
+  std::mutex mutex_;
+  std::deque<Waiting> waiting_;
+  std::vector<Answer> answers_;
+};
+
+}  // namespace stylet::link
