@@ -7,7 +7,7 @@
 //   definitions. Differences are said where they are.
 #pragma once
 
-#include "engine/content/metric_names.h"
+#include "engine/content/metric_table.h"
 #include "engine/content/scene.h"
 #include "engine/training/trace.h"
 
@@ -23,7 +23,7 @@
 namespace stylet::training {
 
 struct Metric {
-  std::string key;              ///< content/metric_names.h
+  std::string key;              ///< content/metric_table.h
   std::string title;            ///< for people
   std::string unit;             ///< "mm", "s", "deg", "N", "%", ...; empty: a count
   std::optional<double> value;  ///< in the unit; none: nothing there to measure it on (no target, no core fired)
@@ -38,7 +38,7 @@ std::size_t arrival(const Trace& trace);
 inline constexpr std::string_view kFireEvent = "biopsy_fired";
 inline constexpr std::string_view kAblationEvent = "ablation_started";
 
-/// All metrics in the order of content::kMetricNames. Those of cores and ablations are as the session told them in
+/// All metrics in the order of content::metric_table(). Those of cores and ablations are as the session told them in
 /// its events (results.h). The reference motion is the scenario's: the path of the tip of a needle that does not
 /// bend, of both hands, because that is what the hands decided.
 std::vector<Metric> measure(const Trace& trace, const content::Scene& scene);

@@ -112,7 +112,7 @@ TEST(Score, GoesIntoTheSessionsResults) {
   TrainingReport report{.trace = {}, .metrics = s.metrics, .score = s.score()};
   const auto json = with_training({{"format", "stylet-session"}}, report);
   EXPECT_EQ(json["format"], "stylet-session");
-  EXPECT_EQ(json["metrics"].size(), content::kMetricNames.size());
+  EXPECT_EQ(json["metrics"].size(), content::metric_table().size());
   EXPECT_EQ(json["metrics"][0]["key"], "targeting");
   EXPECT_EQ(json["metrics"][0]["value"], 2.0);
   EXPECT_EQ(json["metrics"][0]["unit"], "mm");
