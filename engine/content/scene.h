@@ -177,7 +177,7 @@ struct Forbidden {
 };
 inline constexpr std::size_t kMaxForbidden = 32;
 
-/// What a metric (metric_names.h) must come to: all points at `full`, none at `zero`, linear between them.
+/// What a metric (metric_table.h) must come to: all points at `full`, none at `zero`, linear between them.
 struct Criterion {
   std::string metric;
   double full = 0;        ///< in the metric's unit

@@ -21,14 +21,11 @@ struct TissueAnnotation {
   std::map<std::string, double> values;
 };
 
-/// One number of a tissue: its key, the alias other tools write, what is accepted, and where it goes.
+/// One number of a tissue: its key, and where it goes.
 struct TissueKey {
   std::string_view group;  ///< mechanics, needle, acoustics
-  std::string_view key;
-  std::string_view alias;  ///< OpenUSD deformable proposal and its sibling blocks; empty: none
-  files::Range range;
+  files::Key key;          ///< its alias is of the OpenUSD deformable proposal and its sibling blocks
   double& (*of)(Tissue&);
-  bool required = true;  ///< else 0 where the table leaves it out
 };
 
 /// The table, and what surfaces between its tissues hold where the rule (TissueMap::puncture_force) does not fit.
@@ -40,6 +37,9 @@ struct TissueTable {
 
 /// Every number a tissue has, by group.
 std::span<const TissueKey> tissue_keys();
+
+/// Its keys.
+const files::FileFormat& tissues_format();
 
 /// Reads a tissue table: row 0 is "outside", the others follow by name, those that are fluid last: tables that gain
 /// one keep the indices that recordings know. Problems go to `file`.

@@ -162,6 +162,12 @@ std::string JsonFile::format() const {
   return found != json_->end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
+JsonObject JsonFile::root(const FileFormat& format) {
+  JsonObject root = this->root(format.id, format.version);
+  root.use(format.table);
+  return root;
+}
+
 JsonObject JsonFile::root(std::string_view format, int version) {
   JsonObject root = this->root();
   const auto found = json_->find("format");
@@ -303,8 +309,7 @@ std::string JsonObject::text(const std::string& key, const std::string& fallback
   return fallback;
 }
 
-std::string JsonObject::choice(const std::string& key, std::span<const std::string_view> choices,
-                               const std::string& fallback) {
+std::string JsonObject::choice(const std::string& key, const Names& choices, const std::string& fallback) {
   const std::size_t before = file_->problems().size();
   const std::string chosen = text(key, fallback);
   if (file_->problems().size() > before || chosen == fallback) return fallback;
@@ -422,7 +427,9 @@ std::vector<std::pair<std::string, JsonObject>> JsonObject::entries() {
   for (const auto& [key, value] : value_->items()) {
     asked_.insert(key);
     if (value.is_object()) {
-      out.emplace_back(key, JsonObject(*file_, &value, pointer_ + "/" + escaped(key), pattern_ + "/*"));
+      JsonObject entry(*file_, &value, pointer_ + "/" + escaped(key), pattern_ + "/*");
+      entry.use(entry_table_);
+      out.emplace_back(key, std::move(entry));
     } else {
       problem(key, fmt::format("is {}, expected an object", article(value)));
     }
@@ -430,14 +437,133 @@ std::vector<std::pair<std::string, JsonObject>> JsonObject::entries() {
   return out;
 }
 
+void JsonObject::use(TableOf table, TableOf entry_table) {
+  table_ = table;
+  entry_table_ = entry_table;
+  if (table == nullptr) return;
+  table().each([this](const Key& key, std::string_view) {
+    if (key.type == KeyType::note) ignore(std::string(key.name));
+  });
+}
+
+std::string JsonObject::ask(const Key& key) {
+  std::string name(key.name);
+  if (!key.alias.empty()) alias(name, std::string(key.alias));
+  return name;
+}
+
+bool JsonObject::has(const Key& key) {
+  return has(ask(key));
+}
+
+double JsonObject::number(const Key& key) {
+  if (key.required) return number(ask(key), key.range);
+  return number(key, key.number_count > 0 ? key.numbers[0] : std::numeric_limits<double>::quiet_NaN());
+}
+
+double JsonObject::number(const Key& key, double fallback) {
+  return number(ask(key), key.range, fallback);
+}
+
+int JsonObject::integer(const Key& key) {
+  const auto min = static_cast<int>(key.range.min);
+  if (key.required) return integer(ask(key), min, static_cast<int>(key.range.max));
+  return integer(key, key.number_count > 0 ? static_cast<int>(key.numbers[0]) : min);
+}
+
+int JsonObject::integer(const Key& key, int fallback) {
+  return integer(ask(key), static_cast<int>(key.range.min), static_cast<int>(key.range.max), fallback);
+}
+
+bool JsonObject::boolean(const Key& key) {
+  return boolean(ask(key), key.numbers[0] != 0);
+}
+
+std::string JsonObject::text(const Key& key) {
+  return key.required ? text(ask(key)) : text(key, std::string(key.words));
+}
+
+std::string JsonObject::text(const Key& key, const std::string& fallback) {
+  return text(ask(key), fallback);
+}
+
+std::string JsonObject::choice(const Key& key) {
+  return choice(ask(key), key.choices(), std::string(key.words));
+}
+
+std::vector<std::string> JsonObject::texts(const Key& key) {
+  if (key.required) find(ask(key), true);
+  return texts(ask(key));
+}
+
+std::vector<std::string> JsonObject::texts(const Key& key, std::vector<std::string> fallback) {
+  return texts(ask(key), std::move(fallback));
+}
+
+Eigen::Vector3d JsonObject::vector3(const Key& key) {
+  if (key.required) return vector3(ask(key), key.range);
+  return vector3(key, {key.numbers[0], key.numbers[1], key.numbers[2]});
+}
+
+Eigen::Vector3d JsonObject::vector3(const Key& key, const Eigen::Vector3d& fallback) {
+  return vector3(ask(key), key.range, fallback);
+}
+
+Eigen::Quaterniond JsonObject::quaternion(const Key& key) {
+  const auto& q = key.numbers;
+  return quaternion(key, {q[0], q[1], q[2], q[3]});
+}
+
+Eigen::Quaterniond JsonObject::quaternion(const Key& key, const Eigen::Quaterniond& fallback) {
+  return quaternion(ask(key), fallback);
+}
+
+std::vector<double> JsonObject::numbers(const Key& key) {
+  if (key.required) find(ask(key), true);
+  return numbers(key, {key.numbers.begin(), key.numbers.begin() + static_cast<int>(key.number_count)});
+}
+
+std::vector<double> JsonObject::numbers(const Key& key, std::vector<double> fallback) {
+  return numbers(ask(key), static_cast<std::size_t>(key.items.max), key.range, std::move(fallback));
+}
+
+std::filesystem::path JsonObject::file(const Key& key) {
+  return file(ask(key));
+}
+
+std::optional<JsonObject> JsonObject::object(const Key& key) {
+  std::optional<JsonObject> found = object(ask(key), key.required);
+  if (!found) return found;
+  if (key.type == KeyType::entries) {
+    found->use(nullptr, key.table);
+  } else {
+    found->use(key.table);
+  }
+  return found;
+}
+
+std::vector<JsonObject> JsonObject::objects(const Key& key) {
+  std::vector<JsonObject> found = objects(ask(key), key.required);
+  for (JsonObject& object : found) object.use(key.table);
+  return found;
+}
+
+const json* JsonObject::array(const Key& key) {
+  return array(ask(key), key.required);
+}
+
 template <typename Found>
 void JsonObject::each_unknown_key(Found&& found) const {
   if (value_ == nullptr) return;
+  std::set<std::string> known = asked_;
+  if (table_ != nullptr) {
+    table_().each([&](const Key& key, std::string_view) { known.emplace(key.name); });
+  }
   for (const auto& [name, value] : value_->items()) {
-    if (asked_.contains(name)) continue;
+    if (known.contains(name)) continue;
     const std::string key = printable(name);
-    const std::string close = nearest(key, asked_);
-    found(key, close.empty() ? fmt::format("is not a known key; remove it (known: {})", fmt::join(asked_, ", "))
+    const std::string close = nearest(key, known);
+    found(key, close.empty() ? fmt::format("is not a known key; remove it (known: {})", fmt::join(known, ", "))
                              : fmt::format("is not a known key; did you mean \"{}\"?", close));
   }
 }

@@ -1,17 +1,18 @@
 // A strict reader of Stylet's JSON files: every problem is one line with its place, and what to do about it.
 //
 //   JsonFile file(path);
-//   JsonObject root = file.root("stylet-needle", 1);
-//   needle.length = root.number("length_mm", {20, 400}) * 1e-3;
-//   root.finish();                    // what was never asked for is an unknown key
+//   JsonObject root = file.root(needle_format());
+//   needle.length = root.number(kNeedle.length) * 1e-3;
+//   root.finish();                    // what no table has and was never asked for is an unknown key
 //   file.throw_problems();
 //
 // Reading goes on after a problem (with a harmless value), so that one pass finds all of them; what must not be
-// half-loaded calls throw_problems() before it uses anything. The keys a reader asks for are the keys it accepts: the
-// file remembers them (accepted_keys()), the schemas are tested against them.
+// half-loaded calls throw_problems() before it uses anything. Files of ours have tables of keys (key.h); a reader of
+// something else asks by name. The file remembers what was asked for (accepted_keys()): tables are tested against it.
 #pragma once
 
 #include "engine/files/error.h"
+#include "engine/files/key.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -19,7 +20,6 @@
 
 #include <array>
 #include <filesystem>
-#include <initializer_list>
 #include <limits>
 #include <map>
 #include <memory>
@@ -40,12 +40,6 @@ struct JsonLimits {
   bool duplicate_keys = false;                                   ///< allowed
 };
 
-/// Accepted values of a number, both ends included.
-struct Range {
-  double min = -std::numeric_limits<double>::max();
-  double max = std::numeric_limits<double>::max();
-};
-
 class JsonObject;
 
 /// A parsed file and what was found wrong with it.
@@ -62,6 +56,8 @@ public:
 
   /// The root object, its "format" and "version" checked. @throws ContentError when either is wrong: nothing below
   /// could be understood.
+  JsonObject root(const FileFormat& format);
+  /// The same without a table.
   JsonObject root(std::string_view format, int version);
   /// The root object of a file without format and version (extras, glTF).
   JsonObject root();
@@ -104,11 +100,7 @@ public:
   std::string text(const std::string& key);
   std::string text(const std::string& key, const std::string& fallback);
   /// A text out of a list; the message names the list.
-  std::string choice(const std::string& key, std::span<const std::string_view> choices, const std::string& fallback);
-  std::string choice(const std::string& key, std::initializer_list<std::string_view> choices,
-                     const std::string& fallback) {
-    return choice(key, std::span(choices.begin(), choices.size()), fallback);
-  }
+  std::string choice(const std::string& key, const Names& choices, const std::string& fallback);
   std::vector<std::string> texts(const std::string& key, std::vector<std::string> fallback = {});
   /// [x, y, z], every component in range.
   Eigen::Vector3d vector3(const std::string& key, Range range);
@@ -135,9 +127,34 @@ public:
   /// Accepts a key without reading it (comments, sources).
   void ignore(const std::string& key);
 
+  // By a row of a table. Where an optional key is absent: what the row says, or the fallback; a number is NaN and a
+  // text or a list empty where there is neither.
+  bool has(const Key& key);
+  double number(const Key& key);
+  double number(const Key& key, double fallback);
+  int integer(const Key& key);
+  int integer(const Key& key, int fallback);
+  bool boolean(const Key& key);
+  std::string text(const Key& key);
+  std::string text(const Key& key, const std::string& fallback);
+  std::string choice(const Key& key);
+  std::vector<std::string> texts(const Key& key);
+  std::vector<std::string> texts(const Key& key, std::vector<std::string> fallback);
+  Eigen::Vector3d vector3(const Key& key);
+  Eigen::Vector3d vector3(const Key& key, const Eigen::Vector3d& fallback);
+  Eigen::Quaterniond quaternion(const Key& key);
+  Eigen::Quaterniond quaternion(const Key& key, const Eigen::Quaterniond& fallback);
+  std::vector<double> numbers(const Key& key);
+  std::vector<double> numbers(const Key& key, std::vector<double> fallback);
+  std::filesystem::path file(const Key& key);
+  std::optional<JsonObject> object(const Key& key);
+  std::vector<JsonObject> objects(const Key& key);
+  const nlohmann::json* array(const Key& key);
+
   /// Notes a problem at `key` of this object (or at the object, key empty).
   void problem(const std::string& key, const std::string& what);
-  /// Notes every key that was never asked for, with the nearest that was.
+  void problem(const Key& key, const std::string& what) { problem(std::string(key.name), what); }
+  /// Notes every key that is in no table and was never asked for, with the nearest that is.
   void finish();
   /// The same as lines "file:pointer: what", noted nowhere: for readers that may only warn.
   std::vector<std::string> unknown_keys() const;
@@ -148,6 +165,10 @@ private:
   friend class JsonFile;
   JsonObject(JsonFile& file, const nlohmann::json* value, std::string pointer, std::string pattern);
   const nlohmann::json* find(const std::string& key, bool required);
+  /// Its keys are those of `table`; those of the objects under free names those of `entry_table`.
+  void use(TableOf table, TableOf entry_table = nullptr);
+  /// The key's name, after noting its alias.
+  std::string ask(const Key& key);
   std::optional<double> checked_number(const nlohmann::json& value, const std::string& key, Range range);
   /// Calls `found` with the key and what is wrong with it, for every key that was never asked for.
   template <typename Found>
@@ -157,6 +178,8 @@ private:
   const nlohmann::json* value_;  ///< nullptr after a problem: every getter returns its fallback in silence
   std::string pointer_;
   std::string pattern_;
+  TableOf table_ = nullptr;
+  TableOf entry_table_ = nullptr;
   std::set<std::string> asked_;
   std::map<std::string, std::string> aliases_;
 };

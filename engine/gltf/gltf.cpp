@@ -232,7 +232,7 @@ private:
     }
     files::JsonObject object = document_.object_at(pointer);
     organ.organ.id = object.text("id", "");
-    organ.organ.role = object.choice("role", {"boundary", "region", "vessel", "target", "visual", "ignore"}, "");
+    organ.organ.role = object.choice("role", organ_roles(), "");
     organ.organ.body = object.text("body", "");
     organ.organ.deformable = object.boolean("deformable", false);
     add_unknown(object.unknown_keys());

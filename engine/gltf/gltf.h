@@ -10,6 +10,7 @@
 
 #include "engine/content/tissue_table.h"
 #include "engine/files/error.h"
+#include "engine/files/key.h"
 #include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
@@ -41,10 +42,14 @@ struct GltfLimits {
 /// extras.organ of a node (content/README.md, "Organs"). Empty id: none was written.
 struct OrganAnnotation {
   std::string id;
-  std::string role;  ///< boundary, region, vessel, target, visual, ignore; empty: not said
+  std::string role;  ///< one of organ_roles(); empty: not said
   std::string body;  ///< deformable body that carries the node; empty: none or not said
   bool deformable = false;
 };
+
+inline files::Names organ_roles() {
+  return {"boundary", "region", "vessel", "target", "visual", "ignore"};
+}
 
 /// One node of the default scene that carries triangles.
 struct GltfOrgan {

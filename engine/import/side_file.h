@@ -87,6 +87,9 @@ struct SideFile {
   std::optional<SideScenario> scenario{};  ///< absent: the organs alone
 };
 
+/// Its keys.
+const files::FileFormat& side_file_format();
+
 /// Problems go to `file`: also ids that are used twice or that no organ has.
 SideFile read_side_file(files::JsonFile& file);
 

@@ -23,10 +23,13 @@ const Kind* kind_of(const content::Exercise& exercise) {
   return exercise.plan ? find_kind(exercise.plan->kind) : nullptr;
 }
 
-std::vector<KindMetric> metrics() {
-  std::vector<KindMetric> all;
-  for (const Kind* kind : kinds()) all.insert(all.end(), kind->metrics().begin(), kind->metrics().end());
-  return all;
+std::span<const content::MetricRow> metric_table() {
+  static const std::vector<content::MetricRow> table = [] {
+    std::vector<content::MetricRow> all(content::metric_table().begin(), content::metric_table().end());
+    for (const Kind* kind : kinds()) all.insert(all.end(), kind->metrics().begin(), kind->metrics().end());
+    return all;
+  }();
+  return table;
 }
 
 }  // namespace stylet::procedures

@@ -14,7 +14,7 @@ const Kind* find_kind(std::string_view name);
 /// Of the exercise; null: nothing is sampled or destroyed.
 const Kind* kind_of(const content::Exercise& exercise);
 
-/// Metrics of all kinds.
-std::vector<KindMetric> metrics();
+/// Every metric that a scenario can score: those of every procedure, then those of the kinds.
+std::span<const content::MetricRow> metric_table();
 
 }  // namespace stylet::procedures

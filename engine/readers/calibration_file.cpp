@@ -13,6 +13,8 @@
 namespace stylet::readers {
 
 namespace fs = std::filesystem;
+namespace key = files::key;
+using files::Key;
 using haptic::hid::Calibration;
 
 namespace {
@@ -20,10 +22,39 @@ namespace {
 constexpr files::JsonLimits kLimits{.bytes = 64u << 10, .depth = 8};
 constexpr const char* kAnew = "; run `stylet devices --calibrate` to make it anew";
 
-std::array<double, 6> six(files::JsonObject& object, const char* key, files::Range range) {
+constexpr struct {
+  Key centre = key::numbers("centre", 6, "", {-0.25, 0.25}, "what they show at rest");
+  Key dead_zone = key::numbers("dead_zone", 6, "", {0, 0.5},
+                               "what about it is no motion: 1.5 times what was seen in a second, at least 0.02");
+} kDeflection;
+
+constexpr struct {
+  Key vendor_id = key::text("vendor_id", "four hexadecimal digits").schema(kHexId);
+  Key product_id = key::text("product_id", "four hexadecimal digits").schema(kHexId);
+  Key serial_number = key::text("serial_number", "empty: the device has none");
+  Key product = key::text("product", "its name, for people").optional();
+  Key rest = key::vector("rest_mm", "mm", {-1e4, 1e4},
+                         "where the hand is when a session begins, device frame: right, up, near; until it is within "
+                         "10 mm of there the needle waits; absent: it begins wherever the hand is")
+                 .optional();
+  Key user_from_device = key::quaternion("user_from_device",
+                                         "right, up and near of the user from those of the device, which may stand "
+                                         "turned on the desk")
+                             .otherwise(1, 0, 0, 0);
+  Key scale = key::number("scale", "", {0.1, 10},
+                          "length in the patient over length of the hand; measured: 150 mm over the shorter side of "
+                          "the corners, at least 1, at most 4")
+                  .otherwise(1);
+  Key deflection = key::object("deflection", files::table_of<kDeflection>,
+                               "of axes that spring back, X Y Z Rx Ry Rz as reported, parts of the full deflection; "
+                               "absent: the profile's")
+                       .optional();
+} kCalibration;
+
+std::array<double, 6> six(files::JsonObject& object, const Key& key) {
   if (!object.has(key)) object.problem(key, "is missing; give six numbers, of X Y Z Rx Ry Rz");
   std::array<double, 6> values{};
-  const std::vector<double> numbers = object.numbers(key, values.size(), range, std::vector<double>(values.size()));
+  const std::vector<double> numbers = object.numbers(key, std::vector<double>(values.size()));
   std::copy_n(numbers.begin(), std::min(numbers.size(), values.size()), values.begin());
   return values;
 }
@@ -42,42 +73,54 @@ std::string plain(const std::string& text) {
 
 nlohmann::json to_json(const CalibratedDevice& device, const Calibration& calibration) {
   const Eigen::Quaterniond& q = calibration.user_from_device;
-  nlohmann::json out;
-  out["format"] = "stylet-calibration";
-  out["version"] = 1;
-  out["vendor_id"] = hexadecimal(device.vendor_id);
-  out["product_id"] = hexadecimal(device.product_id);
-  out["serial_number"] = device.serial_number;
-  out["product"] = device.product;
+  nlohmann::json out{{"format", calibration_format().id}, {"version", calibration_format().version}};
+  const auto put = [](nlohmann::json& object, const Key& key, const auto& value) {
+    object[std::string(key.name)] = value;
+  };
+  put(out, kCalibration.vendor_id, hexadecimal(device.vendor_id));
+  put(out, kCalibration.product_id, hexadecimal(device.product_id));
+  put(out, kCalibration.serial_number, device.serial_number);
+  put(out, kCalibration.product, device.product);
   if (calibration.rest) {
     const Eigen::Vector3d rest_mm = 1e3 * *calibration.rest;
-    out["rest_mm"] = std::vector<double>(rest_mm.begin(), rest_mm.end());
+    put(out, kCalibration.rest, std::vector<double>(rest_mm.begin(), rest_mm.end()));
   }
-  out["user_from_device"] = std::vector<double>{q.w(), q.x(), q.y(), q.z()};
-  out["scale"] = calibration.scale;
+  put(out, kCalibration.user_from_device, std::vector<double>{q.w(), q.x(), q.y(), q.z()});
+  put(out, kCalibration.scale, calibration.scale);
   if (calibration.centre && calibration.dead_zone) {
-    out["deflection"]["centre"] = *calibration.centre;
-    out["deflection"]["dead_zone"] = *calibration.dead_zone;
+    nlohmann::json deflection;
+    put(deflection, kDeflection.centre, *calibration.centre);
+    put(deflection, kDeflection.dead_zone, *calibration.dead_zone);
+    put(out, kCalibration.deflection, deflection);
   }
   return out;
 }
 
 }  // namespace
 
+const files::FileFormat& calibration_format() {
+  static const files::FileFormat format{
+      .name = "calibration",
+      .title = "What a user has measured of one device: `stylet devices --calibrate` writes it",
+      .table = files::table_of<kCalibration>,
+      .id = "stylet-calibration"};
+  return format;
+}
+
 Calibration read_calibration(files::JsonFile& file, CalibratedDevice* device) {
-  files::JsonObject root = file.root("stylet-calibration", 1);
+  files::JsonObject root = file.root(calibration_format());
   CalibratedDevice found;
-  found.vendor_id = read_hex_id(root, "vendor_id", root.text("vendor_id")).value_or(0);
-  found.product_id = read_hex_id(root, "product_id", root.text("product_id")).value_or(0);
-  found.serial_number = root.text("serial_number");
-  found.product = root.text("product", "");
+  found.vendor_id = read_hex_id(root, kCalibration.vendor_id, root.text(kCalibration.vendor_id)).value_or(0);
+  found.product_id = read_hex_id(root, kCalibration.product_id, root.text(kCalibration.product_id)).value_or(0);
+  found.serial_number = root.text(kCalibration.serial_number);
+  found.product = root.text(kCalibration.product);
   Calibration calibration;
-  if (root.has("rest_mm")) calibration.rest = 1e-3 * root.vector3("rest_mm", {-1e4, 1e4});
-  calibration.user_from_device = root.quaternion("user_from_device", Eigen::Quaterniond::Identity());
-  calibration.scale = root.number("scale", {0.1, 10}, 1);
-  if (auto deflection = root.object("deflection", false)) {
-    calibration.centre = six(*deflection, "centre", {-0.25, 0.25});
-    calibration.dead_zone = six(*deflection, "dead_zone", {0, 0.5});
+  if (root.has(kCalibration.rest)) calibration.rest = 1e-3 * root.vector3(kCalibration.rest);
+  calibration.user_from_device = root.quaternion(kCalibration.user_from_device);
+  calibration.scale = root.number(kCalibration.scale);
+  if (auto deflection = root.object(kCalibration.deflection)) {
+    calibration.centre = six(*deflection, kDeflection.centre);
+    calibration.dead_zone = six(*deflection, kDeflection.dead_zone);
     deflection->finish();
   }
   root.finish();

@@ -18,6 +18,9 @@ struct CalibratedDevice {
   std::string product{};        ///< its name, for people
 };
 
+/// Its keys.
+const files::FileFormat& calibration_format();
+
 /// Problems go to `file`; what comes out is in range even then.
 haptic::hid::Calibration read_calibration(files::JsonFile& file, CalibratedDevice* device = nullptr);
 

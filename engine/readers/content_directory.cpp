@@ -1,6 +1,7 @@
 // Where content lies, and which scenarios there are.
 #include "engine/files/json_reader.h"
 #include "engine/readers/scenario.h"
+#include "engine/readers/scenario_file.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -35,12 +36,12 @@ std::optional<ScenarioEntry> scenario_entry(const fs::path& path) {
   const std::string stem = path.stem().string();
   try {
     files::JsonFile file(path);
-    if (const std::string format = file.format(); !format.empty() && format != "stylet-scenario") return std::nullopt;
-    files::JsonObject root = file.root("stylet-scenario", 1);
-    const std::string name = root.text("name");
-    const std::string title = root.text("title", name);
+    if (const std::string format = file.format(); !format.empty() && format != scenario_format().id)
+      return std::nullopt;
+    files::JsonObject root = file.root(scenario_format());
+    const ScenarioTitle title = read_scenario_title(root);
     file.throw_problems();
-    return ScenarioEntry{path, name, title, {}};
+    return ScenarioEntry{path, title.name, title.title, {}};
   } catch (const files::ContentError& error) {
     return ScenarioEntry{path, stem, stem, error.what()};
   }

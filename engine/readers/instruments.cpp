@@ -8,71 +8,149 @@
 
 namespace stylet::readers {
 
+namespace key = files::key;
+using files::Key;
+
+namespace {
+
+constexpr struct {
+  Key name = key::text("name", "shown to the user");
+  Key licence = key::kLicence;
+  Key source = key::kSource;
+  Key length = key::number("length_mm", "mm", {20, 400}, "hub to tip");
+  Key outer = key::number("outer_diameter_mm", "mm", {0.2, 5}, "of the shaft");
+  Key inner = key::number("inner_diameter_mm", "mm", {0, 5}, "of the bore, smaller than the outer one; 0: solid")
+                  .otherwise(0);
+  Key young_modulus = key::number("young_modulus_pa", "Pa", {1e6, 1e12}, "of the shaft");
+  Key poisson_ratio = key::number("poisson_ratio", "", {0, 0.49}, "of the shaft");
+  Key beams = key::integer("beams", {1, physics::kMaxBeams}, "beam elements from hub to tip").otherwise(8);
+  Key bevel_force_ratio = key::number("bevel_force_ratio", "", {0, 1},
+                                      "lateral over axial force on the tip that cuts, away from the bevel's face; "
+                                      "coupling stylet only")
+                              .otherwise(0);
+} kNeedleKeys;
+
+constexpr struct {
+  Key name = key::text("name", "shown to the user");
+  Key licence = key::kLicence;
+  Key source = key::kSource;
+  Key kind = key::choice("kind", files::one_of<"convex", "linear">, "shape of the face").otherwise("convex");
+  Key depth = key::number("depth_mm", "mm", {20, 400}, "imaged below the face");
+  Key frequency = key::number("frequency_mhz", "MHz", {0.5, 30}, "centre frequency");
+  Key frequency_range = key::numbers("frequency_range_mhz", 2, "MHz", {0.5, 30},
+                                     "band that the frequency knob covers, lowest and highest; absent: frequency_mhz "
+                                     "alone")
+                            .optional();
+  Key focus = key::number("focus_mm", "mm", {5, 400}, "transmit focus below the face").otherwise(75);
+  Key scan_lines = key::integer("scan_lines", {16, 1024}, "of an image").otherwise(192);
+  Key samples = key::integer("samples", {64, 4096}, "along a line").otherwise(512);
+  Key dynamic_range = key::number("dynamic_range_db", "dB", {20, 120}, "shown").otherwise(60);
+  Key gain = key::number("gain_db", "dB", {-60, 60}, "what the knob begins with").otherwise(0);
+  Key tgc = key::numbers("tgc_db", 8, "dB", {-20, 20},
+                         "sliders of the time-gain compensation, nearest first, at the middle of each eighth of the "
+                         "depth; absent: all 0")
+                .optional();
+  Key persistence = key::number("persistence", "", {0, 0.95},
+                                "share of the frame before in what a live image shows; absent: the preset's")
+                        .optional();
+  Key preset =
+      key::choice("preset", files::one_of<"clinical", "raw">,
+                  "how a live image is made: clinical (compounded, textured) or raw (one look, nothing added)")
+          .otherwise("clinical");
+} kProbeKeys;
+
+constexpr struct {
+  Key radius = key::number("radius_mm", "mm", {5, 200}, "of the face");
+  Key field_of_view = key::number("field_of_view_deg", "degrees", {5, 170}, "angle between the outermost lines");
+} kConvex;
+
+constexpr struct { Key width = key::number("width_mm", "mm", {5, 150}, "of the face"); } kLinear;
+
+const files::KeyTable& probe_table() {
+  static const files::KeyTable table{
+      .keys = files::keys_of(kProbeKeys),
+      .by = kProbeKeys.kind.name,
+      .variants = {{"convex", files::keys_of(kConvex)}, {"linear", files::keys_of(kLinear)}}};
+  return table;
+}
+
+}  // namespace
+
+const files::FileFormat& needle_format() {
+  static const files::FileFormat format{
+      .name = "needle", .title = "A needle", .table = files::table_of<kNeedleKeys>, .id = "stylet-needle"};
+  return format;
+}
+
+const files::FileFormat& probe_format() {
+  static const files::FileFormat format{.name = "probe",
+                                        .title = "An ultrasound probe and what the scanner's knobs begin with",
+                                        .table = probe_table,
+                                        .id = "stylet-probe"};
+  return format;
+}
+
 content::Needle read_needle(files::JsonFile& file) {
-  files::JsonObject root = file.root("stylet-needle", 1);
+  files::JsonObject root = file.root(needle_format());
   content::Needle needle;
-  needle.name = root.text("name");
-  needle.length = root.number("length_mm", {20, 400}) * 1e-3;
-  const double outer_mm = root.number("outer_diameter_mm", {0.2, 5});
-  const double inner_mm = root.number("inner_diameter_mm", {0, 5}, 0);
+  needle.name = root.text(kNeedleKeys.name);
+  needle.length = root.number(kNeedleKeys.length) * 1e-3;
+  const double outer_mm = root.number(kNeedleKeys.outer);
+  const double inner_mm = root.number(kNeedleKeys.inner);
   if (inner_mm >= outer_mm) {
-    root.problem("inner_diameter_mm",
-                 fmt::format("is {:g}, not smaller than outer_diameter_mm ({:g})", inner_mm, outer_mm));
+    root.problem(kNeedleKeys.inner,
+                 fmt::format("is {:g}, not smaller than {} ({:g})", inner_mm, kNeedleKeys.outer.name, outer_mm));
   }
   needle.outer_diameter = outer_mm * 1e-3;
   needle.inner_diameter = inner_mm * 1e-3;
-  needle.young_modulus = root.number("young_modulus_pa", {1e6, 1e12});
-  needle.poisson_ratio = root.number("poisson_ratio", {0, 0.49});
-  needle.beams = root.integer("beams", 1, physics::kMaxBeams, needle.beams);
-  needle.bevel_force_ratio = root.number("bevel_force_ratio", {0, 1}, 0);
-  root.ignore("licence");
-  root.ignore("source");
+  needle.young_modulus = root.number(kNeedleKeys.young_modulus);
+  needle.poisson_ratio = root.number(kNeedleKeys.poisson_ratio);
+  needle.beams = root.integer(kNeedleKeys.beams);
+  needle.bevel_force_ratio = root.number(kNeedleKeys.bevel_force_ratio);
   root.finish();
   return needle;
 }
 
 content::Probe read_probe(files::JsonFile& file) {
   constexpr double kDegree = std::numbers::pi / 180;
-  files::JsonObject root = file.root("stylet-probe", 1);
+  files::JsonObject root = file.root(probe_format());
   content::Probe probe;
-  probe.name = root.text("name");
-  probe.convex = root.choice("kind", {"convex", "linear"}, "convex") == "convex";
+  probe.name = root.text(kProbeKeys.name);
+  const std::string kind = root.choice(kProbeKeys.kind);
+  probe.convex = kind == "convex";
   if (probe.convex) {
-    probe.radius = root.number("radius_mm", {5, 200}) * 1e-3;
-    probe.field_of_view = root.number("field_of_view_deg", {5, 170}) * kDegree;
+    probe.radius = root.number(kConvex.radius) * 1e-3;
+    probe.field_of_view = root.number(kConvex.field_of_view) * kDegree;
     // Width of the footprint: the chord of the face.
     probe.width = 2 * probe.radius * std::sin(0.5 * probe.field_of_view);
-    root.ignore("width_mm");
-    if (root.has("width_mm")) root.problem("width_mm", "is for linear probes; remove it");
   } else {
-    probe.width = root.number("width_mm", {5, 150}) * 1e-3;
-    for (const char* key : {"radius_mm", "field_of_view_deg"}) {
-      root.ignore(key);
-      if (root.has(key)) root.problem(key, "is for convex probes; remove it");
-    }
+    probe.width = root.number(kLinear.width) * 1e-3;
   }
-  probe.depth = root.number("depth_mm", {20, 400}) * 1e-3;
-  probe.frequency_hz = root.number("frequency_mhz", {0.5, 30}) * 1e6;
-  probe.scan_lines = root.integer("scan_lines", 16, 1024, probe.scan_lines);
-  probe.samples = root.integer("samples", 64, 4096, probe.samples);
-  probe.dynamic_range_db = root.number("dynamic_range_db", {20, 120}, probe.dynamic_range_db);
-  probe.gain_db = root.number("gain_db", {-60, 60}, probe.gain_db);
+  probe_table().each([&](const Key& key, std::string_view of) {
+    if (of.empty() || of == kind) return;
+    root.ignore(std::string(key.name));
+    if (root.has(key)) root.problem(key, fmt::format("is for {} probes; remove it", of));
+  });
+  probe.depth = root.number(kProbeKeys.depth) * 1e-3;
+  probe.frequency_hz = root.number(kProbeKeys.frequency) * 1e6;
+  probe.scan_lines = root.integer(kProbeKeys.scan_lines);
+  probe.samples = root.integer(kProbeKeys.samples);
+  probe.dynamic_range_db = root.number(kProbeKeys.dynamic_range);
+  probe.gain_db = root.number(kProbeKeys.gain);
   probe.lowest_frequency_hz = probe.highest_frequency_hz = probe.frequency_hz;
-  if (const auto band = root.numbers("frequency_range_mhz", 2, {0.5, 30}); band.size() == 2) {
+  if (const auto band = root.numbers(kProbeKeys.frequency_range); band.size() == 2) {
     probe.lowest_frequency_hz = band[0] * 1e6;
     probe.highest_frequency_hz = band[1] * 1e6;
     if (!(probe.lowest_frequency_hz <= probe.frequency_hz && probe.frequency_hz <= probe.highest_frequency_hz)) {
-      root.problem("frequency_range_mhz", fmt::format("is {:g} to {:g}, without frequency_mhz ({:g}); widen it",
-                                                      band[0], band[1], probe.frequency_hz * 1e-6));
+      root.problem(kProbeKeys.frequency_range,
+                   fmt::format("is {:g} to {:g}, without {} ({:g}); widen it", band[0], band[1],
+                               kProbeKeys.frequency.name, probe.frequency_hz * 1e-6));
     }
   }
-  probe.focus = root.number("focus_mm", {5, 400}, probe.focus * 1e3) * 1e-3;
-  std::ranges::copy(root.numbers("tgc_db", probe.tgc_db.size(), {-20, 20}), probe.tgc_db.begin());
-  const double persistence = root.number("persistence", {0, 0.95}, -1);
-  if (persistence >= 0) probe.persistence = persistence;
-  probe.preset = root.choice("preset", {"clinical", "raw"}, probe.preset);
-  root.ignore("licence");
-  root.ignore("source");
+  probe.focus = root.number(kProbeKeys.focus) * 1e-3;
+  std::ranges::copy(root.numbers(kProbeKeys.tgc), probe.tgc_db.begin());
+  if (const double share = root.number(kProbeKeys.persistence); !std::isnan(share)) probe.persistence = share;
+  probe.preset = root.choice(kProbeKeys.preset);
   root.finish();
   return probe;
 }

@@ -6,6 +6,10 @@
 
 namespace stylet::readers {
 
+/// Their keys.
+const files::FileFormat& needle_format();
+const files::FileFormat& probe_format();
+
 /// Problems go to `file`; what comes out is in range even then.
 content::Needle read_needle(files::JsonFile& file);
 

@@ -17,6 +17,8 @@
 namespace stylet::readers {
 namespace {
 
+namespace key = files::key;
+using files::Key;
 using nlohmann::json;
 
 /// Row of a track: [t, px, py, pz, qw, qx, qy, qz] or the same with buttons.
@@ -25,6 +27,41 @@ constexpr std::string_view kFrames[] = {"patient", "hand", "tablet"};  // of Mot
 constexpr double kLongest = 24 * 3600;                                 ///< s
 constexpr double kFarthest = 100;                                      ///< m
 constexpr std::size_t kLongestReport = 4096;                           ///< bytes, and of a report descriptor
+
+constexpr struct {
+  Key stylus = key::rows("stylus", {kPoseNumbers, kPoseNumbers + 1}, {},
+                         "poses of the needle's hub: [t, px, py, pz, qw, qx, qy, qz], s and m, with optional buttons "
+                         "(bits; bit 0 is the trigger)")
+                   .count({2, -1});
+  Key probe = key::rows("probe", {kPoseNumbers, kPoseNumbers + 1}, {},
+                        "the same of the probe's face; absent: it stays where the scenario puts it")
+                  .optional();
+  Key reports = key::rows("reports", {2, 2}, {},
+                          "what the HID device sent: [t, \"bytes in hexadecimal\"], times not decreasing")
+                    .optional()
+                    .schema(R"({"items": {"items": null, "prefixItems":
+                      [{"type": "number"}, {"type": "string", "pattern": "^([0-9a-fA-F]{2}){1,4096}$"}]}})");
+} kTracks;
+
+constexpr struct {
+  Key name = key::text("name", "of the device");
+  Key report_descriptor = key::text("report_descriptor", "in hexadecimal: what the reports mean");
+} kRecordedDevice;
+
+constexpr struct {
+  Key name = key::note("name", "shown to the user");
+  Key licence = key::kLicence;
+  Key source = key::kSource;
+  Key frame = key::choice(
+                  "frame", [] { return files::Names(std::begin(kFrames), std::end(kFrames)); },
+                  "of the stylus: patient, or how the hand went from where it began, which a session lays to its "
+                  "patient: hand (right, up, near), tablet (right, near, along the needle)")
+                  .otherwise(kFrames[0]);
+  Key tracks = key::object("tracks", files::table_of<kTracks>,
+                           "one track a device, times strictly increasing from 0 to 86400 s");
+  Key device =
+      key::object("device", files::table_of<kRecordedDevice>, "the HID device that made the reports").optional();
+} kMotion;
 
 /// Problems of one row; empty: none.
 std::string check_row(const json& row, double previous, content::MotionSample& sample) {
@@ -61,19 +98,19 @@ std::string check_row(const json& row, double previous, content::MotionSample& s
   return {};
 }
 
-std::vector<content::MotionSample> read_track(files::JsonFile& file, files::JsonObject tracks,
-                                              const std::string& name, bool required) {
+std::vector<content::MotionSample> read_track(files::JsonFile& file, files::JsonObject& tracks, const Key& key) {
   std::vector<content::MotionSample> track;
-  const json* rows = tracks.array(name, required);
+  const json* rows = tracks.array(key);
   if (rows == nullptr) return track;
-  if (required && rows->size() < 2) tracks.problem(name, "has fewer than 2 samples; record a motion");
+  if (rows->size() < static_cast<std::size_t>(key.items.min))
+    tracks.problem(key, "has fewer than 2 samples; record a motion");
   double previous = -1;
   int bad = 0;
   for (std::size_t i = 0; i < rows->size() && bad < 10; ++i) {
     content::MotionSample sample;
     const std::string what = check_row((*rows)[i], previous, sample);
     if (!what.empty()) {
-      file.add_problem(fmt::format("{}/{}/{}", tracks.pointer(), name, i), what);
+      file.add_problem(fmt::format("{}/{}/{}", tracks.pointer(), key.name, i), what);
       ++bad;
       continue;
     }
@@ -118,9 +155,9 @@ std::string check_report(const json& row, double previous, RawReport& report) {
   return {};
 }
 
-std::vector<RawReport> read_reports(files::JsonFile& file, files::JsonObject tracks) {
+std::vector<RawReport> read_reports(files::JsonFile& file, files::JsonObject& tracks) {
   std::vector<RawReport> track;
-  const json* rows = tracks.array("reports", false);
+  const json* rows = tracks.array(kTracks.reports);
   if (rows == nullptr) return track;
   int bad = 0;
   for (std::size_t i = 0; i < rows->size() && bad < 10; ++i) {
@@ -129,7 +166,7 @@ std::vector<RawReport> read_reports(files::JsonFile& file, files::JsonObject tra
     if (what.empty()) {
       track.push_back(std::move(report));
     } else {
-      file.add_problem(fmt::format("{}/reports/{}", tracks.pointer(), i), what);
+      file.add_problem(fmt::format("{}/{}/{}", tracks.pointer(), kTracks.reports.name, i), what);
       ++bad;
     }
   }
@@ -138,33 +175,37 @@ std::vector<RawReport> read_reports(files::JsonFile& file, files::JsonObject tra
 
 }  // namespace
 
+const files::FileFormat& motion_format() {
+  static const files::FileFormat format{.name = "motion",
+                                        .title = "Time-stamped tracks of stylus and probe",
+                                        .table = files::table_of<kMotion>,
+                                        .id = "stylet-motion"};
+  return format;
+}
+
 content::Motion read_motion(files::JsonFile& file, RawReports* raw) {
   RawReports found;
-  files::JsonObject root = file.root("stylet-motion", 1);
+  files::JsonObject root = file.root(motion_format());
   content::Motion motion;
-  for (const char* key : {"name", "licence", "source"}) root.ignore(key);
-  const std::string frame = root.choice("frame", {kFrames[0], kFrames[1], kFrames[2]}, std::string(kFrames[0]));
+  const std::string frame = root.choice(kMotion.frame);
   found.frame = static_cast<MotionFrame>(std::ranges::find(kFrames, frame) - std::begin(kFrames));
   if (raw == nullptr && found.frame != MotionFrame::kPatient) {
-    root.problem("frame",
+    root.problem(kMotion.frame,
                  "is the hand's; a scenario needs poses in the patient's. `stylet train SCENARIO --device "
                  "recorded:FILE --record NEW` makes them");
   }
-  if (auto tracks = root.object("tracks")) {
-    motion.stylus = read_track(file, *tracks, "stylus", true);
-    tracks->ignore("stylus");
-    motion.probe = read_track(file, *tracks, "probe", false);
-    tracks->ignore("probe");
+  if (auto tracks = root.object(kMotion.tracks)) {
+    motion.stylus = read_track(file, *tracks, kTracks.stylus);
+    motion.probe = read_track(file, *tracks, kTracks.probe);
     found.reports = read_reports(file, *tracks);
-    tracks->ignore("reports");
     tracks->finish();
   }
-  if (auto device = root.object("device", false)) {
-    found.device = device->text("name");
-    if (auto bytes = from_hex(device->text("report_descriptor"))) {
+  if (auto device = root.object(kMotion.device)) {
+    found.device = device->text(kRecordedDevice.name);
+    if (auto bytes = from_hex(device->text(kRecordedDevice.report_descriptor))) {
       found.report_descriptor = std::move(*bytes);
     } else {
-      device->problem("report_descriptor", "is not bytes of two hexadecimal digits");
+      device->problem(kRecordedDevice.report_descriptor, "is not bytes of two hexadecimal digits");
     }
     device->finish();
   }

@@ -10,6 +10,9 @@ namespace stylet::readers {
 /// An hour at 250 Hz.
 inline constexpr files::JsonLimits kMotionLimits{.bytes = 128u << 20, .depth = 16};
 
+/// Its keys.
+const files::FileFormat& motion_format();
+
 /// Problems go to `file`.
 content::Motion read_motion(files::JsonFile& file, RawReports* raw = nullptr);
 

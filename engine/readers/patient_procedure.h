@@ -31,6 +31,9 @@ struct Procedure {
   std::vector<ProcedureView> views{};
 };
 
+/// Its keys.
+const files::FileFormat& procedure_format();
+
 /// Problems go to `file`; what comes out is in range even then.
 Procedure read_procedure(files::JsonFile& file);
 

@@ -102,6 +102,16 @@ struct ScenarioFile {
   content::Exercise exercise;
 };
 
+/// Its keys.
+const files::FileFormat& scenario_format();
+
+/// What it is called. Problems go to `root`'s file.
+struct ScenarioTitle {
+  std::string name;
+  std::string title;
+};
+ScenarioTitle read_scenario_title(files::JsonObject& root);
+
 /// Problems go to `file`.
 ScenarioFile read_scenario_file(files::JsonFile& file);
 

@@ -31,11 +31,6 @@ constexpr double kAimDepth = 10e-3;               // m behind the skin where the
 constexpr double kAdvance = 1e-3;                 // m/s of needle into the patient
 constexpr std::size_t kReferencePoints = 600;     // of each motion that is compared
 
-constexpr const char* kJohnson = "Johnson 2012";
-constexpr const char* kPerkTutor = "Perk Tutor";
-constexpr const char* kBoth = "Johnson 2012; Perk Tutor";
-constexpr const char* kOurs = "Stylet";
-
 bool in_tissue(const TraceSample& s) {
   return s.inserted > 0;
 }
@@ -189,11 +184,11 @@ double largest(Samples samples, const Value& value) {
 /// Collects the metrics in order.
 class MetricList {
 public:
-  void add(std::string_view key, std::string_view title, std::string_view unit, std::optional<double> value,
-           std::string_view definition, std::string_view source) {
+  void add(std::string_view name, std::optional<double> value) { add(content::metric_row(name), value); }
+  void add(const content::MetricRow& row, std::optional<double> value) {
     if (value && !std::isfinite(*value)) value.reset();
-    list.push_back({std::string(key), std::string(title), std::string(unit), value, std::string(definition),
-                    std::string(source)});
+    list.push_back({std::string(row.name), std::string(row.title), std::string(row.unit), value,
+                    std::string(row.definition), std::string(row.source)});
   }
   std::vector<Metric> list;
 };
@@ -213,14 +208,10 @@ void add_reference(MetricList& out, Samples samples, const content::Scene& scene
     leash = kMm * frechet(a, b);
     warped = kMm * dynamic_time_warping(a, b);
   }
-  out.add(content::kReferenceRms, "off the reference motion, RMS", "mm", rms,
-          "root mean square distance to the reference motion's path", kOurs);
-  out.add(content::kReferenceHausdorff, "off the reference motion, Hausdorff", "mm", widest,
-          "largest distance of a point of either path to the other", kPerkTutor);
-  out.add(content::kReferenceFrechet, "off the reference motion, Frechet", "mm", leash,
-          "shortest leash of two that walk along the paths without going back", kPerkTutor);
-  out.add(content::kReferenceDtw, "off the reference motion, time warped", "mm", warped,
-          "mean distance of points matched in order so that it is least", kPerkTutor);
+  out.add(content::kReferenceRms, rms);
+  out.add(content::kReferenceHausdorff, widest);
+  out.add(content::kReferenceFrechet, leash);
+  out.add(content::kReferenceDtw, warped);
 }
 
 void add_johnson(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
@@ -244,23 +235,14 @@ void add_johnson(MetricList& out, const Trace& trace, const content::Scene& scen
     in_forbidden = sum_where(
         samples, [](const TraceSample& s) { return s.forbidden != 0; }, step_time);
   }
-  out.add(content::kTargeting, "targeting", "mm", targeting,
-          "tip to the target's centre when the needle is fired, else at its closest", kJohnson);
-  out.add(content::kProbeUsageTime, "probe on the skin", "s", probe, "time in which the probe touches the skin",
-          kJohnson);
-  out.add(content::kNeedleInBeam, "needle in the beam", "mm", beam,
-          "length of inserted needle that the beam sees, mean over the time in tissue", kJohnson);
-  out.add(content::kForbiddenHits, "no-go areas touched", "", hits,
-          "entries of the tip into forbidden structures, 0.2 s out of them in between", kJohnson);
-  out.add(content::kForbiddenTime, "time in no-go areas", "s", in_forbidden,
-          "time of the tip in forbidden structures", kJohnson);
-  out.add(content::kElapsedTime, "session length", "s",
-          samples.empty() ? 0 : step_time(samples.front(), samples.back()), "from the first to the last moment",
-          kBoth);
-  out.add(content::kPathLength, "needle path", "mm", kMm * sum_where(samples, kAlways, step_length), "way of the tip",
-          kBoth);
-  out.add(content::kSkinContacts, "skin contacts", "", skin_contacts(samples),
-          "times that the needle comes to the skin, 1 mm clear of it in between", kJohnson);
+  out.add(content::kTargeting, targeting);
+  out.add(content::kProbeUsageTime, probe);
+  out.add(content::kNeedleInBeam, beam);
+  out.add(content::kForbiddenHits, hits);
+  out.add(content::kForbiddenTime, in_forbidden);
+  out.add(content::kElapsedTime, samples.empty() ? 0 : step_time(samples.front(), samples.back()));
+  out.add(content::kPathLength, kMm * sum_where(samples, kAlways, step_length));
+  out.add(content::kSkinContacts, skin_contacts(samples));
 }
 
 void add_perk_tutor(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
@@ -279,51 +261,30 @@ void add_perk_tutor(MetricList& out, const Trace& trace, const content::Scene& s
   const auto along = [](const TraceSample& before, const TraceSample& after) {
     return std::abs((after.tip - before.tip).dot(axis(after)));
   };
-  out.add(content::kTimeInTissue, "time in tissue", "s", sum_where(samples, in_tissue, step_time),
-          "time with the needle in the patient", kPerkTutor);
-  out.add(content::kPathInTissue, "needle path in tissue", "mm", kMm * sum_where(samples, in_tissue, step_length),
-          "way of the tip with the needle in the patient", kPerkTutor);
-  out.add(content::kTissueDamage, "tissue damage", "mm2", kMm * kMm * swept_area(samples),
-          "area swept by the needle between skin and tip, two triangles a step", kPerkTutor);
-  out.add(content::kPunctures, "punctures", "", punctures(samples),
-          "entries into the patient, with a hysteresis of 1 mm either way", kPerkTutor);
-  out.add(content::kTargetsHit, "targets hit", "", hit, "targets that the tip came within 3 mm of the centre of",
-          kPerkTutor);
-  out.add(content::kTranslationalActions, "translational actions", "",
-          spells_above(rate.times, rate.speed, kActionSpeed, kActionTime),
-          "spells of the tip above 50 mm/s for more than 0.2 s", kPerkTutor);
-  out.add(content::kRotationalActions, "rotational actions", "",
-          spells_above(rate.times, rate.turning, kActionTurning, kActionTime),
-          "spells of the hand above 50 deg/s for more than 0.2 s", kPerkTutor);
-  out.add(content::kSmoothness, "jerk cost", "mm/s^2.5", kMm * jerk_cost(rate.times, hubs),
-          "square root of the time integral of the hub's squared jerk: 0 is smooth", kPerkTutor);
-  out.add(content::kPathInefficiency, "path inefficiency", "%", inefficiency(samples, arrived),
-          "100 (way / distance - 1) of the tip from the first entry to the arrival", kPerkTutor);
-  out.add(content::kRotation, "rotation", "deg", kDegrees * sum_where(samples, kAlways, turned),
-          "sum of the angles that the hub turned by", kPerkTutor);
-  out.add(content::kDepthPerception, "way along the needle", "mm", kMm * sum_where(samples, kAlways, along),
-          "sum of |way of the tip . axis of the needle|", kPerkTutor);
-  out.add(content::kAverageVelocity, "average velocity", "mm/s", velocity, "needle path over session length",
-          kPerkTutor);
+  out.add(content::kTimeInTissue, sum_where(samples, in_tissue, step_time));
+  out.add(content::kPathInTissue, kMm * sum_where(samples, in_tissue, step_length));
+  out.add(content::kTissueDamage, kMm * kMm * swept_area(samples));
+  out.add(content::kPunctures, punctures(samples));
+  out.add(content::kTargetsHit, hit);
+  out.add(content::kTranslationalActions, spells_above(rate.times, rate.speed, kActionSpeed, kActionTime));
+  out.add(content::kRotationalActions, spells_above(rate.times, rate.turning, kActionTurning, kActionTime));
+  out.add(content::kSmoothness, kMm * jerk_cost(rate.times, hubs));
+  out.add(content::kPathInefficiency, inefficiency(samples, arrived));
+  out.add(content::kRotation, kDegrees * sum_where(samples, kAlways, turned));
+  out.add(content::kDepthPerception, kMm * sum_where(samples, kAlways, along));
+  out.add(content::kAverageVelocity, velocity);
 }
 
 void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
   const Samples samples = trace.samples;
-  out.add(content::kAngleError, "angle error", "deg", angle_error(samples, arrived),
-          "between the needle and the line from its tip to the target, 10 mm deep in the last pass", kOurs);
-  out.add(content::kDepthOvershoot, "depth overshoot", "mm", depth_overshoot(samples, arrived),
-          "farthest that the tip went beyond the target's centre, along the needle", kOurs);
-  out.add(content::kPeakForce, "peak force", "N", largest(samples, [](const auto& s) { return s.force.norm(); }),
-          "largest force on the hand", kOurs);
-  out.add(content::kLateralBending, "lateral bending", "mm",
-          kMm * largest(samples, [](const auto& s) { return in_tissue(s) ? s.bend : 0; }),
-          "largest distance of the inserted needle's shaft from the line between hub and tip", kOurs);
-  out.add(content::kOutOfPlaneTime, "out of plane while advancing", "s", out_of_plane_time(samples, scene.probe),
-          "time in which the needle goes deeper while its tip is out of the beam's width", kOurs);
+  out.add(content::kAngleError, angle_error(samples, arrived));
+  out.add(content::kDepthOvershoot, depth_overshoot(samples, arrived));
+  out.add(content::kPeakForce, largest(samples, [](const auto& s) { return s.force.norm(); }));
+  out.add(content::kLateralBending, kMm * largest(samples, [](const auto& s) { return in_tissue(s) ? s.bend : 0; }));
+  out.add(content::kOutOfPlaneTime, out_of_plane_time(samples, scene.probe));
   for (const procedures::Kind* kind : procedures::kinds()) {
-    for (const procedures::KindMetric& metric : kind->metrics()) {
-      out.add(metric.name, metric.title, metric.unit, kind->measure(metric.name, trace.events), metric.definition,
-              metric.source);
+    for (const content::MetricRow& metric : kind->metrics()) {
+      out.add(metric, kind->measure(metric.name, trace.events));
     }
   }
 }

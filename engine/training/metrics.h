@@ -7,7 +7,7 @@
 //   definitions. Differences are said where they are.
 #pragma once
 
-#include "engine/content/metric_names.h"
+#include "engine/content/metric_table.h"
 #include "engine/content/scene.h"
 #include "engine/training/trace.h"
 
@@ -23,7 +23,7 @@
 namespace stylet::training {
 
 struct Metric {
-  std::string key;              ///< content/metric_names.h
+  std::string key;              ///< content/metric_table.h
   std::string title;            ///< for people
   std::string unit;             ///< "mm", "s", "deg", "N", "%", ...; empty: a count
   std::optional<double> value;  ///< in the unit; none: nothing there to measure it on (no target, no core fired)
@@ -38,7 +38,7 @@ bool ends_approach(const recording::EventRecord& event);
 /// tip closest to a target while inserted, else the last one inserted. [samples] if it never was.
 std::size_t arrival(const Trace& trace);
 
-/// All metrics in the order of content::kMetricNames, then those of the kinds of procedures, which go by the events.
+/// All metrics in the order of procedures::metric_table(); those of kinds go by the events.
 /// The reference motion is the scenario's: the path of the tip of a needle that does not bend, of both hands, because
 /// that is what the hands decided.
 std::vector<Metric> measure(const Trace& trace, const content::Scene& scene);

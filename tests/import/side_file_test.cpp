@@ -1,6 +1,7 @@
 // Side files: what they may say, and what an author is told about each mistake.
 #include "engine/import/side_file.h"
 #include "engine/files/error.h"
+#include "tests/readers/generated_files.h"
 #include "tests/readers/schema_agreement.h"
 
 #include <gmock/gmock.h>
@@ -152,6 +153,10 @@ TEST(SideFile, SchemaAgreesWithTheReader) {
       kShipped / "schemas" / "import.schema.json", kShipped / "imports" / "full.json",
       side_text(R"({"id": "a"})", R"({"wall": {"box": {}, "layers": [{}]}, "probe": {}, "contacts": [{}]})"), 8,
       [](JsonFile& file) { read_side_file(file); });
+}
+
+TEST(SideFile, SchemaAndReadmeAreMadeOfTheTableOfKeys) {
+  readers::test::expect_generated(kShipped, side_file_format());
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "engine/motion/biopsy_motion.h"
 #include "engine/readers/calibration_file.h"
 #include "engine/readers/device_profile_file.h"
+#include "engine/readers/formats.h"
 #include "engine/readers/instruments.h"
 #include "engine/readers/motion.h"
 #include "engine/readers/motion_file.h"
@@ -12,6 +13,7 @@
 #include "engine/readers/scenario.h"
 #include "engine/readers/scenario_file.h"
 #include "tests/gltf/glb.h"
+#include "tests/readers/generated_files.h"
 #include "tests/readers/schema_agreement.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -305,6 +307,10 @@ TEST(Schemas, AgreeWithTheReaders) {
     "contacts": [{}], "scoring": [{}], "breathing": {"rigid": {}}, "briefing": {}, "sampling": {},
     "hints": [{"when": {}}]})";
   expect_schema_agrees("scenario", full, 24, [](files::JsonFile& f) { read_scenario_file(f); });
+}
+
+TEST(Schemas, AndTheReadmeAreMadeOfTheTablesOfKeys) {
+  for (const files::FileFormat& format : formats()) test::expect_generated(kContent, format);
 }
 
 /// A value against the parts of JSON Schema that our schemas of generated files use.

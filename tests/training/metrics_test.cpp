@@ -5,6 +5,7 @@
 #include "engine/training/beam.h"
 #include "engine/training/path_distance.h"
 #include "engine/training/score.h"
+#include "tests/readers/generated_files.h"
 
 #include <gtest/gtest.h>
 
@@ -100,9 +101,15 @@ TEST(Metrics, AreAllThereOnceInOrderAndDefined) {
     EXPECT_TRUE(there.insert(metric.key).second) << metric.key;
     EXPECT_FALSE(metric.title.empty() || metric.definition.empty() || metric.source.empty()) << metric.key;
   }
-  std::set<std::string> wanted(content::kMetricNames.begin(), content::kMetricNames.end());
-  for (const procedures::KindMetric& metric : procedures::metrics()) wanted.emplace(metric.name);
-  EXPECT_EQ(there, wanted);
+  std::vector<std::string_view> measured_names, named;
+  for (const Metric& metric : metrics) measured_names.push_back(metric.key);
+  for (const content::MetricRow& row : procedures::metric_table()) named.push_back(row.name);
+  EXPECT_EQ(measured_names, named);
+}
+
+TEST(Metrics, TableOfTheReadmeIsMadeOfTheirs) {
+  readers::test::expect_in_readme(std::filesystem::path(STYLET_SOURCE_DIR) / "content", "metrics",
+                                  content::metric_markdown(procedures::metric_table()));
 }
 
 TEST(Metrics, OfAStraightLine) {

@@ -1,6 +1,6 @@
 // A session with its course: what is fired and heated, on record and in replay.
 #include "engine/training/training_session.h"
-#include "engine/content/metric_names.h"
+#include "engine/content/metric_table.h"
 #include "engine/mesh/surface_mesh.h"
 #include "engine/procedures/ablation/heating.h"
 #include "engine/procedures/ablation/zone_replay.h"

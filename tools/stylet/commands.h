@@ -20,5 +20,6 @@ void add_debrief(CLI::App& app, int& exit_code);
 void add_import(CLI::App& app, int& exit_code);
 void add_validate(CLI::App& app, int& exit_code);
 void add_devices(CLI::App& app);
+void add_schema(CLI::App& app);
 
 }  // namespace stylet::tools

@@ -35,6 +35,7 @@ constexpr const char* kFooter =
     "  stylet render liver_biopsy --out frames         deterministic PNG frames, no display needed\n"
     "  stylet import liver.stl --out organs            a mesh becomes an organ with tetrahedra\n"
     "  stylet validate content/scenarios/liver_biopsy.json\n"
+    "  stylet schema scenario                          the keys of a scenario\n"
     "  stylet bench paper                              the paper's tables and figures next to ours\n"
     "`stylet COMMAND --help` explains a command.";
 
@@ -68,6 +69,7 @@ int run(int argc, char** argv) {
   tools::add_debrief(app, exit_code);
   tools::add_import(app, exit_code);
   tools::add_validate(app, exit_code);
+  tools::add_schema(app);
   tools::add_devices(app);
   tools::add_bench(app, exit_code);
   try {

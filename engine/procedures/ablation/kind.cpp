@@ -9,23 +9,41 @@
 namespace stylet::procedures::ablation {
 namespace {
 
-constexpr std::array kKeys{"exposed_mm", "power_w", "max_temperature_c", "duration_s", "time_factor", "margin_mm"};
-constexpr std::array kMetrics{KindMetric{"ablation_coverage", "ablation coverage", "%",
-                                         "share of the target and 5 mm around it in the ablated zone", "Stylet"}};
+namespace key = files::key;
+using files::Key;
+
+constexpr double kDefaultExposed = 30, kDefaultPower = 100, kDefaultMaxTemperature = 100, kDefaultDuration = 720, kDefaultTimeFactor = 60, kDefaultMargin = 5;
+constexpr struct {
+  Key exposed = key::number("exposed_mm", "mm", {5, 50}, "length of the bare tip, all of which must be in tissue")
+                    .otherwise(kDefaultExposed);
+  Key power = key::number("power_w", "W", {1, 300}, "most that goes into the tissue").otherwise(kDefaultPower);
+  Key max_temperature =
+      key::number("max_temperature_c", "degrees Celsius", {50, 110}, "that no tissue exceeds: power is taken back")
+          .otherwise(kDefaultMaxTemperature);
+  Key duration = key::number("duration_s", "s", {10, 3600}, "of heating").otherwise(kDefaultDuration);
+  Key time_factor = key::number("time_factor", "", {1, 600}, "seconds of heating in a second of the session")
+                        .otherwise(kDefaultTimeFactor);
+  Key margin =
+      key::number("margin_mm", "mm", {0, 20}, "around the target that is to be destroyed too").otherwise(kDefaultMargin);
+} kKeys;
+
+constexpr std::array kMetrics{content::MetricRow{"ablation_coverage", "ablation coverage", "%",
+                                                 "share of the target and 5 mm around it in the ablated zone",
+                                                 "Stylet"}};
 
 class AblationKind final : public Kind {
 public:
   std::string_view name() const override { return kName; }
-  std::span<const char* const> keys() const override { return kKeys; }
+  std::vector<files::Key> keys() const override { return files::keys_of(kKeys); }
 
   std::unique_ptr<content::ProcedurePlan> read(files::JsonObject& object) const override {
     auto plan = std::make_unique<Plan>();
-    plan->exposed = object.number("exposed_mm", {5, 50}, plan->exposed * 1e3) * 1e-3;
-    plan->power_w = object.number("power_w", {1, 300}, plan->power_w);
-    plan->max_temperature = object.number("max_temperature_c", {50, 110}, plan->max_temperature);
-    plan->duration_s = object.number("duration_s", {10, 3600}, plan->duration_s);
-    plan->time_factor = object.number("time_factor", {1, 600}, plan->time_factor);
-    plan->margin = object.number("margin_mm", {0, 20}, plan->margin * 1e3) * 1e-3;
+    plan->exposed = object.number(kKeys.exposed) * 1e-3;
+    plan->power_w = object.number(kKeys.power);
+    plan->max_temperature = object.number(kKeys.max_temperature);
+    plan->duration_s = object.number(kKeys.duration);
+    plan->time_factor = object.number(kKeys.time_factor);
+    plan->margin = object.number(kKeys.margin) * 1e-3;
     plan->working_length = plan->exposed;
     plan->destroys = true;
     return plan;
@@ -40,7 +58,7 @@ public:
   }
 
   std::string_view approach_event() const override { return kStartedEvent; }
-  std::span<const KindMetric> metrics() const override { return kMetrics; }
+  std::span<const content::MetricRow> metrics() const override { return kMetrics; }
   /// Of all that was heated until then: the last time tells.
   std::optional<double> measure(std::string_view, std::span<const recording::EventRecord> events) const override {
     const auto told = std::find_if(events.rbegin(), events.rend(),

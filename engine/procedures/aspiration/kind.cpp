@@ -8,26 +8,41 @@
 namespace stylet::procedures::aspiration {
 namespace {
 
-constexpr std::array kKeys{"syringe_ml", "vacuum_kpa", "plunger_ml_per_s", "viscosity_mpa_s"};
+namespace key = files::key;
+using files::Key;
+
+constexpr Syringe kSyringe;
+constexpr Fluid kFluid;
+constexpr struct {
+  Key capacity =
+      key::number("syringe_ml", "ml", {1, 100}, "what the syringe holds").otherwise(kSyringe.capacity * 1e6);
+  Key vacuum =
+      key::number("vacuum_kpa", "kPa", {1, 100}, "most that the hand holds").otherwise(kSyringe.vacuum * 1e-3);
+  Key plunger = key::number("plunger_ml_per_s", "ml/s", {0.1, 100}, "how fast the hand pulls at most")
+                    .otherwise(kSyringe.plunger_rate * 1e6);
+  Key viscosity = key::number("viscosity_mpa_s", "mPa s", {0.5, 1000}, "of the fluid in the cyst")
+                      .otherwise(kFluid.viscosity * 1e3);
+} kKeys;
+
 constexpr std::array kMetrics{
-    KindMetric{"aspirated_volume", "fluid drawn", "ml", "fluid of the cyst in the syringe", "Stylet"},
-    KindMetric{"cyst_residue", "cyst left", "%", "share of the cyst's volume that is left", "Stylet"},
-    KindMetric{"wall_punctures", "cyst wall punctured", "", "times that the needle's opening came into the cyst",
-               "Stylet"},
-    KindMetric{"blood_drawn", "blood drawn", "ml", "blood of vessels in the syringe", "Stylet"}};
+    content::MetricRow{"aspirated_volume", "fluid drawn", "ml", "fluid of the cyst in the syringe", "Stylet"},
+    content::MetricRow{"cyst_residue", "cyst left", "%", "share of the cyst's volume that is left", "Stylet"},
+    content::MetricRow{"wall_punctures", "cyst wall punctured", "",
+                       "times that the needle's opening came into the cyst", "Stylet"},
+    content::MetricRow{"blood_drawn", "blood drawn", "ml", "blood of vessels in the syringe", "Stylet"}};
 
 class AspirationKind final : public Kind {
 public:
   std::string_view name() const override { return kName; }
-  std::span<const char* const> keys() const override { return kKeys; }
+  std::vector<files::Key> keys() const override { return files::keys_of(kKeys); }
 
   std::unique_ptr<content::ProcedurePlan> read(files::JsonObject& object) const override {
     auto plan = std::make_unique<Plan>();
     Syringe& syringe = plan->syringe;
-    syringe.capacity = object.number("syringe_ml", {1, 100}, syringe.capacity * 1e6) * 1e-6;
-    syringe.vacuum = object.number("vacuum_kpa", {1, 100}, syringe.vacuum * 1e-3) * 1e3;
-    syringe.plunger_rate = object.number("plunger_ml_per_s", {0.1, 100}, syringe.plunger_rate * 1e6) * 1e-6;
-    plan->fluid.viscosity = object.number("viscosity_mpa_s", {0.5, 1000}, plan->fluid.viscosity * 1e3) * 1e-3;
+    syringe.capacity = object.number(kKeys.capacity) * 1e-6;
+    syringe.vacuum = object.number(kKeys.vacuum) * 1e3;
+    syringe.plunger_rate = object.number(kKeys.plunger) * 1e-6;
+    plan->fluid.viscosity = object.number(kKeys.viscosity) * 1e-3;
     return plan;
   }
 
@@ -36,7 +51,7 @@ public:
   }
 
   std::string_view approach_event() const override { return kStartedEvent; }
-  std::span<const KindMetric> metrics() const override { return kMetrics; }
+  std::span<const content::MetricRow> metrics() const override { return kMetrics; }
   /// Of all that was drawn until then: the last time tells.
   std::optional<double> measure(std::string_view metric,
                                 std::span<const recording::EventRecord> events) const override {

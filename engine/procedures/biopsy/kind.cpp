@@ -7,23 +7,36 @@
 namespace stylet::procedures::biopsy {
 namespace {
 
-constexpr std::array kKeys{"throw_mm", "notch_mm", "bore_mm", "samples"};
-constexpr std::array kMetrics{KindMetric{"tumour_content", "tumour in the cores", "%",
-                                         "share of the target's tissue in the volume of all cores", "Stylet"}};
+namespace key = files::key;
+using files::Key;
+
+constexpr Gun kGun;
+constexpr struct {
+  Key samples = key::integer("samples", {1, 20}, "cores wanted").otherwise(1);
+  Key throw_length =
+      key::number("throw_mm", "mm", {5, 40}, "how far the stylet shoots ahead").otherwise(kGun.throw_length * 1e3);
+  Key notch = key::number("notch_mm", "mm", {1, 40}, "length of the core; absent: 5 less than throw_mm").optional();
+  Key bore = key::number("bore_mm", "mm", {0.2, 5}, "diameter of the core").otherwise(kGun.bore * 1e3);
+} kKeys;
+
+constexpr std::array kMetrics{content::MetricRow{
+    "tumour_content", "tumour in the cores", "%", "share of the target's tissue in the volume of all cores", "Stylet",
+    "a core is a cylinder of the bore ahead of the tip, throw less the stylet's own tip long, in the tissue as it "
+    "lies at that moment"}};
 
 class BiopsyKind final : public Kind {
 public:
   std::string_view name() const override { return kName; }
-  std::span<const char* const> keys() const override { return kKeys; }
+  std::vector<files::Key> keys() const override { return files::keys_of(kKeys); }
 
   std::unique_ptr<content::ProcedurePlan> read(files::JsonObject& object) const override {
     auto plan = std::make_unique<Plan>();
-    plan->samples = object.integer("samples", 1, 20, plan->samples);
+    plan->samples = object.integer(kKeys.samples);
     Gun& gun = plan->gun;
-    gun.throw_length = object.number("throw_mm", {5, 40}, gun.throw_length * 1e3) * 1e-3;
-    gun.notch = object.number("notch_mm", {1, 40}, (gun.throw_length - Gun::kStyletPoint) * 1e3) * 1e-3;
-    gun.bore = object.number("bore_mm", {0.2, 5}, gun.bore * 1e3) * 1e-3;
-    if (gun.notch > gun.throw_length) object.problem("notch_mm", "is longer than throw_mm; shorten it");
+    gun.throw_length = object.number(kKeys.throw_length) * 1e-3;
+    gun.notch = object.number(kKeys.notch, (gun.throw_length - Gun::kStyletPoint) * 1e3) * 1e-3;
+    gun.bore = object.number(kKeys.bore) * 1e-3;
+    if (gun.notch > gun.throw_length) object.problem(kKeys.notch, "is longer than throw_mm; shorten it");
     return plan;
   }
 
@@ -32,7 +45,7 @@ public:
   }
 
   std::string_view approach_event() const override { return kFiredEvent; }
-  std::span<const KindMetric> metrics() const override { return kMetrics; }
+  std::span<const content::MetricRow> metrics() const override { return kMetrics; }
   std::optional<double> measure(std::string_view, std::span<const recording::EventRecord> events) const override {
     double sum = 0;
     int cores = 0;

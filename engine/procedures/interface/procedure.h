@@ -3,6 +3,7 @@
 // A kind is one folder, engine/procedures/KIND, and one row of the table in engine/procedures/kinds.cpp.
 #pragma once
 
+#include "engine/content/metric_table.h"
 #include "engine/content/scene.h"
 #include "engine/content/tissue_locator.h"
 #include "engine/files/json_reader.h"
@@ -89,15 +90,6 @@ public:
   virtual void show_at(double time_s, state::FrameState& frame) = 0;
 };
 
-/// A quantity that a kind measures; content/README.md lists them all.
-struct KindMetric {
-  std::string_view name;  ///< in scenarios and results
-  std::string_view title;
-  std::string_view unit;
-  std::string_view definition;  ///< one line
-  std::string_view source;
-};
-
 /// An event as the debrief tells it.
 struct Told {
   std::string title{};
@@ -117,8 +109,8 @@ public:
   virtual std::string_view name() const = 0;
   /// Reads the keys of "sampling" that are the kind's own, and fills those of the base that are for pictures.
   virtual std::unique_ptr<content::ProcedurePlan> read(files::JsonObject& sampling) const = 0;
-  /// Its own keys, so that another kind's can be told apart from misspelled ones.
-  virtual std::span<const char* const> keys() const = 0;
+  /// Its own keys of "sampling".
+  virtual std::vector<files::Key> keys() const = 0;
 
   /// @param scene  outlives what is made
   virtual std::unique_ptr<Procedure> begin(const content::Scene& scene) const = 0;
@@ -129,7 +121,7 @@ public:
 
   /// Name of the event that ends the approach: the needle is where the trainee wanted it.
   virtual std::string_view approach_event() const = 0;
-  virtual std::span<const KindMetric> metrics() const { return {}; }
+  virtual std::span<const content::MetricRow> metrics() const { return {}; }
   /// Value of a metric of its own; none: nothing there to measure it on.
   virtual std::optional<double> measure(std::string_view /*metric*/, std::span<const recording::EventRecord>) const {
     return std::nullopt;

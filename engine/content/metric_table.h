@@ -1,11 +1,30 @@
-// Names of the metrics that a scenario of any kind can score (content/README.md, "Metrics"); engine/training computes
-// them. A kind of procedure has metrics of its own.
+// The metrics: what each is called, its unit, its definition and where that is from, written once. engine/training
+// computes the values, scenarios score them by name, content/README.md shows this table (`stylet schema metrics`).
 #pragma once
 
-#include <array>
+#include <span>
+#include <string>
 #include <string_view>
 
 namespace stylet::content {
+
+struct MetricRow {
+  std::string_view name;        ///< in scenarios and results
+  std::string_view title;       ///< for people
+  std::string_view unit;        ///< "mm", "s", "deg", "N", "%", ...; empty: a count
+  std::string_view definition;  ///< one line
+  std::string_view source;
+  std::string_view remark{};  ///< what else is to know of the definition; how it differs from its source
+};
+
+/// Those of every procedure, in the order of results; kinds of procedures have more (procedures::metric_table()).
+std::span<const MetricRow> metric_table();
+
+/// The row of a name that is there.
+const MetricRow& metric_row(std::string_view name);
+
+/// As a table of Markdown.
+std::string metric_markdown(std::span<const MetricRow> rows);
 
 // Johnson et al. 2012 and Perk Tutor (Holden et al.; the names are ours).
 inline constexpr std::string_view kTargeting = "targeting";
@@ -39,13 +58,5 @@ inline constexpr std::string_view kDepthOvershoot = "depth_overshoot";
 inline constexpr std::string_view kPeakForce = "peak_force";
 inline constexpr std::string_view kLateralBending = "lateral_bending";
 inline constexpr std::string_view kOutOfPlaneTime = "out_of_plane_time";
-
-inline constexpr std::array kMetricNames{
-    kTargeting,      kProbeUsageTime,     kNeedleInBeam,     kForbiddenHits,        kForbiddenTime,
-    kElapsedTime,    kPathLength,         kSkinContacts,     kTimeInTissue,         kPathInTissue,
-    kTissueDamage,   kPunctures,          kTargetsHit,       kTranslationalActions, kRotationalActions,
-    kSmoothness,     kPathInefficiency,   kRotation,         kDepthPerception,      kAverageVelocity,
-    kReferenceRms,   kReferenceHausdorff, kReferenceFrechet, kReferenceDtw,         kAngleError,
-    kDepthOvershoot, kPeakForce,          kLateralBending,   kOutOfPlaneTime};
 
 }  // namespace stylet::content
