@@ -2,6 +2,8 @@
 #include "engine/desktop/input_commands.h"
 #include "engine/desktop/key_table.h"
 #include "engine/desktop/replay_keys.h"
+#include "engine/procedures/ablation/heating.h"
+#include "engine/procedures/biopsy/biopsy.h"
 #include "engine/scanner/scanner_console.h"
 
 #include <gtest/gtest.h>
@@ -123,16 +125,18 @@ TEST(CourseButtons, DoWhatCanBeDoneNow) {
   using training::Action;
   training::FlowState state{.possible = {Action::start}};
   EXPECT_EQ(action_of(CourseButton::next, state), Action::start);
-  EXPECT_EQ(action_of(CourseButton::sample, state), Action::fire);
+  state.trigger = procedures::biopsy::kFire;
+  EXPECT_EQ(action_of(CourseButton::sample, state), procedures::biopsy::kFire);
   EXPECT_EQ(action_of(CourseButton::pause, state), Action::pause);
   EXPECT_EQ(action_of(CourseButton::again, state), Action::reset);
-  state.possible = {Action::finish, Action::ablation_start};
+  state.possible = {Action::finish, procedures::ablation::kStart};
+  state.trigger = procedures::ablation::kStart;
   state.paused = true;
   EXPECT_EQ(action_of(CourseButton::next, state), Action::finish);
-  EXPECT_EQ(action_of(CourseButton::sample, state), Action::ablation_start);
+  EXPECT_EQ(action_of(CourseButton::sample, state), procedures::ablation::kStart);
   EXPECT_EQ(action_of(CourseButton::pause, state), Action::resume);
-  state.heating = true;
-  EXPECT_EQ(action_of(CourseButton::sample, state), Action::ablation_stop);
+  state.trigger = procedures::ablation::kStop;
+  EXPECT_EQ(action_of(CourseButton::sample, state), procedures::ablation::kStop);
   EXPECT_EQ(key_of(CourseButton::next), "Enter");
   EXPECT_EQ(key_of(CourseButton::again), "Backspace");
 }

@@ -152,7 +152,9 @@ private:
   ClientMessage receive_version_2(const std::string& header) {
     std::size_t size = 0;
     for (int i = 42; i < 50; ++i) size = size << 8 | static_cast<std::uint8_t>(header[i]);
-    ClientMessage message{.device = header.substr(14, 20).c_str(), .body = std::string(size, ' ')};
+    ClientMessage message;
+    message.device = header.substr(14, 20).c_str();
+    message.body = std::string(size, ' ');
     if (receive_fully(message.body.data(), static_cast<int>(size))) message.type = header.substr(2, 12).c_str();
     return message;
   }

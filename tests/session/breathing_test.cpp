@@ -18,7 +18,7 @@
 #include <cstdio>
 #include <vector>
 
-namespace stylet::content {
+namespace stylet::session {
 namespace {
 
 content::Breathing with_holds() {
@@ -28,18 +28,18 @@ content::Breathing with_holds() {
 TEST(Breathing, IsStillAtEndExpirationInEveryHold) {
   const content::Breathing breathing = with_holds();
   for (const auto& [from, to] : breathing.holds) {
-    const double drawn = breaths(breathing, from);
+    const double drawn = content::breaths(breathing, from);
     EXPECT_EQ(drawn, std::round(drawn)) << "whole breaths";
     for (double t = from; t <= to; t += 0.1) {
-      EXPECT_EQ(breaths(breathing, t), drawn);
-      EXPECT_NEAR(inspiration(breathing, t), 0, 1e-12);
+      EXPECT_EQ(content::breaths(breathing, t), drawn);
+      EXPECT_NEAR(content::inspiration(breathing, t), 0, 1e-12);
     }
   }
   // 5 s leave room for one breath, 1 s for none, 10 s for two; afterwards it goes on at the period.
-  EXPECT_EQ(breaths(breathing, 5), 1);
-  EXPECT_EQ(breaths(breathing, 10), 1);
-  EXPECT_EQ(breaths(breathing, 22), 3);
-  EXPECT_NEAR(breaths(breathing, 50) - breaths(breathing, 42), 2, 1e-12);
+  EXPECT_EQ(content::breaths(breathing, 5), 1);
+  EXPECT_EQ(content::breaths(breathing, 10), 1);
+  EXPECT_EQ(content::breaths(breathing, 22), 3);
+  EXPECT_NEAR(content::breaths(breathing, 50) - content::breaths(breathing, 42), 2, 1e-12);
 }
 
 TEST(Breathing, IsSmoothAndNeverRunsBack) {
@@ -49,9 +49,9 @@ TEST(Breathing, IsSmoothAndNeverRunsBack) {
   const double largest_rate = 1.34 / breathing.period;
   const double largest_turn = largest_rate / (breathing.period / 4) * kStep * kStep;
   for (double t = kStep; t < 50; t += kStep) {
-    const double before = breaths(breathing, t - kStep);
-    const double now = breaths(breathing, t);
-    const double after = breaths(breathing, t + kStep);
+    const double before = content::breaths(breathing, t - kStep);
+    const double now = content::breaths(breathing, t);
+    const double after = content::breaths(breathing, t + kStep);
     ASSERT_GE(now - before, -1e-13) << t;
     ASSERT_LE(now - before, largest_rate * kStep) << t;
     ASSERT_LE(std::abs(after - 2 * now + before), largest_turn * 1.01 + 1e-13) << t;
@@ -60,9 +60,10 @@ TEST(Breathing, IsSmoothAndNeverRunsBack) {
 
 TEST(Breathing, WithoutHoldsIsPeriodic) {
   const content::Breathing breathing{.amplitude = 0.8, .period = 3};
-  for (double t = 0; t < 3; t += 0.1) EXPECT_NEAR(inspiration(breathing, t), inspiration(breathing, t + 6), 1e-12);
-  EXPECT_EQ(inspiration(breathing, 0), 0);
-  EXPECT_NEAR(inspiration(breathing, 1.5), 0.8, 1e-12);
+  for (double t = 0; t < 3; t += 0.1)
+    EXPECT_NEAR(content::inspiration(breathing, t), content::inspiration(breathing, t + 6), 1e-12);
+  EXPECT_EQ(content::inspiration(breathing, 0), 0);
+  EXPECT_NEAR(content::inspiration(breathing, 1.5), 0.8, 1e-12);
 }
 
 /// The layers, the liver's support breathing 12 mm along x between them and the floor.
@@ -137,4 +138,4 @@ TEST(Breathing, IsReplayedToTheSameBits) {
 }
 
 }  // namespace
-}  // namespace stylet::content
+}  // namespace stylet::session
