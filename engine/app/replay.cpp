@@ -1,10 +1,10 @@
 #include "engine/app/replay.h"
 
 #include "engine/app/replay_window.h"
-#include "engine/desktop/replay_keys.h"
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/film.h"
 #include "engine/debrief/still_moment.h"
+#include "engine/desktop/replay_keys.h"
 #include "engine/files/error.h"
 #include "engine/files/output_directory.h"
 

@@ -106,8 +106,12 @@ std::shared_ptr<const content::ProcedurePlan> read_sampling(files::JsonObject ob
       object.problem(key, fmt::format("is for kind {} only; take it out or correct the kind", of));
     }
   });
-  const procedures::Kind* kind = procedures::find_kind(name);
-  std::unique_ptr<content::ProcedurePlan> plan = kind != nullptr ? kind->read(object) : nullptr;
+  // Every kind reads its keys, so that all of them are known; the plan is that of the kind chosen.
+  std::unique_ptr<content::ProcedurePlan> plan;
+  for (const procedures::Kind* kind : procedures::kinds()) {
+    std::unique_ptr<content::ProcedurePlan> read = kind->read(object);
+    if (kind->name() == name) plan = std::move(read);
+  }
   const bool automatic = object.boolean(kSampling.automatic);
   if (plan) plan->automatic = automatic;
   object.finish();

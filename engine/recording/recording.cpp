@@ -88,7 +88,8 @@ std::pair<std::size_t, std::size_t> payload_sizes(std::uint8_t type, std::uint64
       return {format::kHapticStepBytes, format::kHapticStepBytes};
     case RecordType::simulation_step:
       if (version == 1) return {format::kSimulationStepBytes, format::kSimulationStepBytes};
-      return {format::kSimulationStepBytes + format::kCavityBytes, format::kSimulationStepBytes + format::kCavityBytes};
+      return {format::kSimulationStepBytes + format::kCavityBytes,
+              format::kSimulationStepBytes + format::kCavityBytes};
     case RecordType::hash:
       return {format::kHashBytes, format::kHashBytes};
     case RecordType::event:

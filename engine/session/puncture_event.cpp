@@ -37,8 +37,8 @@ std::optional<PunctureEvent> from_version_1(std::string_view text, double time_s
 
 }  // namespace
 
-void add_puncture(recording::RecordingChannel& channel, double time_s, std::uint64_t step, const content::Scene& scene,
-                  const physics::Puncture& puncture) {
+void add_puncture(recording::RecordingChannel& channel, double time_s, std::uint64_t step,
+                  const content::Scene& scene, const physics::Puncture& puncture) {
   channel.add_event(time_s, step, kPunctureEvent,
                     {{kFrom, tissue_name(scene, puncture.from)},
                      {kTo, tissue_name(scene, puncture.to)},

@@ -26,8 +26,8 @@ struct PunctureEvent {
 };
 
 /// @realtime no allocation
-void add_puncture(recording::RecordingChannel& channel, double time_s, std::uint64_t step, const content::Scene& scene,
-                  const physics::Puncture& puncture);
+void add_puncture(recording::RecordingChannel& channel, double time_s, std::uint64_t step,
+                  const content::Scene& scene, const physics::Puncture& puncture);
 
 /// Nothing: the event is no puncture, or not written as one.
 std::optional<PunctureEvent> puncture_of(const recording::EventRecord& event);

@@ -42,7 +42,7 @@ void Recorder::force_sent(double time_s, std::uint64_t step, const haptic::Guard
     double& last = limited_s_[static_cast<std::size_t>(bit)];
     if (time_s - last > kQuiet) {
       writer_.haptic().add_event(time_s, step, kSafetyEvent,
-                                   {{kSafetyLimit, std::string_view(haptic::output_flag_name(bit))}});
+                                 {{kSafetyLimit, std::string_view(haptic::output_flag_name(bit))}});
     }
     last = time_s;
   }

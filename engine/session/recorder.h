@@ -19,7 +19,7 @@ public:
 
   static constexpr const char* kSafetyEvent = "safety";
   static constexpr const char* kSafetyLimit = "limit";  ///< its field: the name of the OutputFlag
-  static constexpr double kQuiet = 0.5;  ///< s
+  static constexpr double kQuiet = 0.5;                 ///< s
 
   Recorder(recording::RecordingWriter& writer, const StepHash& hash, const content::Scene& scene)
       : writer_(writer), hash_(hash), scene_(scene) {}

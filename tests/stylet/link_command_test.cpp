@@ -70,7 +70,7 @@ TEST_F(LinkCommand, AClientSeesTheSessionAndItsTrackerLeadsTheNeedle) {
 }
 
 TEST_F(LinkCommand, AClientTurnsTheScannersKnobs) {
-  RunningCommand command(train() + "--link 0 --seconds 3");
+  RunningCommand command(train() + "--link 0 --device link --seconds 600");
   const std::string place = command.wait_for("clients connect to 127.0.0.1:");
   ASSERT_FALSE(place.empty()) << command.output();
   tests::IgtlClient client;
@@ -87,6 +87,7 @@ TEST_F(LinkCommand, AClientTurnsTheScannersKnobs) {
             R"(<CommandReply Status="SUCCESS" Message="depth limited to 300 mm" />)");
   EXPECT_THAT(answer("3", "scanner volume 11"), HasSubstr("FAIL\" Message=\"the scanner has depth, gain, "));
   client.close();
+  command.interrupt();
   EXPECT_EQ(command.end(), 0) << command.output();
   EXPECT_THAT(command.output(), HasSubstr("OpenIGTLink: 2 commands done, 1 not"));
 }

@@ -12,7 +12,8 @@ namespace {
 namespace key = files::key;
 using files::Key;
 
-constexpr double kDefaultExposed = 30, kDefaultPower = 100, kDefaultMaxTemperature = 100, kDefaultDuration = 720, kDefaultTimeFactor = 60, kDefaultMargin = 5;
+constexpr double kDefaultExposed = 30, kDefaultPower = 100, kDefaultMaxTemperature = 100, kDefaultDuration = 720,
+                 kDefaultTimeFactor = 60, kDefaultMargin = 5;
 constexpr struct {
   Key exposed = key::number("exposed_mm", "mm", {5, 50}, "length of the bare tip, all of which must be in tissue")
                     .otherwise(kDefaultExposed);
@@ -23,8 +24,8 @@ constexpr struct {
   Key duration = key::number("duration_s", "s", {10, 3600}, "of heating").otherwise(kDefaultDuration);
   Key time_factor = key::number("time_factor", "", {1, 600}, "seconds of heating in a second of the session")
                         .otherwise(kDefaultTimeFactor);
-  Key margin =
-      key::number("margin_mm", "mm", {0, 20}, "around the target that is to be destroyed too").otherwise(kDefaultMargin);
+  Key margin = key::number("margin_mm", "mm", {0, 20}, "around the target that is to be destroyed too")
+                   .otherwise(kDefaultMargin);
 } kKeys;
 
 constexpr std::array kMetrics{content::MetricRow{"ablation_coverage", "ablation coverage", "%",
