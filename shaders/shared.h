@@ -54,9 +54,9 @@ struct RestVertex {
 
 /// A vertex as drawn, in the patient frame.
 struct DrawnVertex {
-  vec4 position;  // w: first coordinate on the surface: m along the needle; m from the middle of the drape's field,
-                  // round the trunk; u of the screen
-  vec4 normal;  // w: second coordinate: m from the middle of the field, along the table; v of the screen
+  vec4 position;  // w: first coordinate on the surface: m along the needle; m from the middle of the drape's field, round
+                  // the trunk; u of the screen
+  vec4 normal;    // w: second coordinate: m from the middle of the field, along the table; v of the screen
 };
 
 /// Everything that is one for a frame. std140: only vec4 and mat4.
@@ -68,15 +68,14 @@ struct FrameUniforms {
   mat4 probe_from_patient;
   mat4 table_from_patient;
   mat4 light_clip_from_patient;
-  vec4 breath;     // xyz: motion of what goes with the breath
-  vec4 up;         // unit, of the room
-  vec4 along;      // unit, along the table
-  vec4 lamp;       // xyz; w: intensity at the distance below, over pi
-  vec4 lamp_axis;  // unit, from the lamp to the field; w: that distance
-  vec4 eye_light;  // intensity of a light at the eye, over pi: x: outside, y: on organs
-  vec4
-      shadow;  // x: 1 if there is a shadow map; y: size of its texels; z: m that a receiver is moved along its normal
-  vec4 room_min;  // table's frame
+  vec4 breath;      // xyz: motion of what goes with the breath
+  vec4 up;          // unit, of the room
+  vec4 along;       // unit, along the table
+  vec4 lamp;        // xyz; w: intensity at the distance below, over pi
+  vec4 lamp_axis;   // unit, from the lamp to the field; w: that distance
+  vec4 eye_light;   // intensity of a light at the eye, over pi: x: outside, y: on organs
+  vec4 shadow;      // x: 1 if there is a shadow map; y: size of its texels; z: m that a receiver is moved along its normal
+  vec4 room_min;    // table's frame
   vec4 room_max;
   vec4 table_foot;  // x and y of two corners of what stands on the floor, table's frame
   vec4 cart_foot;
