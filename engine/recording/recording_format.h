@@ -75,7 +75,7 @@ public:
       put(std::string_view(field.name));
       put(std::string_view(field.unit));
       put(static_cast<std::uint8_t>(field.value.index()));
-      std::visit([this](const auto& value) { put_value(value); }, field.value);
+      std::visit([this](const auto& value) { this->put_value(value); }, field.value);
       ++count;
     }
     bytes_[count_at] = count;
