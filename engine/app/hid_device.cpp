@@ -3,6 +3,7 @@
 #include "engine/files/error.h"
 #include "engine/readers/device_profile_file.h"
 #include "engine/session/motion_of_recording.h"
+#include "physics/needle/needle.h"
 
 #include <fmt/format.h>
 
@@ -111,7 +112,7 @@ haptic::Workspace workspace_of(const content::Scene& scene, const Eigen::Vector3
   const Eigen::Quaterniond first = scene.motion.stylus.front().pose.orientation;
   haptic::Workspace workspace{.start = entry - scene.needle.length * axis};
   workspace.start_orientation =
-      (Eigen::Quaterniond::FromTwoVectors(first * Eigen::Vector3d::UnitZ(), axis) * first).normalized();
+      (physics::rotation_between(first * Eigen::Vector3d::UnitZ(), axis) * first).normalized();
   workspace.patient_from_device =
       tablet ? patient_from_tablet(workspace.start_orientation, scene) : patient_from_hand(scene);
   return workspace;

@@ -74,6 +74,7 @@ void LinkSession::operate(scanner::LiveScanner& scanner, double time_s) {
 }
 
 void LinkSession::pass_time(gpu::Device* device, const training::TrainingSession& course) {
+  if (link_ && device == nullptr) link_->commands().set_attended(false);
   if (!link_ || link_->clients() == 0 || device == nullptr) return std::this_thread::sleep_for(kPause);
   if (!scanner_) {
     scanner_.emplace(*device, scene_, scanner::ScannerConsole(scene_.probe));

@@ -1,5 +1,7 @@
 #include "engine/content/probe_placement.h"
 
+#include "physics/needle/needle.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -100,7 +102,7 @@ std::optional<physics::RigidPose> moved_on_skin(const physics::RigidPose& pose, 
   const auto normal_before = skin_normal(labels, pose.position, axes);
   const auto normal = skin_normal(labels, slid, axes);
   if (!depth_before || !depth || !normal_before || !normal) return {};
-  const Eigen::Quaterniond slope = Eigen::Quaterniond::FromTwoVectors(*normal_before, *normal);
+  const Eigen::Quaterniond slope = physics::rotation_between(*normal_before, *normal);
   const Eigen::Quaterniond turned = pose.orientation * slope;
   const Eigen::Vector3d skin = slid + *depth * axes.col(2);
   physics::RigidPose moved;

@@ -4,28 +4,33 @@
 
 namespace stylet::link {
 
-void CommandDesk::hand_in(Request request, Clock::time_point now) {
+void CommandDesk::hand_in(Request request) {
   const std::lock_guard lock(mutex_);
   if (waiting_.size() == kMost) {
     answers_.push_back({request.number, false, "too many commands at a time"});
   } else {
-    waiting_.push_back({std::move(request), now});
+    waiting_.push_back(std::move(request));
   }
 }
 
-std::vector<CommandDesk::Answer> CommandDesk::take_answers(Clock::time_point now) {
+std::vector<CommandDesk::Answer> CommandDesk::take_answers() {
   const std::lock_guard lock(mutex_);
-  while (!waiting_.empty() && now - waiting_.front().since > kPatience) {
-    answers_.push_back({waiting_.front().request.number, false, "nobody is at the scanner"});
-    waiting_.pop_front();
+  if (!attended_) {
+    for (const Request& request : waiting_) answers_.push_back({request.number, false, "nobody is at the scanner"});
+    waiting_.clear();
   }
   return std::exchange(answers_, {});
+}
+
+void CommandDesk::set_attended(bool attended) {
+  const std::lock_guard lock(mutex_);
+  attended_ = attended;
 }
 
 std::optional<CommandDesk::Request> CommandDesk::next() {
   const std::lock_guard lock(mutex_);
   if (waiting_.empty()) return std::nullopt;
-  Request request = std::move(waiting_.front().request);
+  Request request = std::move(waiting_.front());
   waiting_.pop_front();
   return request;
 }

@@ -1,8 +1,6 @@
 // Where the commands of clients wait for whoever can do them, and what came of them waits for the clients.
 #pragma once
 
-#include "engine/link/connection.h"
-
 #include <cstdint>
 #include <deque>
 #include <mutex>
@@ -26,25 +24,23 @@ public:
     std::string words{};  ///< one line without < and &
   };
 
-  /// Link's thread. Where kMost wait, or nobody takes it within kPatience, the answer says so.
-  void hand_in(Request request, Clock::time_point now);
+  /// Link's thread. Where kMost wait, or nobody is at the scanner, the answer says so.
+  void hand_in(Request request);
   /// Link's thread.
-  std::vector<Answer> take_answers(Clock::time_point now);
+  std::vector<Answer> take_answers();
 
+  /// The other thread: whether there is a scanner, or one will be. At first there will be.
+  void set_attended(bool attended);
   /// The other thread: the oldest that waits.
   std::optional<Request> next();
   void answer(Answer answer);
 
   static constexpr std::size_t kMost = 64;
-  static constexpr Clock::duration kPatience = std::chrono::seconds(2);
 
 private:
-  struct Waiting {
-    Request request;
-    Clock::time_point since;
-  };
   std::mutex mutex_;
-  std::deque<Waiting> waiting_;
+  bool attended_ = true;
+  std::deque<Request> waiting_;
   std::vector<Answer> answers_;
 };
 

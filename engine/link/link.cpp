@@ -80,7 +80,7 @@ void Link::run(const std::stop_token& stop) {
     for (Connection& client : clients_) client.receive(received_, now);
     if (source_) source_->serve(received_, now);
     take_in();
-    pass_commands(now);
+    pass_commands();
     post(now);
     for (Connection& client : clients_) client.send(board_, now);
     see_off(now);
@@ -184,14 +184,14 @@ void Link::take_in(const ReceivedTransform& transform) {
   ++report_.taken;
 }
 
-void Link::pass_commands(Clock::time_point now) {
+void Link::pass_commands() {
   for (Connection& client : clients_) {
     for (ReceivedCommand& command : client.take_commands()) {
-      desk_.hand_in({++commands_asked_, std::exchange(command.text, {})}, now);
+      desk_.hand_in({++commands_asked_, std::exchange(command.text, {})});
       asked_.push_back({commands_asked_, client.name(), std::move(command)});
     }
   }
-  for (const CommandDesk::Answer& answer : desk_.take_answers(now)) {
+  for (const CommandDesk::Answer& answer : desk_.take_answers()) {
     ++(answer.done ? report_.commands : report_.not_done);
     const auto asked = std::ranges::find(asked_, answer.number, &Asked::number);
     const auto client = std::ranges::find(clients_, asked->client, &Connection::name);

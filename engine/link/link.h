@@ -93,7 +93,7 @@ private:
   Bulletin& post(Topic topic);
   void take_in();
   void take_in(const ReceivedTransform& transform);
-  void pass_commands(Clock::time_point now);
+  void pass_commands();
   void see_off(Clock::time_point now);
   void add_counts(const Connection& client);
   void add_problem(std::string line);

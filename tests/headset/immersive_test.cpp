@@ -5,6 +5,7 @@
 #include "engine/immersive/thumb_on_scanner.h"
 #include "engine/picture/picture.h"
 #include "engine/view/offscreen.h"
+#include "physics/needle/needle.h"
 #include "tests/headset/rig.h"
 
 #include <cmath>
@@ -92,7 +93,7 @@ TEST(ImmersiveView, BothEyesSeeANearPointWithTheRightDisparity) {
   const Vector3d ahead = scene.room_from_patient * scene.camera.look_at - eye_in_room;
   Eigen::Isometry3d standing = Eigen::Isometry3d::Identity();
   standing.translate(eye_in_room);
-  standing.rotate(Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), Vector3d(ahead.x(), 0, ahead.z())));
+  standing.rotate(physics::rotation_between(-Vector3d::UnitZ(), Vector3d(ahead.x(), 0, ahead.z())));
   const mock::Submitted& last = mock::report().last;
   std::array<Eigen::Vector2d, 2> seen, wanted;
   for (std::size_t eye = 0; eye < 2; ++eye) {

@@ -1,5 +1,6 @@
 // Rotation vectors: exponential, logarithm and their differentials.
 #include "physics/needle/rotation_vector.h"
+#include "physics/needle/needle.h"
 #include "tests/support/random.h"
 
 #include <gtest/gtest.h>
@@ -56,6 +57,21 @@ TEST(RotationVector, DifferentialsMatchDifferences) {
   }
   std::printf("worst error %.2e\n", worst);
   EXPECT_LT(worst, 1e-10);
+}
+
+TEST(RotationBetween, TakesOneDirectionToTheOtherByTheSmallestAngle) {
+  Random random(3);
+  for (int i = 0; i < 200; ++i) {
+    const Vector3d from = random.vector(2);
+    const Vector3d to = i % 4 == 0   ? Vector3d(-3 * from)
+                        : i % 4 == 1 ? Vector3d(-from + random.vector(1e-9))
+                                     : random.vector(2);
+    const Eigen::Quaterniond rotation = rotation_between(from, to);
+    EXPECT_NEAR(rotation.norm(), 1, 1e-14);
+    EXPECT_LT((rotation * from.normalized() - to.normalized()).norm(), 1e-7);
+    const double angle = std::atan2(from.cross(to).norm(), from.dot(to));
+    EXPECT_NEAR(2 * std::acos(std::abs(rotation.w())), angle, 1e-6);
+  }
 }
 
 }  // namespace
