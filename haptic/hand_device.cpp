@@ -15,8 +15,8 @@ HandDevice::HandDevice(const HandSettings& settings, DeviceLimits limits)
   if (!(settings.smoothing_s > 0)) throw std::invalid_argument("hand: the smoothing time must be positive");
   position_stages_.fill(map_.position());
   orientation_stages_.fill(map_.orientation());
-  for (int i = 0; i < 3; ++i) goal_[static_cast<std::size_t>(i)] = map_.position()[i];
-  for (int i = 0; i < 4; ++i) goal_[static_cast<std::size_t>(3 + i)] = map_.orientation().coeffs()[i];
+  for (int i = 0; i < 3; ++i) goal_[i] = map_.position()[i];
+  for (int i = 0; i < 4; ++i) goal_[3 + i] = map_.orientation().coeffs()[i];
 }
 
 void HandDevice::follow(const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation) {
@@ -27,18 +27,16 @@ void HandDevice::follow(const Eigen::Vector3d& position, const Eigen::Quaternion
   map_.follow(position, orientation.normalized());
   const Eigen::Vector4d now = map_.orientation().coeffs();
   double sign = 0;
-  for (int i = 0; i < 4; ++i) sign += goal_[static_cast<std::size_t>(3 + i)].load(std::memory_order_relaxed) * now[i];
-  for (int i = 0; i < 3; ++i) goal_[static_cast<std::size_t>(i)].store(map_.position()[i], std::memory_order_relaxed);
-  for (int i = 0; i < 4; ++i)
-    goal_[static_cast<std::size_t>(3 + i)].store(sign < 0 ? -now[i] : now[i], std::memory_order_relaxed);
+  for (int i = 0; i < 4; ++i) sign += goal_[3 + i].load(std::memory_order_relaxed) * now[i];
+  for (int i = 0; i < 3; ++i) goal_[i].store(map_.position()[i], std::memory_order_relaxed);
+  for (int i = 0; i < 4; ++i) goal_[3 + i].store(sign < 0 ? -now[i] : now[i], std::memory_order_relaxed);
 }
 
 StylusSample HandDevice::read(double now_s) {
   Eigen::Vector3d position;
   Eigen::Quaterniond orientation;
-  for (int i = 0; i < 3; ++i) position[i] = goal_[static_cast<std::size_t>(i)].load(std::memory_order_relaxed);
-  for (int i = 0; i < 4; ++i)
-    orientation.coeffs()[i] = goal_[static_cast<std::size_t>(3 + i)].load(std::memory_order_relaxed);
+  for (int i = 0; i < 3; ++i) position[i] = goal_[i].load(std::memory_order_relaxed);
+  for (int i = 0; i < 4; ++i) orientation.coeffs()[i] = goal_[3 + i].load(std::memory_order_relaxed);
   orientation.normalize();
   // Two low-passes, each exact over the time since the last reading for a constant input.
   const double dt = read_before_ ? std::max(now_s - last_read_s_, 0.0) : 0.0;

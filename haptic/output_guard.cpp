@@ -47,11 +47,11 @@ const char* output_flag_name(int bit) {
   static constexpr std::array<const char*, kOutputFlagCount> kNames{
       "non_finite", "clamped",    "rate_limited", "rising",   "invalid", "damped",  "hot",
       "waiting",    "stale_pose", "stale_patch",  "too_fast", "jumped",  "tripped", "stalled"};
-  return kNames[static_cast<std::size_t>(bit)];
+  return kNames[bit];
 }
 
 std::uint64_t GuardCounters::count(OutputFlag flag) const {
-  return flagged[static_cast<std::size_t>(std::countr_zero(static_cast<std::uint32_t>(flag)))];
+  return flagged[std::countr_zero(static_cast<std::uint32_t>(flag))];
 }
 
 OutputGuard::OutputGuard(const DeviceLimits& limits, double period_s)
@@ -177,7 +177,7 @@ void OutputGuard::send(const GuardedWrench& out, double dt_s) {
   last_ = out;
   ++counters_.samples;
   for (int bit = 0; bit < kOutputFlagCount; ++bit) {
-    counters_.flagged[static_cast<std::size_t>(bit)] += (out.flags >> bit) & 1u;
+    counters_.flagged[bit] += (out.flags >> bit) & 1u;
   }
 }
 

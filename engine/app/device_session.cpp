@@ -52,7 +52,7 @@ void calibrate_device(const HidChoice& choice, double still_s, Observer& observe
     throw_if_stopped(observer);
     int size = open.transport.read(report, kReadTimeout);
     for (; size > 0; size = open.transport.read(report, 0)) {
-      open.map.decode(std::span(report).first(static_cast<std::size_t>(size)), reading);
+      open.map.decode(std::span(report).first(size), reading);
     }
     if (size < 0) throw gone(device);
     if (calibrator.add(reading, now_s())) {
@@ -101,7 +101,7 @@ void record_device(const HidChoice& choice, double seconds, const std::filesyste
     const int size = open.transport.read(report, kReadTimeout);
     there = size >= 0;
     if (size <= 0) continue;
-    const auto bytes = std::span(report).first(static_cast<std::size_t>(size));
+    const auto bytes = std::span(report).first(size);
     const std::int64_t now_ns = clock.now_ns();
     if (raw.reports.empty()) first_ns = now_ns;
     raw.reports.push_back(

@@ -19,10 +19,10 @@ public:
     const double cells = static_cast<double>(mesh.tets.size()) + 1;
     cell_ = std::max(std::cbrt(box_.volume() / cells), box_.sizes().maxCoeff() / 100);
     for (int a = 0; a < 3; ++a) size_[a] = static_cast<int>(box_.sizes()[a] / cell_) + 1;
-    lists_.resize(static_cast<std::size_t>(size_.prod()));
+    lists_.resize(size_.prod());
     for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
       Eigen::AlignedBox3d tet;
-      for (const int node : mesh.tets[t]) tet.extend(mesh.nodes[static_cast<std::size_t>(node)]);
+      for (const int node : mesh.tets[t]) tet.extend(mesh.nodes[node]);
       visit(cell_of(tet.min()), cell_of(tet.max()),
             [&](std::vector<int>& list) { list.push_back(static_cast<int>(t)); });
     }
@@ -55,7 +55,7 @@ private:
     for (int z = first.z(); z <= last.z(); ++z) {
       for (int y = first.y(); y <= last.y(); ++y) {
         for (int x = first.x(); x <= last.x(); ++x) {
-          visitor(lists_[static_cast<std::size_t>((z * size_.y() + y) * size_.x() + x)]);
+          visitor(lists_[(z * size_.y() + y) * size_.x() + x]);
         }
       }
     }
@@ -69,9 +69,7 @@ private:
 
 /// Columns: from the first node of a tetrahedron to the others.
 Eigen::Matrix3d edges_of(const physics::TetMesh& mesh, std::size_t tet) {
-  const auto node = [&](std::size_t i) -> const Eigen::Vector3d& {
-    return mesh.nodes[static_cast<std::size_t>(mesh.tets[tet][i])];
-  };
+  const auto node = [&](std::size_t i) -> const Eigen::Vector3d& { return mesh.nodes[mesh.tets[tet][i]]; };
   Eigen::Matrix3d edges;
   edges << node(1) - node(0), node(2) - node(0), node(3) - node(0);
   return edges;
@@ -94,7 +92,7 @@ std::vector<Embedding> embed(std::span<const Eigen::Vector3f> points, const phys
     Eigen::Vector4d best = Eigen::Vector4d::Zero();
     double best_excess = std::numeric_limits<double>::infinity();
     const auto consider = [&](std::size_t tet) {
-      const Eigen::Vector3d v = inverses[tet] * (p - mesh.nodes[static_cast<std::size_t>(mesh.tets[tet][0])]);
+      const Eigen::Vector3d v = inverses[tet] * (p - mesh.nodes[mesh.tets[tet][0]]);
       const Eigen::Vector4d w(1 - v.sum(), v[0], v[1], v[2]);
       const double excess = std::max(0.0, -w.minCoeff());  // 0 inside, grows with the extrapolation
       if (excess < best_excess) {

@@ -17,7 +17,7 @@ TissueLocator::TissueLocator(const Scene& scene) : scene_(scene) {
   for (const DeformableBody& body : scene.bodies) {
     topologies_.emplace_back(body.mesh);
     Eigen::Matrix3Xd& rest = rest_.emplace_back(3, static_cast<Eigen::Index>(body.mesh.nodes.size()));
-    for (Eigen::Index n = 0; n < rest.cols(); ++n) rest.col(n) = body.mesh.nodes[static_cast<std::size_t>(n)];
+    for (Eigen::Index n = 0; n < rest.cols(); ++n) rest.col(n) = body.mesh.nodes[n];
   }
 }
 
@@ -48,9 +48,9 @@ TissuePlace TissueLocator::find(const Eigen::Vector3d& x) {
     if (organ.body != place.body) continue;  // it was there at rest, but what is there now moves otherwise
     const std::ptrdiff_t voxel = voxel_at(scene_.labels, place.rest);
     const std::ptrdiff_t inside = voxel_at(organ.inside, place.rest);
-    if (voxel < 0 || inside < 0 || organ.inside.labels[static_cast<std::size_t>(inside)] == 0) continue;
-    const auto v = static_cast<std::size_t>(voxel);
-    if (scene_.labels.labels[v] == organ.tissue && scene_.labels.bodies[v] == organ.body) place.forbidden |= 1U << i;
+    if (voxel < 0 || inside < 0 || organ.inside.labels[inside] == 0) continue;
+    if (scene_.labels.labels[voxel] == organ.tissue && scene_.labels.bodies[voxel] == organ.body)
+      place.forbidden |= 1U << i;
   }
   return place;
 }
@@ -59,21 +59,20 @@ TissuePlace TissueLocator::find(const Eigen::Vector3d& x) {
 TissuePlace TissueLocator::labelled(const Carrier& at, const Eigen::Vector3d& x) const {
   const LabelVolume& labels = scene_.labels;
   const auto tissue_of = [&](std::ptrdiff_t voxel, int body) {
-    if (voxel < 0 || labels.bodies[static_cast<std::size_t>(voxel)] != body) return -1;
-    return static_cast<int>(labels.labels[static_cast<std::size_t>(voxel)]);
+    if (voxel < 0 || labels.bodies[voxel] != body) return -1;
+    return static_cast<int>(labels.labels[voxel]);
   };
   const int still = tissue_of(voxel_at(labels, x), -1);
   if (at.body >= 0) {
     const auto b = static_cast<std::size_t>(at.body);
     const Eigen::Vector3d rest = topologies_[b].position(rest_[b], at.point);
-    if (still >= 0 && scene_.tissues[static_cast<std::size_t>(still)].mechanics.young_modulus >= kRigid) {
+    if (still >= 0 && scene_.tissues[still].mechanics.young_modulus >= kRigid) {
       return {.tissue = still, .rest = x};
     }
     const int tissue = tissue_of(voxel_at(labels, rest), at.body);
     // Where the mesh is not quite the organ, its tetrahedron tells.
-    return {.tissue = tissue >= 0 ? tissue : scene_.bodies[b].tet_tissue[static_cast<std::size_t>(at.point.tet)],
-            .body = at.body,
-            .rest = rest};
+    return {
+        .tissue = tissue >= 0 ? tissue : scene_.bodies[b].tet_tissue[at.point.tet], .body = at.body, .rest = rest};
   }
   if (const int tissue = tissue_of(voxel_at(labels, x - breath_), kBreathes); tissue >= 0) {
     return {.tissue = tissue, .body = kBreathes, .rest = x - breath_};

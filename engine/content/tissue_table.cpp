@@ -258,7 +258,7 @@ int find_or_add_tissue(std::vector<Tissue>& tissues, const TissueAnnotation& ann
   if (!annotation.preset.empty()) {
     base = find_tissue(tissues, annotation.preset);
     if (base < 0) return -1;
-    tissue = tissues[static_cast<std::size_t>(base)];
+    tissue = tissues[base];
   }
   bool differs = base < 0;
   for (const TissueKey& key : kKeys) {

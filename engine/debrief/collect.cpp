@@ -197,7 +197,7 @@ std::vector<KeyMoment> key_moments(const content::Scene& scene, const recording:
         {first.time_s, first.to == "skin" ? "Skin puncture" : fmt::format("Into {}", spaced(first.to))});
   }
   if (const int tissue = tissue_around_target(scene); tissue >= 0) {
-    const std::string& organ = scene.tissues[static_cast<std::size_t>(tissue)].name;
+    const std::string& organ = scene.tissues[tissue].name;
     const auto into = std::ranges::find(punctures, organ, &session::PunctureEvent::to);
     if (into != punctures.end() && into != punctures.begin())
       moments.push_back({into->time_s, fmt::format("Capsule: into {}", spaced(organ))});

@@ -85,7 +85,7 @@ Expert expert_from(const json& stored) {
   for (const auto& row : stored.at("path")) {
     PathPoint& p = expert.path.emplace_back();
     p.time_s = row.at(0);
-    for (int axis = 0; axis < 3; ++axis) p.tip[axis] = row.at(static_cast<std::size_t>(1 + axis)).get<double>();
+    for (int axis = 0; axis < 3; ++axis) p.tip[axis] = row.at(1 + axis).get<double>();
     p.tissue = row.at(4);
     p.inserted = row.at(5);
     p.force = row.at(6);

@@ -23,7 +23,7 @@ Eigen::Vector3d vertex_at(const Surface& surface, std::size_t i, const state::Fr
   if (surface.body < 0 || surface.embedding.size() != surface.positions.size()) {
     return (surface.positions[i] + (surface.breathes ? moment.breath : Eigen::Vector3f::Zero())).cast<double>();
   }
-  const auto& nodes = moment.bodies[static_cast<std::size_t>(surface.body)];
+  const auto& nodes = moment.bodies[surface.body];
   const content::Embedding& at = surface.embedding[i];
   Eigen::Vector3f x = Eigen::Vector3f::Zero();
   for (std::size_t k = 0; k < 4; ++k) x += at.weights[k] * nodes[at.nodes[k]];
@@ -116,7 +116,7 @@ std::vector<Outline> outlines_of(const content::Scene& scene, const state::Frame
       mesh = mesh::decimate(mesh, {.turn_deg = 80, .aspect = 40, .triangles = wanted.triangles});
     }
     if (mesh.triangles.size() <= 4 * wanted.triangles) {
-      outlines.push_back(outline_of(surface, scene.tissues[static_cast<std::size_t>(surface.tissue)], mesh));
+      outlines.push_back(outline_of(surface, scene.tissues[surface.tissue], mesh));
       outlines.back().shown = wanted.shown;
     }
   }

@@ -264,7 +264,7 @@ void append_way(std::string& html, const DebriefData& data) {
   auto out = std::back_inserter(html);
   std::vector<bool> met(data.tissues.size(), false);
   for (const PathPoint& p : data.path) {
-    if (static_cast<std::size_t>(p.tissue) < met.size()) met[static_cast<std::size_t>(p.tissue)] = true;
+    if (static_cast<std::size_t>(p.tissue) < met.size()) met[p.tissue] = true;
   }
   for (std::size_t i = 0; i < met.size(); ++i) {
     if (!met[i]) continue;

@@ -54,7 +54,7 @@ void draw_tgc(const ultrasound::ScannerControls& at, const ultrasound::ControlLi
   ImGui::TextDisabled("TGC, nearest first");
   for (int i = 0; i < ultrasound::kTgcSliders; ++i) {
     if (i > 0) ImGui::SameLine(0, 0.3F * em());
-    auto shown = static_cast<float>(at.tgc_db[static_cast<std::size_t>(i)]);
+    auto shown = static_cast<float>(at.tgc_db[i]);
     ImGui::PushID(i);
     if (ImGui::VSliderFloat("##tgc", {1.5F * em(), 4.5F * em()}, &shown, static_cast<float>(limits.tgc_db.min),
                             static_cast<float>(limits.tgc_db.max), "%.0f")) {

@@ -183,7 +183,7 @@ picture::Picture draw_force_depth_strip(const ForceTrace& trace, double time_s, 
   const std::span<const ForceSample> all = trace.samples();
   const auto after =
       std::upper_bound(all.begin(), all.end(), time_s, [](double t, const ForceSample& s) { return t < s.time_s; });
-  const std::span<const ForceSample> past = all.first(static_cast<std::size_t>(after - all.begin()));
+  const std::span<const ForceSample> past = all.first(after - all.begin());
   PlotPanel panel{.title = {},
                   .x = {.label = "insertion depth (mm)", .min = 0},
                   .y = {.label = "force (N)"},

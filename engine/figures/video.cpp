@@ -110,7 +110,7 @@ void VideoWriter::add_frame(std::span<const std::uint8_t> rgba) {
       const int status = process_->child->wait();
       fail(fmt::format("'{}' ended early with status {}", settings_.encoder, status));
     }
-    rgba = rgba.subspan(static_cast<std::size_t>(sent));
+    rgba = rgba.subspan(sent);
   }
   ++frames_;
 }

@@ -37,7 +37,7 @@ void impose(const ChildLimits& limits) {
   std::array<int, kStreams> streams{settings.input, settings.output, settings.messages};
   for (int& stream : streams) stream = fcntl(stream < 0 ? nothing : stream, F_DUPFD, kOutOfTheWay);
   failure = fcntl(failure, F_DUPFD, kOutOfTheWay);
-  for (int k = 0; k < kStreams; ++k) dup2(streams[static_cast<std::size_t>(k)], k);
+  for (int k = 0; k < kStreams; ++k) dup2(streams[k], k);
   if (settings.limits && settings.messages < 0) close(STDERR_FILENO);
   close_range(kStreams, ~0U, CLOSE_RANGE_CLOEXEC);
   char* no_environment[] = {nullptr};

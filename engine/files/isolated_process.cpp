@@ -31,7 +31,7 @@ int memory_file(std::span<const std::byte> bytes) {
       close(file);
       return -1;
     }
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
+    bytes = bytes.subspan(count);
   }
   if (file >= 0) lseek(file, 0, SEEK_SET);
   return file;

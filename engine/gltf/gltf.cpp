@@ -57,12 +57,12 @@ private:
       if (scene < 0 || static_cast<std::size_t>(scene) >= model_.scenes.size()) {
         fail("scene", fmt::format("is {}, the file has {} scenes; export it again", scene, model_.scenes.size()));
       }
-      return model_.scenes[static_cast<std::size_t>(scene)].nodes;
+      return model_.scenes[scene].nodes;
     }
     std::vector<bool> child(model_.nodes.size(), false);  // no scene: every node that nobody owns
     for (const auto& node : model_.nodes) {
       for (const int c : node.children) {
-        if (c >= 0 && static_cast<std::size_t>(c) < child.size()) child[static_cast<std::size_t>(c)] = true;
+        if (c >= 0 && static_cast<std::size_t>(c) < child.size()) child[c] = true;
       }
     }
     std::vector<int> out;
@@ -141,14 +141,14 @@ private:
   }
 
   void add_organ(int node_index, const Eigen::Affine3d& patient_from_node) {
-    const auto& node = model_.nodes[static_cast<std::size_t>(node_index)];
+    const auto& node = model_.nodes[node_index];
     GltfOrgan organ;
     organ.place = fmt::format("nodes/{}", node_index);
     if (node.mesh < 0 || static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) {
       fail(organ.place + "/mesh",
            fmt::format("is {}, the file has {} meshes; export it again", node.mesh, model_.meshes.size()));
     }
-    const auto& mesh = model_.meshes[static_cast<std::size_t>(node.mesh)];
+    const auto& mesh = model_.meshes[node.mesh];
     organ.name = node.name.empty() ? mesh.name : node.name;  // tools that split a node name only the upper one
     if (organ.name.empty()) organ.name = fmt::format("node_{}", node_index);
     for (char& c : organ.name) {
@@ -244,7 +244,7 @@ private:
       fail(organ.place,
            fmt::format("its material is {}, the file has {}; export it again", index, model_.materials.size()));
     }
-    const auto& colour = model_.materials[static_cast<std::size_t>(index)].pbrMetallicRoughness.baseColorFactor;
+    const auto& colour = model_.materials[index].pbrMetallicRoughness.baseColorFactor;
     for (std::size_t i = 0; i < 4 && i < colour.size(); ++i) {
       organ.colour[i] = static_cast<float>(std::clamp(colour[i], 0.0, 1.0));
     }

@@ -82,7 +82,7 @@ AccessorReader::Layout AccessorReader::layout(int index) const {
   if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) {
     fail(place, fmt::format("there is no such accessor, the file has {}; export it again", model_.accessors.size()));
   }
-  const auto& accessor = model_.accessors[static_cast<std::size_t>(index)];
+  const auto& accessor = model_.accessors[index];
   Layout layout{.component_type = accessor.componentType,
                 .components = accessor.type == TINYGLTF_TYPE_SCALAR ? 1
                               : accessor.type == TINYGLTF_TYPE_VEC3 ? 3
@@ -107,7 +107,7 @@ const std::byte* AccessorReader::elements(int view_index, std::size_t offset, st
     fail(place + "/bufferView",
          fmt::format("is {}, the file has {} buffer views; export it again", view_index, model_.bufferViews.size()));
   }
-  const auto& view = model_.bufferViews[static_cast<std::size_t>(view_index)];
+  const auto& view = model_.bufferViews[view_index];
   const std::string view_place = fmt::format("bufferViews/{}", view_index);
   if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers_.size()) {
     fail(view_place + "/buffer",
@@ -134,7 +134,7 @@ const std::byte* AccessorReader::elements(int view_index, std::size_t offset, st
 }
 
 std::vector<double> AccessorReader::values(int index, const Layout& layout) const {
-  const auto& accessor = model_.accessors[static_cast<std::size_t>(index)];
+  const auto& accessor = model_.accessors[index];
   const std::string place = fmt::format("accessors/{}", index);
   const std::size_t row = static_cast<std::size_t>(layout.components);
   const std::size_t bytes = layout.component_bytes * row;

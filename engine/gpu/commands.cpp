@@ -216,7 +216,7 @@ void run_now(Device& device, const std::function<void(Commands&)>& record) {
 }
 
 FrameRing::FrameRing(Device& device, int frames) {
-  commands_.reserve(static_cast<std::size_t>(frames));
+  commands_.reserve(frames);
   for (int i = 0; i < frames; ++i) commands_.emplace_back(device);
 }
 

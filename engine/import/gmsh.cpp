@@ -130,7 +130,7 @@ void run(const WorkFolder& folder, const GmshSettings& settings, const std::func
 }
 
 double volume6(const physics::TetMesh& mesh, const std::array<int, 4>& t) {
-  const auto node = [&](std::size_t c) { return mesh.nodes[static_cast<std::size_t>(t[c])]; };
+  const auto node = [&](std::size_t c) { return mesh.nodes[t[c]]; };
   return (node(1) - node(0)).dot((node(2) - node(0)).cross(node(3) - node(0)));
 }
 

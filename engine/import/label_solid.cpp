@@ -27,21 +27,20 @@ void transform_line(std::vector<double>& f, double step, std::vector<double>& ou
   for (int q = 1; q < n; ++q) {
     const auto meet = [&](int p) {
       const double s2 = step * step;
-      return ((f[static_cast<std::size_t>(q)] + s2 * q * q) - (f[static_cast<std::size_t>(p)] + s2 * p * p)) /
-             (2 * s2 * (q - p));
+      return ((f[q] + s2 * q * q) - (f[p] + s2 * p * p)) / (2 * s2 * (q - p));
     };
-    double s = meet(at[static_cast<std::size_t>(k)]);
-    while (s <= from[static_cast<std::size_t>(k)]) s = meet(at[static_cast<std::size_t>(--k)]);
+    double s = meet(at[k]);
+    while (s <= from[k]) s = meet(at[--k]);
     ++k;
-    at[static_cast<std::size_t>(k)] = q;
-    from[static_cast<std::size_t>(k)] = s;
+    at[k] = q;
+    from[k] = s;
     from[static_cast<std::size_t>(k) + 1] = std::numeric_limits<double>::infinity();
   }
   k = 0;
   for (int q = 0; q < n; ++q) {
     while (from[static_cast<std::size_t>(k) + 1] < q) ++k;
-    const double d = step * (q - at[static_cast<std::size_t>(k)]);
-    out[static_cast<std::size_t>(q)] = d * d + f[static_cast<std::size_t>(at[static_cast<std::size_t>(k)])];
+    const double d = step * (q - at[k]);
+    out[q] = d * d + f[at[k]];
   }
 }
 
@@ -50,7 +49,7 @@ void transform_line(std::vector<double>& f, double step, std::vector<double>& ou
 LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std::size_t most_voxels)
     : voxel_from_patient_(image.patient_from_voxel.inverse()) {
   std::vector<bool> wanted(std::size_t{1} << 16, false);
-  for (const int label : labels) wanted[static_cast<std::size_t>(label)] = true;
+  for (const int label : labels) wanted[label] = true;
   Eigen::AlignedBox3i box;
   std::size_t count = 0;
   const Eigen::Vector3i& n = image.size;
@@ -137,12 +136,10 @@ LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std
     std::vector<int> at(length);
     for (int b = 0; b < size_[w]; ++b) {
       for (int a = 0; a < size_[u]; ++a) {
-        const std::size_t start = static_cast<std::size_t>(a) * stride[static_cast<std::size_t>(u)] +
-                                  static_cast<std::size_t>(b) * stride[static_cast<std::size_t>(w)];
-        for (std::size_t q = 0; q < length; ++q)
-          line[q] = squared[start + q * stride[static_cast<std::size_t>(axis)]];
+        const std::size_t start = static_cast<std::size_t>(a) * stride[u] + static_cast<std::size_t>(b) * stride[w];
+        for (std::size_t q = 0; q < length; ++q) line[q] = squared[start + q * stride[axis]];
         transform_line(line, spacing[axis], out, at, from);
-        for (std::size_t q = 0; q < length; ++q) squared[start + q * stride[static_cast<std::size_t>(axis)]] = out[q];
+        for (std::size_t q = 0; q < length; ++q) squared[start + q * stride[axis]] = out[q];
       }
     }
   }

@@ -68,7 +68,7 @@ std::string tetrahedra_vtk(const ImportedOrgan& organ, const OrganLabels* labels
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) text += "10\n";  // VTK_TETRA
   fmt::format_to(out, "CELL_DATA {}\nSCALARS min_dihedral_deg float 1\nLOOKUP_TABLE default\n", mesh.tets.size());
   for (const auto& tet : mesh.tets) {
-    const auto corner = [&](std::size_t c) { return mesh.nodes[static_cast<std::size_t>(tet[c])]; };
+    const auto corner = [&](std::size_t c) { return mesh.nodes[tet[c]]; };
     fmt::format_to(out, "{:.2f}\n",
                    mesh::dihedral_range(corner(0), corner(1), corner(2), corner(3)).min * 180 / std::numbers::pi);
   }

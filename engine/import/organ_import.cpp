@@ -349,10 +349,10 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   report.quality = mesh::tet_quality(out.mesh);
   report.dihedral_histogram.assign(15, 0);
   for (const auto& tet : out.mesh.tets) {
-    const auto corner = [&](std::size_t c) { return out.mesh.nodes[static_cast<std::size_t>(tet[c])]; };
+    const auto corner = [&](std::size_t c) { return out.mesh.nodes[tet[c]]; };
     const double angle =
         mesh::dihedral_range(corner(0), corner(1), corner(2), corner(3)).min * 180 / std::numbers::pi;
-    ++report.dihedral_histogram[static_cast<std::size_t>(std::clamp(angle / 5, 0.0, 14.0))];
+    ++report.dihedral_histogram[std::clamp(angle / 5, 0.0, 14.0)];
   }
   return out;
 }

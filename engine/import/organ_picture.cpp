@@ -132,13 +132,13 @@ void draw_cut(FrontPanel& panel, const physics::TetMesh& mesh, double plane) {
   std::map<std::array<int, 3>, Face> faces;
   for (const auto& tet : mesh.tets) {
     std::array<Eigen::Vector3d, 4> x;
-    for (std::size_t c = 0; c < 4; ++c) x[c] = mesh.nodes[static_cast<std::size_t>(tet[c])];
+    for (std::size_t c = 0; c < 4; ++c) x[c] = mesh.nodes[tet[c]];
     if ((x[0] + x[1] + x[2] + x[3]).z() / 4 > plane) continue;
     const double front = std::max({x[0].z(), x[1].z(), x[2].z(), x[3].z()});
     const double angle = mesh::dihedral_range(x[0], x[1], x[2], x[3]).min * 180 / std::numbers::pi;
     for (const auto& f : {std::array{1, 2, 3}, std::array{0, 3, 2}, std::array{0, 1, 3}, std::array{0, 2, 1}}) {
       std::array<int, 3> corners{};
-      for (std::size_t c = 0; c < 3; ++c) corners[c] = tet[static_cast<std::size_t>(f[c])];
+      for (std::size_t c = 0; c < 3; ++c) corners[c] = tet[f[c]];
       std::array<int, 3> key = corners;
       std::sort(key.begin(), key.end());
       Face& face = faces[key];
@@ -151,7 +151,7 @@ void draw_cut(FrontPanel& panel, const physics::TetMesh& mesh, double plane) {
   for (const auto& [key, face] : faces) {
     if (face.uses != 1) continue;
     std::array<Eigen::Vector3d, 3> x;
-    for (std::size_t c = 0; c < 3; ++c) x[c] = mesh.nodes[static_cast<std::size_t>(face.corners[c])];
+    for (std::size_t c = 0; c < 3; ++c) x[c] = mesh.nodes[face.corners[c]];
     const Eigen::Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).normalized();
     if (normal.z() <= 0) continue;  // from behind
     const Rgb colour = lit(face.cut ? quality_colour(face.angle) : Rgb(0.75, 0.6, 0.55), normal);

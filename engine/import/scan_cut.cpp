@@ -32,7 +32,7 @@ double distance(const ScanCut& cut, const TriangleMesh& mesh, const Triangle& t)
 
 std::string ScanCut::name() const {
   static constexpr std::array kNames{"the right", "the left", "the feet", "the head", "the back", "the front"};
-  return kNames[static_cast<std::size_t>(2 * axis + (side > 0 ? 1 : 0))];
+  return kNames[2 * axis + (side > 0 ? 1 : 0)];
 }
 
 double area_on(const ScanCut& cut, const TriangleMesh& surface) {

@@ -100,9 +100,7 @@ private:
         // and the diagonals of a quadrilateral.
         std::vector<std::pair<int, Eigen::Vector3d>> points;
         for (std::size_t e = 0; e < kEdges.size(); ++e) {
-          const auto corner = [&](int c) {
-            return body.mesh.nodes[static_cast<std::size_t>(tet[static_cast<std::size_t>(c)])];
-          };
+          const auto corner = [&](int c) { return body.mesh.nodes[tet[c]]; };
           const Eigen::Vector3d a = corner(kEdges[e][0]), b = corner(kEdges[e][1]);
           const double da = normal.dot(a - cut_.origin), db = normal.dot(b - cut_.origin);
           if ((da < 0) != (db < 0)) points.emplace_back(static_cast<int>(e), a + da / (da - db) * (b - a));
@@ -110,8 +108,8 @@ private:
         for (std::size_t i = 0; i < points.size(); ++i) {
           for (std::size_t j = i + 1; j < points.size(); ++j) {
             // A side lies in a face: its two edges share a corner.
-            const auto& p = kEdges[static_cast<std::size_t>(points[i].first)];
-            const auto& q = kEdges[static_cast<std::size_t>(points[j].first)];
+            const auto& p = kEdges[points[i].first];
+            const auto& q = kEdges[points[j].first];
             if (p[0] != q[0] && p[0] != q[1] && p[1] != q[0] && p[1] != q[1]) continue;
             canvas.line(place(points[i].second), place(points[j].second), 0.7, {255, 255, 255, 60});
           }
@@ -171,8 +169,7 @@ picture::Picture scene_picture(const ImportedScene& imported, const content::Sce
   figures::Canvas canvas(picture);
   const figures::Font font = figures::Font::load();
   for (int i = 0; i < 4; ++i) {
-    Panel(picture, (i % 2) * (panel + gap), (i / 2) * (panel + gap), panel, cuts[static_cast<std::size_t>(i)],
-          imported, scene)
+    Panel(picture, (i % 2) * (panel + gap), (i / 2) * (panel + gap), panel, cuts[i], imported, scene)
         .draw(canvas, font);
   }
   return picture;

@@ -33,7 +33,7 @@ std::array<igtl_float32, 12> twelve(const Eigen::Matrix4d& matrix) {
   std::array<igtl_float32, 12> numbers{};
   for (int column = 0; column < 4; ++column) {
     for (int row = 0; row < 3; ++row) {
-      numbers[static_cast<std::size_t>(3 * column + row)] = static_cast<float>(matrix(row, column));
+      numbers[3 * column + row] = static_cast<float>(matrix(row, column));
     }
   }
   return numbers;

@@ -54,7 +54,7 @@ Eigen::Matrix4d matrix_of(std::span<const std::uint8_t> bytes) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   for (int column = 0; column < 4; ++column) {
     for (int row = 0; row < 3; ++row) {
-      matrix(row, column) = double(numbers[static_cast<std::size_t>(3 * column + row)]);
+      matrix(row, column) = double(numbers[3 * column + row]);
     }
   }
   return matrix;

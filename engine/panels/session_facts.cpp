@@ -24,8 +24,7 @@ SessionFacts facts_of(const content::Scene& scene, const training::TrainingSessi
   facts.prompt = course.refusal.empty() ? course.prompt : course.refusal;
   facts.hint = course.hint;
   facts.paused = course.paused;
-  if (const int tissue = session->tip_tissue(); tissue > 0)
-    facts.tissue = scene.tissues[static_cast<std::size_t>(tissue)].name;
+  if (const int tissue = session->tip_tissue(); tissue > 0) facts.tissue = scene.tissues[tissue].name;
   if (course.stage == training::Stage::briefing) facts.briefing = paragraphs(scene.exercise.briefing);
   return facts;
 }

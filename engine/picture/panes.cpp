@@ -22,13 +22,13 @@ std::vector<Taps> taps_for(int source, int target) {
     const double centre = (i + 0.5) * scale - 0.5;
     const int first = static_cast<int>(std::floor(centre - radius)) + 1;
     const int last = static_cast<int>(std::ceil(centre + radius)) - 1;
-    Taps& taps = all[static_cast<std::size_t>(i)];
+    Taps& taps = all[i];
     taps.first = std::clamp(first, 0, source - 1);
     double sum = 0;
     std::vector<double> weights(static_cast<std::size_t>(std::clamp(last, 0, source - 1) - taps.first + 1), 0.0);
     for (int k = first; k <= last; ++k) {
       const double weight = std::max(0.0, 1 - std::abs(k - centre) / radius);
-      weights[static_cast<std::size_t>(std::clamp(k, 0, source - 1) - taps.first)] += weight;
+      weights[std::clamp(k, 0, source - 1) - taps.first] += weight;
       sum += weight;
     }
     for (double weight : weights) taps.weights.push_back(static_cast<float>(weight / sum));
@@ -84,7 +84,7 @@ void draw_fitted(Picture& frame, const Pane& pane, const Picture& picture) {
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < to.width; ++x) {
       float* out = &narrow[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * 4];
-      const Taps& taps = columns[static_cast<std::size_t>(x)];
+      const Taps& taps = columns[x];
       for (std::size_t k = 0; k < taps.weights.size(); ++k)
         for (int c = 0; c < 4; ++c)
           out[c] += taps.weights[k] * static_cast<float>(picture.at(taps.first + static_cast<int>(k), y)[c]);
@@ -92,7 +92,7 @@ void draw_fitted(Picture& frame, const Pane& pane, const Picture& picture) {
   std::vector<float> row(stride);
   for (int y = 0; y < to.height; ++y) {
     std::fill(row.begin(), row.end(), 0.5F);
-    const Taps& taps = rows[static_cast<std::size_t>(y)];
+    const Taps& taps = rows[y];
     for (std::size_t k = 0; k < taps.weights.size(); ++k) {
       const float* in = &narrow[(static_cast<std::size_t>(taps.first) + k) * stride];
       for (std::size_t i = 0; i < stride; ++i) row[i] += taps.weights[k] * in[i];

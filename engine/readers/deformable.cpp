@@ -100,8 +100,7 @@ void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::spa
   std::vector<Overlap> overlaps(regions.size());
   for (const auto& tet : body.mesh.tets) {
     Eigen::Matrix<double, 3, 4> corners;
-    for (int c = 0; c < 4; ++c)
-      corners.col(c) = body.mesh.nodes[static_cast<std::size_t>(tet[static_cast<std::size_t>(c)])];
+    for (int c = 0; c < 4; ++c) corners.col(c) = body.mesh.nodes[tet[c]];
     const Eigen::Vector3d centroid = corners.rowwise().mean();
     const double radius = (corners.colwise() - centroid).colwise().norm().maxCoeff();
     const auto whole = static_cast<std::uint8_t>(boundary.tissue);
@@ -178,14 +177,13 @@ std::vector<content::Cavity> find_cavities(std::span<const Organ> organs, std::s
     const content::DeformableBody& body = bodies[b];
     for (const Organ& organ : organs) {
       const bool part = organ.role == content::SurfaceRole::region || organ.role == content::SurfaceRole::target;
-      if (!part || organ.body != body.name || !tissues[static_cast<std::size_t>(organ.tissue)].fluid) continue;
+      if (!part || organ.body != body.name || !tissues[organ.tissue].fluid) continue;
       content::Cavity cavity{.name = organ.id, .body = static_cast<int>(b), .tets = {}, .volume = 0};
       const mesh::Solid solid(organ.mesh);
       for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
         if (body.tet_tissue[t] != organ.tissue) continue;
         Eigen::Matrix<double, 3, 4> x;
-        for (int c = 0; c < 4; ++c)
-          x.col(c) = body.mesh.nodes[static_cast<std::size_t>(body.mesh.tets[t][static_cast<std::size_t>(c)])];
+        for (int c = 0; c < 4; ++c) x.col(c) = body.mesh.nodes[body.mesh.tets[t][c]];
         if (!solid.contains(x.rowwise().mean())) continue;
         cavity.tets.push_back(static_cast<int>(t));
         cavity.volume += (x.col(1) - x.col(0)).cross(x.col(2) - x.col(0)).dot(x.col(3) - x.col(0)) / 6;

@@ -31,11 +31,10 @@ void fill_behind(content::LabelVolume& volume, const std::vector<bool>& wall, co
   const int axis = filler.axis;
   const int u = (axis + 1) % 3;
   const int v = (axis + 2) % 3;
-  const std::size_t along = step[static_cast<std::size_t>(axis)];
+  const std::size_t along = step[axis];
   for (int j = 0; j < size[v]; ++j) {
     for (int i = 0; i < size[u]; ++i) {
-      const std::size_t start = static_cast<std::size_t>(i) * step[static_cast<std::size_t>(u)] +
-                                static_cast<std::size_t>(j) * step[static_cast<std::size_t>(v)];
+      const std::size_t start = static_cast<std::size_t>(i) * step[u] + static_cast<std::size_t>(j) * step[v];
       bool behind = false;
       for (int k = 0; k < size[axis]; ++k) {
         const int from_front = filler.positive ? size[axis] - 1 - k : k;

@@ -129,7 +129,7 @@ content::Surface build_surface(const Organ& organ, int body, bool breathes,
     surface.indices.insert(surface.indices.end(), triangle.begin(), triangle.end());
   }
   if (body >= 0) {
-    surface.embedding = content::embed(surface.positions, bodies[static_cast<std::size_t>(body)].mesh);
+    surface.embedding = content::embed(surface.positions, bodies[body].mesh);
     if (const float weight = content::largest_weight(surface.embedding); weight > kLargestWeight) {
       problems.push_back(
           fmt::format("{}: {} sticks out of the body {} too far to move with it (weight {:.1f}, the "

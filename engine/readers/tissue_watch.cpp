@@ -40,7 +40,7 @@ void TissueWatch::read() {
     for (const content::Tissue& row : table.tissues) {
       // Rows that organ files add come after those of the table.
       if (const int tissue = content::find_tissue(tissues_, row.name); tissue >= 0) {
-        tissues_[static_cast<std::size_t>(tissue)].acoustics = row.acoustics;
+        tissues_[tissue].acoustics = row.acoustics;
       }
     }
   } catch (const files::ContentError& error) {

@@ -54,8 +54,7 @@ std::span<const DrawnVertex> CableMesh::shape(const Eigen::Isometry3d& patient_f
   const Vector3d third = to + 0.25 * layout_.cable_way - Vector3d(0, 0, 0.20);
   for (int i = 0; i < kPoints; ++i) {
     const double t = static_cast<double>(i) / (kPoints - 1), s = 1 - t;
-    points_[static_cast<std::size_t>(i)] =
-        s * s * s * from + 3 * s * s * t * second + 3 * s * t * t * third + t * t * t * to;
+    points_[i] = s * s * s * from + 3 * s * s * t * second + 3 * s * t * t * third + t * t * t * to;
   }
   for (int pass = 0; pass < kSmoothings; ++pass) {
     for (std::size_t i = 2; i + 2 < kPoints; ++i) {

@@ -20,7 +20,7 @@ vec4 pack(const Eigen::Vector3d& v, double w) {
 
 mat4 pack(const Eigen::Matrix4d& m) {
   mat4 columns;
-  for (int i = 0; i < 16; ++i) columns[static_cast<std::size_t>(i)] = static_cast<float>(m(i % 4, i / 4));
+  for (int i = 0; i < 16; ++i) columns[i] = static_cast<float>(m(i % 4, i / 4));
   return columns;
 }
 

@@ -32,7 +32,7 @@ bool shown_by_its_regions(const content::Scene& scene, const content::Surface& s
   if (surface.role != content::SurfaceRole::boundary || surface.body < 0) return false;
   return std::any_of(scene.surfaces.begin(), scene.surfaces.end(), [&](const content::Surface& other) {
     return other.role == content::SurfaceRole::region && other.body == surface.body &&
-           style_of(scene.tissues[static_cast<std::size_t>(other.tissue)]).kind[0] == kCover;
+           style_of(scene.tissues[other.tissue]).kind[0] == kCover;
   });
 }
 
@@ -112,7 +112,7 @@ Piece append(Geometry& geometry, std::string name, const RoomMesh& mesh, const R
 std::vector<Eigen::Vector3f> skin_of(const content::Scene& scene) {
   std::vector<Eigen::Vector3f> skin;
   for (const content::Surface& surface : scene.surfaces)
-    if (scene.tissues[static_cast<std::size_t>(surface.tissue)].name == kSkin)
+    if (scene.tissues[surface.tissue].name == kSkin)
       skin.insert(skin.end(), surface.positions.begin(), surface.positions.end());
   return skin;
 }
@@ -142,7 +142,7 @@ void lay_on_skin(Geometry& geometry, const Piece& drape, const content::Scene& s
     const content::Embedding* skin = nullptr;
     std::size_t body = 0;
     for (const content::Surface& surface : scene.surfaces) {
-      if (surface.body < 0 || scene.tissues[static_cast<std::size_t>(surface.tissue)].name != kSkin) continue;
+      if (surface.body < 0 || scene.tissues[surface.tissue].name != kSkin) continue;
       for (std::size_t k = 0; k < surface.positions.size(); ++k) {
         const float distance = (surface.positions[k] - at).squaredNorm();
         if (distance >= nearest) continue;
@@ -154,8 +154,7 @@ void lay_on_skin(Geometry& geometry, const Piece& drape, const content::Scene& s
     if (skin == nullptr) continue;
     Eigen::Matrix4f corners;
     for (int k = 0; k < 4; ++k)
-      corners.col(k) =
-          scene.bodies[body].mesh.nodes[skin->nodes[static_cast<std::size_t>(k)]].cast<float>().homogeneous();
+      corners.col(k) = scene.bodies[body].mesh.nodes[skin->nodes[k]].cast<float>().homogeneous();
     const Eigen::Vector4f weights = corners.partialPivLu().solve(at.homogeneous().eval());
     if (!weights.allFinite() || weights.cwiseAbs().maxCoeff() > kFarthest) continue;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -203,12 +202,12 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
 
   const auto tissues = static_cast<std::uint32_t>(scene.tissues.size());
   for (const content::Surface& surface : scene.surfaces) {
-    const content::Tissue& tissue = scene.tissues[static_cast<std::size_t>(surface.tissue)];
+    const content::Tissue& tissue = scene.tissues[surface.tissue];
     if (surface.indices.empty() || tissue.colour[3] <= 0 || shown_by_its_regions(scene, surface)) continue;
     SurfaceStyle style = style_of(tissue);
     style.kind[1] =
         surface.tissue > 0 ? static_cast<std::uint32_t>(surface.tissue) : tissues + content::kOutsideLabel;
-    const std::uint32_t base = surface.body < 0 ? 0 : first_node[static_cast<std::size_t>(surface.body)];
+    const std::uint32_t base = surface.body < 0 ? 0 : first_node[surface.body];
     auto& pieces = style.kind[0] == kSolid ? solids : style.kind[0] == kGlass ? glass : covers;
     pieces.push_back(append(*this, surface, base, style));
   }
@@ -252,7 +251,7 @@ ZoneGeometry zone_geometry(const content::HeatedZone& zone, const Geometry& geom
   const content::Surface& surface = zone.surface;
   std::uint32_t first_node = 0;
   for (int body = 0; body < surface.body; ++body)
-    first_node += static_cast<std::uint32_t>(geometry.body_node_count[static_cast<std::size_t>(body)]);
+    first_node += static_cast<std::uint32_t>(geometry.body_node_count[body]);
   ZoneGeometry out{.piece = geometry.zone};
   const std::size_t vertices = std::min<std::size_t>(surface.positions.size(), geometry.zone_room);
   for (std::size_t i = 0; i < vertices; ++i) out.rest.push_back(vertex_of(surface, i, first_node));

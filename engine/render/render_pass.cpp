@@ -63,7 +63,7 @@ gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render
 std::vector<std::uint32_t> view_masks(const gpu::Device& device, int views) {
   if (!device.identity().is_lavapipe()) return {(1u << views) - 1};
   std::vector<std::uint32_t> masks;
-  masks.reserve(static_cast<std::size_t>(views));
+  masks.reserve(views);
   for (int view = 0; view < views; ++view) masks.push_back(1u << view);
   return masks;
 }

@@ -129,9 +129,7 @@ RoomLayout room_layout(const content::Scene& scene) {
   constexpr double kFar = std::numeric_limits<double>::max();
   Vector3d least = Vector3d::Constant(kFar), most = -least, skin_top = -least;
   double skin_side_z = 0;
-  const auto is_skin = [&](const content::Surface& surface) {
-    return scene.tissues[static_cast<std::size_t>(surface.tissue)].name == kSkin;
-  };
+  const auto is_skin = [&](const content::Surface& surface) { return scene.tissues[surface.tissue].name == kSkin; };
   for (const content::Surface& surface : scene.surfaces) {
     const bool skin = is_skin(surface);
     layout.draped = layout.draped || (skin && !surface.positions.empty());

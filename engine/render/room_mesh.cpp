@@ -117,11 +117,11 @@ void add_table(RoomMeshes& room, const RoomLayout& layout) {
 }
 
 void add_lamp(RoomMeshes& room, const RoomLayout& layout) {
-  constexpr double kRadius = 0.30;
+  constexpr double kLampRadius = 0.30;
   const Vector3d back = layout.lamp - 0.075 * layout.lamp_axis;
-  add_rod(room.enamel, layout.lamp - 0.002 * layout.lamp_axis, back, kRadius);
+  add_rod(room.enamel, layout.lamp - 0.002 * layout.lamp_axis, back, kLampRadius);
   add_rod(room.enamel, back, back - 0.05 * layout.lamp_axis, 0.14);
-  add_rod(room.glow, layout.lamp, layout.lamp - 0.001 * layout.lamp_axis, kRadius - 0.03);
+  add_rod(room.glow, layout.lamp, layout.lamp - 0.001 * layout.lamp_axis, kLampRadius - 0.03);
   const Vector3d knee = back - 0.10 * layout.lamp_axis + Vector3d(0, 0.05, 0.12);
   const Vector3d shoulder(knee.x(), knee.y() + 0.75, layout.room_max.z() - 0.18);
   add_rod(room.enamel, back - 0.04 * layout.lamp_axis, knee, 0.022);

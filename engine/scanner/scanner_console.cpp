@@ -39,7 +39,7 @@ void ScannerConsole::apply(const Command& command) {
           turn(controls_.persistence, c.share, c.relative);
         else if constexpr (std::is_same_v<C, SetTgc>) {
           slider_ = c.slider;
-          turn(controls_.tgc_db.at(static_cast<std::size_t>(c.slider)), c.db, c.relative);
+          turn(controls_.tgc_db.at(c.slider), c.db, c.relative);
         } else if constexpr (std::is_same_v<C, LevelTgc>)
           controls_.tgc_db = {};
         else if constexpr (std::is_same_v<C, SetPreset>) {

@@ -47,12 +47,11 @@ void draw_tgc(figures::Canvas& canvas, const picture::Picture& picture, const Sc
   std::vector<figures::PixelPoint> curve;
   for (int i = 0; i < ultrasound::kTgcSliders; ++i) {
     const double y = box.top + (i + 0.5) / ultrasound::kTgcSliders * (box.bottom - box.top);
-    curve.push_back({middle + per_db * console.controls().tgc_db[static_cast<std::size_t>(i)], y});
+    curve.push_back({middle + per_db * console.controls().tgc_db[i], y});
   }
   canvas.polyline(curve, 1.5, kReading);
   for (int i = 0; i < ultrasound::kTgcSliders; ++i) {
-    canvas.disc(curve[static_cast<std::size_t>(i)], i == console.slider() ? 3.5 : 2,
-                i == console.slider() ? kFocus : kReading);
+    canvas.disc(curve[i], i == console.slider() ? 3.5 : 2, i == console.slider() ? kFocus : kReading);
   }
 }
 

@@ -66,7 +66,7 @@ Eigen::Matrix3Xd weight(const content::Scene& scene, const content::DeformableBo
   Eigen::Matrix3Xd load = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(nodes.size()));
   for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
     const auto& tet = body.mesh.tets[t];
-    const auto x = [&](std::size_t c) { return nodes[static_cast<std::size_t>(tet[c])]; };
+    const auto x = [&](std::size_t c) { return nodes[tet[c]]; };
     const double volume = (x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) / 6;
     const double mass = scene.tissues[body.tet_tissue[t]].density * volume;
     for (const int node : tet) load.col(node) += mass / 4 * scene.gravity;
@@ -84,7 +84,7 @@ std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& sce
     simulated.damping_time_s = scene.damping_time_s;
     if (!scene.gravity.isZero(0)) simulated.load = weight(scene, body);
     for (const content::Cavity& cavity : scene.cavities) {
-      if (&scene.bodies[static_cast<std::size_t>(cavity.body)] == &body) simulated.cavities.push_back(cavity.tets);
+      if (&scene.bodies[cavity.body] == &body) simulated.cavities.push_back(cavity.tets);
     }
     simulated.tet_materials = body.tet_mechanics;
     if (!simulated.tet_materials.empty()) continue;
@@ -231,7 +231,7 @@ physics::SimulationReport CoupledLoops::simulation_step(double time_s, const phy
 double insertion_depth(const content::Needle& properties, const physics::NeedleState& needle) {
   double entry = properties.length;
   for (int i = 0; i < needle.contact_count; ++i) {
-    const physics::NeedleContact& contact = needle.contacts[static_cast<std::size_t>(i)];
+    const physics::NeedleContact& contact = needle.contacts[i];
     entry = std::min(entry, (contact.beam + contact.beam_fraction) * properties.length / properties.beams);
   }
   return properties.length - entry;

@@ -76,9 +76,8 @@ void FramePublisher::simulation_stepped(const recording::SimulationStepRecord& r
     }
   }
   for (int i = 0; i < needle.node_count; ++i) {
-    const auto node = static_cast<std::size_t>(i);
-    frame_.needle_positions[node] = needle.positions.col(i).cast<float>();
-    frame_.needle_orientations[node] = needle.orientations[node].cast<float>();
+    frame_.needle_positions[i] = needle.positions.col(i).cast<float>();
+    frame_.needle_orientations[i] = needle.orientations[i].cast<float>();
   }
   show_probe(record.probe, report.probe);
   frame_.breath =

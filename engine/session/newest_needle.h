@@ -26,9 +26,8 @@ public:
     Shape& shape = latest_.back();
     if (static_cast<std::size_t>(needle.node_count) != shape.positions.size()) return;
     for (int i = 0; i < needle.node_count; ++i) {
-      const auto node = static_cast<std::size_t>(i);
-      shape.positions[node] = needle.positions.col(i).cast<float>();
-      shape.orientations[node] = needle.orientations[node].cast<float>();
+      shape.positions[i] = needle.positions.col(i).cast<float>();
+      shape.orientations[i] = needle.orientations[i].cast<float>();
     }
     latest_.publish();
   }

@@ -39,7 +39,7 @@ void Recorder::simulation_stepped(const recording::SimulationStepRecord& record,
 void Recorder::force_sent(double time_s, std::uint64_t step, const haptic::GuardedWrench& out) {
   for (int bit = 0; bit < haptic::kOutputFlagCount; ++bit) {
     if (((out.flags >> bit) & 1u) == 0) continue;
-    double& last = limited_s_[static_cast<std::size_t>(bit)];
+    double& last = limited_s_[bit];
     if (time_s - last > kQuiet) {
       writer_.haptic().add_event(time_s, step, kSafetyEvent,
                                  {{kSafetyLimit, std::string_view(haptic::output_flag_name(bit))}});

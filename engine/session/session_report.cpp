@@ -27,7 +27,7 @@ nlohmann::ordered_json to_json(const LoopRun& loop) {
 nlohmann::ordered_json to_json(const haptic::GuardCounters& guard) {
   nlohmann::ordered_json json{{"samples", guard.samples}};
   for (int bit = 0; bit < haptic::kOutputFlagCount; ++bit) {
-    json[haptic::output_flag_name(bit)] = guard.flagged[static_cast<std::size_t>(bit)];
+    json[haptic::output_flag_name(bit)] = guard.flagged[bit];
   }
   return json;
 }

@@ -13,11 +13,11 @@ public:
     haptic_.add(record.step);
     haptic_.add_columns(needle.positions, needle.node_count);
     for (int i = 0; i < needle.node_count; ++i) {
-      const auto& q = needle.orientations[static_cast<std::size_t>(i)].coeffs();
+      const auto& q = needle.orientations[i].coeffs();
       haptic_.add({q.data(), 4});
     }
     for (int i = 0; i < needle.force_count; ++i) {
-      haptic_.add({needle.forces[static_cast<std::size_t>(i)].force.data(), 3});
+      haptic_.add({needle.forces[i].force.data(), 3});
     }
     haptic_.add({needle.wrench.force.data(), 3});
     haptic_.add({needle.wrench.moment.data(), 3});
@@ -35,7 +35,7 @@ public:
                           const physics::TissueState& tissue, const physics::NeedleState&) override {
     simulation_.add(record.step);
     for (int b = 0; b < tissue.body_count; ++b) {
-      const auto& positions = tissue.positions[static_cast<std::size_t>(b)];
+      const auto& positions = tissue.positions[b];
       simulation_.add_columns(positions, positions.cols());
     }
   }

@@ -169,7 +169,7 @@ Rates rates(Samples samples) {
 int targets_hit(Samples samples, std::size_t targets) {
   std::vector<bool> hit(targets, false);
   for (const TraceSample& s : samples) {
-    if (s.target >= 0 && in_tissue(s) && s.target_distance <= kHit) hit[static_cast<std::size_t>(s.target)] = true;
+    if (s.target >= 0 && in_tissue(s) && s.target_distance <= kHit) hit[s.target] = true;
   }
   return static_cast<int>(std::ranges::count(hit, true));
 }

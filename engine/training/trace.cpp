@@ -18,7 +18,7 @@ const physics::NeedleContact* entry_contact(const physics::NeedleState& needle) 
   const physics::NeedleContact* first = nullptr;
   const auto beams = [](const physics::NeedleContact& c) { return c.beam + c.beam_fraction; };
   for (int i = 0; i < needle.contact_count; ++i) {
-    const physics::NeedleContact& contact = needle.contacts[static_cast<std::size_t>(i)];
+    const physics::NeedleContact& contact = needle.contacts[i];
     if (first == nullptr || beams(contact) < beams(*first)) first = &contact;
   }
   return first;

@@ -87,9 +87,9 @@ Line follow(const ScanModel& model, const TissueLookup& lookup, double number) {
   for (double range = 0.5 * kStep; range < controls.depth; range += kStep) {
     const double sample = range / model.scan().sample_pitch - 0.5;
     const int here = lookup.at(model.scan().position(number, sample).cast<float>(), range);
-    const TissueRow& row = model.tissues()[static_cast<std::size_t>(here)];
+    const TissueRow& row = model.tissues()[here];
     if (here != before) {
-      const float step = row.log_impedance - model.tissues()[static_cast<std::size_t>(before)].log_impedance;
+      const float step = row.log_impedance - model.tissues()[before].log_impedance;
       const double reflected = std::tanh(0.5 * std::abs(double(step)));
       lost -= std::log(std::max(1 - reflected * reflected, 1e-4));
     }
@@ -163,8 +163,7 @@ std::string diagnose(const ScanModel& model) {
   if (double(hiding.size()) >= kAll * kLines) {
     const int tissue = commonest(hiding);
     return fmt::format("everything lies behind {} {:.0f} mm below the probe; slide or tilt it",
-                       tissue == 0 ? "gas" : model.scene().tissues[static_cast<std::size_t>(tissue)].name,
-                       from * 1e3);
+                       tissue == 0 ? "gas" : model.scene().tissues[tissue].name, from * 1e3);
   }
   const double loudest = std::ranges::max(lines, {}, &Line::loudest_db).loudest_db;
   const double missing = std::ceil(0.5 * double(model.constants().dynamic_range) - loudest);

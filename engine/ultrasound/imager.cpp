@@ -44,7 +44,7 @@ gpu::Interface interface(const ScanModel& model, int buffers,
   result.specialization = model.switches();
   result.slots.assign(static_cast<std::size_t>(buffers) + 1, Slot::storage_buffer);
   result.slots[0] = Slot::uniform_buffer;
-  for (const auto& [binding, slot] : others) result.slots[static_cast<std::size_t>(binding)] = slot;
+  for (const auto& [binding, slot] : others) result.slots[binding] = slot;
   return result;
 }
 

@@ -34,7 +34,7 @@ ReferenceImager::ReferenceImager(const content::Scene& scene, const ImagerSettin
   rest_.resize(size);
   mix_.resize(size);
   found_.resize(size);
-  fronts_.resize(static_cast<std::size_t>(lines_));
+  fronts_.resize(lines_);
   for (int k = 0; k < looks_; ++k) {
     echo_[k].resize(size);
     scratch_[k].resize(size);

@@ -11,7 +11,7 @@ bool ReferenceImager::on_needle(const Eigen::Vector2f& p, float range) const {
   const float radius = std::max(c.needle_radius, 0.75F * c.pixel);
   const Eigen::Vector3f scale(1 / radius, 2 / static_cast<float>(elevation_fwhm(range)), 1 / radius);
   for (int i = 0; i < c.needle_segments; ++i) {
-    const NeedleSegment& segment = model_.needle()[static_cast<std::size_t>(i)];
+    const NeedleSegment& segment = model_.needle()[i];
     const Eigen::Vector3f from(segment.from.x, segment.from.y, segment.from.z);
     const Eigen::Vector3f to(segment.to.x, segment.to.y, segment.to.z);
     const Eigen::Vector3f axis = scale.cwiseProduct(to - from);

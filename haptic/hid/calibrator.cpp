@@ -111,7 +111,7 @@ bool Calibrator::add(const HidReading& reading, double time_s) {
 }
 
 const Eigen::Vector3d& Calibrator::place(Step step) const {
-  return places_[static_cast<std::size_t>(std::ranges::find(steps_, step) - steps_.begin())];
+  return places_[std::ranges::find(steps_, step) - steps_.begin()];
 }
 
 /// Right and near are the mean directions of the sides; up is across both.
@@ -144,9 +144,8 @@ Calibration Calibrator::result() const {
     found.centre.emplace();
     found.dead_zone.emplace();
     for (int axis = 0; axis < 6; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
-      (*found.centre)[i] = 0.5 * (lowest_[axis] + highest_[axis]);
-      (*found.dead_zone)[i] = std::max(kLeastDeadZone, kNoiseMargin * 0.5 * (highest_[axis] - lowest_[axis]));
+      (*found.centre)[axis] = 0.5 * (lowest_[axis] + highest_[axis]);
+      (*found.dead_zone)[axis] = std::max(kLeastDeadZone, kNoiseMargin * 0.5 * (highest_[axis] - lowest_[axis]));
     }
     return found;
   }

@@ -108,7 +108,7 @@ void HidStylus::serve(Link& link, const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     int size = link.transport.read(report, kReadTimeout);
     for (int k = 0; size > 0 && k < kMostQueued; ++k) {
-      const auto bytes = std::span(report).first(static_cast<std::size_t>(size));
+      const auto bytes = std::span(report).first(size);
       const std::int64_t now_ns = clock_.now_ns();
       stream.add(bytes, now_ns);
       if (settings_.log != nullptr) settings_.log->add(now_ns, bytes);

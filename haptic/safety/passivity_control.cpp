@@ -28,11 +28,11 @@ bool PassivityControl::step(Eigen::Vector3d& force, const Eigen::Vector3d& motio
 
 void PassivityControl::sent(const Eigen::Vector3d& force) {
   newest_ = (newest_ + 1) % (kMaxDelay + 1);
-  sent_[static_cast<std::size_t>(newest_)] = force;
+  sent_[newest_] = force;
 }
 
 const Eigen::Vector3d& PassivityControl::acting() const {
-  return sent_[static_cast<std::size_t>((newest_ + kMaxDelay + 1 - delay_) % (kMaxDelay + 1))];
+  return sent_[(newest_ + kMaxDelay + 1 - delay_) % (kMaxDelay + 1)];
 }
 
 }  // namespace stylet::haptic

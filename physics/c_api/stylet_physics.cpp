@@ -200,7 +200,7 @@ SimulationBody simulation_body(const stylet_body& body) {
       throw Refusal{STYLET_ERROR_MODEL,
                     "body: tetrahedron " + std::to_string(t) + " names material " + std::to_string(m)};
     }
-    const stylet_material& material = materials[static_cast<std::size_t>(m)];
+    const stylet_material& material = materials[m];
     out.tet_materials.push_back({.young_modulus = material.young_modulus, .poisson_ratio = material.poisson_ratio});
   }
   return out;

@@ -48,8 +48,8 @@ BodySurface::BodySurface(const TissueModel& model)
       if (model.topology.neighbour(t, f) >= 0) continue;
       std::array<int, 3> face{};
       for (std::size_t c = 0; c < 3; ++c) {
-        face[c] = corners[static_cast<std::size_t>(kFaceCorners[static_cast<std::size_t>(f)][c])];
-        on_surface[static_cast<std::size_t>(face[c])] = 1;
+        face[c] = corners[kFaceCorners[f][c]];
+        on_surface[face[c]] = 1;
       }
       faces_.push_back(face);
     }
@@ -69,17 +69,17 @@ BodySurface::BodySurface(const TissueModel& model)
 void BodySurface::find_smooth_patches() {
   std::vector<std::vector<int>> around(static_cast<std::size_t>(positions_.cols()));
   for (int f = 0; f < face_count(); ++f) {
-    for (const int n : face(f)) around[static_cast<std::size_t>(n)].push_back(f);
+    for (const int n : face(f)) around[n].push_back(f);
   }
   smooth_start_.push_back(0);
   for (int f = 0; f < face_count(); ++f) {
     const Eigen::Vector3d normal = face_areas_.col(f).normalized();
     for (const int n : face(f)) {
-      for (const int g : around[static_cast<std::size_t>(n)]) {
+      for (const int g : around[n]) {
         if (normal.dot(face_areas_.col(g).normalized()) > kSmooth || g == f) smooth_faces_.push_back(g);
       }
       const std::size_t smooth = smooth_faces_.size() - static_cast<std::size_t>(smooth_start_.back());
-      creased_.push_back(smooth < around[static_cast<std::size_t>(n)].size() ? 1 : 0);
+      creased_.push_back(smooth < around[n].size() ? 1 : 0);
       smooth_start_.push_back(static_cast<int>(smooth_faces_.size()));
     }
   }
@@ -112,7 +112,7 @@ void BodySurface::build_tree(const Eigen::Matrix3Xd& rest) {
     const int count = boxes_[i].count;
     if (count <= kLeafFaces) continue;
     Eigen::AlignedBox3d extent;
-    for (int k = first; k < first + count; ++k) extent.extend(centres.col(order_[static_cast<std::size_t>(k)]));
+    for (int k = first; k < first + count; ++k) extent.extend(centres.col(order_[k]));
     int axis = 0;
     extent.sizes().maxCoeff(&axis);
     const int half = count / 2;
@@ -140,12 +140,11 @@ void BodySurface::update(const Eigen::Matrix3Xd& positions) {
     Box& node = boxes_[i];
     node.box.setEmpty();
     if (node.left >= 0) {
-      node.box =
-          boxes_[static_cast<std::size_t>(node.left)].box.merged(boxes_[static_cast<std::size_t>(node.left) + 1].box);
+      node.box = boxes_[node.left].box.merged(boxes_[static_cast<std::size_t>(node.left) + 1].box);
       continue;
     }
     for (int k = node.first; k < node.first + node.count; ++k) {
-      for (const int n : face(order_[static_cast<std::size_t>(k)])) node.box.extend(positions.col(n));
+      for (const int n : face(order_[k])) node.box.extend(positions.col(n));
     }
   }
 }
@@ -156,7 +155,7 @@ Eigen::Vector3d BodySurface::normal(const SurfacePoint& point) const {
     const auto corner = static_cast<std::size_t>(3 * point.face + k);
     Eigen::Vector3d area = Eigen::Vector3d::Zero();
     for (int i = smooth_start_[corner]; i < smooth_start_[corner + 1]; ++i) {
-      area += face_areas_.col(smooth_faces_[static_cast<std::size_t>(i)]);
+      area += face_areas_.col(smooth_faces_[i]);
     }
     normal += point.weights[k] * area.normalized();
   }
@@ -168,17 +167,17 @@ SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3
   double best_squared = range * range;
   std::array<int, kStack> stack{};
   int depth = 0;
-  stack[static_cast<std::size_t>(depth++)] = 0;
+  stack[depth++] = 0;
   while (depth > 0) {
-    const Box& node = boxes_[static_cast<std::size_t>(stack[static_cast<std::size_t>(--depth)])];
+    const Box& node = boxes_[stack[--depth]];
     if (node.box.squaredExteriorDistance(x) > best_squared) continue;
     if (node.left >= 0) {
-      stack[static_cast<std::size_t>(depth++)] = node.left;
-      stack[static_cast<std::size_t>(depth++)] = node.left + 1;
+      stack[depth++] = node.left;
+      stack[depth++] = node.left + 1;
       continue;
     }
     for (int k = node.first; k < node.first + node.count; ++k) {
-      const int f = order_[static_cast<std::size_t>(k)];
+      const int f = order_[k];
       if (face_areas_.col(f).dot(facing) >= 0) continue;
       const auto& [a, b, c] = face(f);
       const Eigen::Vector3d weights = closest_weights(x, positions_.col(a), positions_.col(b), positions_.col(c));
@@ -194,7 +193,7 @@ SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3
   best.distance = std::sqrt(best_squared);
   best.on_crease = best.weights.minCoeff() == 0;
   for (int k = 0; k < 3; ++k) {
-    if (best.weights[k] > 0 && creased_[static_cast<std::size_t>(3 * best.face + k)] == 0) best.on_crease = false;
+    if (best.weights[k] > 0 && creased_[3 * best.face + k] == 0) best.on_crease = false;
   }
   return best;
 }
@@ -202,13 +201,13 @@ SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3
 void BodySurface::faces_in(const Eigen::AlignedBox3d& box, std::vector<int>& out) const {
   std::array<int, kStack> stack{};
   int depth = 0;
-  stack[static_cast<std::size_t>(depth++)] = 0;
+  stack[depth++] = 0;
   while (depth > 0) {
-    const Box& node = boxes_[static_cast<std::size_t>(stack[static_cast<std::size_t>(--depth)])];
+    const Box& node = boxes_[stack[--depth]];
     if (!node.box.intersects(box)) continue;
     if (node.left >= 0) {
-      stack[static_cast<std::size_t>(depth++)] = node.left;
-      stack[static_cast<std::size_t>(depth++)] = node.left + 1;
+      stack[depth++] = node.left;
+      stack[depth++] = node.left + 1;
       continue;
     }
     out.insert(out.end(), order_.begin() + node.first, order_.begin() + node.first + node.count);

@@ -39,8 +39,8 @@ public:
   std::span<const int> nodes() const { return nodes_; }
   int face_count() const { return static_cast<int>(faces_.size()); }
   /// Nodes of a face, counter-clockwise from outside.
-  const std::array<int, 3>& face(int f) const { return faces_[static_cast<std::size_t>(f)]; }
-  double rest_area(int f) const { return rest_areas_[static_cast<std::size_t>(f)]; }
+  const std::array<int, 3>& face(int f) const { return faces_[f]; }
+  double rest_area(int f) const { return rest_areas_[f]; }
 
   // Of the last update():
   const Eigen::AlignedBox3d& bounds() const { return boxes_.front().box; }

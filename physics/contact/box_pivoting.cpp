@@ -15,11 +15,10 @@ constexpr double kNotInFactor = -1;
 
 BoxPivoting::BoxPivoting(int max_rows)
     : factor_(max_rows), x_(Eigen::VectorXd::Zero(max_rows + 2 * PanelLdl::kPanel)) {
-  const auto n = static_cast<std::size_t>(max_rows);
-  free_.reserve(n);
-  wrong_.reserve(n);
-  added_.resize(n);
-  softening_.resize(n);
+  free_.reserve(max_rows);
+  wrong_.reserve(max_rows);
+  added_.resize(max_rows);
+  softening_.resize(max_rows);
 }
 
 int BoxPivoting::load(Eigen::Ref<Eigen::MatrixXd> s, const double* diagonal, double* softening) {

@@ -15,9 +15,8 @@ public:
   void add(int tet) {
     if (tet < 0) return;
     for (const int node : model_.topology.nodes(tet)) {
-      const auto n = static_cast<std::size_t>(node);
-      if (known_[n] || nodes_.size() == most_) continue;
-      known_[n] = true;
+      if (known_[node] || nodes_.size() == most_) continue;
+      known_[node] = true;
       nodes_.push_back(node);
     }
   }
@@ -46,7 +45,7 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
   int hint = -1;  // the end of the track, if it is in this body
   Eigen::Vector3d end = Eigen::Vector3d::Zero();
   for (int i = 0; i < needle.track_count; ++i) {
-    const NeedleContact& contact = needle.contacts[static_cast<std::size_t>(i)];
+    const NeedleContact& contact = needle.contacts[i];
     if (contact.body != body || contact.tet < 0 || contact.tet >= model.tet_count()) continue;
     nodes.add(contact.tet);
     if (contact.id != 0) continue;

@@ -66,9 +66,9 @@ void Delassus::place_rows(const Needle& needle, const std::vector<ActiveContact>
   std::fill(reached_.begin(), reached_.end(), 0);
   std::fill(first_node_.begin(), first_node_.end(), needle.node_count());
   for (int c = 0; c < contact_count; ++c) {
-    const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
+    const ActiveContact& contact = contacts[c];
     std::fill_n(first_node_.begin() + contact.first_row, contact.row_count, contact.shaft.beam);
-    int& reached = reached_[static_cast<std::size_t>(contact.shaft.beam)];
+    int& reached = reached_[contact.shaft.beam];
     reached = std::max(reached, contact.first_row + contact.row_count);
     for (std::size_t side = 0; side < 2; ++side) {
       const int node = contact.shaft.beam + static_cast<int>(side);
@@ -96,9 +96,9 @@ void Delassus::couple(const Needle& needle, const TissuePoints& tissue, const st
 
 void Delassus::add_tissue(const TissuePoints& tissue, const std::vector<ActiveContact>& contacts) {
   for (int j = 0; j < contact_count_; ++j) {
-    const ActiveContact& cj = contacts[static_cast<std::size_t>(j)];
+    const ActiveContact& cj = contacts[j];
     for (int i = j; i < contact_count_; ++i) {
-      const ActiveContact& ci = contacts[static_cast<std::size_t>(i)];
+      const ActiveContact& ci = contacts[i];
       if (tissue.body(ci.point) != tissue.body(cj.point)) continue;
       const Eigen::Matrix3d compliance = tissue.compliance(ci.point, cj.point);
       for (int k = 0; k < cj.row_count; ++k) {
@@ -139,7 +139,7 @@ void free_violation(Eigen::Ref<const Eigen::VectorXd> motion, const TissuePoints
                     const std::vector<ActiveContact>& contacts, int contact_count,
                     Eigen::Ref<Eigen::VectorXd> delta) {
   for (int c = 0; c < contact_count; ++c) {
-    const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
+    const ActiveContact& contact = contacts[c];
     Vector3d gap = contact.shaft.position - tissue.free_position(contact.point);
     for (std::size_t side = 0; side < 2; ++side) {
       const Eigen::Index at = 6 * (contact.shaft.beam + static_cast<Eigen::Index>(side));
@@ -154,7 +154,7 @@ void needle_load(const std::vector<ActiveContact>& contacts, int contact_count,
                  Eigen::Ref<const Eigen::VectorXd> lambda, Eigen::Ref<Eigen::VectorXd> load) {
   load.setZero();
   for (int c = 0; c < contact_count; ++c) {
-    const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
+    const ActiveContact& contact = contacts[c];
     const Vector3d force = contact.rows() * lambda.segment(contact.first_row, contact.row_count);
     for (std::size_t side = 0; side < 2; ++side) {
       const Eigen::Index at = 6 * (contact.shaft.beam + static_cast<Eigen::Index>(side));

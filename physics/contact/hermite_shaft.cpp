@@ -19,10 +19,9 @@ Vector3d transport(const Vector3d& v, const Vector3d& from, const Vector3d& to) 
 HermiteShaft::HermiteShaft(const NeedleShape& shape, double beam_length, bool straight_edges)
     : shape_(shape), beam_length_(beam_length), straight_edges_(straight_edges) {
   for (int i = 0; i < shape.node_count; ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    tangents_[n] = shape.orientation(i) * Vector3d::UnitZ();
-    normals_[n] = i == 0 ? Vector3d(shape.orientation(0) * Vector3d::UnitX())
-                         : transport(normals_[n - 1], tangents_[n - 1], tangents_[n]);
+    tangents_[i] = shape.orientation(i) * Vector3d::UnitZ();
+    normals_[i] = i == 0 ? Vector3d(shape.orientation(0) * Vector3d::UnitX())
+                         : transport(normals_[i - 1], tangents_[i - 1], tangents_[i]);
   }
 }
 

@@ -43,7 +43,7 @@ public:
   Eigen::Matrix<double, 3, 2> lateral_directions(const ShaftPoint& point) const;
 
 private:
-  Eigen::Vector3d tangent(int node) const { return tangents_[static_cast<std::size_t>(node)]; }
+  Eigen::Vector3d tangent(int node) const { return tangents_[node]; }
 
   const NeedleShape& shape_;
   double beam_length_;

@@ -16,19 +16,17 @@ struct InsertionPath::Shaft {
   }
   int beams() const { return static_cast<int>(start.size()) - 1; }
   double length() const { return start.back(); }
-  double edge_length(int beam) const {
-    return start[static_cast<std::size_t>(beam) + 1] - start[static_cast<std::size_t>(beam)];
-  }
+  double edge_length(int beam) const { return start[static_cast<std::size_t>(beam) + 1] - start[beam]; }
   /// Arc length of a projected point; beyond the tip it goes on along the last edge.
   double arc_length(const ShaftPoint& point, const Eigen::Vector3d& projected) const {
     if (point.ahead_of_tip) return length() + (projected - nodes.col(beams())).dot(point.tangent);
-    return start[static_cast<std::size_t>(point.beam)] + point.beam_fraction * edge_length(point.beam);
+    return start[point.beam] + point.beam_fraction * edge_length(point.beam);
   }
   Eigen::Vector3d at(double s) const {
     const auto above = std::upper_bound(start.begin() + 1, start.end() - 1, s);
     const auto beam = static_cast<Eigen::Index>(above - start.begin() - 1);
     const double edge = edge_length(static_cast<int>(beam));
-    const double fraction = edge > 0 ? (s - start[static_cast<std::size_t>(beam)]) / edge : 0;
+    const double fraction = edge > 0 ? (s - start[beam]) / edge : 0;
     return nodes.col(beam) + fraction * (nodes.col(beam + 1) - nodes.col(beam));
   }
 
@@ -50,10 +48,9 @@ int InsertionPath::contact_count() const {
 }
 
 std::vector<int> InsertionPath::isolated_nodes(int body) const {
-  const auto b = static_cast<std::size_t>(body);
   std::vector<int> nodes;
-  for (const PathContact& contact : contacts_[b]) {
-    const auto& tet = models_[b].topology.nodes(contact.point.tet);
+  for (const PathContact& contact : contacts_[body]) {
+    const auto& tet = models_[body].topology.nodes(contact.point.tet);
     nodes.insert(nodes.end(), tet.begin(), tet.end());
   }
   std::sort(nodes.begin(), nodes.end());
@@ -63,8 +60,8 @@ std::vector<int> InsertionPath::isolated_nodes(int body) const {
 
 std::vector<int> InsertionPath::nodes_ahead(int body, const NeedleState& needle, const Eigen::Matrix3Xd& positions,
                                             double range) const {
-  const auto& contacts = contacts_[static_cast<std::size_t>(body)];
-  const TetTopology& topology = models_[static_cast<std::size_t>(body)].topology;
+  const auto& contacts = contacts_[body];
+  const TetTopology& topology = models_[body].topology;
   const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
   const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
   Eigen::Matrix3Xd nodes(3, needle.node_count + 1);
@@ -127,7 +124,7 @@ std::uint32_t InsertionPath::update(const NeedleState& needle, std::span<const E
       const ShaftPoint at = project_on_shaft(shaft.nodes, models_[b].topology.position(positions[b], contact.point));
       contact.beam = at.beam;
       contact.beam_fraction = std::clamp(at.beam_fraction, 0.0, 1.0);
-      contact.directions = lateral_directions(at.tangent, needle.orientations[static_cast<std::size_t>(at.beam)]);
+      contact.directions = lateral_directions(at.tangent, needle.orientations[at.beam]);
     }
   }
   return flags;

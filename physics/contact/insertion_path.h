@@ -47,7 +47,7 @@ public:
   void clear();
 
   /// From entry to tip.
-  std::span<const PathContact> contacts(int body) const { return contacts_[static_cast<std::size_t>(body)]; }
+  std::span<const PathContact> contacts(int body) const { return contacts_[body]; }
   int contact_count() const;
   /// Nodes of the contacts' tetrahedra, ascending.
   std::vector<int> isolated_nodes(int body) const;

@@ -44,14 +44,14 @@ bool NeedleTip::find(const TissuePatch& patch) {
 
 double NeedleTip::overhang(const TrackPoint& last, double reach) const {
   const bool here = state_ == TipState::inside && end_.body == last.body;
-  return std::max(0.0, here ? reach - last.arc : overhang_[static_cast<std::size_t>(last.body)]);
+  return std::max(0.0, here ? reach - last.arc : overhang_[last.body]);
 }
 
 void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) const {
   const InsertionResistance& resistance = tissues_->resistance(end_.tissue);
   const bool indenting = state_ == TipState::indenting;
   if (!indenting && barrier_ <= 0 && !resistance.resists_cutting()) return;
-  ActiveContact& contact = out.contacts[static_cast<std::size_t>(out.contact_count++)];
+  ActiveContact& contact = out.contacts[out.contact_count++];
   contact.point = end_.point;
   contact.first_row = out.row_count;
   contact.row_count = 3;
@@ -91,12 +91,11 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
 // A tip that went through a body is in it again when it is back where it left.
 void NeedleTip::come_back(TrackPoints& points, double length) {
   for (int body = 0; body < kMaxBodies; ++body) {
-    const auto b = static_cast<std::size_t>(body);
     const TrackPoint* last = points.last_active(body);
-    if (last == nullptr || !threaded_[b] || length - last->arc > overhang_[b]) continue;
+    if (last == nullptr || !threaded_[body] || length - last->arc > overhang_[body]) continue;
     leave();
     state_ = TipState::inside;
-    end_ = ends_[b];
+    end_ = ends_[body];
     end_.point = -1;  // known to the tissue points from the next patch on
   }
 }
@@ -106,10 +105,10 @@ bool NeedleTip::touch(const HermiteShaft& shaft, const TissuePatch& patch, const
                       TrackPoints& points) {
   constexpr double kNear = 8e-3;  // m: beyond, the surface is no longer the plane through the crossing
   for (int i = 0; i < patch.interface_count; ++i) {
-    const PatchInterface& surface = patch.interfaces[static_cast<std::size_t>(i)];
+    const PatchInterface& surface = patch.interfaces[i];
     if (!surface.entering || surface.patch_tet < 0 || points.last_active(surface.body) != nullptr) continue;
-    const BodyPatch& body = patch.bodies[static_cast<std::size_t>(surface.body)];
-    const auto& nodes = body.tet_nodes[static_cast<std::size_t>(surface.patch_tet)];
+    const BodyPatch& body = patch.bodies[surface.body];
+    const auto& nodes = body.tet_nodes[surface.patch_tet];
     Vector3d crossing = Vector3d::Zero();
     for (std::size_t k = 0; k < 4; ++k) {
       crossing +=
@@ -140,9 +139,8 @@ bool NeedleTip::touch(const HermiteShaft& shaft, const TissuePatch& patch, const
     inward_ = -surface.normal;
     end_.body = surface.body;
     end_.patch_tet = at.patch_tet;
-    end_.place = {
-        .id = 0, .tet = body.tet_ids[static_cast<std::size_t>(at.patch_tet)], .barycentric = at.barycentric};
-    end_.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(at.patch_tet)];
+    end_.place = {.id = 0, .tet = body.tet_ids[at.patch_tet], .barycentric = at.barycentric};
+    end_.place.patch_nodes = body.tet_nodes[at.patch_tet];
     end_.site = site_in_patch(patch, end_);
     beyond_ = tissues_->at(rest_position(patch, end_.body, end_.place), 1);
     end_.tissue = beyond_;
@@ -156,7 +154,7 @@ bool NeedleTip::withdraw(TrackPoints& points) {
   if (state_ != TipState::inside || points.last_active(end_.body) != nullptr) return false;
   const auto lost = [&](const TrackPoint& point) { return point.body == end_.body && point.lost; };
   if (std::ranges::any_of(points.all(), lost)) return false;  // not withdrawn from: the patch lacks them
-  ends_[static_cast<std::size_t>(end_.body)] = end_;
+  ends_[end_.body] = end_;
   leave();
   return true;
 }
@@ -187,7 +185,7 @@ bool NeedleTip::advance(const HermiteShaft& shaft, const TissuePatch& patch, con
   }
   // The new end has u = 0: it is off the tip by what the tissue next to it gives way. Sideways that fades as the
   // tip goes on: new tissue has not been pushed yet.
-  const double faded = std::exp(-solver.motion()[static_cast<std::size_t>(row)] / settings_.side_length);
+  const double faded = std::exp(-solver.motion()[row] / settings_.side_length);
   Vector3d give = solver.compliance(row) * lambda[row] * contact->directions.col(0);
   for (int k = 1; k < 3; ++k) {
     give += faded * solver.compliance(row + k) * lambda[row + k] * contact->directions.col(k);
@@ -238,13 +236,13 @@ bool NeedleTip::follow_slide(const BoundedSolver& solver, const ActiveContact& c
 }
 
 bool NeedleTip::put_end(const PatchWalk& at, const TissuePatch& patch, TissuePoints& tissue) {
-  const BodyPatch& body = patch.bodies[static_cast<std::size_t>(end_.body)];
+  const BodyPatch& body = patch.bodies[end_.body];
   const TrackPoint before = end_;
   end_.place.rigid = false;
   end_.place.offset.setZero();
   end_.patch_tet = at.patch_tet;
-  end_.place.tet = body.tet_ids[static_cast<std::size_t>(at.patch_tet)];
-  end_.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(at.patch_tet)];
+  end_.place.tet = body.tet_ids[at.patch_tet];
+  end_.place.patch_nodes = body.tet_nodes[at.patch_tet];
   end_.place.barycentric = at.barycentric;
   end_.site = site_in_patch(patch, end_);
   if (tissue.move_last(patch, end_.place, end_.body)) return true;
@@ -258,7 +256,7 @@ void NeedleTip::enter(std::uint64_t step, double force, double response) {
   end_.tissue = beyond_;
   state_ = TipState::inside;
   barrier_ = 0;
-  threaded_[static_cast<std::size_t>(end_.body)] = true;
+  threaded_[end_.body] = true;
 }
 
 void NeedleTip::record(std::uint64_t step, int to, double force, double response) {
@@ -284,8 +282,8 @@ bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, cons
   }
   if (at.left == PatchWalk::Left::body) {
     const TrackPoint* last = points.last_active(end_.body);
-    overhang_[static_cast<std::size_t>(end_.body)] = last != nullptr ? shaft.length() - last->arc : 0;
-    ends_[static_cast<std::size_t>(end_.body)] = end_;
+    overhang_[end_.body] = last != nullptr ? shaft.length() - last->arc : 0;
+    ends_[end_.body] = end_;
     leave();
     return true;
   }

@@ -121,7 +121,7 @@ void NeedleTrack::share_shaft(double reach) {
 void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point, const ShaftPoint& at, double dt,
                               TrackRows& out) const {
   const InsertionResistance& resistance = tissues_->resistance(point.tissue);
-  ActiveContact& contact = out.contacts[static_cast<std::size_t>(out.contact_count++)];
+  ActiveContact& contact = out.contacts[out.contact_count++];
   contact.point = point.point;
   contact.first_row = out.row_count;
   contact.row_count = resistance.resists_sliding() ? 3 : 2;
@@ -164,7 +164,7 @@ LugreRow NeedleTrack::lugre_row(const TrackPoint& point) const {
 void NeedleTrack::slide(const TrackRows& rows, const BoundedSolver& solver,
                         const Eigen::Ref<const Eigen::VectorXd>& lambda) {
   for (int c = 0; c < rows.contact_count; ++c) {
-    const ActiveContact& contact = rows.contacts[static_cast<std::size_t>(c)];
+    const ActiveContact& contact = rows.contacts[c];
     if (contact.row_count != 3) continue;
     const int row = contact.first_row + 2;
     for (TrackPoint& point : points_.all()) {
@@ -173,7 +173,7 @@ void NeedleTrack::slide(const TrackRows& rows, const BoundedSolver& solver,
         point.held_arc -= lugre_row(point).advance(lambda[row], dt_, point.bristles);
         point.pressed = std::hypot(lambda[row - 2], lambda[row - 1]);
       } else if (solver.state(row) != RowState::sticking) {
-        point.held_arc -= solver.motion()[static_cast<std::size_t>(row)];
+        point.held_arc -= solver.motion()[row];
       }
     }
   }
@@ -210,7 +210,7 @@ void NeedleTrack::lay(const HermiteShaft& shaft, const TissuePatch& patch, Tissu
 void NeedleTrack::publish(const TissuePoints& tissue, double beam_length, double length, NeedleState& out) const {
   const int last_beam = static_cast<int>(std::lround(length / beam_length)) - 1;
   const auto add = [&](const TrackPoint& point) -> NeedleContact& {
-    NeedleContact& to = out.contacts[static_cast<std::size_t>(out.track_count++)];
+    NeedleContact& to = out.contacts[out.track_count++];
     to = {.id = point.place.id, .body = point.body, .tet = point.place.tet, .barycentric = point.place.barycentric};
     if (point.point >= 0) {
       to.position = tissue.position(point.point);

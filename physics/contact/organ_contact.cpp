@@ -69,7 +69,7 @@ double mean_edge(const BodySurface& surface, const TissueModel& model) {
   double sum = 0;
   for (int f = 0; f < surface.face_count(); ++f) {
     const auto& [a, b, c] = surface.face(f);
-    sum += (model.mesh.nodes[static_cast<std::size_t>(b)] - model.mesh.nodes[static_cast<std::size_t>(a)]).norm();
+    sum += (model.mesh.nodes[b] - model.mesh.nodes[a]).norm();
   }
   return sum / surface.face_count();
 }
@@ -82,9 +82,9 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
   check(models, settings_);
   std::vector<char> used(models.size(), 0);
   for (const ContactPair& pair : settings_.pairs) {
-    used[static_cast<std::size_t>(pair.nodes_of)] = used[static_cast<std::size_t>(pair.surface_of)] = 1;
+    used[pair.nodes_of] = used[pair.surface_of] = 1;
   }
-  if (settings_.probe) used[static_cast<std::size_t>(settings_.probe->body)] = 1;
+  if (settings_.probe) used[settings_.probe->body] = 1;
   std::vector<Eigen::Matrix3Xd> at_rest;
   for (const TissueModel& model : models) at_rest.push_back(rest_positions(model));
   for (std::size_t b = 0; b < models.size(); ++b) {
@@ -99,8 +99,7 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
   std::size_t capacity = 0;
   Eigen::Index unknowns = 0;
   for (std::size_t p = 0; p < settings_.pairs.size(); ++p) {
-    const std::span<const int> nodes =
-        bodies_[static_cast<std::size_t>(settings_.pairs[p].nodes_of)].surface->nodes();
+    const std::span<const int> nodes = bodies_[settings_.pairs[p].nodes_of].surface->nodes();
     std::vector<NodeContact>& states = nodes_.emplace_back(nodes.size());
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       const SurfaceRow row = face_to_face(static_cast<int>(p), nodes[k], true);
@@ -110,8 +109,8 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
     unknowns += settings_.max_points;
   }
   if (settings_.probe) {
-    const BodySurface& surface = *bodies_[static_cast<std::size_t>(settings_.probe->body)].surface;
-    const double edge = mean_edge(surface, models[static_cast<std::size_t>(settings_.probe->body)]);
+    const BodySurface& surface = *bodies_[settings_.probe->body].surface;
+    const double edge = mean_edge(surface, models[settings_.probe->body]);
     const int cuts =
         std::clamp(static_cast<int>(std::lround(edge / settings_.probe->point_spacing)), 1, kMaxSubdivision);
     const std::vector<Eigen::Vector3d> points = face_points(cuts);
@@ -155,9 +154,9 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
 }
 
 SurfaceRow OrganContact::face_to_face(int pair, int node, bool pressed) const {
-  const ContactPair& bodies = settings_.pairs[static_cast<std::size_t>(pair)];
-  const Body& body = bodies_[static_cast<std::size_t>(bodies.nodes_of)];
-  const BodySurface& surface = *bodies_[static_cast<std::size_t>(bodies.surface_of)].surface;
+  const ContactPair& bodies = settings_.pairs[pair];
+  const Body& body = bodies_[bodies.nodes_of];
+  const BodySurface& surface = *bodies_[bodies.surface_of].surface;
   SurfaceRow row;
   const Eigen::Vector3d x = body.positions->col(node);
   if (surface.bounds().squaredExteriorDistance(x) > settings_.reach * settings_.reach) return row;
@@ -179,14 +178,14 @@ SurfaceRow OrganContact::face_to_face(int pair, int node, bool pressed) const {
 
 bool OrganContact::movable(const SurfaceRow& row) const {
   return std::any_of(row.supports.begin(), row.supports.begin() + row.support_count, [&](const auto& support) {
-    const TissueModel& model = *bodies_[static_cast<std::size_t>(support.body)].model;
-    return support.weight != 0 && model.free_index[static_cast<std::size_t>(support.node)] >= 0;
+    const TissueModel& model = *bodies_[support.body].model;
+    return support.weight != 0 && model.free_index[support.node] >= 0;
   });
 }
 
 void OrganContact::find_pair(int pair) {
   const auto p = static_cast<std::size_t>(pair);
-  const std::span<const int> nodes = bodies_[static_cast<std::size_t>(settings_.pairs[p].nodes_of)].surface->nodes();
+  const std::span<const int> nodes = bodies_[settings_.pairs[p].nodes_of].surface->nodes();
   std::vector<SurfaceRow> found;
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     SurfaceRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0);
@@ -202,7 +201,7 @@ void OrganContact::find_pair(int pair) {
 
 void OrganContact::find_probe(const RigidPose& pose) {
   const ProbeContactSettings& probe = *settings_.probe;
-  const Body& body = bodies_[static_cast<std::size_t>(probe.body)];
+  const Body& body = bodies_[probe.body];
   const Eigen::Matrix3d world_from_probe = pose.orientation.toRotationMatrix();
   const double reach = probe.shape.reach(settings_.search) + settings_.reach;
   faces_.clear();
@@ -258,8 +257,8 @@ void OrganContact::learn(int limit, SolveWorkspace& workspace) {
     for (const SurfaceRow& row : rows_) {
       if ((row.lambda > 0) != pressed) continue;
       for (int s = 0; s < row.support_count; ++s) {
-        const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
-        bodies_[static_cast<std::size_t>(support.body)].touched.push_back(support.node);
+        const SurfaceRow::Support& support = row.supports[s];
+        bodies_[support.body].touched.push_back(support.node);
       }
     }
   }
@@ -267,9 +266,8 @@ void OrganContact::learn(int limit, SolveWorkspace& workspace) {
     if (body.compliance) body.compliance->learn(body.touched, limit, workspace);
   }
   std::erase_if(rows_, [&](const SurfaceRow& row) {  // they come in the next steps
-    return std::any_of(row.supports.begin(), row.supports.begin() + row.support_count, [&](const auto& support) {
-      return !bodies_[static_cast<std::size_t>(support.body)].compliance->known(support.node);
-    });
+    return std::any_of(row.supports.begin(), row.supports.begin() + row.support_count,
+                       [&](const auto& support) { return !bodies_[support.body].compliance->known(support.node); });
   });
 }
 
@@ -291,11 +289,11 @@ void OrganContact::hold(SurfaceRow& row, ProbePoint& point, const Eigen::Vector3
 Eigen::Matrix3d OrganContact::compliance_between(const SurfaceRow& row, const SurfaceRow& other) const {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (int a = 0; a < row.support_count; ++a) {
-    const SurfaceRow::Support& at = row.supports[static_cast<std::size_t>(a)];
+    const SurfaceRow::Support& at = row.supports[a];
     for (int b = 0; b < other.support_count; ++b) {
-      const SurfaceRow::Support& from = other.supports[static_cast<std::size_t>(b)];
+      const SurfaceRow::Support& from = other.supports[b];
       if (at.body != from.body) continue;
-      const SurfaceCompliance& compliance = *bodies_[static_cast<std::size_t>(at.body)].compliance;
+      const SurfaceCompliance& compliance = *bodies_[at.body].compliance;
       sum += at.weight * from.weight * compliance.block(at.node, from.node);
     }
   }
@@ -345,8 +343,8 @@ void OrganContact::foresee_turn() {
   // what a change of the multipliers does. Left out, a point stuck on a round rim would swing for ever.
   for (SurfaceRow& row : rows_) {
     for (int s = 0; s < row.support_count; ++s) {
-      const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
-      Body& body = bodies_[static_cast<std::size_t>(support.body)];
+      const SurfaceRow::Support& support = row.supports[s];
+      Body& body = bodies_[support.body];
       body.force.col(support.node) -= support.weight * row.force();  // what is lost
       body.loaded.push_back(support.node);
     }
@@ -369,12 +367,12 @@ void OrganContact::foresee_turn() {
   for (const SurfaceRow& row : rows_) {
     Eigen::Vector3d motion = Eigen::Vector3d::Zero();
     for (int s = 0; s < row.support_count; ++s) {
-      const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
-      motion += support.weight * bodies_[static_cast<std::size_t>(support.body)].motion.col(support.node);
+      const SurfaceRow::Support& support = row.supports[s];
+      motion += support.weight * bodies_[support.body].motion.col(support.node);
     }
     slack_[row.first] += row.normal.dot(motion);
     for (int k = 1; k < row.unknowns(); ++k) {
-      slack_[row.first + k] += row.across[static_cast<std::size_t>(k - 1)].dot(motion);
+      slack_[row.first + k] += row.across[k - 1].dot(motion);
     }
   }
 }
@@ -430,7 +428,7 @@ void OrganContact::keep(const RigidPose* probe) {
     if (!std::isfinite(row.lambda)) row.lambda = 0;
     if (!row.tangential.allFinite()) row.tangential.setZero();
     if (row.pair >= 0) {
-      nodes_[static_cast<std::size_t>(row.pair)][row.slot].lambda = row.lambda;
+      nodes_[row.pair][row.slot].lambda = row.lambda;
       continue;
     }
     ProbePoint& point = points_[row.slot];
@@ -459,8 +457,8 @@ void OrganContact::sum_up(const RigidPose* probe) {
   report_.rows = static_cast<int>(rows_.size());
   for (const SurfaceRow& row : rows_) {
     for (int s = 0; s < row.support_count && row.lambda > 0; ++s) {
-      const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
-      Body& body = bodies_[static_cast<std::size_t>(support.body)];
+      const SurfaceRow::Support& support = row.supports[s];
+      Body& body = bodies_[support.body];
       body.force.col(support.node) += support.weight * row.force();
       body.loaded.push_back(support.node);
     }
@@ -486,9 +484,9 @@ void OrganContact::add_forces(int body, Eigen::VectorXd& forces) const {
   for (const SurfaceRow& row : rows_) {
     if (row.lambda <= 0) continue;
     for (int s = 0; s < row.support_count; ++s) {
-      const SurfaceRow::Support& support = row.supports[static_cast<std::size_t>(s)];
+      const SurfaceRow::Support& support = row.supports[s];
       if (support.body != body) continue;
-      const int i = bodies_[static_cast<std::size_t>(body)].model->free_index[static_cast<std::size_t>(support.node)];
+      const int i = bodies_[body].model->free_index[support.node];
       if (i >= 0) forces.segment<3>(3 * i) += support.weight * row.force();
     }
   }

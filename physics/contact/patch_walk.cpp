@@ -22,49 +22,49 @@ constexpr double kFlat = 1e-3;     // the same of the face as it is deformed: th
 
 /// Corner of the tetrahedron opposite its face on the surface, the nearest if there are several; -1: none.
 int apex_of_surface(const BodyPatch& nodes, const PatchWalk& at) {
-  const auto& neighbours = nodes.tet_neighbours[static_cast<std::size_t>(at.patch_tet)];
+  const auto& neighbours = nodes.tet_neighbours[at.patch_tet];
   int apex = -1;
   for (int k = 0; k < 4; ++k) {
-    if (neighbours[static_cast<std::size_t>(k)] != kBeyondSurface) continue;
+    if (neighbours[k] != kBeyondSurface) continue;
     if (apex < 0 || at.barycentric[k] < at.barycentric[apex]) apex = k;
   }
   return apex;
 }
 
 int corner_of(const BodyPatch& nodes, int tet, int node) {
-  const auto& corners = nodes.tet_nodes[static_cast<std::size_t>(tet)];
+  const auto& corners = nodes.tet_nodes[tet];
   return static_cast<int>(std::find(corners.begin(), corners.end(), node) - corners.begin());
 }
 
 /// Outward unit normal without needle force.
 Vector3d normal_of_face(const BodyPatch& nodes, int tet, int apex) {
-  const auto& corners = nodes.tet_nodes[static_cast<std::size_t>(tet)];
+  const auto& corners = nodes.tet_nodes[tet];
   std::array<Vector3d, 3> x;
   for (std::size_t k = 0, n = 0; k < 4; ++k) {
     if (static_cast<int>(k) != apex) x[n++] = nodes.free_positions.col(corners[k]);
   }
   const Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).normalized();
-  const Vector3d inside = nodes.free_positions.col(corners[static_cast<std::size_t>(apex)]);
+  const Vector3d inside = nodes.free_positions.col(corners[apex]);
   return normal.dot(inside - x[0]) > 0 ? Vector3d(-normal) : normal;
 }
 
 /// Goes on to the next face on the surface: round the edge of the present one that is opposite corner `over`.
 /// @return false where the patch ends
 bool turn_edge(const BodyPatch& nodes, int over, int& apex, PatchWalk& walk) {
-  const auto* corners = &nodes.tet_nodes[static_cast<std::size_t>(walk.patch_tet)];
+  const auto* corners = &nodes.tet_nodes[walk.patch_tet];
   std::array<int, 2> edge{};  // nodes
   std::array<double, 2> weights{};
   for (int k = 0, n = 0; k < 4; ++k) {
     if (k == over || k == apex) continue;
-    edge[static_cast<std::size_t>(n)] = (*corners)[static_cast<std::size_t>(k)];
-    weights[static_cast<std::size_t>(n++)] = walk.barycentric[k];
+    edge[n] = (*corners)[k];
+    weights[n++] = walk.barycentric[k];
   }
   const double depth = walk.barycentric[apex];
   int tet = walk.patch_tet;
   int near = over;  // corners off the edge: on the face last passed, and beyond it
   int far = apex;
   for (int tets = 0; tets < nodes.tet_count; ++tets) {
-    const int next = nodes.tet_neighbours[static_cast<std::size_t>(tet)][static_cast<std::size_t>(near)];
+    const int next = nodes.tet_neighbours[tet][near];
     if (next == kBeyondPatch) return false;
     if (next == kBeyondSurface) {
       walk.patch_tet = tet;
@@ -74,11 +74,10 @@ bool turn_edge(const BodyPatch& nodes, int over, int& apex, PatchWalk& walk) {
       apex = near;
       return true;
     }
-    near = corner_of(nodes, next, (*corners)[static_cast<std::size_t>(far)]);
+    near = corner_of(nodes, next, (*corners)[far]);
     tet = next;
-    corners = &nodes.tet_nodes[static_cast<std::size_t>(tet)];
-    for (far = 0; far == near || (*corners)[static_cast<std::size_t>(far)] == edge[0] ||
-                  (*corners)[static_cast<std::size_t>(far)] == edge[1];) {
+    corners = &nodes.tet_nodes[tet];
+    for (far = 0; far == near || (*corners)[far] == edge[0] || (*corners)[far] == edge[1];) {
       ++far;
     }
   }
@@ -90,13 +89,13 @@ bool turn_edge(const BodyPatch& nodes, int over, int& apex, PatchWalk& walk) {
 PatchWalk slide_on_surface(const TissuePatch& patch, int body, const PatchWalk& from,
                            const Eigen::Matrix<double, 3, 2>& across, const Eigen::Vector2d& slide,
                            const TissuePoints& tissue) {
-  const BodyPatch& nodes = patch.bodies[static_cast<std::size_t>(body)];
+  const BodyPatch& nodes = patch.bodies[body];
   const Vector3d along = across.col(0).cross(across.col(1));
   PatchWalk walk = from;
   walk.left = PatchWalk::Left::nothing;
   const auto position_of = [&](int tet, int corner) {
-    const auto& corners = nodes.tet_nodes[static_cast<std::size_t>(tet)];
-    return tissue.node_position(patch, body, corners[static_cast<std::size_t>(corner)]);
+    const auto& corners = nodes.tet_nodes[tet];
+    return tissue.node_position(patch, body, corners[corner]);
   };
   int apex = apex_of_surface(nodes, walk);
   if (apex < 0) {
@@ -108,10 +107,10 @@ PatchWalk slide_on_surface(const TissuePatch& patch, int body, const PatchWalk& 
   for (int faces = 0; faces < kMostFaces; ++faces) {
     std::array<int, 3> rim{};  // corners of the face
     for (int k = 0, n = 0; k < 4; ++k) {
-      if (k != apex) rim[static_cast<std::size_t>(n++)] = k;
+      if (k != apex) rim[n++] = k;
     }
     Matrix3d x;
-    for (int n = 0; n < 3; ++n) x.col(n) = position_of(walk.patch_tet, rim[static_cast<std::size_t>(n)]);
+    for (int n = 0; n < 3; ++n) x.col(n) = position_of(walk.patch_tet, rim[n]);
     Eigen::Matrix<double, 3, 2> edges;
     edges << x.col(1) - x.col(0), x.col(2) - x.col(0);
     const Eigen::Matrix2d plane = across.transpose() * edges;
@@ -122,13 +121,13 @@ PatchWalk slide_on_surface(const TissuePatch& patch, int body, const PatchWalk& 
     double part = 1;  // up to the first edge
     int over = -1;
     for (int n = 0; n < 3; ++n) {
-      const double weight = walk.barycentric[rim[static_cast<std::size_t>(n)]];
+      const double weight = walk.barycentric[rim[n]];
       if (weight + part * change[n] >= 0) continue;
       part = weight / -change[n];
-      over = rim[static_cast<std::size_t>(n)];
+      over = rim[n];
     }
     for (int n = 0; n < 3; ++n) {
-      double& weight = walk.barycentric[rim[static_cast<std::size_t>(n)]];
+      double& weight = walk.barycentric[rim[n]];
       weight = std::max(0.0, weight + part * change[n]);
     }
     if (over < 0) return walk;
@@ -148,7 +147,7 @@ PatchWalk slide_on_surface(const TissuePatch& patch, int body, const PatchWalk& 
 }
 
 Vector3d surface_normal(const TissuePatch& patch, int body, const PatchWalk& at) {
-  const BodyPatch& nodes = patch.bodies[static_cast<std::size_t>(body)];
+  const BodyPatch& nodes = patch.bodies[body];
   const int apex = apex_of_surface(nodes, at);
   return apex < 0 ? Vector3d(Vector3d::Zero()) : normal_of_face(nodes, at.patch_tet, apex);
 }
@@ -157,7 +156,7 @@ PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Ve
                      const TissuePoints& tissue) {
   constexpr int kMostSteps = 64;
   constexpr double kOnFace = -1e-9;
-  const BodyPatch& nodes = patch.bodies[static_cast<std::size_t>(body)];
+  const BodyPatch& nodes = patch.bodies[body];
   PatchWalk walk;
   walk.patch_tet = patch_tet;
   for (int step = 0; step < kMostSteps; ++step) {
@@ -177,13 +176,13 @@ PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Ve
     int face = -1;
     std::pair<bool, double> best;  // whether nothing is behind it, how far inside
     for (int k = 0; k < 4; ++k) {
-      const std::pair rank{nodes.tet_neighbours[t][static_cast<std::size_t>(k)] < 0, walk.barycentric[k]};
+      const std::pair rank{nodes.tet_neighbours[t][k] < 0, walk.barycentric[k]};
       if (!(walk.barycentric[k] < kOnFace) || (face >= 0 && !(rank < best))) continue;
       best = rank;
       face = k;
     }
     if (face < 0) return walk;
-    const int next = nodes.tet_neighbours[t][static_cast<std::size_t>(face)];
+    const int next = nodes.tet_neighbours[t][face];
     if (next < 0) {
       walk.left = next == kBeyondSurface ? PatchWalk::Left::body : PatchWalk::Left::patch;
       break;
@@ -196,7 +195,7 @@ PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Ve
 }
 
 Vector3d rest_position(const TissuePatch& patch, int body, const PatchContact& point) {
-  const BodyPatch& nodes = patch.bodies[static_cast<std::size_t>(body)];
+  const BodyPatch& nodes = patch.bodies[body];
   Vector3d rest = Vector3d::Zero();
   for (std::size_t k = 0; k < 4; ++k) {
     rest += point.barycentric[static_cast<Eigen::Index>(k)] * nodes.rest_positions.col(point.patch_nodes[k]);

@@ -12,7 +12,7 @@ SurfaceCompliance::SurfaceCompliance(const TissueModel& model, const Factorisati
       place_(model.mesh.nodes.size(), -1),
       columns_(boundary.size()) {
   for (std::size_t i = 0; i < boundary_.size(); ++i) {
-    place_[static_cast<std::size_t>(boundary_[i])] = static_cast<int>(i);
+    place_[boundary_[i]] = static_cast<int>(i);
   }
 }
 
@@ -26,7 +26,7 @@ int SurfaceCompliance::learn(std::span<const int> nodes, int limit, SolveWorkspa
   Eigen::MatrixXd& unit = workspace.columns;
   unit.setZero(model_.dof_count(), static_cast<Eigen::Index>(3 * fresh.size()));
   for (std::size_t k = 0; k < fresh.size(); ++k) {
-    const int dof = 3 * model_.free_index[static_cast<std::size_t>(fresh[k])];
+    const int dof = 3 * model_.free_index[fresh[k]];
     for (int c = 0; c < 3; ++c) unit(dof + c, static_cast<Eigen::Index>(3 * k) + c) = 1;
   }
   factor_.solve(unit, unit, workspace);
@@ -34,7 +34,7 @@ int SurfaceCompliance::learn(std::span<const int> nodes, int limit, SolveWorkspa
     Eigen::MatrixX3f& column = columns_[index(fresh[k])];
     column.setZero(static_cast<Eigen::Index>(3 * boundary_.size()), 3);
     for (std::size_t i = 0; i < boundary_.size(); ++i) {
-      const int dof = 3 * model_.free_index[static_cast<std::size_t>(boundary_[i])];
+      const int dof = 3 * model_.free_index[boundary_[i]];
       if (dof < 0) continue;
       column.middleRows<3>(static_cast<Eigen::Index>(3 * i)) =
           unit.block<3, 3>(dof, static_cast<Eigen::Index>(3 * k)).cast<float>();

@@ -28,8 +28,8 @@ public:
   Eigen::Matrix3d block(int a, int b) const;
 
 private:
-  std::size_t index(int node) const { return static_cast<std::size_t>(place_[static_cast<std::size_t>(node)]); }
-  bool fixed(int node) const { return model_.free_index[static_cast<std::size_t>(node)] < 0; }
+  std::size_t index(int node) const { return static_cast<std::size_t>(place_[node]); }
+  bool fixed(int node) const { return model_.free_index[node] < 0; }
 
   const TissueModel& model_;
   Factorisation factor_;

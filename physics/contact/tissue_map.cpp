@@ -11,7 +11,7 @@ Eigen::Vector3i TissueMap::voxel_at(const Eigen::Vector3d& x) const {
 int TissueMap::label(const Eigen::Vector3i& v) const {
   if ((v.array() < 0).any() || (v.array() >= size.array()).any()) return 0;
   const Eigen::Index index = (Eigen::Index{v.z()} * size.y() + v.y()) * size.x() + v.x();
-  return labels[static_cast<std::size_t>(index)];
+  return labels[index];
 }
 
 int TissueMap::at(const Eigen::Vector3d& rest, int inside) const {

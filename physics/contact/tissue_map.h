@@ -44,7 +44,7 @@ struct TissueMap {
   int at(const Eigen::Vector3d& rest, int inside) const;
   /// Bone at a position: it stays where it was at rest. 0: there is none. @realtime
   int bone_at(const Eigen::Vector3d& x) const;
-  const InsertionResistance& resistance(int tissue) const { return tissues[static_cast<std::size_t>(tissue)]; }
+  const InsertionResistance& resistance(int tissue) const { return tissues[tissue]; }
   /// Force on the tip that breaks through from one tissue to another, N: as `surfaces` say; from outside that of the
   /// tissue entered; else the smaller of the two, since an inclusion's membrane is the same from both sides; the
   /// larger where one is bone.

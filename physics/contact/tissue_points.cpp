@@ -54,7 +54,7 @@ bool TissuePoints::load(const TissuePatch& patch) {
   for (int b = 0; b < body_count; ++b) {
     const BodyPatch& body = patch.bodies[b];
     for (int c = skipped[b]; c < body.contact_count; ++c) {
-      const PatchContact& contact = body.contacts[static_cast<std::size_t>(c)];
+      const PatchContact& contact = body.contacts[c];
       add(contact, b, contact.free_position);
     }
   }
@@ -68,7 +68,7 @@ bool TissuePoints::load(const TissuePatch& patch) {
       block(i, j).setZero();
       block(j, i).setZero();
     }
-    const int skip = skipped[static_cast<std::size_t>(body(j))] - first;
+    const int skip = skipped[body(j)] - first;
     for (int i = first; i <= j; ++i) {
       const auto laid = patch.bodies[body(j)].contact_compliance(skip + i, skip + j);
       block(i, j) = laid;
@@ -103,8 +103,8 @@ void TissuePoints::append(const TissuePatch& patch, const PatchContact& contact,
 
 bool TissuePoints::move_last(const TissuePatch& patch, const PatchContact& contact, int body) {
   const Vector3d force = forces_.col(count_ - 1);
-  const PatchContact before = contacts_[static_cast<std::size_t>(count_ - 1)];
-  const int body_before = bodies_[static_cast<std::size_t>(count_ - 1)];
+  const PatchContact before = contacts_[count_ - 1];
+  const int body_before = bodies_[count_ - 1];
   const auto put = [&](const PatchContact& at, int in) {
     --count_;
     add(at, in, free_in_patch(patch, at, in));
@@ -126,9 +126,8 @@ void TissuePoints::keep_old() {
 }
 
 void TissuePoints::add(const PatchContact& contact, int body, const Vector3d& free_position) {
-  const auto at = static_cast<std::size_t>(count_);
-  contacts_[at] = contact;
-  bodies_[at] = body;
+  contacts_[count_] = contact;
+  bodies_[count_] = body;
   free_.col(count_) = free_position;
   forces_.col(count_).setZero();
   ++count_;
@@ -136,10 +135,8 @@ void TissuePoints::add(const PatchContact& contact, int body, const Vector3d& fr
 
 void TissuePoints::carry_forces() {
   for (int i = 0; i < count_; ++i) {
-    const auto now = static_cast<std::size_t>(i);
     for (int o = 0; o < old_count_; ++o) {
-      const auto old = static_cast<std::size_t>(o);
-      if (old_bodies_[old] == bodies_[now] && old_contacts_[old].id == contacts_[now].id) {
+      if (old_bodies_[o] == bodies_[i] && old_contacts_[o].id == contacts_[i].id) {
         forces_.col(i) = old_forces_.col(o);
       }
     }
@@ -163,11 +160,10 @@ Vector3d TissuePoints::node_position(const TissuePatch& patch, int body, int pat
   const BodyPatch& nodes = patch.bodies[body];
   Vector3d position = nodes.free_positions.col(patch_node);
   for (int i = 0; i < count_; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (bodies_[at] != body || contacts_[at].rigid || forces_.col(i).isZero(0)) continue;
+    if (bodies_[i] != body || contacts_[i].rigid || forces_.col(i).isZero(0)) continue;
     for (int k = 0; k < 4; ++k) {
       position +=
-          nodes.w_bar(patch_node, contacts_[at].patch_nodes[k]) * (contacts_[at].barycentric[k] * forces_.col(i));
+          nodes.w_bar(patch_node, contacts_[i].patch_nodes[k]) * (contacts_[i].barycentric[k] * forces_.col(i));
     }
   }
   return position;
@@ -177,7 +173,7 @@ void TissuePoints::apply(const std::vector<ActiveContact>& contacts, int contact
                          Eigen::Ref<const Eigen::VectorXd> lambda) {
   forces_.leftCols(count_).setZero();
   for (int c = 0; c < contact_count; ++c) {
-    const ActiveContact& contact = contacts[static_cast<std::size_t>(c)];
+    const ActiveContact& contact = contacts[c];
     forces_.col(contact.point) -= contact.rows() * lambda.segment(contact.first_row, contact.row_count);
   }
   move_points();

@@ -47,8 +47,8 @@ public:
   int count() const { return count_; }
   /// Whether the patch is finite where the points are. If not, their forces are all that is worth keeping.
   bool finite() const { return finite_; }
-  int body(int point) const { return bodies_[static_cast<std::size_t>(point)]; }
-  const PatchContact& contact(int point) const { return contacts_[static_cast<std::size_t>(point)]; }
+  int body(int point) const { return bodies_[point]; }
+  const PatchContact& contact(int point) const { return contacts_[point]; }
   /// Position with all needle force removed, m.
   auto free_position(int point) const { return free_.col(point); }
   /// Position under the present forces, m.

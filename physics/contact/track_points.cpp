@@ -14,24 +14,24 @@ constexpr double kSoonGone = 0.1;  // part of its share that a point may have le
 }  // namespace
 
 bool find_in_patch(const TissuePatch& patch, TrackPoint& point) {
-  const BodyPatch& body = patch.bodies[static_cast<std::size_t>(point.body)];
+  const BodyPatch& body = patch.bodies[point.body];
   const auto end = body.tet_ids.begin() + body.tet_count;
   const auto at = std::lower_bound(body.tet_ids.begin(), end, point.place.tet);
   point.patch_tet = at != end && *at == point.place.tet ? static_cast<int>(at - body.tet_ids.begin()) : -1;
-  if (point.patch_tet >= 0) point.place.patch_nodes = body.tet_nodes[static_cast<std::size_t>(point.patch_tet)];
+  if (point.patch_tet >= 0) point.place.patch_nodes = body.tet_nodes[point.patch_tet];
   return point.patch_tet >= 0;
 }
 
 SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point) {
-  const BodyPatch& body = patch.bodies[static_cast<std::size_t>(point.body)];
-  const auto& nodes = body.tet_nodes[static_cast<std::size_t>(point.patch_tet)];
+  const BodyPatch& body = patch.bodies[point.body];
+  const auto& nodes = body.tet_nodes[point.patch_tet];
   SubgridSite site{
       .tet_volume = 0, .material = {.young_modulus = 0, .poisson_ratio = 0}, .barycentric = point.place.barycentric};
   // A point a little outside is taken on the face.
   const Eigen::Vector4d inside = site.barycentric.cwiseMax(0.0);
   const Eigen::Vector4d weights = inside / inside.sum();
   for (std::size_t k = 0; k < 4; ++k) {
-    const NodeSurroundings& around = body.surroundings[static_cast<std::size_t>(nodes[k])];
+    const NodeSurroundings& around = body.surroundings[nodes[k]];
     const double weight = weights[static_cast<Eigen::Index>(k)];
     site.tet_volume += weight * around.tet_volume;
     site.material.young_modulus += weight * around.material.young_modulus;
@@ -70,7 +70,7 @@ void TrackPoints::forget(int body) {
 
 bool TrackPoints::lay(const TrackPoint& end, double arc) {
   const bool unfelt = make_room();
-  TrackPoint& point = points_[static_cast<std::size_t>(count_++)];
+  TrackPoint& point = points_[count_++];
   point = end;
   point.place.id = next_id_++;
   point.place.rigid = false;  // beside it is soft tissue
@@ -135,11 +135,11 @@ void TrackPoints::choose_leaving() {
   left_ = 0;
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < count_ - kNearTip; ++i) {
-    const TrackPoint& point = points_[static_cast<std::size_t>(i)];
+    const TrackPoint& point = points_[i];
     const TrackPoint* before = nullptr;
     const TrackPoint* behind = nullptr;
     for (int k = 0; k < count_; ++k) {
-      const TrackPoint& other = points_[static_cast<std::size_t>(k)];
+      const TrackPoint& other = points_[k];
       if (other.body != point.body) continue;
       if (k < i) before = &other;
       if (k > i && behind == nullptr) behind = &other;

@@ -88,7 +88,7 @@ const NeedleState& HapticLoop::step(const StylusPose& hub, double dt, const Tiss
 Eigen::Matrix3Xd HapticLoop::directions() const {
   Eigen::Matrix3Xd all(3, delassus_.rows());
   for (int c = 0; c < rows_.contact_count; ++c) {
-    const ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(c)];
+    const ActiveContact& contact = rows_.contacts[c];
     all.middleCols(contact.first_row, contact.row_count) = contact.rows();
   }
   return all;
@@ -133,7 +133,7 @@ bool HapticLoop::synchronise(const TissuePatch& patch) {
     loaded_epoch_ = patch.epoch;
     patch_finite_ = tissue_.finite();
     for (int b = 0; b < patch.body_count; ++b) {
-      const BodyPatch& body = patch.bodies[static_cast<std::size_t>(b)];
+      const BodyPatch& body = patch.bodies[b];
       patch_finite_ = patch_finite_ && body.free_positions.leftCols(body.node_count).allFinite();
     }
   }
@@ -164,7 +164,7 @@ void HapticLoop::project_contacts() {
   rows_.contact_count = 0;
   const int last_beam = needle_.node_count() - 2;
   for (int point = 0; point < tissue_.count(); ++point) {
-    ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(rows_.contact_count)];
+    ActiveContact& contact = rows_.contacts[rows_.contact_count];
     contact.point = point;
     contact.first_row = 2 * rows_.contact_count;
     contact.row_count = 2;
@@ -181,7 +181,7 @@ void HapticLoop::project_contacts() {
 
 void HapticLoop::direct_contacts() {
   for (int c = 0; c < rows_.contact_count; ++c) {
-    ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(c)];
+    ActiveContact& contact = rows_.contacts[c];
     contact.directions.leftCols<2>() =
         settings_.coupling == Coupling::paper_frozen
             ? tissue_.contact(contact.point).directions
@@ -291,7 +291,7 @@ void HapticLoop::publish_shape() {
   state_.node_count = shape_.node_count;
   state_.positions.leftCols(shape_.node_count) = shape_.nodes();
   for (int i = 0; i < shape_.node_count; ++i) {
-    state_.orientations[static_cast<std::size_t>(i)] = shape_.orientation(i);
+    state_.orientations[i] = shape_.orientation(i);
   }
 }
 
@@ -307,16 +307,16 @@ void HapticLoop::publish_contacts() {
   };
   const ActiveContact* deepest = nullptr;
   for (int c = 0; c < rows_.contact_count; ++c) {
-    const ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(c)];
+    const ActiveContact& contact = rows_.contacts[c];
     const PatchContact& laid = tissue_.contact(contact.point);
-    state_.contacts[static_cast<std::size_t>(c)] = {.id = laid.id,
-                                                    .body = tissue_.body(contact.point),
-                                                    .tet = laid.tet,
-                                                    .barycentric = laid.barycentric,
-                                                    .beam = contact.shaft.beam,
-                                                    .beam_fraction = contact.shaft.beam_fraction,
-                                                    .position = tissue_.position(contact.point),
-                                                    .force = tissue_.force(contact.point)};
+    state_.contacts[c] = {.id = laid.id,
+                          .body = tissue_.body(contact.point),
+                          .tet = laid.tet,
+                          .barycentric = laid.barycentric,
+                          .beam = contact.shaft.beam,
+                          .beam_fraction = contact.shaft.beam_fraction,
+                          .position = tissue_.position(contact.point),
+                          .force = tissue_.force(contact.point)};
     if (deepest == nullptr || arc(contact) > arc(*deepest)) deepest = &contact;
   }
 
@@ -325,7 +325,7 @@ void HapticLoop::publish_contacts() {
   state_.tip_body = deepest == nullptr ? -1 : tissue_.body(deepest->point);
   state_.tip_depth = 0;
   for (int c = 0; c < rows_.contact_count; ++c) {
-    const ActiveContact& contact = rows_.contacts[static_cast<std::size_t>(c)];
+    const ActiveContact& contact = rows_.contacts[c];
     if (tissue_.body(contact.point) != state_.tip_body) continue;
     state_.tip_depth = std::max(state_.tip_depth, needle_.rest_length() - arc(contact));
   }
@@ -334,7 +334,7 @@ void HapticLoop::publish_contacts() {
 void HapticLoop::publish_forces(const TissuePatch& patch) {
   state_.force_count = 0;
   for (int body = 0; body < patch.body_count && tissue_.count() > 0; ++body) {
-    const BodyPatch& nodes = patch.bodies[static_cast<std::size_t>(body)];
+    const BodyPatch& nodes = patch.bodies[body];
     node_forces_.leftCols(nodes.node_count).setZero();
     std::fill_n(node_touched_.begin(), nodes.node_count, false);
     for (int point = 0; point < tissue_.count(); ++point) {
@@ -342,15 +342,14 @@ void HapticLoop::publish_forces(const TissuePatch& patch) {
       const PatchContact& contact = tissue_.contact(point);
       if (contact.rigid) continue;
       for (int k = 0; k < 4; ++k) {
-        const int node = contact.patch_nodes[static_cast<std::size_t>(k)];
+        const int node = contact.patch_nodes[k];
         node_forces_.col(node) += contact.barycentric[k] * tissue_.force(point);
-        node_touched_[static_cast<std::size_t>(node)] = true;
+        node_touched_[node] = true;
       }
     }
     for (int n = 0; n < nodes.node_count; ++n) {
-      if (!node_touched_[static_cast<std::size_t>(n)]) continue;
-      state_.forces[static_cast<std::size_t>(state_.force_count++)] = {
-          body, nodes.node_ids[static_cast<std::size_t>(n)], node_forces_.col(n)};
+      if (!node_touched_[n]) continue;
+      state_.forces[state_.force_count++] = {body, nodes.node_ids[n], node_forces_.col(n)};
     }
   }
 }

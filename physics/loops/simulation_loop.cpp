@@ -45,10 +45,10 @@ std::vector<TissueModel> models_of(std::vector<SimulationBody>& bodies, const Si
 bool finite(const NeedleState& needle) {
   if (!needle.positions.leftCols(needle.node_count).allFinite()) return false;
   for (int i = 0; i < needle.node_count; ++i) {
-    if (!needle.orientations[static_cast<std::size_t>(i)].coeffs().allFinite()) return false;
+    if (!needle.orientations[i].coeffs().allFinite()) return false;
   }
   for (int i = 0; i < needle.force_count; ++i) {
-    if (!needle.forces[static_cast<std::size_t>(i)].force.allFinite()) return false;
+    if (!needle.forces[i].force.allFinite()) return false;
   }
   return true;
 }
@@ -56,7 +56,7 @@ bool finite(const NeedleState& needle) {
 /// The free DOFs of `all` [3 x nodes]; where that is empty `free` stays as it is.
 void take_free(const TissueModel& model, const Eigen::Matrix3Xd& all, Eigen::VectorXd& free) {
   for (Eigen::Index n = 0; n < all.cols(); ++n) {
-    const int i = model.free_index[static_cast<std::size_t>(n)];
+    const int i = model.free_index[n];
     if (i >= 0) free.segment<3>(3 * i) = all.col(n);
   }
 }
@@ -64,7 +64,7 @@ void take_free(const TissueModel& model, const Eigen::Matrix3Xd& all, Eigen::Vec
 /// target += scale * x, x over the free DOFs, target over all nodes.
 void add_free(const TissueModel& model, const Eigen::VectorXd& x, double scale, Eigen::Matrix3Xd& target) {
   for (int n = 0; n < model.node_count(); ++n) {
-    const int i = model.free_index[static_cast<std::size_t>(n)];
+    const int i = model.free_index[n];
     if (i >= 0) target.col(n) += scale * x.segment<3>(3 * i);
   }
 }
@@ -177,11 +177,11 @@ const NeedleState* SimulationLoop::accept(const NeedleState* needle, SimulationR
   }
   unload();
   for (int i = 0; i < needle->force_count; ++i) {
-    const NodeForce& force = needle->forces[static_cast<std::size_t>(i)];
+    const NodeForce& force = needle->forces[i];
     if (force.body < 0 || force.body >= body_count()) continue;
     const auto b = static_cast<std::size_t>(force.body);
     if (force.node < 0 || force.node >= models_[b].node_count()) continue;
-    const int dof = 3 * models_[b].free_index[static_cast<std::size_t>(force.node)];
+    const int dof = 3 * models_[b].free_index[force.node];
     if (dof < 0) continue;  // a fixed node hands it to its support
     bodies_[b].needle_force.segment<3>(dof) += force.force;
     bodies_[b].loaded_nodes.push_back(force.node);
@@ -215,7 +215,7 @@ void SimulationLoop::respond(std::size_t b) {
     if (!known(body.nodes[i])) continue;
     Eigen::Vector3d x = body.free_positions.col(static_cast<Eigen::Index>(i));
     for (const int node : body.loaded_nodes) {
-      const int dof = 3 * model.free_index[static_cast<std::size_t>(node)];
+      const int dof = 3 * model.free_index[node];
       x += isolated.block(body.nodes[i], node) * body.needle_force.segment<3>(dof);
     }
     body.trial.col(body.nodes[i]) = x;
@@ -234,7 +234,7 @@ void SimulationLoop::free_isolated(std::size_t b) {
   bool all_known = true;
   for (const int node : body.loaded_nodes) {
     if (isolated.known(node)) continue;
-    const int dof = 3 * model.free_index[static_cast<std::size_t>(node)];
+    const int dof = 3 * model.free_index[node];
     body.displacement.segment<3>(dof) = body.needle_force.segment<3>(dof);
     all_known = false;
   }
@@ -252,7 +252,7 @@ void SimulationLoop::free_isolated(std::size_t b) {
     if (!isolated.known(body.nodes[i])) continue;
     for (const int node : body.loaded_nodes) {
       if (!isolated.known(node)) continue;
-      const int dof = 3 * model.free_index[static_cast<std::size_t>(node)];
+      const int dof = 3 * model.free_index[node];
       x -= isolated.block(body.nodes[i], node) * body.needle_force.segment<3>(dof);
     }
   }
@@ -269,7 +269,7 @@ double SimulationLoop::overshoot(const TissueModel& model, const BodyState& body
   double slope_before = 0;  // of U(p) - p . external force along the step
   double slope_after = 0;
   for (int n = 0; n < model.node_count(); ++n) {
-    const int i = model.free_index[static_cast<std::size_t>(n)];
+    const int i = model.free_index[n];
     if (i < 0) continue;
     const Eigen::Vector3d step = body.trial.col(n) - before.col(n);
     slope_before -= step.dot(pull_before.segment<3>(3 * i));
@@ -295,15 +295,14 @@ void SimulationLoop::move_held(double amplitude, SimulationReport& report) {
     // the support are not squeezed for a step. The fixed point knows the held nodes alone.
     tissue_.positions[b] += change * body.held_field;
     for (int n = 0; n < models_[b].node_count(); ++n) {
-      if (models_[b].free_index[static_cast<std::size_t>(n)] >= 0) continue;
-      const Eigen::Vector3d held =
-          models_[b].mesh.nodes[static_cast<std::size_t>(n)] + amplitude * body.held_field.col(n);
+      if (models_[b].free_index[n] >= 0) continue;
+      const Eigen::Vector3d held = models_[b].mesh.nodes[n] + amplitude * body.held_field.col(n);
       tissue_.positions[b].col(n) = held;  // not a sum of steps: nothing drifts
     }
     for (std::size_t i = 0; i < body.nodes.size(); ++i) {
       const int node = body.nodes[i];
       auto free = body.free_positions.col(static_cast<Eigen::Index>(i));
-      const bool fixed = models_[b].free_index[static_cast<std::size_t>(node)] < 0;
+      const bool fixed = models_[b].free_index[node] < 0;
       free = fixed ? Eigen::Vector3d(tissue_.positions[b].col(node))
                    : Eigen::Vector3d(free + change * body.held_field.col(node));
     }
@@ -382,7 +381,7 @@ void SimulationLoop::fill_cavities(std::span<const double> shares, SimulationRep
       } else if (cavity.fill(share, state.volume)) {
         changed = true;
         body.rest_size.resize(models_[b].tets.size(), 1.0);
-        for (const int t : cavity.tets()) body.rest_size[static_cast<std::size_t>(t)] = cavity.size();
+        for (const int t : cavity.tets()) body.rest_size[t] = cavity.size();
       }
     }
     if (changed) gather_internal_force(models_[b], tissue_.positions[b], body);

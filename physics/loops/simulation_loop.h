@@ -109,7 +109,7 @@ public:
   const TissueState& tissue() const { return tissue_; }
   FactorisationWorker& worker() { return worker_; }
   int body_count() const { return static_cast<int>(models_.size()); }
-  const TissueModel& model(int body) const { return models_[static_cast<std::size_t>(body)]; }
+  const TissueModel& model(int body) const { return models_[body]; }
   /// Contact rows of the last step.
   std::span<const SurfaceRow> contact_rows() const {
     return contact_ ? contact_->rows() : std::span<const SurfaceRow>();

@@ -20,9 +20,8 @@ void fill_tets(const PatchSource& source, BodyPatch& out, std::uint32_t& flags) 
   const TissueModel& model = source.model;
   out.tet_count = 0;
   for (const int node : source.nodes) {
-    const auto n = static_cast<std::size_t>(node);
-    for (int k = model.incident_start[n]; k < model.incident_start[n + 1]; ++k) {
-      const int t = model.incident_tets[static_cast<std::size_t>(k)];
+    for (int k = model.incident_start[node]; k < model.incident_start[node + 1]; ++k) {
+      const int t = model.incident_tets[k];
       const auto& corners = model.topology.nodes(t);
       if (node != *std::min_element(corners.begin(), corners.end())) continue;  // each tetrahedron once
       const bool whole = std::all_of(corners.begin(), corners.end(),
@@ -32,7 +31,7 @@ void fill_tets(const PatchSource& source, BodyPatch& out, std::uint32_t& flags) 
         flags |= kPatchTetOverflow;
         break;
       }
-      out.tet_ids[static_cast<std::size_t>(out.tet_count++)] = t;
+      out.tet_ids[out.tet_count++] = t;
     }
   }
   const std::span<int> ids(out.tet_ids.data(), static_cast<std::size_t>(out.tet_count));
@@ -57,14 +56,14 @@ void fill_body_patch(const PatchSource& source, BodyPatch& out, std::uint32_t& f
     const auto column = static_cast<Eigen::Index>(i);
     out.node_ids[i] = nodes[i];
     out.free_positions.col(column) = source.free_positions.col(column);
-    out.rest_positions.col(column) = source.model.mesh.nodes[static_cast<std::size_t>(nodes[i])];
-    out.surroundings[i] = source.model.surroundings[static_cast<std::size_t>(nodes[i])];
+    out.rest_positions.col(column) = source.model.mesh.nodes[nodes[i]];
+    out.surroundings[i] = source.model.surroundings[nodes[i]];
     out.rotations[i] = node_rotation(source.model, nodes[i], source.factorised.rotations, source.rotations);
   }
 
   out.contact_count = 0;
   for (const PathContact& contact : source.contacts) {
-    PatchContact& to = out.contacts[static_cast<std::size_t>(out.contact_count++)];
+    PatchContact& to = out.contacts[out.contact_count++];
     to.id = contact.id;
     to.tet = contact.point.tet;
     for (std::size_t a = 0; a < 4; ++a) to.patch_nodes[a] = place_in(nodes, source.model.topology.nodes(to.tet)[a]);
@@ -80,8 +79,8 @@ void fill_w_bar(const IsolatedDofs& isolated, BodyPatch& out) {
   if (out.w_bar_values.size() < kMaxWBarValues) out.w_bar_values.assign(kMaxWBarValues, 0.0);
   for (int b = 0; b < out.node_count; ++b) {
     for (int a = 0; a < out.node_count; ++a) {
-      const int row = out.node_ids[static_cast<std::size_t>(a)];
-      const int column = out.node_ids[static_cast<std::size_t>(b)];
+      const int row = out.node_ids[a];
+      const int column = out.node_ids[b];
       if (isolated.known(row) && isolated.known(column)) {
         out.w_bar(a, b) = isolated.block(row, column);
       } else {

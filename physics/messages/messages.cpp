@@ -49,9 +49,9 @@ Eigen::Matrix3d BodyPatch::compliance(const PatchContact& i, const PatchContact&
 void BodyPatch::condense() {
   if (contact_values.size() < kMaxContactValues) contact_values.assign(kMaxContactValues, 0.0);
   for (int j = 0; j < contact_count; ++j) {
-    PatchContact& laid = contacts[static_cast<std::size_t>(j)];
+    PatchContact& laid = contacts[j];
     laid.free_position = free_position(laid);
-    for (int i = 0; i <= j; ++i) contact_compliance(i, j) = compliance(contacts[static_cast<std::size_t>(i)], laid);
+    for (int i = 0; i <= j; ++i) contact_compliance(i, j) = compliance(contacts[i], laid);
   }
 }
 

@@ -84,7 +84,7 @@ void BlockTridiagonal::solve(Eigen::Ref<Eigen::VectorXd> x) const {
 void BlockTridiagonal::forward_solve(double* y, std::span<const int> columns, int row_stride) const {
   using Row = Eigen::Map<Eigen::ArrayXd>;
   for (int block = 0; block < block_count(); ++block) {
-    const int count = columns[static_cast<std::size_t>(block)];
+    const int count = columns[block];
     if (count == 0) continue;
     const auto row = [=](int i) { return Row(y + static_cast<std::ptrdiff_t>(i) * row_stride, count); };
     const Block& g = diagonal_[block];

@@ -24,8 +24,8 @@ public:
 
   /// Sets every block to zero.
   void set_zero();
-  Block& diagonal(int i) { return diagonal_[static_cast<std::size_t>(i)]; }  ///< D_i, symmetric
-  Block& upper(int i) { return upper_[static_cast<std::size_t>(i)]; }        ///< C_i: rows of block i, columns of i+1
+  Block& diagonal(int i) { return diagonal_[i]; }  ///< D_i, symmetric
+  Block& upper(int i) { return upper_[i]; }        ///< C_i: rows of block i, columns of i+1
 
   /// Factorises in place; false if the matrix is not positive definite (then it must be set anew).
   /// @realtime no allocation; O(block_count)

@@ -76,7 +76,7 @@ NeedleShape straight_needle(const NeedleProperties& needle, const StylusPose& hu
   const Vector3d axis = orientation * Vector3d::UnitZ();
   for (int i = 0; i < shape.node_count; ++i) {
     shape.positions.col(i) = hub.position + needle.length * i / needle.beams * axis;
-    shape.orientations[static_cast<std::size_t>(i)] = orientation;
+    shape.orientations[i] = orientation;
   }
   return shape;
 }
@@ -89,7 +89,7 @@ Needle::Needle(const NeedleProperties& properties, const NeedleBase& base)
                   .rest_frame = element_frame(),
                   .section = tube_section(properties.outer_diameter, properties.inner_diameter,
                                           properties.young_modulus, properties.poisson_ratio)};
-  beams_.assign(static_cast<std::size_t>(properties.beams), beam);
+  beams_.assign(properties.beams, beam);
   residual_ = Eigen::VectorXd::Zero(6 * node_count());
 }
 
@@ -116,7 +116,7 @@ void Needle::assemble_beams(const NeedleShape& shape, Tangent tangent) {
   BeamEnd a{shape.positions.col(0), shape.orientation(0).toRotationMatrix()};
   for (int i = 0; i < node_count() - 1; ++i) {
     const BeamEnd b{shape.positions.col(i + 1), shape.orientation(i + 1).toRotationMatrix()};
-    const BeamResponse response = beam_response(beams_[static_cast<std::size_t>(i)], a, b, tangent);
+    const BeamResponse response = beam_response(beams_[i], a, b, tangent);
     system_.diagonal(i) += response.tangent.topLeftCorner<6, 6>();
     system_.diagonal(i + 1) += response.tangent.bottomRightCorner<6, 6>();
     system_.upper(i) = response.tangent.topRightCorner<6, 6>();
@@ -163,7 +163,7 @@ double Needle::energy(const NeedleShape& shape) const {
   for (int i = 0; i < node_count() - 1; ++i) {
     const BeamEnd a{shape.positions.col(i), shape.orientation(i).toRotationMatrix()};
     const BeamEnd b{shape.positions.col(i + 1), shape.orientation(i + 1).toRotationMatrix()};
-    sum += beam_energy(beams_[static_cast<std::size_t>(i)], a, b);
+    sum += beam_energy(beams_[i], a, b);
   }
   return sum;
 }
@@ -171,7 +171,7 @@ double Needle::energy(const NeedleShape& shape) const {
 void move(NeedleShape& shape, Eigen::Ref<const Eigen::VectorXd> motion) {
   for (int i = 0; i < shape.node_count; ++i) {
     shape.positions.col(i) += motion.segment<3>(6 * i);
-    Quaterniond& q = shape.orientations[static_cast<std::size_t>(i)];
+    Quaterniond& q = shape.orientations[i];
     q = (exponential(motion.segment<3>(6 * i + 3)) * q).normalized();
   }
 }
@@ -181,7 +181,7 @@ void follow_hub(NeedleShape& shape, const StylusPose& from, const StylusPose& to
   const Matrix3d rotation = turn.toRotationMatrix();
   for (int i = 0; i < shape.node_count; ++i) {
     shape.positions.col(i) = to.position + rotation * (shape.positions.col(i) - from.position);
-    Quaterniond& q = shape.orientations[static_cast<std::size_t>(i)];
+    Quaterniond& q = shape.orientations[i];
     q = (turn * q).normalized();
   }
 }

@@ -46,7 +46,7 @@ struct NeedleShape {
   std::array<Eigen::Quaterniond, kMaxNeedleNodes> orientations{};
 
   auto nodes() const { return positions.leftCols(node_count); }  ///< [3 x node_count]
-  const Eigen::Quaterniond& orientation(int node) const { return orientations[static_cast<std::size_t>(node)]; }
+  const Eigen::Quaterniond& orientation(int node) const { return orientations[node]; }
 };
 
 /// The shortest rotation that takes the direction of `from` to that of `to`; half a turn about any axis across where

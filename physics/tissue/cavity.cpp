@@ -27,7 +27,7 @@ Cavity::Cavity(const TissueModel& model, std::vector<int> tets) : tets_(std::mov
     throw std::invalid_argument("cavity: its " + std::to_string(tets_.size()) +
                                 " tetrahedra must be different ones of the body");
   }
-  for (const int t : tets_) rest_volume_ += model.tets[static_cast<std::size_t>(t)].volume;
+  for (const int t : tets_) rest_volume_ += model.tets[t].volume;
   full_volume_ = rest_volume_;
 }
 
@@ -51,10 +51,9 @@ CavityState Cavity::state(const TissueModel& model, const Eigen::Matrix3Xd& posi
   CavityState state;
   double work = 0;  // sum V sigma : S = dU / d ln s of all lengths of the cavity times s, = -3 p v
   for (const int t : tets_) {
-    const auto i = static_cast<std::size_t>(t);
-    const TetRest& rest = model.tets[i];
+    const TetRest& rest = model.tets[t];
     const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
-    const CorotatedStress local = corotated_stress(rest, f, rotations[i].toRotationMatrix(), size_);
+    const CorotatedStress local = corotated_stress(rest, f, rotations[t].toRotationMatrix(), size_);
     state.volume += rest.volume * f.determinant();
     work += rest.volume * local.stress.cwiseProduct(local.stretch).sum();
   }

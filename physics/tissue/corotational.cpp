@@ -149,10 +149,10 @@ CorotatedStress corotated_stress(const TetRest& rest, const Eigen::Matrix3d& f, 
 }
 
 Eigen::Matrix3d deformation_gradient(const TissueModel& model, const Eigen::Matrix3Xd& positions, int tet) {
-  const auto& n = model.mesh.tets[static_cast<std::size_t>(tet)];
+  const auto& n = model.mesh.tets[tet];
   Eigen::Matrix3d edges;
-  for (int a = 0; a < 3; ++a) edges.col(a) = positions.col(n[static_cast<std::size_t>(a + 1)]) - positions.col(n[0]);
-  return edges * model.tets[static_cast<std::size_t>(tet)].gradients.rightCols<3>().transpose();
+  for (int a = 0; a < 3; ++a) edges.col(a) = positions.col(n[a + 1]) - positions.col(n[0]);
+  return edges * model.tets[tet].gradients.rightCols<3>().transpose();
 }
 
 namespace {
@@ -163,7 +163,7 @@ int update_rotations_one_by_one(const TissueModel& model, const Eigen::Matrix3Xd
   for (int t = begin; t < end; ++t) {
     const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
     if (!(f.determinant() > 0)) ++inverted;
-    auto& q = rotations[static_cast<std::size_t>(t)];
+    auto& q = rotations[t];
     q = closest_rotation(f, q);
   }
   return inverted;
@@ -179,12 +179,12 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
     const LaneMatrix f = deformation_gradients(model, positions, first);
     std::array<Lanes, 4> q;
     for (int lane = 0; lane < kLanes; ++lane) {
-      const auto& start = rotations[static_cast<std::size_t>(first + lane)].coeffs();
+      const auto& start = rotations[first + lane].coeffs();
       for (std::size_t i = 0; i < 4; ++i) q[i][lane] = start[static_cast<Eigen::Index>(i)];
     }
     if ((determinant(f) > 0).all() && closest_rotations(f, q)) {
       for (int lane = 0; lane < kLanes; ++lane) {
-        rotations[static_cast<std::size_t>(first + lane)].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
+        rotations[first + lane].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
       }
     } else {
       inverted += update_rotations_one_by_one(model, positions, first, first + kLanes, rotations);
@@ -198,15 +198,14 @@ void internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
                      std::span<const double> rest_size) {
   forces.setZero();
   for (int t = 0; t < model.tet_count(); ++t) {
-    const auto i = static_cast<std::size_t>(t);
-    const TetRest& rest = model.tets[i];
-    const Eigen::Matrix3d r = rotations[i].toRotationMatrix();
+    const TetRest& rest = model.tets[t];
+    const Eigen::Matrix3d r = rotations[t].toRotationMatrix();
     const Eigen::Matrix3d p =  // stress times volume, in the deformed frame
         rest.volume * r *
-        corotated_stress(rest, deformation_gradient(model, positions, t), r, rest_size.empty() ? 1 : rest_size[i])
+        corotated_stress(rest, deformation_gradient(model, positions, t), r, rest_size.empty() ? 1 : rest_size[t])
             .stress;
-    const auto& n = model.mesh.tets[i];
-    for (int a = 0; a < 4; ++a) forces.col(n[static_cast<std::size_t>(a)]) += p * rest.gradients.col(a);
+    const auto& n = model.mesh.tets[t];
+    for (int a = 0; a < 4; ++a) forces.col(n[a]) += p * rest.gradients.col(a);
   }
 }
 
@@ -214,10 +213,9 @@ double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& position
                       std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size) {
   double energy = 0;
   for (int t = 0; t < model.tet_count(); ++t) {
-    const auto i = static_cast<std::size_t>(t);
-    const TetRest& rest = model.tets[i];
-    const Eigen::Matrix3d m = rotations[i].toRotationMatrix().transpose() * deformation_gradient(model, positions, t);
-    const double size = rest_size.empty() ? 1 : rest_size[i];
+    const TetRest& rest = model.tets[t];
+    const Eigen::Matrix3d m = rotations[t].toRotationMatrix().transpose() * deformation_gradient(model, positions, t);
+    const double size = rest_size.empty() ? 1 : rest_size[t];
     const Eigen::Matrix3d strain = 0.5 * (m + m.transpose()) - size * Eigen::Matrix3d::Identity();
     energy += rest.volume * (rest.mu * strain.squaredNorm() + 0.5 * rest.lambda * strain.trace() * strain.trace());
   }
@@ -227,9 +225,8 @@ double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& position
 Eigen::Quaterniond node_rotation(const TissueModel& model, int node, std::span<const Eigen::Quaterniond> from,
                                  std::span<const Eigen::Quaterniond> to) {
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-  const auto n = static_cast<std::size_t>(node);
-  for (int k = model.incident_start[n]; k < model.incident_start[n + 1]; ++k) {
-    const auto t = static_cast<std::size_t>(model.incident_tets[static_cast<std::size_t>(k)]);
+  for (int k = model.incident_start[node]; k < model.incident_start[node + 1]; ++k) {
+    const auto t = static_cast<std::size_t>(model.incident_tets[k]);
     const Eigen::Vector4d q = (to[t] * from[t].conjugate()).coeffs();
     sum += (q.w() < 0 ? -1.0 : 1.0) * model.tets[t].volume * q;  // q and -q are one rotation; these are small ones
   }

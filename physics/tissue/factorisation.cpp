@@ -41,11 +41,11 @@ cholmod_sparse lower_triangle(const StiffnessPattern& pattern, const double* val
 std::vector<int> constrained_order(std::span<const int> order, std::span<const int> trailing,
                                    const StiffnessPattern& pattern, cholmod_common* common) {
   std::vector<char> is_trailing(order.size(), 0);
-  for (const int dof : trailing) is_trailing[static_cast<std::size_t>(dof)] = 1;
+  for (const int dof : trailing) is_trailing[dof] = 1;
   std::vector<int> rest;
   rest.reserve(order.size());
   for (const int dof : order) {
-    if (is_trailing[static_cast<std::size_t>(dof)] == 0) rest.push_back(dof);
+    if (is_trailing[dof] == 0) rest.push_back(dof);
   }
   std::vector<int> constrained = rest;
   constrained.insert(constrained.end(), trailing.begin(), trailing.end());
@@ -61,7 +61,7 @@ std::vector<int> constrained_order(std::span<const int> order, std::span<const i
   for (int& p : parent) p = p < leading ? p : -1;
   std::vector<int> postorder(rest.size());
   if (cholmod_postorder(parent.data(), rest.size(), nullptr, postorder.data(), common) != leading) return {};
-  for (std::size_t i = 0; i < rest.size(); ++i) constrained[i] = rest[static_cast<std::size_t>(postorder[i])];
+  for (std::size_t i = 0; i < rest.size(); ++i) constrained[i] = rest[postorder[i]];
   return constrained;
 }
 

@@ -27,7 +27,7 @@ FactorisationRequest sized_request(std::span<const TissueModel> models) {
   FactorisationRequest request;
   for (const TissueModel& model : models) {
     FactorisationRequest::Body body;
-    body.rotations.assign(static_cast<std::size_t>(model.tet_count()), Eigen::Quaterniond::Identity());
+    body.rotations.assign(model.tet_count(), Eigen::Quaterniond::Identity());
     request.bodies.push_back(std::move(body));
   }
   return request;
@@ -60,9 +60,8 @@ std::vector<int> corridor_of(const FactorisationRequest::Body& request, const Ti
   std::vector<char> taken(model.mesh.nodes.size(), 0);
   for (const std::vector<int>* nodes : {&request.isolated_nodes, &request.foreseen_nodes}) {
     for (const int node : *nodes) {
-      const auto n = static_cast<std::size_t>(node);
-      if (model.free_index[n] < 0 || taken[n] != 0 || corridor.size() == kMaxPatchNodes) continue;
-      taken[n] = 1;
+      if (model.free_index[node] < 0 || taken[node] != 0 || corridor.size() == kMaxPatchNodes) continue;
+      taken[node] = 1;
       corridor.push_back(node);
     }
   }
@@ -71,12 +70,10 @@ std::vector<int> corridor_of(const FactorisationRequest::Body& request, const Ti
 
 bool covers(std::span<const int> corridor, const FactorisationRequest::Body& request, const TissueModel& model) {
   std::vector<char> covered(model.mesh.nodes.size(), 0);
-  for (const int node : corridor) covered[static_cast<std::size_t>(node)] = 1;
+  for (const int node : corridor) covered[node] = 1;
   const auto all_covered = [&](std::span<const int> nodes) {
-    return std::all_of(nodes.begin(), nodes.end(), [&](int node) {
-      const auto n = static_cast<std::size_t>(node);
-      return covered[n] != 0 || model.free_index[n] < 0;
-    });
+    return std::all_of(nodes.begin(), nodes.end(),
+                       [&](int node) { return covered[node] != 0 || model.free_index[node] < 0; });
   };
   const std::span<const int> foreseen = request.foreseen_nodes;
   return all_covered(request.isolated_nodes) && all_covered(foreseen.first(foreseen.size() / 2));
@@ -86,7 +83,7 @@ std::vector<int> dofs_of(std::span<const int> nodes, const TissueModel& model) {
   std::vector<int> dofs;
   dofs.reserve(3 * nodes.size());
   for (const int node : nodes) {
-    const int free = model.free_index[static_cast<std::size_t>(node)];
+    const int free = model.free_index[node];
     for (int c = 0; c < 3; ++c) dofs.push_back(3 * free + c);
   }
   return dofs;

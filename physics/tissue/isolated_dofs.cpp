@@ -15,7 +15,7 @@ void require_coverage(std::span<const int> nodes, const TissueModel& model, cons
   const std::span<const int> dofs = factor.trailing();
   bool covered = dofs.size() == 3 * nodes.size();
   for (std::size_t k = 0; covered && k < dofs.size(); ++k) {
-    const int free = model.free_index[static_cast<std::size_t>(nodes[k / 3])];
+    const int free = model.free_index[nodes[k / 3]];
     covered = free >= 0 && dofs[k] == 3 * free + static_cast<int>(k % 3);
   }
   if (covered) return;
@@ -28,11 +28,11 @@ void require_coverage(std::span<const int> nodes, const TissueModel& model, cons
 
 IsolatedDofs::IsolatedDofs(int body_nodes, int capacity)
     : capacity_(capacity), slot_(static_cast<std::size_t>(body_nodes), -1), w_(3 * capacity, 3 * capacity) {
-  known_.reserve(static_cast<std::size_t>(capacity));
+  known_.reserve(capacity);
 }
 
 void IsolatedDofs::clear() {
-  for (const Known& known : known_) slot_[static_cast<std::size_t>(known.node)] = -1;
+  for (const Known& known : known_) slot_[known.node] = -1;
   known_.clear();
 }
 
@@ -43,14 +43,14 @@ void IsolatedDofs::reset(std::span<const int> trailing, const TissueModel& model
   factor.trailing_compliance(w_.topLeftCorner(size, size));
   for (const int node : trailing) {
     const auto place = static_cast<int>(known_.size());
-    slot_[static_cast<std::size_t>(node)] = place;
+    slot_[node] = place;
     known_.push_back({.node = node, .trailing = place, .forward = {}});
   }
 }
 
 void IsolatedDofs::keep_only(std::span<const int> nodes) {
   std::vector<char> wanted(slot_.size(), 0);
-  for (const int node : nodes) wanted[static_cast<std::size_t>(node)] = 1;
+  for (const int node : nodes) wanted[node] = 1;
   std::vector<int> old_slots;
   for (std::size_t s = 0; s < known_.size(); ++s) {
     const auto node = static_cast<std::size_t>(known_[s].node);
@@ -75,7 +75,7 @@ int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, 
                           SolveWorkspace& workspace) {
   std::vector<int> fresh;
   for (const int node : nodes) {
-    if (!known(node) && model.free_index[static_cast<std::size_t>(node)] >= 0) fresh.push_back(node);
+    if (!known(node) && model.free_index[node] >= 0) fresh.push_back(node);
   }
   if (known_.size() + fresh.size() > static_cast<std::size_t>(capacity_)) keep_only(nodes);
 
@@ -84,7 +84,7 @@ int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, 
     const std::size_t count = std::min<std::size_t>(kNodesPerPass, fresh.size() - begin);
     columns.setZero(factor.dof_count(), static_cast<Eigen::Index>(3 * count));
     for (std::size_t k = 0; k < count; ++k) {
-      const int dof = 3 * model.free_index[static_cast<std::size_t>(fresh[begin + k])];
+      const int dof = 3 * model.free_index[fresh[begin + k]];
       for (int c = 0; c < 3; ++c) columns(dof + c, static_cast<Eigen::Index>(3 * k) + c) = 1;
     }
     factor.eliminate_columns(columns, workspace);
@@ -100,7 +100,7 @@ int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, 
 void IsolatedDofs::add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forward,
                        const Eigen::Ref<const Eigen::MatrixX3d>& on_trailing) {
   const auto j = static_cast<Eigen::Index>(3 * known_.size());
-  slot_[static_cast<std::size_t>(node)] = static_cast<int>(known_.size());
+  slot_[node] = static_cast<int>(known_.size());
   known_.push_back({.node = node, .trailing = -1, .forward = forward});
   for (std::size_t s = 0; s < known_.size(); ++s) {
     const auto i = static_cast<Eigen::Index>(3 * s);
@@ -140,7 +140,7 @@ void IsolatedDofs::solution_at(std::span<const int> nodes, const Eigen::VectorXd
       to.setZero();
       continue;
     }
-    const Known& entry = known_[static_cast<std::size_t>(slot_[static_cast<std::size_t>(nodes[k])])];
+    const Known& entry = known_[slot_[nodes[k]]];
     if (entry.trailing >= 0) {
       to = on_trailing.segment<3>(3 * entry.trailing);
     } else {

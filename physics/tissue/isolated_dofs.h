@@ -36,12 +36,10 @@ public:
   /// @param[out] w_bar  the leading [3n x 3n] block is written, exactly symmetric, m/N
   void gather(std::span<const int> nodes, Eigen::Ref<Eigen::MatrixXd> w_bar) const;
 
-  bool known(int node) const { return slot_[static_cast<std::size_t>(node)] >= 0; }
+  bool known(int node) const { return slot_[node] >= 0; }
   int known_nodes() const { return static_cast<int>(known_.size()); }
   /// W_bar[row, column] of two known nodes, m/N.
-  auto block(int row, int column) const {
-    return w_.block<3, 3>(3 * slot_[static_cast<std::size_t>(row)], 3 * slot_[static_cast<std::size_t>(column)]);
-  }
+  auto block(int row, int column) const { return w_.block<3, 3>(3 * slot_[row], 3 * slot_[column]); }
   /// x = A^-1 b at some nodes, from y = L^-1 P b: what the second half of the solve would find there.
   /// @param nodes       isolated before
   /// @param eliminated  y of Factorisation::eliminate() [free DOFs]

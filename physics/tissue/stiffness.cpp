@@ -17,9 +17,9 @@ StiffnessPattern::StiffnessPattern(const TissueModel& model) {
   for (const auto& tet : model.mesh.tets) {
     for (const int n : tet) {
       for (const int m : tet) {
-        const int i = model.free_index[static_cast<std::size_t>(n)];
-        const int j = model.free_index[static_cast<std::size_t>(m)];
-        if (j >= 0 && i > j) below[static_cast<std::size_t>(j)].push_back(i);
+        const int i = model.free_index[n];
+        const int j = model.free_index[m];
+        if (j >= 0 && i > j) below[j].push_back(i);
       }
     }
   }
@@ -40,9 +40,7 @@ StiffnessPattern::StiffnessPattern(const TissueModel& model) {
   scatter_.resize(model.mesh.tets.size());
   for (std::size_t t = 0; t < model.mesh.tets.size(); ++t) {
     for (std::size_t k = 0; k < kPairs.size(); ++k) {
-      const auto free = [&](int a) {
-        return model.free_index[static_cast<std::size_t>(model.mesh.tets[t][static_cast<std::size_t>(a)])];
-      };
+      const auto free = [&](int a) { return model.free_index[model.mesh.tets[t][a]]; };
       BlockAddress& address = scatter_[t][k];
       address.row = kPairs[k].first;
       address.column = kPairs[k].second;
@@ -50,12 +48,12 @@ StiffnessPattern::StiffnessPattern(const TissueModel& model) {
       const int i = free(address.row);
       const int j = free(address.column);
       if (i < 0 || j < 0) continue;
-      const auto& list = below[static_cast<std::size_t>(j)];
+      const auto& list = below[j];
       const auto rank = static_cast<int>(std::lower_bound(list.begin(), list.end(), i) - list.begin());
       for (int c = 0; c < 3; ++c) {
-        const int start = column_start_[static_cast<std::size_t>(3 * j + c)];
+        const int start = column_start_[3 * j + c];
         // Diagonal block: its first entry is (c, c). Others come after the 3 - c entries of the diagonal block.
-        address.start[static_cast<std::size_t>(c)] = i == j ? start - c : start + (3 - c) + 3 * rank;
+        address.start[c] = i == j ? start - c : start + (3 - c) + 3 * rank;
       }
     }
   }
@@ -78,7 +76,7 @@ void StiffnessPattern::assemble(const TissueModel& model, std::span<const Eigen:
       const double diagonal = mu * a.dot(b);
       const bool below_diagonal = address.row != address.column;
       for (int c = 0; c < 3; ++c) {
-        double* const column = values.data() + address.start[static_cast<std::size_t>(c)];
+        double* const column = values.data() + address.start[c];
         for (int r = below_diagonal ? 0 : c; r < 3; ++r) column[r] += lambda * a[r] * b[c] + mu * b[r] * a[c];
         column[c] += diagonal;
       }

@@ -43,7 +43,7 @@ TetTopology::TetTopology(const TetMesh& mesh)
   for (std::size_t t = 0; t < tets_.size(); ++t) {
     for (std::size_t f = 0; f < 4; ++f) {
       std::array<int, 3> key{};
-      for (std::size_t k = 0; k < 3; ++k) key[k] = tets_[t][static_cast<std::size_t>(kFaceCorners[f][k])];
+      for (std::size_t k = 0; k < 3; ++k) key[k] = tets_[t][kFaceCorners[f][k]];
       std::sort(key.begin(), key.end());
       faces.push_back({key, static_cast<int>(t), static_cast<int>(f)});
     }
@@ -54,14 +54,14 @@ TetTopology::TetTopology(const TetMesh& mesh)
     const Face& face = faces[i];
     if (i + 1 < faces.size() && faces[i + 1].key == face.key) {
       const Face& other = faces[++i];
-      neighbours_[static_cast<std::size_t>(face.tet)][static_cast<std::size_t>(face.face)] = other.tet;
-      neighbours_[static_cast<std::size_t>(other.tet)][static_cast<std::size_t>(other.face)] = face.tet;
+      neighbours_[face.tet][face.face] = other.tet;
+      neighbours_[other.tet][other.face] = face.tet;
       continue;
     }
     std::array<int, 3> corners{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const int corner = kFaceCorners[static_cast<std::size_t>(face.face)][k];
-      corners[k] = tets_[static_cast<std::size_t>(face.tet)][static_cast<std::size_t>(corner)];
+      const int corner = kFaceCorners[face.face][k];
+      corners[k] = tets_[face.tet][corner];
     }
     surface_faces_.push_back(corners);
     surface_tets_.push_back({face.tet, face.face});
@@ -90,7 +90,7 @@ Eigen::Vector4d TetTopology::barycentric(const Eigen::Matrix3Xd& positions, int 
 Eigen::Vector3d TetTopology::position(const Eigen::Matrix3Xd& positions, const TetPoint& point) const {
   Eigen::Vector3d x = Eigen::Vector3d::Zero();
   const auto& n = nodes(point.tet);
-  for (int a = 0; a < 4; ++a) x += point.barycentric[a] * positions.col(n[static_cast<std::size_t>(a)]);
+  for (int a = 0; a < 4; ++a) x += point.barycentric[a] * positions.col(n[a]);
   return x;
 }
 
@@ -132,8 +132,8 @@ void TetTopology::crossings(const Eigen::Matrix3Xd& positions, const Eigen::Vect
   const Eigen::Vector3d low = origin.cwiseMin(end);
   const Eigen::Vector3d high = origin.cwiseMax(end);
   std::vector<std::uint8_t> outside(static_cast<std::size_t>(positions.cols()));
-  for (const int n : surface_nodes_) outside[static_cast<std::size_t>(n)] = outcode(positions.col(n), low, high);
-  const auto outside_of = [&](int node) { return outside[static_cast<std::size_t>(node)]; };
+  for (const int n : surface_nodes_) outside[n] = outcode(positions.col(n), low, high);
+  const auto outside_of = [&](int node) { return outside[node]; };
   for (std::size_t f = 0; f < surface_faces_.size(); ++f) {
     const std::array<int, 3>& nodes = surface_faces_[f];
     if ((outside_of(nodes[0]) & outside_of(nodes[1]) & outside_of(nodes[2])) != 0) continue;
@@ -157,7 +157,7 @@ void TetTopology::crossings(const Eigen::Matrix3Xd& positions, const Eigen::Vect
     SurfaceCrossing crossing;
     crossing.distance = s;
     const FaceOfTet& hit_face = surface_tets_[f];
-    const std::array<int, 3>& corners = kFaceCorners[static_cast<std::size_t>(hit_face.face)];
+    const std::array<int, 3>& corners = kFaceCorners[hit_face.face];
     crossing.point.tet = hit_face.tet;
     crossing.point.barycentric[corners[0]] = weight_a;
     crossing.point.barycentric[corners[1]] = weight_b;

@@ -46,11 +46,9 @@ public:
   void crossings(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                  double length, std::vector<SurfaceCrossing>& out) const;
 
-  const std::array<int, 4>& nodes(int tet) const { return tets_[static_cast<std::size_t>(tet)]; }
+  const std::array<int, 4>& nodes(int tet) const { return tets_[tet]; }
   /// Tetrahedron beyond face f of a tetrahedron, -1 at the surface.
-  int neighbour(int tet, int face) const {
-    return neighbours_[static_cast<std::size_t>(tet)][static_cast<std::size_t>(face)];
-  }
+  int neighbour(int tet, int face) const { return neighbours_[tet][face]; }
 
 private:
   struct FaceOfTet {

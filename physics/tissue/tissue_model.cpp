@@ -42,7 +42,7 @@ void check(const TetMesh& mesh, std::span<const ElasticMaterial> materials, std:
 
 TetRest make_rest(const TetMesh& mesh, std::size_t t, const ElasticMaterial& material) {
   const auto& n = mesh.tets[t];
-  const auto x = [&](int a) { return mesh.nodes[static_cast<std::size_t>(n[static_cast<std::size_t>(a)])]; };
+  const auto x = [&](int a) { return mesh.nodes[n[a]]; };
   Eigen::Matrix3d edges;
   for (int a = 0; a < 3; ++a) edges.col(a) = x(a + 1) - x(0);
   const double determinant = edges.determinant();
@@ -77,7 +77,7 @@ TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet
   tets.reserve(mesh.tets.size());
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) tets.push_back(make_rest(mesh, t, materials[t]));
 
-  for (const int n : fixed_nodes) free_index[static_cast<std::size_t>(n)] = -1;
+  for (const int n : fixed_nodes) free_index[n] = -1;
   for (int& index : free_index) {
     if (index >= 0) index = free_node_count++;
   }
@@ -94,8 +94,8 @@ TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet
   incident_tets.resize(4 * mesh.tets.size());
   std::vector<int> next(incident_start.begin(), incident_start.end() - 1);
   for (int t = 0; t < tet_count(); ++t) {
-    for (const int n : mesh.tets[static_cast<std::size_t>(t)]) {
-      incident_tets[static_cast<std::size_t>(next[static_cast<std::size_t>(n)]++)] = t;
+    for (const int n : mesh.tets[t]) {
+      incident_tets[next[n]++] = t;
     }
   }
   find_surroundings();
@@ -106,7 +106,7 @@ void TissueModel::find_surroundings() {
   for (std::size_t n = 0; n < surroundings.size(); ++n) {
     NodeSurroundings mean{.tet_volume = 0, .material = {.young_modulus = 0, .poisson_ratio = 0}};
     for (int k = incident_start[n]; k < incident_start[n + 1]; ++k) {
-      const auto t = static_cast<std::size_t>(incident_tets[static_cast<std::size_t>(k)]);
+      const auto t = static_cast<std::size_t>(incident_tets[k]);
       mean.tet_volume += tets[t].volume;
       mean.material.young_modulus += tets[t].volume * materials[t].young_modulus;
       mean.material.poisson_ratio += tets[t].volume * materials[t].poisson_ratio;
@@ -120,7 +120,7 @@ void TissueModel::find_surroundings() {
 
 Eigen::Matrix3Xd rest_positions(const TissueModel& model) {
   Eigen::Matrix3Xd positions(3, model.node_count());
-  for (int n = 0; n < model.node_count(); ++n) positions.col(n) = model.mesh.nodes[static_cast<std::size_t>(n)];
+  for (int n = 0; n < model.node_count(); ++n) positions.col(n) = model.mesh.nodes[n];
   return positions;
 }
 

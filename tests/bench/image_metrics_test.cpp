@@ -96,9 +96,9 @@ Eigen::MatrixXd speckle(Random& random, int rows, int columns, double axial, dou
   Eigen::MatrixXcd noise(rows + d - 1, columns + a - 1);
   for (Eigen::Index i = 0; i < noise.size(); ++i) noise.data()[i] = {random.normal(), random.normal()};
   Eigen::MatrixXcd half = Eigen::MatrixXcd::Zero(rows, columns + a - 1);
-  for (int i = 0; i < d; ++i) half += down[static_cast<std::size_t>(i)] * noise.middleRows(i, rows);
+  for (int i = 0; i < d; ++i) half += down[i] * noise.middleRows(i, rows);
   Eigen::MatrixXcd field = Eigen::MatrixXcd::Zero(rows, columns);
-  for (int i = 0; i < a; ++i) field += across[static_cast<std::size_t>(i)] * half.middleCols(i, columns);
+  for (int i = 0; i < a; ++i) field += across[i] * half.middleCols(i, columns);
   return field.cwiseAbs2();
 }
 

@@ -51,7 +51,7 @@ struct Durations {
     if (cpu.empty()) return;
     const auto quantile = [](std::vector<double>& samples, double q) {
       std::sort(samples.begin(), samples.end());
-      return samples[static_cast<std::size_t>(q * double(samples.size() - 1))];
+      return samples[q * double(samples.size() - 1)];
     };
     if (!wall.empty()) {
       state.counters[prefix + "median_ms"] = quantile(wall, 0.5);
@@ -183,21 +183,21 @@ void solve_single(benchmark::State& state) {
 std::vector<int> corridor_nodes(const TissueModel& model, int count) {
   std::vector<int> nodes;
   for (int n = 0; n < model.node_count(); ++n) {
-    if (model.free_index[static_cast<std::size_t>(n)] >= 0) nodes.push_back(n);
+    if (model.free_index[n] >= 0) nodes.push_back(n);
   }
   const auto distance = [&](int n) {
-    const Eigen::Vector3d& x = model.mesh.nodes[static_cast<std::size_t>(n)];
+    const Eigen::Vector3d& x = model.mesh.nodes[n];
     return std::hypot(x.y() - 0.047, x.z() - 0.053);
   };
   std::stable_sort(nodes.begin(), nodes.end(), [&](int a, int b) { return distance(a) < distance(b); });
-  nodes.resize(static_cast<std::size_t>(count));
+  nodes.resize(count);
   return nodes;
 }
 
 std::vector<int> dofs_of(const TissueModel& model, const std::vector<int>& nodes) {
   std::vector<int> dofs;
   for (const int node : nodes) {
-    for (int c = 0; c < 3; ++c) dofs.push_back(3 * model.free_index[static_cast<std::size_t>(node)] + c);
+    for (int c = 0; c < 3; ++c) dofs.push_back(3 * model.free_index[node] + c);
   }
   return dofs;
 }
@@ -210,7 +210,7 @@ void w_bar_trailing(benchmark::State& state) {
   const std::vector<int> dofs = dofs_of(t.model, nodes);
   const auto size = static_cast<Eigen::Index>(dofs.size());
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(t.model.dof_count(), size);
-  for (Eigen::Index k = 0; k < size; ++k) columns(dofs[std::size_t(k)], k) = 1;
+  for (Eigen::Index k = 0; k < size; ++k) columns(dofs[k], k) = 1;
   t.factor.solve(columns, columns, t.workspace);
   const Eigen::MatrixXd exact = columns(dofs, Eigen::all);
   const double plain = double(t.factor.factor_nonzeros());
@@ -250,7 +250,7 @@ int quasi_newton_steps(Tissue& t, const Eigen::VectorXd& load, bool warped) {
   const std::vector<Eigen::Quaterniond> rest(t.rotations.size(), Eigen::Quaterniond::Identity());
   std::vector<Eigen::Quaterniond> now = rest;
   Eigen::Matrix3Xd p = rest_positions(t.model);
-  const auto free = [&](int n) { return 3 * t.model.free_index[std::size_t(n)]; };
+  const auto free = [&](int n) { return 3 * t.model.free_index[n]; };
   Eigen::VectorXd x(load.size());
   for (int steps = 0; steps < 200; ++steps) {
     update_rotations(t.model, p, now);
@@ -261,14 +261,13 @@ int quasi_newton_steps(Tissue& t, const Eigen::VectorXd& load, bool warped) {
     }
     if (x.norm() < 1e-6 * load.norm()) return steps;
     std::vector<Eigen::Quaterniond> r(std::size_t(t.model.node_count()), Eigen::Quaterniond::Identity());
-    for (int n = 0; warped && n < t.model.node_count(); ++n) r[std::size_t(n)] = node_rotation(t.model, n, rest, now);
+    for (int n = 0; warped && n < t.model.node_count(); ++n) r[n] = node_rotation(t.model, n, rest, now);
     for (int n = 0; n < t.model.node_count(); ++n) {
-      if (free(n) >= 0)
-        x.segment<3>(free(n)) = r[std::size_t(n)].conjugate() * Eigen::Vector3d(x.segment<3>(free(n)));
+      if (free(n) >= 0) x.segment<3>(free(n)) = r[n].conjugate() * Eigen::Vector3d(x.segment<3>(free(n)));
     }
     t.factor.solve_single(x, x, t.workspace);
     for (int n = 0; n < t.model.node_count(); ++n) {
-      if (free(n) >= 0) p.col(n) -= r[std::size_t(n)] * Eigen::Vector3d(x.segment<3>(free(n)));
+      if (free(n) >= 0) p.col(n) -= r[n] * Eigen::Vector3d(x.segment<3>(free(n)));
     }
   }
   return 200;
@@ -296,22 +295,22 @@ void w_bar_warped(benchmark::State& state) {
   double angle = 0;
   for (double force = 0; angle < double(state.range(1)) && force < 20; force += 0.05) {
     for (int n = 0; n < t.model.node_count(); ++n) {
-      if (t.model.mesh.nodes[std::size_t(n)].z() > 0.0999) {
-        load[3 * t.model.free_index[std::size_t(n)]] = force / double(state.range(0) * state.range(0));
+      if (t.model.mesh.nodes[n].z() > 0.0999) {
+        load[3 * t.model.free_index[n]] = force / double(state.range(0) * state.range(0));
       }
     }
     for (int newton = 0; newton < 4; ++newton) {
       internal_forces(t.model, t.positions, t.rotations, t.forces);
       Eigen::VectorXd x = load;
       for (int n = 0; n < t.model.node_count(); ++n) {
-        const int i = t.model.free_index[std::size_t(n)];
+        const int i = t.model.free_index[n];
         if (i >= 0) x.segment<3>(3 * i) -= t.forces.col(n);
       }
       t.assemble();
       t.factor.factorise(t.pattern, t.values, t.workspace);
       t.factor.solve(x, x, t.workspace);
       for (int n = 0; n < t.model.node_count(); ++n) {
-        const int i = t.model.free_index[std::size_t(n)];
+        const int i = t.model.free_index[n];
         if (i >= 0) t.positions.col(n) += x.segment<3>(3 * i);
       }
       update_rotations(t.model, t.positions, t.rotations);
@@ -345,12 +344,12 @@ NeedleState needle_to(double tip_x, const TissuePatch& patch) {
   needle.node_count = 9;
   for (int i = 0; i < 9; ++i) {
     needle.positions.col(i) = Eigen::Vector3d(tip_x - 0.25 + 0.03125 * i, 0.047, 0.053);
-    needle.orientations[std::size_t(i)] = orientation_along(Eigen::Vector3d::UnitX());
+    needle.orientations[i] = orientation_along(Eigen::Vector3d::UnitX());
   }
   for (int b = 0; b < patch.body_count; ++b) {
-    for (int i = 0; i < patch.bodies[std::size_t(b)].node_count; ++i) {
-      needle.forces[std::size_t(needle.force_count++)] = {
-          .body = b, .node = patch.bodies[std::size_t(b)].node_ids[std::size_t(i)], .force = {0, 0.02, 0.01}};
+    for (int i = 0; i < patch.bodies[b].node_count; ++i) {
+      needle.forces[needle.force_count++] = {
+          .body = b, .node = patch.bodies[b].node_ids[i], .force = {0, 0.02, 0.01}};
     }
   }
   return needle;
@@ -360,7 +359,7 @@ NeedleState needle_to(double tip_x, const TissuePatch& patch) {
 void step(benchmark::State& state) {
   const int n = int(state.range(0));
   std::vector<SimulationBody> bodies;
-  bodies.reserve(static_cast<std::size_t>(state.range(1)));
+  bodies.reserve(state.range(1));
   for (int b = 0; b < int(state.range(1)); ++b) bodies.push_back(cube(n, 0.11 * b));
   SimulationLoop loop(std::move(bodies), {.dt = 0.02});
   TissuePatch patch = loop.make_patch();

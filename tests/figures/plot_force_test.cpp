@@ -223,7 +223,7 @@ TEST(Video, FramesComeBackAsTheyWentIn) {
   std::ifstream file(raw, std::ios::binary);
   std::vector<unsigned char> rgb(64 * 48 * 3);
   ASSERT_TRUE(file.read(reinterpret_cast<char*>(rgb.data()), static_cast<std::streamsize>(rgb.size())));
-  const auto pixel = [&](int x, int y) { return &rgb[static_cast<std::size_t>(3 * (64 * y + x))]; };
+  const auto pixel = [&](int x, int y) { return &rgb[3 * (64 * y + x)]; };
   EXPECT_NEAR(pixel(32, 8)[0], 220, 25);
   EXPECT_NEAR(pixel(32, 8)[2], 30, 25);
   EXPECT_NEAR(pixel(32, 40)[0], 30, 25);

@@ -19,7 +19,7 @@ void claim_sound(const ReportDescriptor& descriptor) {
   for (const Field& field : descriptor.fields) {
     const Report* report = descriptor.report(field.type, field.report_id);
     claim(report != nullptr, "a field is of a report");
-    std::uint32_t& end = ends[static_cast<std::size_t>(report - descriptor.reports.data())];
+    std::uint32_t& end = ends[report - descriptor.reports.data()];
     claim(field.bit_offset >= end, "fields do not overlap");
     end = field.bit_offset + field.bit_size * field.count;
     claim(end <= report->bits, "a field is within its report");

@@ -163,7 +163,7 @@ private:
     const auto any = [&](int most) { return std::uniform_int_distribution<int>(0, most)(random_); };
     switch (any(3)) {
       case 0:
-        report.bytes.resize(static_cast<std::size_t>(any(static_cast<int>(kPoseReportBytes) - 1)));
+        report.bytes.resize(any(static_cast<int>(kPoseReportBytes) - 1));
         return;
       case 1:
         report.bytes.resize(kPoseReportBytes + 1 + static_cast<std::size_t>(any(40)), 0x55);

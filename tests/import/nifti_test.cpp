@@ -179,9 +179,9 @@ TEST(Nifti, EveryOrientationIsTheSameSolidAtTheSamePlace) {
       ras_from_voxel.col(3) = first;
       std::array<int, 3> size{};
       for (int a = 0; a < 3; ++a) {
-        const int r = axes[static_cast<std::size_t>(a)];
+        const int r = axes[a];
         const bool backwards = (flips >> a & 1) != 0;
-        size[static_cast<std::size_t>(a)] = count[r];
+        size[a] = count[r];
         v.set<std::int16_t>(42 + 2 * static_cast<std::size_t>(a), static_cast<std::int16_t>(count[r]));
         ras_from_voxel(r, a) = backwards ? -spacing[r] : spacing[r];
         if (backwards) ras_from_voxel(r, 3) += spacing[r] * (count[r] - 1);

@@ -80,7 +80,7 @@ TEST(OrganLabels, TetrahedraAndVoxelsSayWhatLiesInside) {
   double sum = 0, volume = 0;
   for (std::size_t t = 0; t < liver.mesh.tets.size(); ++t) {
     const auto& tet = liver.mesh.tets[t];
-    const auto node = [&](std::size_t c) { return liver.mesh.nodes[static_cast<std::size_t>(tet[c])]; };
+    const auto node = [&](std::size_t c) { return liver.mesh.nodes[tet[c]]; };
     const double v = (node(1) - node(0)).dot((node(2) - node(0)).cross(node(3) - node(0))) / 6;
     volume += v;
     sum += v * labels.tet_mechanics[t].young_modulus;

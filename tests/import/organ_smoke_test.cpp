@@ -37,11 +37,11 @@ std::vector<std::vector<int>> pieces_of(const physics::TetMesh& mesh) {
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& tet : mesh.tets) {
-      int least = part[static_cast<std::size_t>(tet[0])];
-      for (const int n : tet) least = std::min(least, part[static_cast<std::size_t>(n)]);
+      int least = part[tet[0]];
+      for (const int n : tet) least = std::min(least, part[n]);
       for (const int n : tet) {
-        changed = changed || part[static_cast<std::size_t>(n)] != least;
-        part[static_cast<std::size_t>(n)] = least;
+        changed = changed || part[n] != least;
+        part[n] = least;
       }
     }
   }
@@ -60,12 +60,12 @@ physics::SimulationBody resting(const physics::TetMesh& mesh, double young_modul
   body.tet_materials.assign(mesh.tets.size(), {.young_modulus = young_modulus, .poisson_ratio = 0.45});
   body.load = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(mesh.nodes.size()));
   for (const auto& tet : mesh.tets) {
-    const auto x = [&](std::size_t c) { return mesh.nodes[static_cast<std::size_t>(tet[c])]; };
+    const auto x = [&](std::size_t c) { return mesh.nodes[tet[c]]; };
     const double volume = (x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) / 6;
     for (const int node : tet) body.load(2, node) -= kDensity * kGravity * volume / 4;
   }
   for (std::vector<int>& piece : pieces_of(mesh)) {
-    std::ranges::sort(piece, {}, [&](int n) { return mesh.nodes[static_cast<std::size_t>(n)].z(); });
+    std::ranges::sort(piece, {}, [&](int n) { return mesh.nodes[n].z(); });
     body.fixed_nodes.insert(body.fixed_nodes.end(), piece.begin(),
                             piece.begin() + static_cast<std::ptrdiff_t>(piece.size() / 3));
   }

@@ -62,10 +62,9 @@ public:
     inverted += report.inverted_tets;
     shortened += (report.flags & physics::kSimulationStepLimited) != 0 ? 1 : 0;
     for (int b = 0; b < tissue.body_count; ++b) {
-      const auto body = static_cast<std::size_t>(b);
-      for (Eigen::Index n = 0; n < tissue.positions[body].cols(); ++n) {
-        const Eigen::Vector3d rest = scene_.bodies[body].mesh.nodes[static_cast<std::size_t>(n)];
-        largest_move = std::max(largest_move, (tissue.positions[body].col(n) - rest).norm());
+      for (Eigen::Index n = 0; n < tissue.positions[b].cols(); ++n) {
+        const Eigen::Vector3d rest = scene_.bodies[b].mesh.nodes[n];
+        largest_move = std::max(largest_move, (tissue.positions[b].col(n) - rest).norm());
       }
     }
   }

@@ -157,7 +157,7 @@ private:
     while (!stop.stop_requested()) {
       const ssize_t size = ::read(out_.get(), report.data(), report.size());
       if (size > 0) {
-        requests_.output(std::span(report).first(static_cast<std::size_t>(size)));
+        requests_.output(std::span(report).first(size));
       } else {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
@@ -196,7 +196,7 @@ private:
         const ssize_t size =
             ::read(control_.get(), report.data(), std::min<std::size_t>(setup.wLength, report.size()));
         if (size > 0) {
-          requests_.set_feature(std::span(report).first(static_cast<std::size_t>(size)));
+          requests_.set_feature(std::span(report).first(size));
         }
         return;
       }

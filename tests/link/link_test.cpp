@@ -216,7 +216,7 @@ TEST(Link, ASlowClientGetsFewerImagesAndTheNewestAndHoldsNobodyUp) {
   }
   EXPECT_LT(got, kImages);
   const LinkReport& report = room.link.stop();
-  const auto& images = report.counts[static_cast<std::size_t>(Topic::image)];
+  const auto& images = report.counts[Topic::image];
   EXPECT_EQ(images.sent, static_cast<std::uint64_t>(kImages + got));
   EXPECT_EQ(images.sent + images.dropped, 2U * kImages);
   EXPECT_TRUE(report.problems.empty());
@@ -448,7 +448,7 @@ TEST(CommandDesk, RefusesWhereTooManyWaitAndWhereThereIsNoScanner) {
   ASSERT_EQ(answers.size(), 1U);
   EXPECT_EQ(answers[0].number, 1000U);
   EXPECT_FALSE(answers[0].done);
-  EXPECT_EQ(desk.next()->number, 0U);  // taken: it will be answered by who took it
+  EXPECT_EQ(desk.next()->number, 0U);        // taken: it will be answered by who took it
   EXPECT_TRUE(desk.take_answers().empty());  // whoever attends may be slow
   desk.set_attended(false);
   answers = desk.take_answers();

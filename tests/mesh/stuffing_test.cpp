@@ -126,7 +126,7 @@ TEST(GradedStuffing, FinerAtTheTargetSoundAndTheSameAtTheSurface) {
     double sum = 0;
     int count = 0;
     for (const auto& tet : mesh.tets) {
-      const auto node = [&](std::size_t c) { return mesh.nodes[static_cast<std::size_t>(tet[c])]; };
+      const auto node = [&](std::size_t c) { return mesh.nodes[tet[c]]; };
       if (((node(0) + node(1) + node(2) + node(3)) / 4 - target).norm() > 0.005) continue;
       for (std::size_t a = 0; a < 4; ++a) {
         for (std::size_t b = 0; b < a; ++b, ++count) sum += (node(a) - node(b)).norm();

@@ -59,7 +59,7 @@ public:
         pull *= pace;
         moved = std::max(moved, pull.cwiseAbs().maxCoeff());
         for (int n = 0; n < models_[b].node_count(); ++n) {
-          const int i = models_[b].free_index[static_cast<std::size_t>(n)];
+          const int i = models_[b].free_index[n];
           if (i >= 0) positions_[b].col(n) += pull.segment<3>(3 * i);
         }
       }
@@ -92,7 +92,7 @@ private:
   Eigen::VectorXd free_part(std::size_t b, const Eigen::Matrix3Xd& all) const {
     Eigen::VectorXd part(models_[b].dof_count());
     for (int n = 0; n < models_[b].node_count(); ++n) {
-      const int i = models_[b].free_index[static_cast<std::size_t>(n)];
+      const int i = models_[b].free_index[n];
       if (i >= 0) part.segment<3>(3 * i) = all.col(n);
     }
     return part;

@@ -24,7 +24,7 @@ NeedleShape arc(double curvature, double roll = 0.3) {
   for (int i = 0; i < shape.node_count; ++i) {
     const double angle = curvature * kBeam * i;
     shape.positions.col(i) = Vector3d(0, 0, std::sin(angle)) / curvature + (1 - std::cos(angle)) / curvature * normal;
-    shape.orientations[static_cast<std::size_t>(i)] = exponential(angle * Vector3d::UnitZ().cross(normal));
+    shape.orientations[i] = exponential(angle * Vector3d::UnitZ().cross(normal));
   }
   return shape;
 }
@@ -76,9 +76,8 @@ TEST(HermiteShaft, RowsAreTheDerivativeOfThePosition) {
     const ShaftPoint here = shaft.at(beam, fraction);
     Vector3d predicted = Vector3d::Zero();
     for (int side = 0; side < 2; ++side) {
-      const auto s = static_cast<std::size_t>(side);
-      predicted += here.weights[s] * motion.segment<3>(6 * (beam + side)) +
-                   motion.segment<3>(6 * (beam + side) + 3).cross(here.arms[s]);
+      predicted += here.weights[side] * motion.segment<3>(6 * (beam + side)) +
+                   motion.segment<3>(6 * (beam + side) + 3).cross(here.arms[side]);
     }
     const double h = 1e-5;
     NeedleShape forward = shape, backward = shape;

@@ -51,8 +51,8 @@ TEST(BlockTridiagonal, ForwardSolvesGiveTheCompliance) {
     MatrixXd b = MatrixXd::Random(6 * blocks, columns);
     std::vector<int> reached(static_cast<std::size_t>(blocks));
     for (int i = 0; i < blocks; ++i) {
-      reached[static_cast<std::size_t>(i)] = std::min(columns, 5 + i);
-      b.block(6 * i, 0, 6, columns).rightCols(columns - reached[static_cast<std::size_t>(i)]).setZero();
+      reached[i] = std::min(columns, 5 + i);
+      b.block(6 * i, 0, 6, columns).rightCols(columns - reached[i]).setZero();
     }
     y.leftCols(columns) = b;
     d.system.forward_solve(y.data(), reached, stride);

@@ -172,7 +172,7 @@ TEST(NeedleTrack, FrictionFollowsTheForceThatPressesTheShaft) {
   const physics::NeedleState& needle = experiment.needle();
   double pressed = 0, furthest = 0;
   for (int c = 0; c < needle.contact_count; ++c) {
-    const physics::NeedleContact& contact = needle.contacts[static_cast<std::size_t>(c)];
+    const physics::NeedleContact& contact = needle.contacts[c];
     const Eigen::Vector3d along =
         (needle.positions.col(contact.beam + 1) - needle.positions.col(contact.beam)).normalized();
     const double axial = contact.force.dot(along), across = (contact.force - axial * along).norm();
@@ -354,11 +354,10 @@ std::vector<Eigen::Vector2d> bevelled_track(double turn) {
   std::vector<Eigen::Vector2d> track;
   const physics::TetMesh& mesh = experiment.simulation().model(0).mesh;
   for (int c = 0; c < experiment.needle().contact_count; ++c) {
-    const physics::NeedleContact& contact = experiment.needle().contacts[static_cast<std::size_t>(c)];
+    const physics::NeedleContact& contact = experiment.needle().contacts[c];
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < 4; ++k) {
-      at += contact.barycentric[static_cast<Eigen::Index>(k)] *
-            mesh.nodes[static_cast<std::size_t>(mesh.tets[static_cast<std::size_t>(contact.tet)][k])];
+      at += contact.barycentric[static_cast<Eigen::Index>(k)] * mesh.nodes[mesh.tets[contact.tet][k]];
     }
     track.emplace_back(at.x(), at.z() - insertion.tip_start.z());
   }
@@ -442,7 +441,7 @@ std::shared_ptr<const physics::TissueMap> liver_before_bone() {
 TEST(NeedleTrack, BoneStopsTheNeedleAndBearsItsForce) {
   const auto on_tissue = [](const physics::NeedleState& s) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (int i = 0; i < s.force_count; ++i) sum += s.forces[static_cast<std::size_t>(i)].force;
+    for (int i = 0; i < s.force_count; ++i) sum += s.forces[i].force;
     return sum;
   };
   reference::ReferenceExperiment experiment(there_and_back(0.045, 0.020),
@@ -536,7 +535,7 @@ TEST(NeedleTrack, TipThatSkidsBreaksInWhereItIs) {
     const double force = s.wrench.force.norm();
     if (s.tip == TipState::indenting) {
       const Eigen::Vector3d tip = s.positions.col(s.node_count - 1);
-      const physics::NeedleContact& pressed = s.contacts[static_cast<std::size_t>(s.track_count - 1)];
+      const physics::NeedleContact& pressed = s.contacts[s.track_count - 1];
       if (before == 0) met = tip;
       skid = (tip - met).head<2>().norm();
       apart = std::max(apart, (tip - pressed.position).norm());

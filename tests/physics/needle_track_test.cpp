@@ -72,7 +72,7 @@ TEST(NeedleTrack, ASlowAndLateSimulationIsNotFelt) {
 double condition(const physics::HapticLoop& haptic) {
   const int rows = haptic.delassus().rows();
   Eigen::MatrixXd system = haptic.delassus().matrix();
-  for (int r = 0; r < rows; ++r) system(r, r) += haptic.laws()[static_cast<std::size_t>(r)].compliance;
+  for (int r = 0; r < rows; ++r) system(r, r) += haptic.laws()[r].compliance;
   const Eigen::VectorXd eigenvalues = reference::symmetric_eigenvalues(system);
   return eigenvalues.maxCoeff() / eigenvalues.minCoeff();
 }

@@ -93,8 +93,7 @@ TEST(OrganContact, RowsAreTheGradientOfTheGap) {
       if (row.slot != after.slot) continue;
       double predicted = 0;
       for (const SurfaceRow::Support& support : row.supports) {
-        predicted +=
-            support.weight * row.normal.dot(change[static_cast<std::size_t>(support.body)].col(support.node));
+        predicted += support.weight * row.normal.dot(change[support.body].col(support.node));
       }
       EXPECT_NEAR(after.gap - row.gap, predicted, 1e-4 * small);
       ++compared;
@@ -191,7 +190,7 @@ double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, c
   for (const auto& tet : mesh.tets) {
     std::vector<int> up;
     for (const int n : tet) {
-      if (std::abs(mesh.nodes[static_cast<std::size_t>(n)].z() - top) < 1e-9) up.push_back(n);
+      if (std::abs(mesh.nodes[n].z() - top) < 1e-9) up.push_back(n);
     }
     if (up.size() == 3) faces.push_back({up[0], up[1], up[2]});
   }
@@ -202,7 +201,7 @@ double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, c
   };
   std::vector<Point> points;
   for (const auto& f : faces) {
-    const auto x = [&](int k) { return mesh.nodes[static_cast<std::size_t>(f[static_cast<std::size_t>(k)])]; };
+    const auto x = [&](int k) { return mesh.nodes[f[k]]; };
     const double whole = 0.5 * (x(1) - x(0)).cross(x(2) - x(0)).norm();
     for (int i = 0; i < 3 * cuts; ++i) {
       for (int j = 0; j < 3 * cuts; ++j) {  // centroids sit where i, j = 1 or 2 modulo 3 of a 3-fold finer lattice
@@ -225,7 +224,7 @@ double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, c
     *area = 0;
     for (const Point& point : points) {
       Eigen::Vector3d x = Eigen::Vector3d::Zero();
-      for (int a = 0; a < 3; ++a) x += point.weights[a] * p.segment<3>(3 * point.nodes[static_cast<std::size_t>(a)]);
+      for (int a = 0; a < 3; ++a) x += point.weights[a] * p.segment<3>(3 * point.nodes[a]);
       Eigen::Vector3d n = x - axis;
       n.y() = 0;
       const double overlap = 0.06 - n.norm();
@@ -235,10 +234,10 @@ double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, c
       force += k * overlap * -n.z();
       *area += point.area;
       for (int a = 0; a < 3; ++a) {
-        const int row = 3 * point.nodes[static_cast<std::size_t>(a)];
+        const int row = 3 * point.nodes[a];
         residual.segment<3>(row) += point.weights[a] * k * overlap * n;
         for (int b = 0; b < 3; ++b) {
-          stiffness.block<3, 3>(row, 3 * point.nodes[static_cast<std::size_t>(b)]) +=
+          stiffness.block<3, 3>(row, 3 * point.nodes[b]) +=
               point.weights[a] * point.weights[b] * k * n * n.transpose();
         }
       }
@@ -247,13 +246,13 @@ double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, c
     Eigen::MatrixXd reduced(n, n);
     Eigen::VectorXd right(n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      right[i] = residual[dofs[static_cast<std::size_t>(i)]];
+      right[i] = residual[dofs[i]];
       for (Eigen::Index j = 0; j < n; ++j) {
-        reduced(i, j) = stiffness(dofs[static_cast<std::size_t>(i)], dofs[static_cast<std::size_t>(j)]);
+        reduced(i, j) = stiffness(dofs[i], dofs[j]);
       }
     }
     const Eigen::VectorXd step = reference::solve(reduced, right);
-    for (Eigen::Index i = 0; i < n; ++i) p[dofs[static_cast<std::size_t>(i)]] += step[i];
+    for (Eigen::Index i = 0; i < n; ++i) p[dofs[i]] += step[i];
     if (step.cwiseAbs().maxCoeff() < 1e-10) break;
   }
   return force;

@@ -129,7 +129,7 @@ double dragged(const Bench& bench) {
   double sum = 0;
   int count = 0;
   for (int n = 0; n < bench.model(0).node_count(); ++n) {
-    const Eigen::Vector3d& x = mesh.nodes[static_cast<std::size_t>(n)];
+    const Eigen::Vector3d& x = mesh.nodes[n];
     if (std::abs(x.z() - 0.04) > 1e-9 || std::hypot(x.x(), x.y()) > 0.015) continue;
     sum += bench.positions(0)(1, n) - x.y();
     ++count;

@@ -175,7 +175,7 @@ TEST(SimulationContact, PatchHoldsTheContactForcesInItsFreePositions) {
   const Eigen::Matrix3Xd rest = rest_positions(loop.model(0));
   double moved = 0;
   for (int i = 0; i < lower.node_count; ++i) {
-    const int node = lower.node_ids[static_cast<std::size_t>(i)];
+    const int node = lower.node_ids[i];
     EXPECT_LT((lower.free_positions.col(i) - loop.tissue().positions[0].col(node)).norm(), 1e-7);
     moved = std::max(moved, (lower.free_positions.col(i) - rest.col(node)).norm());
   }

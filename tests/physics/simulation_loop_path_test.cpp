@@ -31,7 +31,7 @@ NeedleState needle_to(double tip_x, double bow = 0) {
   needle.node_count = 5;
   for (int i = 0; i < 5; ++i) {
     needle.positions.col(i) = Eigen::Vector3d(tip_x - 0.15 + 0.0375 * i, 0.047 + bow * (i == 2), 0.053);
-    needle.orientations[std::size_t(i)] = orientation_along(Eigen::Vector3d::UnitX());
+    needle.orientations[i] = orientation_along(Eigen::Vector3d::UnitX());
   }
   return needle;
 }
@@ -45,8 +45,7 @@ struct Scene {
     return patch.bodies[0];
   }
   Eigen::Vector3d position(int body, const PatchContact& contact) const {
-    return loop.model(body).topology.position(loop.tissue().positions[std::size_t(body)],
-                                              {contact.tet, contact.barycentric});
+    return loop.model(body).topology.position(loop.tissue().positions[body], {contact.tet, contact.barycentric});
   }
   SimulationLoop loop;
   TissuePatch patch;
@@ -70,7 +69,7 @@ TEST(InsertionPath, FirstContactIsAtTheEntryThenOneEverySpacing) {
     ASSERT_EQ(body.contact_count, expected) << "tip at " << tip;
     const NeedleState needle = needle_to(tip, 0.004);
     for (int c = 0; c < body.contact_count; ++c) {
-      const PatchContact& contact = body.contacts[std::size_t(c)];
+      const PatchContact& contact = body.contacts[c];
       if (!ids.insert(contact.id).second) continue;
       // At birth: exactly on the shaft.
       const Eigen::Vector3d on_shaft = needle.positions.col(contact.beam) * (1 - contact.beam_fraction) +
@@ -82,8 +81,7 @@ TEST(InsertionPath, FirstContactIsAtTheEntryThenOneEverySpacing) {
     }
     for (int c = 1; c < body.contact_count; ++c) {
       const double gap =
-          (scene.position(0, body.contacts[std::size_t(c)]) - scene.position(0, body.contacts[std::size_t(c) - 1]))
-              .norm();
+          (scene.position(0, body.contacts[c]) - scene.position(0, body.contacts[std::size_t(c) - 1])).norm();
       EXPECT_NEAR(gap, 0.010, 0.0006);  // along the shaft, which is bowed
     }
   }
@@ -138,7 +136,7 @@ TEST(InsertionPath, DirectionsAreOrthogonalToTheShaft) {
   const NeedleState needle = needle_to(0.09, 0.005);
   ASSERT_GT(body.contact_count, 6);
   for (int c = 0; c < body.contact_count; ++c) {
-    const PatchContact& contact = body.contacts[std::size_t(c)];
+    const PatchContact& contact = body.contacts[c];
     const Eigen::Vector3d edge =
         (needle.positions.col(contact.beam + 1) - needle.positions.col(contact.beam)).normalized();
     EXPECT_LT((contact.directions.transpose() * edge).norm(), 1e-14);
@@ -163,26 +161,26 @@ TEST(SimulationLoop, PatchHoldsTheComplianceOfTheDenseInverse) {
     ASSERT_EQ(scene.report.factor_epoch, 0U);  // the worker never ran
     for (int a = 0; a < patch.node_count; ++a) {
       for (int b = 0; b < patch.node_count; ++b) {
-        const int i = scene.loop.model(0).free_index[std::size_t(patch.node_ids[std::size_t(a)])];
-        const int j = scene.loop.model(0).free_index[std::size_t(patch.node_ids[std::size_t(b)])];
+        const int i = scene.loop.model(0).free_index[patch.node_ids[a]];
+        const int j = scene.loop.model(0).free_index[patch.node_ids[b]];
         Eigen::Matrix3d exact = Eigen::Matrix3d::Zero();
         if (i >= 0 && j >= 0) exact = inverse.block<3, 3>(3 * i, 3 * j);
         worst = std::max(worst, (patch.w_bar(a, b) - exact).norm());
       }
     }
     for (int c = 0; c < patch.contact_count; ++c) {  // contacts name their nodes rightly
-      const PatchContact& contact = patch.contacts[std::size_t(c)];
+      const PatchContact& contact = patch.contacts[c];
       for (std::size_t k = 0; k < 4; ++k) {
-        ASSERT_EQ(patch.node_ids[std::size_t(contact.patch_nodes[k])], body.mesh.tets[std::size_t(contact.tet)][k]);
+        ASSERT_EQ(patch.node_ids[contact.patch_nodes[k]], body.mesh.tets[contact.tet][k]);
       }
     }
     std::set<int> tets(patch.tet_ids.begin(), patch.tet_ids.begin() + patch.tet_count);
     EXPECT_EQ(int(tets.size()), patch.tet_count);
-    for (int c = 0; c < patch.contact_count; ++c) EXPECT_EQ(tets.count(patch.contacts[std::size_t(c)].tet), 1U);
+    for (int c = 0; c < patch.contact_count; ++c) EXPECT_EQ(tets.count(patch.contacts[c].tet), 1U);
     for (int t = 0; t < patch.tet_count; ++t) {
       for (std::size_t k = 0; k < 4; ++k) {
-        const int place = patch.tet_nodes[std::size_t(t)][k];
-        EXPECT_EQ(patch.node_ids[std::size_t(place)], body.mesh.tets[std::size_t(patch.tet_ids[std::size_t(t)])][k]);
+        const int place = patch.tet_nodes[t][k];
+        EXPECT_EQ(patch.node_ids[place], body.mesh.tets[patch.tet_ids[t]][k]);
       }
     }
   }

@@ -43,7 +43,7 @@ NeedleState pull(const SimulationBody& body, const Eigen::Vector3d& force) {
   for (const int n : reference::nodes_where(body.mesh, [](const Eigen::Vector3d& x) {
          return x.z() > kEdge - 1e-9 && std::abs(x.x() - kEdge / 2) > 0.04 && std::abs(x.y() - kEdge / 2) > 0.04;
        })) {
-    needle.forces[static_cast<std::size_t>(needle.force_count++)] = {.body = 0, .node = n, .force = force / 4};
+    needle.forces[needle.force_count++] = {.body = 0, .node = n, .force = force / 4};
   }
   return needle;
 }
@@ -56,7 +56,7 @@ TEST(SimulationLoop, FixedPointIsTheExactEquilibriumWhateverTheFactor) {
   const support::DenseTissue dense(body.mesh, body.tet_materials, body.fixed_nodes);
   Eigen::VectorXd load = Eigen::VectorXd::Zero(3 * Eigen::Index(body.mesh.nodes.size()));
   for (int i = 0; i < needle.force_count; ++i) {
-    load.segment<3>(3 * needle.forces[std::size_t(i)].node) = needle.forces[std::size_t(i)].force;
+    load.segment<3>(3 * needle.forces[i].node) = needle.forces[i].force;
   }
   Eigen::VectorXd exact = dense.rest();
   double residual = 1;
@@ -107,7 +107,7 @@ TEST(SimulationLoop, FreePositionsAndComplianceGiveTheCorrectedStateBack) {
     needle.force_count = n;
     for (int i = 0; i < n; ++i) {
       const Eigen::Vector3d force = 0.02 * Eigen::Vector3d(std::sin(i + step), std::cos(3 * i), 0.3 * step / 20.0);
-      needle.forces[std::size_t(i)] = {.body = 0, .node = isolated.node_ids[std::size_t(i)], .force = force};
+      needle.forces[i] = {.body = 0, .node = isolated.node_ids[i], .force = force};
       f.segment<3>(3 * i) = force;
     }
     const Eigen::VectorXd moved = isolated.w_bar() * f;

@@ -34,13 +34,13 @@ NeedleState needle_at(int step, const TissuePatch& patch) {
   const double tip = 0.0008 * step;
   for (int i = 0; i < 3; ++i) {
     needle.positions.col(i) = Eigen::Vector3d(tip - 0.15 + 0.075 * i, 0.047, 0.053 + 1e-5 * step);
-    needle.orientations[std::size_t(i)] = orientation_along(Eigen::Vector3d::UnitX());
+    needle.orientations[i] = orientation_along(Eigen::Vector3d::UnitX());
   }
   for (int b = 0; b < patch.body_count; ++b) {
-    const BodyPatch& body = patch.bodies[std::size_t(b)];
+    const BodyPatch& body = patch.bodies[b];
     for (int i = 0; i < body.node_count; ++i) {
-      needle.forces[std::size_t(needle.force_count++)] = {
-          .body = b, .node = body.node_ids[std::size_t(i)], .force = {0, 0.02 * std::sin(0.1 * step), 0.03}};
+      needle.forces[needle.force_count++] = {
+          .body = b, .node = body.node_ids[i], .force = {0, 0.02 * std::sin(0.1 * step), 0.03}};
     }
   }
   return needle;
@@ -102,7 +102,7 @@ TEST(FactorisationWorker, ThreadedRunReplaysToTheSameBitsInLockstep) {
   const Trace replayed = run(
       lockstep,
       [&](int step) {
-        const SimulationReport& report = recorded.reports[std::size_t(step)];
+        const SimulationReport& report = recorded.reports[step];
         return SimulationInput{.take_factorisation = report.factorisation_taken,
                                .request_factorisation = report.factorisation_requested};
       },

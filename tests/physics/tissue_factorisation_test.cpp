@@ -41,7 +41,7 @@ struct Cube {
     std::uniform_real_distribution<double> shift(-0.004, 0.004);
     positions = rest_positions(model);
     for (int n = 0; n < model.node_count(); ++n) {
-      if (model.free_index[static_cast<std::size_t>(n)] < 0) continue;
+      if (model.free_index[n] < 0) continue;
       const double height = positions(2, n);
       positions.col(n) += Eigen::Vector3d(shift(random) + 3 * height * height, shift(random), shift(random));
     }
@@ -64,9 +64,9 @@ struct Cube {
 Eigen::MatrixXd expand(const StiffnessPattern& pattern, const std::vector<double>& values) {
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(pattern.dof_count(), pattern.dof_count());
   for (int c = 0; c < pattern.dof_count(); ++c) {
-    for (int k = pattern.column_start()[std::size_t(c)]; k < pattern.column_start()[std::size_t(c) + 1]; ++k) {
-      const int r = pattern.rows()[std::size_t(k)];
-      a(r, c) = a(c, r) = values[std::size_t(k)];
+    for (int k = pattern.column_start()[c]; k < pattern.column_start()[std::size_t(c) + 1]; ++k) {
+      const int r = pattern.rows()[k];
+      a(r, c) = a(c, r) = values[k];
     }
   }
   return a;
@@ -187,8 +187,8 @@ TEST(IsolatedDofs, IncrementalUpdatesMatchDenseInverse) {
     Eigen::MatrixXd exact = Eigen::MatrixXd::Zero(n, n);
     for (std::size_t a = 0; a < nodes.size(); ++a) {
       for (std::size_t b = 0; b < nodes.size(); ++b) {
-        const int i = cube.model.free_index[std::size_t(nodes[a])];
-        const int j = cube.model.free_index[std::size_t(nodes[b])];
+        const int i = cube.model.free_index[nodes[a]];
+        const int j = cube.model.free_index[nodes[b]];
         if (i >= 0 && j >= 0) {
           exact.block<3, 3>(3 * Eigen::Index(a), 3 * Eigen::Index(b)) = inverse.block<3, 3>(3 * i, 3 * j);
         }

@@ -40,7 +40,7 @@ struct JitteredCube {
   std::vector<int> dofs(const std::vector<int>& nodes) const {
     std::vector<int> result;
     for (const int node : nodes) {
-      for (int c = 0; c < 3; ++c) result.push_back(3 * model.free_index[std::size_t(node)] + c);
+      for (int c = 0; c < 3; ++c) result.push_back(3 * model.free_index[node] + c);
     }
     return result;
   }
@@ -128,7 +128,7 @@ TEST(Factorisation, CorridorOfAThousandNodesEqualsFullSolves) {
   Eigen::MatrixXd compliance(size, size);
   cube.factor.trailing_compliance(compliance);
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(cube.model.dof_count(), size);
-  for (Eigen::Index k = 0; k < size; ++k) columns(dofs[std::size_t(k)], k) = 1;
+  for (Eigen::Index k = 0; k < size; ++k) columns(dofs[k], k) = 1;
   cube.factor.solve(columns, columns, cube.workspace);
   const double error = relative(compliance, columns(dofs, Eigen::all));
   const double growth = double(cube.factor.factor_nonzeros()) / double(fill);
@@ -170,7 +170,7 @@ TEST(IsolatedDofs, NodesInsideAndOutsideTheCorridorMatchTheDenseInverse) {
     std::set<int> nodes;
     while (nodes.size() < count) {
       const int node = int(random() % unsigned(cube.model.node_count()));
-      if (cube.model.free_index[std::size_t(node)] >= 0) nodes.insert(node);
+      if (cube.model.free_index[node] >= 0) nodes.insert(node);
     }
     std::vector<int> list(nodes.begin(), nodes.end());
     std::shuffle(list.begin(), list.end(), random);

@@ -63,7 +63,7 @@ physics::TissueState moved(const content::Scene& scene, const Eigen::Affine3d& m
   state.body_count = 1;
   state.positions[0].resize(3, static_cast<Eigen::Index>(scene.bodies[0].mesh.nodes.size()));
   for (Eigen::Index n = 0; n < state.positions[0].cols(); ++n) {
-    state.positions[0].col(n) = map * scene.bodies[0].mesh.nodes[static_cast<std::size_t>(n)];
+    state.positions[0].col(n) = map * scene.bodies[0].mesh.nodes[n];
   }
   return state;
 }

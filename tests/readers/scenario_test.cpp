@@ -44,7 +44,7 @@ TEST(Scenario, LoadsWhatItsFilesSay) {
   EXPECT_TRUE(std::is_sorted(liver.fixed_nodes.begin(), liver.fixed_nodes.end()));
   for (const int node : liver.fixed_nodes) {
     // 5 mm around the bone ball of 20 mm below the liver.
-    EXPECT_LT((liver.mesh.nodes[static_cast<std::size_t>(node)] - Eigen::Vector3d(0.1, 0, -0.06)).norm(), 0.0255);
+    EXPECT_LT((liver.mesh.nodes[node] - Eigen::Vector3d(0.1, 0, -0.06)).norm(), 0.0255);
   }
   ASSERT_THAT(scene.surfaces, SizeIs(3));
   for (const content::Surface& surface : scene.surfaces) {
@@ -417,7 +417,7 @@ TEST(Scenario, RegionOfAFluidIsACavity) {
   const content::DeformableBody& liver = scene.bodies[0];
   ASSERT_THAT(cavity.tets, Not(IsEmpty()));
   for (const int t : cavity.tets) {
-    EXPECT_EQ(scene.tissues[liver.tet_tissue[static_cast<std::size_t>(t)]].name, "tumour");
+    EXPECT_EQ(scene.tissues[liver.tet_tissue[t]].name, "tumour");
   }
   // A ball of 10 mm in cells of 8: whole tetrahedra are in or out.
   EXPECT_NEAR(cavity.volume, 4.19e-6, 1.5e-6);
@@ -439,7 +439,7 @@ TEST(Scenario, NeedleForcesAndSurfacesOfTheTableAreRead) {
                                  [&](const content::Tissue& tissue) { return tissue.name == name; });
     return static_cast<int>(at - scene.tissues.begin());
   };
-  const physics::InsertionResistance& liver = scene.tissues[static_cast<std::size_t>(index("liver"))].needle;
+  const physics::InsertionResistance& liver = scene.tissues[index("liver")].needle;
   EXPECT_EQ(liver.puncture_force, 1);
   EXPECT_EQ(liver.friction_per_length, 20);
   EXPECT_EQ(liver.cutting_force, 0.94);

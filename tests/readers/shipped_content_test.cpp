@@ -124,7 +124,7 @@ TEST(ShippedContent, DefaultSceneHasTheAnatomyOfABiopsy) {
   EXPECT_GE(liver.mesh.nodes.size(), 2000u);
   double volume = 0;
   for (const auto& tet : liver.mesh.tets) {
-    const auto x = [&](std::size_t i) { return liver.mesh.nodes[static_cast<std::size_t>(tet[i])]; };
+    const auto x = [&](std::size_t i) { return liver.mesh.nodes[tet[i]]; };
     const double v = (x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) / 6;
     ASSERT_GT(v, 0);
     volume += v;
@@ -170,7 +170,7 @@ TEST(ShippedContent, EmbeddedSurfacesReproduceTheirRestShape) {
   const content::Scene& scene = default_scene_of_any_mesh();
   for (const content::Surface& surface : scene.surfaces) {
     if (surface.body < 0) continue;
-    const auto& nodes = scene.bodies[static_cast<std::size_t>(surface.body)].mesh.nodes;
+    const auto& nodes = scene.bodies[surface.body].mesh.nodes;
     ASSERT_EQ(surface.embedding.size(), surface.positions.size());
     double worst = 0;
     for (std::size_t i = 0; i < surface.positions.size(); ++i) {

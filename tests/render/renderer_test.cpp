@@ -191,8 +191,7 @@ TEST_F(Render3d, LabelsAndDepthsAreThoseOfTheNearestSurface) {
       if (std::abs(near_ball - 1) < 0.15 || std::abs(far_ball - 1) < 0.15) continue;  // facets and perspective
       const int expected = near_ball < 1 ? scene.surfaces[0].tissue : far_ball < 1 ? 3 : 0;
       near_pixels += near_ball < 1 ? 1 : 0;
-      const auto pixel = static_cast<std::size_t>(i);
-      wrong += view.labels[pixel] != expected || (view.depth[pixel] == 0) != (expected == 0) ? 1 : 0;
+      wrong += view.labels[i] != expected || (view.depth[i] == 0) != (expected == 0) ? 1 : 0;
     }
     EXPECT_EQ(wrong, 0);
     EXPECT_GT(near_pixels, 50);
@@ -396,7 +395,7 @@ TEST_F(Render3d, ImagingPlaneShowsTheUltrasoundImage) {
   std::vector<std::uint8_t> pixels(100 * 120 * 4, 0);
   for (int v = 60; v < 70; ++v)
     for (int u = 60; u < 70; ++u)
-      for (int c = 0; c < 3; ++c) pixels[static_cast<std::size_t>((v * 100 + u) * 4 + c)] = 255;
+      for (int c = 0; c < 3; ++c) pixels[(v * 100 + u) * 4 + c] = 255;
   const gpu::Image image(device, {.width = 100, .height = 120});
   gpu::run_now(device, [&](gpu::Commands& commands) { commands.upload(image, std::as_bytes(std::span(pixels))); });
   Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});

@@ -39,7 +39,7 @@ inline content::DeformableBody box_body(const std::string& name, const Eigen::Ve
           std::array<int, 3> corner{i, j, k};
           std::array<int, 4> tet{id(i, j, k), 0, 0, 0};
           for (std::size_t s = 0; s < 3; ++s) {
-            ++corner[static_cast<std::size_t>(kOrders[o][s])];
+            ++corner[kOrders[o][s]];
             tet[s + 1] = id(corner[0], corner[1], corner[2]);
           }
           if (o >= 3) std::swap(tet[1], tet[2]);  // odd orders are mirrored

@@ -66,7 +66,7 @@ inline content::Scene layered_scene() {
   for (content::DeformableBody& body : scene.bodies) {
     for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
       Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-      for (const int node : body.mesh.tets[t]) centre += 0.25 * body.mesh.nodes[static_cast<std::size_t>(node)];
+      for (const int node : body.mesh.tets[t]) centre += 0.25 * body.mesh.nodes[node];
       body.tet_tissue[t] = tissue_at(centre);
     }
   }

@@ -158,7 +158,7 @@ std::string tissue_at(const content::Scene& scene, const Eigen::Vector3d& x) {
   const Eigen::Vector3i v = ((x.cast<float>() - labels.origin) / labels.spacing).array().round().cast<int>();
   if ((v.array() < 0).any() || (v.array() >= labels.size.array()).any()) return scene.tissues[0].name;
   const Eigen::Index index = (Eigen::Index{v.z()} * labels.size.y() + v.y()) * labels.size.x() + v.x();
-  return scene.tissues[labels.labels[static_cast<std::size_t>(index)]].name;
+  return scene.tissues[labels.labels[index]].name;
 }
 
 // The needle aimed at a rib, and pushed 3 mm further than there is room.

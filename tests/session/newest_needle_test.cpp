@@ -21,7 +21,7 @@ physics::NeedleState needle(int nodes, double value) {
   needle.node_count = nodes;
   needle.positions.setConstant(3, nodes, value);
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(value, Eigen::Vector3d::UnitX()));
-  needle.orientations.assign(static_cast<std::size_t>(nodes), turn);
+  needle.orientations.assign(nodes, turn);
   return needle;
 }
 

@@ -110,7 +110,7 @@ TEST(Weight, OfABodyIsThatOfItsTissues) {
   double sunk = 0;  // the tetrahedra are of one size
   for (const auto& tet : mesh.tets) {
     for (const int node : tet) {
-      const double z = mesh.nodes[static_cast<std::size_t>(node)].z();
+      const double z = mesh.nodes[node].z();
       sunk += (z - loops.tissue().positions[0](2, node)) / (4.0 * static_cast<double>(mesh.tets.size()));
     }
   }

@@ -162,7 +162,7 @@ TEST(StylusWithForce, SettlesInTissueWithTheForceOfTheBaseSpring) {
   const physics::NeedleState& needle = loops.needle();
   const Vector3d spring = base.stiffness * (needle.positions.col(0) - device.seen());
   Vector3d reaction = Vector3d::Zero();
-  for (int i = 0; i < needle.force_count; ++i) reaction -= needle.forces[static_cast<std::size_t>(i)].force;
+  for (int i = 0; i < needle.force_count; ++i) reaction -= needle.forces[i].force;
   std::printf(
       "base %.0f N/m, %.1f N s/m; at rest |F| %.4f N, from the spring's by %.1e N, from the reaction by %.1e N, "
       "from what was sent by %.1e N; last 0.2 s: change %.1e N a sample, hand %.1e m/s; least work %.1e J\n",

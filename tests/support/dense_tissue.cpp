@@ -44,7 +44,7 @@ DenseTissue::DenseTissue(physics::TetMesh mesh, std::vector<physics::ElasticMate
     // Natural coordinates: N = [1 x y z] C, the columns of the inverse of the nodal coordinate matrix.
     Eigen::Matrix4d coordinates;
     for (std::size_t a = 0; a < 4; ++a) {
-      coordinates.row(Eigen::Index(a)) << 1, mesh_.nodes[static_cast<std::size_t>(mesh_.tets[t][a])].transpose();
+      coordinates.row(Eigen::Index(a)) << 1, mesh_.nodes[mesh_.tets[t][a]].transpose();
     }
     const Eigen::Matrix4d shape = coordinates.inverse();
     Eigen::Matrix<double, 6, 12> b = Eigen::Matrix<double, 6, 12>::Zero();

@@ -52,7 +52,7 @@ TEST(SequenceFile, GivesBackPixelsTimesAndTransforms) {
   SequenceFile sequence(folder / "run.igs.mha", width, height);
   for (int f = 0; f < frames; ++f) {
     std::vector<std::uint8_t> grey(static_cast<std::size_t>(width) * height);
-    for (int i = 0; i < width * height; ++i) grey[static_cast<std::size_t>(i)] = pixel(f, i);
+    for (int i = 0; i < width * height; ++i) grey[i] = pixel(f, i);
     SequenceFrame frame{.time_s = 0.25 * f, .pixels = grey, .transforms = {{"ProbeToTracker"}, {"NeedleToTracker"}}};
     for (int i = 0; i < 12; ++i) frame.transforms[0].matrix(i / 4, i % 4) = element(f, i / 4, i % 4);
     sequence.add(frame);
@@ -76,10 +76,10 @@ TEST(SequenceFile, GivesBackPixelsTimesAndTransforms) {
     EXPECT_EQ(read.fields.at(key + "NeedleToTrackerTransformStatus"), "OK");
     const std::vector<double> matrix = read.numbers(key + "ProbeToTrackerTransform");
     ASSERT_EQ(matrix.size(), 16u);
-    for (int i = 0; i < 12; ++i) EXPECT_NEAR(matrix[std::size_t(i)], element(f, i / 4, i % 4), 1e-7);
+    for (int i = 0; i < 12; ++i) EXPECT_NEAR(matrix[i], element(f, i / 4, i % 4), 1e-7);
     EXPECT_EQ(matrix[15], 1);
     for (int i = 0; i < width * height; ++i) {
-      ASSERT_EQ(static_cast<std::uint8_t>(read.pixels[std::size_t(f * width * height + i)]), pixel(f, i));
+      ASSERT_EQ(static_cast<std::uint8_t>(read.pixels[f * width * height + i]), pixel(f, i));
     }
   }
 }

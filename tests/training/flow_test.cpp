@@ -95,7 +95,7 @@ TEST(Flow, EveryActionInEveryStageOfABiopsyDoesWhatTheTableSays) {
   for (const Row& row : table) {
     for (int s = 0; s < 4; ++s) {
       const auto stage = static_cast<Stage>(s);
-      const std::string expected = row.to[static_cast<std::size_t>(s)];
+      const std::string expected = row.to[s];
       Course flow(exercise);
       enter(flow, stage);
       const std::vector<std::string> events = step(flow, in_target(2.1), {row.action});

@@ -499,9 +499,7 @@ TEST(PathDistance, ResamplingIsEvenInTime) {
   const Path path = resampled(times, points, 5);
   ASSERT_EQ(path.size(), 5U);
   for (int i = 0; i < 5; ++i) {
-    EXPECT_LT((path[static_cast<std::size_t>(i)] - Vector3d(std::min(2.0 * i, 2.0), std::max(0.0, 2.0 * (i - 1)), 0))
-                  .norm(),
-              1e-12);
+    EXPECT_LT((path[i] - Vector3d(std::min(2.0 * i, 2.0), std::max(0.0, 2.0 * (i - 1)), 0)).norm(), 1e-12);
   }
 }
 

@@ -101,8 +101,7 @@ TEST(TrainingSession, FiresInTheTumourAndItsReplayCutsTheSameCore) {
   std::set<std::string> tissues;  // at the tip
   live.run_in_lockstep([&](double share) {
     share < 1 ? (void)training.poll(live) : training.end(live);
-    if (training.tip_tissue() > 0)
-      tissues.insert(scene.tissues[static_cast<std::size_t>(training.tip_tissue())].name);
+    if (training.tip_tissue() > 0) tissues.insert(scene.tissues[training.tip_tissue()].name);
   });
   const recording::Recording recording = recording::read_recording(folder / "biopsy");
   EXPECT_TRUE(recording.complete());

@@ -41,7 +41,7 @@ physics::SimulationBody held_with_cavity(const content::DeformableBody& block) {
   body.cavities.emplace_back();
   for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (const int n : body.mesh.tets[t]) centre += body.mesh.nodes[static_cast<std::size_t>(n)] / 4;
+    for (const int n : body.mesh.tets[t]) centre += body.mesh.nodes[n] / 4;
     const bool fluid = (centre - kCystCentre).norm() < kCystRadius;
     body.tet_materials.push_back(fluid ? physics::ElasticMaterial{1e3, 0.45} : physics::ElasticMaterial{5e3, 0.3});
     if (fluid) body.cavities[0].push_back(static_cast<int>(t));

@@ -225,13 +225,12 @@ double lateral_width(const ReferenceImager& imager, double depth) {
     double mean = 0;
     for (int l = 0; l < scan.lines; ++l) {
       const double a = imager.envelope()[static_cast<std::size_t>(s) * scan.lines + l];
-      intensity[static_cast<std::size_t>(l)] = a * a;
+      intensity[l] = a * a;
       mean += a * a / scan.lines;
     }
     for (int lag = 0; lag < 24; ++lag) {
       for (int l = 24; l + 24 < scan.lines; ++l) {
-        covariance[lag] +=
-            (intensity[static_cast<std::size_t>(l)] - mean) * (intensity[static_cast<std::size_t>(l + lag)] - mean);
+        covariance[lag] += (intensity[l] - mean) * (intensity[l + lag] - mean);
       }
     }
   }

@@ -179,8 +179,8 @@ TEST(VoxelWords, KnowHowFarTheNextTissueIs) {
   const auto at = [&](int x, int y, int z) { return (z * 17 + y) * 23 + x; };
   labels.labels.assign(static_cast<std::size_t>(at(22, 16, 18)) + 1, test::kBackground);
   labels.bodies.assign(labels.labels.size(), -1);
-  labels.labels[static_cast<std::size_t>(at(4, 5, 6))] = test::kFluid;
-  labels.bodies[static_cast<std::size_t>(at(15, 11, 9))] = content::kBreathes;  // another owner, the same tissue
+  labels.labels[at(4, 5, 6)] = test::kFluid;
+  labels.bodies[at(15, 11, 9)] = content::kBreathes;  // another owner, the same tissue
   const std::vector<std::uint16_t> words = voxel_words(scene);
   const auto distance = [](const Eigen::Array3i& a, const Eigen::Array3i& b) { return (a - b).abs().maxCoeff(); };
   for (int z = 0; z < 19; ++z) {
@@ -189,12 +189,12 @@ TEST(VoxelWords, KnowHowFarTheNextTissueIs) {
         const Eigen::Array3i here(x, y, z);
         const int first = distance(here, {4, 5, 6}), second = distance(here, {15, 11, 9});
         const int expected = first == 0 || second == 0 ? 1 : std::min({first, second, 31});
-        ASSERT_EQ(words[static_cast<std::size_t>(at(x, y, z))] >> 11, expected) << here.transpose();
+        ASSERT_EQ(words[at(x, y, z)] >> 11, expected) << here.transpose();
       }
     }
   }
-  EXPECT_EQ(label_of(words[static_cast<std::size_t>(at(4, 5, 6))]), int(test::kFluid));
-  EXPECT_EQ(owner_of(words[static_cast<std::size_t>(at(15, 11, 9))]), static_cast<int>(scene.bodies.size()));
+  EXPECT_EQ(label_of(words[at(4, 5, 6)]), int(test::kFluid));
+  EXPECT_EQ(owner_of(words[at(15, 11, 9)]), static_cast<int>(scene.bodies.size()));
 }
 
 TEST(ScanModel, ListsEveryTileThatANeedleReaches) {

@@ -34,7 +34,7 @@ SimulationBody cube_with_cavity(int cells) {
   body.cavities.emplace_back();
   for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (const int n : body.mesh.tets[t]) centre += body.mesh.nodes[static_cast<std::size_t>(n)] / 4;
+    for (const int n : body.mesh.tets[t]) centre += body.mesh.nodes[n] / 4;
     if (centre.norm() > kRadius) continue;
     body.cavities[0].push_back(static_cast<int>(t));
     body.tet_materials[t] = kFluid;
@@ -57,7 +57,7 @@ SimulationReport drain(SimulationLoop& loop, TissuePatch& patch, double from, do
 
 double rest_volume(const SimulationLoop& loop, const std::vector<int>& tets) {
   double volume = 0;
-  for (const int t : tets) volume += loop.model(0).tets[static_cast<std::size_t>(t)].volume;
+  for (const int t : tets) volume += loop.model(0).tets[t].volume;
   return volume;
 }
 
@@ -81,7 +81,7 @@ TEST(Cavity, WallMovesAndPullsAsLameSays) {
     double whole = 0;
     double along = 0;
     for (int n = 0; n < loop.model(0).node_count(); ++n) {
-      const Eigen::Vector3d x = loop.model(0).mesh.nodes[static_cast<std::size_t>(n)];
+      const Eigen::Vector3d x = loop.model(0).mesh.nodes[n];
       const double r = x.norm();
       if (r < 1.25 * a || r > 2.5 * a) continue;
       const Eigen::Vector3d theory = wall * a * a / (r * r) * x / r;
@@ -200,7 +200,7 @@ TEST(Cavity, HapticLoopSeesTheWallMove) {
   double gap = 0;
   double moved = 0;
   for (int i = 0; i < seen.node_count; ++i) {
-    const int node = seen.node_ids[static_cast<std::size_t>(i)];
+    const int node = seen.node_ids[i];
     gap = std::max(gap, (seen.free_positions.col(i) - loop.tissue().positions[0].col(node)).norm());
     moved = std::max(moved, (seen.free_positions.col(i) - seen.rest_positions.col(i)).norm());
   }

@@ -49,7 +49,7 @@ Eigen::MatrixXd delassus_at(const ReferenceExperiment& experiment, physics::Tiss
   Eigen::MatrixXd h_n = Eigen::MatrixXd::Zero(rows, 6 * state.node_count);
   Eigen::MatrixXd h_v = Eigen::MatrixXd::Zero(rows, 3 * points.count());
   for (Eigen::Index c = 0; c < state.contact_count; ++c) {
-    const physics::NeedleContact& contact = state.contacts[std::size_t(c)];
+    const physics::NeedleContact& contact = state.contacts[c];
     int point = 0;
     while (points.contact(point).id != contact.id) ++point;
     const Eigen::Vector3d edge = (shape.positions.col(contact.beam + 1) - shape.positions.col(contact.beam));
@@ -116,7 +116,7 @@ Felt feel(double spacing, const ReferenceRun& run) {
     felt.simulation_flags |= experiment.report().flags;
     felt.dependent_steps += (experiment.needle().flags & physics::kNeedleRowsDependent) != 0;
     for (int c = 0; c < experiment.needle().contact_count; ++c) {
-      felt.contact = std::max(felt.contact, experiment.needle().contacts[std::size_t(c)].force.norm());
+      felt.contact = std::max(felt.contact, experiment.needle().contacts[c].force.norm());
     }
     EXPECT_TRUE(experiment.simulation().tissue().positions[0].allFinite());
   }

@@ -101,10 +101,9 @@ public:
 
     MatrixXd h = MatrixXd::Zero(w.rows(), 3 * Eigen::Index(mesh_.nodes.size()));
     for (Eigen::Index c = 0; c < std::ssize(contacts_); ++c) {
-      const physics::PatchContact& contact = contacts_[std::size_t(c)];
+      const physics::PatchContact& contact = contacts_[c];
       for (int a = 0; a < 4; ++a) {
-        h.block<2, 3>(2 * c, 3 * mesh_.tets[std::size_t(contact.tet)][std::size_t(a)]) -=
-            contact.barycentric[a] * active[std::size_t(c)].rows().transpose();
+        h.block<2, 3>(2 * c, 3 * mesh_.tets[contact.tet][a]) -= contact.barycentric[a] * active[c].rows().transpose();
       }
     }
     const MatrixXd h_free = h(Eigen::all, dense_.free_dofs());
@@ -133,7 +132,7 @@ private:
   void fill_patch() {
     std::vector<int> nodes;
     for (const auto& contact : contacts_) {
-      const auto& tet = mesh_.tets[std::size_t(contact.tet)];
+      const auto& tet = mesh_.tets[contact.tet];
       nodes.insert(nodes.end(), tet.begin(), tet.end());
     }
     std::sort(nodes.begin(), nodes.end());
@@ -151,7 +150,7 @@ private:
     body.contact_count = int(contacts_.size());
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
       for (std::size_t a = 0; a < 4; ++a) {
-        const int node = mesh_.tets[std::size_t(contacts_[c].tet)][a];
+        const int node = mesh_.tets[contacts_[c].tet][a];
         contacts_[c].patch_nodes[a] = int(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin());
       }
       body.contacts[c] = contacts_[c];

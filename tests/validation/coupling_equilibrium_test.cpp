@@ -128,12 +128,12 @@ void balances_at_rest(const NamedRun& named) {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // about the hub
   for (int c = 0; c < needle.track_count; ++c) {     // in `stylet` with the tip's own
-    const NeedleContact& contact = needle.contacts[std::size_t(c)];
+    const NeedleContact& contact = needle.contacts[c];
     force += contact.force;
     moment += (contact.position - needle.positions.col(0)).cross(contact.force);
   }
   Eigen::Vector3d on_nodes = Eigen::Vector3d::Zero();
-  for (int f = 0; f < needle.force_count; ++f) on_nodes += needle.forces[std::size_t(f)].force;
+  for (int f = 0; f < needle.force_count; ++f) on_nodes += needle.forces[f].force;
   const std::string name = named.name;
   const double size = needle.wrench.force.norm();
   ASSERT_GT(size, 0.1);

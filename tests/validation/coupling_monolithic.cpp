@@ -120,10 +120,10 @@ double Monolithic::newton() {
   Eigen::MatrixXd h_n = Eigen::MatrixXd::Zero(rows, free_beam);
   Eigen::MatrixXd h_v = Eigen::MatrixXd::Zero(rows, tissue_.size());
   for (Eigen::Index c = 0; c < rows / 2; ++c) {
-    const NeedleContact& contact = contacts_[std::size_t(c)];
-    const auto& tet = body_.mesh.tets[std::size_t(contact.tet)];
+    const NeedleContact& contact = contacts_[c];
+    const auto& tet = body_.mesh.tets[contact.tet];
     Eigen::Vector3d x = Eigen::Vector3d::Zero();
-    for (int a = 0; a < 4; ++a) x += contact.barycentric[a] * tissue_.segment<3>(3 * tet[std::size_t(a)]);
+    for (int a = 0; a < 4; ++a) x += contact.barycentric[a] * tissue_.segment<3>(3 * tet[a]);
     const OnShaft at = curve_ == ShaftCurve::cubic ? nearest_on_cubic(x) : nearest_edge(x);
     const Eigen::Vector3d edge = at.slope.normalized();
     const Eigen::Vector3d n1 = edge.unitOrthogonal();
@@ -137,7 +137,7 @@ double Monolithic::newton() {
         h_n.block<1, 3>(row, dof) = at.share[end] * n;
         h_n.block<1, 3>(row, dof + 3) = at.arm.col(end).cross(normals[d]).transpose();  // n . (w x arm)
       }
-      for (int a = 0; a < 4; ++a) h_v.block<1, 3>(row, 3 * tet[std::size_t(a)]) = -contact.barycentric[a] * n;
+      for (int a = 0; a < 4; ++a) h_v.block<1, 3>(row, 3 * tet[a]) = -contact.barycentric[a] * n;
       right[free_beam + n_tissue + row] = -n.dot(at.position - x);
     }
   }

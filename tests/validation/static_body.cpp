@@ -45,7 +45,7 @@ void StaticBody::factorise() {
 VectorXd StaticBody::free_part(const Matrix3Xd& nodes) const {
   VectorXd v(model_.dof_count());
   for (int n = 0; n < model_.node_count(); ++n) {
-    const int f = model_.free_index[static_cast<std::size_t>(n)];
+    const int f = model_.free_index[n];
     if (f >= 0) v.segment<3>(3 * f) = nodes.col(n);
   }
   return v;
@@ -54,7 +54,7 @@ VectorXd StaticBody::free_part(const Matrix3Xd& nodes) const {
 Matrix3Xd StaticBody::all_nodes(const VectorXd& free) const {
   Matrix3Xd nodes = Matrix3Xd::Zero(3, model_.node_count());
   for (int n = 0; n < model_.node_count(); ++n) {
-    const int f = model_.free_index[static_cast<std::size_t>(n)];
+    const int f = model_.free_index[n];
     if (f >= 0) nodes.col(n) = free.segment<3>(3 * f);
   }
   return nodes;

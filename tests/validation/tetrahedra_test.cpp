@@ -51,7 +51,7 @@ TEST(Tetrahedra, PatchTestHoldsOnIrregularMesh) {
     const Eigen::Matrix3Xd exact = (affine * body.positions).colwise() + Eigen::Vector3d(0.02, -0.05, 0.3);
     body.positions = exact;
     for (int n = 0; n < body.model().node_count(); ++n) {
-      const bool free = body.model().free_index[static_cast<std::size_t>(n)] >= 0;
+      const bool free = body.model().free_index[n] >= 0;
       if (free) body.positions.col(n) += 0.001 * Eigen::Vector3d(1, -1, 0.5);
     }
     const Eigen::Matrix3Xd no_load = Eigen::Matrix3Xd::Zero(3, body.model().node_count());

@@ -79,12 +79,11 @@ struct Run {
 double deviation(const physics::NeedleState& needle, const physics::TetMesh& rest) {
   double sum = 0;
   for (int c = 0; c < needle.contact_count; ++c) {
-    const physics::NeedleContact& contact = needle.contacts[static_cast<std::size_t>(c)];
-    const auto& nodes = rest.tets[static_cast<std::size_t>(contact.tet)];
+    const physics::NeedleContact& contact = needle.contacts[c];
+    const auto& nodes = rest.tets[contact.tet];
     double at_rest = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      at_rest +=
-          contact.barycentric[static_cast<Eigen::Index>(k)] * rest.nodes[static_cast<std::size_t>(nodes[k])].y();
+      at_rest += contact.barycentric[static_cast<Eigen::Index>(k)] * rest.nodes[nodes[k]].y();
     }
     sum += contact.position.y() - at_rest;
   }

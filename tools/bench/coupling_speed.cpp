@@ -105,7 +105,7 @@ StepTimes time_steps(const reference::ReferenceInsertion& insertion, const SlabR
       if (lateral < run.lateral_rows) continue;
       std::array<bool, physics::kMaxBodies> touched{};
       for (int c = 0; c < needle.contact_count; ++c) {
-        touched[static_cast<std::size_t>(needle.contacts[static_cast<std::size_t>(c)].body)] = true;
+        touched[needle.contacts[c].body] = true;
       }
       times.most_bodies =
           std::max(times.most_bodies, static_cast<int>(std::count(touched.begin(), touched.end(), true)));
@@ -147,10 +147,10 @@ struct SolverProblem {
         }
       }
     }
-    rows.resize(static_cast<std::size_t>(m));
+    rows.resize(m);
     for (int i = 0; i < groups; ++i) {
       const auto id = static_cast<std::uint64_t>(4 * i);
-      const auto at = [&](int kind) -> ContactRow& { return rows[static_cast<std::size_t>(row(i, kind))]; };
+      const auto at = [&](int kind) -> ContactRow& { return rows[row(i, kind)]; };
       at(0) = physics::bilateral_row(id, 1e-5);
       at(1) = physics::bilateral_row(id + 1, 1e-5);
       at(2) = physics::friction_row(id + 2, 0.1, 0.2, {row(i, 0), row(i, 1)}, 0, 1e-5);
@@ -172,7 +172,7 @@ struct SolverProblem {
     }
   }
   void remember(const physics::BoundedSolver& solver) {
-    for (int i = 0; i < groups; ++i) slipped[i] += solver.motion()[static_cast<std::size_t>(row(i, 2))];
+    for (int i = 0; i < groups; ++i) slipped[i] += solver.motion()[row(i, 2)];
   }
 
   int groups;

@@ -47,7 +47,7 @@ void watch(const physics::HapticLoop& haptic, Condition& worst) {
   if (rows < 2) return;
   Eigen::MatrixXd system = haptic.delassus().matrix();
   system.triangularView<Eigen::StrictlyUpper>() = system.transpose();
-  for (int r = 0; r < rows; ++r) system(r, r) += haptic.laws()[static_cast<std::size_t>(r)].compliance;
+  for (int r = 0; r < rows; ++r) system(r, r) += haptic.laws()[r].compliance;
   worst.plain = std::max(worst.plain, condition_of(system));
   const Eigen::VectorXd scale = system.diagonal().cwiseSqrt().cwiseInverse();
   worst.scaled = std::max(worst.scaled, condition_of(scale.asDiagonal() * system * scale.asDiagonal()));

@@ -34,7 +34,7 @@ struct FactorisedCube {
     pattern.assemble(model, rotations, 1, values);
     return factor.factorise(pattern, values, workspace);
   }
-  int free_dof(int node) const { return 3 * model.free_index[static_cast<std::size_t>(node)]; }
+  int free_dof(int node) const { return 3 * model.free_index[node]; }
 
   TissueModel model;
   Eigen::Matrix3Xd positions = physics::rest_positions(model);
@@ -50,10 +50,10 @@ struct FactorisedCube {
 std::vector<int> nodes_on_the_way(const TissueModel& model, const Eigen::Vector3d& start, int count) {
   std::vector<int> nodes;
   for (int n = 0; n < model.node_count(); ++n) {
-    if (model.free_index[static_cast<std::size_t>(n)] >= 0) nodes.push_back(n);
+    if (model.free_index[n] >= 0) nodes.push_back(n);
   }
   const auto distance = [&](int n) {
-    const Eigen::Vector3d& x = model.mesh.nodes[static_cast<std::size_t>(n)];
+    const Eigen::Vector3d& x = model.mesh.nodes[n];
     return std::hypot(x.y() - start.y(), x.z() - start.z());
   };
   std::stable_sort(nodes.begin(), nodes.end(), [&](int a, int b) { return distance(a) < distance(b); });
@@ -83,7 +83,7 @@ Report trailing_block(const reference::ReferenceInsertion& insertion, int nodes_
   const std::vector<int> dofs = dofs_of(cube, nodes_on_the_way(cube.model, insertion.tip_start, kCorridorNodes));
   const auto size = static_cast<Eigen::Index>(dofs.size());
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(cube.model.dof_count(), size);
-  for (Eigen::Index k = 0; k < size; ++k) columns(dofs[static_cast<std::size_t>(k)], k) = 1;
+  for (Eigen::Index k = 0; k < size; ++k) columns(dofs[k], k) = 1;
   // The reference: full solves with the factor in its usual order.
   const auto solving = Clock::now();
   cube.factor.solve(columns, columns, cube.workspace);
@@ -145,7 +145,7 @@ Report warped(const reference::ReferenceInsertion& insertion, bool quick) {
 
   std::vector<int> top;
   for (int n = 0; n < cube.model.node_count(); ++n) {
-    if (cube.model.mesh.nodes[static_cast<std::size_t>(n)].z() > 0.999 * insertion.cube_edge) top.push_back(n);
+    if (cube.model.mesh.nodes[n].z() > 0.999 * insertion.cube_edge) top.push_back(n);
   }
   std::vector<double> asked = quick ? std::vector{5.0} : std::vector{5.0, 10.0, 20.0};
   std::vector<Eigen::Quaterniond> turned(nodes.size());

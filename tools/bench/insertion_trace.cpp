@@ -13,7 +13,7 @@ double along_shaft(const physics::NeedleState& needle) {
   const auto nodes = needle.positions.leftCols(needle.node_count);
   double sum = 0;
   for (int i = 0; i < needle.contact_count; ++i) {
-    const physics::NeedleContact& contact = needle.contacts[static_cast<std::size_t>(i)];
+    const physics::NeedleContact& contact = needle.contacts[i];
     sum += contact.force.dot(physics::project_on_shaft(nodes, contact.position).tangent);
   }
   return sum;
@@ -24,12 +24,12 @@ std::vector<double> direction_changes(const physics::NeedleState& needle, const 
   std::vector<double> norms;
   const auto nodes = needle.positions.leftCols(needle.node_count);
   for (int i = 0; i < needle.contact_count; ++i) {
-    const physics::NeedleContact& contact = needle.contacts[static_cast<std::size_t>(i)];
+    const physics::NeedleContact& contact = needle.contacts[i];
     const auto laid = std::find_if(patch.contacts.begin(), patch.contacts.begin() + patch.contact_count,
                                    [&](const physics::PatchContact& c) { return c.id == contact.id; });
     if (laid == patch.contacts.begin() + patch.contact_count) continue;
     const physics::ShaftPoint point = physics::shaft_point(nodes, contact.beam, contact.beam_fraction);
-    const auto& orientation = needle.orientations[static_cast<std::size_t>(contact.beam)];
+    const auto& orientation = needle.orientations[contact.beam];
     const Eigen::Matrix<double, 3, 2> now = physics::lateral_directions(point.tangent, orientation);
     norms.push_back((now - laid->directions).colwise().norm().maxCoeff());
   }

@@ -21,7 +21,7 @@ std::span<const PatchContact> contacts_of(const BodyPatch& patch) {
 std::vector<int> nodes_of(std::span<const PatchContact> contacts, const BodyPatch& patch) {
   std::vector<int> nodes;
   for (const PatchContact& contact : contacts) {
-    for (const int place : contact.patch_nodes) nodes.push_back(patch.node_ids[static_cast<std::size_t>(place)]);
+    for (const int place : contact.patch_nodes) nodes.push_back(patch.node_ids[place]);
   }
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
@@ -35,10 +35,10 @@ Eigen::MatrixXd delassus_by_row_solves(const TissueModel& model, const physics::
   const auto rows = static_cast<Eigen::Index>(2 * contacts.size());
   // Row r of H: its direction times the barycentric weights, on the free nodes of the tetrahedron.
   const auto visit = [&](Eigen::Index r, const auto& entry) {
-    const PatchContact& contact = contacts[static_cast<std::size_t>(r / 2)];
+    const PatchContact& contact = contacts[r / 2];
     for (int a = 0; a < 4; ++a) {
-      const int node = patch.node_ids[static_cast<std::size_t>(contact.patch_nodes[static_cast<std::size_t>(a)])];
-      const int free = model.free_index[static_cast<std::size_t>(node)];
+      const int node = patch.node_ids[contact.patch_nodes[a]];
+      const int free = model.free_index[node];
       if (free >= 0) entry(3 * free, Eigen::Vector3d(contact.barycentric[a] * contact.directions.col(r % 2)));
     }
   };
@@ -66,8 +66,7 @@ Eigen::MatrixXd delassus_of(const BodyPatch& patch, const Eigen::MatrixXd& w_bar
       for (int b = 0; b < 4; ++b) {
         for (int a = 0; a < 4; ++a) {
           compliance += (contacts[i].barycentric[a] * contacts[j].barycentric[b]) *
-                        w_bar.block<3, 3>(3 * contacts[i].patch_nodes[static_cast<std::size_t>(a)],
-                                          3 * contacts[j].patch_nodes[static_cast<std::size_t>(b)]);
+                        w_bar.block<3, 3>(3 * contacts[i].patch_nodes[a], 3 * contacts[j].patch_nodes[b]);
         }
       }
       w.block<2, 2>(static_cast<Eigen::Index>(2 * i), static_cast<Eigen::Index>(2 * j)) =

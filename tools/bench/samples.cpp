@@ -21,7 +21,7 @@ double Samples::quantile(double fraction) const {
   const double rank = std::ceil(fraction * static_cast<double>(sorted.size())) - 1;
   const auto nth = static_cast<std::ptrdiff_t>(std::clamp(rank, 0.0, static_cast<double>(sorted.size() - 1)));
   std::nth_element(sorted.begin(), sorted.begin() + nth, sorted.end());
-  return sorted[static_cast<std::size_t>(nth)];
+  return sorted[nth];
 }
 
 void add_quantiles(Report& report, const std::string& name, const Samples& samples,

@@ -51,8 +51,7 @@ public:
   void load(const TissuePatch& patch) { points_.load(patch); }
   void place_rows() {
     for (int i = 0; i < points_.count(); ++i) {
-      const auto c = static_cast<std::size_t>(i);
-      contacts_[c] = physics::lateral_contact(i, 2 * i, shaft_, points_.contact(i).directions);
+      contacts_[i] = physics::lateral_contact(i, 2 * i, shaft_, points_.contact(i).directions);
     }
   }
   /// H_v W_bar H_v^T. With it goes the W_n of a single edge, a fraction of the time: an upper bound.
@@ -154,11 +153,10 @@ private:
     BodyPatch& to = exchanged_.back();
     to.node_count = from.node_count;
     for (int i = 0; i < from.node_count; ++i) {
-      const auto n = static_cast<std::size_t>(i);
-      to.node_ids[n] = from.node_ids[n];
-      to.free_positions.col(i) = positions.col(from.node_ids[n]);
-      to.rotations[n] =
-          node_rotation(model, from.node_ids[n], simulation_.worker().latest().bodies[0].rotations, rotations_);
+      to.node_ids[i] = from.node_ids[i];
+      to.free_positions.col(i) = positions.col(from.node_ids[i]);
+      to.rotations[i] =
+          node_rotation(model, from.node_ids[i], simulation_.worker().latest().bodies[0].rotations, rotations_);
     }
     std::copy_n(from.contacts.begin(), from.contact_count, to.contacts.begin());
     std::copy_n(from.tet_ids.begin(), from.tet_count, to.tet_ids.begin());

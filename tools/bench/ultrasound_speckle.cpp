@@ -106,7 +106,7 @@ struct DepthProfile {
 
   void add(const Eigen::MatrixXd& envelope, int first_line, int lines) {
     const Eigen::VectorXd rows = envelope.middleCols(first_line, lines).cwiseAbs2().rowwise().mean();
-    power.resize(static_cast<std::size_t>(rows.size()), 0.0);
+    power.resize(rows.size(), 0.0);
     for (std::size_t s = 0; s < power.size(); ++s) power[s] += rows[static_cast<Eigen::Index>(s)];
   }
 };
@@ -120,7 +120,7 @@ Slope attenuation_slope(const PhantomScan& phantom, const DepthProfile& profile,
   Slope slope;
   for (int s = phantom.sample_at(0.015); s <= phantom.sample_at(0.145); ++s) {
     slope.depth_cm.push_back(100 * phantom.scan().range(s));
-    slope.power_db.push_back(reference::decibels(profile.power[static_cast<std::size_t>(s)] / seeds));
+    slope.power_db.push_back(reference::decibels(profile.power[s] / seeds));
   }
   const reference::Line line = reference::fit_line(slope.depth_cm, slope.power_db);
   slope.attenuation = -line.slope / (2 * 1e-6 * phantom.scene().probe.frequency_hz);
@@ -140,8 +140,7 @@ void write_figures(const QualityRun& run, const SpeckleSamples& samples, const S
   for (int i = 0; i < kBins; ++i) {
     const double a = (i + 0.5) * kEnd / kBins;
     x.push_back(a);
-    density.push_back(counts[static_cast<std::size_t>(i)] * kBins / kEnd /
-                      static_cast<double>(samples.independent.size()));
+    density.push_back(counts[i] * kBins / kEnd / static_cast<double>(samples.independent.size()));
     law.push_back(0.5 * std::numbers::pi * a * std::exp(-0.25 * std::numbers::pi * a * a));  // of mean 1
   }
   const figures::PlotPanel speckle{

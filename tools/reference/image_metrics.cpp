@@ -136,7 +136,7 @@ double generalised_contrast(std::span<const double> inside, std::span<const doub
     std::vector<double> share(kBins, 0.0);
     for (const double v : values) {
       const int bin = std::clamp(static_cast<int>(kBins * v / high), 0, kBins - 1);
-      share[static_cast<std::size_t>(bin)] += 1.0 / static_cast<double>(values.size());
+      share[bin] += 1.0 / static_cast<double>(values.size());
     }
     return share;
   };

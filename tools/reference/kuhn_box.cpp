@@ -27,10 +27,8 @@ physics::TetMesh kuhn_box(const Eigen::Vector3d& low, const Eigen::Vector3d& hig
         std::array<int, 3> axes{0, 1, 2};
         do {  // the six ways from the low corner to the high one along the edges
           std::array<int, 4> tet{corner, 0, 0, 0};
-          for (std::size_t a = 0; a < 3; ++a) tet[a + 1] = tet[a] + stride[static_cast<std::size_t>(axes[a])];
-          const auto edge = [&](std::size_t a) -> Eigen::Vector3d {
-            return mesh.nodes[static_cast<std::size_t>(tet[a])] - mesh.nodes[static_cast<std::size_t>(tet[0])];
-          };
+          for (std::size_t a = 0; a < 3; ++a) tet[a + 1] = tet[a] + stride[axes[a]];
+          const auto edge = [&](std::size_t a) -> Eigen::Vector3d { return mesh.nodes[tet[a]] - mesh.nodes[tet[0]]; };
           if (edge(1).dot(edge(2).cross(edge(3))) < 0) std::swap(tet[2], tet[3]);
           mesh.tets.push_back(tet);
         } while (std::next_permutation(axes.begin(), axes.end()));

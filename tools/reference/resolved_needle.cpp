@@ -97,7 +97,7 @@ RingMesh ring_mesh(const ResolvedCube& cube, NeedleMotion motion, const Resoluti
   RingMesh mesh;
   std::vector<int> index(static_cast<std::size_t>(rings) * static_cast<std::size_t>(rays * sheets));
   const auto at = [&](int ring, int ray, int sheet) -> int& {
-    return index[static_cast<std::size_t>(ring + rings * (ray % rays + rays * sheet))];
+    return index[ring + rings * (ray % rays + rays * sheet)];
   };
   for (int sheet = 0; sheet < sheets; ++sheet) {
     for (int ray = 0; ray < rays; ++ray) {
@@ -113,24 +113,22 @@ RingMesh ring_mesh(const ResolvedCube& cube, NeedleMotion motion, const Resoluti
           continue;
         }
         at(ring, ray, sheet) = static_cast<int>(mesh.nodes.size());
-        if (rho < cube.needle_radius * (1 + kTouch) &&
-            x[static_cast<std::size_t>(sheet)] < end + kTouch * cube.edge) {
+        if (rho < cube.needle_radius * (1 + kTouch) && x[sheet] < end + kTouch * cube.edge) {
           mesh.on_needle.push_back(at(ring, ray, sheet));
         }
-        mesh.nodes.emplace_back(x[static_cast<std::size_t>(sheet)], rho * c, rho * sn);
+        mesh.nodes.emplace_back(x[sheet], rho * c, rho * sn);
       }
     }
   }
   for (int sheet = 0; sheet + 2 < sheets; sheet += 2) {
     for (int ray = 0; ray < rays; ray += 2) {
       for (int ring = 0; ring + 2 < rings; ring += 2) {
-        const bool within = s[static_cast<std::size_t>(ring / 2)] < 1;
-        if (within && x[static_cast<std::size_t>(sheet)] < end * (1 - kTouch)) continue;  // steel
+        const bool within = s[ring / 2] < 1;
+        if (within && x[sheet] < end * (1 - kTouch)) continue;  // steel
         ElementNodes element{};
         for (int k = 0; k < 3; ++k)
           for (int j = 0; j < 3; ++j)
-            for (int i = 0; i < 3; ++i)
-              element[static_cast<std::size_t>(i + 3 * (j + 3 * k))] = at(ring + i, ray + j, sheet + k);
+            for (int i = 0; i < 3; ++i) element[i + 3 * (j + 3 * k)] = at(ring + i, ray + j, sheet + k);
         mesh.elements.push_back(element);
       }
     }
@@ -172,7 +170,7 @@ ElementMatrix element_stiffness(const RingMesh& mesh, const ElementNodes& elemen
   static const std::vector<Quadrature> kPoints = quadrature();
   Eigen::Matrix<double, 3, kElementNodes> x;
   for (int a = 0; a < kElementNodes; ++a) {
-    x.col(a) = mesh.nodes[static_cast<std::size_t>(element[static_cast<std::size_t>(a)])];
+    x.col(a) = mesh.nodes[element[a]];
   }
   // With g_a the gradient of a node's shape function, k_ab is the integral of
   // lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I: all of it in the integral of g_a g_b^T.
@@ -204,12 +202,12 @@ Prescribed prescribe(const ResolvedCube& cube, const RingMesh& mesh, NeedleMotio
   const std::size_t dofs = 3 * mesh.nodes.size();
   Prescribed p{std::vector<char>(dofs, 0), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(dofs))};
   const auto hold = [&](int node, int axis, double value) {
-    p.held[static_cast<std::size_t>(3 * node + axis)] = 1;
+    p.held[3 * node + axis] = 1;
     p.value[3 * node + axis] = value;
   };
   const double end = end_of_needle(cube, motion);
   for (const int node : mesh.on_needle) {
-    const Vector3d& x = mesh.nodes[static_cast<std::size_t>(node)];
+    const Vector3d& x = mesh.nodes[node];
     const bool on_wall = std::hypot(x.y(), x.z()) > cube.needle_radius * (1 - kTouch);
     const bool on_end = x.x() > end - kTouch * cube.edge;
     if (motion != NeedleMotion::indentation && (on_wall || !on_end)) {
@@ -249,12 +247,12 @@ double resolved_stiffness(const ResolvedCube& cube, NeedleMotion motion, const R
   double energy = 0;
   for (const ElementNodes& element : mesh.elements) {
     const ElementMatrix k = element_stiffness(mesh, element, lambda, mu);
-    const auto dof = [&](int local) { return 3 * element[static_cast<std::size_t>(local / 3)] + local % 3; };
+    const auto dof = [&](int local) { return 3 * element[local / 3] + local % 3; };
     for (int j = 0; j < k.cols(); ++j) {
       const double value = prescribed.value[dof(j)];
-      const int column = free[static_cast<std::size_t>(dof(j))];
+      const int column = free[dof(j)];
       for (int i = 0; i < k.rows(); ++i) {
-        const int row = free[static_cast<std::size_t>(dof(i))];
+        const int row = free[dof(i)];
         if (row >= 0 && column >= row) triplets.emplace_back(column, row, k(j, i));
         if (row >= 0 && column < 0) load[row] -= k(i, j) * value;
         if (row < 0 && column < 0) energy += k(i, j) * value * prescribed.value[dof(i)];

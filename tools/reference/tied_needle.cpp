@@ -25,7 +25,7 @@ physics::TissueModel mesh_cube(const ResolvedCube& cube, const Lattice& lattice)
   physics::TetMesh mesh = reference::kuhn_box(Vector3d::Zero(), Vector3d::Constant(cube.edge), {cells, cells, cells});
   const double centre = cells % 2 == 0 ? 0 : 0.5;  // cells between the line and the nodes below it
   for (int axis = 0; axis < 2; ++axis) {
-    const double offset = lattice.offset[static_cast<std::size_t>(axis)];
+    const double offset = lattice.offset[axis];
     if (offset < 0) continue;
     double shift = centre - offset;
     shift -= std::round(shift);
@@ -112,9 +112,7 @@ physics::TetPoint MeshedCube::locate(const Vector3d& x) const {
 }
 
 physics::SubgridSite MeshedCube::site(const physics::TetPoint& point) const {
-  return {.tet_volume = model_.tets[static_cast<std::size_t>(point.tet)].volume,
-          .material = cube_.material,
-          .barycentric = point.barycentric};
+  return {.tet_volume = model_.tets[point.tet].volume, .material = cube_.material, .barycentric = point.barycentric};
 }
 
 MatrixXd MeshedCube::compliance(const std::vector<physics::TetPoint>& points) {
@@ -122,7 +120,7 @@ MatrixXd MeshedCube::compliance(const std::vector<physics::TetPoint>& points) {
   for (std::size_t p = 0; p < points.size(); ++p) {
     const auto& nodes = model_.topology.nodes(points[p].tet);
     for (std::size_t a = 0; a < 4; ++a) {
-      const int f = model_.free_index[static_cast<std::size_t>(nodes[a])];
+      const int f = model_.free_index[nodes[a]];
       const double weight = points[p].barycentric[static_cast<Eigen::Index>(a)];
       for (Eigen::Index axis = 0; f >= 0 && axis < 3; ++axis) {
         b(3 * f + axis, 3 * static_cast<Eigen::Index>(p) + axis) = weight;

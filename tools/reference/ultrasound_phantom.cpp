@@ -75,7 +75,7 @@ content::Scene block_scene(std::vector<content::Tissue> tissues, const PhantomBl
   labels.spacing = block.spacing;
   labels.origin = block.low;
   labels.size = ((block.high - block.low) / block.spacing).array().round().cast<int>() + 1;
-  labels.labels.reserve(static_cast<std::size_t>(labels.size.prod()));
+  labels.labels.reserve(labels.size.prod());
   for (int k = 0; k < labels.size.z(); ++k) {
     for (int j = 0; j < labels.size.y(); ++j) {
       for (int i = 0; i < labels.size.x(); ++i) {

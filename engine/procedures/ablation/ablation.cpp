@@ -25,7 +25,7 @@ CellGrid grid_around(const Electrode& electrode) {
 std::vector<bool> blood(const content::Scene& scene) {
   std::vector<bool> is(scene.tissues.size(), false);
   for (const content::Surface& surface : scene.surfaces) {
-    if (surface.role == content::SurfaceRole::vessel) is[static_cast<std::size_t>(surface.tissue)] = true;
+    if (surface.role == content::SurfaceRole::vessel) is[surface.tissue] = true;
   }
   return is;
 }
@@ -40,8 +40,7 @@ Ablation::Ablation(const content::Scene& scene, const Electrode& electrode, int 
     for (int j = 0; j < grid.size.y(); ++j) {
       for (int i = 0; i < grid.size.x(); ++i) {
         const std::ptrdiff_t voxel = content::voxel_at(scene.labels, grid.centre(i, j, k));
-        if (voxel >= 0 && vessel[scene.labels.labels[static_cast<std::size_t>(voxel)]])
-          heat_.hold(grid.index(i, j, k));
+        if (voxel >= 0 && vessel[scene.labels.labels[voxel]]) heat_.hold(grid.index(i, j, k));
       }
     }
   }
@@ -55,16 +54,16 @@ void Ablation::place(const Electrode& electrode) {
 
 void Ablation::find_region(int target) {
   const content::LabelVolume& labels = scene_.labels;
-  const content::Target& wanted = scene_.targets[static_cast<std::size_t>(target)];
+  const content::Target& wanted = scene_.targets[target];
   const std::ptrdiff_t centre = content::voxel_at(labels, wanted.centre);
   if (centre < 0) return;
   const std::vector<bool> vessel = blood(scene_);
-  const std::uint8_t tissue = labels.labels[static_cast<std::size_t>(centre)];
-  const std::int8_t body = labels.bodies[static_cast<std::size_t>(centre)];
+  const std::uint8_t tissue = labels.labels[centre];
+  const std::int8_t body = labels.bodies[centre];
   const auto label_at = [&](const Eigen::Vector3d& x) {
     const std::ptrdiff_t voxel = content::voxel_at(labels, x);
-    const bool same = voxel >= 0 && labels.bodies[static_cast<std::size_t>(voxel)] == body;
-    return same ? static_cast<int>(labels.labels[static_cast<std::size_t>(voxel)]) : -1;
+    const bool same = voxel >= 0 && labels.bodies[voxel] == body;
+    return same ? static_cast<int>(labels.labels[voxel]) : -1;
   };
   const auto each_voxel = [&](double reach, const auto& visit) {
     const int voxels = static_cast<int>(std::ceil(reach / labels.spacing));
@@ -94,7 +93,7 @@ void Ablation::find_region(int target) {
   const double margin = plan_of(scene_.exercise).margin;
   each_voxel(radius + margin, [&](const Eigen::Vector3d& x) {
     const int label = label_at(x);
-    if (label < 0 || label == tissue || vessel[static_cast<std::size_t>(label)]) return;
+    if (label < 0 || label == tissue || vessel[label]) return;
     double nearest = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector3d& of_target : rim) nearest = std::min(nearest, (x - of_target).squaredNorm());
     if (nearest <= margin * margin) region_.push_back({x, std::sqrt(nearest)});
@@ -193,7 +192,7 @@ content::Surface Ablation::surface(int body) const {
     surface.indices.insert(surface.indices.end(), triangle.begin(), triangle.end());
   }
   if (body >= 0) {
-    surface.embedding = content::embed(surface.positions, scene_.bodies[static_cast<std::size_t>(body)].mesh);
+    surface.embedding = content::embed(surface.positions, scene_.bodies[body].mesh);
   }
   return surface;
 }

@@ -22,7 +22,7 @@ public:
     int above = 0;
     for (int c = 0; c < 8; ++c) {
       const std::size_t at = grid_.index(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
-      corner[static_cast<std::size_t>(c)] = at;
+      corner[c] = at;
       above += inside(at) ? 1 : 0;
     }
     if (above == 0 || above == 8) return;

@@ -25,7 +25,7 @@ std::vector<double> core_content(content::TissueLocator& tissue, std::size_t tis
       const Eigen::Vector3d offset(radius * std::cos(p * kGolden), radius * std::sin(p * kGolden),
                                    (s + 0.5) * length / slices);
       const content::TissuePlace place = tissue.find(tip + orientation * offset);
-      shares[static_cast<std::size_t>(place.tissue)] += share;
+      shares[place.tissue] += share;
     }
   }
   return shares;

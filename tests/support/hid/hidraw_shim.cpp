@@ -46,8 +46,7 @@ Function next(const char* name) {
 }
 
 OpenNode* node_of(int file) {
-  return file >= 0 && file < kMostFiles ? nodes[static_cast<std::size_t>(file)].load(std::memory_order_acquire)
-                                        : nullptr;
+  return file >= 0 && file < kMostFiles ? nodes[file].load(std::memory_order_acquire) : nullptr;
 }
 
 int failed(int error) {
@@ -105,7 +104,7 @@ int open_node(const char* bus, const char* path, int flags) {
   node->connection = connection;
   node->taken = static_cast<std::atomic<std::uint64_t>*>(counter);
   if ((flags & O_NONBLOCK) != 0) fcntl(files[0], F_SETFL, O_NONBLOCK);
-  nodes[static_cast<std::size_t>(files[0])].store(node, std::memory_order_release);
+  nodes[files[0]].store(node, std::memory_order_release);
   return files[0];
 }
 
@@ -204,7 +203,7 @@ int ioctl(int file, unsigned long request, ...) {
 int close(int file) {
   static const auto libc_close = next<decltype(&close)>("close");
   if (file >= 0 && file < kMostFiles) {
-    if (OpenNode* node = nodes[static_cast<std::size_t>(file)].exchange(nullptr)) {
+    if (OpenNode* node = nodes[file].exchange(nullptr)) {
       ::close(node->connection);  // by its name: a sanitizer has to see it
       munmap(node->taken, sizeof(std::uint64_t));
       delete node;

@@ -68,7 +68,7 @@ constexpr std::array kHands{"/user/hand/left", "/user/hand/right"};
 /// What the input at a path is on a controller; none: it has no such input.
 Input meaning(const std::string& profile, const std::string& path, int* hand) {
   for (int side = 0; side < 2; ++side) {
-    const std::string prefix = std::string(kHands[static_cast<std::size_t>(side)]) + "/input/";
+    const std::string prefix = std::string(kHands[side]) + "/input/";
     if (path.rfind(prefix, 0) != 0) continue;
     *hand = side;
     for (const Profile& known : profiles())
@@ -237,8 +237,8 @@ XrResult xrSyncActions(XrSession session, const XrActionsSyncInfo* sync) {
         down = down || value(script, input);
         if (input == Input::stick) stick = script.stick;
       }
-      action->now[static_cast<std::size_t>(hand)] = focused && down;
-      action->stick[static_cast<std::size_t>(hand)] = focused ? stick : XrVector2f{0, 0};
+      action->now[hand] = focused && down;
+      action->stick[hand] = focused ? stick : XrVector2f{0, 0};
     }
   }
   return focused ? XR_SUCCESS : XR_SESSION_NOT_FOCUSED;
