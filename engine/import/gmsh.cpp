@@ -33,7 +33,7 @@ namespace {
 using files::ContentError;
 
 constexpr double kUnit = 1e-3;  // m; Gmsh's tolerances suit lengths of 1 to 1000
-constexpr std::size_t kFileBytes = 512u << 20;
+constexpr std::size_t kMeshFileBytes = 512u << 20;
 constexpr std::size_t kMostElements = 20'000'000;
 constexpr std::chrono::milliseconds kPoll{50};
 
@@ -208,7 +208,7 @@ physics::TetMesh gmsh_tetrahedra(const mesh::TriangleMesh& surface, const GmshSe
     throw ContentError(fmt::format("{}: '{}' left no mesh: {}; leave out --mesher gmsh", settings.where,
                                    settings.program, last_error(folder.file("log"))));
   }
-  physics::TetMesh mesh = read_msh(files::read_file(msh, kFileBytes), settings.where);
+  physics::TetMesh mesh = read_msh(files::read_file(msh, kMeshFileBytes), settings.where);
   for (Eigen::Vector3d& node : mesh.nodes) node *= kUnit;
   return mesh;
 }

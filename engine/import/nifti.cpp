@@ -294,7 +294,7 @@ LabelImage read_nifti_labels(std::span<const std::byte> bytes, const std::filesy
     throw ContentError(fmt::format("{}: its data begin at byte {:g}; the file is damaged", file, offset));
   }
   stream.skip(static_cast<std::size_t>(offset) - header_bytes);
-  image.labels.resize(voxels);
+  image.labels.resize(static_cast<std::size_t>(voxels));
   switch (header.datatype()) {
     case 2:
       read_labels<std::uint8_t>(stream, header, file, image.labels);

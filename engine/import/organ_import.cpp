@@ -352,7 +352,7 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
     const auto corner = [&](std::size_t c) { return out.mesh.nodes[tet[c]]; };
     const double angle =
         mesh::dihedral_range(corner(0), corner(1), corner(2), corner(3)).min * 180 / std::numbers::pi;
-    ++report.dihedral_histogram[std::clamp(angle / 5, 0.0, 14.0)];
+    ++report.dihedral_histogram[static_cast<std::size_t>(std::clamp(angle / 5, 0.0, 14.0))];
   }
   return out;
 }

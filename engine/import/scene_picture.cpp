@@ -13,7 +13,7 @@
 namespace stylet::import {
 namespace {
 
-constexpr double kMargin = 0.010;  // m about the patient
+constexpr double kPatientMargin = 0.010;  // m about the patient
 constexpr double kFan = 0.170;     // m, half the width of the cut along the ultrasound image
 const figures::Colour kNeedle{255, 235, 60, 255};
 const figures::Colour kTarget{255, 255, 255, 255};
@@ -158,7 +158,7 @@ picture::Picture scene_picture(const ImportedScene& imported, const content::Sce
   };
   const Eigen::Vector3d lateral = imported.probe.orientation * x;
   const Eigen::Vector3d down = imported.probe.orientation * z;
-  const double half = 0.5 * size.maxCoeff() + kMargin;
+  const double half = 0.5 * size.maxCoeff() + kPatientMargin;
   const std::array<Cut, 4> cuts{Cut{"axial, from the feet", through(1), x, z, half, "R", "L"},
                                 Cut{"coronal, from the front", through(2), x, y, half, "R", "L"},
                                 Cut{"sagittal, from the left", through(0), -z, y, half, "A", "P"},

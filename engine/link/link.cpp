@@ -122,7 +122,7 @@ void Link::let_in(Clock::time_point now) {
 }
 
 Bulletin& Link::post(Topic topic) {
-  Bulletin& bulletin = board_[topic];
+  Bulletin& bulletin = board_[static_cast<std::size_t>(topic)];
   ++bulletin.number;
   bulletin.bytes.clear();
   return bulletin;

@@ -109,7 +109,9 @@ content::Motion stay_motion(const StayMotionPlan& plan) {
       if (now > leave) tip -= eased((now - leave) / way) * (end - begin).norm() * along;
     }
     motion.stylus.push_back(sample(now, tip, along, plan.needle_length));
-    motion.stylus.back().buttons = now > there + kWait && now < there + kWait + kPress ? 1U : 0U;
+    const bool begins = now > there + kWait && now < there + kWait + kPress;
+    const bool ends = plan.withdraw && now > leave - 2 * kPress && now < leave - kPress;
+    motion.stylus.back().buttons = begins || ends ? 1U : 0U;
   }
   return motion;
 }

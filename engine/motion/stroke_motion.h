@@ -33,7 +33,7 @@ struct StayMotionPlan {
   double pivot_depth = 0.030;                         ///< along the needle below the skin, where the wall holds it, m
   double begin = 4.4;                                 ///< s, of the insertion: in a held breath
   double stay = 14;                                   ///< s after button 1
-  bool withdraw = false;                              ///< then
+  bool withdraw = false;                              ///< then, after button 1 again
   double sample_hz = 125;
 };
 /// Straight in while the breath is held, button 1, then the hand lets the electrode swing with the breath: the tip

@@ -239,9 +239,12 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
       {0.78F, 0.16F, 0.30F, 1}, {0.35F, 0, 0.1F, 0.4F}, {}, {kMatte, tissues + content::kNeedleLabel, 0, 0}};
   needle_pieces.push_back(append(*this, "needle", needle.shaft_indices(), needle_base, steel));
   needle_pieces.push_back(append(*this, "hub", needle.hub_indices(), needle_base, hub));
+  core_base = needle_base + static_cast<std::uint32_t>(needle.vertex_count());
+  core_piece = append(*this, "cores", cores.indices(), core_base,
+                      {{0.93F, 0.80F, 0.58F, 1}, {0.5F, 0, 0.3F, 0.3F}, {}, {kMatte, 0, 0, 0}});
   if (layout != nullptr) {
     cable.emplace(*layout);
-    cable_base = needle_base + static_cast<std::uint32_t>(needle.vertex_count());
+    cable_base = core_base + static_cast<std::uint32_t>(cores.vertex_count());
     cable_piece = append(*this, "cable", cable->indices(), cable_base,
                          {{0.060F, 0.064F, 0.070F, 1}, {0.55F, 0, 0, 0.2F}, {}, {kMatte, 0, 0, 0}});
   }

@@ -4,6 +4,7 @@
 #include "engine/content/heated_zone.h"
 #include "engine/content/scene.h"
 #include "engine/render/cable_mesh.h"
+#include "engine/render/core_mesh.h"
 #include "engine/render/needle_mesh.h"
 #include "engine/render/room_layout.h"
 #include "shaders/shared.h"
@@ -28,8 +29,8 @@ struct Piece {
 };
 
 /// Rest geometry of a scene as the GPU holds it. Vertices [0, rest.size()) are placed by deform.comp: those of the
-/// scene, then room for those of a zone that is ablated. The needle's and the cable's follow and come from the host
-/// every frame.
+/// scene, then room for those of a zone that is ablated. The needle's, the cores' and the cable's follow and come
+/// from the host every frame.
 struct Geometry {
   /// Of a zone: 10 cm of electrode make a tenth of it.
   static constexpr std::uint32_t kMostZoneVertices = 1 << 16;
@@ -53,16 +54,19 @@ struct Geometry {
   Piece fan;
   Piece zone;  ///< of no triangles; where they go in a scene that ablates
   NeedleMesh needle;
-  std::uint32_t zone_base = 0;     ///< first vertex of the zone
-  std::uint32_t zone_room = 0;     ///< vertices that it may have; half as many as its triangles
-  std::uint32_t needle_base = 0;   ///< first vertex of the needle
+  std::uint32_t zone_base = 0;    ///< first vertex of the zone
+  std::uint32_t zone_room = 0;    ///< vertices that it may have; half as many as its triangles
+  std::uint32_t needle_base = 0;  ///< first vertex of the needle
+  CoreMesh cores;
+  Piece core_piece;                ///< of all the cores that may be
+  std::uint32_t core_base = 0;     ///< their first vertex
   std::optional<CableMesh> cable;  ///< of the probe; none without a room
   Piece cable_piece;
   std::uint32_t cable_base = 0;  ///< its first vertex
 
   /// Of everything.
   std::size_t vertex_count() const {
-    return rest.size() + needle.vertex_count() + (cable ? cable->vertex_count() : 0);
+    return rest.size() + needle.vertex_count() + cores.vertex_count() + (cable ? cable->vertex_count() : 0);
   }
 
   const Piece& probe() const { return solids.back(); }

@@ -192,6 +192,10 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
     commands.upload(drawn_, std::as_bytes(geometry_.cable->shape(patient_from_probe)),
                     geometry_.cable_base * sizeof(DrawnVertex));
   }
+  cores_ = state.cores.size();
+  if (cores_ > 0)
+    commands.upload(drawn_, std::as_bytes(geometry_.cores.shape(state.cores)),
+                    geometry_.core_base * sizeof(DrawnVertex));
   std::span<std::byte> needle;
   if (with_needle_)
     needle = commands.upload_later(drawn_, geometry_.needle.vertex_count() * sizeof(DrawnVertex),
@@ -257,10 +261,14 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
   if (with_needle_) draw_pieces(geometry_.needle_pieces);
   // Closed skin hides the organs, and all that is spared would have to be rasterised.
   const bool closed = see_through_ == SeeThrough::closed && !geometry_.covers.empty();
-  if (closed)
+  if (closed) {
     draw_piece(pass.pipelines.surface(kMatte), geometry_.probe());
-  else
+  } else {
     draw_pieces(geometry_.solids);
+    Piece cores = geometry_.core_piece;
+    cores.index_count = CoreMesh::index_count(cores_);
+    if (cores_ > 0) draw_piece(pass.pipelines.surface(kMatte), cores);
+  }
   if (see_through_ == SeeThrough::window) draw_pieces(geometry_.cavity);
   draw_pieces(geometry_.room);
   if (with_panel_) {

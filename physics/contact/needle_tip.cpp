@@ -275,7 +275,13 @@ void NeedleTip::record(std::uint64_t step, int to, double force, double response
 bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, const TissuePatch& patch,
                          TissuePoints& tissue, TrackPoints& points) {
   if ((target - tissue.position(end_.point)).dot(shaft.tip_tangent()) <= 0) return false;
-  const PatchWalk at = walk_patch(patch, end_.body, end_.patch_tet, target, tissue);
+  PatchWalk at = walk_patch(patch, end_.body, end_.patch_tet, target, tissue);
+  if (at.left == PatchWalk::Left::body) {
+    // A force that dents the tissue deeper than a tetrahedron turns it inside out: the way on then seems to be the
+    // way out. At rest it is known; what the step misses for the deformation the next ones make up for.
+    const Vector3d way = target - tissue.position(end_.point);
+    at = walk_patch_at_rest(patch, end_.body, end_.patch_tet, rest_position(patch, end_.body, end_.place) + way);
+  }
   if (at.left == PatchWalk::Left::patch) {
     flags_ |= kNeedlePatchLeft;
     return false;

@@ -84,6 +84,48 @@ bool turn_edge(const BodyPatch& nodes, int over, int& apex, PatchWalk& walk) {
   return false;
 }
 
+/// @param position_of  a node, by its index in the patch
+template <class PositionOf>
+PatchWalk walk(const BodyPatch& nodes, int patch_tet, const Vector3d& x, const PositionOf& position_of) {
+  constexpr int kMostSteps = 64;
+  constexpr double kOnFace = -1e-9;
+  PatchWalk walk;
+  walk.patch_tet = patch_tet;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const auto t = static_cast<std::size_t>(walk.patch_tet);
+    std::array<Vector3d, 4> corner;
+    for (std::size_t k = 0; k < 4; ++k) corner[k] = position_of(nodes.tet_nodes[t][k]);
+    Matrix3d edges;
+    edges << corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0];
+    const Vector3d weights = edges.inverse() * (x - corner[0]);
+    if (!std::isfinite(weights.sum())) {
+      walk.left = PatchWalk::Left::patch;
+      break;
+    }
+    walk.barycentric << 1 - weights.sum(), weights;
+    // Beside a dent a point inside the body lies beyond the planes of faces on the surface: it is outside only where
+    // no other face leads on.
+    int face = -1;
+    std::pair<bool, double> best;  // whether nothing is behind it, how far inside
+    for (int k = 0; k < 4; ++k) {
+      const std::pair rank{nodes.tet_neighbours[t][k] < 0, walk.barycentric[k]};
+      if (!(walk.barycentric[k] < kOnFace) || (face >= 0 && !(rank < best))) continue;
+      best = rank;
+      face = k;
+    }
+    if (face < 0) return walk;
+    const int next = nodes.tet_neighbours[t][face];
+    if (next < 0) {
+      walk.left = next == kBeyondSurface ? PatchWalk::Left::body : PatchWalk::Left::patch;
+      break;
+    }
+    walk.patch_tet = next;
+  }
+  walk.barycentric = walk.barycentric.cwiseMax(0.0);
+  walk.barycentric /= walk.barycentric.sum();
+  return walk;
+}
+
 }  // namespace
 
 PatchWalk slide_on_surface(const TissuePatch& patch, int body, const PatchWalk& from,
@@ -154,44 +196,12 @@ Vector3d surface_normal(const TissuePatch& patch, int body, const PatchWalk& at)
 
 PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Vector3d& x,
                      const TissuePoints& tissue) {
-  constexpr int kMostSteps = 64;
-  constexpr double kOnFace = -1e-9;
+  return walk(patch.bodies[body], patch_tet, x, [&](int node) { return tissue.node_position(patch, body, node); });
+}
+
+PatchWalk walk_patch_at_rest(const TissuePatch& patch, int body, int patch_tet, const Vector3d& x) {
   const BodyPatch& nodes = patch.bodies[body];
-  PatchWalk walk;
-  walk.patch_tet = patch_tet;
-  for (int step = 0; step < kMostSteps; ++step) {
-    const auto t = static_cast<std::size_t>(walk.patch_tet);
-    std::array<Vector3d, 4> corner;
-    for (std::size_t k = 0; k < 4; ++k) corner[k] = tissue.node_position(patch, body, nodes.tet_nodes[t][k]);
-    Matrix3d edges;
-    edges << corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0];
-    const Vector3d weights = edges.inverse() * (x - corner[0]);
-    if (!std::isfinite(weights.sum())) {
-      walk.left = PatchWalk::Left::patch;
-      break;
-    }
-    walk.barycentric << 1 - weights.sum(), weights;
-    // Beside a dent a point inside the body lies beyond the planes of faces on the surface: it is outside only where
-    // no other face leads on.
-    int face = -1;
-    std::pair<bool, double> best;  // whether nothing is behind it, how far inside
-    for (int k = 0; k < 4; ++k) {
-      const std::pair rank{nodes.tet_neighbours[t][k] < 0, walk.barycentric[k]};
-      if (!(walk.barycentric[k] < kOnFace) || (face >= 0 && !(rank < best))) continue;
-      best = rank;
-      face = k;
-    }
-    if (face < 0) return walk;
-    const int next = nodes.tet_neighbours[t][face];
-    if (next < 0) {
-      walk.left = next == kBeyondSurface ? PatchWalk::Left::body : PatchWalk::Left::patch;
-      break;
-    }
-    walk.patch_tet = next;
-  }
-  walk.barycentric = walk.barycentric.cwiseMax(0.0);
-  walk.barycentric /= walk.barycentric.sum();
-  return walk;
+  return walk(nodes, patch_tet, x, [&](int node) -> Vector3d { return nodes.rest_positions.col(node); });
 }
 
 Vector3d rest_position(const TissuePatch& patch, int body, const PatchContact& point) {

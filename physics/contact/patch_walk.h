@@ -26,6 +26,8 @@ struct PatchWalk {
 /// @realtime no allocation; O(steps points)
 PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Eigen::Vector3d& x,
                      const TissuePoints& tissue);
+/// The same in the shape at rest, where no tetrahedron is inside out.
+PatchWalk walk_patch_at_rest(const TissuePatch& patch, int body, int patch_tet, const Eigen::Vector3d& x);
 
 /// Slides a point along the surface of a body, from face to face, as deep below it as it was.
 /// Left::patch: at an edge that the patch ends at, or where it is not finite. Left::body: at an edge beyond which the

@@ -93,7 +93,7 @@ TEST_F(HidStylusTest, PosesComeInAndForcesGoOut) {
   ASSERT_TRUE(step_until_valid());
   EXPECT_LT((sample.position - kStart).tail<2>().norm(), 1e-6);
   EXPECT_TRUE(step_until([&] { return applied().isApprox(force, 1e-3); })) << applied().transpose();
-  EXPECT_EQ(counters.stream.reports, counters.stream.decoded[Decoded::kReading]);
+  EXPECT_EQ(counters.stream.reports, counters.stream.decoded[static_cast<std::size_t>(Decoded::kReading)]);
   EXPECT_GT(counters.force.written, 10u);
   EXPECT_EQ(counters.force.failed, 0u);
   EXPECT_GT(counters.force.pose_to_force.count(), 0u);
@@ -247,7 +247,7 @@ TEST_F(HidStylusTest, GarbageIsCountedAndChangesNothing) {
   std::vector<std::uint8_t> far(kPoseReportBytes, 0x7F);           // far out of its range
   far[0] = kPoseReport;
   node.inject(far);
-  const auto decoded = [&](Decoded what) { return stylus->counters().stream.decoded[what].load(); };
+  const auto decoded = [&](Decoded what) { return stylus->counters().stream.decoded[static_cast<std::size_t>(what)].load(); };
   ASSERT_TRUE(step_until([&] { return stylus->counters().stream.reports == before + 5; }));
   EXPECT_FALSE(sample.valid);
   EXPECT_EQ(decoded(Decoded::kTruncated), 1u);

@@ -95,9 +95,9 @@ TEST_F(PoseStreamTest, WhatCannotBeReadChangesNothing) {
   stream.add(std::vector<std::uint8_t>{9, 1, 2, 3}, at(4));
   EXPECT_FALSE(end(4));
   EXPECT_EQ(x_um(), 3);
-  EXPECT_EQ(counters.decoded[Decoded::kTruncated], 1u);
-  EXPECT_EQ(counters.decoded[Decoded::kOversized], 1u);
-  EXPECT_EQ(counters.decoded[Decoded::kUndeclared], 1u);
+  EXPECT_EQ(counters.decoded[static_cast<std::size_t>(Decoded::kTruncated)], 1u);
+  EXPECT_EQ(counters.decoded[static_cast<std::size_t>(Decoded::kOversized)], 1u);
+  EXPECT_EQ(counters.decoded[static_cast<std::size_t>(Decoded::kUndeclared)], 1u);
 }
 
 }  // namespace

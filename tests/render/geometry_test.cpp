@@ -1,5 +1,6 @@
 // What is drawn, without a GPU: the needle's tube, the probe's body, the camera.
 #include "engine/render/camera.h"
+#include "engine/render/core_mesh.h"
 #include "engine/render/needle_mesh.h"
 #include "engine/render/probe_mesh.h"
 
@@ -97,6 +98,24 @@ TEST(NeedleMesh, TrianglesFaceOutward) {
       // Where a bent shaft is ground flush, slivers may lean; a triangle of the tube has 6e-7 m^2.
       EXPECT_GE((b - a).cross(c - a).dot(n), -3e-8F) << t;
     }
+}
+
+TEST(CoreMesh, RodsAreClosedAndFaceOutward) {
+  CoreMesh mesh;
+  const std::vector<state::CoreTrack> cores(3,
+                                            {.from = {0, 0.01F, 0}, .to = {0.01F, 0.02F, 0.01F}, .radius = 0.001F});
+  const auto vertices = mesh.shape(cores);
+  ASSERT_LE(vertices.size(), mesh.vertex_count());
+  const auto indices = mesh.indices().first(CoreMesh::index_count(cores.size()));
+  double volume = 0;  // by the divergence theorem
+  for (std::size_t t = 0; t < indices.size(); t += 3) {
+    const Vector3f a = position(vertices[indices[t]]), b = position(vertices[indices[t + 1]]),
+                   c = position(vertices[indices[t + 2]]);
+    volume += a.cross(b).dot(c) / 6;
+  }
+  const double decagon = 0.5 * 10 * std::sin(2 * M_PI / 10) * 1e-6;
+  EXPECT_NEAR(volume, 3 * decagon * std::sqrt(3e-4), 1e-12);
+  EXPECT_EQ(mesh.shape(std::vector<state::CoreTrack>(50)).size(), mesh.vertex_count());
 }
 
 TEST(ProbeMesh, BodyIsClosedAndItsFaceFollowsTheArray) {

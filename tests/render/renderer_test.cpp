@@ -157,6 +157,27 @@ TEST_F(Render3d, AblatedZoneIsSeenWarmWhereItsTissueHasGone) {
   EXPECT_EQ(show(nullptr).rgba, without.rgba);
 }
 
+TEST_F(Render3d, CoresAreSeenWhereTheyLay) {
+  scene.surfaces.clear();
+  Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
+  state::FrameState state = without_needle(tests::rest_state(scene));
+  state.probe_position = {0, 0, 10};
+  const Picture without = draw(renderer, state);
+  const Vector3d from(0.01, -0.02, 0.03), to(0.03, 0.01, 0.05);
+  state.cores = {{.from = from.cast<float>(), .to = to.cast<float>(), .radius = 0.002F}, {}};
+  const Picture with = draw(renderer, state);
+  Vector3d sum = Vector3d::Zero();
+  for (int y = 0; y < 240; ++y)
+    for (int x = 0; x < 320; ++x)
+      if (std::abs(with.at(x, y)[0] - without.at(x, y)[0]) > 20) sum += Vector3d(x + 0.5, y + 0.5, 1);
+  ASSERT_GT(sum.z(), 30);
+  const Vector3d middle = project(renderer.eyes()[0], 0.5 * (from + to), 320, 240);
+  EXPECT_NEAR(sum.x() / sum.z(), middle.x(), 1.0);
+  EXPECT_NEAR(sum.y() / sum.z(), middle.y(), 1.0);
+  state.cores.clear();
+  EXPECT_EQ(draw(renderer, state).rgba, without.rgba);
+}
+
 TEST_F(Render3d, LabelsAndDepthsAreThoseOfTheNearestSurface) {
   const Vector3d centre(0.03, -0.02, 0.05);
   const double radius = 0.006;

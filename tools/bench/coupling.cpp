@@ -48,13 +48,6 @@ double relative_spread(const std::vector<double>& values) {
   return (*high - *low) / mean;
 }
 
-std::vector<double> component(const std::vector<Eigen::Vector3d>& vectors, int axis, double scale) {
-  std::vector<double> values;
-  values.reserve(vectors.size());
-  for (const Eigen::Vector3d& v : vectors) values.push_back(scale * v[axis]);
-  return values;
-}
-
 figures::PlotSeries plot_line(std::string label, std::vector<double> x, std::vector<double> y, int index) {
   return {.label = std::move(label),
           .x = std::move(x),

@@ -35,8 +35,6 @@ std::shared_ptr<const physics::TissueMap> one_tissue(const physics::InsertionRes
 physics::InsertionResistance liver_resistance();
 /// (max - min) / mean.
 double relative_spread(const std::vector<double>& values);
-/// One component of vectors, scaled.
-std::vector<double> component(const std::vector<Eigen::Vector3d>& vectors, int axis, double scale = 1);
 /// A line in the index-th colour of a light figure.
 figures::PlotSeries plot_line(std::string label, std::vector<double> x, std::vector<double> y, int index);
 

@@ -53,6 +53,13 @@ void write_csv(const std::filesystem::path& file, std::span<const FigureColumn> 
 
 }  // namespace
 
+std::vector<double> component(const std::vector<Eigen::Vector3d>& vectors, int axis, double scale) {
+  std::vector<double> values;
+  values.reserve(vectors.size());
+  for (const Eigen::Vector3d& v : vectors) values.push_back(scale * v[axis]);
+  return values;
+}
+
 void write_figure(const std::filesystem::path& folder, const std::string& name,
                   std::span<const figures::PlotPanel> panels, std::span<const std::string> caption,
                   std::span<const FigureColumn> columns) {

@@ -3,6 +3,8 @@
 
 #include "engine/figures/plot.h"
 
+#include <Eigen/Core>
+
 #include <filesystem>
 #include <span>
 #include <string>
@@ -15,6 +17,9 @@ struct FigureColumn {
   std::string name;  ///< with unit: force_y_frozen_n
   std::vector<double> values;
 };
+
+/// One component of vectors, scaled.
+std::vector<double> component(const std::vector<Eigen::Vector3d>& vectors, int axis, double scale = 1);
 
 /// Writes NAME.png and NAME.csv into `folder`, which is made if need be.
 /// @param caption  lines below the panels

@@ -148,7 +148,7 @@ Report bench_line_compliance(const BenchOptions& options) {
   for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial,
                                                reference::NeedleMotion::indentation, reference::NeedleMotion::tip}) {
     const Converged resolved = converge(cube, motion, options.quick);
-    truth[motion] = resolved.stiffness;
+    truth[static_cast<std::size_t>(motion)] = resolved.stiffness;
     const std::string name = fmt::format("resolved.{}.", name_of(motion));
     const auto& [young, nu] = cube.material;
     const double half_space = 2 * young * cube.needle_radius / (1 - nu * nu);
@@ -179,15 +179,15 @@ Report bench_line_compliance(const BenchOptions& options) {
     const reference::TiedNeedle through = reference::tie_needle(mesh, y, z, cube.edge, parts(cube.edge));
     const reference::TiedNeedle inserted = reference::tie_needle(mesh, y, z, depth, parts(depth));
     for (const reference::Subgrid subgrid : {reference::Subgrid::off, reference::Subgrid::on}) {
-      lateral.values[subgrid].push_back(
+      lateral.values[static_cast<std::size_t>(subgrid)].push_back(
           reference::rigid_answer(mesh, through, reference::NeedleMotion::lateral, subgrid).stiffness);
-      axial.values[subgrid].push_back(
+      axial.values[static_cast<std::size_t>(subgrid)].push_back(
           reference::rigid_answer(mesh, through, reference::NeedleMotion::axial, subgrid).stiffness);
-      flexible.values[subgrid].push_back(
+      flexible.values[static_cast<std::size_t>(subgrid)].push_back(
           reference::flexible_answer(mesh, inserted, depth, insertion.needle, subgrid).stiffness);
-      indentation.values[subgrid].push_back(
+      indentation.values[static_cast<std::size_t>(subgrid)].push_back(
           reference::tip_answer(mesh, {0, y, z}, reference::NeedleMotion::indentation, subgrid));
-      channel.values[subgrid].push_back(
+      channel.values[static_cast<std::size_t>(subgrid)].push_back(
           reference::tip_answer(mesh, {0.5 * cube.edge, y, z}, reference::NeedleMotion::tip, subgrid));
     }
     if (nodes == kMeshes.front() || nodes == kMeshes.back()) study_spacing(mesh, nodes, report);

@@ -27,13 +27,6 @@ constexpr double kRoughnessGain = 10;  // asked of the update
 constexpr double kPaperDirectionRatio = 0.01;
 constexpr int kY = 1;
 
-std::vector<double> component(const std::vector<Eigen::Vector3d>& vectors, int axis, double scale = 1) {
-  std::vector<double> values;
-  values.reserve(vectors.size());
-  for (const Eigen::Vector3d& v : vectors) values.push_back(scale * v[axis]);
-  return values;
-}
-
 std::vector<double> scaled(std::vector<double> values, double scale) {
   for (double& v : values) v *= scale;
   return values;

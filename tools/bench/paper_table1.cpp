@@ -46,7 +46,7 @@ struct Column {
   void add_stages(const physics::HapticStageClock& clock) {
     for (std::size_t s = 0; s < stages.size(); ++s) stages[s].add(clock.time(static_cast<HapticStage>(s)));
   }
-  Samples& stage(HapticStage s) { return stages[s]; }
+  Samples& stage(HapticStage s) { return stages[static_cast<std::size_t>(s)]; }
 };
 
 struct Run {

@@ -15,7 +15,7 @@ namespace stylet::bench {
 
 const char* name_of(reference::NeedleMotion motion) {
   constexpr std::array kNames{"lateral", "axial", "indentation", "channel_tip"};
-  return kNames[motion];
+  return kNames[static_cast<std::size_t>(motion)];
 }
 
 namespace {
@@ -95,7 +95,7 @@ Report calibrate_subgrid(reference::ResolvedCube cube, double nu, bool quick) {
   std::array<std::vector<AlphaSample>, 2> samples;
   std::array<double, 2> target{};
   for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial}) {
-    target[motion] = reference::resolved_stiffness(
+    target[static_cast<std::size_t>(motion)] = reference::resolved_stiffness(
         cube, motion, quick ? reference::Resolution{8, 8, 6} : reference::Resolution{10, 16, 6});
   }
   for (const reference::Lattice& lattice : calibration_lattices(quick)) {
@@ -106,11 +106,11 @@ Report calibrate_subgrid(reference::ResolvedCube cube, double nu, bool quick) {
     double squared_weights = 0;
     for (const auto& point : needle.points) squared_weights += point.barycentric.squaredNorm() / 50;
     for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial}) {
-      samples[motion].push_back({squared_weights, reference::fitted_log_alpha(mesh, needle, motion, target[motion])});
+      samples[static_cast<std::size_t>(motion)].push_back({squared_weights, reference::fitted_log_alpha(mesh, needle, motion, target[static_cast<std::size_t>(motion)])});
     }
   }
   for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial}) {
-    const AlphaFit f = fit(samples[motion]);
+    const AlphaFit f = fit(samples[static_cast<std::size_t>(motion)]);
     const std::string name = fmt::format("calibration.nu_{:.2f}.{}.", nu, name_of(motion));
     const double built_in = built_in_log_alpha(cube, motion, 0.4);
     const double built_in_slope = (built_in_log_alpha(cube, motion, 0.6) - built_in) / 0.2;

@@ -64,7 +64,7 @@ stylet::content::Motion make_stay(bool ablates, const char* procedure, const cha
   JsonFile file{std::filesystem::path(procedure)};
   const Procedure planned = read_procedure(file);
   file.throw_problems();
-  constexpr double kDraining = 20;  // s
+  constexpr double kDraining = 24;  // s
   double exposed = 0, stay = kDraining;
   if (ablates) {
     const auto& ablation = stylet::procedures::ablation::plan_of(scenario.exercise);

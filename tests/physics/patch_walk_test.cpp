@@ -1,0 +1,109 @@
+// Points found in the present shape of a patch's tetrahedra.
+#include "physics/contact/patch_walk.h"
+#include "tests/support/random.h"
+#include "tools/reference/kuhn_box.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <utility>
+
+namespace stylet::physics {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+
+/// A block of 40 x 40 x 20 mm, all of it in the patch, its upper face dented as by a needle that presses on it.
+std::unique_ptr<TissuePatch> dented_block(double depth, double width) {
+  const TetMesh mesh = reference::kuhn_box({-0.02, -0.02, -0.02}, {0.02, 0.02, 0}, {6, 6, 3});
+  auto patch = std::make_unique<TissuePatch>();
+  patch->epoch = patch->body_count = 1;
+  BodyPatch& body = patch->bodies[0];
+  body.node_count = static_cast<int>(mesh.nodes.size());
+  for (int n = 0; n < body.node_count; ++n) {
+    const Vector3d& rest = mesh.nodes[n];
+    body.node_ids[n] = n;
+    body.rest_positions.col(n) = rest;
+    const double r = rest.head<2>().norm() / width;
+    body.free_positions.col(n) = rest - depth * (1 + rest.z() / 0.02) * std::exp(-r * r) * Vector3d::UnitZ();
+  }
+  body.tet_count = static_cast<int>(mesh.tets.size());
+  std::map<std::array<int, 3>, std::pair<int, int>> open;  // face -> tetrahedron, corner opposite
+  for (int t = 0; t < body.tet_count; ++t) {
+    body.tet_ids[t] = t;
+    body.tet_nodes[t] = mesh.tets[t];
+    body.tet_neighbours[t].fill(kBeyondSurface);
+    for (int k = 0; k < 4; ++k) {
+      std::array<int, 3> face{mesh.tets[t][(k + 1) % 4], mesh.tets[t][(k + 2) % 4], mesh.tets[t][(k + 3) % 4]};
+      std::ranges::sort(face);
+      const auto other = open.find(face);
+      if (other == open.end()) {
+        open[face] = {t, k};
+      } else {
+        body.tet_neighbours[t][k] = other->second.first;
+        body.tet_neighbours[other->second.first][other->second.second] = t;
+      }
+    }
+  }
+  return patch;
+}
+
+Vector3d position(const BodyPatch& body, int tet, const Vector4d& barycentric) {
+  Vector3d x = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) x += barycentric[k] * body.free_positions.col(body.tet_nodes[tet][k]);
+  return x;
+}
+
+TEST(PatchWalk, FindsEveryPointNearbyInADentedBody) {
+  for (const double depth : {0.0, 0.006, 0.012}) {
+    const auto patch = dented_block(depth, 0.009);
+    const BodyPatch& body = patch->bodies[0];
+    support::Random random(5);
+    const TissuePoints no_forces;
+    int left = 0, tried = 0;
+    double worst = 0;
+    for (int from = 0; from < body.tet_count; ++from) {
+      for (int tet = 0; tet < body.tet_count; ++tet) {
+        constexpr double kNearby = 0.010;
+        const Vector4d middle = Vector4d::Constant(0.25);
+        if ((position(body, tet, middle) - position(body, from, middle)).norm() > kNearby) continue;
+        Vector4d barycentric = Vector4d::NullaryExpr([&] { return 0.02 + std::abs(random.vector(1).x()); });
+        barycentric /= barycentric.sum();
+        const Vector3d x = position(body, tet, barycentric);
+        const PatchWalk walk = walk_patch(*patch, 0, from, x, no_forces);
+        ++tried;
+        left += walk.left != PatchWalk::Left::nothing;
+        worst = std::max(worst, (position(body, walk.patch_tet, walk.barycentric) - x).norm());
+      }
+    }
+    std::printf("dent of %2.0f mm: %d of %d walks left the body; farthest off %.1e m\n", 1e3 * depth, left, tried,
+                worst);
+    if (depth > 0.01) {  // on the other side of a dent deeper than it is wide
+      EXPECT_LT(left, 0.003 * tried);
+    } else {
+      EXPECT_EQ(left, 0) << depth;
+      EXPECT_LT(worst, 1e-12) << depth;
+    }
+  }
+}
+
+TEST(PatchWalk, LeavesTheBodyForPointsOutsideIt) {
+  const auto patch = dented_block(0.012, 0.009);
+  const TissuePoints no_forces;
+  for (const Vector3d& outside :
+       {Vector3d(0, 0, -0.006), Vector3d(0.001, 0.002, -0.004), Vector3d(0.025, 0, -0.01), Vector3d(0, 0, 0.03)}) {
+    for (int from = 0; from < patch->bodies[0].tet_count; from += 11) {
+      const PatchWalk walk = walk_patch(*patch, 0, from, outside, no_forces);
+      EXPECT_EQ(walk.left, PatchWalk::Left::body) << outside.transpose() << " from " << from;
+      EXPECT_GE(walk.barycentric.minCoeff(), 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stylet::physics
