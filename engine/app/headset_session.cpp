@@ -45,7 +45,7 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
                     const HeadsetSessionSettings& settings, Observer& observer) {
   immersive::ImmersiveView view(device, scene);
   immersive::SessionPanel panel(device);
-  panels::SessionWatch told(scene);
+  panels::SessionWatch session_watch(scene);
   immersive::ThumbOnScanner knobs;
   immersive::HandsOnPatient hands(scene, settings.hand, settings.probe);
   state::FrameState state = session.frames().make_frame();
@@ -89,9 +89,9 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
     session.frames().sample(session.time_s() - delay_s, state);
     if (settings.course != nullptr) settings.course->show(state);
     scanner.draw(state);
-    told.look(state);
+    session_watch.look(state);
     panels::SessionFacts facts = panels::facts_of(scene, settings.course);
-    told.fill(facts);
+    session_watch.fill(facts);
     panel.draw(facts, *settings.panel, static_cast<double>(frame->display_time_ns) * 1e-9);
     headset.end_frame(&view.draw(*frame, state,
                                  {.plane = scanner.in_view(),

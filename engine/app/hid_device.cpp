@@ -3,7 +3,7 @@
 #include "engine/files/error.h"
 #include "engine/readers/device_profile_file.h"
 #include "engine/session/motion_of_recording.h"
-#include "physics/needle/needle.h"
+#include "physics/messages/messages.h"
 
 #include <fmt/format.h>
 

@@ -117,7 +117,7 @@ DatasetFrames render_dataset(const DatasetSettings& settings, Observer& observer
   }
   const content::PictureLabels legend(scene);
   gpu::Device gpu({.gpu = common.gpu});
-  content::Scene dressed = scene;
+  content::Scene randomized = scene;
   ultrasound::ImagerSettings look = ultrasound::still_settings(scene.probe);
   look.width = size.width;
   look.height = size.height;
@@ -157,14 +157,14 @@ DatasetFrames render_dataset(const DatasetSettings& settings, Observer& observer
       continue;
     }
     const session::RandomFrame frame = session::draw_random_frame(scene, ranges, common.seed, index);
-    session::dress(dressed, frame);
-    const session::SettledFrame settled = session::settle(dressed, coupling, frame, show);
-    if (!imager) imager.emplace(gpu, dressed, look);
-    imager->set_acoustics(dressed.tissues);
+    session::apply_frame(randomized, frame);
+    const session::SettledFrame settled = session::settle(randomized, coupling, frame, show);
+    if (!imager) imager.emplace(gpu, randomized, look);
+    imager->set_acoustics(randomized.tissues);
     imager->set_seed(frame.seed);
     const bool preview = common.previews > 0 && index % static_cast<std::uint64_t>(common.previews) == 0;
     const std::vector<files::FrameFile> files = draw(*imager, settled.state, preview);
-    Json made_of = about(index, dressed, frame, settled, imager->geometry(), gpu.identity());
+    Json made_of = about(index, randomized, frame, settled, imager->geometry(), gpu.identity());
     if (const std::string black = imager->diagnosis(); !black.empty()) made_of["black"] = black;
     folder.put(index, files, std::move(made_of));
     ++frames.drawn;

@@ -1,6 +1,6 @@
 #include "engine/content/probe_placement.h"
 
-#include "physics/needle/needle.h"
+#include "physics/messages/messages.h"
 
 #include <fmt/format.h>
 

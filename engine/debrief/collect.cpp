@@ -58,19 +58,19 @@ std::string words(std::string_view name) {
 
 /// What its kind tells of an event, if it is one of a procedure.
 template <typename Tell>
-std::optional<procedures::Told> told_by_a_kind(const Tell& tell) {
+std::optional<procedures::DebriefEntry> described_by_a_kind(const Tell& tell) {
   for (const procedures::Kind* kind : procedures::kinds()) {
-    if (auto told = tell(*kind)) return told;
+    if (auto entry = tell(*kind)) return entry;
   }
   return std::nullopt;
 }
 
-std::optional<procedures::Told> step_of(const EventRecord& event) {
-  return told_by_a_kind([&](const procedures::Kind& kind) { return kind.tell_step(event); });
+std::optional<procedures::DebriefEntry> step_of(const EventRecord& event) {
+  return described_by_a_kind([&](const procedures::Kind& kind) { return kind.describe_step(event); });
 }
 
-std::optional<procedures::Told> result_of(const EventRecord& event) {
-  return told_by_a_kind([&](const procedures::Kind& kind) { return kind.tell_result(event); });
+std::optional<procedures::DebriefEntry> result_of(const EventRecord& event) {
+  return described_by_a_kind([&](const procedures::Kind& kind) { return kind.describe_result(event); });
 }
 
 std::string text_of(const EventRecord& event, std::string_view field) {

@@ -13,7 +13,7 @@ constexpr double kStep = 0.02;  // s, between the frames that are looked at
 constexpr std::string_view kClosest = "when the tip is closest to the target";
 
 /// What the events tell last; none: nothing was done.
-std::optional<StillMoment> told(std::span<const recording::EventRecord> events, double from_s, double to_s) {
+std::optional<StillMoment> find_moment(std::span<const recording::EventRecord> events, double from_s, double to_s) {
   std::optional<StillMoment> last;
   for (const procedures::Kind* kind : procedures::kinds()) {
     const auto still = kind->still(events, from_s, to_s);
@@ -30,7 +30,7 @@ StillMoment still_moment(std::span<const recording::EventRecord> events, const F
                          double to_s) {
   from_s = std::max(from_s, frames.begin_s());
   to_s = std::min(to_s, frames.end_s());
-  if (const auto moment = told(events, from_s, to_s)) return *moment;
+  if (const auto moment = find_moment(events, from_s, to_s)) return *moment;
   StillMoment closest{.time_s = to_s, .words = kClosest};
   float least = std::numeric_limits<float>::infinity();
   state::FrameState frame = frames.make_frame();
@@ -45,7 +45,7 @@ StillMoment still_moment(std::span<const recording::EventRecord> events, const F
 }
 
 std::string_view still_words(std::span<const recording::EventRecord> events) {
-  const auto moment = told(events, 0, std::numeric_limits<double>::infinity());
+  const auto moment = find_moment(events, 0, std::numeric_limits<double>::infinity());
   return moment ? moment->words : kClosest;
 }
 

@@ -34,7 +34,7 @@ std::string about_name(std::uint64_t frame) {
   return fmt::format("frame_{:06}.json", frame);
 }
 
-/// Told apart by machine and process: several may write the manifest at once.
+/// Distinguished by machine and process: several may write the manifest at once.
 std::string partial_suffix() {
   std::array<char, 256> host{};
   ::gethostname(host.data(), host.size() - 1);

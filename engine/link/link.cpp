@@ -83,7 +83,7 @@ void Link::run(const std::stop_token& stop) {
     pass_commands();
     post(now);
     for (Connection& client : clients_) client.send(board_, now);
-    see_off(now);
+    drop_silent_peers(now);
   }
   append_status(post(Topic::status).bytes, kStatusName, utc(frame_.time_s), Status::shut_down, "the session is over");
   for (Connection& client : clients_) client.send(board_, Clock::now());
@@ -215,7 +215,7 @@ void Link::add_problem(std::string line) {
   }
 }
 
-void Link::see_off(Clock::time_point now) {
+void Link::drop_silent_peers(Clock::time_point now) {
   const Clock::duration patience = seconds(settings_.patience_s);
   for (Connection& client : clients_) {
     client.expire(now, patience);

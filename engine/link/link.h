@@ -94,7 +94,7 @@ private:
   void take_in();
   void take_in(const ReceivedTransform& transform);
   void pass_commands();
-  void see_off(Clock::time_point now);
+  void drop_silent_peers(Clock::time_point now);
   void add_counts(const Connection& client);
   void add_problem(std::string line);
   double utc(double session_s) const { return utc_of_start_s_ + session_s; }

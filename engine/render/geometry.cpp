@@ -190,7 +190,8 @@ void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayo
 }  // namespace
 
 Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
-    : needle(scene.needle.beams + 1, scene.needle.outer_diameter, scene.needle.length) {
+    : needle(scene.needle.beams + 1, scene.needle.outer_diameter, scene.needle.length),
+      syringe(scene.cavities.empty() ? 0 : kSyringeParts) {
   std::vector<std::uint32_t> first_node;
   for (const content::DeformableBody& body : scene.bodies) {
     first_node.push_back(static_cast<std::uint32_t>(rest_nodes.size() / 3));
@@ -242,9 +243,25 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
   core_base = needle_base + static_cast<std::uint32_t>(needle.vertex_count());
   core_piece = append(*this, "cores", cores.indices(), core_base,
                       {{0.93F, 0.80F, 0.58F, 1}, {0.5F, 0, 0.3F, 0.3F}, {}, {kMatte, 0, 0, 0}});
+  syringe_base = core_base + static_cast<std::uint32_t>(cores.vertex_count());
+  if (syringe.vertex_count() > 0) {
+    const auto part = [&](const char* name, SyringePart first, SyringePart last, const SurfaceStyle& style) {
+      const std::uint32_t begin = RodMesh::index_count(static_cast<std::size_t>(first));
+      const std::uint32_t end = RodMesh::index_count(static_cast<std::size_t>(last) + 1);
+      return append(*this, name, syringe.indices().subspan(begin, end - begin), syringe_base, style);
+    };
+    syringe_pieces = {part("fluid", SyringePart::fluid, SyringePart::fluid,
+                           {{0.80F, 0.56F, 0.12F, 1}, {0.25F, 0, 0.3F, 0.5F}, {}, {kMatte, 0, 0, 0}}),
+                      part("seal", SyringePart::seal, SyringePart::seal,
+                           {{0.02F, 0.02F, 0.022F, 1}, {0.6F, 0, 0, 0.1F}, {}, {kMatte, 0, 0, 0}}),
+                      part("plunger", SyringePart::stem, SyringePart::nozzle,
+                           {{0.72F, 0.74F, 0.75F, 1}, {0.4F, 0, 0.1F, 0.3F}, {}, {kMatte, 0, 0, 0}})};
+    barrel = part("barrel", SyringePart::barrel, SyringePart::barrel,
+                  {{0.75F, 0.82F, 0.86F, 0.16F}, {0.15F, 0, 0, 0.8F}, {0.75F, 1.6F, 0, 0}, {kGlass, 0, 0, 0}});
+  }
   if (layout != nullptr) {
     cable.emplace(*layout);
-    cable_base = core_base + static_cast<std::uint32_t>(cores.vertex_count());
+    cable_base = syringe_base + static_cast<std::uint32_t>(syringe.vertex_count());
     cable_piece = append(*this, "cable", cable->indices(), cable_base,
                          {{0.060F, 0.064F, 0.070F, 1}, {0.55F, 0, 0, 0.2F}, {}, {kMatte, 0, 0, 0}});
   }

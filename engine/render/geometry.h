@@ -4,8 +4,8 @@
 #include "engine/content/heated_zone.h"
 #include "engine/content/scene.h"
 #include "engine/render/cable_mesh.h"
-#include "engine/render/core_mesh.h"
 #include "engine/render/needle_mesh.h"
+#include "engine/render/rod_mesh.h"
 #include "engine/render/room_layout.h"
 #include "shaders/shared.h"
 
@@ -57,16 +57,22 @@ struct Geometry {
   std::uint32_t zone_base = 0;    ///< first vertex of the zone
   std::uint32_t zone_room = 0;    ///< vertices that it may have; half as many as its triangles
   std::uint32_t needle_base = 0;  ///< first vertex of the needle
-  CoreMesh cores;
-  Piece core_piece;                ///< of all the cores that may be
-  std::uint32_t core_base = 0;     ///< their first vertex
+  static constexpr std::size_t kMostCores = 20;
+  RodMesh cores{kMostCores};
+  Piece core_piece;                   ///< of all the cores that may be
+  std::uint32_t core_base = 0;        ///< their first vertex
+  RodMesh syringe;                    ///< of no rods in a scene without cavities
+  std::vector<Piece> syringe_pieces;  ///< fluid, seal, plunger and nozzle
+  Piece barrel;
+  std::uint32_t syringe_base = 0;  ///< its first vertex
   std::optional<CableMesh> cable;  ///< of the probe; none without a room
   Piece cable_piece;
   std::uint32_t cable_base = 0;  ///< its first vertex
 
   /// Of everything.
   std::size_t vertex_count() const {
-    return rest.size() + needle.vertex_count() + cores.vertex_count() + (cable ? cable->vertex_count() : 0);
+    return rest.size() + needle.vertex_count() + cores.vertex_count() + syringe.vertex_count() +
+           (cable ? cable->vertex_count() : 0);
   }
 
   const Piece& probe() const { return solids.back(); }

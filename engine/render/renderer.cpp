@@ -192,10 +192,16 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
     commands.upload(drawn_, std::as_bytes(geometry_.cable->shape(patient_from_probe)),
                     geometry_.cable_base * sizeof(DrawnVertex));
   }
-  cores_ = state.cores.size();
+  cores_ = std::min(state.cores.size(), Geometry::kMostCores);
   if (cores_ > 0)
-    commands.upload(drawn_, std::as_bytes(geometry_.cores.shape(state.cores)),
+    commands.upload(drawn_, std::as_bytes(geometry_.cores.shape(core_rods(state.cores))),
                     geometry_.core_base * sizeof(DrawnVertex));
+  with_syringe_ = with_needle_ && state.syringe && geometry_.syringe.vertex_count() > 0;
+  if (with_syringe_)
+    commands.upload(drawn_,
+                    std::as_bytes(geometry_.syringe.shape(syringe_rods(*state.syringe, state.needle_positions.front(),
+                                                                       state.needle_orientations.front()))),
+                    geometry_.syringe_base * sizeof(DrawnVertex));
   std::span<std::byte> needle;
   if (with_needle_)
     needle = commands.upload_later(drawn_, geometry_.needle.vertex_count() * sizeof(DrawnVertex),
@@ -259,6 +265,7 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
   // What hides most comes first.
   if (see_through_ != SeeThrough::glass) draw_pieces(geometry_.drape);
   if (with_needle_) draw_pieces(geometry_.needle_pieces);
+  if (with_syringe_) draw_pieces(geometry_.syringe_pieces);
   // Closed skin hides the organs, and all that is spared would have to be rasterised.
   const bool closed = see_through_ == SeeThrough::closed && !geometry_.covers.empty();
   if (closed) {
@@ -266,7 +273,7 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
   } else {
     draw_pieces(geometry_.solids);
     Piece cores = geometry_.core_piece;
-    cores.index_count = CoreMesh::index_count(cores_);
+    cores.index_count = RodMesh::index_count(cores_);
     if (cores_ > 0) draw_piece(pass.pipelines.surface(kMatte), cores);
   }
   if (see_through_ == SeeThrough::window) draw_pieces(geometry_.cavity);
@@ -287,6 +294,10 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
   for (const Piece* piece : closed ? std::vector<const Piece*>{} : glass_order()) {
     draw_piece(pass.pipelines.depth(), *piece);
     draw_piece(pass.pipelines.surface(kGlass), *piece);
+  }
+  if (with_syringe_) {
+    draw_piece(pass.pipelines.depth(), geometry_.barrel);
+    draw_piece(pass.pipelines.surface(kGlass), geometry_.barrel);
   }
   // Skin, fat and muscle are one shell: of all of them together only the nearest surface is seen.
   for (const Piece& piece : geometry_.covers) draw_piece(pass.pipelines.depth(), piece);

@@ -119,9 +119,10 @@ private:
   gpu::FrameRing ring_;
   gpu::Timestamps timestamps_;
   std::uint64_t submission_ = 0;
-  bool with_needle_ = false;  ///< of the last frame
-  std::size_t cores_ = 0;     ///< the same
-  bool with_panel_ = false;   ///< the same
+  bool with_needle_ = false;   ///< of the last frame
+  bool with_syringe_ = false;  ///< the same
+  std::size_t cores_ = 0;      ///< the same
+  bool with_panel_ = false;    ///< the same
   SeeThrough see_through_ = SeeThrough::window;
   std::optional<LabelPass> labels_;  ///< made when labels are asked for the first time
 };

@@ -15,8 +15,8 @@
 
 namespace stylet::session {
 
-/// Told of every step, on the thread of the loop that made it: a listener that serves both loops must keep their data
-/// apart.
+/// Notified of every step, on the thread of the loop that made it: a listener that serves both loops must keep their
+/// data apart.
 class StepListener {
 public:
   virtual ~StepListener() = default;

@@ -168,7 +168,7 @@ RandomFrame draw_random_frame(const content::Scene& scene, const RandomRanges& r
   return frame;
 }
 
-void dress(content::Scene& scene, const RandomFrame& frame) {
+void apply_frame(content::Scene& scene, const RandomFrame& frame) {
   scene.probe.pose = frame.probe;
   scene.motion.probe.clear();
   scene.breathing.drawn_once = frame.inspiration;

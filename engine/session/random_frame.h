@@ -52,8 +52,8 @@ struct RandomFrame {
 RandomFrame draw_random_frame(const content::Scene& scene, const RandomRanges& ranges, std::uint64_t seed,
                               std::uint64_t index);
 
-/// `scene` as the frame has it: its probe, tissues and breath.
-void dress(content::Scene& scene, const RandomFrame& frame);
+/// Gives `scene` the probe pose, tissues and breath of the frame.
+void apply_frame(content::Scene& scene, const RandomFrame& frame);
 
 /// The world of a frame, at rest.
 struct SettledFrame {
@@ -61,7 +61,7 @@ struct SettledFrame {
   double speed = 0;  ///< of the fastest node of tissue and needle at the end, m/s: how much at rest it is
 };
 
-/// @param scene  dressed in the frame
+/// @param scene  with the frame applied
 /// @throws files::ContentError  the physics gave no finite state
 SettledFrame settle(const content::Scene& scene, physics::Coupling coupling, const RandomFrame& frame,
                     const std::function<void(double share)>& progress = {});

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace stylet::state {
@@ -27,11 +28,11 @@ struct CoreTrack {
   float target_share = 0;
 };
 
-/// A cavity and the syringe that draws from it.
-struct FluidState {
-  float share = 1;  ///< of the cavity's volume at rest that is left
-  float drawn = 0;  ///< m^3 in the syringe
-  float flow = 0;   ///< m^3/s
+/// A syringe on the needle.
+struct SyringeState {
+  float capacity = 0;  ///< m^3
+  float held = 0;      ///< fluid in it, m^3
+  float flow = 0;      ///< into it, m^3/s
 };
 
 /// Patient frame, metres, newtons. Arrays are sized at load and never grow.
@@ -55,7 +56,8 @@ struct FrameState {
   // What the procedure shows, at the moment that the frame was asked for: not interpolated, not in the buffer.
   std::shared_ptr<const content::HeatedZone> zone{};  ///< null: nothing was destroyed
   std::vector<CoreTrack> cores{};
-  std::vector<FluidState> fluids{};
+  std::vector<float> cavity_shares{};  ///< [cavities of the scene] of the volume at rest that is left
+  std::optional<SyringeState> syringe{};
 
   /// The target that the tip is nearest to; null: there is none.
   const TargetState* nearest_target() const {

@@ -28,7 +28,8 @@ procedures::Step StepReader::read(const recording::SimulationStepRecord& record,
                         .in_tissue = needle.tip == physics::TipState::inside,
                         .at_tip = {},
                         .tissue = tissue_,
-                        .cavities = std::span(report.cavities).first(report.cavity_count)};
+                        .cavities = std::span(report.cavities).first(report.cavity_count),
+                        .cavity_shares = record.cavity_shares};
   now.time_s = record.time_s;
   now.haptic_step = record.needle_step;
   now.in_tissue = step.in_tissue;

@@ -1,6 +1,7 @@
 #include "physics/messages/messages.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace stylet::physics {
 
@@ -81,6 +82,21 @@ void copy_state(const NeedleState& from, NeedleState& to) {
   std::copy_n(from.forces.begin(), from.force_count, to.forces.begin());
   to.wrench = from.wrench;
   to.hand_work = from.hand_work;
+}
+
+Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d a = from.normalized();
+  const Eigen::Vector3d b = to.normalized();
+  const double cosine = b.dot(a);
+  if (cosine < -1 + 1e-12) {
+    const Eigen::Vector3d across = a.unitOrthogonal();
+    return Eigen::Quaterniond(0, across.x(), across.y(), across.z());
+  }
+  const double twice = std::sqrt((1 + cosine) * 2);  // of the cosine of half the angle
+  Eigen::Quaterniond rotation;
+  rotation.vec() = a.cross(b) * (1 / twice);
+  rotation.w() = twice * 0.5;
+  return rotation;
 }
 
 }  // namespace stylet::physics

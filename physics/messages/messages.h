@@ -243,4 +243,8 @@ struct TissueState {
   std::array<Eigen::Matrix3Xd, kMaxBodies> positions;  ///< [3 x nodes of the body]
 };
 
+/// The shortest rotation that takes the direction of `from` to that of `to`; half a turn about any axis across where
+/// they are opposite. Not Quaterniond::FromTwoVectors, which brings a singular value decomposition to every file.
+Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 }  // namespace stylet::physics

@@ -48,21 +48,6 @@ Matrix3d element_frame() {
 
 }  // namespace
 
-Quaterniond rotation_between(const Vector3d& from, const Vector3d& to) {
-  const Vector3d a = from.normalized();
-  const Vector3d b = to.normalized();
-  const double cosine = b.dot(a);
-  if (cosine < -1 + 1e-12) {
-    const Vector3d across = a.unitOrthogonal();
-    return Quaterniond(0, across.x(), across.y(), across.z());
-  }
-  const double twice = std::sqrt((1 + cosine) * 2);  // of the cosine of half the angle
-  Quaterniond rotation;
-  rotation.vec() = a.cross(b) * (1 / twice);
-  rotation.w() = twice * 0.5;
-  return rotation;
-}
-
 Quaterniond orientation_along(const Vector3d& direction) {
   const Vector3d to = direction.normalized();
   return Quaterniond(1 + to.z(), -to.y(), to.x(), 0).normalized();

@@ -49,10 +49,6 @@ struct NeedleShape {
   const Eigen::Quaterniond& orientation(int node) const { return orientations[node]; }
 };
 
-/// The shortest rotation that takes the direction of `from` to that of `to`; half a turn about any axis across where
-/// they are opposite. Not Quaterniond::FromTwoVectors, which brings a singular value decomposition to every file.
-Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
-
 /// Orientation whose +Z is along `direction`, turned from the identity the shortest way. Any length; not along -Z.
 Eigen::Quaterniond orientation_along(const Eigen::Vector3d& direction);
 

@@ -35,7 +35,7 @@ TEST(Samples, QuantilesAreSamplesThatEnoughOthersDoNotExceed) {
   EXPECT_EQ(Samples().median(), 0);
 }
 
-TEST(BenchReport, JudgesBoundsAndFailsWhatIsNotANumber) {
+TEST(BenchReport, FailsValuesOutsideTheirBoundsAndNotANumber) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(at_most("a", 2, "us", 3).met, true);
   EXPECT_EQ(at_most("a", 4, "us", 3).met, false);

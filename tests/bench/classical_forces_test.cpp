@@ -86,7 +86,7 @@ TEST(ClassicalForces, RiseDropAndGrowAlongOneProfile) {
   }
 }
 
-TEST(ClassicalForces, OnlyTheDepthAloneKnowsNoDirection) {
+TEST(ClassicalForces, OfTheDepthAloneHasNoDirection) {
   for (const ClassicalModel& m : classical_models()) {
     SCOPED_TRACE(m.name);
     const auto samples = run(m, 3 * kStroke, in_out_in);

@@ -288,7 +288,7 @@ TEST(CApi, RefusesNullAndArraysThatAreTooSmall) {
   EXPECT_EQ(stylet_physics_tissue_nodes(handle.get(), values.data(), 125), STYLET_OK);
 }
 
-TEST(CApi, FillsNoMoreThanTheCallerKnows) {
+TEST(CApi, FillsNoMoreThanTheCallersStructureHolds) {
   EXPECT_EQ(stylet_physics_version(), STYLET_PHYSICS_VERSION);
   // What comes behind the struct of a program stays as it is.
   struct {

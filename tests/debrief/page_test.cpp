@@ -186,7 +186,7 @@ std::string text_of(std::string document) {
 }
 
 // A session of one moment, cut off before anything was measured, and one without even that.
-TEST(DebriefPage, SaysNothingOfWhatIsNotThere) {
+TEST(DebriefPage, LeavesOutSectionsWithoutData) {
   if (support::kSanitized) GTEST_SKIP() << "the browser is looked at in Release";
   if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";
   const support::TemporaryFolder folder;

@@ -5,7 +5,7 @@
 namespace stylet::debrief {
 namespace {
 
-TEST(Playback, RunsAtItsSpeedAndWaitsForWhatIsNotKnownYet) {
+TEST(Playback, RunsAtItsSpeedAndWaitsForStatesNotYetReplayed) {
   Playback playback(2, 10, 0.5);
   playback.advance(1, 100);
   EXPECT_DOUBLE_EQ(playback.time_s(), 2.5);

@@ -34,7 +34,7 @@ content::ProbeMove probe_move(const view::Stroke& stroke) {
   return std::get<content::ProbeMove>(command);
 }
 
-TEST(Keys, EachMeansOneThing) {
+TEST(Keys, EachKeyHasOneCommand) {
   std::set<Key> seen;
   for (const KeyLine& line : key_table()) {
     for (const KeyBinding& binding : line.keys) {

@@ -118,7 +118,7 @@ TEST_F(PanelsOnAPicture, ReadLightOnDark) {
   EXPECT_GT(dark, 5000);
 }
 
-TEST_F(PanelsOnAPicture, ButtonsGiveTheirChoiceUnlessItCannotBeTaken) {
+TEST_F(PanelsOnAPicture, EnabledButtonsReturnTheirChoice) {
   std::vector<std::size_t> taken;
   click_until([&](std::optional<std::size_t> choice) {
     if (choice) taken.push_back(*choice);

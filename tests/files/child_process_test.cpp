@@ -28,7 +28,7 @@ TEST(ChildProcess, GivesItsExitStatusOrTheSignalThatEndedIt) {
   EXPECT_EQ(ChildProcess({.command = {"/bin/sh", "-c", "kill -TERM $$"}}).wait(), 128 + 15);
 }
 
-TEST(ChildProcess, ThatCannotBeStartedSaysWhy) {
+TEST(ChildProcess, FailureToStartGivesTheReason) {
   try {
     ChildProcess child({.command = {"no-such-program"}});
     FAIL() << "it was started";

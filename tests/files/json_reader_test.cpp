@@ -176,7 +176,7 @@ TEST(JsonReader, RemembersTheKeysItWasAskedFor) {
   EXPECT_THAT(file.accepted_keys().at("/free/*"), ElementsAre("e"));
 }
 
-TEST(JsonReader, AliasStandsForTheKeyAndTheKeyWins) {
+TEST(JsonReader, AliasIsReadAndTheKeyTakesPrecedence) {
   JsonFile file("a.json", R"({"youngsModulus": 5, "density": 7, "density_kg_per_m3": 8})");
   JsonObject root = file.root();
   root.alias("young_modulus_pa", "youngsModulus");

@@ -43,7 +43,7 @@ TEST(HandDevice, MovesAndTurnsAsTheHandDoes) {
   EXPECT_NEAR(sample.orientation.angularDistance(turn * kSettings.start_orientation), 0, 1e-6);
 }
 
-TEST(HandDevice, LetGoItStaysAndIsTakenUpElsewhereWithoutAJump) {
+TEST(HandDevice, ReleasedItStaysAndGraspedElsewhereItDoesNotJump) {
   HandDevice device(kSettings);
   double now_s = 0;
   const Eigen::Quaterniond level = Eigen::Quaterniond::Identity();
@@ -78,7 +78,7 @@ TEST(HandDevice, MakesTheHeadsetsStepsSmooth) {
   EXPECT_NEAR(last.position.x() - kSettings.start.x(), 0.2 * (0.5 - 0.02 - 0.0055), 0.2 * 0.006);
 }
 
-TEST(HandDevice, PassesItsButtonsOnAndRefusesNonsense) {
+TEST(HandDevice, PassesButtonsOnAndRejectsInvalidPoses) {
   HandDevice device(kSettings);
   device.press(1);
   EXPECT_EQ(device.read(0).buttons, 1U);

@@ -33,7 +33,7 @@ protected:
   std::int64_t now_ns = 1'000'000 * kMs;
 };
 
-TEST_F(HandFollowerTest, HubStartsAtItsStartAndFollows) {
+TEST_F(HandFollowerTest, HubStartsAtItsStartPoseAndFollowsTheHand) {
   StylusSample sample = step({0.5, 0, 0});
   EXPECT_TRUE(sample.valid);
   EXPECT_TRUE(sample.position.isApprox(start));
@@ -77,7 +77,7 @@ TEST_F(HandFollowerTest, SilenceAgesThePoseAndThenEndsIt) {
   EXPECT_TRUE(step({0.4, 0.4, 0.4}).position.isApprox(before));  // it comes back elsewhere
 }
 
-TEST_F(HandFollowerTest, AGapThatNobodySawIsNoJumpEither) {
+TEST_F(HandFollowerTest, AnUnreportedGapCausesNoJump) {
   step({0, 0, 0});
   const Vector3d before = step({0.01, 0, 0}).position;
   ++pose.gaps;

@@ -202,7 +202,7 @@ TEST_F(HidStylusTest, KilledHostLeavesNoForceAfter20Milliseconds) {
   });
 }
 
-TEST_F(HidStylusTest, PulledOutAndPutBackElsewhereItGoesOnWithoutAJump) {
+TEST_F(HidStylusTest, ReconnectedAtAnotherPoseItContinuesWithoutAJump) {
   open();
   ASSERT_TRUE(step_until([&] { return sample.position.x() - kStart.x() > 0.002; }));
   node.unplug();
@@ -247,7 +247,9 @@ TEST_F(HidStylusTest, GarbageIsCountedAndChangesNothing) {
   std::vector<std::uint8_t> far(kPoseReportBytes, 0x7F);           // far out of its range
   far[0] = kPoseReport;
   node.inject(far);
-  const auto decoded = [&](Decoded what) { return stylus->counters().stream.decoded[static_cast<std::size_t>(what)].load(); };
+  const auto decoded = [&](Decoded what) {
+    return stylus->counters().stream.decoded[static_cast<std::size_t>(what)].load();
+  };
   ASSERT_TRUE(step_until([&] { return stylus->counters().stream.reports == before + 5; }));
   EXPECT_FALSE(sample.valid);
   EXPECT_EQ(decoded(Decoded::kTruncated), 1u);

@@ -117,7 +117,7 @@ TEST(OutputGuard, ForceRisesOverTheRampAfterEngagement) {
   }
 }
 
-TEST(OutputGuard, InvalidSampleDropsToZeroAtOnceAndRampsAnew) {
+TEST(OutputGuard, InvalidSampleZeroesTheForceAtOnceAndItRampsUpAgain) {
   DeviceLimits limits = wide_open(3.3);
   limits.engage_rise_s = 0.1;
   OutputGuard guard(limits);

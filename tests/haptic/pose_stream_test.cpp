@@ -87,7 +87,7 @@ TEST_F(PoseStreamTest, RepeatedReportsAreNoNewPose) {
   EXPECT_EQ(stream.latest().made_ns, at(5));
 }
 
-TEST_F(PoseStreamTest, WhatCannotBeReadChangesNothing) {
+TEST_F(PoseStreamTest, UnreadableReportsChangeNothing) {
   EXPECT_TRUE(one(3));
   const auto report = pack_pose({});
   stream.add(std::span(report).first(20), at(4));

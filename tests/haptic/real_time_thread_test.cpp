@@ -47,7 +47,7 @@ TEST(RealTimeThread, SaysInOneLineWhatWasRefused) {
   EXPECT_EQ(thread.warning().find('\n'), std::string::npos);
 }
 
-TEST(RealTimeThread, AsksForNothingWhenToldSo) {
+TEST(RealTimeThread, RequestsNothingWhenDisabled) {
   RealTimeThread thread({.rate_hz = 100, .fifo_priority = 0, .lock_memory = false}, [](const StepTiming&) {});
   EXPECT_EQ(thread.warning(), "");
 }

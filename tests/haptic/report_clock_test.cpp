@@ -23,7 +23,7 @@ TEST(ReportClock, QueuedReportsAreAsOldAsTheyWaited) {
   EXPECT_EQ(fresh.missing, 401u - 163u);
 }
 
-TEST(ReportClock, WhatWaitedForAListenerTellsNothingOfThePeriod) {
+TEST(ReportClock, QueuedReportsDoNotChangeThePeriod) {
   ReportClock clock;
   clock.stamp(0, kStart);
   clock.stamp(1, kStart);       // made 0.1 ms later,
@@ -65,7 +65,7 @@ TEST(ReportClock, ADeviceClockThatRunsFastOrSlowIsFollowed) {
   }
 }
 
-TEST(ReportClock, AClockThatWasSetIsLearntAnew) {
+TEST(ReportClock, ASteppedDeviceClockIsEstimatedAgain) {
   ReportClock clock;
   for (int k = 0; k < 100; ++k) clock.stamp(10 * k, kStart + k * kMs);
   for (int k = 100; k < 200; ++k) {
@@ -85,7 +85,7 @@ TEST(ReportClock, AClockThatStoodStillIsMistrustedForHalfASecond) {
   }
 }
 
-TEST(ReportClock, AStampThatStandsStillIsTold) {
+TEST(ReportClock, AStuckTimeStampIsReported) {
   ReportClock clock;
   EXPECT_FALSE(clock.stamp(500, kStart).repeated);
   EXPECT_TRUE(clock.stamp(500, kStart + kMs).repeated);

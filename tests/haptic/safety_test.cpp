@@ -249,7 +249,7 @@ GuardedWrench move(OutputGuard& guard, double& x, double speed, int samples) {
   return out;
 }
 
-TEST(Trip, StylusLetGoCutsTheForceUntilItIsStill) {
+TEST(Trip, ReleasedStylusHasNoForceUntilItIsStill) {
   DeviceLimits limits = free_device();
   limits.max_damping_n_s_per_m = 0;
   OutputGuard guard(limits);

@@ -88,7 +88,7 @@ TEST(StylusMap, ReadsThePosesOfTheForceStylus) {
   }
 }
 
-TEST(StylusMap, DropsWhatIsNotAWholeReport) {
+TEST(StylusMap, DropsIncompleteReports) {
   const StylusMap map(force_stylus(), {});
   const auto report = pack_pose({.position = Vector3d(0.01, 0.02, 0.03)});
   HidReading reading;
@@ -117,7 +117,7 @@ TEST(StylusMap, DropsWhatIsNotAWholeReport) {
   expect_dropped(bytes, Decoded::kOutOfRange);
 }
 
-TEST(StylusMap, RandomReportsNeitherAllocateNorGiveNonsense) {
+TEST(StylusMap, RandomReportsNeitherAllocateNorGiveInvalidPoses) {
   const StylusMap map(force_stylus(), {});
   std::mt19937 random(5);
   std::array<std::uint8_t, 64> bytes{};
@@ -161,7 +161,7 @@ TEST(ForceOutput, ForcesArriveAsTheyWereSent) {
   EXPECT_EQ(allocations.value(), 0);
 }
 
-TEST(ForceOutput, StopsAtTheEndAndSendsNoNonsense) {
+TEST(ForceOutput, StopsAtTheEndAndSendsNoInvalidForce) {
   const ForceOutput output(force_stylus(), {});
   std::array<std::uint8_t, 7> out{};
   const auto sent = [&](const Vector3d& force) {

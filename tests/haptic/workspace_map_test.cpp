@@ -35,7 +35,7 @@ TEST(WorkspaceMap, HubMovesAlongTheHandsAxesByTheScale) {
   EXPECT_TRUE(map.to_device(Vector3d::UnitY()).isApprox(Vector3d::UnitX()));
 }
 
-TEST(WorkspaceMap, NothingJumpsWhenTheHandIsTakenUpElsewhere) {
+TEST(WorkspaceMap, PoseDoesNotJumpWhenTheHandIsGraspedElsewhere) {
   WorkspaceMap map(kWorkspace);
   map.follow(Vector3d::Zero(), Quaterniond::Identity());
   map.follow({0.02, 0.01, -0.03}, Quaterniond(AngleAxisd(0.5, Vector3d(1, 2, 3).normalized())));
@@ -49,7 +49,7 @@ TEST(WorkspaceMap, NothingJumpsWhenTheHandIsTakenUpElsewhere) {
   EXPECT_TRUE((map.position() - position).isApprox(Vector3d(-0.02, 0, 0)));
 }
 
-TEST(RateHand, GoesAsFastAsItIsPushedAndRestsWhenLetGo) {
+TEST(RateHand, VelocityFollowsTheDeflectionAndIsZeroWhenReleased) {
   RateHand hand;
   HandPose pose;
   for (int k = 0; k < 1000; ++k) pose = hand.step({0.05, 0, 0}, {0, 0.2, 0}, 1e-3);

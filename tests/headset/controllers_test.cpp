@@ -24,7 +24,7 @@ TEST(HeadsetControllers, HandsAreInTheRoom) {
 
 class EveryController : public testing::TestWithParam<const char*> {};
 
-TEST_P(EveryController, TellsWhatIsPressed) {
+TEST_P(EveryController, ReportsItsPressedButtons) {
   HandScript left, right;
   Rig rig({.controller = GetParam(), .left = [&](XrTime) { return left; }, .right = [&](XrTime) { return right; }});
   rig.turn_until_focused();

@@ -5,7 +5,7 @@
 #include "engine/immersive/thumb_on_scanner.h"
 #include "engine/picture/picture.h"
 #include "engine/view/offscreen.h"
-#include "physics/needle/needle.h"
+#include "physics/messages/messages.h"
 #include "tests/headset/rig.h"
 
 #include <cmath>
@@ -203,7 +203,7 @@ struct PanelRig : Rig {
   std::optional<immersive::SessionPanel> panel{device()};
 };
 
-TEST(SessionPanel, TellsWhatChangesTenTimesASecond) {
+TEST(SessionPanel, UpdatesItsValuesTenTimesASecond) {
   using immersive::PanelLevel;
   PanelRig rig;
   const std::vector<figures::ForceSample> curve{{}, {.time_s = 1, .depth = 0.03, .axial = 2.4, .lateral = 0.4}};

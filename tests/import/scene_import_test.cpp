@@ -200,7 +200,7 @@ TEST(ImportScene, NeedleAndProbeLieInOnePlaneOnTheSkin) {
   EXPECT_LT(right.dot(scene.entry - scene.probe.position), 0) << "the needle comes from the left";
 }
 
-TEST(ImportScene, TellsWhatTheNeedlePasses) {
+TEST(ImportScene, ReportsTheTissuesOnTheNeedlesPath) {
   const std::vector<PathPiece>& path = torso_scene().path;
   std::vector<std::string> names;
   names.reserve(path.size());

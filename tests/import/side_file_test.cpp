@@ -83,7 +83,7 @@ struct Mistake {
 };
 class SideFileMistake : public ::testing::TestWithParam<Mistake> {};
 
-TEST_P(SideFileMistake, IsToldInOneLineWithItsPlace) {
+TEST_P(SideFileMistake, IsReportedInOneLineWithItsPlace) {
   const std::vector<std::string> found = problems(GetParam().text);
   ASSERT_EQ(found.size(), 1u) << ::testing::PrintToString(found);
   EXPECT_THAT(found[0], HasSubstr("side.json:" + GetParam().told));

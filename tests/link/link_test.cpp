@@ -126,7 +126,7 @@ TEST(Link, ImageAndTransformsSayTheSamePlaceToARealClient) {
   EXPECT_NEAR(image.utc_s, begin.count(), 5);
 }
 
-TEST(Link, IsReachedOnLoopbackAloneUnlessItIsToldOtherwise) {
+TEST(Link, ListensOnLoopbackAloneByDefault) {
   Room alone;
   IgtlClient client;
   EXPECT_TRUE(client.connect(alone.link.port()));
@@ -189,7 +189,7 @@ TEST(Link, EightClientsAreServedAndTheNinthIsRefused) {
   EXPECT_EQ(report.refused, 1U);
 }
 
-TEST(Link, ASlowClientGetsFewerImagesAndTheNewestAndHoldsNobodyUp) {
+TEST(Link, ASlowClientGetsTheNewestImagesAndDelaysNoOther) {
   LinkSettings settings = kAnyPort;
   settings.patience_s = 600;  // slow, not dead, however slow this machine is
   Room room(settings);
@@ -216,7 +216,7 @@ TEST(Link, ASlowClientGetsFewerImagesAndTheNewestAndHoldsNobodyUp) {
   }
   EXPECT_LT(got, kImages);
   const LinkReport& report = room.link.stop();
-  const auto& images = report.counts[Topic::image];
+  const auto& images = report.counts[static_cast<std::size_t>(Topic::image)];
   EXPECT_EQ(images.sent, static_cast<std::uint64_t>(kImages + got));
   EXPECT_EQ(images.sent + images.dropped, 2U * kImages);
   EXPECT_TRUE(report.problems.empty());
@@ -457,7 +457,7 @@ TEST(CommandDesk, RefusesWhereTooManyWaitAndWhereThereIsNoScanner) {
   EXPECT_FALSE(desk.next().has_value());
 }
 
-TEST(Link, ASourceThatGoesIsTakenUpAgain) {
+TEST(Link, ALostSourceIsReconnected) {
   LinkStylus stylus({.position = {0, 0.1, 0.21}});
   Socket server = listen_on({.port = 0});
   const Endpoint endpoint{.port = port_of(server)};

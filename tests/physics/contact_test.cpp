@@ -46,7 +46,7 @@ TEST(Shaft, ProjectionIsTheNearestPointOfAFineSampling) {
   }
 }
 
-TEST(Shaft, KnowsWhatLiesBeyondItsEnds) {
+TEST(Shaft, ReportsPointsBeyondItsEnds) {
   const Eigen::Matrix3Xd nodes = quarter_circle(8);
   const Vector3d end = (nodes.col(8) - nodes.col(7)).normalized();
   const Vector3d start = (nodes.col(1) - nodes.col(0)).normalized();
@@ -256,7 +256,7 @@ TEST(ConstraintSolver, RefusesDependentRowsUnlessTheyAreSoftened) {
 
 // A pivot is by how much a row yields with the rows before it held: one over the last diagonal entry of the inverse
 // of the leading block.
-TEST(ConstraintSolver, SmallestPivotTellsHowFarTheRowsAreFromDependent) {
+TEST(ConstraintSolver, SmallestPivotMeasuresTheDependenceOfRows) {
   ConstraintSolver solver(kMaxRows);
   VectorXd lambda(12);
   const VectorXd delta = VectorXd::Random(12);

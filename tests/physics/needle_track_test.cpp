@@ -140,7 +140,7 @@ TEST(NeedleTrack, PeakForceDoesNotDependOnTheMesh) {
 
 // What a patch lacks for a while is not withdrawn from: the needle is in it still, however far the tissue has sprung
 // back meanwhile.
-TEST(NeedleTrack, ATrackThatAPatchLackedIsTakenUpAgain) {
+TEST(NeedleTrack, ATrackMissingFromOnePatchIsResumed) {
   const reference::ReferenceInsertion insertion = r1();
   reference::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
   while (experiment.time_s() < 1.1) experiment.advance();

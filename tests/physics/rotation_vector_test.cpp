@@ -1,6 +1,6 @@
 // Rotation vectors: exponential, logarithm and their differentials.
 #include "physics/needle/rotation_vector.h"
-#include "physics/needle/needle.h"
+#include "physics/messages/messages.h"
 #include "tests/support/random.h"
 
 #include <gtest/gtest.h>

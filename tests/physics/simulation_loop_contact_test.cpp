@@ -182,7 +182,7 @@ TEST(SimulationContact, PatchHoldsTheContactForcesInItsFreePositions) {
   EXPECT_GT(moved, 1e-3);
 }
 
-TEST(SimulationContact, SurvivesNonsense) {
+TEST(SimulationContact, SurvivesInvalidInput) {
   SimulationLoopSettings settings = touching();
   settings.contact.probe.emplace();
   SimulationLoop loop(stack({0, 0, -0.004}, 0.4), settings);

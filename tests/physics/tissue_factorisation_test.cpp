@@ -203,7 +203,7 @@ TEST(IsolatedDofs, IncrementalUpdatesMatchDenseInverse) {
   EXPECT_LT(computed, wanted / 3);  // otherwise nothing is incremental
 }
 
-TEST(Blas, IsNamed) {
+TEST(Blas, NameOfTheLibraryIsKnown) {
   const BlasLibrary& blas = single_threaded_blas();
   std::printf("  BLAS: %s%s\n", blas.name.c_str(), blas.slow_reference ? " (slow)" : "");
   EXPECT_FALSE(blas.name.empty());

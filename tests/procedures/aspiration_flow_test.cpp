@@ -45,7 +45,7 @@ TEST(AspirationFlow, EntranceTakesWhatItsLawSays) {
   EXPECT_EQ(flow_rate({.diameter = 0, .length = 0.15}, kSerous, 60e3), 0);
 }
 
-TEST(AspirationFlow, TellsWhereItIsLaminarNoMore) {
+TEST(AspirationFlow, ReportsTheLaminarLimit) {
   struct Gauge {
     const char* name;
     Bore bore;

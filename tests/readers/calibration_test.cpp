@@ -74,7 +74,7 @@ TEST(Calibration, HasItsPlaceInTheUsersConfiguration) {
   EXPECT_THROW(save_calibration(kStylus, {}), files::ContentError);
 }
 
-TEST(Calibration, WrongOnesAreToldInOneLine) {
+TEST(Calibration, InvalidFilesAreReportedInOneLine) {
   const support::TemporaryFolder folder;
   const Environment config("XDG_CONFIG_HOME", folder.path().c_str());
   const auto problem = [&](const std::string& keys) -> std::string {

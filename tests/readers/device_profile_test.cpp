@@ -49,7 +49,7 @@ TEST(DeviceProfile, ShippedOnesAreSoundAndChosenByWhatFitsBest) {
   EXPECT_EQ(chosen(0x2988, 0x0303, hid::DeviceKind::kUnusable).unusable, "");
 }
 
-TEST(DeviceProfile, LimitsOverrideTheDefaultsOneByOne) {
+TEST(DeviceProfile, EachLimitOverridesItsDefault) {
   const auto profile = read_profile(R"("matches": [{"vendor_id": "256F", "product_ids": ["c635", "0001"]}],
       "limits": {"max_force_n": 12, "continuous_force_n": 8})");
   ASSERT_TRUE(profile.limits);
@@ -72,7 +72,7 @@ TEST(DeviceProfile, AxesAreRowsOfTheDeviceFrame) {
   EXPECT_EQ(mirror.rotation_from_report, -mirror.device_from_report);
 }
 
-TEST(DeviceProfile, WrongOnesAreToldWhereAndWhy) {
+TEST(DeviceProfile, InvalidFilesAreReportedWithPlaceAndReason) {
   const auto expect = [](const std::string& keys, const char* problem) {
     std::vector<std::string> problems;
     read_profile(keys, &problems);

@@ -492,7 +492,7 @@ TEST(Scenario, AnOrganFileByItselfMayHoldMoreThanIsKnown) {
   EXPECT_THAT(warnings, ElementsAre(HasSubstr("organs.glb:/nodes/0/extras/organ/rolle: is not a known key")));
 }
 
-TEST(Scenario, WhatIsOddButSoundWarnsWhoeverLoadsIt) {
+TEST(Scenario, UnusualButValidScenariosGiveWarnings) {
   SmallScenario small;
   small.organs.add("marks", gltf::test::sphere({0, 0, 0}, 0.01), {{"id", "marks"}, {"role", "ignore"}});
   small.organs.json["meshes"].back()["primitives"].push_back(small.organs.json["meshes"].back()["primitives"][0]);

@@ -315,7 +315,7 @@ TEST(RecordingHeader, BadHeadersAreRefusedInOneLine) {
   }
 }
 
-TEST(RecordingHeader, ALaterVersionIsNamed) {
+TEST(RecordingHeader, ALaterVersionIsRefusedWithItsNumber) {
   try {
     parse_recording(with_header(R"({"format":"stylet-recording","version":7})"), "x");
     FAIL();

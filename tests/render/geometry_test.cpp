@@ -1,8 +1,8 @@
 // What is drawn, without a GPU: the needle's tube, the probe's body, the camera.
 #include "engine/render/camera.h"
-#include "engine/render/core_mesh.h"
 #include "engine/render/needle_mesh.h"
 #include "engine/render/probe_mesh.h"
+#include "engine/render/rod_mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <span>
 
 namespace stylet::render {
 namespace {
@@ -100,22 +101,41 @@ TEST(NeedleMesh, TrianglesFaceOutward) {
     }
 }
 
-TEST(CoreMesh, RodsAreClosedAndFaceOutward) {
-  CoreMesh mesh;
-  const std::vector<state::CoreTrack> cores(3,
-                                            {.from = {0, 0.01F, 0}, .to = {0.01F, 0.02F, 0.01F}, .radius = 0.001F});
-  const auto vertices = mesh.shape(cores);
-  ASSERT_LE(vertices.size(), mesh.vertex_count());
-  const auto indices = mesh.indices().first(CoreMesh::index_count(cores.size()));
-  double volume = 0;  // by the divergence theorem
+/// By the divergence theorem.
+double volume(std::span<const DrawnVertex> vertices, std::span<const std::uint32_t> indices) {
+  double sum = 0;
   for (std::size_t t = 0; t < indices.size(); t += 3) {
     const Vector3f a = position(vertices[indices[t]]), b = position(vertices[indices[t + 1]]),
                    c = position(vertices[indices[t + 2]]);
-    volume += a.cross(b).dot(c) / 6;
+    sum += a.cross(b).dot(c) / 6;
   }
-  const double decagon = 0.5 * 10 * std::sin(2 * M_PI / 10) * 1e-6;
-  EXPECT_NEAR(volume, 3 * decagon * std::sqrt(3e-4), 1e-12);
-  EXPECT_EQ(mesh.shape(std::vector<state::CoreTrack>(50)).size(), mesh.vertex_count());
+  return sum;
+}
+/// Of a disc's area in a polygon of twenty corners.
+const double kTwentyCorners = 10 * std::sin(M_PI / 10) / M_PI;
+
+TEST(RodMesh, RodsAreClosedAndFaceOutward) {
+  RodMesh mesh(5);
+  const std::vector<Rod> rods(3, {{0, 0.01F, 0}, {0.01F, 0.02F, 0.01F}, 0.001F});
+  const auto vertices = mesh.shape(rods);
+  const double expected = 3 * kTwentyCorners * M_PI * 1e-6 * std::sqrt(3e-4);
+  EXPECT_NEAR(volume(vertices, mesh.indices().first(RodMesh::index_count(3))), expected, 1e-5 * expected);
+  EXPECT_EQ(mesh.shape(std::vector<Rod>(50)).size(), mesh.vertex_count());
+  EXPECT_EQ(mesh.indices().size(), RodMesh::index_count(5));
+}
+
+TEST(Syringe, ShowsTheVolumeThatItHolds) {
+  RodMesh mesh(kSyringeParts);
+  for (const float held : {0.0F, 10e-6F, 60e-6F, 90e-6F}) {
+    const auto rods = syringe_rods({.capacity = 60e-6F, .held = held}, {0.1F, 0, 0}, Quaternionf::UnitRandom());
+    const auto vertices = mesh.shape(rods);
+    const double shown = volume(vertices, mesh.indices().first(RodMesh::index_count(1))) / kTwentyCorners;
+    EXPECT_NEAR(shown, std::min(held, 60e-6F), 1e-9) << held;
+    // Out to the last drop the seal stays in the barrel.
+    const Rod& seal = rods[static_cast<std::size_t>(SyringePart::seal)];
+    const Rod& barrel = rods[static_cast<std::size_t>(SyringePart::barrel)];
+    EXPECT_LT((seal.to - barrel.from).norm(), (barrel.to - barrel.from).norm()) << held;
+  }
 }
 
 TEST(ProbeMesh, BodyIsClosedAndItsFaceFollowsTheArray) {

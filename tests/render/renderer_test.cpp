@@ -224,7 +224,7 @@ TEST_F(Render3d, LabelsAndDepthsAreThoseOfTheNearestSurface) {
   }
 }
 
-TEST_F(Render3d, LabelsTellNeedleAndProbeFromTissues) {
+TEST_F(Render3d, LabelsDistinguishNeedleAndProbeFromTissues) {
   const int tissues = static_cast<int>(scene.tissues.size());
   Renderer renderer(device, scene, {.width = 320, .height = 240, .room = false});
   renderer.render(tests::rest_state(scene), scene.camera);
@@ -319,7 +319,7 @@ TEST_F(Render3d, EyesOfAHeadsetSeeABallWhereTheirAnglesSay) {
   EXPECT_NEAR(tangent(0) - tangent(1), separation / 0.35, 0.004);
 }
 
-TEST_F(Render3d, EyesThatCannotBeAreRefused) {
+TEST_F(Render3d, InvalidEyesAreRefused) {
   Renderer renderer(device, scene, {.width = 64, .height = 64, .room = false});
   const auto state = tests::rest_state(scene);
   EXPECT_THROW(renderer.render(state, std::vector<EyeView>(2)), gpu::GpuError);

@@ -187,7 +187,7 @@ TEST(ProbeHand, FeelsNoSkinSoItsDepthIsLimited) {
   EXPECT_NEAR(probe.moved().press, -ProbeHand::kHighest, 1e-9);
 }
 
-TEST(ProbeHand, BeyondTheSkinTheProbeStaysAndLetGoItIsTakenUpAnew) {
+TEST(ProbeHand, BeyondTheSkinTheProbeStaysAndReleasedItCanBeGraspedAgain) {
   const content::Scene scene = pressed_cube();
   HeldProbe probe(scene);
   ProbeHand hand(scene, probe);

@@ -85,7 +85,7 @@ TEST(Layers, EachIsBrokenThroughInOrderAtItsOwnForce) {
 }
 
 // The passivity observer. Nothing but the hand moves this patient: what comes back is less than what was put in.
-TEST(Layers, TheHandIsNeverGivenMoreThanItPutIn) {
+TEST(Layers, AClosedCycleGivesTheHandNoEnergy) {
   const Felt felt = feel(tests::layered_scene(), 1000);
   double most = 0, least = 0;
   for (const figures::ForceSample& s : felt.force) {

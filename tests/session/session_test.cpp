@@ -295,7 +295,7 @@ TEST(Replay, RecordingsOfEarlierVersionsOpenAndRun) {
   }
 }
 
-TEST(Replay, RefusesAScheduleThatCannotBe) {
+TEST(Replay, RefusesAnImpossibleSchedule) {
   const content::Scene scene = tests::cube_scene();
   const support::TemporaryFolder folder;
   const auto path = folder / "impossible";

@@ -104,7 +104,7 @@ private:
   }
 };
 
-TEST_F(Command, HelpAndVersionTeach) {
+TEST_F(Command, HelpAndVersionAreComplete) {
   const Outcome help = run("--help");
   EXPECT_EQ(help.exit_code, 0);
   for (const char* word : {"train", "render", "replay", "import", "validate", "Start here"}) {

@@ -153,7 +153,7 @@ TEST_F(Dataset, TheSequenceOfAMotionHoldsItsPictures) {
   EXPECT_GT(lit, 1000);
 }
 
-TEST_F(Dataset, RefusesAFolderOfAnotherAndNonsense) {
+TEST_F(Dataset, RefusesFoldersOfOtherDatasetsAndInvalidOptions) {
   const auto before = bytes("whole");
   for (const auto& [more, said] : std::map<std::string, std::string>{
            {"--tilt 3", "\"ranges\" differs"}, {"--shard 2/2", "I from 0 to N - 1"}, {"--slide -1", "--slide"}}) {

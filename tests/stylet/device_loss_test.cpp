@@ -106,7 +106,7 @@ TEST_F(DeviceLossInAWindow, LostAgainAndAgainItGoesOnHeadless) {
   expect_whole();
 }
 
-TEST_F(DeviceLossInAWindow, ASessionThatNobodyCouldLeadEnds) {
+TEST_F(DeviceLossInAWindow, ASessionWithoutInputEnds) {
   const Outcome outcome = train("8 absent", "--view window");
   EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
   EXPECT_EQ(count(outcome.output, "Mouse and keyboard lead the needle (H: the keys); --device recorded: "), 1)

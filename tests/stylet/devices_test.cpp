@@ -28,7 +28,7 @@ TEST(Devices, ListsWhatIsThere) {
   EXPECT_EQ(nlohmann::json::parse(list.output).size(), nodes);
 }
 
-TEST(Devices, TellsAMakerWhatADescriptorGives) {
+TEST(Devices, DescribesTheFieldsOfADescriptor) {
   const support::TemporaryFolder folder;
   const fs::path file = folder.write("stylus.hex", hex(haptic::hid::kForceStylusDescriptor));
   const Outcome said = run(fmt::format("devices --descriptor '{}' --id 1209:0001 --fields", file.string()));

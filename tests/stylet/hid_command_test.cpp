@@ -56,7 +56,7 @@ TEST_F(HidCommand, DevicesSayWhatAStylusCanDo) {
   EXPECT_EQ(list.output.find("not usable"), std::string::npos) << list.output;
 }
 
-TEST_F(HidCommand, WithoutPermissionTheUdevRuleIsTold) {
+TEST_F(HidCommand, WithoutPermissionTheUdevRuleIsPrinted) {
   constexpr const char* kRule =
       R"(KERNEL=="hidraw*", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", TAG+="uaccess")";
   const Outcome list = run_with("--refuse", "devices");
@@ -100,7 +100,7 @@ TEST_F(HidCommand, CalibrationGuidesTheHandAndIsRead) {
   EXPECT_THAT(run_with("", "devices").output, HasSubstr("calibrated " + calibration().string()));
 }
 
-TEST_F(HidCommand, WrongCalibrationIsOneLineAndCanBeMadeAnew) {
+TEST_F(HidCommand, AnInvalidCalibrationIsReportedAndCanBeRepeated) {
   write_calibration(R"({"format": "stylet-calibration", "version": 1, "vendor_id": "1209", "product_id": "0001",
       "serial_number": "0001", "scale": 0})");
   const std::string file = calibration().string();

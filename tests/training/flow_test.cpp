@@ -121,7 +121,7 @@ TEST(Flow, SaysWhatCanBeDoneNow) {
   EXPECT_THAT(flow.state().possible, ElementsAre(Action::resume, Action::reset, Action::finish));
 }
 
-TEST(Flow, TellsWhyItDoesNotFireOutsideTissue) {
+TEST(Flow, GivesTheReasonForNotFiringOutsideTissue) {
   const content::Exercise exercise = biopsy();
   Course flow(exercise);
   enter(flow, Stage::procedure);

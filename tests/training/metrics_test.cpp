@@ -107,7 +107,7 @@ TEST(Metrics, AreAllThereOnceInOrderAndDefined) {
   EXPECT_EQ(measured_names, named);
 }
 
-TEST(Metrics, TableOfTheReadmeIsMadeOfTheirs) {
+TEST(Metrics, TableOfTheReadmeMatches) {
   readers::test::expect_in_readme(std::filesystem::path(STYLET_SOURCE_DIR) / "content", "metrics",
                                   content::metric_markdown(procedures::metric_table()));
 }

@@ -9,6 +9,7 @@
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
 #include "engine/training/metrics.h"
+#include "engine/training/replayed_procedure.h"
 #include "tests/session/layered_scene.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -122,8 +123,20 @@ TEST(TrainingSession, FiresInTheTumourAndItsReplayCutsTheSameCore) {
   const auto again_biopsy = procedures::kind_of(scene.exercise)->begin(scene);
   ProcedureWatch watch(scene, again_biopsy.get());
   FireAgain again(*again_biopsy, core.haptic_step);
-  session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash, &again, &watch}, settings.base);
+  ReplayedProcedure replayed(scene, recording.events);
+  session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash, &again, &watch, &replayed},
+                              settings.base);
   EXPECT_TRUE(session::replay(recording, loops, hash).identical());
+  state::FrameState live_frame, frame;
+  training.show(live_frame);
+  ASSERT_EQ(live_frame.cores.size(), 1U);
+  replayed.show_at(core.time_s - 0.01, frame);
+  EXPECT_TRUE(frame.cores.empty());
+  replayed.show_at(core.time_s, frame);
+  ASSERT_EQ(frame.cores.size(), 1U);
+  EXPECT_EQ(frame.cores[0].from, live_frame.cores[0].from);
+  EXPECT_EQ(frame.cores[0].to, live_frame.cores[0].to);
+  EXPECT_NEAR(frame.cores[0].target_share, live_frame.cores[0].target_share, 1e-6);
   procedures::Events events;
   again_biopsy->catch_up(watch.latest().now, events);
   ASSERT_EQ(dynamic_cast<const procedures::biopsy::Biopsy&>(*again_biopsy).cores().size(), 1u);
@@ -132,7 +145,7 @@ TEST(TrainingSession, FiresInTheTumourAndItsReplayCutsTheSameCore) {
   EXPECT_EQ(cut.time_s, core.time_s);
 }
 
-TEST(TrainingSession, PausesTheLoopsAndTellsWhyItDoesNotFire) {
+TEST(TrainingSession, PausesTheLoopsAndGivesTheReasonForNotFiring) {
   const content::Scene scene = biopsy_scene(false);
   const support::TemporaryFolder folder;
   haptic::RecordedDevice device = session::recorded_stylus(scene.motion);

@@ -138,7 +138,7 @@ TEST(Diagnosis, SaysHowMuchGainIsMissing) {
   EXPECT_GT(again.bright, 0.1);
 }
 
-TEST(Diagnosis, KnowsThatFluidIsBlack) {
+TEST(Diagnosis, ReportsFluidAsAnechoic) {
   content::Scene scene = tissue_below(0.0F);
   for (std::uint8_t& label : scene.labels.labels) {
     if (label == test::kBackground) label = test::kFluid;

@@ -239,7 +239,7 @@ TEST(ScanModel, TakesANeedleThatHasGoneWrong) {
   }
 }
 
-TEST(ScanModel, RefusesAScenesThatCannotBeImaged) {
+TEST(ScanModel, RefusesScenesThatCannotBeImaged) {
   content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
   content::Scene no_labels = scene;
   no_labels.labels = {};

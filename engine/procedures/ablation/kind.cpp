@@ -62,20 +62,20 @@ public:
   std::span<const content::MetricRow> metrics() const override { return kMetrics; }
   /// Of all that was heated until then: the last time tells.
   std::optional<double> measure(std::string_view, std::span<const recording::EventRecord> events) const override {
-    const auto told = std::find_if(events.rbegin(), events.rend(),
+    const auto last = std::find_if(events.rbegin(), events.rend(),
                                    [](const recording::EventRecord& event) { return event.name == kAblatedEvent; });
-    return told == events.rend() ? std::nullopt : std::optional(coverage_percent(*told));
+    return last == events.rend() ? std::nullopt : std::optional(coverage_percent(*last));
   }
 
   std::string_view sampling_title() const override { return "Ablation"; }
-  std::optional<Told> tell_step(const recording::EventRecord& event) const override {
-    if (event.name == kStartedEvent) return Told{"Ablation started"};
+  std::optional<DebriefEntry> describe_step(const recording::EventRecord& event) const override {
+    if (event.name == kStartedEvent) return DebriefEntry{"Ablation started"};
     if (event.name != kStoppedEvent) return std::nullopt;
-    return Told{"Ablation stopped", event.version_1_text().empty() ? recording::fields_in_words(event)
-                                                                   : std::string(event.version_1_text())};
+    return DebriefEntry{"Ablation stopped", event.version_1_text().empty() ? recording::fields_in_words(event)
+                                                                           : std::string(event.version_1_text())};
   }
-  std::optional<Told> tell_result(const recording::EventRecord& event) const override {
-    return event.name == kAblatedEvent ? std::optional(Told{"Ablated", in_words(event)}) : std::nullopt;
+  std::optional<DebriefEntry> describe_result(const recording::EventRecord& event) const override {
+    return event.name == kAblatedEvent ? std::optional(DebriefEntry{"Ablated", in_words(event)}) : std::nullopt;
   }
   std::optional<Still> still(std::span<const recording::EventRecord> events, double, double to_s) const override {
     constexpr std::string_view kWords = "at the end of the heating";

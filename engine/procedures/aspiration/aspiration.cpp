@@ -27,7 +27,8 @@ Aspiration::Aspiration(const content::Scene& scene)
       plan_(plan_of(scene.exercise)),
       bore_{.diameter = scene.needle.inner_diameter, .length = scene.needle.length},
       blood_(scene.tissues.size(), false),
-      fluids_(scene.cavities.size()) {
+      shares_(scene.cavities.size(), 1),
+      syringe_shown_{.capacity = static_cast<float>(plan_.syringe.capacity)} {
   for (const content::Surface& surface : scene.surfaces) {
     if (surface.role == content::SurfaceRole::vessel) blood_[surface.tissue] = true;
   }
@@ -163,11 +164,10 @@ void Aspiration::catch_up(const Situation& now, Events&) {
   if (last == nullptr) return;
   outcome_ = last->outcome;
   flow_ = last->flow;
-  for (std::size_t c = 0; c < fluids_.size(); ++c) {
-    fluids_[c] = {.share = static_cast<float>(last->left[c] / scene_.cavities[c].volume),
-                  .drawn = static_cast<float>(last->outcome.drawn),
-                  .flow = static_cast<float>(last->flow)};
-  }
+  for (std::size_t c = 0; c < shares_.size(); ++c)
+    shares_[c] = static_cast<float>(last->left[c] / scene_.cavities[c].volume);
+  syringe_shown_.held = static_cast<float>(last->syringe);
+  syringe_shown_.flow = static_cast<float>(last->flow);
 }
 
 std::string Aspiration::prompt(Stage stage, bool in_target) const {
@@ -185,7 +185,8 @@ std::string Aspiration::result_in_words() const {
 }
 
 void Aspiration::show(state::FrameState& frame) const {
-  frame.fluids = fluids_;
+  frame.cavity_shares = shares_;
+  frame.syringe = syringe_shown_;
 }
 
 }  // namespace stylet::procedures::aspiration

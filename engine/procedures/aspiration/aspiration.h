@@ -64,7 +64,8 @@ private:
   double dry_s_ = 0;  // for how long nothing has come
   double flow_ = 0;
   Outcome outcome_;
-  std::vector<state::FluidState> fluids_;  // [cavities]
+  std::vector<float> shares_;  // [cavities] that are left
+  state::SyringeState syringe_shown_;
   std::atomic<bool> pulls_{false};
   // Simulation thread's:
   DrawState syringe_;

@@ -1,6 +1,7 @@
 #include "engine/procedures/aspiration/kind.h"
 
 #include "engine/procedures/aspiration/aspiration.h"
+#include "engine/procedures/aspiration/draining_replay.h"
 
 #include <algorithm>
 #include <array>
@@ -50,6 +51,11 @@ public:
     return std::make_unique<Aspiration>(scene);
   }
 
+  std::unique_ptr<ProcedureReplay> replay(const content::Scene& scene,
+                                          std::span<const recording::EventRecord>) const override {
+    return std::make_unique<DrainingReplay>(scene);
+  }
+
   std::string_view approach_event() const override { return kStartedEvent; }
   std::span<const content::MetricRow> metrics() const override { return kMetrics; }
   /// Of all that was drawn until then: the last time tells.
@@ -67,13 +73,13 @@ public:
   }
 
   std::string_view sampling_title() const override { return "Aspiration"; }
-  std::optional<Told> tell_step(const recording::EventRecord& event) const override {
-    if (event.name == kStartedEvent) return Told{"Aspiration started"};
-    return event.name == kStoppedEvent ? std::optional(Told{"Aspiration stopped"}) : std::nullopt;
+  std::optional<DebriefEntry> describe_step(const recording::EventRecord& event) const override {
+    if (event.name == kStartedEvent) return DebriefEntry{"Aspiration started"};
+    return event.name == kStoppedEvent ? std::optional(DebriefEntry{"Aspiration stopped"}) : std::nullopt;
   }
-  std::optional<Told> tell_result(const recording::EventRecord& event) const override {
+  std::optional<DebriefEntry> describe_result(const recording::EventRecord& event) const override {
     const auto outcome = outcome_of(event);
-    return outcome ? std::optional(Told{"Aspirated", in_words(*outcome)}) : std::nullopt;
+    return outcome ? std::optional(DebriefEntry{"Aspirated", in_words(*outcome)}) : std::nullopt;
   }
   std::optional<Still> still(std::span<const recording::EventRecord> events, double, double to_s) const override {
     constexpr std::string_view kWords = "when the cyst was emptied";

@@ -1,6 +1,7 @@
 #include "engine/procedures/biopsy/biopsy.h"
 
 #include "engine/content/voxel.h"
+#include "engine/procedures/biopsy/core_replay.h"
 #include "engine/procedures/biopsy/core_sample.h"
 
 #include <fmt/format.h>
@@ -41,11 +42,7 @@ void Biopsy::observe(const Step& step, Observation* seen) {
     for (std::size_t t = 0; t < core_.content.size(); ++t) {
       core_.target_share += target_tissue_[t] ? core_.content[t] : 0;
     }
-    const Eigen::Vector3d ahead = step.orientation * Eigen::Vector3d::UnitZ();
-    track_ = {.from = step.tip.cast<float>(),
-              .to = (step.tip + gun.notch * ahead).cast<float>(),
-              .radius = static_cast<float>(gun.bore / 2),
-              .target_share = static_cast<float>(core_.target_share)};
+    track_ = core_track(step, gun, core_.target_share);
   }
   auto& out = static_cast<Seen&>(*seen);
   out.cut = cut_;

@@ -1,6 +1,7 @@
 #include "engine/procedures/biopsy/kind.h"
 
 #include "engine/procedures/biopsy/biopsy.h"
+#include "engine/procedures/biopsy/core_replay.h"
 
 #include <array>
 
@@ -44,6 +45,11 @@ public:
     return std::make_unique<Biopsy>(scene);
   }
 
+  std::unique_ptr<ProcedureReplay> replay(const content::Scene& scene,
+                                          std::span<const recording::EventRecord> events) const override {
+    return std::make_unique<CoreReplay>(scene, events);
+  }
+
   std::string_view approach_event() const override { return kFiredEvent; }
   std::span<const content::MetricRow> metrics() const override { return kMetrics; }
   std::optional<double> measure(std::string_view, std::span<const recording::EventRecord> events) const override {
@@ -58,15 +64,16 @@ public:
     return cores > 0 ? std::optional(sum / cores) : std::nullopt;
   }
 
-  std::optional<Told> tell_step(const recording::EventRecord& event) const override {
+  std::optional<DebriefEntry> describe_step(const recording::EventRecord& event) const override {
     if (event.name != kFiredEvent) return std::nullopt;
     const std::string_view number = event.version_1_text();
-    return Told{"Biopsy fired",
-                "core " + (number.empty() ? std::to_string(static_cast<int>(event.number("number").value_or(1)))
-                                          : std::string(number))};
+    return DebriefEntry{
+        "Biopsy fired",
+        "core " + (number.empty() ? std::to_string(static_cast<int>(event.number("number").value_or(1)))
+                                  : std::string(number))};
   }
-  std::optional<Told> tell_result(const recording::EventRecord& event) const override {
-    return event.name == kCoreEvent ? std::optional(Told{"Core", in_words(event)}) : std::nullopt;
+  std::optional<DebriefEntry> describe_result(const recording::EventRecord& event) const override {
+    return event.name == kCoreEvent ? std::optional(DebriefEntry{"Core", in_words(event)}) : std::nullopt;
   }
   std::optional<Still> still(std::span<const recording::EventRecord> events, double, double to_s) const override {
     std::optional<Still> last;

@@ -34,6 +34,7 @@ struct Step {
   content::TissuePlace at_tip;     ///< where the tip is in tissue, or the needle works with a bare part
   content::TissueLocator& tissue;  ///< of this step
   std::span<const physics::CavityState> cavities{};  ///< [cavities of the scene]
+  std::span<const double> cavity_shares{};           ///< [cavities of the scene, or more] how full they were to be
 };
 
 /// A procedure of a session that runs. Its making allocates; observe() runs on the simulation thread, all else on
@@ -91,7 +92,7 @@ public:
 };
 
 /// An event as the debrief tells it.
-struct Told {
+struct DebriefEntry {
   std::string title{};
   std::string detail{};
 };
@@ -130,9 +131,9 @@ public:
   /// The stage of sampling in a debrief.
   virtual std::string_view sampling_title() const { return "Sampling"; }
   /// Of an event that is a step of the procedure: its title is a mark on the time line and a moment for a picture.
-  virtual std::optional<Told> tell_step(const recording::EventRecord&) const { return std::nullopt; }
+  virtual std::optional<DebriefEntry> describe_step(const recording::EventRecord&) const { return std::nullopt; }
   /// Of an event that says what came of a step.
-  virtual std::optional<Told> tell_result(const recording::EventRecord&) const { return std::nullopt; }
+  virtual std::optional<DebriefEntry> describe_result(const recording::EventRecord&) const { return std::nullopt; }
   /// The moment that shows what was done. The events lie in [from_s, to_s]; none: nothing was.
   virtual std::optional<Still> still(std::span<const recording::EventRecord>, double /*from_s*/,
                                      double /*to_s*/) const {
