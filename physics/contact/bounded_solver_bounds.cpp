@@ -81,10 +81,14 @@ void BoundedSolver::set_bounds(std::span<const ContactRow> rows) {
 
 bool BoundedSolver::pivot(BoundedSolveReport& report, int most_pivots) {
   const int bounded = static_cast<int>(bounded_.size());
-  const bool found =
-      pivoting_.solve(schur_.topLeftCorner(bounded, bounded), reduced_.data() + elimination_.trailing_start(),
-                      {lower_.data(), upper_.data(), viscosity_.data(), viscosity_upper_.data(), yielding_.data()},
-                      reduced_states_.data(), lambda_, u_, most_pivots, report.pivots);
+  const BoxPivoting::Problem problem{.s = schur_.topLeftCorner(bounded, bounded),
+                                     .d = reduced_.data() + elimination_.trailing_start(),
+                                     .lower = lower_.data(),
+                                     .upper = upper_.data(),
+                                     .viscosity = viscosity_.data(),
+                                     .viscosity_upper = viscosity_upper_.data(),
+                                     .yielding = yielding_.data()};
+  const bool found = pivoting_.solve(problem, reduced_states_.data(), lambda_, u_, most_pivots, report.pivots);
   if (found) recover_leading();
   return found;
 }

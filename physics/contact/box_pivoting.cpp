@@ -53,14 +53,14 @@ int BoxPivoting::load(Eigen::Ref<Eigen::MatrixXd> s, const double* diagonal, dou
   return softened + dependent;
 }
 
-void BoxPivoting::factorise_free(const Eigen::Ref<const Eigen::MatrixXd>& s, const Bounds& bounds,
-                                 const RowState* states) {
+void BoxPivoting::factorise_free(const Problem& problem, const RowState* states) {
+  const auto& s = problem.s;
   const int n = static_cast<int>(s.rows());
   bool same = true;
   for (int i = 0; i < n; ++i) {
-    double added = bounds.yielding[i];
+    double added = problem.yielding[i];
     if (states[i] != RowState::sticking) {
-      const double k = states[i] == RowState::upper ? bounds.viscosity_upper[i] : bounds.viscosity[i];
+      const double k = states[i] == RowState::upper ? problem.viscosity_upper[i] : problem.viscosity[i];
       added = k * s(i, i) > kNoDashpot ? 1 / k : kNotInFactor;
     }
     same = same && added == added_[i];
@@ -82,17 +82,18 @@ void BoxPivoting::factorise_free(const Eigen::Ref<const Eigen::MatrixXd>& s, con
   factor_.factorise(softening_.data());
 }
 
-void BoxPivoting::solve_states(const Eigen::Ref<const Eigen::MatrixXd>& s, const double* d, const Bounds& bounds,
-                               const RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u) {
+void BoxPivoting::solve_states(const Problem& problem, const RowState* states, Eigen::VectorXd& lambda,
+                               Eigen::VectorXd& u) {
+  const auto& s = problem.s;
   const int n = static_cast<int>(s.rows());
-  factorise_free(s, bounds, states);
+  factorise_free(problem, states);
   auto lambda_n = lambda.head(n);
   auto u_n = u.head(n);
-  u_n = Eigen::Map<const Eigen::VectorXd>(d, n);
+  u_n = Eigen::Map<const Eigen::VectorXd>(problem.d, n);
   for (int i = 0; i < n; ++i) {
     lambda_n[i] = states[i] == RowState::sticking ? 0
-                  : states[i] == RowState::upper  ? bounds.upper[i]
-                                                  : bounds.lower[i];
+                  : states[i] == RowState::upper  ? problem.upper[i]
+                                                  : problem.lower[i];
     if (lambda_n[i] != 0) u_n += lambda_n[i] * s.col(i);
   }
   const int count = static_cast<int>(free_.size());
@@ -107,34 +108,35 @@ void BoxPivoting::solve_states(const Eigen::Ref<const Eigen::MatrixXd>& s, const
   for (int a = 0; a < count; ++a) u_n[free_[a]] = -added_[free_[a]] * x_[a];  // 0 where it sticks
 }
 
-bool BoxPivoting::solve(const Eigen::Ref<const Eigen::MatrixXd>& s, const double* d, const Bounds& bounds,
-                        RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u, int most_pivots, int& pivots) {
+bool BoxPivoting::solve(const Problem& problem, RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u,
+                        int most_pivots, int& pivots) {
+  const auto& s = problem.s;
   const int n = static_cast<int>(s.rows());
   double d_scale = 0;
   double s_scale = 0;
   for (int i = 0; i < n; ++i) {
-    if (states[i] == RowState::upper && !std::isfinite(bounds.upper[i])) states[i] = RowState::sticking;
-    if (states[i] == RowState::lower && !std::isfinite(bounds.lower[i])) states[i] = RowState::sticking;
+    if (states[i] == RowState::upper && !std::isfinite(problem.upper[i])) states[i] = RowState::sticking;
+    if (states[i] == RowState::lower && !std::isfinite(problem.lower[i])) states[i] = RowState::sticking;
     // A box without width is a force that is given: nothing sticks, and no motion is wrong at it.
-    if (bounds.lower[i] == bounds.upper[i] && states[i] == RowState::sticking) states[i] = RowState::upper;
-    d_scale = std::max(d_scale, std::abs(d[i]));
+    if (problem.lower[i] == problem.upper[i] && states[i] == RowState::sticking) states[i] = RowState::upper;
+    d_scale = std::max(d_scale, std::abs(problem.d[i]));
     s_scale = std::max(s_scale, s(i, i));
   }
   int fewest = n + 1;
   int credit = kBlockCredit;
   while (pivots < most_pivots) {
-    solve_states(s, d, bounds, states, lambda, u);
+    solve_states(problem, states, lambda, u);
     ++pivots;
     const double force = n > 0 ? kRounding * lambda.head(n).lpNorm<Eigen::Infinity>() : 0;
     const double motion = kRounding * d_scale + s_scale * force;
     wrong_.clear();
     for (int i = 0; i < n; ++i) {
-      if (bounds.lower[i] == bounds.upper[i]) {
+      if (problem.lower[i] == problem.upper[i]) {
         states[i] = u[i] > 0 ? RowState::lower : RowState::upper;
         continue;
       }
       const bool wrong = states[i] == RowState::sticking
-                             ? lambda[i] > bounds.upper[i] + force || lambda[i] < bounds.lower[i] - force
+                             ? lambda[i] > problem.upper[i] + force || lambda[i] < problem.lower[i] - force
                              : static_cast<int>(states[i]) * u[i] > motion;
       if (wrong) wrong_.push_back(i);
     }
@@ -151,7 +153,7 @@ bool BoxPivoting::solve(const Eigen::Ref<const Eigen::MatrixXd>& s, const double
     for (int w = block ? 0 : count - 1; w < count; ++w) {
       const int i = wrong_[w];
       states[i] = states[i] != RowState::sticking ? RowState::sticking
-                  : lambda[i] > bounds.upper[i]   ? RowState::upper
+                  : lambda[i] > problem.upper[i]  ? RowState::upper
                                                   : RowState::lower;
     }
   }

@@ -37,25 +37,26 @@ public:
   /// @return rows softened, -1 if S is not finite or has an empty diagonal
   int load(Eigen::Ref<Eigen::MatrixXd> s, const double* diagonal, double* softening);
 
-  struct Bounds {
-    const double* lower;            ///< [n] -inf allowed
-    const double* upper;            ///< [n] +inf allowed, >= lower
-    const double* viscosity;        ///< [n] k at the lower bound, N/m
-    const double* viscosity_upper;  ///< [n] k at the upper bound, N/m
-    const double* yielding;         ///< [n] g: a row without slip yields u = -g lambda; 0 sticks, m/N
+  /// S, d, the box of every row and what it yields by; the caller's memory.
+  struct Problem {
+    Eigen::Ref<const Eigen::MatrixXd> s;  ///< [n x n] as load() left it
+    const double* d;                      ///< [n], m
+    const double* lower;                  ///< [n] -inf allowed
+    const double* upper;                  ///< [n] +inf allowed, >= lower
+    const double* viscosity;              ///< [n] k at the lower bound, N/m
+    const double* viscosity_upper;        ///< [n] k at the upper bound, N/m
+    const double* yielding;               ///< [n] g: a row without slip yields u = -g lambda; 0 sticks, m/N
   };
-  /// @param d                [n], m
   /// @param[in,out] states   any first guess, then the solution's                        [n]
   /// @param[out] lambda, u   of the last states tried                                     [n], N, m
   /// @param[in,out] pivots   solves so far; ends the search at most_pivots
   /// @return whether the states are right
-  bool solve(const Eigen::Ref<const Eigen::MatrixXd>& s, const double* d, const Bounds& bounds, RowState* states,
-             Eigen::VectorXd& lambda, Eigen::VectorXd& u, int most_pivots, int& pivots);
+  bool solve(const Problem& problem, RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u, int most_pivots,
+             int& pivots);
 
 private:
-  void solve_states(const Eigen::Ref<const Eigen::MatrixXd>& s, const double* d, const Bounds& bounds,
-                    const RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u);
-  void factorise_free(const Eigen::Ref<const Eigen::MatrixXd>& s, const Bounds& bounds, const RowState* states);
+  void solve_states(const Problem& problem, const RowState* states, Eigen::VectorXd& lambda, Eigen::VectorXd& u);
+  void factorise_free(const Problem& problem, const RowState* states);
 
   PanelLdl factor_;
   std::vector<int> free_;      // rows whose multiplier is unknown: sticking, or sliding with a dashpot

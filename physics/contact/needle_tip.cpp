@@ -159,61 +159,60 @@ bool NeedleTip::withdraw(TrackPoints& points) {
   return true;
 }
 
-bool NeedleTip::advance(const HermiteShaft& shaft, const TissuePatch& patch, const TrackRows& rows,
-                        const BoundedSolver& solver, const Eigen::Ref<const Eigen::VectorXd>& lambda,
-                        std::uint64_t step, TissuePoints& tissue, TrackPoints& points) {
+bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoints& points) {
   if (outside() || end_.point < 0) return false;
   const ActiveContact* contact = nullptr;  // the tip's own; null: nothing resists, or it has only just been laid
-  if (rows.contact_count > 0) {
-    const ActiveContact& last = rows.contacts[static_cast<std::size_t>(rows.contact_count) - 1];
+  if (step.rows.contact_count > 0) {
+    const ActiveContact& last = step.rows.contacts[static_cast<std::size_t>(step.rows.contact_count) - 1];
     if (last.point == end_.point) contact = &last;
   }
-  if (state_ == TipState::indenting) {
-    return press_on(solver, contact, lambda, shaft.length(), step, patch, tissue, points);
-  }
+  if (state_ == TipState::indenting) return press_on(step, contact, tissue, points);
 
+  const HermiteShaft& shaft = step.shaft;
   if (contact == nullptr) {
     const Vector3d ahead = shaft.tip() - tissue.position(end_.point);
-    return ahead.dot(shaft.tip_tangent()) > 0 && move_end(shaft, shaft.tip(), patch, tissue, points);
+    return ahead.dot(shaft.tip_tangent()) > 0 && move_end(step, shaft.tip(), tissue, points);
   }
+  const BoundedSolver& solver = step.solver;
   const int row = contact->first_row;
   if (solver.state(row) != RowState::lower) return false;
   if (barrier_ > 0) {
-    record(step, beyond_, -lambda[row], solver.response(row));
+    record(step.number, beyond_, -step.lambda[row], solver.response(row));
     end_.tissue = beyond_;
     barrier_ = 0;
   }
   // The new end has u = 0: it is off the tip by what the tissue next to it gives way. Sideways that fades as the
   // tip goes on: new tissue has not been pushed yet.
   const double faded = std::exp(-solver.motion()[row] / settings_.side_length);
-  Vector3d give = solver.compliance(row) * lambda[row] * contact->directions.col(0);
+  Vector3d give = solver.compliance(row) * step.lambda[row] * contact->directions.col(0);
   for (int k = 1; k < 3; ++k) {
-    give += faded * solver.compliance(row + k) * lambda[row + k] * contact->directions.col(k);
+    give += faded * solver.compliance(row + k) * step.lambda[row + k] * contact->directions.col(k);
   }
-  return move_end(shaft, shaft.tip() + give, patch, tissue, points);
+  return move_end(step, shaft.tip() + give, tissue, points);
 }
 
-bool NeedleTip::press_on(const BoundedSolver& solver, const ActiveContact* contact,
-                         const Eigen::Ref<const Eigen::VectorXd>& lambda, double length, std::uint64_t step,
-                         const TissuePatch& patch, TissuePoints& tissue, TrackPoints& points) {
+bool NeedleTip::press_on(const SolvedStep& step, const ActiveContact* contact, TissuePoints& tissue,
+                         TrackPoints& points) {
   if (barrier_ <= 0) {
-    enter(step, 0, 0);
+    enter(step.number, 0, 0);
   } else if (contact != nullptr) {
     const int row = contact->first_row;
-    const bool breaks = solver.state(row) == RowState::lower;
-    if (solver.state(row) == RowState::upper || !follow_slide(solver, *contact, patch, tissue)) {  // let go of
+    const RowState state = step.solver.state(row);
+    if (state == RowState::upper || !follow_slide(step, *contact, tissue)) {  // let go of
       state_ = TipState::outside;
       return true;
     }
-    if (breaks) enter(step, -lambda[row], solver.response(row));
+    if (state == RowState::lower) enter(step.number, -step.lambda[row], step.solver.response(row));
   }
   if (state_ != TipState::inside) return false;
-  if (!points.lay(end_, length)) flags_ |= kNeedleRowOverflow;  // the hole in the surface is the track's first point
+  // The hole in the surface is the track's first point.
+  if (!points.lay(end_, step.shaft.length())) flags_ |= kNeedleRowOverflow;
   return true;
 }
 
-bool NeedleTip::follow_slide(const BoundedSolver& solver, const ActiveContact& contact, const TissuePatch& patch,
-                             TissuePoints& tissue) {
+bool NeedleTip::follow_slide(const SolvedStep& step, const ActiveContact& contact, TissuePoints& tissue) {
+  const TissuePatch& patch = step.patch;
+  const BoundedSolver& solver = step.solver;
   const int row = contact.first_row;
   if (solver.state(row + 1) == RowState::sticking && solver.state(row + 2) == RowState::sticking) return true;
   const Eigen::Vector2d slide(solver.motion()[static_cast<std::size_t>(row) + 1],
@@ -272,15 +271,15 @@ void NeedleTip::record(std::uint64_t step, int to, double force, double response
                     .energy = 0.5 * response * (force * force - after * after)};
 }
 
-bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, const TissuePatch& patch,
-                         TissuePoints& tissue, TrackPoints& points) {
-  if ((target - tissue.position(end_.point)).dot(shaft.tip_tangent()) <= 0) return false;
-  PatchWalk at = walk_patch(patch, end_.body, end_.patch_tet, target, tissue);
+bool NeedleTip::move_end(const SolvedStep& step, const Vector3d& target, TissuePoints& tissue, TrackPoints& points) {
+  if ((target - tissue.position(end_.point)).dot(step.shaft.tip_tangent()) <= 0) return false;
+  PatchWalk at = walk_patch(step.patch, end_.body, end_.patch_tet, target, tissue);
   if (at.left == PatchWalk::Left::body) {
     // A force that dents the tissue deeper than a tetrahedron turns it inside out: the way on then seems to be the
     // way out. At rest it is known; what the step misses for the deformation the next ones make up for.
     const Vector3d way = target - tissue.position(end_.point);
-    at = walk_patch_at_rest(patch, end_.body, end_.patch_tet, rest_position(patch, end_.body, end_.place) + way);
+    const Vector3d from = rest_position(step.patch, end_.body, end_.place);
+    at = walk_patch_at_rest(step.patch, end_.body, end_.patch_tet, from + way);
   }
   if (at.left == PatchWalk::Left::patch) {
     flags_ |= kNeedlePatchLeft;
@@ -288,19 +287,20 @@ bool NeedleTip::move_end(const HermiteShaft& shaft, const Vector3d& target, cons
   }
   if (at.left == PatchWalk::Left::body) {
     const TrackPoint* last = points.last_active(end_.body);
-    overhang_[end_.body] = last != nullptr ? shaft.length() - last->arc : 0;
+    overhang_[end_.body] = last != nullptr ? step.shaft.length() - last->arc : 0;
     ends_[end_.body] = end_;
     leave();
     return true;
   }
-  if (put_end(at, patch, tissue)) meet_tissue(shaft, patch, tissue);
+  if (put_end(at, step.patch, tissue)) meet_tissue(step, tissue);
   return false;
 }
 
-void NeedleTip::meet_tissue(const HermiteShaft& shaft, const TissuePatch& patch, TissuePoints& tissue) {
+void NeedleTip::meet_tissue(const SolvedStep& step, TissuePoints& tissue) {
   if (barrier_ > 0) return;
-  const int bone = tissues_->bone_at(shaft.tip());
-  const int here = bone != 0 ? bone : tissues_->at(rest_position(patch, end_.body, end_.place), end_.tissue);
+  const Vector3d tip = step.shaft.tip();
+  const int bone = tissues_->bone_at(tip);
+  const int here = bone != 0 ? bone : tissues_->at(rest_position(step.patch, end_.body, end_.place), end_.tissue);
   if (here == end_.tissue) return;
   barrier_ = tissues_->puncture_force(end_.tissue, here);
   beyond_ = here;
@@ -308,8 +308,8 @@ void NeedleTip::meet_tissue(const HermiteShaft& shaft, const TissuePatch& patch,
   if (bone == 0) return;
   // It is where the tip has met it, and what holds it is not in the patch.
   end_.place.rigid = true;
-  end_.place.offset = shaft.tip() - tissue.free_position(end_.point);
-  tissue.move_last(patch, end_.place, end_.body);
+  end_.place.offset = tip - tissue.free_position(end_.point);
+  tissue.move_last(step.patch, end_.place, end_.body);
 }
 
 void NeedleTip::publish(NeedleState& out) const {

@@ -19,6 +19,16 @@ namespace stylet::physics {
 
 struct PatchWalk;
 
+/// A haptic step after its solve, as the needle's track goes on from it.
+struct SolvedStep {
+  const HermiteShaft& shaft;  ///< at the end of the step
+  const TissuePatch& patch;
+  const TrackRows& rows;
+  const BoundedSolver& solver;
+  const Eigen::VectorXd& lambda;  ///< [rows], N
+  std::uint64_t number;           ///< of the haptic step
+};
+
 /// State of the tip and the end of its track, with what it left behind in bodies that it went through or out of:
 ///
 ///   outside ── touch() ──▶ indenting ── advance(): the surface breaks ──▶ inside ── advance(): the end moves by
@@ -57,10 +67,7 @@ public:
   bool touch(const HermiteShaft& shaft, const TissuePatch& patch, const TissuePoints& tissue, TrackPoints& points);
   bool withdraw(TrackPoints& points);
   /// After a solve that the tip's rows were part of, if its contact was there.
-  /// @param step    haptic step
-  bool advance(const HermiteShaft& shaft, const TissuePatch& patch, const TrackRows& rows,
-               const BoundedSolver& solver, const Eigen::Ref<const Eigen::VectorXd>& lambda, std::uint64_t step,
-               TissuePoints& tissue, TrackPoints& points);
+  bool advance(const SolvedStep& step, TissuePoints& tissue, TrackPoints& points);
   /// Outside again: what it has just met cannot be used.
   void let_go() { leave(); }
 
@@ -70,20 +77,17 @@ public:
 
 private:
   void leave();
-  bool press_on(const BoundedSolver& solver, const ActiveContact* contact,
-                const Eigen::Ref<const Eigen::VectorXd>& lambda, double length, std::uint64_t step,
-                const TissuePatch& patch, TissuePoints& tissue, TrackPoints& points);
+  bool press_on(const SolvedStep& step, const ActiveContact* contact, TissuePoints& tissue, TrackPoints& points);
   /// Indenting, where the tip has slid over the surface: so does the point that it presses on.
   /// @return false if it has slid off the body
-  bool follow_slide(const BoundedSolver& solver, const ActiveContact& contact, const TissuePatch& patch,
-                    TissuePoints& tissue);
+  bool follow_slide(const SolvedStep& step, const ActiveContact& contact, TissuePoints& tissue);
   /// @return false if the patch is not finite there: nothing was moved
   bool put_end(const PatchWalk& at, const TissuePatch& patch, TissuePoints& tissue);
-  void enter(std::uint64_t step, double force, double response);
-  bool move_end(const HermiteShaft& shaft, const Eigen::Vector3d& target, const TissuePatch& patch,
-                TissuePoints& tissue, TrackPoints& points);
-  void meet_tissue(const HermiteShaft& shaft, const TissuePatch& patch, TissuePoints& tissue);
+  /// @param force     on the tip that broke in, N
   /// @param response  of the tip's row, m/N
+  void enter(std::uint64_t step, double force, double response);
+  bool move_end(const SolvedStep& step, const Eigen::Vector3d& target, TissuePoints& tissue, TrackPoints& points);
+  void meet_tissue(const SolvedStep& step, TissuePoints& tissue);
   void record(std::uint64_t step, int to, double force, double response);
 
   NeedleTrackSettings settings_;

@@ -161,28 +161,27 @@ LugreRow NeedleTrack::lugre_row(const TrackPoint& point) const {
           dt_};
 }
 
-void NeedleTrack::slide(const TrackRows& rows, const BoundedSolver& solver,
-                        const Eigen::Ref<const Eigen::VectorXd>& lambda) {
-  for (int c = 0; c < rows.contact_count; ++c) {
-    const ActiveContact& contact = rows.contacts[c];
+void NeedleTrack::slide(const SolvedStep& step) {
+  for (int c = 0; c < step.rows.contact_count; ++c) {
+    const ActiveContact& contact = step.rows.contacts[c];
     if (contact.row_count != 3) continue;
     const int row = contact.first_row + 2;
     for (TrackPoint& point : points_.all()) {
       if (point.point != contact.point || !point.active) continue;
       if (settings_.friction == ShaftFriction::lugre) {
-        point.held_arc -= lugre_row(point).advance(lambda[row], dt_, point.bristles);
-        point.pressed = std::hypot(lambda[row - 2], lambda[row - 1]);
-      } else if (solver.state(row) != RowState::sticking) {
-        point.held_arc -= solver.motion()[row];
+        point.held_arc -= lugre_row(point).advance(step.lambda[row], dt_, point.bristles);
+        point.pressed = std::hypot(step.lambda[row - 2], step.lambda[row - 1]);
+      } else if (step.solver.state(row) != RowState::sticking) {
+        point.held_arc -= step.solver.motion()[row];
       }
     }
   }
 }
 
-void NeedleTrack::advance(const HermiteShaft& shaft, const TissuePatch& patch, const TrackRows& rows,
-                          const BoundedSolver& solver, const Eigen::Ref<const Eigen::VectorXd>& lambda,
-                          std::uint64_t step, TissuePoints& tissue) {
-  slide(rows, solver, lambda);
+void NeedleTrack::advance(const SolvedStep& step, TissuePoints& tissue) {
+  const HermiteShaft& shaft = step.shaft;
+  const TissuePatch& patch = step.patch;
+  slide(step);
   if (tip_.outside()) tip_.come_back(points_, shaft.length());
   if (tip_.outside() && tip_.touch(shaft, patch, tissue, points_)) {
     place_points(patch, tissue);
@@ -193,7 +192,7 @@ void NeedleTrack::advance(const HermiteShaft& shaft, const TissuePatch& patch, c
     }
   }
   if (tip_.withdraw(points_)) place_points(patch, tissue);
-  if (tip_.advance(shaft, patch, rows, solver, lambda, step, tissue, points_)) place_points(patch, tissue);
+  if (tip_.advance(step, tissue, points_)) place_points(patch, tissue);
   if (tip_.inside()) lay(shaft, patch, tissue);
   flags_ |= tip_.take_flags();
 }

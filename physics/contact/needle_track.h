@@ -38,11 +38,9 @@ public:
   void load(const TissuePatch& patch, TissuePoints& tissue);
   /// Contacts, their rows and laws on a shaft. @realtime
   void place(const HermiteShaft& shaft, const TissuePoints& tissue, double dt, TrackRows& out);
-  /// After the solve: what has slid, cut and broken through, on the shaft as it is now. @realtime
+  /// After the solve: what has slid, cut and broken through. @realtime
   /// @param tissue  moved by the step's forces
-  void advance(const HermiteShaft& shaft, const TissuePatch& patch, const TrackRows& rows,
-               const BoundedSolver& solver, const Eigen::Ref<const Eigen::VectorXd>& lambda, std::uint64_t step,
-               TissuePoints& tissue);
+  void advance(const SolvedStep& step, TissuePoints& tissue);
   /// Tip, contacts, track and punctures. @realtime
   void publish(const TissuePoints& tissue, double beam_length, double length, NeedleState& out) const;
   /// NeedleFlag bits of the last load(), place() and advance().
@@ -54,7 +52,7 @@ private:
   void add_contact(const HermiteShaft& shaft, const TrackPoint& point, const ShaftPoint& at, double dt,
                    TrackRows& out) const;
   LugreRow lugre_row(const TrackPoint& point) const;
-  void slide(const TrackRows& rows, const BoundedSolver& solver, const Eigen::Ref<const Eigen::VectorXd>& lambda);
+  void slide(const SolvedStep& step);
   void lay(const HermiteShaft& shaft, const TissuePatch& patch, TissuePoints& tissue);
 
   NeedleTrackSettings settings_;

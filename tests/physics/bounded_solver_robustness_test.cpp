@@ -48,9 +48,9 @@ TEST(BoxPivoting, FindsTheSameStatesFromEveryStart) {
       std::array<RowState, kRows> states{};
       for (int i = 0, digits = start; i < kRows; ++i, digits /= 3) states[i] = static_cast<RowState>(digits % 3 - 1);
       int pivots = 0;
-      ASSERT_TRUE(pivoting.solve(matrix, d.data(),
-                                 {lower.data(), upper.data(), viscosity.data(), viscosity.data(), yielding.data()},
-                                 states.data(), lambda, u, 1000, pivots));
+      ASSERT_TRUE(pivoting.solve(
+          {matrix, d.data(), lower.data(), upper.data(), viscosity.data(), viscosity.data(), yielding.data()},
+          states.data(), lambda, u, 1000, pivots));
       most = std::max(most, pivots);
       if (start == 0) first = lambda;
       worst = std::max(worst, (lambda - first).norm() / first.norm());
