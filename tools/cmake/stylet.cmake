@@ -83,11 +83,12 @@ add_custom_target(thread_tests)
 add_custom_target(all_benches)
 
 # stylet_test(NAME SOURCES files... LINK targets... [LABEL cpu|physics|threads|gpu|bench] [TIMEOUT seconds]
-# [COST seconds] [TOGETHER suites...]): one GoogleTest executable, one CTest entry a test; one for all of a suite in
-# TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer runs those with the label
-# threads. Those of higher COST, about what the longest takes, start first, so that nothing waits for them at the end.
+# [COST seconds] [TOGETHER suites...] [LONG tests...]): one GoogleTest executable, one CTest entry a test; one for all
+# of a suite in TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer runs those with
+# the label threads. Those of higher COST, about what the longest takes, start first, so that nothing waits for them at
+# the end. What is LONG, some twenty seconds and more, has the label long too: tools/test.sh leaves it to --ci.
 function(stylet_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT;LABEL;COST" "SOURCES;LINK;TOGETHER" ${ARGN})
+  cmake_parse_arguments(arg "" "TIMEOUT;LABEL;COST" "SOURCES;LINK;TOGETHER;LONG" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES STYLET_TEST ON)
   target_precompile_headers(${name} REUSE_FROM stylet_test_headers)
@@ -116,8 +117,14 @@ function(stylet_test name)
     add_test(NAME ${suite} COMMAND ${name} --gtest_filter=${suite})
     set_tests_properties(${suite} PROPERTIES ${properties})
   endforeach()
+  foreach(test ${arg_LONG})
+    add_test(NAME ${test} COMMAND ${name} --gtest_filter=${test})
+    set_tests_properties(${test} PROPERTIES ${properties} LABELS "${arg_LABEL};long" COST 30
+      SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]" FAIL_REGULAR_EXPRESSION "Running 0 tests")
+  endforeach()
   list(JOIN arg_TOGETHER ":" together)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_FILTER "-${together}" PROPERTIES ${properties})
+  list(JOIN arg_LONG ":" long)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_FILTER "-${together}:${long}" PROPERTIES ${properties})
   add_dependencies(all_tests ${name})
   if(arg_LABEL STREQUAL threads)
     add_dependencies(thread_tests ${name})
