@@ -12,9 +12,10 @@ alone)
   install_packages run build test test-ci
   configure alone -DBUILD_TESTING=ON -DSTYLET_DRACO=ON
   cmake --build --preset alone --target generated_headers stylet_headers stylet_test_headers
-  # CMake's commands, JSON's escapes undone, without what makes code of it.
+  # CMake's commands of these files, JSON's escapes undone, without what makes code of it.
+  printf '%s\n' "${files[@]}" | grep '\.cpp$' | sed "s#.*# -c $project/&#" >build/alone/files.txt
   sed -n 's/^  "command": "\(.*\)",$/\1/p' build/alone/compile_commands.json | grep -v 'cmake_pch\.hxx\.cxx$' |
-    sed 's/\\\(["\\]\)/\1/g; s/ -o [^ ]* -c / -fsyntax-only /' |
+    sed 's/\\\(["\\]\)/\1/g; s/ -o [^ ]* -c / -c /' | grep -F -f build/alone/files.txt | sed 's/ -c / -fsyntax-only /' |
     xargs -d '\n' -n 1 -P "$(nproc)" sh -c 'cd build/alone && eval "$0"'
   ;;
 tidy)

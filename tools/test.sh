@@ -3,7 +3,7 @@
 case "${1:-}" in
 -h | --help)
   cat <<'HELP'
-usage: tools/test.sh              every test, Release: what to run after a clone and before a commit (12 minutes)
+usage: tools/test.sh              Release, every room: what to run after a clone and before a commit (12 minutes)
        tools/test.sh ROOM...      the tests of these rooms alone: what to run while you change one (2 minutes)
        tools/test.sh --ci         everything that guards main (25 minutes)
        tools/test.sh --all        that, and what takes hours
@@ -16,14 +16,17 @@ ROOM is one of the table in engine/README.md, or a folder of tests/: engine/link
 One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder's executables: its CMakeLists.txt).
 
 --ci adds:
+  long      the tests of some twenty seconds and more (LONG in the rooms' CMakeLists.txt)
   format    clang-format on every file
-  alone     every file compiled by itself: the builds put several into one (unity), where one can use what another includes
+  alone     every file of a library compiled by itself: the builds put several into one (unity), where one can use what
+            another includes
   asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviorSanitizer, by clang
   tsan      the tests with threads, under ThreadSanitizer, by clang
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
---all adds the benchmarks, soaks of the default scenario (in lockstep for STYLET_SOAK_MINUTES of session time, 30; in
-real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), a hundred random users at the window, again under
-AddressSanitizer, coverage-guided fuzzing of every reader (STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
+--all adds tests and tools to the files compiled alone, the benchmarks, soaks of the default scenario (in lockstep for
+STYLET_SOAK_MINUTES of session time, 30; in real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), a
+hundred random users at the window, again under AddressSanitizer, coverage-guided fuzzing of every reader
+(STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
 HELP
   exit 0
@@ -116,7 +119,9 @@ if [ $tier = ci ] || [ $tier = all ]; then
   tools/kernel_test.sh >build/kernel_test.txt 2>&1 &
   kernel_test=$!
   stage "clang-format" tools/lint.sh format || status=1
-  stage "Every file alone" tools/lint.sh alone || status=1
+  mapfile -t alone < <(git ls-files 'physics/*.cpp' 'haptic/*.cpp' 'engine/*.cpp')
+  [ $tier = all ] && alone=()  # every file
+  stage "Files alone" tools/lint.sh alone "${alone[@]}" || status=1
   stage "Build asan" build asan all_tests -DSTYLET_DRACO=ON "$data"
   stage "Test asan" run_tests asan cpu -LE gpu || status=1
   # The Vulkan loader, layers and driver keep memory until the process ends and are unloaded before the leak check.
