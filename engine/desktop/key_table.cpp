@@ -52,7 +52,7 @@ KeyBinding press(Key key, const scanner::Command& command) {
 void add_session(std::vector<KeyLine>& table) {
   const auto section = KeySection::session;
   table.insert(table.end(), {{section, {{Key::enter, CourseButton::next}}, "", "start, finish"},
-                             {section, {{Key::t, CourseButton::sample}}, "", "fire or heat"},
+                             {section, {{Key::t, CourseButton::sample}}, "", "fire, heat or draw"},
                              {section, {{Key::x, CourseButton::pause}}, "", "pause, go on"},
                              {section, {{Key::backspace, CourseButton::again}}, "", "try again"},
                              {section, {{Key::q, EndSession{}}}, "", "end of the session"}});
