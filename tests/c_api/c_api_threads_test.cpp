@@ -17,8 +17,8 @@ TEST(CApiThreads, EachKindOfStepHasItsOwn) {
   const Handle handle = create(cube);
   ASSERT_TRUE(handle) << stylet_last_error();
   constexpr std::uint64_t kSimulationSteps = 40;
-  // Session time is counted in steps: the hub makes 20 moves to one step of the simulation, and neither is ahead of the
-  // other by more than that however busy the machine is.
+  // Session time is counted in steps: the hub makes 20 moves to one step of the simulation, and neither is ahead of
+  // the other by more than that however busy the machine is.
   std::atomic<std::uint64_t> simulated{0};
   std::atomic<std::uint64_t> moves{0};
 
