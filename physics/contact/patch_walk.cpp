@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 namespace stylet::physics {
 
@@ -103,17 +102,9 @@ PatchWalk walk(const BodyPatch& nodes, int patch_tet, const Vector3d& x, const P
       break;
     }
     walk.barycentric << 1 - weights.sum(), weights;
-    // Beside a dent a point inside the body lies beyond the planes of faces on the surface: it is outside only where
-    // no other face leads on.
-    int face = -1;
-    std::pair<bool, double> best;  // whether nothing is behind it, how far inside
-    for (int k = 0; k < 4; ++k) {
-      const std::pair rank{nodes.tet_neighbours[t][k] < 0, walk.barycentric[k]};
-      if (!(walk.barycentric[k] < kOnFace) || (face >= 0 && !(rank < best))) continue;
-      best = rank;
-      face = k;
-    }
-    if (face < 0) return walk;
+    int face = 0;
+    const double least = walk.barycentric.minCoeff(&face);
+    if (!(least < kOnFace)) return walk;
     const int next = nodes.tet_neighbours[t][face];
     if (next < 0) {
       walk.left = next == kBeyondSurface ? PatchWalk::Left::body : PatchWalk::Left::patch;

@@ -19,8 +19,7 @@ struct PatchWalk {
   Left left = Left::nothing;
 };
 
-/// Walks from a tetrahedron of the patch towards `x`, through the face it lies farthest beyond of those that another
-/// tetrahedron is behind, at most 64 steps.
+/// Walks from a tetrahedron of the patch towards `x`, through the face it lies farthest beyond, at most 64 steps.
 /// Ends as if the patch did where the patch is not finite or a tetrahedron flat.
 /// @param tissue  the points whose forces deform the patch
 /// @realtime no allocation; O(steps points)
