@@ -274,7 +274,7 @@ void NeedleTip::record(std::uint64_t step, int to, double force, double response
 bool NeedleTip::move_end(const SolvedStep& step, const Vector3d& target, TissuePoints& tissue, TrackPoints& points) {
   if ((target - tissue.position(end_.point)).dot(step.shaft.tip_tangent()) <= 0) return false;
   PatchWalk at = walk_patch(step.patch, end_.body, end_.patch_tet, target, tissue);
-  if (at.left == PatchWalk::Left::body) {
+  if (at.left == PatchWalk::Left::body && inside_out(step.patch, end_.body, at.patch_tet, tissue)) {
     // A force that dents the tissue deeper than a tetrahedron turns it inside out: the way on then seems to be the
     // way out. At rest it is known; what the step misses for the deformation the next ones make up for.
     const Vector3d way = target - tissue.position(end_.point);

@@ -195,6 +195,17 @@ PatchWalk walk_patch_at_rest(const TissuePatch& patch, int body, int patch_tet, 
   return walk(nodes, patch_tet, x, [&](int node) -> Vector3d { return nodes.rest_positions.col(node); });
 }
 
+bool inside_out(const TissuePatch& patch, int body, int patch_tet, const TissuePoints& tissue) {
+  const BodyPatch& nodes = patch.bodies[body];
+  const auto& corners = nodes.tet_nodes[patch_tet];
+  Matrix3d now, rest;
+  for (int k = 0; k < 3; ++k) {
+    now.col(k) = tissue.node_position(patch, body, corners[k + 1]) - tissue.node_position(patch, body, corners[0]);
+    rest.col(k) = nodes.rest_positions.col(corners[k + 1]) - nodes.rest_positions.col(corners[0]);
+  }
+  return now.determinant() * rest.determinant() <= 0;
+}
+
 Vector3d rest_position(const TissuePatch& patch, int body, const PatchContact& point) {
   const BodyPatch& nodes = patch.bodies[body];
   Vector3d rest = Vector3d::Zero();

@@ -27,6 +27,9 @@ PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Ei
                      const TissuePoints& tissue);
 /// The same in the shape at rest, where no tetrahedron is inside out.
 PatchWalk walk_patch_at_rest(const TissuePatch& patch, int body, int patch_tet, const Eigen::Vector3d& x);
+/// Whether the present forces turn a tetrahedron of the patch inside out.
+/// @realtime no allocation; O(points)
+bool inside_out(const TissuePatch& patch, int body, int patch_tet, const TissuePoints& tissue);
 
 /// Slides a point along the surface of a body, from face to face, as deep below it as it was.
 /// Left::patch: at an edge that the patch ends at, or where it is not finite. Left::body: at an edge beyond which the

@@ -104,5 +104,19 @@ TEST(PatchWalk, LeavesTheBodyForPointsOutsideIt) {
   }
 }
 
+TEST(PatchWalk, InsideOutTetrahedraAreThoseThatTheForceTurns) {
+  const TissuePoints no_forces;
+  auto patch = dented_block(0.012, 0.009);
+  BodyPatch& body = patch->bodies[0];
+  for (int tet = 0; tet < body.tet_count; ++tet) EXPECT_FALSE(inside_out(*patch, 0, tet, no_forces)) << tet;
+  // A node pushed through the face opposite it.
+  const auto& corners = body.tet_nodes[40];
+  const Vector3d face = (body.free_positions.col(corners[1]) + body.free_positions.col(corners[2]) +
+                         body.free_positions.col(corners[3])) /
+                        3;
+  body.free_positions.col(corners[0]) += 2.5 * (face - body.free_positions.col(corners[0]));
+  EXPECT_TRUE(inside_out(*patch, 0, 40, no_forces));
+}
+
 }  // namespace
 }  // namespace stylet::physics
