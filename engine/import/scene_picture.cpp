@@ -14,7 +14,7 @@ namespace stylet::import {
 namespace {
 
 constexpr double kPatientMargin = 0.010;  // m about the patient
-constexpr double kFan = 0.170;     // m, half the width of the cut along the ultrasound image
+constexpr double kFan = 0.170;            // m, half the width of the cut along the ultrasound image
 const figures::Colour kNeedle{255, 235, 60, 255};
 const figures::Colour kTarget{255, 255, 255, 255};
 const figures::Colour kProbe{90, 220, 255, 255};

@@ -59,7 +59,8 @@ std::array<std::vector<double>, 2> over_meshes(const Measure& measure) {
   std::array<std::vector<double>, 2> values;
   for (const int nodes : kMeshes) {
     MeshedCube mesh({}, reference::lattice_of_r1(nodes));
-    for (const Subgrid s : {Subgrid::off, Subgrid::on}) values[static_cast<std::size_t>(s)].push_back(measure(mesh, s));
+    for (const Subgrid s : {Subgrid::off, Subgrid::on})
+      values[static_cast<std::size_t>(s)].push_back(measure(mesh, s));
   }
   return values;
 }

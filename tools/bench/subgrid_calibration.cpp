@@ -106,7 +106,9 @@ Report calibrate_subgrid(reference::ResolvedCube cube, double nu, bool quick) {
     double squared_weights = 0;
     for (const auto& point : needle.points) squared_weights += point.barycentric.squaredNorm() / 50;
     for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial}) {
-      samples[static_cast<std::size_t>(motion)].push_back({squared_weights, reference::fitted_log_alpha(mesh, needle, motion, target[static_cast<std::size_t>(motion)])});
+      samples[static_cast<std::size_t>(motion)].push_back(
+          {squared_weights,
+           reference::fitted_log_alpha(mesh, needle, motion, target[static_cast<std::size_t>(motion)])});
     }
   }
   for (const reference::NeedleMotion motion : {reference::NeedleMotion::lateral, reference::NeedleMotion::axial}) {
