@@ -87,13 +87,13 @@ public:
     return message;
   }
 
-  /// The next message of that device; its type is empty if there is none within a few hundred messages.
+  /// The next message of that device, however long others come before it; its type is empty if the server closes or
+  /// falls silent.
   ClientMessage receive(const std::string& device) {
-    for (int n = 0; n < 500; ++n) {
+    while (true) {
       ClientMessage message = receive();
       if (message.type.empty() || message.device == device) return message;
     }
-    return {};
   }
 
   bool send(igtl::MessageBase& message) {
