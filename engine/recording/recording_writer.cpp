@@ -110,6 +110,20 @@ void sync_folder_of(const std::filesystem::path& file) {
   ::close(descriptor);
 }
 
+/// A thread that does it again and again, with a pause between.
+template <typename Work>
+std::jthread every(std::chrono::milliseconds pause, Work work) {
+  return std::jthread([pause, work](const std::stop_token& stop) {
+    std::mutex mutex;
+    std::condition_variable_any paused;
+    while (!stop.stop_requested()) {
+      work();
+      std::unique_lock lock(mutex);
+      paused.wait_for(lock, stop, pause, [] { return false; });
+    }
+  });
+}
+
 }  // namespace
 
 struct RecordingWriter::File {
@@ -153,34 +167,33 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path, const Record
   bytes.insert(bytes.end(), text.begin(), text.end());
   append_u32(files::crc32c(bytes));
   write(bytes);
+  flush();
   sync();
   if (write_failed_) throw ContentError(path_.string() + ": the disk is full");
   sync_folder_of(path_);
+  to_disk_ = every(kSyncPeriod, [this] {
+    if (unsynced_.exchange(false)) sync();
+  });
 }
 
-RecordingWriter::~RecordingWriter() = default;  // background_ is the last member: stopped and joined first
+RecordingWriter::~RecordingWriter() = default;  // the threads are the last members: stopped and joined first
 
 void RecordingWriter::write(std::span<const std::uint8_t> bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_->stream) != bytes.size()) write_failed_ = true;
 }
 
+void RecordingWriter::flush() {
+  if (std::fflush(file_->stream) != 0) write_failed_ = true;
+  unsynced_ = true;
+}
+
 /// What cannot be synced (a pipe, a device) is written all the same.
 void RecordingWriter::sync() {
-  if (std::fflush(file_->stream) != 0) write_failed_ = true;
   if (::fdatasync(::fileno(file_->stream)) != 0 && errno != EINVAL && errno != EROFS) write_failed_ = true;
-  synced_ = std::chrono::steady_clock::now();
 }
 
 void RecordingWriter::start_background() {
-  background_ = std::jthread([this](const std::stop_token& stop) {
-    std::mutex pause_mutex;
-    std::condition_variable_any pause;
-    while (!stop.stop_requested()) {
-      drain();
-      std::unique_lock lock(pause_mutex);
-      pause.wait_for(lock, stop, std::chrono::milliseconds(20), [] { return false; });
-    }
-  });
+  background_ = every(std::chrono::milliseconds(20), [this] { drain(); });
 }
 
 void RecordingWriter::drain() {
@@ -200,15 +213,12 @@ void RecordingWriter::drain() {
   }
   if (drained_.empty()) return;
   write(drained_);
-  if (std::fflush(file_->stream) != 0) write_failed_ = true;
-  if (std::chrono::steady_clock::now() - synced_ >= kSyncPeriod) sync();
+  flush();
 }
 
 void RecordingWriter::finish() {
-  if (background_.joinable()) {
-    background_.request_stop();
-    background_.join();
-  }
+  background_ = {};
+  to_disk_ = {};
   drain();
   RecordBytes end(RecordType::end);
   end.put(haptic_steps_), end.put(simulation_steps_);
@@ -218,6 +228,7 @@ void RecordingWriter::finish() {
   }
   end.put(lost);
   write(end.finish());
+  flush();
   sync();
   const bool closed = std::fclose(file_->stream) == 0;
   file_->stream = nullptr;

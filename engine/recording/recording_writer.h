@@ -59,9 +59,9 @@ private:
   std::atomic<std::uint64_t> lost_{0};
 };
 
-/// The file. One channel for the thread of each loop and one for the session's own; drain() moves what they hold to
-/// disk. A process that is killed has written what was drained; a power cut takes what came after the last sync, less
-/// than a second.
+/// The file. One channel for the thread of each loop and one for the session's own; drain() hands what they hold to
+/// the system, a thread of its own takes it from there to the disk, which may be slow. A process that is killed has
+/// written what was drained; a power cut takes what came after the last sync, less than a second.
 class RecordingWriter {
 public:
   static constexpr std::chrono::milliseconds kSyncPeriod{800};
@@ -82,8 +82,8 @@ public:
 
   /// Drains every 20 ms from a thread of its own until finish(). Threaded sessions; in lockstep call drain() instead.
   void start_background();
-  /// Moves everything present to the file, and every kSyncPeriod the file to the disk. Not for the loops' own threads
-  /// in a real-time session (file, lock). A write error is kept and thrown by finish().
+  /// Moves everything present to the file. Not for the loops' own threads in a real-time session (file, lock). A write
+  /// error is kept and thrown by finish().
   void drain();
   /// Drains, writes the end record and closes the file. The loops must have stopped. Call once.
   /// @throws files::ContentError  when something could not be written
@@ -92,6 +92,7 @@ public:
 private:
   struct File;
   void write(std::span<const std::uint8_t> bytes);
+  void flush();
   void sync();
 
   std::filesystem::path path_;
@@ -103,8 +104,9 @@ private:
   std::vector<std::uint8_t> drained_;
   std::uint64_t haptic_steps_ = 0;
   std::uint64_t simulation_steps_ = 0;
-  bool write_failed_ = false;
-  std::chrono::steady_clock::time_point synced_{};
+  std::atomic<bool> write_failed_ = false;
+  std::atomic<bool> unsynced_ = false;
+  std::jthread to_disk_;
   std::jthread background_;
 };
 

@@ -1,68 +1,41 @@
 // A session killed outright (SIGKILL) at any moment: its recording lies in its folder and replays up to the kill.
 #include "engine/recording/unfinished_recording.h"
+#include "tests/link/igtl_client.h"
 #include "tests/readers/small_scenario.h"
-#include "tests/stylet/command.h"
+#include "tests/stylet/running_command.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
-#include <fcntl.h>
-#include <signal.h>
-#include <unistd.h>
-
-#include <chrono>
 #include <cstdlib>
 #include <random>
-#include <thread>
 
 namespace stylet {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-using std::chrono::milliseconds;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// `stylet train` without a shell around it, so that the signal reaches the session itself.
-class Session {
+/// What a session says of its own time to a client of its link: no clock of this process, which the machine may hold up.
+class Witness {
 public:
-  Session(const fs::path& scenario, const fs::path& out) {
-    const std::vector<std::string> words{STYLET_COMMAND, "train", scenario.string(), "--view",
-                                         "headless",     "--out", out.string()};
-    process_ = ::fork();
-    if (process_ != 0) return;
-    const int null = ::open("/dev/null", O_RDWR);
-    for (const int descriptor : {0, 1, 2}) ::dup2(null, descriptor);
-    std::vector<char*> arguments;
-    for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-    arguments.push_back(nullptr);
-    ::execv(arguments.front(), arguments.data());
-    std::_Exit(127);
+  explicit Witness(int port) { connected_ = client_.connect(port); }
+  bool connected() const { return connected_; }
+  /// Looks on until the session has gone on for so long since the first look, or has ended.
+  void look_on(double seconds) {
+    while (connected_ && last_utc_s_ - first_utc_s_ < seconds) {
+      const tests::ClientMessage message = client_.receive();
+      connected_ = !message.type.empty();
+      if (message.type != "TRANSFORM") continue;
+      if (first_utc_s_ == 0) first_utc_s_ = message.utc_s;
+      last_utc_s_ = message.utc_s;
+    }
   }
-  ~Session() { kill(); }
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
-  void kill() {
-    if (process_ <= 0) return;
-    ::kill(process_, SIGKILL);
-    ::waitpid(process_, nullptr, 0);
-    process_ = 0;
-  }
+  /// Session time seen, at most what the session has done.
+  double seen_s() const { return last_utc_s_ - first_utc_s_; }
 
 private:
-  pid_t process_ = 0;
+  tests::IgtlClient client_;
+  bool connected_ = false;
+  double first_utc_s_ = 0;
+  double last_utc_s_ = 0;
 };
-
-/// Bytes of recordings in the folder.
-std::uintmax_t recorded_bytes(const fs::path& folder) {
-  std::uintmax_t bytes = 0;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().extension() == ".rec") bytes += entry.file_size(error);
-  }
-  return bytes;
-}
 
 double session_seconds(const std::string& output) {
   const std::size_t end = output.find(" s of session)");
@@ -97,23 +70,25 @@ TEST(Crash, AKilledSessionReplaysUpToItsLastSecond) {
   readers::test::SmallScenario small;
   small.motion["tracks"]["stylus"] = nlohmann::json::parse(
       "[[0, 0.1, 0, 0.21, 0, 1, 0, 0], [2, 0.1, 0, 0.16, 0, 1, 0, 0], [60, 0.1, 0, 0.16, 0, 1, 0, 0]]");
+  small.scenario["labels"]["spacing_mm"] = 4;
   const fs::path scenario = small.write();
   const support::TemporaryFolder folder;
   const char* wanted = std::getenv("STYLET_KILLS");
   const int kills = wanted != nullptr ? std::atoi(wanted) : support::kSanitized ? 1 : 4;
   std::mt19937 random(wanted != nullptr ? std::random_device()() : 20261122);
-  std::uniform_int_distribution<int> moment_ms(300, 1500);
-  constexpr std::uintmax_t kHeader = 2048;  // and some steps
+  std::uniform_real_distribution<double> moment_s(0.3, 2.5);
   for (int k = 0; k < kills; ++k) {
     const fs::path out = folder / std::to_string(k);
-    Session session(scenario, out);
-    const Clock::time_point launched = Clock::now();
-    while (recorded_bytes(out) < kHeader && seconds_since(launched) < 120)
-      std::this_thread::sleep_for(milliseconds(1));
-    const Clock::time_point seen = Clock::now();
-    std::this_thread::sleep_for(milliseconds(moment_ms(random)));
+    RunningCommand session(
+        fmt::format("train {} --view headless --link 0 --out {}", scenario.string(), out.string()));
+    const std::string place = session.wait_for("clients connect to 127.0.0.1:");
+    ASSERT_FALSE(place.empty()) << session.output();
+    Witness witness(std::stoi(place));
+    ASSERT_TRUE(witness.connected());
+    witness.look_on(moment_s(random));
+    ASSERT_TRUE(witness.connected()) << session.output();
     session.kill();
-    const double recorded_s = seconds_since(seen);
+    witness.look_on(60);  // what it had sent
 
     const std::vector<fs::path> left = recording::cut_off_recordings(out);
     ASSERT_EQ(left.size(), 1u) << "kill " << k;
@@ -121,7 +96,7 @@ TEST(Crash, AKilledSessionReplaysUpToItsLastSecond) {
     EXPECT_EQ(replayed.exit_code, 0) << replayed.output;
     EXPECT_NE(replayed.output.find("identical"), std::string::npos) << replayed.output;
     EXPECT_NE(replayed.output.find("cut short"), std::string::npos) << replayed.output;
-    EXPECT_GE(session_seconds(replayed.output), recorded_s - 1) << replayed.output;
+    EXPECT_GE(session_seconds(replayed.output), witness.seen_s() - 1) << replayed.output;
     if (k > 0) continue;
     expect_debrief_and_film(out, folder / "shown");
     // A record torn in the middle, as a power cut leaves it; and the name that the user expects.

@@ -20,10 +20,7 @@ public:
     output_.clear();
   }
   /// Left by a test that failed, it is not waited for.
-  ~RunningCommand() {
-    if (pipe_ != nullptr && process_ > 0) ::kill(process_, SIGKILL);
-    end();
-  }
+  ~RunningCommand() { kill(); }
   RunningCommand(const RunningCommand&) = delete;
   RunningCommand& operator=(const RunningCommand&) = delete;
 
@@ -39,6 +36,11 @@ public:
   void interrupt() const {
     ASSERT_GT(process_, 0);
     ::kill(process_, SIGINT);
+  }
+  /// Outright, and nothing of it is left when this returns.
+  void kill() {
+    if (pipe_ != nullptr && process_ > 0) ::kill(process_, SIGKILL);
+    end();
   }
   /// @return exit code
   int end() {
