@@ -86,7 +86,8 @@ add_custom_target(all_benches)
 # [COST seconds] [TOGETHER suites...] [LONG tests...]): one GoogleTest executable, one CTest entry a test; one for all
 # of a suite in TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer runs those with
 # the label threads. Those of higher COST, about what the longest takes, start first, so that nothing waits for them at
-# the end. What is LONG, some twenty seconds and more, has the label long too: tools/test.sh leaves it to --ci.
+# the end. What is LONG, some seven seconds and more (a test, or SUITE.* as in TOGETHER), has the label long too:
+# tools/test.sh leaves it to --ci.
 function(stylet_test name)
   cmake_parse_arguments(arg "" "TIMEOUT;LABEL;COST" "SOURCES;LINK;TOGETHER;LONG" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
