@@ -93,7 +93,7 @@ void debrief_session(const SessionSettings& settings, const Finished& done, Grap
     observer.measured(result);
     const auto expert = chosen_expert(settings.expert, done.own_motion, done.scene, observer);
     result.film_frames = graphics.draw([&](gpu::Device& device) {
-      return debrief::write_debrief(out, done.scene, device, done.recording, replay, done.force,
+      return debrief::write_debrief(out, {done.scene, done.recording, replay, done.force}, device,
                                     {.stills = {.film = {.stereo = settings.stereo}},
                                      .film = settings.film,
                                      .expert = expert,

@@ -100,9 +100,9 @@ void write_page(const files::OutputDirectory& out, const content::Scene& scene, 
   out.write("path.csv", path_csv(data));
 }
 
-int write_debrief(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  const Recording& recording, SessionReplay& replay, const figures::ForceTrace& trace,
+int write_debrief(const files::OutputDirectory& out, const ReplayedSession& session, gpu::Device& device,
                   const DebriefSettings& settings, const DebriefProgress& progress) {
+  const auto& [scene, recording, replay, force] = session;
   const auto report = [&](const std::string& doing) {
     return [&progress, doing](double share) {
       if (progress) progress(doing, share);
@@ -111,10 +111,10 @@ int write_debrief(const files::OutputDirectory& out, const content::Scene& scene
   report("Writing the debrief")(0);
   write_page(out, scene, device, recording, replay, settings);
   report("Drawing the pictures")(0);
-  write_stills(out, scene, device, replay, still_moment(recording.events, replay.frames()).time_s, trace,
+  write_stills(out, scene, device, replay, still_moment(recording.events, replay.frames()).time_s, force,
                settings.stills);
   if (!settings.film) return 0;
-  return write_film(out, scene, device, replay, trace, settings.stills.film, report("Drawing the film"));
+  return write_film(out, scene, device, replay, force, settings.stills.film, report("Drawing the film"));
 }
 
 }  // namespace stylet::debrief

@@ -38,11 +38,18 @@ void write_force(const files::OutputDirectory& out, const recording::Recording& 
 void write_page(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
                 const recording::Recording& recording, SessionReplay& replay, const DebriefSettings& settings);
 
+/// What a session was, recorded and run again.
+struct ReplayedSession {
+  const content::Scene& scene;
+  const recording::Recording& recording;
+  SessionReplay& replay;
+  const figures::ForceTrace& force;
+};
+
 /// Writes the page and its numbers, view.png, ultrasound.png and session.png (of the still_moment()), session.mp4.
 /// @return frames of the film, 0: none was wanted
 /// @throws files::ContentError, gpu::GpuError
-int write_debrief(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  const recording::Recording& recording, SessionReplay& replay, const figures::ForceTrace& trace,
+int write_debrief(const files::OutputDirectory& out, const ReplayedSession& session, gpu::Device& device,
                   const DebriefSettings& settings, const DebriefProgress& progress = {});
 
 }  // namespace stylet::debrief

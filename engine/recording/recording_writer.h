@@ -82,8 +82,8 @@ public:
 
   /// Drains every 20 ms from a thread of its own until finish(). Threaded sessions; in lockstep call drain() instead.
   void start_background();
-  /// Moves everything present to the file. Not for the loops' own threads in a real-time session (file, lock). A write
-  /// error is kept and thrown by finish().
+  /// Moves everything present to the file. Not for the loops' own threads in a real-time session (file, lock). A
+  /// write error is kept and thrown by finish().
   void drain();
   /// Drains, writes the end record and closes the file. The loops must have stopped. Call once.
   /// @throws files::ContentError  when something could not be written

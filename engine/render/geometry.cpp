@@ -194,12 +194,14 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
       syringe(scene.cavities.empty() ? 0 : kSyringeParts) {
   std::vector<std::uint32_t> first_node;
   for (const content::DeformableBody& body : scene.bodies) {
-    first_node.push_back(static_cast<std::uint32_t>(rest_nodes.size() / 3));
+    first_node.push_back(static_cast<std::uint32_t>(rest_nodes.size()));
     body_node_count.push_back(body.mesh.nodes.size());
-    for (const Eigen::Vector3d& node : body.mesh.nodes)
-      for (int axis = 0; axis < 3; ++axis) rest_nodes.push_back(static_cast<float>(node[axis]));
+    for (const Eigen::Vector3d& node : body.mesh.nodes) rest_nodes.push_back(node.cast<float>());
   }
-  if (rest_nodes.empty()) rest_nodes.assign(3, 0);
+  if (rest_nodes.empty()) {
+    rest_nodes.emplace_back(0, 0, 0);
+    body_node_count.push_back(1);
+  }
 
   const auto tissues = static_cast<std::uint32_t>(scene.tissues.size());
   for (const content::Surface& surface : scene.surfaces) {
@@ -286,13 +288,15 @@ ZoneGeometry zone_geometry(const content::HeatedZone& zone, const Geometry& geom
   return out;
 }
 
-Eigen::Vector3f place(const RestVertex& vertex, const std::vector<float>& nodes) {
+Eigen::Vector3f place(const RestVertex& vertex, const BodyNodes& bodies) {
   const vec4& w = vertex.weights;
   if (vertex.nodes[0] >= kFixedToBreath) return {w[0], w[1], w[2]};
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
-    const float* node = &nodes[3 * static_cast<std::size_t>(vertex.nodes[i])];
-    sum += w[i] * Eigen::Vector3f(node[0], node[1], node[2]);
+    std::size_t node = vertex.nodes[i];
+    std::size_t body = 0;
+    while (node >= bodies[body].size()) node -= bodies[body++].size();
+    sum += w[i] * bodies[body][node];
   }
   return sum;
 }

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,8 +40,8 @@ struct Geometry {
   explicit Geometry(const content::Scene& scene, const RoomLayout* layout = nullptr);
 
   std::vector<RestVertex> rest;
-  std::vector<std::uint32_t> indices;  ///< into rest and needle vertices, as one
-  std::vector<float> rest_nodes;       ///< x, y, z of all bodies' nodes, one body after the other; never empty
+  std::vector<std::uint32_t> indices;       ///< into rest and needle vertices, as one
+  std::vector<Eigen::Vector3f> rest_nodes;  ///< of all bodies, one body after the other; never empty
   std::vector<std::size_t> body_node_count;
   std::vector<Piece> solids;         ///< opaque organs, bone; the probe is the last
   std::vector<Piece> needle_pieces;  ///< shaft and hub
@@ -87,8 +88,11 @@ struct ZoneGeometry {
 /// What goes beyond the room in `geometry` is left out.
 ZoneGeometry zone_geometry(const content::HeatedZone& zone, const Geometry& geometry);
 
-/// Position of a rest vertex for given node positions (x, y, z each), patient frame, breathed out. For probe
-/// vertices: the probe frame.
-Eigen::Vector3f place(const RestVertex& vertex, const std::vector<float>& nodes);
+/// Node positions, each body's where they lie.
+using BodyNodes = std::vector<std::span<const Eigen::Vector3f>>;
+
+/// Position of a rest vertex for given node positions, patient frame, breathed out. For probe vertices: the probe
+/// frame.
+Eigen::Vector3f place(const RestVertex& vertex, const BodyNodes& bodies);
 
 }  // namespace stylet::render

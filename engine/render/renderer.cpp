@@ -67,10 +67,9 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
       layout_(room_layout(scene)),
       probe_(scene.probe),
       geometry_(scene, settings.room ? &layout_ : nullptr),
-      nodes_(geometry_.rest_nodes),
       rest_(storage_buffer(device, bytes_of(geometry_.rest).size())),
-      rest_nodes_(storage_buffer(device, bytes_of(nodes_).size())),
-      current_nodes_(storage_buffer(device, bytes_of(nodes_).size())),
+      rest_nodes_(storage_buffer(device, bytes_of(geometry_.rest_nodes).size())),
+      current_nodes_(storage_buffer(device, bytes_of(geometry_.rest_nodes).size())),
       drawn_(storage_buffer(device, geometry_.vertex_count() * sizeof(DrawnVertex))),
       indices_(device, bytes_of(geometry_.indices).size(), VK_BUFFER_USAGE_INDEX_BUFFER_BIT),
       frame_(device, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
@@ -103,12 +102,16 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
   });
 }
 
-void Renderer::take_nodes(const state::FrameState& state) {
+/// From the state to where the GPU fetches them, without a stop between.
+void Renderer::take_nodes(gpu::Commands& commands, const state::FrameState& state) {
+  const std::span<std::byte> staged = commands.upload_later(current_nodes_, bytes_of(geometry_.rest_nodes).size());
   std::size_t first = 0;
-  for (std::size_t body = 0; body < geometry_.body_node_count.size(); ++body) {
-    const std::size_t count = geometry_.body_node_count[body];
-    if (body < state.bodies.size() && state.bodies[body].size() == count && count > 0)
-      std::copy_n(state.bodies[body].front().data(), 3 * count, &nodes_[3 * first]);
+  bodies_.clear();
+  for (const std::size_t count : geometry_.body_node_count) {
+    const std::size_t body = bodies_.size();
+    const bool known = body < state.bodies.size() && state.bodies[body].size() == count;
+    bodies_.push_back(known ? std::span(state.bodies[body]) : std::span(geometry_.rest_nodes).subspan(first, count));
+    std::ranges::copy(std::as_bytes(bodies_.back()), staged.subspan(first * sizeof(Eigen::Vector3f)).begin());
     first += count;
   }
 }
@@ -131,7 +134,7 @@ std::vector<const Piece*> Renderer::glass_order() const {
   const auto add = [&](const Piece& piece) {
     float least = std::numeric_limits<float>::max();
     for (std::uint32_t i : piece.samples)
-      least = std::min(least, (place(geometry_.rest[i], nodes_) - eye).squaredNorm());
+      least = std::min(least, (place(geometry_.rest[i], bodies_) - eye).squaredNorm());
     pieces.emplace_back(least, &piece);
   };
   for (const Piece& piece : geometry_.glass) add(piece);
@@ -168,7 +171,6 @@ const gpu::Image& Renderer::render(const state::FrameState& state, std::span<con
 
 const gpu::Image& Renderer::render_seen(const state::FrameState& state, const content::Camera& camera,
                                         const ViewOptions& options) {
-  take_nodes(state);
   FrameUniforms frame = frame_uniforms(state, eyes_, layout_, probe_, focus_.value_or(camera.look_at),
                                        settings_.window_radius, options);
   frame.shadow = shadow_.uniform();
@@ -183,7 +185,7 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
   timestamps_.reset(commands);
   timestamps_.mark(commands, "start");
   commands.upload(frame_, std::as_bytes(std::span(&frame, 1)));
-  commands.upload(current_nodes_, bytes_of(nodes_));
+  take_nodes(commands, state);
   take_zone(commands, state.zone.get());
   if (geometry_.cable) {
     Eigen::Isometry3d patient_from_probe = Eigen::Isometry3d::Identity();

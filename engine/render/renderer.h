@@ -73,7 +73,7 @@ public:
 private:
   const gpu::Image& render_seen(const state::FrameState& state, const content::Camera& camera,
                                 const ViewOptions& options);
-  void take_nodes(const state::FrameState& state);
+  void take_nodes(gpu::Commands& commands, const state::FrameState& state);
   void take_zone(gpu::Commands& commands, const content::HeatedZone* zone);
   /// The glass organs and the zone, farthest first.
   std::vector<const Piece*> glass_order() const;
@@ -90,7 +90,7 @@ private:
   Geometry geometry_;
   ZoneGeometry zone_;  ///< as the GPU has it
   std::uint64_t zone_version_ = 0;
-  std::vector<float> nodes_;  ///< current positions, laid out as geometry_.rest_nodes
+  BodyNodes bodies_;  ///< of the state being drawn
   std::vector<Eye> eyes_;
   std::vector<Eigen::Vector3f> needle_positions_;  ///< as drawn
   std::vector<Eigen::Quaternionf> needle_orientations_;

@@ -4,14 +4,13 @@
 #include "engine/debrief/debrief_files.h"
 #include "tests/debrief/sample_debrief.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/shell.h"
 #include "tests/support/temporary_folder.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -145,11 +144,7 @@ Seen open_in_browser(const std::string& html, const support::TemporaryFolder& fo
       "2>{0}/console",
       folder.path().string(), browser(), page.string());
   Seen seen;
-  FILE* pipe = ::popen(command.c_str(), "r");
-  std::array<char, 65536> buffer{};
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
-    seen.document.append(buffer.data(), n);
-  ::pclose(pipe);
+  seen.document = support::run_in_shell(command).output;
   std::ifstream console(folder / "console");
   for (std::string line; std::getline(console, line);) {
     if (line.find("CONSOLE") != std::string::npos) seen.console += line + '\n';

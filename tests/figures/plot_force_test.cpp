@@ -2,6 +2,7 @@
 #include "engine/figures/video.h"
 #include "engine/files/error.h"
 #include "engine/picture/picture.h"
+#include "tests/support/shell.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +10,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -170,16 +170,6 @@ TEST(ForceFigure, StripShowsThePastOnlyOnAxesThatDoNotMove) {
   }
 }
 
-/// What a command prints, without its last line end.
-std::string output_of(const std::string& command) {
-  std::string text;
-  std::FILE* pipe = popen(command.c_str(), "r");
-  std::array<char, 256> chunk{};
-  while (pipe != nullptr && std::fgets(chunk.data(), chunk.size(), pipe) != nullptr) text += chunk.data();
-  if (pipe != nullptr) pclose(pipe);
-  return text;
-}
-
 void paint(picture::Picture& image, int frame) {
   Canvas canvas(image);
   canvas.fill({0, 0, static_cast<double>(image.width), static_cast<double>(image.height)}, {20, 30, 60});
@@ -198,10 +188,12 @@ TEST(Video, HasTheFramesAndTheDurationItWasGiven) {
   EXPECT_FALSE(fs::exists(path));  // not before it is whole
   video.finish();
   EXPECT_EQ(video.frames(), 45);
-  const std::string told = output_of(
-      "ffprobe -v error -count_frames -show_entries "
-      "stream=codec_name,width,height,pix_fmt,nb_read_frames,duration -of default=noprint_wrappers=1 " +
-      path.string());
+  const std::string told =
+      support::run_in_shell(
+          "ffprobe -v error -count_frames -show_entries "
+          "stream=codec_name,width,height,pix_fmt,nb_read_frames,duration -of default=noprint_wrappers=1 " +
+          path.string())
+          .output;
   EXPECT_NE(told.find("codec_name=h264\n"), std::string::npos) << told;
   EXPECT_NE(told.find("width=160\nheight=120\n"), std::string::npos) << told;
   EXPECT_NE(told.find("pix_fmt=yuv420p\n"), std::string::npos) << told;
@@ -219,7 +211,8 @@ TEST(Video, FramesComeBackAsTheyWentIn) {
   for (int i = 0; i < 5; ++i) video.add_frame(image.rgba);
   video.finish();
   const fs::path raw = folder / "frame.rgb";
-  output_of("ffmpeg -v error -y -i " + path.string() + " -frames:v 1 -f rawvideo -pix_fmt rgb24 " + raw.string());
+  support::run_in_shell("ffmpeg -v error -y -i " + path.string() + " -frames:v 1 -f rawvideo -pix_fmt rgb24 " +
+                        raw.string());
   std::ifstream file(raw, std::ios::binary);
   std::vector<unsigned char> rgb(64 * 48 * 3);
   ASSERT_TRUE(file.read(reinterpret_cast<char*>(rgb.data()), static_cast<std::streamsize>(rgb.size())));

@@ -12,7 +12,8 @@
 namespace stylet {
 namespace {
 
-/// What a session says of its own time to a client of its link: no clock of this process, which the machine may hold up.
+/// What a session says of its own time to a client of its link: no clock of this process, which the machine may hold
+/// up.
 class Witness {
 public:
   explicit Witness(int port) { connected_ = client_.connect(port); }

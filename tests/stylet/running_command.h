@@ -3,9 +3,12 @@
 
 #include "tests/stylet/command.h"
 
-#include <csignal>
+#include <sys/wait.h>
 
+#include <array>
 #include <charconv>
+#include <csignal>
+#include <cstdio>
 
 namespace stylet {
 
