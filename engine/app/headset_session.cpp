@@ -54,6 +54,7 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
   StylusWatch watch(*settings.stylus, observer);
   while (!session.finished() && !observer.stop_requested()) {
     watch.look();
+    scanner.poll(session.time_s());  // clients turn its knobs whether or not somebody looks on
     const headset::HeadsetPhase phase = headset.poll();
     if (phase == headset::HeadsetPhase::ended) return true;
     if (phase == headset::HeadsetPhase::lost) {
@@ -85,7 +86,6 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
          knobs.commands(frame->hands, static_cast<double>(frame->display_time_ns) * 1e-9)) {
       scanner.apply(command, session.time_s());
     }
-    scanner.poll(session.time_s());
     session.frames().sample(session.time_s() - delay_s, state);
     if (settings.course != nullptr) settings.course->show(state);
     scanner.draw(state);

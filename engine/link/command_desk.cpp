@@ -22,6 +22,11 @@ std::vector<CommandDesk::Answer> CommandDesk::take_answers() {
   return std::exchange(answers_, {});
 }
 
+void CommandDesk::withdraw(std::uint64_t number) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(waiting_, [number](const Request& request) { return request.number == number; });
+}
+
 void CommandDesk::set_attended(bool attended) {
   const std::lock_guard lock(mutex_);
   attended_ = attended;

@@ -28,6 +28,8 @@ public:
   void hand_in(Request request);
   /// Link's thread.
   std::vector<Answer> take_answers();
+  /// Link's thread: who asked has gone. Nothing happens if it is being carried out already.
+  void withdraw(std::uint64_t number);
 
   /// The other thread: whether there is a scanner, or one will be. At first there will be.
   void set_attended(bool attended);

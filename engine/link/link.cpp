@@ -194,6 +194,7 @@ void Link::pass_commands() {
   for (const CommandDesk::Answer& answer : desk_.take_answers()) {
     ++(answer.done ? report_.commands : report_.not_done);
     const auto asked = std::ranges::find(asked_, answer.number, &Asked::number);
+    if (asked == asked_.end()) continue;  // its client has gone
     const auto client = std::ranges::find(clients_, asked->client, &Connection::name);
     if (client != clients_.end()) client->reply(reply_to(asked->command, utc(frame_.time_s), answer));
     asked_.erase(asked);
@@ -222,6 +223,10 @@ void Link::drop_silent_peers(Clock::time_point now) {
     if (!client.has_ended()) continue;
     if (!client.problem().empty()) add_problem(fmt::format("client {}: {}", client.name(), client.problem()));
     add_counts(client);
+    for (const Asked& asked : asked_) {
+      if (asked.client == client.name()) desk_.withdraw(asked.number);
+    }
+    std::erase_if(asked_, [&](const Asked& asked) { return asked.client == client.name(); });
   }
   std::erase_if(clients_, [](const Connection& client) { return client.has_ended(); });
   client_count_.store(static_cast<int>(clients_.size()), std::memory_order_relaxed);

@@ -169,6 +169,7 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path, const Record
   write(bytes);
   flush();
   sync();
+  unsynced_ = false;
   if (write_failed_) throw ContentError(path_.string() + ": the disk is full");
   sync_folder_of(path_);
   to_disk_ = every(kSyncPeriod, [this] {

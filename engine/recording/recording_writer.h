@@ -61,7 +61,8 @@ private:
 
 /// The file. One channel for the thread of each loop and one for the session's own; drain() hands what they hold to
 /// the system, a thread of its own takes it from there to the disk, which may be slow. A process that is killed has
-/// written what was drained; a power cut takes what came after the last sync, less than a second.
+/// written what was drained; a power cut takes what came after the last sync that
+/// was done: with a disk that is not busy less than a second.
 class RecordingWriter {
 public:
   static constexpr std::chrono::milliseconds kSyncPeriod{800};

@@ -30,8 +30,8 @@ struct Piece {
 };
 
 /// Rest geometry of a scene as the GPU holds it. Vertices [0, rest.size()) are placed by deform.comp: those of the
-/// scene, then room for those of a zone that is ablated. The needle's, the cores' and the cable's follow and come
-/// from the host every frame.
+/// scene, then room for those of a zone that is ablated. The needle's, the cores', the syringe's and the cable's
+/// follow and come from the host every frame.
 struct Geometry {
   /// Of a zone: 10 cm of electrode make a tenth of it.
   static constexpr std::uint32_t kMostZoneVertices = 1 << 16;
@@ -74,6 +74,11 @@ struct Geometry {
   std::size_t vertex_count() const {
     return rest.size() + needle.vertex_count() + cores.vertex_count() + syringe.vertex_count() +
            (cable ? cable->vertex_count() : 0);
+  }
+  Piece first_cores(std::size_t count) const {
+    Piece piece = core_piece;
+    piece.index_count = RodMesh::index_count(count);
+    return piece;
   }
 
   const Piece& probe() const { return solids.back(); }

@@ -76,9 +76,14 @@ void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const g
       if (shown.see_through != SeeThrough::glass) draw_pieces(geometry.drape);
       draw_pieces(geometry.room);
       draw_pieces(geometry.solids);
+      if (shown.cores > 0 && shown.see_through != SeeThrough::closed) draw_piece(geometry.first_cores(shown.cores));
       draw_pieces(geometry.glass);
       draw_pieces(geometry.covers);
       if (shown.needle) draw_pieces(geometry.needle_pieces);
+      if (shown.syringe) {
+        draw_pieces(geometry.syringe_pieces);
+        draw_piece(geometry.barrel);
+      }
       const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
       vkCmdEndRenderPass2(cmd, &end);
     }

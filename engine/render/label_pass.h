@@ -26,6 +26,8 @@ public:
   /// What the frame shows, beside what is always there.
   struct Shown {
     bool needle = false;
+    bool syringe = false;
+    std::size_t cores = 0;
     bool panel = false;
     SeeThrough see_through = SeeThrough::window;
   };

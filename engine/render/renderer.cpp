@@ -199,11 +199,10 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
     commands.upload(drawn_, std::as_bytes(geometry_.cores.shape(core_rods(state.cores))),
                     geometry_.core_base * sizeof(DrawnVertex));
   with_syringe_ = with_needle_ && state.syringe && geometry_.syringe.vertex_count() > 0;
+  std::span<std::byte> syringe;
   if (with_syringe_)
-    commands.upload(drawn_,
-                    std::as_bytes(geometry_.syringe.shape(syringe_rods(*state.syringe, state.needle_positions.front(),
-                                                                       state.needle_orientations.front()))),
-                    geometry_.syringe_base * sizeof(DrawnVertex));
+    syringe = commands.upload_later(drawn_, geometry_.syringe.vertex_count() * sizeof(DrawnVertex),
+                                    geometry_.syringe_base * sizeof(DrawnVertex));
   std::span<std::byte> needle;
   if (with_needle_)
     needle = commands.upload_later(drawn_, geometry_.needle.vertex_count() * sizeof(DrawnVertex),
@@ -215,7 +214,7 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
                      gpu::write(3, drawn_), gpu::read(4, frame_)},
                     {(count + 63) / 64, 1, 1}, DeformPush{count});
   timestamps_.mark(commands, "deform");
-  shadow_.draw(commands, geometry_, frame_, drawn_, indices_, with_needle_);
+  shadow_.draw(commands, geometry_, frame_, drawn_, indices_, with_needle_, with_syringe_);
   timestamps_.mark(commands, "shadow");
   draw(commands, options);
   timestamps_.mark(commands, "draw");
@@ -224,6 +223,10 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
     needle_orientations_ = state.needle_orientations;
     if (options.latch_needle) options.latch_needle({needle_positions_, needle_orientations_});
     std::ranges::copy(std::as_bytes(geometry_.needle.shape(needle_positions_, needle_orientations_)), needle.begin());
+    if (with_syringe_)
+      std::ranges::copy(std::as_bytes(geometry_.syringe.shape(
+                            syringe_rods(*state.syringe, needle_positions_.front(), needle_orientations_.front()))),
+                        syringe.begin());
   }
   submission_ = commands.submit();
   return target_;
@@ -274,9 +277,7 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
     draw_piece(pass.pipelines.surface(kMatte), geometry_.probe());
   } else {
     draw_pieces(geometry_.solids);
-    Piece cores = geometry_.core_piece;
-    cores.index_count = RodMesh::index_count(cores_);
-    if (cores_ > 0) draw_piece(pass.pipelines.surface(kMatte), cores);
+    if (cores_ > 0) draw_piece(pass.pipelines.surface(kMatte), geometry_.first_cores(cores_));
   }
   if (see_through_ == SeeThrough::window) draw_pieces(geometry_.cavity);
   draw_pieces(geometry_.room);
@@ -311,7 +312,11 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
 ViewLabels Renderer::read_labels(std::uint32_t layer) {
   if (!labels_) labels_.emplace(device_, settings_.width, settings_.height, settings_.views);
   labels_->draw(geometry_, frame_, drawn_, indices_,
-                {.needle = with_needle_, .panel = with_panel_, .see_through = see_through_});
+                {.needle = with_needle_,
+                 .syringe = with_syringe_,
+                 .cores = cores_,
+                 .panel = with_panel_,
+                 .see_through = see_through_});
   return labels_->read(layer);
 }
 

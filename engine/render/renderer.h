@@ -52,7 +52,7 @@ public:
 
   /// Submits the frame; the image is complete for whoever uses it next on the device's queue (gpu::read_back, a pass
   /// that samples it). R8G8B8A8_SRGB, one layer an eye, valid until the next call.
-  /// A body that `state` does not have is drawn as it was last (at first: at rest), a needle not at all.
+  /// A body that `state` does not have is drawn at rest, a needle not at all.
   const gpu::Image& render(const state::FrameState& state, const content::Camera& camera,
                            const ViewOptions& options = {});
   /// The same for the eyes of a headset, one a view; RenderSettings::stereo does not matter then.

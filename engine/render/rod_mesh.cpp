@@ -25,12 +25,13 @@ std::span<const DrawnVertex> RodMesh::shape(std::span<const Rod> rods) {
   std::size_t v = 0;
   for (const Rod& rod : rods.first(std::min(rods.size(), vertices_.size() / (kRings * kSides)))) {
     const Vector3f along = rod.to - rod.from;
-    const Vector3f z = along.norm() > 1e-6F ? along.normalized() : Vector3f::UnitZ();
+    const bool empty = along.norm() < 1e-6F;  // has no direction: drawn as a point
+    const Vector3f z = empty ? Vector3f::UnitZ() : Vector3f(along.normalized());
     const Vector3f x = z.unitOrthogonal();
     const Vector3f y = z.cross(x);
     for (std::uint32_t ring = 0; ring < kRings; ++ring) {
       const Vector3f& middle = ring < kRings / 2 ? rod.from : rod.to;
-      const float radius = ring == 0 || ring + 1 == kRings ? 0 : rod.radius;
+      const float radius = empty || ring == 0 || ring + 1 == kRings ? 0 : rod.radius;
       for (std::uint32_t side = 0; side < kSides; ++side) {
         const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(side) / kSides;
         const Vector3f across = std::cos(angle) * x + std::sin(angle) * y;

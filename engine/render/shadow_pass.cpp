@@ -45,7 +45,8 @@ ShadowPass::ShadowPass(gpu::Device& device, bool shadows)
 }
 
 void ShadowPass::draw(gpu::Commands& commands, const Geometry& geometry, const gpu::Buffer& frame,
-                      const gpu::Buffer& drawn, const gpu::Buffer& indices, bool with_needle) const {
+                      const gpu::Buffer& drawn, const gpu::Buffer& indices, bool with_needle,
+                      bool with_syringe) const {
   if (!shadows_) return;
   const auto resources = {gpu::read(0, frame), gpu::read(1, drawn)};
   commands.prepare_draw(resources);
@@ -62,6 +63,10 @@ void ShadowPass::draw(gpu::Commands& commands, const Geometry& geometry, const g
   if (geometry.cable) draw_piece(*solid_, geometry.cable_piece);
   if (with_needle)
     for (const Piece& piece : geometry.needle_pieces) draw_piece(*solid_, piece);
+  if (with_syringe) {
+    for (const Piece& piece : geometry.syringe_pieces) draw_piece(*solid_, piece);
+    draw_piece(*solid_, geometry.barrel);
+  }
   for (const Piece& piece : geometry.drape) draw_piece(*cloth_, piece);
   const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
   vkCmdEndRenderPass2(cmd, &end);

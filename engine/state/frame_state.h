@@ -32,7 +32,6 @@ struct CoreTrack {
 struct SyringeState {
   float capacity = 0;  ///< m^3
   float held = 0;      ///< fluid in it, m^3
-  float flow = 0;      ///< into it, m^3/s
 };
 
 /// Patient frame, metres, newtons. Arrays are sized at load and never grow.

@@ -90,6 +90,7 @@ PatchWalk walk(const BodyPatch& nodes, int patch_tet, const Vector3d& x, const P
   constexpr double kOnFace = -1e-9;
   PatchWalk walk;
   walk.patch_tet = patch_tet;
+  walk.left = PatchWalk::Left::patch;  // where it comes to no end
   for (int step = 0; step < kMostSteps; ++step) {
     const auto t = static_cast<std::size_t>(walk.patch_tet);
     std::array<Vector3d, 4> corner;
@@ -97,20 +98,20 @@ PatchWalk walk(const BodyPatch& nodes, int patch_tet, const Vector3d& x, const P
     Matrix3d edges;
     edges << corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0];
     const Vector3d weights = edges.inverse() * (x - corner[0]);
-    if (!std::isfinite(weights.sum())) {
-      walk.left = PatchWalk::Left::patch;
-      break;
-    }
+    if (!std::isfinite(weights.sum())) break;
     walk.barycentric << 1 - weights.sum(), weights;
     int face = 0;
     const double least = walk.barycentric.minCoeff(&face);
-    if (!(least < kOnFace)) return walk;
+    if (!(least < kOnFace)) {
+      walk.left = PatchWalk::Left::nothing;
+      return walk;
+    }
     const int next = nodes.tet_neighbours[t][face];
     if (next < 0) {
-      walk.left = next == kBeyondSurface ? PatchWalk::Left::body : PatchWalk::Left::patch;
+      if (next == kBeyondSurface) walk.left = PatchWalk::Left::body;
       break;
     }
-    walk.patch_tet = next;
+    if (step + 1 < kMostSteps) walk.patch_tet = next;
   }
   walk.barycentric = walk.barycentric.cwiseMax(0.0);
   walk.barycentric /= walk.barycentric.sum();

@@ -20,12 +20,13 @@ struct PatchWalk {
 };
 
 /// Walks from a tetrahedron of the patch towards `x`, through the face it lies farthest beyond, at most 64 steps.
-/// Ends as if the patch did where the patch is not finite or a tetrahedron flat.
+/// Ends as if the patch did where the patch is not finite, a tetrahedron flat, or the steps do not suffice.
 /// @param tissue  the points whose forces deform the patch
 /// @realtime no allocation; O(steps points)
 PatchWalk walk_patch(const TissuePatch& patch, int body, int patch_tet, const Eigen::Vector3d& x,
                      const TissuePoints& tissue);
 /// The same in the shape at rest, where no tetrahedron is inside out.
+/// @realtime no allocation; O(steps)
 PatchWalk walk_patch_at_rest(const TissuePatch& patch, int body, int patch_tet, const Eigen::Vector3d& x);
 /// Whether the present forces turn a tetrahedron of the patch inside out.
 /// @realtime no allocation; O(points)

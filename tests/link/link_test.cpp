@@ -457,6 +457,27 @@ TEST(CommandDesk, RefusesWhereTooManyWaitAndWhereThereIsNoScanner) {
   EXPECT_FALSE(desk.next().has_value());
 }
 
+TEST(Link, WhatAClientThatHasGoneAskedForIsNotDone) {
+  Room room;
+  IgtlClient client;
+  ASSERT_TRUE(client.connect(room.link.port()));
+  auto message = igtl::StringMessage::New();
+  message->SetString("yes");
+  // The answer that there are too many says that all the others wait.
+  for (std::size_t n = 0; n <= CommandDesk::kMost; ++n) {
+    message->SetDeviceName("CMD_" + std::to_string(n));
+    ASSERT_TRUE(client.send(*message));
+  }
+  ASSERT_EQ(client.receive("ACK_" + std::to_string(CommandDesk::kMost)).type, "STRING");
+  const auto under_way = room.link.commands().next();
+  ASSERT_TRUE(under_way.has_value());
+  client.close();
+  ASSERT_TRUE(comes_true([&] { return room.link.clients() == 0; }));
+  EXPECT_FALSE(room.link.commands().next().has_value());
+  room.link.commands().answer({under_way->number, true, "too late"});
+  EXPECT_LE(room.link.stop().commands, 1U);
+}
+
 TEST(Link, ALostSourceIsReconnected) {
   LinkStylus stylus({.position = {0, 0.1, 0.21}});
   Socket server = listen_on({.port = 0});

@@ -104,6 +104,31 @@ TEST(PatchWalk, LeavesTheBodyForPointsOutsideIt) {
   }
 }
 
+// Among tetrahedra that are inside out a walk may come to no end; it then does not say that it has found the point.
+TEST(PatchWalk, WhatItFindsIsWhereItSaysAlsoAmongTetrahedraInsideOut) {
+  const TissuePoints no_forces;
+  auto patch = dented_block(0.012, 0.009);
+  BodyPatch& body = patch->bodies[0];
+  support::Random random(8);
+  for (int n = 0; n < body.node_count; n += 3) body.free_positions.col(n) += random.vector(0.005);
+  int found = 0, endless = 0;
+  double worst = 0;
+  for (int from = 0; from < body.tet_count; ++from) {
+    for (int k = 0; k < 20; ++k) {
+      const Vector3d x = Vector3d(0, 0, -0.01) + random.vector(0.012);
+      const PatchWalk walk = walk_patch(*patch, 0, from, x, no_forces);
+      endless += walk.left == PatchWalk::Left::patch;  // all of the body is in the patch
+      if (walk.left != PatchWalk::Left::nothing) continue;
+      ++found;
+      worst = std::max(worst, (position(body, body.free_positions, walk.patch_tet, walk.barycentric) - x).norm());
+    }
+  }
+  std::printf("%d found, farthest off %.1e m; %d came to no end\n", found, worst, endless);
+  EXPECT_GT(found, 1000);
+  EXPECT_GT(endless, 0);
+  EXPECT_LT(worst, 1e-9);
+}
+
 TEST(PatchWalk, InsideOutTetrahedraAreThoseThatTheForceTurns) {
   const TissuePoints no_forces;
   auto patch = dented_block(0.012, 0.009);

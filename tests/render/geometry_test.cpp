@@ -131,6 +131,15 @@ TEST(Syringe, ShowsTheVolumeThatItHolds) {
     const auto vertices = mesh.shape(rods);
     const double shown = volume(vertices, mesh.indices().first(RodMesh::index_count(1))) / kTwentyCorners;
     EXPECT_NEAR(shown, std::min(held, 60e-6F), 1e-9) << held;
+    // In the barrel, an empty one too.
+    const Rod& around = rods[static_cast<std::size_t>(SyringePart::barrel)];
+    const Vector3f axis = (around.to - around.from).normalized();
+    for (const DrawnVertex& vertex : vertices.first(vertices.size() / kSyringeParts)) {
+      const Vector3f from = Vector3f(vertex.position[0], vertex.position[1], vertex.position[2]) - around.from;
+      EXPECT_GE(from.dot(axis), 0);
+      EXPECT_LE(from.dot(axis), (around.to - around.from).norm());
+      EXPECT_LE((from - from.dot(axis) * axis).norm(), around.radius);
+    }
     // Out to the last drop the seal stays in the barrel.
     const Rod& seal = rods[static_cast<std::size_t>(SyringePart::seal)];
     const Rod& barrel = rods[static_cast<std::size_t>(SyringePart::barrel)];

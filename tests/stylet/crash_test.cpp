@@ -77,7 +77,7 @@ TEST(Crash, AKilledSessionReplaysUpToItsLastSecond) {
   const char* wanted = std::getenv("STYLET_KILLS");
   const int kills = wanted != nullptr ? std::atoi(wanted) : support::kSanitized ? 1 : 4;
   std::mt19937 random(wanted != nullptr ? std::random_device()() : 20261122);
-  std::uniform_real_distribution<double> moment_s(0.3, 2.5);
+  std::uniform_real_distribution<double> moment_s(1.2, 3);
   for (int k = 0; k < kills; ++k) {
     const fs::path out = folder / std::to_string(k);
     RunningCommand session(

@@ -167,7 +167,6 @@ void Aspiration::catch_up(const Situation& now, Events&) {
   for (std::size_t c = 0; c < shares_.size(); ++c)
     shares_[c] = static_cast<float>(last->left[c] / scene_.cavities[c].volume);
   syringe_shown_.held = static_cast<float>(last->syringe);
-  syringe_shown_.flow = static_cast<float>(last->flow);
 }
 
 std::string Aspiration::prompt(Stage stage, bool in_target) const {

@@ -17,9 +17,6 @@ void DrainingReplay::observe(const Step& step, const Situation&) {
   }
   now.syringe.held = static_cast<float>(drawn);
   const std::lock_guard lock(mutex_);
-  if (!moments_.empty() && now.time_s > moments_.back().time_s)
-    now.syringe.flow =
-        (now.syringe.held - moments_.back().syringe.held) / static_cast<float>(now.time_s - moments_.back().time_s);
   moments_.push_back(std::move(now));
 }
 
