@@ -94,7 +94,7 @@ TEST_P(HidStylusOverKernel, EveryPoseComesInAndForcesGoOut) {
   // One may be on its way at either end.
   EXPECT_NEAR(static_cast<double>(made() - made_before), static_cast<double>(counters.stream.reports - read_before),
               2);
-  EXPECT_EQ(counters.stream.decoded[Decoded::kReading], counters.stream.reports);
+  EXPECT_EQ(counters.stream.decoded[static_cast<std::size_t>(Decoded::kReading)], counters.stream.reports);
   // Nothing is missing but what a device that waited for the emulated processor did not make.
   const double span_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   const double not_made = std::max(0.0, span_ms - static_cast<double>(made() - made_before));
