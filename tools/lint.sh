@@ -10,7 +10,7 @@ format) clang-format --dry-run --Werror "${files[@]}" ;;
 alone)
   # The unity builds hide an include or a name that a file has from another one.
   install_packages run build test test-ci
-  configure alone -DBUILD_TESTING=ON -DSTYLET_DRACO=ON
+  configure alone -DBUILD_TESTING=ON -DSTYLET_DRACO=ON -DSTYLET_FUZZ=ON
   cmake --build --preset alone --target generated_headers stylet_headers stylet_test_headers
   # CMake's commands of these files, JSON's escapes undone, without what makes code of it.
   printf '%s\n' "${files[@]}" | grep '\.cpp$' | sed "s#.*# -c $project/&#" >build/alone/files.txt

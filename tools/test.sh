@@ -19,7 +19,7 @@ One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder'
   long      the tests of some seven seconds and more (LONG in the rooms' CMakeLists.txt)
   format    clang-format on every file
   alone     every file of a library compiled by itself: the builds put several into one (unity), where one can use what
-            another includes
+            another includes; and benchmarks, soaks and fuzzers, which run in --all
   asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviorSanitizer, by clang
   tsan      the tests with threads, under ThreadSanitizer, by clang
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
@@ -130,7 +130,9 @@ if [ $tier = ci ] || [ $tier = all ]; then
   tools/kernel_test.sh >build/kernel_test.txt 2>&1 &
   kernel_test=$!
   stage "clang-format" tools/lint.sh format || status=1
-  mapfile -t alone < <(git ls-files 'physics/*.cpp' 'haptic/*.cpp' 'engine/*.cpp')
+  # Of the tests those that nothing here builds.
+  mapfile -t alone < <(git ls-files 'physics/*.cpp' 'haptic/*.cpp' 'engine/*.cpp' 'tests/bench/*.cpp' 'tests/fuzz/*.cpp' \
+    'tests/kernel/*.cpp' 'tests/*soak*.cpp')
   [ $tier = all ] && alone=()  # every file
   stage "Files alone" tools/lint.sh alone "${alone[@]}" || status=1
   stage "Build asan" build asan all_tests -DSTYLET_DRACO=ON "$data"

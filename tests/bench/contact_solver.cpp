@@ -128,7 +128,9 @@ void solve(benchmark::State& state, bool warm, double viscosity) {
     fallbacks += report.fallback;
   }
   std::sort(times.begin(), times.end());
-  const auto at = [&](double f) { return times[f * static_cast<double>(times.size() - 1)]; };
+  const auto at = [&](double f) {
+    return times[static_cast<std::size_t>(f * static_cast<double>(times.size() - 1))];
+  };
   const double m = 3.0 * shaft.contacts;
   const double b = shaft.contacts;
   const double flops = (m * m * m - b * b * b) / 3;

@@ -26,7 +26,7 @@ void report(benchmark::State& state, std::vector<double>& microseconds) {
   if (microseconds.empty()) return;
   std::sort(microseconds.begin(), microseconds.end());
   const double last = static_cast<double>(microseconds.size() - 1);
-  const auto at = [&](double f) { return microseconds[f * last]; };
+  const auto at = [&](double f) { return microseconds[static_cast<std::size_t>(f * last)]; };
   state.counters["median_us"] = at(0.5);
   state.counters["p99_us"] = at(0.99);
   state.counters["max_us"] = microseconds.back();

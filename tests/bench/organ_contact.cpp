@@ -66,7 +66,9 @@ void run(const content::Scene& scene, const std::string& name, double seconds) {
   }
   const double first_step = times.front();
   std::sort(times.begin(), times.end());
-  const auto at = [&](double q) { return times[q * static_cast<double>(times.size() - 1)]; };
+  const auto at = [&](double q) {
+    return times[static_cast<std::size_t>(q * static_cast<double>(times.size() - 1))];
+  };
   fmt::print(
       "{:<24} step {:6.2f} ms median, {:6.2f} p99, {:6.2f} max, {:6.2f} first: {:5.0f} Hz | rows {:3d}, pressing "
       "{:3d}, left out {:3d} | organs {:6.2f} N, overlap {:5.3f} mm | probe {:5.2f} N on {:4.0f} mm2 | mean motion "

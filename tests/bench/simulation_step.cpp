@@ -51,7 +51,7 @@ struct Durations {
     if (cpu.empty()) return;
     const auto quantile = [](std::vector<double>& samples, double q) {
       std::sort(samples.begin(), samples.end());
-      return samples[q * double(samples.size() - 1)];
+      return samples[static_cast<std::size_t>(q * double(samples.size() - 1))];
     };
     if (!wall.empty()) {
       state.counters[prefix + "median_ms"] = quantile(wall, 0.5);

@@ -7,6 +7,7 @@
 #include "engine/recording/recording.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
+#include "engine/view/overlay.h"
 #include "tests/session/soak.h"
 #include "tests/support/temporary_folder.h"
 

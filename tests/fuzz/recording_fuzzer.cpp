@@ -14,7 +14,7 @@
 namespace {
 
 using namespace stylet;
-namespace format = session::format;
+namespace format = recording::format;
 
 constexpr std::size_t kHeaderAt = format::kMagic.size() + 4;
 
