@@ -465,7 +465,7 @@ TEST(Link, WhatAClientThatHasGoneAskedForIsNotDone) {
   message->SetString("yes");
   // The answer that there are too many says that all the others wait.
   for (std::size_t n = 0; n <= CommandDesk::kMost; ++n) {
-    message->SetDeviceName("CMD_" + std::to_string(n));
+    message->SetDeviceName(("CMD_" + std::to_string(n)).c_str());
     ASSERT_TRUE(client.send(*message));
   }
   ASSERT_EQ(client.receive("ACK_" + std::to_string(CommandDesk::kMost)).type, "STRING");
