@@ -3,14 +3,14 @@
 case "${1:-}" in
 -h | --help)
   cat <<'HELP'
-usage: tools/test.sh              Release, every room: what to run after a clone and before a commit (12 minutes)
-       tools/test.sh ROOM...      the tests of these rooms alone: what to run while you change one (2 minutes)
-       tools/test.sh --ci         everything that guards main (25 minutes)
+usage: tools/test.sh              Release, every room: what to run after a clone and before a commit (16 minutes: 14 of
+                                  them to compile everything for the first time; after that 2 and what has changed)
+       tools/test.sh ROOM...      the tests of these rooms alone: what to run while you change one (1 minute)
+       tools/test.sh --ci         everything that guards main (an hour)
        tools/test.sh --all        that, and what takes hours
 
 Each installs the Debian 12 packages that it misses, builds into build/ what has changed, runs the tests through CTest
-with Vulkan validation and synchronization validation on, and says where its time went; those times are for a first
-run on two cores.
+with Vulkan validation and synchronization validation on, and says where its time went; those times are for two cores.
 
 ROOM is one of the table in engine/README.md, or a folder of tests/: engine/link or link; physics/contact or physics.
 One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder's executables: its CMakeLists.txt).
