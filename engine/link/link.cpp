@@ -36,6 +36,9 @@ Bytes reply_to(const ReceivedCommand& command, double utc_s, const CommandDesk::
   return bytes;
 }
 
+static_assert(MessageReader::kMostCommands >= CommandDesk::kMost + Connection::kMostReplies,
+              "whoever asks for one too many hears of it");
+
 }  // namespace
 
 Link::Link(const state::StateBuffer& world, const LinkInputs& inputs, const LinkSettings& settings)

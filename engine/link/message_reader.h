@@ -38,9 +38,10 @@ public:
   /// @return false: this is no OpenIGTLink, see problem(); from then on nothing is taken
   bool take(std::span<const std::uint8_t> bytes, std::vector<ReceivedTransform>& out);
 
-  /// The commands found since this was asked last, the first kMostCommands of them.
+  /// The commands found since this was asked last, the first kMostCommands of them: more than may wait (CommandDesk),
+  /// so that who asks for too many at a time is told so.
   std::vector<ReceivedCommand> take_commands() { return std::exchange(commands_, {}); }
-  static constexpr std::size_t kMostCommands = 64;
+  static constexpr std::size_t kMostCommands = 128;
 
   /// One line without the sender; empty: none.
   const std::string& problem() const { return problem_; }

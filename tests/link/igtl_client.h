@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -87,13 +88,15 @@ public:
     return message;
   }
 
-  /// The next message of that device, however long others come before it; its type is empty if the server closes or
-  /// falls silent.
+  /// The next message of that device, whatever others come before it; its type is empty if the server closes or says
+  /// nothing of that device for long.
   ClientMessage receive(const std::string& device) {
-    while (true) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (std::chrono::steady_clock::now() < deadline) {
       ClientMessage message = receive();
       if (message.type.empty() || message.device == device) return message;
     }
+    return {};
   }
 
   bool send(igtl::MessageBase& message) {
