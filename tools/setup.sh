@@ -11,6 +11,7 @@ fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
 packages() {
   local section
   for section in "$@"; do
+    grep -qxF "[$section]" tools/packages.txt || fail "tools/packages.txt has no section [$section]"
     awk -v want="[$section]" '/^\[/ { on = ($0 == want); next } /^[^#]/ && NF && on { print $1 }' tools/packages.txt
   done | sort -u
 }
@@ -26,6 +27,7 @@ apt_progress() {
 
 # install_packages SECTION...: installs what is missing on Debian 12; elsewhere says what would be needed and goes on.
 install_packages() {
+  packages "$@" >/dev/null
   local missing=() package
   if ! command -v dpkg-query >/dev/null || ! grep -qs '^ID=debian' /etc/os-release ||
      ! grep -qs '^VERSION_ID="12"' /etc/os-release; then

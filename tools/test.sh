@@ -18,10 +18,11 @@ One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder'
 --ci adds:
   long      the tests of some seven seconds and more (LONG in the rooms' CMakeLists.txt)
   format    clang-format on every file
-  alone     every file of a library compiled by itself: the builds put several into one (unity), where one can use what
-            another includes; and benchmarks, soaks and fuzzers, which run in --all
-  asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviorSanitizer, by clang
-  tsan      the tests with threads, under ThreadSanitizer, by clang
+  alone     every file of a library compiled by itself, by gcc (all else is built by clang): the builds put several
+            into one (unity), where one can use what another includes; and benchmarks, soaks and fuzzers, which run
+            in --all
+  asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviorSanitizer
+  tsan      the tests with threads, under ThreadSanitizer
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
 --all adds tests and tools to the files compiled alone, the benchmarks, soaks of the default scenario (in lockstep for
 STYLET_SOAK_MINUTES of session time, 30; in real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), a
