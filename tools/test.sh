@@ -3,7 +3,7 @@
 case "${1:-}" in
 -h | --help)
   cat <<'HELP'
-usage: tools/test.sh              Release, every room: what to run after a clone and before a commit (16 minutes: 14 of
+usage: tools/test.sh              Release, every room: what to run after a clone and before a commit (12 minutes: 9 of
                                   them to compile everything for the first time; after that 2 and what has changed)
        tools/test.sh ROOM...      the tests of these rooms alone: what to run while you change one (1 minute)
        tools/test.sh --ci         everything that guards main (an hour)
