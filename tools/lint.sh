@@ -12,12 +12,11 @@ alone)
   install_packages run build test test-ci
   configure alone -DBUILD_TESTING=ON -DSTYLET_DRACO=ON -DSTYLET_FUZZ=ON
   cmake --build --preset alone --target generated_headers stylet_headers stylet_test_headers
-  # CMake's commands of these files, JSON's escapes undone, without what makes code of it, and cached as builds are.
-  export CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_DEPEND=1
+  # The build's own commands of these files, ccache and all, JSON's escapes undone, without what makes code of them.
   printf '%s\n' "${files[@]}" | grep '\.cpp$' | sed "s#.*# -c $project/&#" >build/alone/files.txt
-  sed -n 's/^  "command": "\(.*\)",$/\1/p' build/alone/compile_commands.json | grep -v 'cmake_pch\.hxx\.cxx$' |
-    sed 's/\\\(["\\]\)/\1/g; s/ -o [^ ]* -c / -c /' | grep -F -f build/alone/files.txt | sed 's/ -c / -fsyntax-only /' |
-    xargs -d '\n' -n 1 -P "$(nproc)" sh -c 'cd build/alone && eval "ccache $0"'
+  ninja -C build/alone -t compdb | sed -n 's/^ *"command": "\(.*\)",$/\1/p' | grep -v 'cmake_pch\.hxx\.cxx$' |
+    sed 's/\\\(["\\]\)/\1/g; s/ -MD .* -c / -c /' | grep -F -f build/alone/files.txt | sed 's/ -c / -fsyntax-only /' |
+    xargs -d '\n' -n 1 -P "$(nproc)" sh -c 'cd build/alone && eval "$0"'
   ;;
 tidy)
   install_packages run build test test-all

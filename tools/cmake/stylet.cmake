@@ -1,7 +1,7 @@
 # How Stylet's own code is built: one interface target with the flags, one function a kind of target.
 
 set(STYLET_ARCH x86-64-v3 CACHE STRING "Value of -march: x86-64-v3, native, ...")
-set(STYLET_SANITIZE "" CACHE STRING "Value of -fsanitize=")
+set(STYLET_SANITIZE "" CACHE STRING "Value of -fsanitize=; needs clang")
 option(STYLET_FUZZ "Build the fuzzers of tests/fuzz; needs clang" OFF)
 option(STYLET_ASSERTIONS "Keep assert() and Eigen's checks in optimised builds" OFF)
 set(STYLET_TEST_DATA "" CACHE PATH "Folder with test data from outside the project (optional)")
@@ -85,11 +85,10 @@ add_custom_target(all_benches)
 # stylet_test(NAME SOURCES files... LINK targets... [LABEL cpu|physics|threads|gpu|bench] [TIMEOUT seconds]
 # [COST seconds] [OPTIMIZED] [TOGETHER suites...] [LONG tests...]): one GoogleTest executable, not optimised except where
 # its tests compute much (it would also give its copies of a library's templates to what is tested). One CTest entry a
-# test; one for all
-# of a suite in TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer runs those with
-# the label threads. Those of higher COST, about what the longest takes, start first, so that nothing waits for them at
-# the end. What is LONG, some seven seconds and more (a test, or SUITE.* as in TOGETHER), has the label long too:
-# tools/test.sh leaves it to --ci.
+# test; one for all of a suite in TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer
+# runs those with the label threads. Those of higher COST, about what the longest takes, start first, so that nothing
+# waits for them at the end. What is LONG, some seven seconds and more (a test, or SUITE.* as in TOGETHER), has the label
+# long too: tools/test.sh leaves it to --ci.
 function(stylet_test name)
   cmake_parse_arguments(arg "OPTIMIZED" "TIMEOUT;LABEL;COST" "SOURCES;LINK;TOGETHER;LONG" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
