@@ -4,6 +4,7 @@
 #include "tools/bench/coupling.h"
 #include "tools/bench/haptic.h"
 #include "tools/bench/line_compliance.h"
+#include "tools/bench/mechanics.h"
 #include "tools/bench/paper.h"
 #include "tools/bench/report.h"
 #include "tools/bench/ultrasound.h"
@@ -44,6 +45,8 @@ struct Bench {
 constexpr std::array kBenches{
     Bench{"paper", "tables and figures of Martin, Zeng, Courtecuisse (IROS 2023) next to ours", bench::bench_paper},
     Bench{"coupling", "what the coupling stylet gains: smoothness, meshes, resistance, speed", bench::bench_coupling},
+    Bench{"mechanics", "the physics outside its comfort: bevels, fast hands, organs, probe, latency, limits",
+          bench::bench_mechanics},
     Bench{"line-compliance", "sub-grid compliance against a resolved needle", bench::bench_line_compliance},
     Bench{"haptic", "a session with a mocked stylus: reports lost, latency, limits of the force",
           bench::bench_haptic},

@@ -1,0 +1,26 @@
+#include "tools/bench/mechanics.h"
+
+#include "tools/bench/mechanics_parts.h"
+
+#include <array>
+#include <cstdio>
+
+namespace stylet::bench {
+
+Report bench_mechanics(const BenchOptions& options) {
+  struct Part {
+    const char* name;
+    Report (*run)(const BenchOptions&);
+  };
+  constexpr std::array kParts{
+      Part{"bevel", mechanics_bevel},
+  };
+  Report report;
+  for (const Part& part : kParts) {
+    std::fprintf(stderr, "bench mechanics: %s\n", part.name);
+    report.append(part.run(options));
+  }
+  return report;
+}
+
+}  // namespace stylet::bench
