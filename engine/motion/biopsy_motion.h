@@ -16,8 +16,8 @@ struct BiopsyPlan {
   double wait = 3.4;       ///< s, at the start: until the patient has breathed out and begins to hold
   double lateral = 0.009;  ///< largest sideways excursion of the hub during the insertion
   double steer = -0.010;   ///< sideways place of the hub at the end: what bends the needle round into the target
-  double lead = -0.0058;   ///< sideways, how far beside the target the hand aims: what the bend then makes up for
-  double beyond = 0.0050;  ///< how far behind the target it aims: what the organ gives way by
+  double lead = -0.0097;   ///< sideways, how far beside the target the hand aims: what the bend then makes up for
+  double beyond = 0.0045;  ///< how far behind the target it aims: what the organ gives way by
 };
 
 /// Wait, approach, S-shaped insertion to short of the target, withdrawal by 30 mm, second advance into the target

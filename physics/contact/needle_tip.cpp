@@ -32,6 +32,7 @@ void NeedleTip::leave() {
   barrier_ = 0;
   beyond_ = 0;
   inward_.setZero();
+  side_.setZero();
 }
 
 bool NeedleTip::find(const TissuePatch& patch) {
@@ -56,14 +57,7 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
   contact.first_row = out.row_count;
   contact.row_count = 3;
   contact.shaft = shaft.at_tip();
-  double norm = 1;
-  if (indenting) {
-    contact.directions.col(0) = inward_;
-  } else {
-    contact.directions.col(0) = contact.shaft.tangent + settings_.bevel_ratio * shaft.tip_bevel();
-    norm = contact.directions.col(0).norm();
-    contact.directions.col(0) /= norm;
-  }
+  contact.directions.col(0) = indenting ? inward_ : contact.shaft.tangent;
   contact.directions.col(1) = contact.directions.col(0).unitOrthogonal();
   contact.directions.col(2) = contact.directions.col(0).cross(contact.directions.col(1));
 
@@ -77,14 +71,15 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
                            : channel_tip_compliance(end_.site, settings_.tip_radius);
   }
   const double holds = barrier_ > 0 ? barrier_ : resistance.cutting_force;
-  out.laws[row] = box_row(0, -holds * norm, 0, compliance);
+  out.laws[row] = box_row(0, -holds, 0, compliance);
   if (barrier_ <= 0) out.laws[row].viscosity = resistance.cutting_viscosity / dt;
   out.laws[row].viscous_upper = false;  // nothing is cut on the way back
   const std::array<int, 2> pressed{out.row_count, ContactRow::kNone};
   const double friction = (indenting ? kBite : 1) * settings_.tip_friction;
   out.laws[row + 1] = disc_row(1, out.row_count + 2, 0, friction, pressed, compliance);
   out.laws[row + 2] = disc_row(2, out.row_count + 1, 0, friction, pressed, compliance);
-  out.slip.segment<3>(out.row_count).setZero();
+  out.slip[out.row_count] = 0;
+  out.slip.segment<2>(out.row_count + 1) = -contact.directions.rightCols<2>().transpose() * side_;
   out.row_count += 3;
 }
 
@@ -175,19 +170,30 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
   }
   const BoundedSolver& solver = step.solver;
   const int row = contact->first_row;
-  if (solver.state(row) != RowState::lower) return false;
+  if (solver.state(row) != RowState::lower) {
+    for (int k = 1; k < 3; ++k)
+      side_ += solver.motion()[static_cast<std::size_t>(row) + k] * contact->directions.col(k);
+    return false;
+  }
   if (barrier_ > 0) {
     record(step.number, beyond_, -step.lambda[row], solver.response(row));
     end_.tissue = beyond_;
     barrier_ = 0;
   }
-  // The new end has u = 0: it is off the tip by what the tissue next to it gives way. Sideways that fades as the
-  // tip goes on: new tissue has not been pushed yet.
-  const double faded = std::exp(-solver.motion()[row] / settings_.side_length);
+  // The new end has u = 0: it is off the tip by what the tissue next to it gives way. Sideways that fades as the tip
+  // goes on, new tissue has not been pushed yet, and what the slanted face presses it aside with sets in (eq. 26).
+  const double kept = std::exp(-solver.motion()[row] / settings_.side_length);
+  const Vector3d steering =
+      -settings_.bevel_ratio * tissues_->resistance(end_.tissue).cutting_force * shaft.tip_bevel();
   Vector3d give = solver.compliance(row) * step.lambda[row] * contact->directions.col(0);
+  Vector3d side = Vector3d::Zero();
   for (int k = 1; k < 3; ++k) {
-    give += faded * solver.compliance(row + k) * step.lambda[row + k] * contact->directions.col(k);
+    const auto across = contact->directions.col(k);
+    const double compliance = solver.compliance(row + k);
+    give += kept * (compliance * step.lambda[row + k] - side_.dot(across)) * across;
+    side += (kept * side_.dot(across) + (1 - kept) * compliance * steering.dot(across)) * across;
   }
+  side_ = side;
   return move_end(step, shaft.tip() + give, tissue, points);
 }
 

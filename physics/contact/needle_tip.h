@@ -97,9 +97,11 @@ private:
   double barrier_ = 0;                                // a surface at the end that holds up to this force, N; 0: none
   int beyond_ = 0;                                    // tissue behind the barrier
   Eigen::Vector3d inward_ = Eigen::Vector3d::Zero();  // indenting: minus the surface's normal
-  std::array<TrackPoint, kMaxBodies> ends_;           // of tracks that the tip is not in
-  std::array<bool, kMaxBodies> threaded_{};           // the body has a track
-  std::array<double, kMaxBodies> overhang_{};         // shaft between the last contact and where the tip left, m
+  Eigen::Vector3d side_ =
+      Eigen::Vector3d::Zero();                 // how far the tip is from the end, sideways, without force there, m
+  std::array<TrackPoint, kMaxBodies> ends_;    // of tracks that the tip is not in
+  std::array<bool, kMaxBodies> threaded_{};    // the body has a track
+  std::array<double, kMaxBodies> overhang_{};  // shaft between the last contact and where the tip left, m
   std::uint32_t flags_ = 0;
   std::uint32_t punctures_ = 0;
   Puncture last_puncture_;

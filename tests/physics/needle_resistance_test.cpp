@@ -298,30 +298,65 @@ TEST(NeedleTrack, ForceDoesNotDependOnTheHapticRate) {
   }
 }
 
-TEST(NeedleTrack, ABevelSteersAndSteersBackWhenTurned) {
-  std::vector<double> deflection;
+/// How far a tip that is driven 90 mm into a block has come towards the side that its bevel faces, m; what the block
+/// does to any tip is left out.
+double steered(const physics::ElasticMaterial& material, const physics::InsertionResistance& resistance,
+               double bevel_ratio, double speed) {
+  double towards_face = 0;
   for (const double roll : {0.0, 180.0}) {
     reference::ReferenceInsertion insertion = there_and_back(0.090, 0.089);
+    insertion.material = material;
+    insertion.axial_speed = {{0, speed}, {0.090 / speed, speed}};
+    insertion.duration = 0.090 / speed;
     reference::ReferenceRun settings{
-        .coupling = Coupling::stylet, .track = {.bevel_ratio = 0.3}, .tissues = tissue(liver())};
+        .coupling = Coupling::stylet, .track = {.bevel_ratio = bevel_ratio}, .tissues = tissue(resistance)};
     settings.roll_deg = roll;
     reference::ReferenceExperiment experiment(insertion, settings);
-    double half = 0;
-    while (experiment.time_s() < insertion.duration) {
-      experiment.advance();
-      if (experiment.time_s() < 1.2) half = experiment.needle().positions(2, 8) - insertion.tip_start.z();
-    }
+    while (experiment.time_s() < insertion.duration) experiment.advance();
     const auto& s = experiment.needle();
-    deflection.push_back(s.positions(2, s.node_count - 1) - insertion.tip_start.z());
-    std::printf("rolled by %3.0f: off by %.2f mm half way, %.2f mm at the end\n", roll, 1e3 * half,
-                1e3 * deflection.back());
+    const Eigen::Vector3d facing = s.orientations[0] * Eigen::Vector3d::UnitX();  // the hub does not turn
+    towards_face += 0.5 * (s.positions.col(s.node_count - 1) - insertion.tip_start).dot(facing);
   }
-  EXPECT_LT(deflection[0] * deflection[1], 0);
-  EXPECT_GT(std::abs(deflection[0] - deflection[1]), 2e-3);
+  return towards_face;
+}
+
+TEST(NeedleTrack, ABevelSteersAwayFromItsFaceInEveryTissue) {
+  constexpr double kSpeed = 0.090;
+  struct Case {
+    const char* name;
+    double young_modulus;
+    physics::InsertionResistance resistance;
+  };
+  physics::InsertionResistance skin{.puncture_force = 3, .cutting_force = 1.5, .friction_per_length = 30};
+  physics::InsertionResistance fat{.cutting_force = 0.3, .friction_per_length = 5};
+  physics::InsertionResistance sticky = liver();
+  sticky.friction_coefficient = 0.3;
+  sticky.cutting_viscosity = 5;
+  for (const Case& c : {Case{"skin", 200e3, skin}, Case{"muscle", 40e3, sticky}, Case{"liver", 6e3, liver()},
+                        Case{"fat", 2e3, fat}}) {
+    const double aside =
+        steered({.young_modulus = c.young_modulus, .poisson_ratio = 0.45}, c.resistance, 0.2, kSpeed);
+    std::printf("%s: %.2f mm towards the face\n", c.name, 1e3 * aside);
+    EXPECT_LT(aside, -0.3e-3) << c.name;
+    EXPECT_NEAR(steered({.young_modulus = c.young_modulus, .poisson_ratio = 0.45}, c.resistance, 0, kSpeed), 0, 1e-7)
+        << c.name;
+  }
+}
+
+TEST(NeedleTrack, ABevelSteersAlikeAtEverySpeed) {
+  const physics::ElasticMaterial material{.young_modulus = 6e3, .poisson_ratio = 0.45};
+  const double slow = steered(material, liver(), 0.2, 0.010);
+  for (const double speed : {0.050, 0.200}) {
+    const double fast = steered(material, liver(), 0.2, speed);
+    std::printf("10 mm/s: %.3f mm towards the face, %.0f mm/s: %.3f mm\n", 1e3 * slow, 1e3 * speed, 1e3 * fast);
+    EXPECT_LT(slow, 0);
+    EXPECT_NEAR(fast / slow, 1, 0.1);
+  }
 }
 
 /// 80 mm in with a bevelled tip, at rest half way for as long as a turn takes.
-/// @return where the track lies in the tissue at rest: how deep, and how far aside; a point every 5 mm
+/// @return where the track lies in the tissue at rest: how deep, and how far towards the side that the bevel faced at
+/// first; a point every 5 mm
 std::vector<Eigen::Vector2d> bevelled_track(double turn) {
   constexpr double kSpeed = 0.045, kHalf = 0.045;
   constexpr double kTurning = kSanitized ? 2 : 0.5;  // s; a step may turn the hub by no more than its limit
@@ -352,6 +387,7 @@ std::vector<Eigen::Vector2d> bevelled_track(double turn) {
     }
   }
   std::vector<Eigen::Vector2d> track;
+  const Eigen::Vector3d facing = insertion.base(0).orientation * Eigen::Vector3d::UnitX();
   const physics::TetMesh& mesh = experiment.simulation().model(0).mesh;
   for (int c = 0; c < experiment.needle().contact_count; ++c) {
     const physics::NeedleContact& contact = experiment.needle().contacts[c];
@@ -359,7 +395,7 @@ std::vector<Eigen::Vector2d> bevelled_track(double turn) {
     for (std::size_t k = 0; k < 4; ++k) {
       at += contact.barycentric[static_cast<Eigen::Index>(k)] * mesh.nodes[mesh.tets[contact.tet][k]];
     }
-    track.emplace_back(at.x(), at.z() - insertion.tip_start.z());
+    track.emplace_back(at.x(), (at - insertion.tip_start).dot(facing));
   }
   return track;
 }

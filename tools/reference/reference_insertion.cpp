@@ -97,7 +97,8 @@ physics::SimulationBody ReferenceInsertion::body() const {
   body.mesh =
       reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(cube_edge), {cells, cells, cells});
   body.tet_materials.assign(body.mesh.tets.size(), material);
-  body.fixed_nodes = reference::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; });
+  body.fixed_nodes =
+      reference::nodes_where(body.mesh, [&](const Eigen::Vector3d& x) { return x.z() <= held_height; });
   return body;
 }
 

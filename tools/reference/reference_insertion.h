@@ -28,6 +28,7 @@ struct ReferenceInsertion {
   double haptic_hz = 0;
   double simulation_hz = 0;
   double duration = 0;
+  double held_height = 1e-9;  ///< nodes no higher than this are held, m
 
   /// Pose of the base at a time.
   physics::StylusPose base(double time_s) const;
