@@ -8,5 +8,7 @@ namespace stylet::bench {
 
 /// A bevelled tip: side, curvature against theory, speed, tissue: bevel.*
 Report mechanics_bevel(const BenchOptions& options);
+/// No energy from a frictionless needle that pushes one block on another, and from one body: passivity.*
+Report mechanics_passivity(const BenchOptions& options);
 
 }  // namespace stylet::bench
