@@ -84,7 +84,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
     bodies_.push_back(
         {.free_positions = Eigen::Matrix3Xd(3, kMaxPatchNodes),
          .trial = tissue_.positions[b],
-         .rotations = worker_.latest().bodies[b].rotations,
+         .rotations = {model.tets.size(), Eigen::Quaterniond::Identity()},
          .nodal_force = Eigen::Matrix3Xd::Zero(3, model.node_count()),
          .internal_force = Eigen::VectorXd::Zero(model.dof_count()),
          .needle_force = Eigen::VectorXd::Zero(model.dof_count()),
@@ -487,10 +487,8 @@ void SimulationLoop::fill_patch(const NeedleState* needle, TissuePatch& out) {
   out.body_count = body_count();
   for (std::size_t b = 0; b < models_.size(); ++b) {
     fill_body_patch({.model = models_[b],
-                     .factorised = worker_.latest().bodies[b],
                      .nodes = bodies_[b].nodes,
                      .free_positions = bodies_[b].free_positions,
-                     .rotations = bodies_[b].rotations,
                      .contacts = path_.contacts(static_cast<int>(b))},
                     out.bodies[b], out.flags);
   }

@@ -1,7 +1,6 @@
 #include "physics/loops/tissue_patch.h"
 
 #include "physics/contact/corridor.h"
-#include "physics/tissue/corotational.h"
 
 #include <algorithm>
 #include <array>
@@ -58,7 +57,6 @@ void fill_body_patch(const PatchSource& source, BodyPatch& out, std::uint32_t& f
     out.free_positions.col(column) = source.free_positions.col(column);
     out.rest_positions.col(column) = source.model.mesh.nodes[nodes[i]];
     out.surroundings[i] = source.model.surroundings[nodes[i]];
-    out.rotations[i] = node_rotation(source.model, nodes[i], source.factorised.rotations, source.rotations);
   }
 
   out.contact_count = 0;

@@ -16,11 +16,9 @@ namespace stylet::physics {
 /// What a body's patch is cut from.
 struct PatchSource {
   const TissueModel& model;
-  const FactorisedTissue::Body& factorised;          ///< with the nodes isolated
-  std::span<const int> nodes;                        ///< isolated, ascending
-  const Eigen::Matrix3Xd& free_positions;            ///< [3 x nodes isolated], m
-  const std::vector<Eigen::Quaterniond>& rotations;  ///< [tets] rest -> now
-  std::span<const PathContact> contacts;             ///< of the simulation loop's path; none in coupling `stylet`
+  std::span<const int> nodes;              ///< isolated, ascending
+  const Eigen::Matrix3Xd& free_positions;  ///< [3 x nodes isolated], m
+  std::span<const PathContact> contacts;   ///< of the simulation loop's path; none in coupling `stylet`
 };
 
 /// Fills a body's patch but for W_bar; kPatchTetOverflow in `flags` where its tetrahedra do not fit.

@@ -9,7 +9,6 @@ BodyPatch::BodyPatch()
     : node_ids(kMaxPatchNodes),
       free_positions(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
       rest_positions(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
-      rotations(kMaxPatchNodes, Eigen::Quaterniond::Identity()),
       surroundings(kMaxPatchNodes),
       contacts(kMaxContacts),
       tet_ids(kMaxPatchTets),

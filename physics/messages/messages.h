@@ -94,7 +94,6 @@ struct BodyPatch {
   Eigen::Matrix3Xd free_positions;             ///< [3 x node_count] all needle force removed, linearised at the
                                                ///< current state, m
   Eigen::Matrix3Xd rest_positions;             ///< [3 x node_count] m
-  std::vector<Eigen::Quaterniond> rotations;   ///< [node_count] node rotation since the factorisation
   std::vector<NodeSurroundings> surroundings;  ///< [node_count]
   /// W_bar [3 node_count x 3 node_count], the compliance of the isolated DOFs, symmetric positive definite, m/N; by
   /// blocks of two nodes without gaps, because that is how the haptic side reads it, all over the place: a block is

@@ -222,16 +222,4 @@ double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& position
   return energy;
 }
 
-Eigen::Quaterniond node_rotation(const TissueModel& model, int node, std::span<const Eigen::Quaterniond> from,
-                                 std::span<const Eigen::Quaterniond> to) {
-  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-  for (int k = model.incident_start[node]; k < model.incident_start[node + 1]; ++k) {
-    const auto t = static_cast<std::size_t>(model.incident_tets[k]);
-    const Eigen::Vector4d q = (to[t] * from[t].conjugate()).coeffs();
-    sum += (q.w() < 0 ? -1.0 : 1.0) * model.tets[t].volume * q;  // q and -q are one rotation; these are small ones
-  }
-  if (!(sum.squaredNorm() > 0)) return Eigen::Quaterniond::Identity();
-  return Eigen::Quaterniond(sum).normalized();
-}
-
 }  // namespace stylet::physics

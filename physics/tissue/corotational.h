@@ -45,8 +45,4 @@ struct CorotatedStress {
 CorotatedStress corotated_stress(const TetRest& rest, const Eigen::Matrix3d& f, const Eigen::Matrix3d& r,
                                  double rest_size = 1);
 
-/// Rotation of a node from one set of element rotations to another: the volume-weighted mean over its tetrahedra.
-Eigen::Quaterniond node_rotation(const TissueModel& model, int node, std::span<const Eigen::Quaterniond> from,
-                                 std::span<const Eigen::Quaterniond> to);
-
 }  // namespace stylet::physics

@@ -48,8 +48,7 @@ FactorisedTissue factorised_at_rest(std::span<const TissueModel> models, std::sp
     }
     result.bodies.push_back({.factor = std::move(factor),
                              .trailing_nodes = {},
-                             .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes),
-                             .rotations = rest});
+                             .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes)});
   }
   return result;
 }
@@ -123,7 +122,6 @@ bool FactorisationWorker::step() {
     patterns_[b].assemble(models_[b], wanted.rotations, damping_scale(models_[b], dt_), values_[b]);
     factorised = body.factor.factorise(patterns_[b], values_[b], workspace_);
     if (!factorised) break;
-    body.rotations = wanted.rotations;
     body.isolated.reset(body.trailing_nodes, models_[b], body.factor);
   }
   if (factorised) {

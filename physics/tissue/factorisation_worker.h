@@ -31,9 +31,8 @@ struct FactorisationRequest {
 struct FactorisedTissue {
   struct Body {
     Factorisation factor;
-    std::vector<int> trailing_nodes;            ///< eliminated last: isolated and foreseen in some request
-    IsolatedDofs isolated;                      ///< knows those; whoever holds the value may add more (its own slot)
-    std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
+    std::vector<int> trailing_nodes;  ///< eliminated last: isolated and foreseen in some request
+    IsolatedDofs isolated;            ///< knows those; whoever holds the value may add more (its own slot)
   };
   std::uint64_t epoch = 0;
   std::vector<Body> bodies;

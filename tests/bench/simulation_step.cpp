@@ -11,7 +11,6 @@
 #include "physics/needle/needle.h"
 #include "physics/tissue/blas.h"
 #include "physics/tissue/corotational.h"
-#include "physics/tissue/warped_compliance.h"
 #include "tools/reference/kuhn_box.h"
 
 #include <benchmark/benchmark.h>
@@ -244,100 +243,6 @@ void w_bar_outside(benchmark::State& state) {
   });
 }
 
-/// Steps p <- p - M (F_int(p) - f) from rest until the residual is 1e-6 of f, at most 200; M the inverse of A at
-/// rest, or with `warped` R A^-1 R^T with the node rotations of each p.
-int quasi_newton_steps(Tissue& t, const Eigen::VectorXd& load, bool warped) {
-  const std::vector<Eigen::Quaterniond> rest(t.rotations.size(), Eigen::Quaterniond::Identity());
-  std::vector<Eigen::Quaterniond> now = rest;
-  Eigen::Matrix3Xd p = rest_positions(t.model);
-  const auto free = [&](int n) { return 3 * t.model.free_index[n]; };
-  Eigen::VectorXd x(load.size());
-  for (int steps = 0; steps < 200; ++steps) {
-    update_rotations(t.model, p, now);
-    internal_forces(t.model, p, now, t.forces);
-    x = -load;
-    for (int n = 0; n < t.model.node_count(); ++n) {
-      if (free(n) >= 0) x.segment<3>(free(n)) += t.forces.col(n);
-    }
-    if (x.norm() < 1e-6 * load.norm()) return steps;
-    std::vector<Eigen::Quaterniond> r(std::size_t(t.model.node_count()), Eigen::Quaterniond::Identity());
-    for (int n = 0; warped && n < t.model.node_count(); ++n) r[n] = node_rotation(t.model, n, rest, now);
-    for (int n = 0; n < t.model.node_count(); ++n) {
-      if (free(n) >= 0) x.segment<3>(free(n)) = r[n].conjugate() * Eigen::Vector3d(x.segment<3>(free(n)));
-    }
-    t.factor.solve_single(x, x, t.workspace);
-    for (int n = 0; n < t.model.node_count(); ++n) {
-      if (free(n) >= 0) p.col(n) -= r[n] * Eigen::Vector3d(x.segment<3>(free(n)));
-    }
-  }
-  return 200;
-}
-
-/// What warping W_bar gains: tissue bent aside by a load until its corridor has turned by range(1) degrees since the
-/// factorisation at rest. Errors are relative to W_bar of a fresh factorisation; the time is that of the warp.
-void w_bar_warped(benchmark::State& state) {
-  Tissue t(cube(int(state.range(0)), 0));
-  const std::vector<int> nodes = corridor_nodes(t.model, 40);
-  const std::vector<int> dofs = dofs_of(t.model, nodes);
-  const auto size = static_cast<Eigen::Index>(dofs.size());
-  const std::vector<Eigen::Quaterniond> rest(t.rotations.size(), Eigen::Quaterniond::Identity());
-  t.factor.order_last(dofs, t.pattern, t.workspace);
-  Eigen::MatrixXd exact(size, size), frozen(size, size);
-
-  // A shear load on the top, raised until the mean rotation is reached; each equilibrium with fresh factors.
-  Eigen::VectorXd load = Eigen::VectorXd::Zero(t.model.dof_count());
-  t.positions = rest_positions(t.model);
-  t.rotations = rest;
-  t.assemble();
-  t.factor.factorise(t.pattern, t.values, t.workspace);
-  t.factor.trailing_compliance(frozen);
-  std::vector<Eigen::Quaterniond> turned(nodes.size());
-  double angle = 0;
-  for (double force = 0; angle < double(state.range(1)) && force < 20; force += 0.05) {
-    for (int n = 0; n < t.model.node_count(); ++n) {
-      if (t.model.mesh.nodes[n].z() > 0.0999) {
-        load[3 * t.model.free_index[n]] = force / double(state.range(0) * state.range(0));
-      }
-    }
-    for (int newton = 0; newton < 4; ++newton) {
-      internal_forces(t.model, t.positions, t.rotations, t.forces);
-      Eigen::VectorXd x = load;
-      for (int n = 0; n < t.model.node_count(); ++n) {
-        const int i = t.model.free_index[n];
-        if (i >= 0) x.segment<3>(3 * i) -= t.forces.col(n);
-      }
-      t.assemble();
-      t.factor.factorise(t.pattern, t.values, t.workspace);
-      t.factor.solve(x, x, t.workspace);
-      for (int n = 0; n < t.model.node_count(); ++n) {
-        const int i = t.model.free_index[n];
-        if (i >= 0) t.positions.col(n) += x.segment<3>(3 * i);
-      }
-      update_rotations(t.model, t.positions, t.rotations);
-    }
-    angle = 0;
-    for (std::size_t k = 0; k < nodes.size(); ++k) {
-      turned[k] = node_rotation(t.model, nodes[k], rest, t.rotations);
-      angle += turned[k].angularDistance(Eigen::Quaterniond::Identity()) * 180 / M_PI / double(nodes.size());
-    }
-  }
-  t.assemble();
-  t.factor.factorise(t.pattern, t.values, t.workspace);
-  t.factor.trailing_compliance(exact);
-  Eigen::MatrixXd warped;
-  sample(state, [&] {
-    warped = frozen;
-    warp_compliance(turned, warped);
-  });
-  state.counters["turned_deg"] = angle;
-  state.counters["error_frozen"] = (frozen - exact).norm() / exact.norm();
-  state.counters["error_warped"] = (warped - exact).norm() / exact.norm();
-  t.pattern.assemble(t.model, rest, 1, t.values);
-  t.factor.factorise(t.pattern, t.values, t.workspace);
-  state.counters["steps_frozen"] = quasi_newton_steps(t, load, false);
-  state.counters["steps_warped"] = quasi_newton_steps(t, load, true);
-}
-
 /// A rigid straight needle whose tip is at `tip_x`, pressing a little on all isolated nodes.
 NeedleState needle_to(double tip_x, const TissuePatch& patch) {
   NeedleState needle;
@@ -431,7 +336,6 @@ void register_all() {
     add("w_bar_trailing", w_bar_trailing, {n, 40}, 30);
     add("w_bar_trailing", w_bar_trailing, {n, 100}, 30);
     if (n == 12) {
-      for (const int degrees : {5, 10, 20}) add("w_bar_warped", w_bar_warped, {n, degrees}, 30);
     }
     add("w_bar_outside", w_bar_outside, {n, 4}, 2 * few);
     add("w_bar_outside", w_bar_outside, {n, 40}, few);

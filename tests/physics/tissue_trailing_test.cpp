@@ -1,10 +1,8 @@
 // The corridor eliminated last: W_bar from the trailing block of the factor, solves in halves, nodes outside.
 #include "physics/loops/simulation_loop.h"
-#include "physics/tissue/corotational.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/isolated_dofs.h"
 #include "physics/tissue/triangular_inverse.h"
-#include "physics/tissue/warped_compliance.h"
 #include "tests/support/dense_tissue.h"
 #include "tools/reference/dense_algebra.h"
 #include "tools/reference/kuhn_box.h"
@@ -216,60 +214,6 @@ TEST(IsolatedDofsDeathTest, RefusesACorridorThatIsNotTheFactors) {
   EXPECT_DEATH(isolated.reset(other, cube.model, cube.factor), "not those of the factor");
   const std::vector<int> short_of_one{40};
   EXPECT_DEATH(isolated.reset(short_of_one, cube.model, cube.factor), "not those of the factor");
-}
-
-/// W_bar of the body in state `positions`, and the node rotations to it from rest.
-struct CorridorState {
-  CorridorState(JitteredCube& cube, const std::vector<int>& nodes, const Eigen::Matrix3Xd& positions) {
-    const std::vector<Eigen::Quaterniond> rest(cube.model.tets.size(), Eigen::Quaterniond::Identity());
-    std::vector<Eigen::Quaterniond> now = rest;
-    update_rotations(cube.model, positions, now);
-    cube.pattern.assemble(cube.model, now, 1, cube.values);
-    cube.factorise(nodes);
-    w_bar.resize(Eigen::Index(3 * nodes.size()), Eigen::Index(3 * nodes.size()));
-    cube.factor.trailing_compliance(w_bar);
-    for (const int node : nodes) rotations.push_back(node_rotation(cube.model, node, rest, now));
-  }
-  Eigen::MatrixXd w_bar;
-  std::vector<Eigen::Quaterniond> rotations;
-};
-
-TEST(WarpedCompliance, IsExactForABodyThatTurnsAsOne) {
-  JitteredCube cube(4);
-  const std::vector<int> nodes{50, 62, 70, 71};
-  const Eigen::Matrix3Xd rest = rest_positions(cube.model);
-  Eigen::MatrixXd w_bar = CorridorState(cube, nodes, rest).w_bar;
-  const Eigen::MatrixXd frozen = w_bar;
-  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.8, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
-  const CorridorState turned(cube, nodes, turn * rest);
-  warp_compliance(turned.rotations, w_bar);
-  EXPECT_EQ(w_bar, Eigen::MatrixXd(w_bar.transpose()));
-  EXPECT_LT(relative(w_bar, turned.w_bar), 1e-12);
-  EXPECT_GT(relative(frozen, turned.w_bar), 0.1);
-}
-
-TEST(WarpedCompliance, IsCloserThanTheFrozenOneWhereTheBodyIsTwisted) {
-  // Held at its bottom, twisted about z: every layer has its own angle, so what remains is the strain.
-  JitteredCube cube(6);
-  const std::vector<int> nodes = cube.nodes_where(
-      [](const Eigen::Vector3d& x) { return std::abs(x.y() - 0.05) < 0.02 && std::abs(x.z() - 0.05) < 0.02; });
-  const Eigen::Matrix3Xd rest = rest_positions(cube.model);
-  const Eigen::MatrixXd frozen = CorridorState(cube, nodes, rest).w_bar;
-  for (const double angle : {0.1, 0.2, 0.4}) {
-    Eigen::Matrix3Xd positions = rest;
-    for (int n = 0; n < cube.model.node_count(); ++n) {
-      const Eigen::Vector3d centre(0.05, 0.05, rest(2, n));
-      const Eigen::AngleAxisd twist(angle * rest(2, n) / 0.05, Eigen::Vector3d::UnitZ());
-      positions.col(n) = centre + twist * (rest.col(n) - centre);
-    }
-    const CorridorState twisted(cube, nodes, positions);
-    Eigen::MatrixXd warped = frozen;
-    warp_compliance(twisted.rotations, warped);
-    const double error = relative(warped, twisted.w_bar);
-    const double error_frozen = relative(frozen, twisted.w_bar);
-    std::printf("  turned by %.1f rad: W_bar off by %.3f, warped by %.3f\n", angle, error_frozen, error);
-    EXPECT_LT(error, 0.75 * error_frozen) << "the strain alone remains";
-  }
 }
 
 TEST(FactorisationWorker, CorridorCoversTheIsolatedNodesAndRarelyChanges) {

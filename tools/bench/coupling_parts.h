@@ -21,7 +21,7 @@ Report coupling_synchronisation(const reference::ReferenceInsertion& insertion, 
 /// R1 over meshes and contact spacings with and without sub-grid compliance, condition of the contact system, and the
 /// indentation at puncture: subgrid.*
 Report coupling_subgrid(const reference::ReferenceInsertion& insertion, const BenchOptions& options);
-/// W_bar from the trailing block of the factor: time, error against full solves, and what warping gains: w_bar.*
+/// W_bar from the trailing block of the factor: time, error against full solves: w_bar.*
 Report coupling_w_bar(const reference::ReferenceInsertion& insertion, const BenchOptions& options);
 /// Force over depth with puncture, cutting and friction, the work done, LuGre beside Coulomb friction, other haptic
 /// rates, and the classical models on the same motion: resistance.*

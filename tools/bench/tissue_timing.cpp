@@ -5,7 +5,6 @@
 #include "physics/loops/tissue_patch.h"
 #include "physics/messages/latest_value.h"
 #include "physics/tissue/blas.h"
-#include "physics/tissue/corotational.h"
 
 #include <algorithm>
 #include <atomic>
@@ -81,8 +80,7 @@ public:
         haptic_({.needle = insertion.needle, .base = {}, .relative_compliance = 0}, insertion.base(0)),
         kernels_(insertion.needle, insertion.base(0), 1 / insertion.haptic_hz),
         patches_(simulation_.make_patch()),
-        exchanged_(simulation_.make_patch().bodies[0]),
-        rotations_(simulation_.model(0).tets.size(), Eigen::Quaterniond::Identity()) {
+        exchanged_(simulation_.make_patch().bodies[0]) {
     timing.nodes = simulation_.model(0).node_count();
   }
 
@@ -110,7 +108,6 @@ public:
     });
     kernels_.place_rows();
     if (!timed) return;
-    update_rotations(simulation_.model(0), simulation_.tissue().positions[0], rotations_);
     timing_.simulation_exchange.time([&] { hand_over(); });
     timing_.w_bar.time([&] { fill_compliance(); });
     exchanged_.publish();
@@ -144,7 +141,7 @@ private:
   double time_s() const { return static_cast<double>(haptic_step_) / insertion_.haptic_hz; }
 
   /// What a simulation step does to hand its state over, W_bar aside: a patch is filled in place inside step(), so
-  /// the same is done here into a patch of its own: positions and rotations of the isolated nodes, contacts,
+  /// the same is done here into a patch of its own: positions of the isolated nodes, contacts,
   /// tetrahedra, surfaces ahead of the tip. The swap of the buffer behind both parts is one atomic exchange.
   void hand_over() {
     const physics::TissueModel& model = simulation_.model(0);
@@ -155,8 +152,6 @@ private:
     for (int i = 0; i < from.node_count; ++i) {
       to.node_ids[i] = from.node_ids[i];
       to.free_positions.col(i) = positions.col(from.node_ids[i]);
-      to.rotations[i] =
-          node_rotation(model, from.node_ids[i], simulation_.worker().latest().bodies[0].rotations, rotations_);
     }
     std::copy_n(from.contacts.begin(), from.contact_count, to.contacts.begin());
     std::copy_n(from.tet_ids.begin(), from.tet_count, to.tet_ids.begin());
@@ -183,7 +178,6 @@ private:
   physics::LatestValue<TissuePatch> patches_;
   physics::LatestValue<NeedleState> needles_;
   physics::LatestValue<BodyPatch> exchanged_;
-  std::vector<Eigen::Quaterniond> rotations_;
   std::vector<physics::SurfaceCrossing> crossings_;
   Eigen::VectorXd lambda_ = Eigen::VectorXd::Constant(physics::kMaxRows, 0.01);
   std::uint64_t haptic_step_ = 0;
