@@ -99,7 +99,7 @@ void Delassus::add_tissue(const TissuePoints& tissue, const std::vector<ActiveCo
     const ActiveContact& cj = contacts[j];
     for (int i = j; i < contact_count_; ++i) {
       const ActiveContact& ci = contacts[i];
-      if (tissue.body(ci.point) != tissue.body(cj.point)) continue;
+      if (tissue.body(ci.point) != tissue.body(cj.point) && !tissue.bodies_coupled()) continue;
       const Eigen::Matrix3d compliance = tissue.compliance(ci.point, cj.point);
       for (int k = 0; k < cj.row_count; ++k) {
         const Vector3d moved = compliance * cj.directions.col(k);

@@ -51,7 +51,9 @@ void NeedleTrack::load(const TissuePatch& patch, TissuePoints& tissue) {
     if (!find_in_patch(patch, point) && point.active) flags_ |= kNeedlePatchLeft;
   }
   if (!tip_.find(patch)) flags_ |= kNeedlePatchLeft;
+  tissue.take_organs(patch);
   place_points(patch, tissue);
+  tissue.settle_organs(patch);
 }
 
 void NeedleTrack::place_points(const TissuePatch& patch, TissuePoints& tissue) {

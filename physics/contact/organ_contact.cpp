@@ -17,6 +17,7 @@ constexpr double kSettled = 1e-10;  // m: a sweep that moves no point further en
 constexpr double kInFront = 0.5;
 constexpr double kInFrontOfRim = 0.98;
 constexpr double kOnSurface = 1e-5;  // m: nearer than this the way has no direction
+constexpr double kOverRim = 1e-3;    // m: a pressed node no further beside the rim stays; else it would come and go
 constexpr int kMaxSubdivision = 6;   // of a face's edge into probe points
 constexpr double kAtLimit = 1e-9;    // relative: friction nearer to its limit than this slides
 
@@ -165,7 +166,9 @@ SurfaceRow OrganContact::face_to_face(int pair, int node, bool pressed) const {
   row.normal = surface.normal(nearest);
   row.gap = (x - nearest.position).dot(row.normal);
   const double in_front = nearest.on_crease && !pressed ? kInFrontOfRim : kInFront;
-  if (nearest.distance > kOnSurface && std::abs(row.gap) < in_front * nearest.distance) return row;
+  const double beside = std::sqrt(std::max(0.0, nearest.distance * nearest.distance - row.gap * row.gap));
+  const bool stays = nearest.distance <= kOnSurface || (pressed && beside < kOverRim);
+  if (!stays && std::abs(row.gap) < in_front * nearest.distance) return row;
   row.position = nearest.position;
   row.pair = pair;
   row.supports[0] = {bodies.nodes_of, node, 1};
@@ -455,13 +458,8 @@ void OrganContact::keep(const RigidPose* probe) {
 void OrganContact::sum_up(const RigidPose* probe) {
   probe_ = {};
   report_.rows = static_cast<int>(rows_.size());
+  collect_forces();
   for (const SurfaceRow& row : rows_) {
-    for (int s = 0; s < row.support_count && row.lambda > 0; ++s) {
-      const SurfaceRow::Support& support = row.supports[s];
-      Body& body = bodies_[support.body];
-      body.force.col(support.node) += support.weight * row.force();
-      body.loaded.push_back(support.node);
-    }
     if (row.pair >= 0) report_.deepest = std::max(report_.deepest, -row.gap);
     if (row.lambda <= 0) continue;
     ++report_.pressing;
@@ -478,6 +476,47 @@ void OrganContact::sum_up(const RigidPose* probe) {
     probe_.wrench.force += force;
     probe_.wrench.moment += (row.position - probe->position).cross(force);
   }
+}
+
+void OrganContact::collect_forces() {
+  for (const SurfaceRow& row : rows_) {
+    for (int s = 0; s < row.support_count && row.lambda > 0; ++s) {
+      const SurfaceRow::Support& support = row.supports[s];
+      Body& body = bodies_[support.body];
+      body.force.col(support.node) += support.weight * row.force();
+      body.loaded.push_back(support.node);
+    }
+  }
+}
+
+void OrganContact::take(std::span<const int> rows, Eigen::Ref<const Eigen::VectorXd> lambda) {
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    SurfaceRow& row = rows_[rows[k]];
+    row.lambda = std::max(0.0, lambda[static_cast<Eigen::Index>(k)]);
+    (row.pair >= 0 ? nodes_[row.pair][row.slot].lambda : points_[row.slot].lambda) = row.lambda;
+  }
+  for (Body& body : bodies_) {
+    for (const int node : body.loaded) body.force.col(node).setZero();
+    body.loaded.clear();
+  }
+  collect_forces();
+}
+
+std::size_t OrganContact::nodes(int body, std::vector<int>& out) const {
+  out.clear();
+  std::size_t pressed = 0;
+  for (const bool under_force : {true, false}) {
+    for (const SurfaceRow& row : rows_) {
+      if ((row.lambda > 0) != under_force) continue;
+      for (int s = 0; s < row.support_count; ++s) {
+        const SurfaceRow::Support& support = row.supports[s];
+        if (support.body != body || bodies_[body].model->free_index[support.node] < 0) continue;
+        if (std::find(out.begin(), out.end(), support.node) == out.end()) out.push_back(support.node);
+      }
+    }
+    if (under_force) pressed = out.size();
+  }
+  return pressed;
 }
 
 void OrganContact::add_forces(int body, Eigen::VectorXd& forces) const {

@@ -52,6 +52,9 @@ struct OrganContactSettings {
   int max_points = 64;    ///< of a pair: those with the smallest gaps count
   double reach = 0.002;   ///< nodes further than this from the other surface have no row, m
   double search = 0.015;  ///< how deep below a surface a node is still found, m
+  /// The haptic loop follows the contacts that the needle moves (eq. 31b); else their forces are constant between
+  /// two steps, as in the couplings of the paper.
+  bool at_haptic_rate = true;
   int learn_limit = 12;   ///< nodes of a body whose compliance one step may compute (three solves each)
   std::optional<ProbeContactSettings> probe{};
 };
@@ -123,6 +126,14 @@ public:
   /// @param probe      null: none
   void update(std::span<const Eigen::Matrix3Xd> positions, const RigidPose* probe, SolveWorkspace& workspace);
 
+  /// Other multipliers for some rows of the last update: what the bodies answered to the needle since.
+  /// @param rows    indices into rows()
+  /// @param lambda  of them, N
+  void take(std::span<const int> rows, Eigen::Ref<const Eigen::VectorXd> lambda);
+  /// Free nodes of a body that have a row, those under force first.
+  /// @return how many of them are under force
+  std::size_t nodes(int body, std::vector<int>& out) const;
+
   /// Adds H^T lambda of the last update.
   /// @param forces  [free DOFs of the body], N
   void add_forces(int body, Eigen::VectorXd& forces) const;
@@ -167,6 +178,8 @@ private:
   void relax();
   void keep(const RigidPose* probe);
   void sum_up(const RigidPose* probe);
+  /// Of rows_, node by node, into the bodies' force.
+  void collect_forces();
 
   /// s, t and their limit, from what the point keeps in the probe's frame; where it slides its anchor follows.
   void hold(SurfaceRow& row, ProbePoint& point, const Eigen::Vector3d& in_probe,

@@ -21,7 +21,10 @@ Vector3d free_in_patch(const TissuePatch& patch, const PatchContact& contact, in
 }  // namespace
 
 TissuePoints::TissuePoints()
-    : contacts_(kMaxContacts),
+    : openings_(Eigen::MatrixXd::Zero(kMaxOrganRows, kStride)),
+      folded_(openings_),
+      moved_(Eigen::VectorXd::Zero(kMaxOrganRows)),
+      contacts_(kMaxContacts),
       bodies_(kMaxContacts),
       free_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
       current_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
@@ -34,6 +37,7 @@ TissuePoints::TissuePoints()
 
 bool TissuePoints::load(const TissuePatch& patch) {
   const int body_count = std::clamp(patch.body_count, 0, kMaxBodies);
+  organs_.clear();
 
   // How many shallow contacts of each body to skip: taken from whichever body has most, until the rest fits.
   std::array<int, kMaxBodies> skipped{};
@@ -144,16 +148,50 @@ void TissuePoints::carry_forces() {
 }
 
 bool TissuePoints::couple(const TissuePatch& patch, int j) {
+  const int rows = organs_.rows(), carrying = organs_.carrying();
+  const auto point = [](int p) { return std::ptrdiff_t{3} * p; };
+  if (rows > 0) {
+    auto openings = openings_.middleCols<3>(point(j)).topRows(rows);
+    if (contact(j).rigid) {
+      openings.setZero();
+    } else {
+      organs_.openings(patch, body(j), contact(j), openings);
+    }
+    organs_.fold(openings, folded_.middleCols<3>(point(j)).topRows(carrying));
+    for (int d = 0; d < 3; ++d) free_(d, j) += openings.col(d).dot(organs_.free_change());
+  }
   double sum = free_.col(j).sum();  // finite if its terms are
   for (int i = 0; i <= j; ++i) {
     Matrix3d coupled = Matrix3d::Zero();
     const bool held = contact(i).rigid || contact(j).rigid;
     if (body(i) == body(j) && !held) coupled = patch.bodies[body(j)].compliance(contact(i), contact(j));
+    for (int a = 0; a < 3 && carrying > 0; ++a) {
+      for (int b = 0; b < 3; ++b) {
+        coupled(a, b) -= folded_.col(point(i) + a).head(carrying).dot(folded_.col(point(j) + b).head(carrying));
+      }
+    }
     block(i, j) = coupled;
     block(j, i) = coupled.transpose();
     sum += coupled.sum();
   }
   return std::isfinite(sum);
+}
+
+void TissuePoints::settle_organs(const TissuePatch& patch) {
+  const int rows = organs_.rows();
+  if (rows == 0) return;
+  auto moved = moved_.head(rows);
+  moved.setZero();
+  for (int j = 0; j < count_; ++j) {
+    if (forces_.col(j).isZero(0)) continue;
+    for (int d = 0; d < 3; ++d) moved += forces_(d, j) * openings_.col(std::ptrdiff_t{3} * j + d).head(rows);
+  }
+  if (!organs_.settle(moved)) return;
+  for (int j = 0; j < count_; ++j) {
+    free_.col(j) = free_in_patch(patch, contacts_[j], bodies_[j]);
+    finite_ = couple(patch, j) && finite_;
+  }
+  move_points();
 }
 
 Vector3d TissuePoints::node_position(const TissuePatch& patch, int body, int patch_node) const {
@@ -165,6 +203,10 @@ Vector3d TissuePoints::node_position(const TissuePatch& patch, int body, int pat
       position +=
           nodes.w_bar(patch_node, contacts_[i].patch_nodes[k]) * (contacts_[i].barycentric[k] * forces_.col(i));
     }
+  }
+  const int rows = organs_.rows();
+  for (int d = 0; d < 3 && rows > 0; ++d) {
+    position[d] += patch.organs.y[body].col(std::ptrdiff_t{3} * patch_node + d).head(rows).dot(organs_.change());
   }
   return position;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "physics/contact/active_contact.h"
+#include "physics/contact/organ_coupling.h"
 #include "physics/messages/messages.h"
 
 #include <Eigen/Core>
@@ -28,6 +29,13 @@ public:
   /// @return false if contacts were left out
   /// @realtime no allocation; O(points^2)
   bool load(const TissuePatch& patch);
+  /// The contacts between the bodies of a new patch: they count in what place() makes of it, not in load().
+  /// @realtime no allocation; O(rows^3)
+  void take_organs(const TissuePatch& patch) { organs_.load(patch.organs); }
+  /// Which of those contacts carry force under the present forces; where that has changed, compliance and positions
+  /// follow. After take_organs() and place(), and after apply().
+  /// @realtime no allocation; O(rows^2), where it has changed O(rows^3 + points rows^2 + points^2 rows)
+  void settle_organs(const TissuePatch& patch);
   /// Takes points of the haptic loop's own, at most kMaxContacts; forces are carried over in the same way.
   /// @param contacts  id, tet, patch_nodes and barycentric count
   /// @realtime no allocation; O(points^2)
@@ -42,6 +50,7 @@ public:
   void clear() {
     count_ = 0;
     finite_ = true;
+    organs_.clear();
   }
 
   int count() const { return count_; }
@@ -58,7 +67,9 @@ public:
   /// Position of a node of the patch under the present forces, m.
   /// @realtime no allocation; O(points)
   Eigen::Vector3d node_position(const TissuePatch& patch, int body, int patch_node) const;
-  /// Displacement of point i per force on point j, m/N [3 x 3]; zero between bodies.
+  /// Whether points of different bodies move each other: the bodies press on each other.
+  bool bodies_coupled() const { return organs_.carrying() > 0; }
+  /// Displacement of point i per force on point j, m/N [3 x 3]; zero between bodies that are not coupled.
   auto compliance(int i, int j) const {
     return Eigen::Map<const Eigen::Matrix3d, 0, Eigen::OuterStride<>>(
         compliance_.data() + 3 * i + std::ptrdiff_t{3} * j * stride_, Eigen::OuterStride<>(stride_));
@@ -82,6 +93,9 @@ private:
 
   int count_ = 0;
   bool finite_ = true;
+  OrganCoupling organs_;
+  Eigen::MatrixXd openings_, folded_;         // [kMaxOrganRows x 3 kMaxContacts] y and z of each point
+  Eigen::VectorXd moved_;                     // [kMaxOrganRows] scratch
   std::vector<PatchContact> contacts_;        // [count_]
   std::vector<int> bodies_;                   // [count_]
   Eigen::Matrix3Xd free_, current_, forces_;  // [3 x count_]

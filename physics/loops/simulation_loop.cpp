@@ -94,6 +94,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .loaded_nodes = {},
          .eliminated = Eigen::VectorXd::Zero(model.dof_count()),
          .eliminated_force = Eigen::VectorXd::Zero(model.dof_count()),
+         .eliminated_contact = Eigen::VectorXd::Zero(model.dof_count()),
          .displacement = Eigen::VectorXd::Zero(model.dof_count()),
          .pass = Eigen::VectorXd::Zero(model.dof_count()),
          .nodes = {},
@@ -123,6 +124,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
   std::vector<const Factorisation*> at_rest;
   for (const FactorisedTissue::Body& body : worker_.latest().bodies) at_rest.push_back(&body.factor);
   contact_.emplace(models_, at_rest, settings.contact);
+  follow_organs_ = settings.contact.at_haptic_rate && !settings.lay_contacts;
 }
 
 Eigen::Matrix3Xd SimulationLoop::field_of(std::size_t b, const Eigen::Matrix3Xd& held) {
@@ -144,6 +146,7 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   tissue_.time_s = input.time_s;
 
   const NeedleState* needle = accept(input.needle, report);
+  respond_organs();
   move_held(input.held_amplitude, report);
   correct_motion(report);
   fill_cavities(input.cavity_shares, report);
@@ -151,6 +154,7 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   touch(input.probe, report);
   free_motion(report);
   isolate(needle, report, out);
+  couple_organs(needle, out);
   request_factorisation(input, needle, report);
   fill_patch(needle, out);
 
@@ -200,7 +204,7 @@ void SimulationLoop::respond(std::size_t b) {
   BodyState& body = bodies_[b];
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
   // What the forces have changed since the first half; they act on trailing nodes, so it costs next to nothing.
-  body.displacement = body.needle_force - body.eliminated_force;
+  body.displacement = body.needle_force + body.contact_force - body.eliminated_force;
   factorised.factor.eliminate(body.displacement, body.pass, workspace_);
   body.pass = body.eliminated - body.pass;
   factorised.factor.substitute_back(body.pass, body.displacement, workspace_);
@@ -211,6 +215,7 @@ void SimulationLoop::respond(std::size_t b) {
   const IsolatedDofs& isolated = factorised.isolated;
   const auto known = [&](int node) { return isolated.known(node); };
   if (!std::all_of(body.loaded_nodes.begin(), body.loaded_nodes.end(), known)) return;
+  const std::span<const int> pressed = organs_.nodes(static_cast<int>(b));
   for (std::size_t i = 0; i < body.nodes.size(); ++i) {
     if (!known(body.nodes[i])) continue;
     Eigen::Vector3d x = body.free_positions.col(static_cast<Eigen::Index>(i));
@@ -218,14 +223,19 @@ void SimulationLoop::respond(std::size_t b) {
       const int dof = 3 * model.free_index[node];
       x += isolated.block(body.nodes[i], node) * body.needle_force.segment<3>(dof);
     }
+    for (const int node : pressed) {
+      const int dof = 3 * model.free_index[node];
+      const Eigen::Vector3d change = body.contact_force.segment<3>(dof) - body.eliminated_contact.segment<3>(dof);
+      if (!change.isZero(0)) x += isolated.block(body.nodes[i], node) * change;
+    }
     body.trial.col(body.nodes[i]) = x;
   }
 }
 
-void SimulationLoop::free_isolated(std::size_t b) {
+void SimulationLoop::free_positions(std::size_t b, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free) {
   const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
-  if (body.nodes.empty()) return;
+  if (nodes.empty()) return;
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
   const IsolatedDofs& isolated = factorised.isolated;
   // p_free = p - A_f^-1 (F_int - H^T lambda) - A_f^-1 H^T lambda   (eq. 7). The last term is W_bar H^T lambda, but
@@ -244,18 +254,63 @@ void SimulationLoop::free_isolated(std::size_t b) {
     factorised.factor.eliminate(body.displacement, forgotten, workspace_);
     body.pass += forgotten;
   }
-  auto free = body.free_positions.leftCols(static_cast<Eigen::Index>(body.nodes.size()));
-  isolated.solution_at(body.nodes, body.pass, factorised.factor, free);
-  for (std::size_t i = 0; i < body.nodes.size(); ++i) {
+  isolated.solution_at(nodes, body.pass, factorised.factor, free);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
     auto x = free.col(static_cast<Eigen::Index>(i));
-    x = tissue_.positions[b].col(body.nodes[i]) - x;
-    if (!isolated.known(body.nodes[i])) continue;
+    x = tissue_.positions[b].col(nodes[i]) - x;
+    if (!isolated.known(nodes[i])) continue;
     for (const int node : body.loaded_nodes) {
       if (!isolated.known(node)) continue;
       const int dof = 3 * model.free_index[node];
-      x -= isolated.block(body.nodes[i], node) * body.needle_force.segment<3>(dof);
+      x -= isolated.block(nodes[i], node) * body.needle_force.segment<3>(dof);
     }
   }
+}
+
+std::vector<OrganResponseBody> SimulationLoop::organ_bodies() const {
+  std::vector<OrganResponseBody> all;
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    all.push_back({models_[b], worker_.latest().bodies[b].isolated, bodies_[b].nodes});
+  }
+  return all;
+}
+
+// The contacts answer to the needle's forces as they did in the haptic loop (eq. 31b), so that the bodies go where it
+// showed them.
+void SimulationLoop::respond_organs() {
+  if (organs_.count() == 0) return;
+  std::vector<const Eigen::VectorXd*> forces;
+  std::vector<const std::vector<int>*> loaded;
+  for (const BodyState& body : bodies_) {
+    forces.push_back(&body.needle_force);
+    loaded.push_back(&body.loaded_nodes);
+  }
+  if (!organs_.respond(contact_->rows(), organ_bodies(), forces, loaded)) return;
+  contact_->take(organs_.rows(), organs_.lambda());
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    bodies_[b].contact_force = bodies_[b].load;
+    contact_->add_forces(static_cast<int>(b), bodies_[b].contact_force);
+  }
+}
+
+void SimulationLoop::couple_organs(const NeedleState* needle, TissuePatch& out) {
+  organs_.clear();
+  out.organs.count = 0;
+  if (!follow_organs_ || needle == nullptr) return;
+  const std::vector<OrganResponseBody> bodies = organ_bodies();
+  organs_.choose(contact_->rows(), bodies);
+  if (organs_.count() == 0) return;
+  std::vector<Eigen::Matrix3Xd> moved(models_.size());
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    const std::span<const int> nodes = organs_.nodes(static_cast<int>(b));
+    moved[b].resize(3, static_cast<Eigen::Index>(nodes.size()));
+    free_positions(b, nodes, moved[b]);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      moved[b].col(static_cast<Eigen::Index>(i)) -= tissue_.positions[b].col(nodes[i]);
+    }
+  }
+  organs_.open(contact_->rows(), moved);
+  organs_.fill(contact_->rows(), bodies, out.organs);
 }
 
 void SimulationLoop::gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -407,7 +462,8 @@ void SimulationLoop::free_motion(SimulationReport& report) {
     // point. Half of the solve is left to respond(), when the forces of this step are known: L is read once here,
     // once there.
     worker_.latest().bodies[b].factor.eliminate(body.displacement, body.eliminated, workspace_);
-    body.eliminated_force = body.needle_force;
+    body.eliminated_force = body.needle_force + body.contact_force;
+    body.eliminated_contact = body.contact_force;
     if (!body.eliminated.allFinite()) {
       report.flags |= kSimulationNonFinite;
       body.eliminated.setZero();
@@ -434,7 +490,7 @@ void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report
     FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
     report.new_isolated_nodes += factorised.isolated.isolate(body.nodes, models_[b], factorised.factor, workspace_);
     report.isolated_nodes += static_cast<int>(body.nodes.size());
-    free_isolated(b);
+    free_positions(b, body.nodes, body.free_positions.leftCols(static_cast<Eigen::Index>(body.nodes.size())));
   }
   report.contact_count = settings_.lay_contacts ? path_.contact_count()
                          : needle != nullptr    ? needle->contact_count
@@ -456,7 +512,12 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, const N
     request.bodies[b].rotations = bodies_[b].rotations;
     request.bodies[b].isolated_nodes = bodies_[b].nodes;
     request.bodies[b].foreseen_nodes.clear();
+    request.bodies[b].contact_nodes.clear();
+    request.bodies[b].pressed_nodes = 0;
     if (needle == nullptr) continue;
+    if (follow_organs_) {
+      request.bodies[b].pressed_nodes = contact_->nodes(static_cast<int>(b), request.bodies[b].contact_nodes);
+    }
     request.bodies[b].foreseen_nodes =
         settings_.lay_contacts
             ? path_.nodes_ahead(static_cast<int>(b), *needle, tissue_.positions[b], settings_.look_ahead)
@@ -475,6 +536,7 @@ TissuePatch SimulationLoop::make_patch() const {
     patch.bodies[b].w_bar_values.assign(kMaxWBarValues, 0.0);
     patch.bodies[b].contact_values.assign(kMaxContactValues, 0.0);
   }
+  if (contact_) patch.organs.reserve(body_count());
   return patch;
 }
 

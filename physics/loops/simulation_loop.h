@@ -10,6 +10,7 @@
 
 #include "physics/contact/insertion_path.h"
 #include "physics/contact/organ_contact.h"
+#include "physics/loops/organ_response.h"
 #include "physics/messages/messages.h"
 #include "physics/tissue/cavity.h"
 #include "physics/tissue/factorisation_worker.h"
@@ -118,6 +119,7 @@ public:
 private:
   // The stages of step(), in order.
   const NeedleState* accept(const NeedleState* needle, SimulationReport& report);
+  void respond_organs();
   void move_held(double amplitude, SimulationReport& report);
   void correct_motion(SimulationReport& report);
   void fill_cavities(std::span<const double> shares, SimulationReport& report);
@@ -125,6 +127,7 @@ private:
   void touch(const RigidPose* probe, SimulationReport& report);
   void free_motion(SimulationReport& report);
   void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
+  void couple_organs(const NeedleState* needle, TissuePatch& out);
   void request_factorisation(const SimulationInput& input, const NeedleState* needle, SimulationReport& report);
   void fill_patch(const NeedleState* needle, TissuePatch& out);
 
@@ -141,7 +144,8 @@ private:
     Eigen::Matrix3Xd held_field;                // motion of all nodes per held_amplitude at rest; empty: none
     std::vector<int> loaded_nodes;              // where it is not zero, ascending
     Eigen::VectorXd eliminated;                 // [free DOFs] L^-1 P (F_int - H^T lambda): half of a solve
-    Eigen::VectorXd eliminated_force;           // [free DOFs] the H^T lambda in it
+    Eigen::VectorXd eliminated_force;           // [free DOFs] the H^T lambda in it, of the needle and of contact
+    Eigen::VectorXd eliminated_contact;         // [free DOFs] that of contact
     Eigen::VectorXd displacement;               // [free DOFs] scratch
     Eigen::VectorXd pass;                       // [free DOFs] scratch, in the order of elimination
     std::vector<int> nodes;                     // isolated now, ascending
@@ -153,8 +157,11 @@ private:
 
   /// p - A_f^-1 (F_int - H^T lambda) with the latest forces into body.trial: the other half of the solve (eq. 6).
   void respond(std::size_t body);
-  /// p_free of the isolated nodes (eq. 7).
-  void free_isolated(std::size_t body);
+  /// p_free of nodes whose compliance is known or that are held (eq. 7).
+  /// @param[out] free  [3 x nodes], m
+  void free_positions(std::size_t body, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free);
+  /// The bodies as the contact rows are linearised.
+  std::vector<OrganResponseBody> organ_bodies() const;
   /// Where all nodes go when those that are held move, to first order at rest.
   /// @param held  [3 x nodes] motion of the held nodes, zero elsewhere, m
   Eigen::Matrix3Xd field_of(std::size_t body, const Eigen::Matrix3Xd& held);
@@ -172,6 +179,8 @@ private:
   std::vector<BodyState> bodies_;
   InsertionPath path_;
   std::optional<OrganContact> contact_;
+  OrganResponse organs_;
+  bool follow_organs_ = false;
   double held_amplitude_ = 0;
   TissueState tissue_;
   bool factorisation_outstanding_ = false;  // requested and not yet taken: at most one

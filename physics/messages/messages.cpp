@@ -55,6 +55,13 @@ void BodyPatch::condense() {
   }
 }
 
+void OrganRows::reserve(int body_count) {
+  gap.setZero(kMaxOrganRows);
+  lambda.setZero(kMaxOrganRows);
+  w.setZero(kMaxOrganRows, kMaxOrganRows);
+  for (int b = 0; b < body_count; ++b) y[b].setZero(kMaxOrganRows, std::ptrdiff_t{3} * kMaxPatchNodes);
+}
+
 NeedleState::NeedleState()
     : positions(Eigen::Matrix3Xd::Zero(3, kMaxNeedleNodes)),
       orientations(kMaxNeedleNodes, Eigen::Quaterniond::Identity()),

@@ -37,6 +37,8 @@ inline constexpr int kMaxPatchTets = 1024;        ///< tetrahedra of one patch
 inline constexpr int kBeyondSurface = -1;         ///< no tetrahedron there: the body ends
 inline constexpr int kBeyondPatch = -2;           ///< a tetrahedron that is not in the patch
 inline constexpr int kMaxPatchInterfaces = 16;    ///< surfaces met ahead of the tip
+inline constexpr int kMaxContactNodes = 192;      ///< of one body, in contact with others, with known compliance
+inline constexpr int kMaxOrganRows = 64;  ///< contacts between bodies, and of the probe, that the haptic loop follows
 
 /// Pose of the needle's hub as asked for by the stylus: position of the hub, rotation needle frame -> patient frame
 /// (needle +Z from hub to tip, +X the bevel normal).
@@ -140,6 +142,20 @@ private:
   }
 };
 
+/// Contacts between the bodies, and of the probe, as they go on between two simulation steps (README eq. 31b):
+///   u = gap + W (lambda - lambda_0) + Y^T f >= 0,  lambda >= 0,  one of the two zero
+/// for forces f of the needle on the isolated nodes, which then are at p_free + W_bar f + Y (lambda - lambda_0).
+struct OrganRows {
+  int count = 0;
+  std::array<std::uint64_t, kMaxOrganRows> ids{};  ///< [count] stable over the life of a contact
+  Eigen::VectorXd gap;     ///< [count] of p_free, with the yield of the layer between under lambda_0, m
+  Eigen::VectorXd lambda;  ///< [count] lambda_0: the forces that p_free has, N
+  Eigen::MatrixXd w;       ///< [count x count] W: opening of a gap per force of another, symmetric, m/N
+  std::array<Eigen::MatrixXd, kMaxBodies> y;  ///< [count x 3 node_count] Y^T of the body's isolated nodes, m/N
+  /// Takes the memory for the first `body_count` bodies.
+  void reserve(int body_count);
+};
+
 /// Simulation -> haptic: everything of the tissue that the haptic loop needs for a step.
 struct TissuePatch {
   std::uint64_t step = 0;          ///< simulation step that made it
@@ -150,6 +166,7 @@ struct TissuePatch {
   std::uint32_t flags = 0;  ///< PatchFlag bits
   int body_count = 0;
   std::array<BodyPatch, kMaxBodies> bodies;
+  OrganRows organs;
   int interface_count = 0;
   std::array<PatchInterface, kMaxPatchInterfaces> interfaces;  ///< at least 20 mm ahead of the tip, nearest first
 };

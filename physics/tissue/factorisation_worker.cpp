@@ -48,22 +48,25 @@ FactorisedTissue factorised_at_rest(std::span<const TissueModel> models, std::sp
     }
     result.bodies.push_back({.factor = std::move(factor),
                              .trailing_nodes = {},
-                             .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes)});
+                             .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes + kMaxContactNodes)});
   }
   return result;
 }
 
-/// The free ones of the nodes that the request names, without doubles, the isolated ones first.
+/// The free ones of the nodes that the request names, without doubles: isolated, foreseen, in contact.
 std::vector<int> corridor_of(const FactorisationRequest::Body& request, const TissueModel& model) {
   std::vector<int> corridor;
   std::vector<char> taken(model.mesh.nodes.size(), 0);
-  for (const std::vector<int>* nodes : {&request.isolated_nodes, &request.foreseen_nodes}) {
-    for (const int node : *nodes) {
-      if (model.free_index[node] < 0 || taken[node] != 0 || corridor.size() == kMaxPatchNodes) continue;
+  const auto take = [&](std::span<const int> nodes, std::size_t most) {
+    for (const int node : nodes) {
+      if (model.free_index[node] < 0 || taken[node] != 0 || corridor.size() >= most) continue;
       taken[node] = 1;
       corridor.push_back(node);
     }
-  }
+  };
+  take(request.isolated_nodes, kMaxPatchNodes);
+  take(request.foreseen_nodes, kMaxPatchNodes);
+  take(request.contact_nodes, corridor.size() + kMaxContactNodes);
   return corridor;
 }
 
@@ -75,7 +78,9 @@ bool covers(std::span<const int> corridor, const FactorisationRequest::Body& req
                        [&](int node) { return covered[node] != 0 || model.free_index[node] < 0; });
   };
   const std::span<const int> foreseen = request.foreseen_nodes;
-  return all_covered(request.isolated_nodes) && all_covered(foreseen.first(foreseen.size() / 2));
+  const std::span<const int> contact = request.contact_nodes;
+  return all_covered(request.isolated_nodes) && all_covered(foreseen.first(foreseen.size() / 2)) &&
+         all_covered(contact.first(std::min<std::size_t>(request.pressed_nodes, kMaxContactNodes)));
 }
 
 std::vector<int> dofs_of(std::span<const int> nodes, const TissueModel& model) {

@@ -22,6 +22,8 @@ struct FactorisationRequest {
     std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
     std::vector<int> isolated_nodes;            ///< now: will be among the factor's trailing nodes
     std::vector<int> foreseen_nodes;            ///< isolated soon, the likeliest first
+    std::vector<int> contact_nodes;  ///< in touch with another body or the probe, or nearly; kMaxContactNodes count
+    std::size_t pressed_nodes = 0;  ///< the first of contact_nodes carry force: they must be among the trailing nodes
   };
   std::uint64_t epoch = 0;  ///< simulation step of the state
   std::vector<Body> bodies;
@@ -39,8 +41,8 @@ struct FactorisedTissue {
 };
 
 /// Between the simulation thread (request, update, latest) and the worker thread (step). No locks.
-/// The nodes eliminated last are chosen anew, with another symbolic analysis, only when they lack an isolated node or
-/// one of the nearer half of the foreseen ones: the other half is the margin that makes this rare.
+/// The nodes eliminated last are chosen anew, with another symbolic analysis, only when they lack an isolated node,
+/// one of the nearer half of the foreseen ones, or a pressed one: the rest is the margin that makes this rare.
 class FactorisationWorker {
 public:
   /// Analyses and factorises the bodies at rest: latest() is valid, epoch 0. `models` must outlive the worker.
@@ -74,7 +76,7 @@ private:
   SolveWorkspace workspace_;  // worker's, after construction
   std::vector<StiffnessPattern> patterns_;
   std::vector<std::vector<double>> values_;
-  std::vector<std::vector<int>> corridors_;  // [bodies] nodes to eliminate last, at most kMaxPatchNodes
+  std::vector<std::vector<int>> corridors_;  // [bodies] nodes to eliminate last
   LatestValue<FactorisationRequest> requests_;
   LatestValue<FactorisedTissue> results_;
   std::atomic<std::uint64_t> requested_{0};

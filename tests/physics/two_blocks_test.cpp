@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <utility>
+#include <vector>
 
 namespace stylet::reference {
 namespace {
@@ -26,6 +29,54 @@ TEST(TwoBlocks, OneBodyGivesTheHandNoEnergy) {
     EXPECT_EQ(blocks.needle_flags(), 0U);
     EXPECT_EQ(blocks.simulation_flags(), 0U);
   }
+}
+
+TEST(TwoBlocks, PushedOnAnotherTheyGiveTheHandNoEnergyAndDoNotOverlap) {
+  // With contact forces that are constant between two simulation steps it is -3 to -15 % and 0.3 to 0.8 mm.
+  for (const double gap : {0.0, 0.002}) {  // pressed on each other all the time; meeting and parting in every stroke
+    for (const auto& [frequency, latency] : {std::pair{1.0, 0.0}, std::pair{2.0, 0.008}, std::pair{4.0, 0.020}}) {
+      const TwoBlocksRun run{.frequency_hz = frequency, .latency_s = latency, .gap = gap};
+      TwoBlocks blocks(run);
+      blocks.cycle();
+      const CycleWork cycle = blocks.cycle();
+      double overlap = 0;
+      for (long i = 0; i < std::lround(run.haptic_hz / frequency); ++i) {
+        blocks.step();
+        overlap = std::max(overlap, blocks.report().organs.deepest);
+      }
+      std::printf("[ %.0f Hz, %.0f ms, %.0f mm apart ] %.3f %% of %.2f N x %.0f mm, overlap %.4f mm\n", frequency,
+                  1e3 * latency, 1e3 * gap, 100 * cycle.share(), cycle.peak_force, 1e3 * cycle.stroke, 1e3 * overlap);
+      EXPECT_GE(cycle.share(), -1e-3);
+      EXPECT_LT(cycle.share(), 0.1);
+      if (gap == 0) EXPECT_LT(overlap, 1e-4);
+      EXPECT_EQ(blocks.needle_flags() & ~physics::kNeedlePatchLeft, 0U);  // a late patch may end beside the tip
+
+      EXPECT_EQ(blocks.simulation_flags(), 0U);
+    }
+  }
+}
+
+TEST(TwoBlocks, AtRestTheForceIsTheSameHoweverContactIsFollowed) {
+  std::vector<double> force;
+  for (const bool at_haptic_rate : {false, true}) {
+    TwoBlocks blocks({.frequency_hz = 4, .stops_s = 0.6, .at_haptic_rate = at_haptic_rate});
+    while (blocks.time_s() < 3) blocks.step();
+    force.push_back(blocks.needle().wrench.force.norm());
+  }
+  std::printf("constant between simulation steps %.9f N, followed %.9f N\n", force[0], force[1]);
+  // The tip slides freely, and where on the face it comes to rest depends on its way: by 0.02 mm here.
+  EXPECT_NEAR(force[1] / force[0], 1, 1e-3);
+}
+
+TEST(TwoBlocks, ForceIsRightAtOnceWhereTheHandStops) {
+  // From full speed: what the next simulation steps bring is what is not linear.
+  TwoBlocks blocks({.frequency_hz = 4, .stops_s = 1.0});
+  while (blocks.time_s() < 1.002) blocks.step();
+  const double at_once = blocks.needle().wrench.force.norm();
+  while (blocks.time_s() < 3) blocks.step();
+  const double at_last = blocks.needle().wrench.force.norm();
+  std::printf("2 ms after the stop %.5f N, at last %.5f N\n", at_once, at_last);
+  EXPECT_NEAR(at_once / at_last, 1, 0.01);
 }
 
 TEST(TwoBlocks, MessagesAreAsOldAsAskedFor) {

@@ -14,6 +14,7 @@ Report bench_mechanics(const BenchOptions& options) {
   };
   constexpr std::array kParts{
       Part{"bevel", mechanics_bevel},
+      Part{"organs", mechanics_organs},
       Part{"passivity", mechanics_passivity},
   };
   Report report;

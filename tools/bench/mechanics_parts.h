@@ -6,6 +6,8 @@
 
 namespace stylet::bench {
 
+/// Organs against organs at haptic rate: energy, overlap, settling, cost: organs.*
+Report mechanics_organs(const BenchOptions& options);
 /// A bevelled tip: side, curvature against theory, speed, tissue: bevel.*
 Report mechanics_bevel(const BenchOptions& options);
 /// No energy from a frictionless needle that pushes one block on another, and from one body: passivity.*

@@ -38,7 +38,7 @@ bool at_front_corner(const Vector3d& x) {
   return x.x() < 1e-9 && std::min(std::abs(x.y()), std::abs(x.z())) > kWidth / 2 - 1e-9;
 }
 
-std::vector<SimulationBody> bodies(bool one) {
+std::vector<SimulationBody> bodies(bool one, double gap) {
   std::vector<SimulationBody> all;
   const double back = 2 * kThickness;
   const auto held = [&](const Vector3d& x) { return x.x() > back - 1e-9; };
@@ -50,13 +50,15 @@ std::vector<SimulationBody> bodies(bool one) {
   all.push_back(box(0, kThickness));
   all[0].fixed_nodes = nodes_where(all[0].mesh, at_front_corner);
   all.push_back(box(kThickness, back));
-  all[1].fixed_nodes = nodes_where(all[1].mesh, held);
+  for (Vector3d& x : all[1].mesh.nodes) x.x() += gap;
+  all[1].fixed_nodes = nodes_where(all[1].mesh, [&](const Vector3d& x) { return x.x() > back + gap - 1e-9; });
   return all;
 }
 
 physics::SimulationLoopSettings simulation_settings(const TwoBlocksRun& run) {
   physics::SimulationLoopSettings settings{.dt = 1 / run.simulation_hz, .lay_contacts = false};
   if (!run.one_body) settings.contact.pairs = {{.nodes_of = 0, .surface_of = 1}};
+  settings.contact.at_haptic_rate = run.at_haptic_rate;
   return settings;
 }
 
@@ -77,7 +79,7 @@ TwoBlocks::TwoBlocks(const TwoBlocksRun& run)
     : run_(run),
       steps_a_simulation_step_(static_cast<int>(std::lround(run.haptic_hz / run.simulation_hz))),
       latency_steps_(static_cast<int>(std::lround(run.latency_s * run.haptic_hz))),
-      simulation_(std::make_unique<physics::SimulationLoop>(bodies(run.one_body), simulation_settings(run))),
+      simulation_(std::make_unique<physics::SimulationLoop>(bodies(run.one_body, run.gap), simulation_settings(run))),
       haptic_(haptic_settings(), hub(0)) {
   if (!(run.frequency_hz > 0) || !(run.stroke > 0) || !(run.depth >= run.stroke / 2) || latency_steps_ < 0 ||
       steps_a_simulation_step_ < 1) {
@@ -90,6 +92,7 @@ TwoBlocks::TwoBlocks(const TwoBlocksRun& run)
 
 physics::StylusPose TwoBlocks::hub(double time_s) const {
   double depth = 0;
+  time_s = std::min(time_s, run_.stops_s);
   if (time_s < kWayIn) {
     depth = -kGap + (run_.depth + kGap) * 0.5 * (1 - std::cos(std::numbers::pi * time_s / kWayIn));
   } else {
@@ -110,8 +113,9 @@ void TwoBlocks::simulation_step() {
   simulation_->worker().step();
 }
 
-void TwoBlocks::step() {
-  if (step_ % static_cast<std::uint64_t>(steps_a_simulation_step_) == 0) simulation_step();
+bool TwoBlocks::step() {
+  const bool simulated = step_ % static_cast<std::uint64_t>(steps_a_simulation_step_) == 0;
+  if (simulated) simulation_step();
   for (std::size_t i = 0; i < patches_.size(); ++i) {
     const LatePatch& late = patches_[i];
     if (late.due <= step_ && late.patch.epoch > patches_[in_use_].patch.epoch) in_use_ = i;
@@ -120,6 +124,7 @@ void TwoBlocks::step() {
   const physics::NeedleState& state = haptic_.step(hub(time_s()), 1 / run_.haptic_hz, patches_[in_use_].patch);
   physics::copy_state(state, states_[step_ % states_.size()]);
   needle_flags_ |= state.flags;
+  return simulated;
 }
 
 CycleWork TwoBlocks::cycle() {

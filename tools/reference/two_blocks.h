@@ -12,12 +12,15 @@
 namespace stylet::reference {
 
 struct TwoBlocksRun {
-  double frequency_hz = 1;  ///< of the stroke
-  double latency_s = 0;     ///< of each message: needle to simulation, patch to haptic loop
-  bool one_body = false;    ///< both blocks as one piece: no contact
-  double stroke = 0.006;    ///< of the hub, from one end to the other, m
-  double depth = 0.005;     ///< of the hub past first touch in the middle of the stroke, m; the tip never lets go
-  double sideways = 0;      ///< of the needle from the middle of the face, m: the blocks turn on each other
+  double frequency_hz = 1;     ///< of the stroke
+  double latency_s = 0;        ///< of each message: needle to simulation, patch to haptic loop
+  bool one_body = false;       ///< both blocks as one piece: no contact
+  double stroke = 0.006;       ///< of the hub, from one end to the other, m
+  double depth = 0.005;        ///< of the hub past first touch in the middle of the stroke, m; the tip never lets go
+  double gap = 0;              ///< between the blocks at rest, m: they meet and part in every stroke
+  double stops_s = 1e9;        ///< the hub stands still from then on
+  bool at_haptic_rate = true;  ///< the haptic loop follows the contact between the blocks
+  double sideways = 0;         ///< of the needle from the middle of the face, m: the blocks turn on each other
   double haptic_hz = 1000;
   double simulation_hz = 50;
 };
@@ -38,7 +41,8 @@ public:
   explicit TwoBlocks(const TwoBlocksRun& run);
 
   /// One haptic step, with the simulation step due before it.
-  void step();
+  /// @return whether there was a simulation step
+  bool step();
   /// First the way in where it is still to come, then one cycle.
   CycleWork cycle();
 

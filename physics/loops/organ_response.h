@@ -1,0 +1,64 @@
+// What the contacts of the bodies do when the needle's forces change, from one update of OrganContact to the next.
+#pragma once
+
+#include "physics/contact/box_pivoting.h"
+#include "physics/contact/organ_contact.h"
+#include "physics/messages/messages.h"
+#include "physics/tissue/factorisation_worker.h"
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace stylet::physics {
+
+/// A body as the rows are linearised: at p_free, with the factor in use.
+struct OrganResponseBody {
+  const TissueModel& model;
+  const IsolatedDofs& isolated;
+  std::span<const int> patch_nodes;  ///< isolated for the needle
+};
+
+/// The rows of the simulation's own share of README eq. 31b: those whose nodes have a known compliance, at most
+/// kMaxOrganRows, the ones that the needle moves most. The haptic loop is sent the same rows, so that both make the
+/// same of the same forces. One thread.
+class OrganResponse {
+public:
+  OrganResponse();
+
+  void clear() { count_ = 0; }
+  /// Chooses rows of the last update of OrganContact and makes their W.
+  void choose(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
+  /// Nodes of the chosen rows whose p_free is asked for, of a body.
+  std::span<const int> nodes(int body) const { return nodes_[body]; }
+  /// How p_free opens the gaps against the positions that the rows were found at.
+  /// @param moved  p_free - p of nodes(body) [3 x nodes], bodies in order, m
+  void open(std::span<const SurfaceRow> rows, std::span<const Eigen::Matrix3Xd> moved);
+  /// For the haptic loop.
+  /// @param out  reserved
+  void fill(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies, OrganRows& out) const;
+  /// Multipliers under needle forces.
+  /// @param forces  [free DOFs] of each body, N, zero but at `loaded`
+  /// @return whether there are any
+  bool respond(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies,
+               std::span<const Eigen::VectorXd* const> forces, std::span<const std::vector<int>* const> loaded);
+
+  int count() const { return count_; }
+  std::span<const int> rows() const { return {chosen_.data(), static_cast<std::size_t>(count_)}; }
+  auto lambda() const { return lambda_.head(count_); }  ///< of the last respond() [count]
+
+private:
+  int count_ = 0;
+  std::vector<int> chosen_;                         // [count_] indices of rows
+  std::array<std::vector<int>, kMaxBodies> nodes_;  // of the chosen rows, free
+  Eigen::MatrixXd w_;
+  Eigen::VectorXd gap_, lambda_0_, lambda_, u_, d_;
+  std::vector<RowState> states_;
+  std::vector<double> diagonal_, softening_, zeros_, unbounded_;
+  BoxPivoting pivoting_;
+};
+
+}  // namespace stylet::physics
