@@ -179,6 +179,7 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
     observer.stop_answered();
   }
   report.force = live.force().summary();
+  report.passivity = live.passivity();
   report.closest_target_distance = live.closest_target_distance();
   report.probe = live.probe();
   report.state_hash = live.state_hash();

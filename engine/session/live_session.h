@@ -74,6 +74,7 @@ public:
 
   // After the run.
   const figures::ForceTrace& force() const { return force_.trace(); }
+  const physics::PassivitySummary& passivity() const { return force_.passivity(); }
   std::uint64_t state_hash() const { return hash_.state(); }
   double closest_target_distance() const { return frames_.closest_target_distance(); }
   /// Not set where the probe is held in the air.

@@ -24,6 +24,23 @@ nlohmann::ordered_json to_json(const LoopRun& loop) {
           {"wakeup_latency", quantiles_us(loop.wakeup)}};
 }
 
+nlohmann::ordered_json to_json(const physics::PassivitySummary& passivity) {
+  const physics::WatchedWork& window = passivity.least_window;
+  const physics::WatchedWork& cycle = passivity.least_cycle;
+  nlohmann::ordered_json json{
+      {"window_s", passivity.window_s},       {"least_work_in_a_window_j", window.work},
+      {"least_window_from_s", window.from_s}, {"least_window_to_s", window.to_s},
+      {"closed_cycles", passivity.cycles},    {"cycles_that_ended_elsewhere", passivity.open}};
+  if (passivity.cycles > 0) {
+    json["least_work_of_a_cycle_j"] = cycle.work;
+    json["least_cycle_from_s"] = cycle.from_s;
+    json["least_cycle_to_s"] = cycle.to_s;
+    json["least_cycle_stroke_m"] = cycle.stroke;
+    json["least_cycle_peak_force_n"] = cycle.peak_force;
+  }
+  return json;
+}
+
 nlohmann::ordered_json to_json(const haptic::GuardCounters& guard) {
   nlohmann::ordered_json json{{"samples", guard.samples}};
   for (int bit = 0; bit < haptic::kOutputFlagCount; ++bit) {
@@ -59,6 +76,7 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
       {"peak_lateral_force_n", report.force.peak_lateral},
       {"max_depth_m", report.force.max_depth},
       {"least_work_j", report.force.least_work},
+      {"passivity", to_json(report.passivity)},
       {"state_hash", hash_text(report.state_hash)},
       {"blas", report.blas},
       {"gpu", report.gpu},
@@ -111,6 +129,13 @@ std::string main_figures(const SessionReport& report) {
   text += fmt::format("  {:<16} peak {:.2f} N (axial {:.2f}, lateral {:.2f}); deepest {:.0f} mm\n", "force",
                       report.force.peak_force, report.force.peak_axial, report.force.peak_lateral,
                       report.force.max_depth * 1e3);
+  if (report.passivity.cycles > 0) {
+    const physics::WatchedWork& cycle = report.passivity.least_cycle;
+    text +=
+        fmt::format("  {:<16} least of {} cycles {:.3f} mJ ({:.1f} % of {:.2f} N x {:.1f} mm), {:.2f} to {:.2f} s\n",
+                    "work of the hand", report.passivity.cycles, 1e3 * cycle.work, 100 * cycle.share(),
+                    cycle.peak_force, 1e3 * cycle.stroke, cycle.from_s, cycle.to_s);
+  }
   for (std::size_t i = 0; i < report.punctures.size(); ++i) {
     const PunctureEvent& p = report.punctures[i];
     text += fmt::format("  {:<16} {} to {} at {:.2f} s, {:.2f} N\n", i == 0 ? "punctures" : "", p.from, p.to,

@@ -5,6 +5,7 @@
 #include "engine/session/frame_publisher.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/run_statistics.h"
+#include "physics/loops/passivity_observer.h"
 
 #include <nlohmann/json.hpp>
 
@@ -26,6 +27,7 @@ struct SessionReport {
   std::string blas{};
   RunStatistics run{};
   figures::ForceSummary force{};
+  physics::PassivitySummary passivity{};
   std::vector<PunctureEvent> punctures{};
   double closest_target_distance = 0;   ///< m; infinite without a target
   std::optional<ProbeSummary> probe{};  ///< not set: it was held in the air

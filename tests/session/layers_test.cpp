@@ -25,20 +25,22 @@ struct Felt {
   std::vector<figures::ForceSample> force;
   RunStatistics run;
   figures::ForceSummary summary;
+  physics::PassivitySummary passivity;
   double closest = 0;
 };
 
-Felt feel(content::Scene scene, double haptic_hz) {
+Felt feel(content::Scene scene, double haptic_hz, double seconds = 2.0) {
   scene.rates.haptic_hz = haptic_hz;
   haptic::RecordedDevice device = recorded_stylus(scene.motion);
   const support::TemporaryFolder folder;
   const auto path = folder / "layers.rec";
-  LiveSession session(scene, device, {.duration_s = 2.0, .lockstep = true, .recording = path, .build = "test"});
+  LiveSession session(scene, device, {.duration_s = seconds, .lockstep = true, .recording = path, .build = "test"});
   Felt felt;
   felt.run = session.run_in_lockstep();
   felt.punctures = punctures(recording::read_recording(path).events);
   felt.force.assign(session.force().samples().begin(), session.force().samples().end());
   felt.summary = session.force().summary();
+  felt.passivity = session.passivity();
   felt.closest = session.closest_target_distance();
   return felt;
 }
@@ -86,7 +88,13 @@ TEST(Layers, EachIsBrokenThroughInOrderAtItsOwnForce) {
 
 // The passivity observer. Nothing but the hand moves this patient: what comes back is less than what was put in.
 TEST(Layers, AClosedCycleGivesTheHandNoEnergy) {
-  const Felt felt = feel(tests::layered_scene(), 1000);
+  content::Scene scene = tests::layered_scene();
+  std::vector<content::MotionSample>& way = scene.motion.stylus;
+  content::MotionSample out = way.front();  // and 2 mm more
+  out.time_s = way.back().time_s + way[1].time_s;
+  out.pose.position.z() += 0.002;
+  way.push_back(out);
+  const Felt felt = feel(scene, 1000, out.time_s);
   double most = 0, least = 0;
   for (const figures::ForceSample& s : felt.force) {
     most = std::max(most, s.work);
@@ -105,8 +113,21 @@ TEST(Layers, AClosedCycleGivesTheHandNoEnergy) {
     furthest = std::max(furthest, std::abs(work - b.work));
   }
   EXPECT_LT(furthest, 1e-2 * most);
-  const SessionReport report{.force = felt.summary};
-  EXPECT_EQ(to_json(report)["least_work_j"], felt.summary.least_work);
+  // Of every second by itself, and of the way in and out.
+  double least_in_a_second = 0;
+  for (std::size_t i = 0; i < felt.force.size(); ++i) {
+    const double before = felt.force[i - std::min<std::size_t>(i, 1000)].work;
+    least_in_a_second = std::min(least_in_a_second, felt.force[i].work - before);
+  }
+  EXPECT_NEAR(felt.passivity.least_window.work, least_in_a_second, 1e-12);
+  ASSERT_GE(felt.passivity.cycles, 1U);
+  EXPECT_NEAR(felt.passivity.least_cycle.work, felt.force.back().work, 1e-9) << "all of it: cut and rubbed";
+  EXPECT_GT(felt.passivity.least_cycle.work, 0.5 * most);
+  const SessionReport report{.force = felt.summary, .passivity = felt.passivity};
+  const nlohmann::ordered_json json = to_json(report);
+  EXPECT_EQ(json["least_work_j"], felt.summary.least_work);
+  EXPECT_EQ(json["passivity"]["least_work_in_a_window_j"], felt.passivity.least_window.work);
+  EXPECT_EQ(json["passivity"]["least_work_of_a_cycle_j"], felt.passivity.least_cycle.work);
 }
 
 TEST(Layers, AtFourKilohertzTheSameLayersAreFelt) {

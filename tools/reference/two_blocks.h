@@ -48,6 +48,8 @@ public:
 
   double time_s() const { return static_cast<double>(step_) / run_.haptic_hz; }
   const physics::NeedleState& needle() const { return haptic_.state(); }
+  /// As the last step was given it.
+  physics::StylusPose hub() const { return hub(time_s()); }
   const physics::SimulationReport& report() const { return report_; }
   physics::SimulationLoop& simulation() { return *simulation_; }
   /// NeedleFlag and SimulationFlag bits ever seen.
