@@ -143,6 +143,8 @@ const char* coupling_name(physics::Coupling coupling) {
       return "stylet";
     case physics::Coupling::paper_updated:
       return "paper-updated";
+    case physics::Coupling::paper_trajectory:
+      return "paper-trajectory";
     case physics::Coupling::paper_frozen:
       return "paper-frozen";
   }
@@ -150,11 +152,12 @@ const char* coupling_name(physics::Coupling coupling) {
 }
 
 physics::Coupling coupling_from_name(const std::string& name) {
-  for (const auto coupling :
-       {physics::Coupling::stylet, physics::Coupling::paper_updated, physics::Coupling::paper_frozen}) {
+  for (const auto coupling : {physics::Coupling::stylet, physics::Coupling::paper_updated,
+                              physics::Coupling::paper_trajectory, physics::Coupling::paper_frozen}) {
     if (name == coupling_name(coupling)) return coupling;
   }
-  throw files::ContentError(fmt::format("coupling \"{}\": there is stylet, paper-updated and paper-frozen", name));
+  throw files::ContentError(
+      fmt::format("coupling \"{}\": there is stylet, paper-updated, paper-trajectory and paper-frozen", name));
 }
 
 CoupledLoops::CoupledLoops(const content::Scene& scene, physics::Coupling coupling, const physics::StylusPose& start,

@@ -31,7 +31,8 @@ public:
   virtual void force_sent(double /*time_s*/, std::uint64_t /*step*/, const haptic::GuardedWrench&) {}
 };
 
-/// Name of a coupling on the command line and in recordings: "stylet", "paper-updated", "paper-frozen".
+/// Name of a coupling on the command line and in recordings: "stylet", "paper-updated", "paper-trajectory",
+/// "paper-frozen".
 const char* coupling_name(physics::Coupling coupling);
 /// @throws files::ContentError  not a coupling; lists those there are
 physics::Coupling coupling_from_name(const std::string& name);

@@ -228,6 +228,8 @@ Coupling coupling(std::int32_t named) {
       return Coupling::stylet;
     case STYLET_COUPLING_PAPER_UPDATED:
       return Coupling::paper_updated;
+    case STYLET_COUPLING_PAPER_TRAJECTORY:
+      return Coupling::paper_trajectory;
     case STYLET_COUPLING_PAPER_FROZEN:
       return Coupling::paper_frozen;
     default:

@@ -102,8 +102,9 @@ typedef struct stylet_needle {
 
 typedef enum stylet_coupling {
   STYLET_COUPLING_STYLET = 0,        /* smooth shaft; puncture, cutting, friction */
-  STYLET_COUPLING_PAPER_UPDATED = 1, /* Martin, Zeng and Courtecuisse 2023 */
-  STYLET_COUPLING_PAPER_FROZEN = 2   /* Peterlik et al. 2011 */
+  STYLET_COUPLING_PAPER_UPDATED = 1, /* Martin, Zeng and Courtecuisse 2023; directions normal to the needle's edges */
+  STYLET_COUPLING_PAPER_FROZEN = 2,  /* Peterlik et al. 2011 */
+  STYLET_COUPLING_PAPER_TRAJECTORY = 3 /* as 1; directions normal to the line of the contact points (III-C) */
 } stylet_coupling;
 
 typedef struct stylet_settings {

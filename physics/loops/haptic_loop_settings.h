@@ -13,8 +13,12 @@ namespace stylet::physics {
 /// How contacts follow the needle between two simulation steps. In the paper's couplings the simulation loop lays
 /// them.
 enum class Coupling {
-  paper_frozen,   ///< locations on the needle and directions as the simulation step laid them (Peterlik 2011)
-  paper_updated,  ///< tissue points projected anew on the shaft and directions updated every haptic step (the paper)
+  paper_frozen,  ///< locations on the needle and directions as the simulation step laid them (Peterlik 2011)
+  /// Tissue points projected anew on the shaft every haptic step (the paper), directions normal to the needle's
+  /// straight edge there: what IV-C explains the peaks of Fig. 3 by.
+  paper_updated,
+  /// The same, but directions normal to the needle's trajectory, the line of the contact points in the volume: III-C.
+  paper_trajectory,
   stylet,  ///< smooth shaft; contacts laid, cut and broken through in the haptic loop, which owns the needle's track
 };
 

@@ -9,6 +9,7 @@ namespace stylet::physics {
 
 PaperCoupling::PaperCoupling(const HapticLoopSettings& settings, const Needle& needle)
     : frozen_(settings.coupling == Coupling::paper_frozen),
+      along_trajectory_(settings.coupling == Coupling::paper_trajectory),
       relative_compliance_(settings.relative_compliance),
       beam_length_(needle.beam_length()),
       needle_length_(needle.rest_length()),
@@ -42,10 +43,25 @@ void PaperCoupling::place(const NeedleShape& predicted, double /*dt*/, ContactSy
 void PaperCoupling::direct(const NeedleShape& predicted, ContactSystem& system) {
   for (int c = 0; c < system.rows.contact_count; ++c) {
     ActiveContact& contact = system.rows.contacts[c];
-    contact.directions.leftCols<2>() =
-        frozen_ ? system.tissue.contact(contact.point).directions
-                : lateral_directions(contact.shaft.tangent, predicted.orientation(contact.shaft.beam));
+    if (frozen_) {
+      contact.directions.leftCols<2>() = system.tissue.contact(contact.point).directions;
+      continue;
+    }
+    const Eigen::Vector3d tangent = along_trajectory_ ? trajectory(contact, system.tissue) : contact.shaft.tangent;
+    contact.directions.leftCols<2>() = lateral_directions(tangent, predicted.orientation(contact.shaft.beam));
   }
+}
+
+Eigen::Vector3d PaperCoupling::trajectory(const ActiveContact& contact, const TissuePoints& tissue) const {
+  constexpr double kAlong = 0.5;  // cosine
+  const int point = contact.point;
+  const int body = tissue.body(point);
+  const int before = point > 0 && tissue.body(point - 1) == body ? point - 1 : point;
+  const int behind = point + 1 < tissue.count() && tissue.body(point + 1) == body ? point + 1 : point;
+  const Eigen::Vector3d line = tissue.position(behind) - tissue.position(before);  // from entry to tip
+  const double length = line.norm();
+  if (!(line.dot(contact.shaft.tangent) > kAlong * length)) return contact.shaft.tangent;
+  return line / length;
 }
 
 // Contacts that the mesh or the beams cannot tell apart leave a row next to nothing to move by: its multiplier is

@@ -10,7 +10,7 @@
 
 namespace stylet::physics {
 
-/// Coupling::paper_frozen and paper_updated (paper III).
+/// Coupling::paper_frozen, paper_updated and paper_trajectory (paper III).
 class PaperCoupling final : public NeedleCoupling {
 public:
   PaperCoupling(const HapticLoopSettings& settings, const Needle& needle);
@@ -24,7 +24,12 @@ public:
   void publish(const ContactSystem& system, NeedleState& out) const override;
 
 private:
+  /// Unit, along the line of the body's contact points at one of them: between its neighbours, or from it to the only
+  /// one. The edge's own tangent where there is no such line, or where it does not run along the needle.
+  Eigen::Vector3d trajectory(const ActiveContact& contact, const TissuePoints& tissue) const;
+
   bool frozen_;
+  bool along_trajectory_;
   double relative_compliance_;
   double beam_length_;    // m
   double needle_length_;  // m

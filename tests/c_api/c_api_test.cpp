@@ -32,6 +32,8 @@ physics::Coupling coupling_of(std::int32_t named) {
   switch (named) {
     case STYLET_COUPLING_PAPER_UPDATED:
       return physics::Coupling::paper_updated;
+    case STYLET_COUPLING_PAPER_TRAJECTORY:
+      return physics::Coupling::paper_trajectory;
     case STYLET_COUPLING_PAPER_FROZEN:
       return physics::Coupling::paper_frozen;
     default:
@@ -150,7 +152,7 @@ TEST_P(CApiCoupling, GivesTheBitsOfTheLoops) {
 
 INSTANTIATE_TEST_SUITE_P(All, CApiCoupling,
                          testing::Values(STYLET_COUPLING_STYLET, STYLET_COUPLING_PAPER_UPDATED,
-                                         STYLET_COUPLING_PAPER_FROZEN));
+                                         STYLET_COUPLING_PAPER_TRAJECTORY, STYLET_COUPLING_PAPER_FROZEN));
 
 TEST(CApi, HapticCallsTakeNoMemory) {
   const Handle handle = create(Cube());
@@ -239,7 +241,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"NoRate", [](Cube& c) { c.settings.haptic_hz = 0; }, STYLET_ERROR_ARGUMENT, "rates"},
         Mistake{"SpacingIsNaN", [](Cube& c) { c.settings.contact_spacing = kNaN; }, STYLET_ERROR_ARGUMENT,
                 "contact_spacing"},
-        Mistake{"UnknownCoupling", [](Cube& c) { c.settings.coupling = 3; }, STYLET_ERROR_ARGUMENT, "coupling 3"},
+        Mistake{"UnknownCoupling", [](Cube& c) { c.settings.coupling = 4; }, STYLET_ERROR_ARGUMENT, "coupling 4"},
         Mistake{"HubIsNaN", [](Cube& c) { c.hub.position[0] = kNaN; }, STYLET_ERROR_ARGUMENT, "hub"},
         Mistake{"HubIsNotTurned", [](Cube& c) { c.hub.orientation[3] = 0; }, STYLET_ERROR_ARGUMENT, "hub"},
         Mistake{"BodyWithoutSize", [](Cube& c) { c.body.struct_size = 0; }, STYLET_ERROR_VERSION, "body_init"},

@@ -41,7 +41,7 @@ TEST(HapticLoopRealtime, TheWatchSeesAllocations) {
 
 TEST(HapticLoopRealtime, StepTakesNoMemory) {
   for (const int beams : {1, 8, 64}) {
-    for (const Coupling coupling : {Coupling::paper_updated, Coupling::paper_frozen}) {
+    for (const Coupling coupling : {Coupling::paper_updated, Coupling::paper_trajectory, Coupling::paper_frozen}) {
       HapticLoopSettings settings;
       settings.needle.beams = beams;
       settings.coupling = coupling;

@@ -205,7 +205,7 @@ TEST(HapticLoop, NeedleInTheAirFollowsTheHubRigidlyAndFeelsNothing) {
 
 TEST(HapticLoop, HandFeelsTheSumOfTheTissueForces) {
   for (const BaseKind kind : {BaseKind::prescribed, BaseKind::spring_damper}) {
-    for (const Coupling coupling : {Coupling::paper_updated, Coupling::paper_frozen}) {
+    for (const Coupling coupling : {Coupling::paper_updated, Coupling::paper_trajectory, Coupling::paper_frozen}) {
       HapticLoopSettings settings;
       settings.base.kind = kind;
       settings.coupling = coupling;
@@ -468,7 +468,7 @@ void survives_poison(HapticLoop loop, const StylusPose& rest, TissuePatch& patch
 }
 
 TEST(HapticLoop, APoisonedPatchIsRefusedAndTheNextOneTaken) {
-  for (const Coupling coupling : {Coupling::paper_updated, Coupling::paper_frozen}) {
+  for (const Coupling coupling : {Coupling::paper_updated, Coupling::paper_trajectory, Coupling::paper_frozen}) {
     HapticLoopSettings settings;
     settings.coupling = coupling;
     Bent bent(settings, 8, 10);

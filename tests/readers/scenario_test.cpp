@@ -330,7 +330,8 @@ constexpr BadScenario kBadScenarios[] = {
     {"GelOfText", [](auto& s) { s.scenario["probe"]["gel"] = "dry"; },
      "scenario.json:/probe/gel: is a text, expected true or false"},
     {"UnknownCoupling", [](auto& s) { s.scenario["coupling"] = "magic"; },
-     "scenario.json:/coupling: is \"magic\", accepted is one of: stylet, paper-updated, paper-frozen"},
+     "scenario.json:/coupling: is \"magic\", accepted is one of: stylet, paper-updated, paper-trajectory, "
+     "paper-frozen"},
     {"FillerWithoutWall", [](auto& s) { s.scenario["labels"]["filler"] = "liver"; },
      "scenario.json:/labels: has only one of filler and behind"},
     {"NodeThatIsNotThere",

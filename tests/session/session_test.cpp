@@ -120,7 +120,7 @@ TEST(Weight, OfABodyIsThatOfItsTissues) {
 }
 
 TEST(Couplings, AreFoundByTheirNames) {
-  for (const char* name : {"stylet", "paper-updated", "paper-frozen"}) {
+  for (const char* name : {"stylet", "paper-updated", "paper-trajectory", "paper-frozen"}) {
     EXPECT_STREQ(coupling_name(coupling_from_name(name)), name);
   }
   EXPECT_THROW(coupling_from_name("spring"), files::ContentError);
@@ -233,7 +233,7 @@ TEST_P(EachCoupling, ThreadedRecordingReplaysBitForBit) {
 
 INSTANTIATE_TEST_SUITE_P(Session, EachCoupling,
                          ::testing::Values(physics::Coupling::stylet, physics::Coupling::paper_updated,
-                                           physics::Coupling::paper_frozen),
+                                           physics::Coupling::paper_trajectory, physics::Coupling::paper_frozen),
                          [](const auto& tested) {
                            std::string name = coupling_name(tested.param);
                            std::erase(name, '-');

@@ -63,6 +63,8 @@ const char* name_of(Coupling coupling) {
       return "frozen";
     case Coupling::paper_updated:
       return "updated";
+    case Coupling::paper_trajectory:
+      return "trajectory";
     case Coupling::stylet:
       return "stylet";
   }

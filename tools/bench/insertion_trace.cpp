@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 namespace stylet::bench {
@@ -19,19 +20,28 @@ double along_shaft(const physics::NeedleState& needle) {
   return sum;
 }
 
-/// Against the directions that the simulation step laid: what a frozen coupling would be off by.
-std::vector<double> direction_changes(const physics::NeedleState& needle, const physics::BodyPatch& patch) {
+/// The normals of a haptic step, two a contact, by contact.
+struct Normals {
+  std::vector<std::uint32_t> ids;
+  Eigen::Matrix3Xd directions;  // [3 x 2 contacts]
+};
+
+Normals normals_of(const physics::HapticLoop& haptic) {
+  Normals normals{.ids = {}, .directions = haptic.directions()};
+  for (int i = 0; i < haptic.state().contact_count; ++i) normals.ids.push_back(haptic.state().contacts[i].id);
+  return normals;
+}
+
+std::vector<double> direction_changes(const Normals& first, const Normals& last) {
   std::vector<double> norms;
-  const auto nodes = needle.positions.leftCols(needle.node_count);
-  for (int i = 0; i < needle.contact_count; ++i) {
-    const physics::NeedleContact& contact = needle.contacts[i];
-    const auto laid = std::find_if(patch.contacts.begin(), patch.contacts.begin() + patch.contact_count,
-                                   [&](const physics::PatchContact& c) { return c.id == contact.id; });
-    if (laid == patch.contacts.begin() + patch.contact_count) continue;
-    const physics::ShaftPoint point = physics::shaft_point(nodes, contact.beam, contact.beam_fraction);
-    const auto& orientation = needle.orientations[contact.beam];
-    const Eigen::Matrix<double, 3, 2> now = physics::lateral_directions(point.tangent, orientation);
-    norms.push_back((now - laid->directions).colwise().norm().maxCoeff());
+  for (std::size_t i = 0; i < last.ids.size(); ++i) {
+    const auto before = std::ranges::find(first.ids, last.ids[i]);
+    if (before == first.ids.end()) continue;
+    const auto of = [](const Normals& normals, std::size_t contact) {
+      return normals.directions.middleCols<2>(2 * static_cast<Eigen::Index>(contact));
+    };
+    const auto was = static_cast<std::size_t>(before - first.ids.begin());
+    norms.push_back((of(last, i) - of(first, was)).colwise().norm().maxCoeff());
   }
   return norms;
 }
@@ -59,15 +69,16 @@ InsertionTrace trace_insertion(const reference::ReferenceInsertion& insertion, c
     std::rotate(patches.begin(), patches.end() - 1, patches.end());
     simulation.step({.needle = &haptic.state(), .time_s = dt * static_cast<double>(haptic_step)}, patches.front());
     if (run.worker_period > 0 && step % run.worker_period == 0) simulation.worker().step();
+    Normals first;
     for (int i = 0; i < insertion.haptic_steps_per_simulation_step(); ++i) {
       const double time = dt * static_cast<double>(++haptic_step);
       const physics::NeedleState& needle = haptic.step(insertion.base(time), dt, patches.back());
       trace.time_s.push_back(time);
       trace.forces.push_back(needle.wrench.force);
       trace.along_shaft.push_back(along_shaft(needle));
+      if (i == 0) first = normals_of(haptic);
     }
-    trace.direction_changes.push_back(
-        {trace.time_s.back(), direction_changes(haptic.state(), patches.back().bodies[0])});
+    trace.direction_changes.push_back({trace.time_s.back(), direction_changes(first, normals_of(haptic))});
   }
   return trace;
 }

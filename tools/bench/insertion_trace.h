@@ -9,9 +9,9 @@
 
 namespace stylet::bench {
 
-/// Change of the normal of each contact over one simulation step, |n(end) - n(laid)|, from entry to tip: the greater
-/// of its two normals. Which of them comes first is a convention, and one across the plane of bending does not
-/// change.
+/// Change of the normal of each contact over one simulation step, between its first and its last haptic step, from
+/// entry to tip: the greater of its two normals. Which of them comes first is a convention, and one across the plane
+/// of bending does not change.
 struct DirectionChanges {
   double time_s = 0;  ///< end of the step
   std::vector<double> norms;

@@ -141,11 +141,38 @@ void report_figure_2(Report& report, const std::string& shape, const InsertionTr
   report.add({"fig2." + shape + ".ratio", middle / edge_length, "1/m", kPaperDirectionRatio, {}, {}});
 }
 
+/// What moves the ratio: how far the needle goes aside in a simulation step. The paper's hand is a recording that is
+/// not published.
+Report figure_2_by_motion(const reference::ReferenceInsertion& insertion, int worker_period, bool quick) {
+  Report report;
+  const double edge_length = insertion.needle.length / insertion.needle.beams;
+  const auto add = [&](const std::string& name, double amplitude, double simulation_hz) {
+    reference::ReferenceInsertion run = insertion;
+    run.lateral_amplitude = amplitude;
+    run.simulation_hz = simulation_hz;
+    const InsertionTrace trace =
+        trace_insertion(run, {.coupling = Coupling::paper_updated, .worker_period = worker_period});
+    report.add({"fig2.by_motion." + name + ".ratio",
+                median(changes_of(trace).all) / edge_length,
+                "1/m",
+                kPaperDirectionRatio,
+                {},
+                {}});
+  };
+  add("2mm", 0.002, insertion.simulation_hz);
+  add("4mm", 0.004, insertion.simulation_hz);
+  if (quick) return report;
+  add("6mm", 0.006, insertion.simulation_hz);
+  add("10mm_100hz", 0.010, 2 * insertion.simulation_hz);
+  add("10mm_25hz", 0.010, insertion.simulation_hz / 2);
+  return report;
+}
+
 // ---- Fig. 3 and 4
 
-/// Both couplings through the same motion.
+/// The couplings through the same motion. trajectory: directions normal to the line of the contact points.
 struct TracePair {
-  InsertionTrace frozen, updated;
+  InsertionTrace frozen, updated, trajectory;
 };
 
 TracePair trace_both(const reference::ReferenceInsertion& insertion, int latency_steps, int worker_period) {
@@ -155,20 +182,24 @@ TracePair trace_both(const reference::ReferenceInsertion& insertion, int latency
                                        .latency_steps = latency_steps,
                                        .worker_period = worker_period});
   };
-  return {trace(Coupling::paper_frozen), trace(Coupling::paper_updated)};
+  return {trace(Coupling::paper_frozen), trace(Coupling::paper_updated), trace(Coupling::paper_trajectory)};
 }
 
 void report_force(Report& report, const std::string& prefix, const std::string& suffix, const TracePair& pair,
                   bool judged) {
   const double frozen = reference::roughness(pair.frozen.forces, kY);
   const double updated = reference::roughness(pair.updated.forces, kY);
+  const double trajectory = reference::roughness(pair.trajectory.forces, kY);
   report.add({prefix + "roughness.frozen" + suffix, frozen, "N", {}, {}, {}});
+  report.add({prefix + "roughness.trajectory" + suffix, trajectory, "N", {}, {}, {}});
+  report.add({prefix + "roughness.ratio_trajectory" + suffix, frozen / trajectory, "1", {}, {}, {}});
   report.add({prefix + "roughness.updated" + suffix, updated, "N", {}, {}, {}});
   const std::string ratio = prefix + "roughness.ratio" + suffix;
   report.add(judged ? at_least(ratio, frozen / updated, "1", kRoughnessGain)
                     : Measurement{ratio, frozen / updated, "1", {}, {}, {}});
   report.add({prefix + "jump.frozen" + suffix, reference::jump(pair.frozen.forces, kY), "N", {}, {}, {}});
   report.add({prefix + "jump.updated" + suffix, reference::jump(pair.updated.forces, kY), "N", {}, {}, {}});
+  report.add({prefix + "jump.trajectory" + suffix, reference::jump(pair.trajectory.forces, kY), "N", {}, {}, {}});
 }
 
 PlotPanel force_panel(const std::string& title, const TracePair& pair) {
@@ -285,6 +316,7 @@ Report paper_figures_2_and_3(const reference::ReferenceInsertion& insertion, con
   const double edge_length = insertion.needle.length / insertion.needle.beams;
   report_figure_2(report, "straight", straight, edge_length);
   report_figure_2(report, "curved", lockstep.updated, edge_length);
+  report_figure_2(report, "curved_trajectory", lockstep.trajectory, edge_length);
   if (!options.out.empty()) draw_figure_2(options.out, straight, lockstep.updated, report);
 
   const TracePair late = trace_both(insertion, 1, worker_period);
@@ -292,6 +324,8 @@ Report paper_figures_2_and_3(const reference::ReferenceInsertion& insertion, con
   report_force(report, "fig3.", ".latency", late, false);
   report.add({"fig3.along_shaft.frozen", largest(lockstep.frozen.along_shaft), "N", {}, {}, {}});
   report.add({"fig3.along_shaft.updated", largest(lockstep.updated.along_shaft), "N", {}, {}, {}});
+  report.add({"fig3.along_shaft.trajectory", largest(lockstep.trajectory.along_shaft), "N", {}, {}, {}});
+  report.append(figure_2_by_motion(insertion, worker_period, options.quick));
   if (!options.out.empty()) {
     draw_figure_3(options.out, lockstep, late, insertion.haptic_steps_per_simulation_step());
   }

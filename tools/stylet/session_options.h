@@ -14,7 +14,9 @@ namespace stylet::tools {
 /// Of --device. @param otherwise  which stylus leads where none is named
 std::string device_help(const std::string& otherwise);
 
-inline constexpr const char* kCouplingHelp = "stylet, paper-updated or paper-frozen; default: the scenario's";
+inline constexpr const char* kCouplingHelp =
+    "stylet; the paper's, with directions normal to the needle's edges (paper-updated) or to the line of the contact "
+    "points (paper-trajectory, III-C); or paper-frozen; default: the scenario's";
 inline constexpr const char* kExpertHelp =
     "Whom the debrief compares with: another recording of the scenario, or none; default: the scenario's motion";
 
