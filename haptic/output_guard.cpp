@@ -176,6 +176,13 @@ void OutputGuard::send(const GuardedWrench& out, double dt_s) {
   torque_passivity_.sent(out.torque);
   last_ = out;
   ++counters_.samples;
+  if ((out.flags & kOutputClipped) != 0) {
+    counters_.clipped_s += dt_s;
+    if (unclipped_s_ >= kClippedApart) ++counters_.clipped_times;
+    unclipped_s_ = 0;
+  } else {
+    unclipped_s_ += dt_s;
+  }
   for (int bit = 0; bit < kOutputFlagCount; ++bit) {
     counters_.flagged[bit] += (out.flags >> bit) & 1u;
   }

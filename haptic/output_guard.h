@@ -32,6 +32,8 @@ enum OutputFlag : std::uint32_t {
   kOutputStalled = 1u << 13,     ///< the loop stood still so long that the device gave up: zero went out
 };
 inline constexpr int kOutputFlagCount = 14;
+/// The device cannot give the force that is wanted.
+inline constexpr std::uint32_t kOutputClipped = kOutputClamped | kOutputHot;
 
 /// Of the flag 1u << `bit`, such as "non_finite".
 const char* output_flag_name(int bit);
@@ -58,6 +60,8 @@ struct GuardedWrench {
 struct GuardCounters {
   std::uint64_t samples = 0;
   std::array<std::uint64_t, kOutputFlagCount> flagged{};
+  double clipped_s = 0;             ///< time with less than was wanted: kOutputClipped
+  std::uint64_t clipped_times = 0;  ///< how often that began, half a second after the last
   std::uint64_t count(OutputFlag flag) const;
 };
 
@@ -78,6 +82,7 @@ public:
   const GuardCounters& counters() const { return counters_; }
 
 private:
+  static constexpr double kClippedApart = 0.5;  // s
   struct Motion {
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
@@ -98,6 +103,7 @@ private:
   MotionTripwire tripwire_;
   ForceGain gain_;
   GuardCounters counters_;
+  double unclipped_s_ = kClippedApart;  // since the force was clipped last
   GuardedWrench last_;
   GuardInput last_input_;  // of the last sample with a usable pose
   bool has_pose_ = false;

@@ -157,6 +157,11 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
             .gpu = graphics.device().identity().name,
             .gpu_driver = graphics.device().identity().driver,
             .blas = physics::single_threaded_blas().name};
+  if (const double scale = session::force_scale(scene.hand_force, stylus.device->limits()); scale < 1) {
+    observer.note(Note::notice, fmt::format("the stylus gets {}: it gives {:.1f} N, and holds {:.2f} N",
+                                            session::force_scale_text(scale), stylus.device->limits().max_force_n,
+                                            stylus.device->limits().continuous_force_n));
+  }
   file.keep();  // what a hand has done is not done again
   live.start();
   link.start(observer);
@@ -180,6 +185,7 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   }
   report.force = live.force().summary();
   report.passivity = live.passivity();
+  report.force_output = live.force_output(report.run);
   report.closest_target_distance = live.closest_target_distance();
   report.probe = live.probe();
   report.state_hash = live.state_hash();

@@ -219,6 +219,12 @@ struct LoopRates {
 inline constexpr double kMinHapticHz = 100;
 inline constexpr double kMaxHapticHz = 4000;
 
+/// What ordinary use of a scenario puts on the hand, N. 0: not said.
+struct HandForce {
+  double peak = 0;
+  double held = 0;  ///< root of the mean square over 10 s, as motors warm
+};
+
 struct Scene {
   std::string name;
   std::string title;                     ///< one line for people
@@ -242,11 +248,12 @@ struct Scene {
   Camera camera;
   Motion motion;
   LoopRates rates;
-  std::string coupling = "stylet";  ///< the scenario's default: stylet, paper-updated or paper-frozen
+  std::string coupling = "stylet";  ///< the scenario's default: stylet, paper-updated, paper-trajectory, paper-frozen
   physics::ShaftFriction shaft_friction = physics::ShaftFriction::coulomb;  ///< coupling stylet
-  double contact_spacing = 0.010;                                           ///< m along the path
-  double damping_time_s = 0;                                                ///< Kelvin-Voigt: B = damping_time * K
-  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();                        ///< patient frame, m/s^2
+  HandForce hand_force;
+  double contact_spacing = 0.010;                     ///< m along the path
+  double damping_time_s = 0;                          ///< Kelvin-Voigt: B = damping_time * K
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< patient frame, m/s^2
   std::vector<BodyContact> contacts;
   Breathing breathing;
   Exercise exercise;

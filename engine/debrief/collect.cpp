@@ -226,6 +226,7 @@ DebriefData collect(const content::Scene& scene, const recording::Recording& rec
                    .build = recording.header.build,
                    .stylus = settings.device,
                    .mode = settings.mode,
+                   .force_scale = settings.force_scale,
                    .duration_s = replay.result().run.duration_s,
                    .cut_off = !recording.complete()};
   for (const training::Metric& metric : metrics) {

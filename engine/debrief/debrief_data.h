@@ -92,6 +92,7 @@ struct DebriefData {
   std::string build{};
   std::string stylus{};
   std::string mode{};
+  double force_scale = 1;  ///< of the needle's force that the stylus was given
   double duration_s = 0;
   bool cut_off = false;  ///< the recording ends before its session did
   std::optional<DebriefScore> score{};

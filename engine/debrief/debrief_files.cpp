@@ -112,6 +112,7 @@ nlohmann::ordered_json to_json(const DebriefData& data) {
   json["title"] = data.title;
   json["stylus"] = data.stylus;
   json["mode"] = data.mode;
+  json["force_scale"] = data.force_scale;
   json["duration_s"] = data.duration_s;
   json["cut_off"] = data.cut_off;
   if (data.score) {

@@ -40,8 +40,9 @@ void interpolate(state::FrameState& to, const state::FrameState& later, float sh
     mix(to.targets[t].centre, later.targets[t].centre);
     mix(to.targets[t].distance, later.targets[t].distance);
   }
-  for (auto field : {&state::FrameState::insertion_depth, &state::FrameState::probe_force,
-                     &state::FrameState::probe_area, &state::FrameState::probe_lifted}) {
+  for (auto field :
+       {&state::FrameState::force_scale, &state::FrameState::force_clipped, &state::FrameState::insertion_depth,
+        &state::FrameState::probe_force, &state::FrameState::probe_area, &state::FrameState::probe_lifted}) {
     mix(to.*field, later.*field);
   }
 }

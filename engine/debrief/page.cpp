@@ -102,8 +102,10 @@ void append_header(std::string& html, const DebriefData& data) {
   fmt::format_to(
       std::back_inserter(html),
       R"(<header><div><p class="brand">Stylet debrief</p><h1>{}</h1><p class="facts">{} &middot; {:.1f} s )"
-      R"(&middot; {} &middot; {}</p></div>)",
-      escaped(data.title), escaped(data.scenario), data.duration_s, escaped(data.stylus), escaped(data.mode));
+      R"(&middot; {} &middot; {}{}</p></div>)",
+      escaped(data.title), escaped(data.scenario), data.duration_s, escaped(data.stylus), escaped(data.mode),
+      data.force_scale < 1 ? fmt::format(" &middot; felt at {:.0f} % of the forces below", 100 * data.force_scale)
+                           : std::string());
   append_verdict(html, data);
   html += "</header>\n";
   if (data.cut_off) {

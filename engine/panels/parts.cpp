@@ -120,6 +120,10 @@ void draw_force(const SessionFacts& facts, float width, float height) {
 void draw_readings(const SessionFacts& facts) {
   ImGui::Text("depth           %5.1f mm", facts.insertion_depth * 1e3);
   ImGui::Text("force on hand   %5.2f N", facts.force);
+  if (facts.force_scale < 1) {
+    ImGui::SameLine();
+    ImGui::TextDisabled("felt at %.0f %%", 100 * facts.force_scale);
+  }
   ImGui::Text("probe on skin   %5.1f N", facts.probe_force);
 }
 

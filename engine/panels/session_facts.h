@@ -32,6 +32,7 @@ struct SessionFacts {
   bool paused = false;
   double insertion_depth = 0;               ///< m of needle in tissue
   double force = 0;                         ///< N, on the hand
+  double force_scale = 1;                   ///< of it that the stylus is given
   double probe_force = 0;                   ///< N
   std::optional<double> target_distance{};  ///< m, tip to the target's centre
   std::optional<double> out_of_plane{};     ///< m, tip from the image plane, signed

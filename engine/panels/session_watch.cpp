@@ -41,6 +41,7 @@ void SessionWatch::fill(SessionFacts& facts) const {
   facts.time_s = frame_.time_s;
   facts.insertion_depth = frame_.insertion_depth;
   facts.force = frame_.force.norm();
+  facts.force_scale = frame_.force_scale;
   facts.probe_force = frame_.probe_force;
   facts.out_of_plane = out_of_plane_;
   if (const auto* target = frame_.nearest_target()) facts.target_distance = target->distance;
@@ -59,6 +60,7 @@ void SessionWatch::warn(SessionFacts& facts) const {
   if (frame_.probe_force > kFirmProbe) add(Concern::caution, "probe is pressed hard");
   if (inserted && std::abs(out_of_plane_) > kOutOfPlane) add(Concern::caution, "tip is out of the image plane");
   if (inserted && bend_ > kBend) add(Concern::caution, fmt::format("needle is bent by {:.0f} mm", bend_ * 1e3));
+  if (frame_.force_clipped > 0.5F) add(Concern::caution, "stylus cannot give this force");
   if (facts.force > kHardPush) add(Concern::danger, "pushed hard: bone or cartilage?");
   if (const state::TargetState* target = frame_.nearest_target(); inserted && target != nullptr) {
     const Eigen::Vector3f axis = frame_.needle_orientations.back() * Eigen::Vector3f::UnitZ();

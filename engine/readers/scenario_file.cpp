@@ -149,6 +149,12 @@ constexpr struct {
 } kRates;
 
 constexpr struct {
+  Key peak = key::number("peak_n", "N", {0.1, 100}, "the largest; a device that gives less gets all forces smaller");
+  Key held = key::number("held_n", "N", {0, 100}, "root of the mean square over 10 s, as motors warm; 0: not said")
+                 .otherwise(0);
+} kHandForce;
+
+constexpr struct {
   Key nodes_of = key::text("nodes_of", "a body, best the one with the finer mesh");
   Key surface_of = key::text("surface_of", "another body");
 } kContact;
@@ -203,13 +209,18 @@ constexpr struct {
   Key room = key::object("room_from_patient", table_of<kRoom>, "absent: supine, anterior up").optional();
   Key rates = key::object("rates", table_of<kRates>, "of the loops; haptic_hz is a whole multiple of simulation_hz")
                   .optional();
-  Key coupling = key::choice("coupling", files::one_of<"stylet", "paper-updated", "paper-frozen">,
-                             "of needle and tissue: ours or one of the paper's")
-                     .otherwise("stylet");
+  Key coupling =
+      key::choice("coupling", files::one_of<"stylet", "paper-updated", "paper-trajectory", "paper-frozen">,
+                  "of needle and tissue: ours; the paper's with directions normal to the needle's edges, or to "
+                  "the line of the contact points (III-C); the one before, with directions kept")
+          .otherwise("stylet");
   Key shaft_friction =
       key::choice("shaft_friction", files::one_of<"coulomb", "lugre">,
                   "coupling stylet: coulomb sticks, then slips; lugre has bristles that bend and slip")
           .otherwise("coulomb");
+  Key hand_force = key::object("hand_force", table_of<kHandForce>,
+                               "what ordinary use puts on the hand; absent: a stylus gets the force as it is")
+                       .optional();
   Key contact_spacing =
       key::number("contact_spacing_mm", "mm", {1, 100}, "of contact points along the path").otherwise(10);
   Key damping_time =
@@ -555,6 +566,10 @@ ScenarioFile read_scenario_file(files::JsonFile& file) {
   }
   scenario.coupling = root.choice(kScenario.coupling);
   scenario.shaft_friction = root.choice(kScenario.shaft_friction);
+  if (auto hand_force = root.object(kScenario.hand_force)) {
+    scenario.hand_force = {.peak = hand_force->number(kHandForce.peak), .held = hand_force->number(kHandForce.held)};
+    hand_force->finish();
+  }
   scenario.contact_spacing = root.number(kScenario.contact_spacing) * 1e-3;
   if (auto breathing = root.object(kScenario.breathing)) {
     scenario.breathing.amplitude = breathing->number(kBreathing.amplitude);

@@ -93,6 +93,7 @@ struct ScenarioFile {
   content::LoopRates rates;
   std::string coupling;
   std::string shaft_friction;
+  content::HandForce hand_force;
   double contact_spacing = 0.010;
   double damping_time_s = 0;
   double gravity = 0;  ///< m/s^2, down in the room

@@ -30,8 +30,19 @@ state::FrameState rest_frame(const content::Scene& scene) {
   return frame;
 }
 
-FramePublisher::FramePublisher(const content::Scene& scene)
-    : scene_(scene), frame_(rest_frame(scene)), buffer_(frame_), closest_(std::numeric_limits<double>::infinity()) {
+namespace {
+
+constexpr double kClippedShown = 0.3;  // s: a clipped force is shown so long at least
+
+}  // namespace
+
+FramePublisher::FramePublisher(const content::Scene& scene, double force_scale)
+    : scene_(scene),
+      frame_(rest_frame(scene)),
+      buffer_(frame_),
+      closest_(std::numeric_limits<double>::infinity()),
+      clipped_s_(-std::numeric_limits<double>::infinity()) {
+  frame_.force_scale = static_cast<float>(force_scale);
   for (const content::Target& target : scene.targets) carriers_.push_back(carrier_of(target.centre));
 }
 
@@ -62,6 +73,10 @@ void FramePublisher::show_probe(const physics::RigidPose& pose, const physics::P
   probe_.peak_force = std::max(probe_.peak_force, force);
 }
 
+void FramePublisher::force_sent(double time_s, std::uint64_t /*step*/, const haptic::GuardedWrench& out) {
+  if ((out.flags & haptic::kOutputClipped) != 0) clipped_s_.store(time_s, std::memory_order_relaxed);
+}
+
 void FramePublisher::simulation_stepped(const recording::SimulationStepRecord& record,
                                         const physics::SimulationReport& report, const physics::TissueState& tissue,
                                         const physics::NeedleState& needle) {
@@ -83,6 +98,7 @@ void FramePublisher::simulation_stepped(const recording::SimulationStepRecord& r
   frame_.breath =
       (content::inspiration(scene_.breathing, record.time_s) * scene_.breathing.rigid_motion).cast<float>();
   frame_.force = needle.wrench.force.cast<float>();
+  frame_.force_clipped = record.time_s - clipped_s_.load(std::memory_order_relaxed) < kClippedShown ? 1.0F : 0.0F;
   frame_.insertion_depth = static_cast<float>(insertion_depth(scene_.needle, needle));
   const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
   for (std::size_t t = 0; t < carriers_.size(); ++t) {

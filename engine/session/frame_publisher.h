@@ -8,6 +8,8 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <atomic>
+#include <cstdint>
 #include <vector>
 
 namespace stylet::session {
@@ -21,14 +23,17 @@ struct ProbeSummary {
 };
 
 /// Publishes what a simulation step leaves: the deformed bodies, the needle it was computed with, the probe and how
-/// it presses, the force, the targets, which move with the tissue. Simulation
-/// thread.
+/// it presses, the force, the targets, which move with the tissue. Simulation thread, where it says no other.
 class FramePublisher final : public StepListener {
 public:
-  explicit FramePublisher(const content::Scene& scene);
+  /// @param force_scale  of the needle's force that a stylus with force is given
+  explicit FramePublisher(const content::Scene& scene, double force_scale = 1);
 
   void simulation_stepped(const recording::SimulationStepRecord& record, const physics::SimulationReport& report,
                           const physics::TissueState& tissue, const physics::NeedleState& needle) override;
+
+  /// Haptic thread.
+  void force_sent(double time_s, std::uint64_t step, const haptic::GuardedWrench& out) override;
 
   const state::StateBuffer& buffer() const { return buffer_; }
   /// Least distance from the tip to a target's centre so far, m; infinity before the first step or without a
@@ -54,6 +59,7 @@ private:
   double closest_;
   ProbeSummary probe_;
   double steps_ = 0;
+  std::atomic<double> clipped_s_;  // session time when the stylus could last not give the force
 };
 
 /// The world at rest, with the needle straight from `hub`: sizes of all arrays, first picture.

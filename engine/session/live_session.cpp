@@ -1,5 +1,6 @@
 #include "engine/session/live_session.h"
 
+#include "engine/session/force_scale.h"
 #include "engine/session/lockstep.h"
 #include "engine/session/needle_base.h"
 #include "engine/session/replay.h"
@@ -32,7 +33,8 @@ recording::RecordingHeader recording_header(const content::Scene& scene, const h
                                                     .device = device.name(),
                                                     .start = start,
                                                     .base = base,
-                                                    .haptic_hz = scene.rates.haptic_hz})};
+                                                    .haptic_hz = scene.rates.haptic_hz,
+                                                    .force_scale = force_scale(scene.hand_force, device.limits())})};
 }
 
 }  // namespace
@@ -46,7 +48,7 @@ LiveSession::LiveSession(const content::Scene& scene, haptic::Device& device, co
       writer_(settings.recording, recording_header(scene, device, settings, start_, base_)),
       recorder_(writer_, hash_, scene),
       force_(scene, std::min(settings.duration_s, kLongestTrace)),
-      frames_(scene),
+      frames_(scene, force_scale(scene.hand_force, device.limits())),
       needle_(frames_.buffer().make_frame()),
       loops_(scene, settings.coupling, start_, listeners(), base_) {}
 
@@ -87,6 +89,15 @@ RunStatistics LiveSession::run_in_lockstep(const RunProgress& progress) {
   }
   if (progress) progress(1);
   return stop();
+}
+
+std::optional<ForceOutput> LiveSession::force_output(const RunStatistics& run) const {
+  const haptic::DeviceLimits limits = device_.limits();
+  if (!limits.renders_force) return std::nullopt;
+  return ForceOutput{.scale = force_scale(scene_.hand_force, limits),
+                     .max_force = limits.max_force_n,
+                     .clipped_s = run.guard.clipped_s,
+                     .clipped_times = run.guard.clipped_times};
 }
 
 RunStatistics LiveSession::stop() {

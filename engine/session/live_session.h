@@ -5,6 +5,7 @@
 #include "engine/recording/recording_writer.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/force_recorder.h"
+#include "engine/session/force_scale.h"
 #include "engine/session/frame_publisher.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/newest_needle.h"
@@ -77,6 +78,8 @@ public:
   const physics::PassivitySummary& passivity() const { return force_.passivity(); }
   std::uint64_t state_hash() const { return hash_.state(); }
   double closest_target_distance() const { return frames_.closest_target_distance(); }
+  /// Not set for a device that renders no force. @param run  of stop()
+  std::optional<ForceOutput> force_output(const RunStatistics& run) const;
   /// Not set where the probe is held in the air.
   std::optional<ProbeSummary> probe() const {
     return scene_.probe.presses >= 0 ? std::optional(frames_.probe()) : std::nullopt;

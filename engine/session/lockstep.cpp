@@ -1,5 +1,6 @@
 #include "engine/session/lockstep.h"
 
+#include "engine/session/force_scale.h"
 #include "haptic/denormals.h"
 
 #include <algorithm>
@@ -13,7 +14,7 @@ LockstepRun::LockstepRun(CoupledLoops& loops, haptic::Device& device, const cont
     : loops_(loops),
       scene_(scene),
       settings_(settings),
-      hand_(loops, device),
+      hand_(loops, device, force_scale(scene.hand_force, device.limits())),
       patch_(loops.make_patch()),
       ratio_(
           static_cast<std::uint64_t>(std::max(1LL, std::llround(scene.rates.haptic_hz / scene.rates.simulation_hz)))),

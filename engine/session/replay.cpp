@@ -145,6 +145,7 @@ std::string to_json(const RecordedSettings& settings) {
                       {"device", settings.device},
                       {"haptic_hz", settings.haptic_hz},
                       {"start_pose", {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}}};
+  if (settings.force_scale != 1) json["force_scale"] = settings.force_scale;
   if (const physics::NeedleBase& base = settings.base; base.kind == physics::BaseKind::spring_damper) {
     json["base"] = {{"stiffness_n_per_m", base.stiffness},
                     {"damping_n_s_per_m", base.damping},
@@ -165,6 +166,7 @@ RecordedSettings recorded_settings(const recording::Recording& recording) {
     settings.start.position = {pose[0], pose[1], pose[2]};
     settings.start.orientation = {pose[3], pose[4], pose[5], pose[6]};
     settings.haptic_hz = json.value("haptic_hz", 0.0);
+    settings.force_scale = json.value("force_scale", 1.0);
     if (const auto base = json.find("base"); base != json.end()) {
       settings.base = {.kind = physics::BaseKind::spring_damper,
                        .stiffness = base->at("stiffness_n_per_m").get<double>(),

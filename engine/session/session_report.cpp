@@ -51,6 +51,10 @@ nlohmann::ordered_json to_json(const haptic::GuardCounters& guard) {
 
 }  // namespace
 
+std::string force_scale_text(double scale) {
+  return scale < 1 ? fmt::format("{:.0f} % of the needle's force", 100 * scale) : "the needle's force as it is";
+}
+
 std::string hash_text(std::uint64_t hash) {
   return fmt::format("{:016x}", hash);
 }
@@ -81,6 +85,13 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
       {"blas", report.blas},
       {"gpu", report.gpu},
       {"gpu_driver", report.gpu_driver}};
+  if (report.force_output) {
+    const ForceOutput& output = *report.force_output;
+    json["force_output"] = {{"scale", output.scale},
+                            {"device_max_force_n", output.max_force},
+                            {"clipped_s", output.clipped_s},
+                            {"clipped_times", output.clipped_times}};
+  }
   json["punctures"] = nlohmann::ordered_json::array();
   for (const PunctureEvent& p : report.punctures) {
     json["punctures"].push_back({{"time_s", p.time_s}, {"from", p.from}, {"to", p.to}, {"force_n", p.force_n}});
@@ -129,6 +140,14 @@ std::string main_figures(const SessionReport& report) {
   text += fmt::format("  {:<16} peak {:.2f} N (axial {:.2f}, lateral {:.2f}); deepest {:.0f} mm\n", "force",
                       report.force.peak_force, report.force.peak_axial, report.force.peak_lateral,
                       report.force.max_depth * 1e3);
+  if (report.force_output) {
+    const ForceOutput& output = *report.force_output;
+    text += fmt::format(
+        "  {:<16} {}; the device gives {:.1f} N{}\n", "force felt", force_scale_text(output.scale), output.max_force,
+        output.clipped_times == 0
+            ? ", never clipped"
+            : fmt::format(", CLIPPED {} times, {:.1f} s in all", output.clipped_times, output.clipped_s));
+  }
   if (report.passivity.cycles > 0) {
     const physics::WatchedWork& cycle = report.passivity.least_cycle;
     text +=

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/figures/force_trace.h"
+#include "engine/session/force_scale.h"
 #include "engine/session/frame_publisher.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/run_statistics.h"
@@ -28,6 +29,7 @@ struct SessionReport {
   RunStatistics run{};
   figures::ForceSummary force{};
   physics::PassivitySummary passivity{};
+  std::optional<ForceOutput> force_output{};  ///< not set: the stylus renders none
   std::vector<PunctureEvent> punctures{};
   double closest_target_distance = 0;   ///< m; infinite without a target
   std::optional<ProbeSummary> probe{};  ///< not set: it was held in the air
@@ -42,6 +44,8 @@ nlohmann::ordered_json to_json(const SessionReport& report);
 void write_json(const std::filesystem::path& path, const nlohmann::ordered_json& json);
 /// Some lines for the terminal.
 std::string main_figures(const SessionReport& report);
+/// "52 % of the needle's force"
+std::string force_scale_text(double scale);
 /// 16 hexadecimal digits.
 std::string hash_text(std::uint64_t hash);
 

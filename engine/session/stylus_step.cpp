@@ -4,10 +4,11 @@
 
 namespace stylet::session {
 
-StylusStep::StylusStep(CoupledLoops& loops, haptic::Device& device)
+StylusStep::StylusStep(CoupledLoops& loops, haptic::Device& device, double force_scale)
     : loops_(loops),
       device_(device),
       renders_force_(device.limits().renders_force),
+      force_scale_(force_scale),
       guard_(device.limits(), loops.haptic_dt()) {}
 
 const physics::NeedleState& StylusStep::step(double time_s, double elapsed_s, const physics::TissuePatch& patch) {
@@ -19,8 +20,8 @@ const physics::NeedleState& StylusStep::step(double time_s, double elapsed_s, co
   const bool refused = (needle.flags & (physics::kNeedleNonFinite | physics::kNeedleSolveFailed)) != 0;
   refused_s_ = refused ? refused_s_ + loops_.haptic_dt() : 0;
   const haptic::GuardedWrench out =
-      guard_.apply({.force = needle.wrench.force,
-                    .torque = needle.wrench.moment,
+      guard_.apply({.force = force_scale_ * needle.wrench.force,
+                    .torque = force_scale_ * needle.wrench.moment,
                     .position = sample.position,
                     .orientation = sample.orientation,
                     .valid = sample.valid,
@@ -37,7 +38,7 @@ void StylusStep::hold(double time_s, double elapsed_s) {
   held_s_ += elapsed_s;
   const haptic::StylusSample sample = device_.read(time_s);
   const physics::Wrench& wrench = loops_.needle().wrench;
-  const double share = std::max(0.0, 1 - held_s_ / kPauseFade);
+  const double share = force_scale_ * std::max(0.0, 1 - held_s_ / kPauseFade);
   const haptic::GuardedWrench out = guard_.apply({.force = share * wrench.force,
                                                   .torque = share * wrench.moment,
                                                   .position = sample.position,

@@ -7,14 +7,15 @@
 
 namespace stylet::session {
 
-/// Reads the device, steps the loop, limits the force by the device's data sheet and writes it. What the schedule is
-/// like, threads or lockstep, is its caller's.
+/// Reads the device, steps the loop, scales the force, limits it by the device's data sheet and writes it. What the
+/// schedule is like, threads or lockstep, is its caller's.
 class StylusStep {
 public:
   static constexpr double kPauseFade = 0.05;  ///< s; as soft as the rate limit of a stylus, shorter than a start
 
   /// @param loops, device  outlive this
-  StylusStep(CoupledLoops& loops, haptic::Device& device);
+  /// @param force_scale    of the needle's force that goes to the hand; the loops know nothing of it
+  StylusStep(CoupledLoops& loops, haptic::Device& device, double force_scale = 1);
 
   /// @param time_s     session time
   /// @param elapsed_s  since the last call, by the clock
@@ -34,6 +35,7 @@ private:
   CoupledLoops& loops_;
   haptic::Device& device_;
   bool renders_force_;
+  double force_scale_;
   haptic::OutputGuard guard_;
   double refused_s_ = 0;  // since when the physics has taken no pose
   double held_s_ = 0;     // since when the session is paused

@@ -1,5 +1,6 @@
 #include "engine/session/threaded_run.h"
 
+#include "engine/session/force_scale.h"
 #include "haptic/denormals.h"
 
 #include <algorithm>
@@ -9,7 +10,11 @@ namespace stylet::session {
 
 ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
                          const ThreadedSettings& settings)
-    : loops_(loops), settings_(settings), scene_(scene), patches_(loops.make_patch()), hand_(loops, device) {
+    : loops_(loops),
+      settings_(settings),
+      scene_(scene),
+      patches_(loops.make_patch()),
+      hand_(loops, device, force_scale(scene.hand_force, device.limits())) {
   physics::copy_state(loops.needle(), needles_.back());
   needles_.publish();
   began_ns_ = clock_.now_ns();

@@ -46,6 +46,8 @@ struct FrameState {
   Eigen::Quaternionf probe_orientation = Eigen::Quaternionf::Identity();
   Eigen::Vector3f breath = Eigen::Vector3f::Zero();  ///< motion of rigid organs that breathe, m
   Eigen::Vector3f force = Eigen::Vector3f::Zero();   ///< on the hand
+  float force_scale = 1;                             ///< of it that a stylus with force is given
+  float force_clipped = 0;                           ///< 1: the stylus cannot give it
   float insertion_depth = 0;                         ///< arc length of needle in tissue, m
   std::vector<TargetState> targets;                  ///< [targets]
   float probe_force = 0;                             ///< that presses the probe on the skin, along its axis, N

@@ -35,6 +35,8 @@ void for_each_value(State& s, Vector&& vector, Rotation&& rotation, Scalar&& sca
     vector(target.centre);
     scalar(target.distance);
   }
+  scalar(s.force_scale);
+  scalar(s.force_clipped);
   scalar(s.insertion_depth);
   scalar(s.probe_force);
   scalar(s.probe_area);

@@ -4,13 +4,13 @@
 #include "engine/session/replay.h"
 #include "engine/session/stylus_step.h"
 #include "tests/session/cube_scene.h"
+#include "tests/session/held_stylus.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -23,70 +23,10 @@ namespace stylet::session {
 namespace {
 
 using Eigen::Vector3d;
+using tests::held_stylus;
+using tests::HeldStylus;
 
 constexpr double kMs = 1e-3;
-
-/// A stylus of 45 g, held by a hand: a soft spring to where the hand wants it. Readings and forces travel.
-class HeldStylus final : public haptic::Device {
-public:
-  explicit HeldStylus(const content::Scene& scene) : above_(0, 0, 0.1 + scene.needle.length) {
-    limits_.renders_force = true;
-    orientation_ = scene.motion.stylus.front().pose.orientation;
-    position_ = wanted(0);
-    seen_.fill(position_);
-  }
-
-  std::string name() const override { return "held stylus"; }
-  haptic::DeviceLimits limits() const override { return limits_; }
-  haptic::StylusSample read(double now_s) override {
-    while (time_s_ < now_s) advance();
-    return {.time_s = now_s, .position = seen_[0], .orientation = orientation_, .valid = plugged, .age_s = age_s};
-  }
-  void write(const Vector3d& force, const Vector3d&) override {
-    sent = force;
-    largest = std::max(largest, force.norm());
-  }
-
-  /// Where the hand wants to be: 30 mm in by 0.8 s, 4 mm sideways by 1.4 s, then still.
-  Vector3d wanted(double t) const {
-    const auto ease = [](double u) { return 0.5 * (1 - std::cos(std::numbers::pi * std::clamp(u, 0.0, 1.0))); };
-    return above_ + Vector3d(0.004 * ease((t - 0.8) / 0.6), 0, 0.005 - 0.035 * ease(t / 0.8));
-  }
-  double speed() const { return velocity_.norm(); }
-  const Vector3d& seen() const { return seen_[0]; }
-
-  bool plugged = true;
-  double age_s = 0;
-  Vector3d sent = Vector3d::Zero();
-  double largest = 0;
-
-private:
-  // Half of the data sheet's delay is on the way in, half on the way out.
-  static constexpr double kSubstep = 0.125e-3;
-  static constexpr std::size_t kDelay = 6;
-  static constexpr double kMass = 0.045, kGrip = 400;  // kg, N/m
-
-  void advance() {
-    time_s_ += kSubstep;
-    std::rotate(on_the_way_.begin(), on_the_way_.begin() + 1, on_the_way_.end());
-    on_the_way_.back() = sent;
-    const Vector3d force =
-        on_the_way_[0] + kGrip * (wanted(time_s_) - position_) - limits_.physical_damping_n_s_per_m * velocity_;
-    velocity_ += force / kMass * kSubstep;
-    position_ += velocity_ * kSubstep;
-    std::rotate(seen_.begin(), seen_.begin() + 1, seen_.end());
-    seen_.back() = position_;
-  }
-
-  haptic::DeviceLimits limits_;
-  Vector3d above_;
-  Eigen::Quaterniond orientation_;
-  Vector3d position_, velocity_ = Vector3d::Zero();
-  std::array<Vector3d, kDelay> seen_;
-  std::array<Vector3d, kDelay> on_the_way_{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(),
-                                           Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
-  double time_s_ = 0;
-};
 
 /// Peak of the motion of a mass on a sampled, delayed spring, after `seconds`, over its start.
 double growth(const physics::NeedleBase& base, const haptic::DeviceLimits& limits, double seconds) {
@@ -140,7 +80,7 @@ public:
 
 TEST(StylusWithForce, SettlesInTissueWithTheForceOfTheBaseSpring) {
   content::Scene scene = tests::cube_scene(5);
-  HeldStylus device(scene);
+  HeldStylus device = held_stylus(scene);
   const physics::NeedleBase base = needle_base(device.limits(), scene.rates.haptic_hz);
   SentForces sent;
   CoupledLoops loops(scene, physics::Coupling::stylet, {device.read(0).position, device.read(0).orientation}, {&sent},
@@ -183,7 +123,7 @@ TEST(StylusWithForce, SettlesInTissueWithTheForceOfTheBaseSpring) {
 TEST(StylusWithForce, RecordsHowTheNeedleWasHeldAndReplaysToTheSameBits) {
   const content::Scene scene = tests::cube_scene(5);
   const support::TemporaryFolder folder;
-  HeldStylus device(scene);
+  HeldStylus device = held_stylus(scene);
   std::uint64_t hash = 0;
   {
     LiveSession session(scene, device,
@@ -247,7 +187,7 @@ TEST(SafetyEvents, EachLimitLeavesOneWhenItBeginsToAct) {
 /// Needle 20 mm in tissue with force on the hand.
 class Faulty : public ::testing::Test {
 protected:
-  Faulty() : scene_(tests::cube_scene(4)), device_(scene_) {
+  Faulty() : scene_(tests::cube_scene(4)), device_(held_stylus(scene_)) {
     loops_.emplace(scene_, physics::Coupling::stylet,
                    physics::StylusPose{device_.read(0).position, device_.read(0).orientation},
                    std::vector<StepListener*>{&sent_}, needle_base(device_.limits(), scene_.rates.haptic_hz));

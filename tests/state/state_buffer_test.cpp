@@ -43,6 +43,8 @@ FrameState motion_at(double t, std::uint64_t step) {
       Eigen::Quaternionf(Eigen::AngleAxisf(static_cast<float>(-0.3 * t), Eigen::Vector3f::UnitZ()));
   state.breath = Eigen::Vector3d(0, -0.01 * t, 0).cast<float>();
   state.force = Eigen::Vector3d(0.5 * t, 0, -t).cast<float>();
+  state.force_scale = static_cast<float>(0.2 + 0.3 * t);
+  state.force_clipped = static_cast<float>(0.4 * t);
   state.insertion_depth = static_cast<float>(0.03 * t);
   for (TargetState& target : state.targets) {
     target.centre = Eigen::Vector3d(t, 0, 2 * t).cast<float>();
@@ -67,6 +69,8 @@ void expect_equal(const FrameState& a, const FrameState& b) {
   EXPECT_EQ(a.probe_orientation.coeffs(), b.probe_orientation.coeffs());
   EXPECT_EQ(a.breath, b.breath);
   EXPECT_EQ(a.force, b.force);
+  EXPECT_EQ(a.force_scale, b.force_scale);
+  EXPECT_EQ(a.force_clipped, b.force_clipped);
   EXPECT_EQ(a.insertion_depth, b.insertion_depth);
   ASSERT_EQ(a.targets.size(), b.targets.size());
   for (std::size_t t = 0; t < a.targets.size(); ++t) {
