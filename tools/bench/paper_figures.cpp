@@ -214,7 +214,11 @@ PlotPanel force_panel(const std::string& title, const TracePair& pair) {
                      {.label = "updated",
                       .x = pair.updated.time_s,
                       .y = component(pair.updated.forces, kY),
-                      .colour = colour(0)}},
+                      .colour = colour(0)},
+                     {.label = "normal to the trajectory",
+                      .x = pair.trajectory.time_s,
+                      .y = component(pair.trajectory.forces, kY),
+                      .colour = colour(2)}},
           .markers = {},
           .dots = {}};
 }
@@ -247,7 +251,8 @@ PlotPanel zoom(const std::string& title, const TracePair& pair, std::size_t cent
   PlotPanel panel{.title = title,
                   .x = {.label = "time, s (dashed: a new patch from the simulation loop)"},
                   .y = {.label = "force on the hand, Y, N"},
-                  .series = {cut(pair.frozen, "frozen", 1), cut(pair.updated, "updated", 0)},
+                  .series = {cut(pair.frozen, "frozen", 1), cut(pair.updated, "updated", 0),
+                             cut(pair.trajectory, "normal to the trajectory", 2)},
                   .markers = {},
                   .dots = {}};
   panel.x.min = panel.series[0].x.front();
@@ -261,11 +266,13 @@ PlotPanel zoom(const std::string& title, const TracePair& pair, std::size_t cent
 
 std::string force_sentence(const TracePair& pair) {
   return fmt::format(
-      "Roughness {:.2e} N frozen, {:.2e} N updated ({:.0f} times less); jump {:.1f} mN frozen, {:.1f} mN "
-      "updated.",
+      "Roughness {:.2e} N frozen, {:.2e} N updated ({:.0f} times less), {:.2e} N normal to the trajectory; jump "
+      "{:.1f} "
+      "mN frozen, {:.1f} mN updated.",
       reference::roughness(pair.frozen.forces, kY), reference::roughness(pair.updated.forces, kY),
       reference::roughness(pair.frozen.forces, kY) / reference::roughness(pair.updated.forces, kY),
-      1e3 * reference::jump(pair.frozen.forces, kY), 1e3 * reference::jump(pair.updated.forces, kY));
+      reference::roughness(pair.trajectory.forces, kY), 1e3 * reference::jump(pair.frozen.forces, kY),
+      1e3 * reference::jump(pair.updated.forces, kY));
 }
 
 void draw_figure_3(const std::filesystem::path& out, const TracePair& lockstep, const TracePair& late,
@@ -280,7 +287,11 @@ void draw_figure_3(const std::filesystem::path& out, const TracePair& lockstep, 
                                    {.label = "updated",
                                     .x = lockstep.updated.time_s,
                                     .y = scaled(lockstep.updated.along_shaft, 1e3),
-                                    .colour = colour(0)}},
+                                    .colour = colour(0)},
+                                   {.label = "normal to the trajectory",
+                                    .x = lockstep.trajectory.time_s,
+                                    .y = scaled(lockstep.trajectory.along_shaft, 1e3),
+                                    .colour = colour(2)}},
                         .markers = {},
                         .dots = {}};
   const std::size_t centre = largest_jump(lockstep.frozen);
@@ -296,10 +307,12 @@ void draw_figure_3(const std::filesystem::path& out, const TracePair& lockstep, 
   const std::array columns{FigureColumn{"time_s", lockstep.frozen.time_s},
                            FigureColumn{"force_y_frozen_n", component(lockstep.frozen.forces, kY)},
                            FigureColumn{"force_y_updated_n", component(lockstep.updated.forces, kY)},
+                           FigureColumn{"force_y_trajectory_n", component(lockstep.trajectory.forces, kY)},
                            FigureColumn{"force_y_frozen_late_n", component(late.frozen.forces, kY)},
                            FigureColumn{"force_y_updated_late_n", component(late.updated.forces, kY)},
                            FigureColumn{"along_shaft_frozen_n", lockstep.frozen.along_shaft},
-                           FigureColumn{"along_shaft_updated_n", lockstep.updated.along_shaft}};
+                           FigureColumn{"along_shaft_updated_n", lockstep.updated.along_shaft},
+                           FigureColumn{"along_shaft_trajectory_n", lockstep.trajectory.along_shaft}};
   write_figure(out, "fig3_force", panels, caption, columns);
 }
 

@@ -9,8 +9,8 @@ namespace stylet::bench {
 
 /// Fig. 2, change of the contact directions over a simulation step. For a straight and a curved insertion, over all
 /// simulation steps with 8 contacts: fig2.<shape>.change (median), .change.max, and .ratio: the median over the
-/// needle's edge length, 1/m.
-/// Fig. 3, force across the insertion (Y), R1, coupling frozen and updated: fig3.roughness.<coupling>,
+/// needle's edge length, 1/m; fig2.by_motion: that ratio by the way aside and the rate of the simulation.
+/// Fig. 3, force across the insertion (Y), R1, coupling frozen, updated and trajectory: fig3.roughness.<coupling>,
 /// fig3.jump.<coupling>, N, the same with one simulation step of latency, and fig3.along_shaft.<coupling>: largest
 /// component of the constraint forces along the shaft, N.
 Report paper_figures_2_and_3(const reference::ReferenceInsertion& insertion, const BenchOptions& options);
