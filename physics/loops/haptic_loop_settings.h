@@ -37,7 +37,8 @@ struct HapticLoopSettings {
   double max_base_translation =
       1e-3;                          ///< m a step; more is spread over the next steps (one Newton step must suffice)
   double max_base_rotation = 20e-3;  ///< rad a step
-  double max_node_rotation = 0.2;    ///< rad a step; a longer Newton step is shortened to this
+  double max_node_rotation = 20e-3;  ///< rad a step; a longer Newton step is shortened to this: a needle that is bent
+                                     ///< far and held by few points would swing for ever
 };
 
 }  // namespace stylet::physics
