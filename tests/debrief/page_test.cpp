@@ -58,6 +58,15 @@ TEST(DebriefPage, ShowsTheNumbersOfTheJsonWithoutScripts) {
   EXPECT_EQ(count_of(html, "<polyline"), 8u) << "two, four and four lines, less those without an expert";
 }
 
+TEST(DebriefPage, SaysWhenTheHandFeltLessThanTheForcesShown) {
+  DebriefData data = tests::sample_debrief();
+  EXPECT_EQ(debrief_page(data).find("felt at"), std::string::npos);
+  EXPECT_EQ(to_json(data)["force_scale"], 1);
+  data.force_scale = 0.44;
+  EXPECT_NE(debrief_page(data).find("felt at 44 % of the forces below"), std::string::npos);
+  EXPECT_EQ(to_json(data)["force_scale"], 0.44);
+}
+
 // Force limits come in bursts: their numbers must stay readable.
 TEST(DebriefPage, MarksThatLieCloseShareALabel) {
   DebriefData data = tests::sample_debrief();

@@ -24,6 +24,26 @@ TEST(RenderScale, DrawsFewerPixelsWhereFramesAreSlowAndMoreAgainWhereTheyAreQuic
   EXPECT_EQ(scale.now(), 1);
 }
 
+TEST(SessionWatch, TellsTheScaleOfTheForceAndWhenTheStylusCannotGiveIt) {
+  const content::Scene scene;
+  panels::SessionWatch watch(scene);
+  state::FrameState frame;
+  frame.needle_positions.assign(2, Eigen::Vector3f::Zero());
+  frame.needle_orientations.assign(2, Eigen::Quaternionf::Identity());
+  frame.force_scale = 0.5F;
+  const auto told = [&] {
+    frame.time_s += 1;
+    watch.look(frame);
+    panels::SessionFacts facts;
+    watch.fill(facts);
+    EXPECT_EQ(facts.force_scale, 0.5);
+    return facts.warnings.front().text;
+  };
+  EXPECT_EQ(told(), "nothing to remark");
+  frame.force_clipped = 1;
+  EXPECT_EQ(told(), "stylus cannot give this force");
+}
+
 TEST(SessionWatch, AFrameThatIsNotFiniteIsPassedOver) {
   const content::Scene scene;
   panels::SessionWatch watch(scene);
