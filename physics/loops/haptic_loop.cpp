@@ -199,6 +199,8 @@ void HapticLoop::publish(double dt, const TissuePatch& patch) {
   state_.flags = flags_;
   publish_shape();
   coupling_->publish(system_, state_);
+  state_.damage.bend = needle_.bend();
+  state_.damage.bend_work = needle_.bend_work();
   publish_forces(patch);
 }
 

@@ -88,6 +88,7 @@ void copy_state(const NeedleState& from, NeedleState& to) {
   std::copy_n(from.forces.begin(), from.force_count, to.forces.begin());
   to.wrench = from.wrench;
   to.hand_work = from.hand_work;
+  to.damage = from.damage;
 }
 
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {

@@ -24,9 +24,9 @@ static_assert(EIGEN_MAX_ALIGN_BYTES == 32 && EIGEN_MAX_STATIC_ALIGN_BYTES == 32,
               "another layout than the library's: link Stylet::physics, which defines both");
 
 inline constexpr int kMaxBodies = 4;
-inline constexpr int kMaxCavities = 8;             ///< full of fluid, of all bodies
-inline constexpr int kMaxRows = 192;               ///< constraint rows in one haptic solve
-inline constexpr int kMaxContacts = kMaxRows / 2;  ///< two bilateral rows a contact point
+inline constexpr int kMaxCavities = 8;   ///< full of fluid, of all bodies
+inline constexpr int kMaxContacts = 96;  ///< contact points of one haptic solve
+inline constexpr int kMaxRows = 248;     ///< constraint rows in it: four of a point on the shaft, three of the tip
 inline constexpr int kMaxBeams = 64;
 inline constexpr int kMaxNeedleNodes = kMaxBeams + 1;
 inline constexpr int kMaxPatchNodes = 256;                                            ///< isolated nodes of one body
@@ -190,6 +190,15 @@ struct Puncture {
   double energy = 0;  ///< elastic, released by it, J: physics/README.md eq. 25b
 };
 
+/// What the needle and the tissue beside it have suffered since the start; never falls, but for `bend`, which a
+/// needle that is straightened loses again. physics/README.md eq. 37, 38.
+struct NeedleDamage {
+  double bend = 0;       ///< of the needle for good, sum over its beams, rad
+  double bend_work = 0;  ///< that went into its steel, J
+  double side_cut = 0;   ///< of tissue by the side of the shaft, m^2
+  double side_work = 0;  ///< that this took, J
+};
+
 /// A contact as the haptic loop solved it.
 struct NeedleContact {
   std::uint32_t id = 0;
@@ -200,6 +209,7 @@ struct NeedleContact {
   double beam_fraction = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the tissue point after the solve
   Eigen::Vector3d force = Eigen::Vector3d::Zero();     ///< on the tissue, N
+  bool cuts = false;  ///< sideways: the point may go on into a tetrahedron beside its own
 };
 
 /// Force on one isolated node. Forces, not multipliers: they survive a change of directions.
@@ -244,6 +254,7 @@ struct NeedleState {
   std::vector<NodeForce> forces;  ///< [force_count] by body then node id      capacity kMaxBodies*kMaxPatchNodes
   Wrench wrench;                  ///< given to the device: what the hand feels, about the hub
   double hand_work = 0;           ///< of the hand on the needle since the start, J: tells whether energy was made
+  NeedleDamage damage;
 };
 
 /// Copies the active part of a state into one of the same capacity.

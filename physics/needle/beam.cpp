@@ -57,6 +57,12 @@ struct LocalStiffness {
   Matrix3d other() const { return Vector3d(-torsion, far, far).asDiagonal(); }
 };
 
+/// Local rotations less what stays of them: those that make the moments.
+void take_bend(const PlasticBend& bend, Vector3d& theta_a, Vector3d& theta_b) {
+  theta_a.tail<2>() -= bend.turn[0];
+  theta_b.tail<2>() -= bend.turn[1];
+}
+
 using Matrix3x12 = Eigen::Matrix<double, 3, 12>;
 using Matrix6x12 = Eigen::Matrix<double, 6, 12>;
 
@@ -91,20 +97,25 @@ void rotate_columns(Eigen::MatrixBase<Derived>& m, const Matrix3d& frame) {
 double beam_energy(const Beam& beam, const BeamEnd& a, const BeamEnd& b) {
   const LocalState s = local_state(beam, a, b);
   const LocalStiffness k(beam);
-  return 0.5 * (k.axial * s.extension * s.extension + s.theta_a.dot(k.moment(s.theta_a, s.theta_b)) +
-                s.theta_b.dot(k.moment(s.theta_b, s.theta_a)));
+  Vector3d theta_a = s.theta_a, theta_b = s.theta_b;
+  take_bend(beam.bend, theta_a, theta_b);
+  return 0.5 * (k.axial * s.extension * s.extension + theta_a.dot(k.moment(theta_a, theta_b)) +
+                theta_b.dot(k.moment(theta_b, theta_a)));
 }
 
-BeamResponse beam_response(const Beam& beam, const BeamEnd& a, const BeamEnd& b, Tangent tangent) {
-  const LocalState s = local_state(beam, a, b);
+namespace {
+
+BeamResponse response_of(const Beam& beam, const LocalState& s, Tangent tangent) {
   const LocalStiffness k(beam);
   const double l = s.length;
   const double eta = (s.p_a.x() + s.p_b.x()) / (s.p_a.y() + s.p_b.y());
   const Matrix3x12 g = frame_spin(s, eta);
 
   const double normal_force = k.axial * s.extension;
-  const Vector3d local_a = k.moment(s.theta_a, s.theta_b);
-  const Vector3d local_b = k.moment(s.theta_b, s.theta_a);
+  Vector3d elastic_a = s.theta_a, elastic_b = s.theta_b;
+  take_bend(beam.bend, elastic_a, elastic_b);
+  const Vector3d local_a = k.moment(elastic_a, elastic_b);
+  const Vector3d local_b = k.moment(elastic_b, elastic_a);
   const Matrix3d ta = inverse_tangent(s.theta_a);
   const Matrix3d tb = inverse_tangent(s.theta_b);
   Vector6d moment;  // of the ends, element axes, conjugate to spins
@@ -126,11 +137,18 @@ BeamResponse beam_response(const Beam& beam, const BeamEnd& a, const BeamEnd& b,
   response.force.segment<3>(6) += normal_force * e1;
 
   // Tangent in element axes, rotated at the end. Material part: local stiffness seen through P and T^-1.
+  Matrix3d k_aa = k.self(), k_bb = k.self(), k_ab = k.other();
+  if (beam.bend.yielding()) {
+    const Eigen::Matrix4d bending = yielding_stiffness(beam.bend, k.near, k.far);
+    k_aa.bottomRightCorner<2, 2>() = bending.topLeftCorner<2, 2>();
+    k_ab.bottomRightCorner<2, 2>() = bending.topRightCorner<2, 2>();
+    k_bb.bottomRightCorner<2, 2>() = bending.bottomRightCorner<2, 2>();
+  }
   Matrix6d local;
-  local.block<3, 3>(0, 0) = ta.transpose() * k.self() * ta;
-  local.block<3, 3>(0, 3) = ta.transpose() * k.other() * tb;
-  local.block<3, 3>(3, 0) = tb.transpose() * k.other() * ta;
-  local.block<3, 3>(3, 3) = tb.transpose() * k.self() * tb;
+  local.block<3, 3>(0, 0) = ta.transpose() * k_aa * ta;
+  local.block<3, 3>(0, 3) = ta.transpose() * k_ab * tb;
+  local.block<3, 3>(3, 0) = tb.transpose() * k_ab.transpose() * ta;
+  local.block<3, 3>(3, 3) = tb.transpose() * k_bb * tb;
   if (tangent == Tangent::full) {
     local.block<3, 3>(0, 0) += inverse_tangent_transpose_derivative(s.theta_a, local_a) * ta;
     local.block<3, 3>(3, 3) += inverse_tangent_transpose_derivative(s.theta_b, local_b) * tb;
@@ -166,6 +184,21 @@ BeamResponse beam_response(const Beam& beam, const BeamEnd& a, const BeamEnd& b,
   rotate_columns(transposed, s.frame);
   t = transposed.transpose();
   return response;
+}
+
+}  // namespace
+
+BeamResponse beam_response(const Beam& beam, const BeamEnd& a, const BeamEnd& b, Tangent tangent) {
+  return response_of(beam, local_state(beam, a, b), tangent);
+}
+
+BeamResponse yielding_response(Beam& beam, const BeamEnd& a, const BeamEnd& b, Tangent tangent) {
+  const LocalState s = local_state(beam, a, b);
+  if (beam.strength.limited()) {
+    const LocalStiffness k(beam);
+    flow(beam.strength, {s.theta_a.tail<2>(), s.theta_b.tail<2>()}, k.near, k.far, beam.length, beam.bend);
+  }
+  return response_of(beam, s, tangent);
 }
 
 }  // namespace stylet::physics

@@ -1,6 +1,7 @@
 // Corotational Timoshenko beam element for large displacements and rotations (Battini and Pacoste 2002).
 #pragma once
 
+#include "physics/needle/plastic_bend.h"
 #include "physics/needle/section.h"
 
 #include <Eigen/Core>
@@ -13,12 +14,14 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector12d = Eigen::Matrix<double, 12, 1>;
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-/// Unloaded beam between two nodes.
+/// A beam between two nodes, without load but for what has stayed of bending.
 struct Beam {
   double length = 0;  ///< rest length, m
   Eigen::Matrix3d rest_frame =
       Eigen::Matrix3d::Identity();  ///< node frame <- element frame at rest, x along the beam
   SectionStiffness section;
+  BendingStrength strength{};
+  PlasticBend bend{};
 };
 
 /// Pose of one end: position and node frame -> patient frame.
@@ -50,5 +53,10 @@ double beam_energy(const Beam& beam, const BeamEnd& a, const BeamEnd& b);
 /// symmetrised.
 /// @realtime  no allocation
 BeamResponse beam_response(const Beam& beam, const BeamEnd& a, const BeamEnd& b, Tangent tangent = Tangent::full);
+
+/// The same, once what the ends' rotations are beyond the beam's strength has stayed (physics/README.md eq. 37). The
+/// tangent is that of further yielding where it yielded. Nothing else where it did not, to the bit.
+/// @realtime  no allocation
+BeamResponse yielding_response(Beam& beam, const BeamEnd& a, const BeamEnd& b, Tangent tangent = Tangent::full);
 
 }  // namespace stylet::physics

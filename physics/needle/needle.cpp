@@ -26,6 +26,8 @@ void check(const NeedleProperties& n) {
           "inner diameter must be at least 0 and below the outer", n.inner_diameter);
   require(std::isfinite(n.young_modulus) && n.young_modulus > 0, "Young's modulus must be positive", n.young_modulus);
   require(n.poisson_ratio > -1 && n.poisson_ratio < 0.5, "Poisson's ratio must lie in (-1, 0.5)", n.poisson_ratio);
+  require(std::isfinite(n.yield_strength) && n.yield_strength >= 0, "yield strength must not be negative",
+          n.yield_strength);
   require(n.beams >= 1 && n.beams <= kMaxBeams, "number of beams must be 1 to 64", n.beams);
 }
 
@@ -73,7 +75,9 @@ Needle::Needle(const NeedleProperties& properties, const NeedleBase& base)
   const Beam beam{.length = properties.length / properties.beams,
                   .rest_frame = element_frame(),
                   .section = tube_section(properties.outer_diameter, properties.inner_diameter,
-                                          properties.young_modulus, properties.poisson_ratio)};
+                                          properties.young_modulus, properties.poisson_ratio),
+                  .strength = tube_strength(properties.outer_diameter, properties.inner_diameter,
+                                            properties.young_modulus, properties.yield_strength)};
   beams_.assign(properties.beams, beam);
   residual_ = Eigen::VectorXd::Zero(6 * node_count());
 }
@@ -101,7 +105,7 @@ void Needle::assemble_beams(const NeedleShape& shape, Tangent tangent) {
   BeamEnd a{shape.positions.col(0), shape.orientation(0).toRotationMatrix()};
   for (int i = 0; i < node_count() - 1; ++i) {
     const BeamEnd b{shape.positions.col(i + 1), shape.orientation(i + 1).toRotationMatrix()};
-    const BeamResponse response = beam_response(beams_[i], a, b, tangent);
+    const BeamResponse response = yielding_response(beams_[i], a, b, tangent);
     system_.diagonal(i) += response.tangent.topLeftCorner<6, 6>();
     system_.diagonal(i + 1) += response.tangent.bottomRightCorner<6, 6>();
     system_.upper(i) = response.tangent.topRightCorner<6, 6>();
@@ -150,6 +154,18 @@ double Needle::energy(const NeedleShape& shape) const {
     const BeamEnd b{shape.positions.col(i + 1), shape.orientation(i + 1).toRotationMatrix()};
     sum += beam_energy(beams_[i], a, b);
   }
+  return sum;
+}
+
+double Needle::bend() const {
+  double sum = 0;
+  for (const Beam& beam : beams_) sum += beam.bend.angle();
+  return sum;
+}
+
+double Needle::bend_work() const {
+  double sum = 0;
+  for (const Beam& beam : beams_) sum += beam.bend.work;
   return sum;
 }
 

@@ -22,6 +22,7 @@ struct NeedleProperties {
   double young_modulus = 200e9;      ///< Pa
   double poisson_ratio = 0.3;        ///< -
   int beams = 8;                     ///< 1..kMaxBeams
+  double yield_strength = 0;         ///< Pa; beyond it the needle stays bent; 0: it never does
 };
 
 /// How the needle's first node is held at the hub.
@@ -73,6 +74,7 @@ public:
   /// followed the hub (follow_hub), so that the damper of a spring-damper base starts from rest in the hub's frame.
   /// Where A_n is indefinite (a buckled state) its geometric part is left out: a modified Newton step, same solution.
   /// @param dt  duration of the step, s: for the damper
+  /// What is beyond the strength of the steel stays bent from here on (physics/README.md eq. 37).
   /// @return false if A_n is not positive definite even so (non-finite shape)
   /// @realtime no allocation; O(beams)
   bool linearise(const NeedleShape& shape, const StylusPose& hub, double dt);
@@ -94,6 +96,9 @@ public:
   const BlockTridiagonal& factor() const { return system_; }
   /// Elastic energy at `shape`, J.
   double energy(const NeedleShape& shape) const;
+  /// How far the needle is bent for good, sum over its beams, rad; and the work that has gone into its steel, J.
+  double bend() const;
+  double bend_work() const;
 
 private:
   void assemble_beams(const NeedleShape& shape, Tangent tangent);
