@@ -5,16 +5,22 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+
 namespace stylet::physics {
 
-/// A tissue point in touch with the shaft in this step, with 1 to 3 rows of the contact system.
+/// A tissue point in touch with the shaft in this step, with 1 to 4 rows of the contact system: forces along up to
+/// three directions, then one about the third.
 struct ActiveContact {
   int point = 0;      ///< index into TissuePoints
   int first_row = 0;  ///< its rows are first_row .. first_row + row_count - 1
   int row_count = 2;
   ShaftPoint shaft;
   Eigen::Matrix3d directions = Eigen::Matrix3d::Zero();  ///< the first row_count columns: unit
-  auto rows() const { return directions.leftCols(row_count); }
+  double lever = 0;  ///< of the fourth row, whose force acts this far off the axis and turns the shaft, m
+  int force_rows() const { return std::min(row_count, 3); }
+  bool turns() const { return row_count > 3; }
+  auto rows() const { return directions.leftCols(force_rows()); }
 };
 
 /// A contact with the two lateral rows alone.

@@ -14,8 +14,10 @@ bool valid(std::span<const ContactRow> rows, int i) {
   if (row.normal[0] >= count || row.normal[1] >= count || row.across >= count) return false;
   if (row.across >= 0) {
     const ContactRow& other = rows[row.across];
-    if (row.across == i || other.across != i || other.bilateral || row.viscosity > 0 || !(row.upper >= 0))
+    if (row.across == i || other.across != i || other.bilateral || row.viscosity != other.viscosity ||
+        !(row.upper >= 0)) {
       return false;
+    }
   }
   return row.lower <= row.upper && row.lower < std::numeric_limits<double>::infinity() &&
          row.upper > -std::numeric_limits<double>::infinity() && row.viscosity >= 0 && std::isfinite(row.viscosity) &&
@@ -61,8 +63,8 @@ ContactRow friction_row(std::uint64_t id, double adhesion, double friction, std:
 }
 
 ContactRow disc_row(std::uint64_t id, int across, double adhesion, double friction, std::array<int, 2> normal,
-                    double compliance) {
-  ContactRow row = friction_row(id, adhesion, friction, normal, 0, compliance);
+                    double compliance, double viscosity) {
+  ContactRow row = friction_row(id, adhesion, friction, normal, viscosity, compliance);
   row.across = across;
   return row;
 }
@@ -267,7 +269,8 @@ void BoundedSolver::sweep(std::span<const ContactRow> rows) {
     const Eigen::Vector2d sticking(lambda_[j] - motion(j) / s, lambda_[k] - motion(k) / s);
     const double length = sticking.norm();
     const double bound = radius(rows, {j, k});
-    const double shortened = length > bound ? bound / length : 1;
+    const double held = (bound + viscosity_[j] * s * length) / (1 + viscosity_[j] * s);
+    const double shortened = length > bound ? held / length : 1;
     lambda_[j] = shortened * sticking[0];
     lambda_[k] = shortened * sticking[1];
     reduced_states_[j] = reduced_states_[k] = RowState::sticking;
@@ -310,11 +313,12 @@ double BoundedSolver::residual(std::span<const ContactRow> rows, const Eigen::Re
     if (row.across >= 0) {
       const int k = row.across;
       const double softest = std::max(yielding, w(k, k) + compliance_[k]);
-      const Eigen::Vector2d force(lambda[i], lambda[k]);
+      const Eigen::Vector2d force =
+          Eigen::Vector2d(lambda[i], lambda[k]) + row.viscosity * Eigen::Vector2d(u[i], u[k]);
       Eigen::Vector2d law = force - Eigen::Vector2d(u[i], u[k]) / softest;
       const double bound = row.upper + press(row);
       if (law.norm() > bound) law *= bound / law.norm();
-      distance = (force - law).norm();
+      distance = (force - law).norm() / (1 + row.viscosity * softest);
     } else if (!row.bilateral) {
       const double p = press(row);
       const double k = u[i] > 0 || row.viscous_upper ? row.viscosity : 0;

@@ -21,9 +21,10 @@ namespace stylet::physics {
 ///   sticking    lower - P <= lambda <= upper + P,  u = 0
 ///   sliding     lambda = upper + P - k u where u <= 0,  lambda = lower - P - k u where u >= 0
 ///
-/// Two rows of a disc, across each other, hold |(lambda_1, lambda_2)| <= upper + P instead, and slide against u:
-/// friction of a tip on a surface, the same in all directions. So a box is mu = 0, Coulomb friction -lower = upper =
-/// the adhesion, viscous friction k, a unilateral contact [0, inf).
+/// Two rows of a disc, across each other, hold |(lambda_1, lambda_2)| <= upper + P instead, and slide against u with
+/// |(lambda_1, lambda_2)| = upper + P + k |(u_1, u_2)|: friction of a tip on a surface, the same in all directions.
+/// So a box is mu = 0, Coulomb friction -lower = upper = the adhesion, viscous friction k, a unilateral contact [0,
+/// inf).
 struct ContactRow {
   static constexpr int kNone = -1;
 
@@ -36,7 +37,7 @@ struct ContactRow {
   bool viscous_upper = true;                ///< false: k = 0 at the upper bound (what cuts resists in one direction)
   double friction = 0;                      ///< mu >= 0
   std::array<int, 2> normal{kNone, kNone};  ///< rows that press this one: two lateral ones, or a unilateral one
-  int across = kNone;  ///< the other row of a disc: named by both, with equal upper, mu and normal rows; k = 0
+  int across = kNone;  ///< the other row of a disc: named by both, with equal upper, k, mu and normal rows
 };
 
 ContactRow bilateral_row(std::uint64_t id, double compliance = 0);
@@ -48,7 +49,7 @@ ContactRow friction_row(std::uint64_t id, double adhesion, double friction, std:
 
 /// One of the two rows of a disc; `across` is the index of the other.
 ContactRow disc_row(std::uint64_t id, int across, double adhesion, double friction, std::array<int, 2> normal,
-                    double compliance = 0);
+                    double compliance = 0, double viscosity = 0);
 
 struct BoundedSolveLimits {
   int pivots = 100;  ///< solves for the states of the bounded rows, all updates of the bounds together
@@ -76,11 +77,11 @@ struct BoundedSolveReport {
 /// Eliminates the bilateral rows once (L D L^T), pivots on the Schur complement of the bounded ones (BoxPivoting),
 /// and iterates their bounds, which depend on the multipliers that result, to a fixed point of 1e-13 by Newton's
 /// method. A disc is two sticking rows that yield by g, u = -g lambda, with the one g >= 0 that puts |lambda| on the
-/// bound, an unknown of the same Newton steps. The result is the solution of the equations above and depends neither
-/// on the first guess nor on the limits, unless the report says otherwise. With given bounds there is always one
-/// solution. Bounds that depend on multipliers make the problem non-monotone: with large mu times coupling there can
-/// be several solutions or none, as in Coulomb friction elsewhere; the bounds are then held at those of the first
-/// guess.
+/// bound b, or b / (1 - k g) where it is viscous, an unknown of the same Newton steps. The result is the solution of
+/// the equations above and depends neither on the first guess nor on the limits, unless the report says otherwise.
+/// With given bounds there is always one solution. Bounds that depend on multipliers make the problem non-monotone:
+/// with large mu times coupling there can be several solutions or none, as in Coulomb friction elsewhere; the bounds
+/// are then held at those of the first guess.
 class BoundedSolver {
 public:
   /// @param max_rows  capacity; all memory is taken here
@@ -125,6 +126,7 @@ private:
   void plain_update(std::span<const ContactRow> rows);
   void yield(const std::array<int, 2>& disc, double bound);
   double radius(std::span<const ContactRow> rows, const std::array<int, 2>& disc) const;
+  double sliding_force(std::span<const ContactRow> rows, const std::array<int, 2>& disc) const;
   void recover_leading();
   double press(const ContactRow& row) const;
   void linearise_press(std::span<const ContactRow> rows);

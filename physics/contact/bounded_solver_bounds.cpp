@@ -66,6 +66,11 @@ double BoundedSolver::radius(std::span<const ContactRow> rows, const std::array<
   return row.upper + (held_ ? press_[disc[0]] : press(row));
 }
 
+/// What a disc's force is while it slides as it yields now: beyond its bound where it is viscous.
+double BoundedSolver::sliding_force(std::span<const ContactRow> rows, const std::array<int, 2>& disc) const {
+  return radius(rows, disc) / (1 - viscosity_[disc[0]] * yielding_[disc[0]]);
+}
+
 void BoundedSolver::set_bounds(std::span<const ContactRow> rows) {
   for (std::size_t j = 0; j < bounded_.size(); ++j) {
     lower_[j] = base_lower_[j] - press_[j];
@@ -103,10 +108,10 @@ BoundedSolver::BoundError BoundedSolver::bound_error(std::span<const ContactRow>
     e.scale = std::max(e.scale, pressed_[j]);
   }
   for (const auto& [j, k] : discs_) {
-    const double bound = radius(rows, {j, k});
+    const double bound = sliding_force(rows, {j, k});
     const double force = std::hypot(lambda_[j], lambda_[k]);
     const bool shut = lower_[j] == upper_[j];
-    const double error = yielding_[j] > 0 || force > bound || shut ? std::abs(force - bound) : 0;
+    const double error = shut ? bound : yielding_[j] > 0 || force > bound ? std::abs(force - bound) : 0;
     e.error = std::max(e.error, error);
     e.scale = std::max(e.scale, bound);
   }
@@ -119,13 +124,14 @@ void BoundedSolver::plain_update(std::span<const ContactRow> rows) {
   for (const auto& disc : discs_) yield(disc, radius(rows, disc));
 }
 
-/// As if nothing else moved: |lambda| (s + g) stays.
+/// As if nothing else moved: |lambda| (s + g) stays, on the bound b + k g |lambda|.
 void BoundedSolver::yield(const std::array<int, 2>& disc, double bound) {
   const auto& [j, k] = disc;
   if (!(bound > 0)) return;
   const double s = 0.5 * (schur_(j, j) + schur_(k, k));
   const double over = std::hypot(lambda_[j], lambda_[k]) / bound;
-  yielding_[j] = yielding_[k] = std::max(0.0, (s + yielding_[j]) * over - s);
+  const double stuck = (s + yielding_[j]) * over;
+  yielding_[j] = yielding_[k] = std::max(0.0, stuck - s) / (1 + viscosity_[j] * stuck);
 }
 
 void BoundedSolver::newton_update(std::span<const ContactRow> rows) {
@@ -138,7 +144,7 @@ void BoundedSolver::newton_update(std::span<const ContactRow> rows) {
   }
   for (std::size_t a = 0; a < sliding_discs_.size(); ++a) {
     const auto& [j, k] = discs_[sliding_discs_[a]];
-    const double bound = radius(rows, {j, k});
+    const double bound = sliding_force(rows, {j, k});
     const double force = std::hypot(lambda_[j], lambda_[k]);
     step[bounded + static_cast<int>(a)] = force * (bound - force) / bound;
   }
@@ -152,7 +158,8 @@ void BoundedSolver::newton_update(std::span<const ContactRow> rows) {
     const auto& [j, k] = discs_[sliding_discs_[a]];
     const double step_g = newton_step_[bounded + static_cast<int>(a)];
     const double bound = radius(rows, {j, k});
-    if ((std::hypot(lambda_[j], lambda_[k]) - bound) * step_g > 0) {
+    const bool viscous = viscosity_[j] * (yielding_[j] + step_g) >= 1;  // beyond what any force asks for
+    if ((std::hypot(lambda_[j], lambda_[k]) - sliding_force(rows, {j, k})) * step_g > 0 && !viscous) {
       yielding_[j] = yielding_[k] = std::max(0.0, yielding_[j] + step_g);
     } else {  // too much force asks for more yielding, whatever the derivative says
       yield({j, k}, bound);
@@ -186,7 +193,7 @@ void BoundedSolver::linearise_press(std::span<const ContactRow> rows) {
 /// L U, equations as columns, of the law's derivative in the present states; dg of sliding discs behind the rows:
 ///   sticking  (S dlambda)_i = 0
 ///   sliding   dlambda_i -+ dP_i + k (S dlambda)_i = +- (P(lambda) - P)_i
-///   disc      (S dlambda)_i + g dlambda_i + lambda_i dg = 0, and 1/|lambda| - 1/b = 0, which is nearly linear in g
+///   disc      (S dlambda)_i + g dlambda_i + lambda_i dg = 0, and 1/|lambda| - (1 - k g)/b = 0, nearly linear in g
 bool BoundedSolver::factorise_newton(std::span<const ContactRow> rows) {
   const int bounded = static_cast<int>(bounded_.size());
   sliding_discs_.clear();
@@ -219,12 +226,15 @@ bool BoundedSolver::factorise_newton(std::span<const ContactRow> rows) {
   for (int a = bounded; a < n; ++a) {
     const auto& [j, k] = discs_[sliding_discs_[a - bounded]];
     const double force = std::hypot(lambda_[j], lambda_[k]);
-    const double over = force / radius(rows, {j, k});
+    const double bound = radius(rows, {j, k});
+    const double over = force / bound;
+    const double held = 1 - viscosity_[j] * yielding_[j];
     newton_(a, j) = lambda_[j] / schur_(j, j);
     newton_(a, k) = lambda_[k] / schur_(k, k);
     auto equation = newton_.col(a).head(n);
     equation.setZero();
-    equation.head(bounded) = -over * over * press_gradient_.col(j).head(bounded);
+    equation.head(bounded) = -held * over * over * press_gradient_.col(j).head(bounded);
+    equation[a] = -force * over * viscosity_[j];
     equation[j] += lambda_[j] / force;
     equation[k] += lambda_[k] / force;
   }

@@ -47,7 +47,7 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
   for (int i = 0; i < needle.track_count; ++i) {
     const NeedleContact& contact = needle.contacts[i];
     if (contact.body != body || contact.tet < 0 || contact.tet >= model.tet_count()) continue;
-    nodes.add(contact.tet);
+    nodes.add_with_neighbours(contact.tet, contact.cuts ? 1 : 0);
     if (contact.id != 0) continue;
     hint = contact.tet;
     end = contact.position;

@@ -43,6 +43,12 @@ void add_tile(double* c, int c_stride, const double* a, const double* b, int dep
   }
 }
 
+/// Motion of the shaft's surface around the tangent per turn of a node of the beam, m.
+double turn_weight(const ActiveContact& contact, std::size_t side) {
+  const double x = contact.shaft.beam_fraction;
+  return contact.lever * (side == 0 ? 1 - x : x);
+}
+
 }  // namespace
 
 Delassus::Delassus(int node_count, int max_rows)
@@ -74,12 +80,17 @@ void Delassus::place_rows(const Needle& needle, const std::vector<ActiveContact>
       const int node = contact.shaft.beam + static_cast<int>(side);
       if (node == 0 && !needle.base_is_free()) continue;  // a prescribed node does not yield
       const Vector3d& arm = contact.shaft.arms[side];
-      for (int k = 0; k < contact.row_count; ++k) {
+      for (int k = 0; k < contact.force_rows(); ++k) {
         const Vector3d n = contact.directions.col(k);
         double* row = forward_.data() + 6 * node * row_stride_ + contact.first_row + k;
         for (int d = 0; d < 3; ++d) row[d * row_stride_] = contact.shaft.weights[side] * n[d];
         if (arm.isZero(0)) continue;
         const Vector3d spin = arm.cross(n);
+        for (int d = 0; d < 3; ++d) row[(3 + d) * row_stride_] = spin[d];
+      }
+      if (contact.turns()) {
+        const Vector3d spin = turn_weight(contact, side) * contact.directions.col(2);
+        double* row = forward_.data() + 6 * node * row_stride_ + contact.first_row + 3;
         for (int d = 0; d < 3; ++d) row[(3 + d) * row_stride_] = spin[d];
       }
     }
@@ -101,9 +112,9 @@ void Delassus::add_tissue(const TissuePoints& tissue, const std::vector<ActiveCo
       const ActiveContact& ci = contacts[i];
       if (tissue.body(ci.point) != tissue.body(cj.point) && !tissue.bodies_coupled()) continue;
       const Eigen::Matrix3d compliance = tissue.compliance(ci.point, cj.point);
-      for (int k = 0; k < cj.row_count; ++k) {
+      for (int k = 0; k < cj.force_rows(); ++k) {
         const Vector3d moved = compliance * cj.directions.col(k);
-        for (int m = 0; m < ci.row_count; ++m) {
+        for (int m = 0; m < ci.force_rows(); ++m) {
           w_(ci.first_row + m, cj.first_row + k) += ci.directions.col(m).dot(moved);
         }
       }
@@ -146,7 +157,14 @@ void free_violation(Eigen::Ref<const Eigen::VectorXd> motion, const TissuePoints
       gap += contact.shaft.weights[side] * motion.segment<3>(at);
       gap += motion.segment<3>(at + 3).cross(contact.shaft.arms[side]);
     }
-    delta.segment(contact.first_row, contact.row_count) = contact.rows().transpose() * gap;
+    delta.segment(contact.first_row, contact.force_rows()) = contact.rows().transpose() * gap;
+    if (!contact.turns()) continue;
+    double turn = 0;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const Eigen::Index at = 6 * (contact.shaft.beam + static_cast<Eigen::Index>(side));
+      turn += turn_weight(contact, side) * motion.segment<3>(at + 3).dot(contact.directions.col(2));
+    }
+    delta[contact.first_row + 3] = turn;
   }
 }
 
@@ -155,11 +173,14 @@ void needle_load(const std::vector<ActiveContact>& contacts, int contact_count,
   load.setZero();
   for (int c = 0; c < contact_count; ++c) {
     const ActiveContact& contact = contacts[c];
-    const Vector3d force = contact.rows() * lambda.segment(contact.first_row, contact.row_count);
+    const Vector3d force = contact.rows() * lambda.segment(contact.first_row, contact.force_rows());
     for (std::size_t side = 0; side < 2; ++side) {
       const Eigen::Index at = 6 * (contact.shaft.beam + static_cast<Eigen::Index>(side));
       load.segment<3>(at) += contact.shaft.weights[side] * force;
       load.segment<3>(at + 3) += contact.shaft.arms[side].cross(force);
+      if (!contact.turns()) continue;
+      load.segment<3>(at + 3) +=
+          turn_weight(contact, side) * lambda[contact.first_row + 3] * contact.directions.col(2);
     }
   }
 }

@@ -15,6 +15,8 @@ namespace stylet::physics {
 /// A row of a contact with direction n:
 ///   H_n: weights[i] n^T on the translation and (arms[i] x n)^T on the spin of the beam's two nodes (ShaftPoint);
 ///   H_v: -n^T times the barycentric weights on the four nodes of the tetrahedron.
+/// A row that turns the shaft (ActiveContact::lever): lever n^T on the spins, linear along the beam as its twist is,
+/// and no H_v, because the points of a mesh do not turn.
 class Delassus {
 public:
   /// @param node_count  of the needle

@@ -25,6 +25,8 @@ public:
   int beams() const { return shape_.node_count - 1; }
   double length() const { return beams() * beam_length_; }
   Eigen::Vector3d tip() const { return shape_.positions.col(beams()); }
+  const Eigen::Quaterniond& hub_orientation() const { return shape_.orientation(0); }
+  Eigen::Vector3d hub_tangent() const { return tangent(0); }
   Eigen::Vector3d tip_tangent() const { return tangent(beams()); }
   /// Normal of the bevel, made normal to the shaft: unit.
   Eigen::Vector3d tip_bevel() const;

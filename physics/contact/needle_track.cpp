@@ -1,6 +1,8 @@
 #include "physics/contact/needle_track.h"
 
+#include "physics/contact/patch_walk.h"
 #include "physics/contact/subgrid_compliance.h"
+#include "physics/needle/rotation_vector.h"
 
 #include <algorithm>
 #include <array>
@@ -16,9 +18,16 @@ namespace {
 constexpr double kLeastShare = 1.0 / 300;
 constexpr double kWithdrawn = 2e-4;  // m the tip goes back past a point before it lets go of it
 constexpr std::uint64_t kRowsOfId = 4;
+constexpr double kLeastTurn = 1e-3;  // rad of the hub about its axis before friction resists it: nothing felt
 
 bool holds_active(std::span<const TrackPoint> points, int body) {
   return std::ranges::any_of(points, [&](const TrackPoint& point) { return point.body == body && point.active; });
+}
+
+/// Lateral rows are bounded from the step on after one that was beyond the strength: until then they are as they
+/// would be without it.
+bool pressed_hard(const TrackPoint& point, double strength) {
+  return strength > 0 && (point.cuts || point.pressed > strength);
 }
 
 double held_share(const TrackPoint& point, double spacing) {
@@ -40,6 +49,7 @@ NeedleTrack::NeedleTrack(const NeedleTrackSettings& settings, double needle_radi
       scratch_bodies_(TrackPoints::kMost + 1) {}
 
 void NeedleTrack::clear(TissuePoints& tissue) {
+  turns_ = known_ = false;
   points_.clear();
   tip_.clear();
   tissue.clear();
@@ -74,6 +84,7 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
   dt_ = dt;
   out.contact_count = 0;
   out.row_count = 0;
+  turns_ = turn(shaft);
   std::array<ShaftPoint, TrackPoints::kMost> at;
   const auto points = points_.all();
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -96,6 +107,7 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
     if (point.active && !was_active) {
       point.held_arc = point.arc;
       point.bristles = {};
+      point.turned = 0;
     }
   }
   double reach = shaft.length();  // the shaft is in the tissue up to the track's end, a little behind a tip that cuts
@@ -126,7 +138,8 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
   ActiveContact& contact = out.contacts[out.contact_count++];
   contact.point = point.point;
   contact.first_row = out.row_count;
-  contact.row_count = resistance.resists_sliding() ? 3 : 2;
+  contact.row_count = !resistance.resists_sliding() ? 2 : turns_ ? 4 : 3;
+  contact.lever = radius_;
   contact.shaft = at;
   contact.directions << shaft.lateral_directions(at), at.tangent;
   const double share = point.share;
@@ -135,18 +148,39 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
       settings_.subgrid_compliance ? shaft_compliance(point.site, radius_, held_by) : ShaftCompliance{};
   const std::uint64_t id = kRowsOfId * point.place.id;
   const auto row = static_cast<std::size_t>(out.row_count);
-  out.laws[row] = bilateral_row(id, soft.lateral);
-  out.laws[row + 1] = bilateral_row(id + 1, soft.lateral);
+  // A piece of shaft shorter than it is thick presses with its end, too.
+  const double strength = resistance.side_strength * std::max(held_by, 2 * radius_);
+  if (pressed_hard(point, strength)) {
+    out.laws[row] =
+        disc_row(id, out.row_count + 1, strength, 0, {ContactRow::kNone, ContactRow::kNone}, soft.lateral);
+    out.laws[row + 1] =
+        disc_row(id + 1, out.row_count, strength, 0, {ContactRow::kNone, ContactRow::kNone}, soft.lateral);
+  } else {
+    out.laws[row] = bilateral_row(id, soft.lateral);
+    out.laws[row + 1] = bilateral_row(id + 1, soft.lateral);
+  }
   out.slip.segment<3>(out.row_count).setZero();
-  if (contact.row_count == 3 && settings_.friction == ShaftFriction::lugre) {
+  const std::array<int, 2> lateral{out.row_count, out.row_count + 1};
+  const double adhesion = share * resistance.friction_per_length;
+  const double viscosity = share * resistance.viscous_friction / dt;
+  const bool lugre = settings_.friction == ShaftFriction::lugre;
+  if (contact.row_count > 2) out.slip[out.row_count + 2] = point.held_arc - point.arc;
+  if (contact.row_count > 2 && lugre) {
     const LugreRow bristles = lugre_row(point);
     out.laws[row + 2] = bilateral_row(id + 2, soft.axial + bristles.compliance);
-    out.slip[out.row_count + 2] = point.held_arc - point.arc + bristles.offset;
-  } else if (contact.row_count == 3) {
+    out.slip[out.row_count + 2] += bristles.offset;
+  } else if (contact.row_count > 2) {
     out.laws[row + 2] =
-        friction_row(id + 2, share * resistance.friction_per_length, resistance.friction_coefficient,
-                     {out.row_count, out.row_count + 1}, share * resistance.viscous_friction / dt, soft.axial);
-    out.slip[out.row_count + 2] = point.held_arc - point.arc;
+        friction_row(id + 2, adhesion, resistance.friction_coefficient, lateral, viscosity, soft.axial);
+  }
+  if (contact.turns()) {
+    out.laws[row + 3] = friction_row(id + 3, adhesion, resistance.friction_coefficient, lateral, viscosity,
+                                     turn_compliance(point.site, held_by));
+    out.slip[out.row_count + 3] = point.turned + radius_ * hub_turn_.dot(at.tangent);
+    if (!lugre) {  // along and round, it slides one way
+      out.laws[row + 2].across = out.row_count + 3;
+      out.laws[row + 3].across = out.row_count + 2;
+    }
   }
   out.row_count += contact.row_count;
 }
@@ -163,16 +197,31 @@ LugreRow NeedleTrack::lugre_row(const TrackPoint& point) const {
           dt_};
 }
 
+/// Whether friction resists the shaft's turning: from when the hub has turned until nothing is left of it in the
+/// shaft.
+bool NeedleTrack::turn(const HermiteShaft& shaft) {
+  hub_turn_ = known_ ? logarithm(shaft.hub_orientation() * hub_.conjugate()) : Eigen::Vector3d::Zero();
+  const auto points = points_.all();
+  if (std::ranges::none_of(points, &TrackPoint::active)) {
+    idle_turn_ = 0;
+    return false;
+  }
+  idle_turn_ += hub_turn_.dot(shaft.hub_tangent());
+  return turns_ || std::abs(idle_turn_) > kLeastTurn;
+}
+
 void NeedleTrack::slide(const SolvedStep& step) {
   for (int c = 0; c < step.rows.contact_count; ++c) {
     const ActiveContact& contact = step.rows.contacts[c];
-    if (contact.row_count != 3) continue;
     const int row = contact.first_row + 2;
     for (TrackPoint& point : points_.all()) {
       if (point.point != contact.point || !point.active) continue;
+      point.pressed = std::hypot(step.lambda[row - 2], step.lambda[row - 1]);
+      // What has not slid past the point has gone round with the tissue next to the shaft.
+      if (contact.turns()) point.turned = -step.solver.compliance(row + 1) * step.lambda[row + 1];
+      if (contact.row_count < 3) continue;
       if (settings_.friction == ShaftFriction::lugre) {
         point.held_arc -= lugre_row(point).advance(step.lambda[row], dt_, point.bristles);
-        point.pressed = std::hypot(step.lambda[row - 2], step.lambda[row - 1]);
       } else if (step.solver.state(row) != RowState::sticking) {
         point.held_arc -= step.solver.motion()[row];
       }
@@ -180,10 +229,63 @@ void NeedleTrack::slide(const SolvedStep& step) {
   }
 }
 
+// Where the lateral rows slide, the tissue beside the shaft is cut, and the point goes with the shaft. It never comes
+// back by itself: what was cut has not stored anything.
+void NeedleTrack::cut_aside(const SolvedStep& step, TissuePoints& tissue) {
+  for (TrackPoint& point : points_.all()) {
+    point.cuts = false;
+    if (point.point < 0) continue;
+    Eigen::Vector3d aside = Eigen::Vector3d::Zero();
+    for (int c = 0; c < step.rows.contact_count && point.active; ++c) {
+      const ActiveContact& contact = step.rows.contacts[c];
+      if (contact.point != point.point) continue;
+      const int row = contact.first_row;
+      if (step.rows.laws[row].bilateral || step.solver.state(row) == RowState::sticking) break;
+      const auto motion = step.solver.motion();
+      const Eigen::Vector2d slid(motion[row], motion[row + 1]);
+      aside = contact.directions.leftCols<2>() * slid;
+      point.cuts = true;
+      side_cut_ += point.share * slid.norm();
+      side_work_ -= slid.dot(step.lambda.segment<2>(row));
+      break;
+    }
+    const bool behind = !point.place.rigid && !point.place.offset.isZero(0);  // for want of a patch
+    if (!point.cuts && !behind) continue;
+    move_aside(step.patch, tissue.position(point.point) + aside, point, tissue);
+  }
+}
+
+void NeedleTrack::move_aside(const TissuePatch& patch, const Eigen::Vector3d& target, TrackPoint& point,
+                             TissuePoints& tissue) {
+  const BodyPatch& body = patch.bodies[point.body];
+  const TrackPoint before = point;
+  const PatchWalk at = walk_patch(patch, point.body, point.patch_tet, target, tissue);
+  point.patch_tet = at.patch_tet;
+  point.place.tet = body.tet_ids[at.patch_tet];
+  point.place.patch_nodes = body.tet_nodes[at.patch_tet];
+  point.place.barycentric = at.barycentric;
+  point.place.offset.setZero();
+  bool moved = tissue.move(patch, point.point, point.place);
+  if (moved && at.left == PatchWalk::Left::patch) {  // the next one holds more: until then that much beside
+    point.place.offset = target - tissue.position(point.point);
+    moved = tissue.move(patch, point.point, point.place);
+  }
+  if (!moved) {
+    point = before;
+    flags_ |= kNeedleNonFinite;
+    return;
+  }
+  point.site = site_in_patch(patch, point);
+  point.tissue = tissues_->at(rest_position(patch, point.body, point.place), point.tissue);
+}
+
 void NeedleTrack::advance(const SolvedStep& step, TissuePoints& tissue) {
   const HermiteShaft& shaft = step.shaft;
   const TissuePatch& patch = step.patch;
+  hub_ = shaft.hub_orientation();
+  known_ = true;
   slide(step);
+  cut_aside(step, tissue);
   if (tip_.outside()) tip_.come_back(points_, shaft.length());
   if (tip_.outside() && tip_.touch(shaft, patch, tissue, points_)) {
     place_points(patch, tissue);
@@ -213,6 +315,7 @@ void NeedleTrack::publish(const TissuePoints& tissue, double beam_length, double
   const auto add = [&](const TrackPoint& point) -> NeedleContact& {
     NeedleContact& to = out.contacts[out.track_count++];
     to = {.id = point.place.id, .body = point.body, .tet = point.place.tet, .barycentric = point.place.barycentric};
+    to.cuts = point.cuts || (!point.place.rigid && !point.place.offset.isZero(0));
     if (point.point >= 0) {
       to.position = tissue.position(point.point);
       to.force = tissue.force(point.point);
@@ -233,6 +336,8 @@ void NeedleTrack::publish(const TissuePoints& tissue, double beam_length, double
     if (!point.active) add(point);
   }
   if (!tip_.outside()) add(tip_.end());
+  out.damage.side_cut = side_cut_;
+  out.damage.side_work = side_work_;
   tip_.publish(out);
 }
 

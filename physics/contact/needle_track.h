@@ -26,6 +26,9 @@ namespace stylet::physics {
 /// A contact stands for the shaft half way to its neighbours, the last one also for what is between it and the tip.
 /// A new one is laid at the tip, on the shaft, and takes its share over as the tip goes on: its compliance
 /// (per length, eq. 19) starts so large and its friction at zero that neither birth nor removal is felt.
+///
+/// A point that the shaft presses on beyond the tissue's strength goes aside with it (eq. 38), and a shaft that turns
+/// about itself is held by friction as one that slides along is (eq. 39).
 /// One thread; no allocation after the constructor.
 class NeedleTrack {
 public:
@@ -53,6 +56,9 @@ private:
                    TrackRows& out) const;
   LugreRow lugre_row(const TrackPoint& point) const;
   void slide(const SolvedStep& step);
+  bool turn(const HermiteShaft& shaft);
+  void cut_aside(const SolvedStep& step, TissuePoints& tissue);
+  void move_aside(const TissuePatch& patch, const Eigen::Vector3d& target, TrackPoint& point, TissuePoints& tissue);
   void lay(const HermiteShaft& shaft, const TissuePatch& patch, TissuePoints& tissue);
 
   NeedleTrackSettings settings_;
@@ -60,7 +66,14 @@ private:
   std::shared_ptr<const TissueMap> tissues_;
   TrackPoints points_;
   NeedleTip tip_;
-  double dt_ = 0;  // of the step placed, s
+  double dt_ = 0;                                            // of the step placed, s
+  Eigen::Quaterniond hub_ = Eigen::Quaterniond::Identity();  // end of the last step
+  Eigen::Vector3d hub_turn_ = Eigen::Vector3d::Zero();       // of the whole needle with its hub in this step, rad
+  double idle_turn_ = 0;  // about the axis of the hub since the shaft was last free of moments, rad
+  bool known_ = false;    // hub_ is
+  bool turns_ = false;    // contacts resist the shaft's turning
+  double side_cut_ = 0;   // m^2
+  double side_work_ = 0;  // J
   std::uint32_t flags_ = 0;
   std::vector<PatchContact> scratch_contacts_;
   std::vector<int> scratch_bodies_;

@@ -48,6 +48,10 @@ ShaftCompliance shaft_compliance(const SubgridSite& site, double needle_radius, 
       .axial = 1 / (2 * pi * g * length) * std::max(seen + axial_alpha, kLeastLogarithm)};
 }
 
+double turn_compliance(const SubgridSite& site, double length) {
+  return 1 / (4 * pi * shear_modulus(site.material) * length);
+}
+
 double surface_tip_compliance(const SubgridSite& site, double needle_radius) {
   const double g = shear_modulus(site.material), nu = site.material.poisson_ratio;
   const double punch = (1 - nu) / (4 * g * needle_radius);

@@ -34,6 +34,11 @@ struct ShaftCompliance {
 /// @realtime pure, no allocation
 ShaftCompliance shaft_compliance(const SubgridSite& site, double needle_radius, double length);
 
+/// How far the surface of a shaft that turns goes round per force along it, m/N: 1 / (4 pi G length), from the twist
+/// u = u_r r / distance of an infinite body round a rigid cylinder. All of it: the points of a mesh do not turn.
+/// @realtime pure, no allocation
+double turn_compliance(const SubgridSite& site, double length);
+
 /// The same for the force of a flat tip on the surface, before puncture, along its normal (eq. 20): Boussinesq's
 /// rigid punch less what the mesh yields under a point force, m/N.
 /// @param site  its point lies on a face of the surface

@@ -16,6 +16,7 @@ struct InsertionResistance {
   double friction_per_length = 0;   ///< Coulomb, on the shaft, N/m
   double friction_coefficient = 0;  ///< Coulomb, of the lateral force between shaft and tissue, -
   double viscous_friction = 0;      ///< per length of shaft and speed, N s/m^2
+  double side_strength = 0;         ///< per length of shaft that is pressed sideways until it cuts, N/m; 0: holds
   bool rigid = false;               ///< bone: does not yield to the needle
 
   bool resists_sliding() const { return friction_per_length > 0 || friction_coefficient > 0 || viscous_friction > 0; }

@@ -121,6 +121,21 @@ bool TissuePoints::move_last(const TissuePatch& patch, const PatchContact& conta
   return moved;
 }
 
+bool TissuePoints::move(const TissuePatch& patch, int point, const PatchContact& contact) {
+  const auto put = [&](const PatchContact& at) {
+    contacts_[point] = at;
+    free_.col(point) = free_in_patch(patch, at, bodies_[point]);
+    bool finite = couple(patch, point);
+    for (int j = point + 1; j < count_; ++j) finite = couple_pair(patch, point, j) && finite;
+    return finite;
+  };
+  const PatchContact before = contacts_[point];
+  const bool moved = put(contact);
+  if (!moved) put(before);
+  move_points();
+  return moved;
+}
+
 void TissuePoints::keep_old() {
   std::swap(contacts_, old_contacts_);
   std::swap(bodies_, old_bodies_);
@@ -148,33 +163,37 @@ void TissuePoints::carry_forces() {
 }
 
 bool TissuePoints::couple(const TissuePatch& patch, int j) {
-  const int rows = organs_.rows(), carrying = organs_.carrying();
-  const auto point = [](int p) { return std::ptrdiff_t{3} * p; };
+  const int rows = organs_.rows();
   if (rows > 0) {
-    auto openings = openings_.middleCols<3>(point(j)).topRows(rows);
+    auto openings = openings_.middleCols<3>(std::ptrdiff_t{3} * j).topRows(rows);
     if (contact(j).rigid) {
       openings.setZero();
     } else {
       organs_.openings(patch, body(j), contact(j), openings);
     }
-    organs_.fold(openings, folded_.middleCols<3>(point(j)).topRows(carrying));
+    organs_.fold(openings, folded_.middleCols<3>(std::ptrdiff_t{3} * j).topRows(organs_.carrying()));
     for (int d = 0; d < 3; ++d) free_(d, j) += openings.col(d).dot(organs_.free_change());
   }
-  double sum = free_.col(j).sum();  // finite if its terms are
-  for (int i = 0; i <= j; ++i) {
-    Matrix3d coupled = Matrix3d::Zero();
-    const bool held = contact(i).rigid || contact(j).rigid;
-    if (body(i) == body(j) && !held) coupled = patch.bodies[body(j)].compliance(contact(i), contact(j));
-    for (int a = 0; a < 3 && carrying > 0; ++a) {
-      for (int b = 0; b < 3; ++b) {
-        coupled(a, b) -= folded_.col(point(i) + a).head(carrying).dot(folded_.col(point(j) + b).head(carrying));
-      }
+  bool finite = free_.col(j).allFinite();
+  for (int i = 0; i <= j; ++i) finite = couple_pair(patch, i, j) && finite;
+  return finite;
+}
+
+bool TissuePoints::couple_pair(const TissuePatch& patch, int i, int j) {
+  Matrix3d coupled = Matrix3d::Zero();
+  const bool held = contact(i).rigid || contact(j).rigid;
+  if (body(i) == body(j) && !held) coupled = patch.bodies[body(j)].compliance(contact(i), contact(j));
+  const int carrying = organs_.carrying();
+  for (int a = 0; a < 3 && carrying > 0; ++a) {
+    for (int b = 0; b < 3; ++b) {
+      coupled(a, b) -= folded_.col(std::ptrdiff_t{3} * i + a)
+                           .head(carrying)
+                           .dot(folded_.col(std::ptrdiff_t{3} * j + b).head(carrying));
     }
-    block(i, j) = coupled;
-    block(j, i) = coupled.transpose();
-    sum += coupled.sum();
   }
-  return std::isfinite(sum);
+  block(i, j) = coupled;
+  block(j, i) = coupled.transpose();
+  return std::isfinite(coupled.sum());
 }
 
 void TissuePoints::settle_organs(const TissuePatch& patch) {
@@ -216,7 +235,7 @@ void TissuePoints::apply(const std::vector<ActiveContact>& contacts, int contact
   forces_.leftCols(count_).setZero();
   for (int c = 0; c < contact_count; ++c) {
     const ActiveContact& contact = contacts[c];
-    forces_.col(contact.point) -= contact.rows() * lambda.segment(contact.first_row, contact.row_count);
+    forces_.col(contact.point) -= contact.rows() * lambda.segment(contact.first_row, contact.force_rows());
   }
   move_points();
 }

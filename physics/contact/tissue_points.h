@@ -47,6 +47,10 @@ public:
   /// @return false if the patch is not finite there: nothing was moved
   /// @realtime no allocation; O(points)
   bool move_last(const TissuePatch& patch, const PatchContact& contact, int body);
+  /// Puts any point elsewhere in its body, force and all.
+  /// @return false if the patch is not finite there: nothing was moved
+  /// @realtime no allocation; O(points)
+  bool move(const TissuePatch& patch, int point, const PatchContact& contact);
   void clear() {
     count_ = 0;
     finite_ = true;
@@ -89,6 +93,7 @@ private:
   void add(const PatchContact& contact, int body, const Eigen::Vector3d& free_position);
   void carry_forces();
   bool couple(const TissuePatch& patch, int point);
+  bool couple_pair(const TissuePatch& patch, int i, int j);
   void move_points();
 
   int count_ = 0;

@@ -78,6 +78,8 @@ bool TrackPoints::lay(const TrackPoint& end, double arc) {
   point.active = true;
   point.arc = point.held_arc = arc;
   point.bristles = {};
+  point.pressed = point.turned = 0;
+  point.cuts = false;
   if (count_ == kMost) choose_leaving();
   return unfelt;
 }

@@ -26,6 +26,8 @@ struct TrackPoint {
   SubgridSite site{};   ///< what the mesh is like there
   Bristles bristles{};  ///< with ShaftFriction::lugre
   double pressed = 0;   ///< lateral force of the last step there, N
+  double turned = 0;    ///< how far the shaft's surface has gone round since it stuck to the point, m
+  bool cuts = false;    ///< in the last step, sideways
 };
 
 /// Looks a point up in a patch. @return whether it is there

@@ -76,10 +76,10 @@ const NeedleState& HapticLoop::step(const StylusPose& hub, double dt, const Tiss
 }
 
 Eigen::Matrix3Xd HapticLoop::directions() const {
-  Eigen::Matrix3Xd all(3, delassus_.rows());
+  Eigen::Matrix3Xd all = Eigen::Matrix3Xd::Zero(3, delassus_.rows());
   for (int c = 0; c < system_.rows.contact_count; ++c) {
     const ActiveContact& contact = system_.rows.contacts[c];
-    all.middleCols(contact.first_row, contact.row_count) = contact.rows();
+    all.middleCols(contact.first_row, contact.force_rows()) = contact.rows();
   }
   return all;
 }

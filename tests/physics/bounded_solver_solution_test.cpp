@@ -241,6 +241,46 @@ TEST(BoundedSolver, DiscSlidesAgainstItsForceInEveryDirection) {
   EXPECT_LT(worst, 1e-12);
 }
 
+// The law itself: force against the motion, of its bound and what the dashpot adds.
+TEST(BoundedSolver, AViscousDiscSlidesAgainstItsForceWithWhatItsSpeedAdds) {
+  Random random(21);
+  double worst = 0;
+  int sliding = 0, without_bound = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    constexpr int kDiscs = 4;
+    Problem p;
+    const double viscosity = std::pow(10.0, random.uniform(0, 5));
+    std::vector<double> bounds;
+    for (int d = 0; d < kDiscs; ++d) {
+      bounds.push_back(trial % 5 == 0 && d == 0 ? 0.0 : random.uniform(0.05, 1));
+      p.rows.push_back(disc_row(2 * d + 1, 2 * d + 1, bounds[d], 0, {-1, -1}, 0, viscosity));
+      p.rows.push_back(disc_row(2 * d + 2, 2 * d, bounds[d], 0, {-1, -1}, 0, viscosity));
+    }
+    p.w = random.compliance(2 * kDiscs, 2);
+    p.delta = 2e-3 * random.vector(2 * kDiscs);
+    BoundedSolveReport report;
+    BoundedSolver solver(kMaxRows);
+    const VectorXd lambda = solve(solver, p, VectorXd::Zero(2 * kDiscs), &report);
+    ASSERT_TRUE(report.solved && !report.fallback && !report.lagged_bounds) << trial;
+    const VectorXd motion = p.w * lambda + p.delta;
+    for (int d = 0; d < kDiscs; ++d) {
+      const Eigen::Vector2d force = lambda.segment<2>(2 * d), u = motion.segment<2>(2 * d);
+      if (u.norm() < 1e-15) {
+        EXPECT_LE(force.norm(), bounds[d] + 1e-12);
+        continue;
+      }
+      ++sliding;
+      without_bound += bounds[d] == 0;
+      const Eigen::Vector2d law = -(bounds[d] / u.norm() + viscosity) * u;
+      worst = std::max(worst, (force - law).norm() / (1 + force.norm()) / (1 + viscosity * p.w(2 * d, 2 * d)));
+    }
+  }
+  std::printf("%d slide, %d without a bound; off the law by %.1e\n", sliding, without_bound, worst);
+  EXPECT_GT(sliding, 300);
+  EXPECT_GT(without_bound, 30);
+  EXPECT_LT(worst, 1e-10);
+}
+
 TEST(BoundedSolver, TipOnASurfaceDoesNotDependOnTheAxesOfItsFriction) {
   Random random(13);
   double worst = 0;

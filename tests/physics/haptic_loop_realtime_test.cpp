@@ -3,6 +3,7 @@
 #include "tests/physics/haptic_loop_synthetic_patch.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/r1.h"
+#include "tools/reference/led_needle.h"
 #include "tools/reference/reference_insertion.h"
 
 #include <gtest/gtest.h>
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 namespace stylet::physics {
 namespace {
@@ -84,6 +86,30 @@ TEST(HapticLoopRealtime, TheReferenceInsertionTakesNoMemory) {
   EXPECT_GE(most_contacts, 6);
   EXPECT_EQ(experiment.needle().puncture_count, 1U);
   EXPECT_EQ(experiment.needle().flags, 0U);
+}
+
+/// Beyond all limits: tissue cut sideways, the needle bent, its shaft turned.
+TEST(HapticLoopRealtime, WhatYieldsTakesNoMemory) {
+  reference::ReferenceInsertion insertion = support::r1();
+  insertion.needle.yield_strength = 2e8;
+  auto tissues = std::make_shared<TissueMap>();
+  tissues->tissues[1] = {.cutting_force = 0.2,
+                         .friction_per_length = 5,
+                         .friction_coefficient = 0.1,
+                         .viscous_friction = 50,
+                         .side_strength = 20};
+  reference::LedNeedle led(insertion, {.coupling = Coupling::stylet, .tissues = tissues});
+  led.lead({.along = 0.06}, 0.8);
+  int allocations = 0;
+  std::optional<tests::AllocationCount> count;
+  led.lead_timed(
+      {.along = 0.065, .aside = 0.03, .roll = 2}, 0.8, [&] { count.emplace(); },
+      [&](const NeedleState&) { allocations += count->value(); });
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(led.needle().damage.side_cut, 1e-6);
+  EXPECT_GT(led.needle().damage.bend, 0.01);
+  EXPECT_GT(std::abs(led.needle().wrench.moment.x()), 1e-4);
+  EXPECT_EQ(led.flags(), 0U);
 }
 
 TEST(HapticLoopRealtime, RefusalsTakeNoMemory) {
