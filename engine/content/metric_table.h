@@ -57,6 +57,8 @@ inline constexpr std::string_view kAngleError = "angle_error";
 inline constexpr std::string_view kDepthOvershoot = "depth_overshoot";
 inline constexpr std::string_view kPeakForce = "peak_force";
 inline constexpr std::string_view kLateralBending = "lateral_bending";
+inline constexpr std::string_view kNeedleBend = "needle_bend";
+inline constexpr std::string_view kCutAside = "cut_aside";
 inline constexpr std::string_view kOutOfPlaneTime = "out_of_plane_time";
 
 }  // namespace stylet::content

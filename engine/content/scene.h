@@ -134,6 +134,7 @@ struct Needle {
   double inner_diameter = 0.838e-3;  ///< 0: solid
   double young_modulus = 200e9;
   double poisson_ratio = 0.3;
+  double yield_strength = 0;  ///< Pa; beyond it the needle stays bent; 0: it never does
   int beams = 8;
   double bevel_force_ratio = 0;  ///< lateral over axial force on the tip that cuts, away from the bevel
 };

@@ -13,7 +13,7 @@ using files::Key;
 
 namespace {
 
-constexpr std::array<TissueKey, 19> kKeys{{
+constexpr std::array<TissueKey, 20> kKeys{{
     {"mechanics",
      key::number("young_modulus_pa", "Pa", {10, 1e10}, "E; from 1 MPa on the tissue is rigid")
          .known_as("youngsModulus"),
@@ -49,6 +49,12 @@ constexpr std::array<TissueKey, 19> kKeys{{
          .known_as("viscousFrictionPerLength")
          .otherwise(0),
      [](Tissue& t) -> double& { return t.needle.viscous_friction; }},
+    {"needle",
+     key::number("side_strength_n_per_m", "N/m", {0, 1e6},
+                 "force per length of shaft that cuts the tissue beside it; 0: it holds whatever comes")
+         .known_as("sideStrengthPerLength")
+         .otherwise(0),
+     [](Tissue& t) -> double& { return t.needle.side_strength; }},
     {"acoustics", key::number("impedance_rayl", "Pa s/m", {1, 1e8}, "characteristic impedance").known_as("impedance"),
      [](Tissue& t) -> double& { return t.acoustics.impedance_rayl; }},
     {"acoustics", key::number("speed_of_sound_m_per_s", "m/s", {300, 6000}, "along a line").known_as("speedOfSound"),

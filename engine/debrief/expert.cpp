@@ -50,10 +50,12 @@ std::uint64_t scene_hash(const content::Scene& scene, std::string_view build) {
     hash.add(tissue.needle.cutting_force);
     hash.add(tissue.needle.cutting_viscosity);
     hash.add(tissue.needle.friction_per_length);
+    hash.add(tissue.needle.side_strength);
   }
-  for (const double v : {scene.needle.length, scene.needle.outer_diameter, scene.needle.inner_diameter,
-                         scene.needle.young_modulus, scene.needle.bevel_force_ratio, scene.rates.haptic_hz,
-                         scene.rates.simulation_hz, scene.probe.frequency_hz, scene.probe.depth}) {
+  for (const double v :
+       {scene.needle.length, scene.needle.outer_diameter, scene.needle.inner_diameter, scene.needle.young_modulus,
+        scene.needle.yield_strength, scene.needle.bevel_force_ratio, scene.rates.haptic_hz, scene.rates.simulation_hz,
+        scene.probe.frequency_hz, scene.probe.depth}) {
     hash.add(v);
   }
   for (const auto* track : {&scene.motion.stylus, &scene.motion.probe}) {

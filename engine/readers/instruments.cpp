@@ -23,6 +23,9 @@ constexpr struct {
                   .otherwise(0);
   Key young_modulus = key::number("young_modulus_pa", "Pa", {1e6, 1e12}, "of the shaft");
   Key poisson_ratio = key::number("poisson_ratio", "", {0, 0.49}, "of the shaft");
+  Key yield_strength =
+      key::number("yield_strength_pa", "Pa", {0, 1e11}, "of the shaft, which stays bent beyond it; 0: it never does")
+          .otherwise(0);
   Key beams = key::integer("beams", {1, physics::kMaxBeams}, "beam elements from hub to tip").otherwise(8);
   Key bevel_force_ratio = key::number("bevel_force_ratio", "", {0, 1},
                                       "lateral over axial force on the tip that cuts, away from the bevel's face; "
@@ -105,6 +108,7 @@ content::Needle read_needle(files::JsonFile& file) {
   needle.inner_diameter = inner_mm * 1e-3;
   needle.young_modulus = root.number(kNeedleKeys.young_modulus);
   needle.poisson_ratio = root.number(kNeedleKeys.poisson_ratio);
+  needle.yield_strength = root.number(kNeedleKeys.yield_strength);
   needle.beams = root.integer(kNeedleKeys.beams);
   needle.bevel_force_ratio = root.number(kNeedleKeys.bevel_force_ratio);
   root.finish();

@@ -50,7 +50,8 @@ physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics
                      .inner_diameter = scene.needle.inner_diameter,
                      .young_modulus = scene.needle.young_modulus,
                      .poisson_ratio = scene.needle.poisson_ratio,
-                     .beams = scene.needle.beams};
+                     .beams = scene.needle.beams,
+                     .yield_strength = scene.needle.yield_strength};
   settings.base = base;
   settings.coupling = coupling;
   settings.track.spacing = scene.contact_spacing;

@@ -20,6 +20,10 @@ void Recorder::haptic_stepped(const recording::HapticStepRecord& record, const p
     channel.add_event(record.time_s, record.step, inside ? "entered" : "left");
     inside_ = inside;
   }
+  if (const double bend = needle.damage.bend; bend >= bent_ + kBendStep) {
+    channel.add_event(record.time_s, record.step, kBentEvent, {{kBentBy, bend / kBendStep, "deg"}});
+    bent_ = bend;
+  }
   if (record.buttons != buttons_) {
     channel.add_event(record.time_s, record.step, "buttons", {{"pressed", std::int64_t{record.buttons}}});
     buttons_ = record.buttons;

@@ -6,12 +6,14 @@
 #include "engine/session/step_hash.h"
 
 #include <array>
+#include <numbers>
 
 namespace stylet::session {
 
 /// Writes every step, and the chained hash of each loop every so many steps. `hash` must be told of a step before
-/// this. Events: "entered" and "left" (a body), "puncture" (puncture_event.h), "buttons"; of a device that renders
-/// force, "safety" with the name of an OutputFlag when a limit acts that has not acted for kQuiet.
+/// this. Events: "entered" and "left" (a body), "puncture" (puncture_event.h), "buttons", "needle_bent" by so
+/// many degrees in all, at first and whenever it is kBendStep more; of a device that renders force, "safety" with the
+/// name of an OutputFlag when a limit acts that has not acted for kQuiet.
 class Recorder final : public StepListener {
 public:
   static constexpr std::uint64_t kHapticStepsPerHash = 100;
@@ -20,6 +22,9 @@ public:
   static constexpr const char* kSafetyEvent = "safety";
   static constexpr const char* kSafetyLimit = "limit";  ///< its field: the name of the OutputFlag
   static constexpr double kQuiet = 0.5;                 ///< s
+  static constexpr const char* kBentEvent = "needle_bent";
+  static constexpr const char* kBentBy = "by";                 ///< its field, degrees
+  static constexpr double kBendStep = std::numbers::pi / 180;  ///< rad
 
   Recorder(recording::RecordingWriter& writer, const StepHash& hash, const content::Scene& scene)
       : writer_(writer), hash_(hash), scene_(scene) {}
@@ -46,6 +51,7 @@ private:
   bool inside_ = false;
   std::uint32_t punctures_ = 0;
   std::uint32_t buttons_ = 0;
+  double bent_ = 0;                                                   // as told last, rad
   std::array<double, haptic::kOutputFlagCount> limited_s_ = never();  // when each last acted
 };
 

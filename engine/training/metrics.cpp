@@ -281,6 +281,8 @@ void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, 
   out.add(content::kDepthOvershoot, depth_overshoot(samples, arrived));
   out.add(content::kPeakForce, largest(samples, [](const auto& s) { return s.force.norm(); }));
   out.add(content::kLateralBending, kMm * largest(samples, [](const auto& s) { return in_tissue(s) ? s.bend : 0; }));
+  out.add(content::kNeedleBend, kDegrees * largest(samples, [](const auto& s) { return s.damage.bend; }));
+  out.add(content::kCutAside, kMm * kMm * largest(samples, [](const auto& s) { return s.damage.side_cut; }));
   out.add(content::kOutOfPlaneTime, out_of_plane_time(samples, scene.probe));
   for (const procedures::Kind* kind : procedures::kinds()) {
     for (const content::MetricRow& metric : kind->metrics()) {

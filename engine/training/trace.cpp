@@ -76,6 +76,7 @@ void TraceRecorder::simulation_stepped(const recording::SimulationStepRecord& re
                      .hub_orientation = needle.orientations.front(),
                      .entry = tip,
                      .bend = bend(needle),
+                     .damage = needle.damage,
                      .tip_state = needle.tip,
                      .tip_body = needle.tip_body,
                      .force = needle.wrench.force,

@@ -25,9 +25,10 @@ struct TraceSample {
   Eigen::Vector3d hub = Eigen::Vector3d::Zero();
   Eigen::Quaterniond hub_orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d entry =
-      Eigen::Vector3d::Zero();  ///< the hole in the skin, as the tissue carries it; not inserted: tip
-  double inserted = 0;          ///< arc length of needle behind the skin, m
-  double bend = 0;              ///< largest distance of the shaft from the straight line between hub and tip, m
+      Eigen::Vector3d::Zero();     ///< the hole in the skin, as the tissue carries it; not inserted: tip
+  double inserted = 0;             ///< arc length of needle behind the skin, m
+  double bend = 0;                 ///< largest distance of the shaft from the straight line between hub and tip, m
+  physics::NeedleDamage damage{};  ///< since the start
   physics::TipState tip_state = physics::TipState::outside;
   int tip_body = -1;            ///< deformable body that the tip is in
   bool near_tissue = false;     ///< a body is kProbeAhead ahead of the tip

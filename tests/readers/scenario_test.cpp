@@ -433,7 +433,9 @@ TEST(Scenario, NeedleForcesAndSurfacesOfTheTableAreRead) {
   small.tissues["tissues"]["liver"]["needle"]["cutting_force_n"] = 0.94;
   small.tissues["tissues"]["liver"]["needle"]["friction_coefficient"] = 0.2;
   small.tissues["surfaces"] = {{{"between", {"liver", "tumour"}}, {"puncture_force_n", 1.5}}};
+  small.tissues["tissues"]["liver"]["needle"]["side_strength_n_per_m"] = 164;
   small.needle["bevel_force_ratio"] = 0.05;
+  small.needle["yield_strength_pa"] = 9e8;
   const content::Scene scene = load_scene(small.write());
   const auto index = [&](const char* name) {
     const auto at = std::find_if(scene.tissues.begin(), scene.tissues.end(),
@@ -446,11 +448,14 @@ TEST(Scenario, NeedleForcesAndSurfacesOfTheTableAreRead) {
   EXPECT_EQ(liver.cutting_force, 0.94);
   EXPECT_EQ(liver.friction_coefficient, 0.2);
   EXPECT_EQ(liver.cutting_viscosity, 0) << "absent: nothing";
+  EXPECT_EQ(liver.side_strength, 164);
+  EXPECT_EQ(scene.tissues[index("tumour")].needle.side_strength, 0) << "absent: it holds";
   ASSERT_EQ(scene.tissue_surfaces.size(), 1U);
   EXPECT_EQ(scene.tissue_surfaces[0].from, index("liver"));
   EXPECT_EQ(scene.tissue_surfaces[0].to, index("tumour"));
   EXPECT_EQ(scene.tissue_surfaces[0].puncture_force, 1.5);
   EXPECT_EQ(scene.needle.bevel_force_ratio, 0.05);
+  EXPECT_EQ(scene.needle.yield_strength, 9e8);
   EXPECT_EQ(scene.coupling, "stylet") << "the default";
 }
 

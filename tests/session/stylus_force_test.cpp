@@ -184,6 +184,34 @@ TEST(SafetyEvents, EachLimitLeavesOneWhenItBeginsToAct) {
   }
 }
 
+TEST(NeedleBentEvent, IsToldAtFirstAndWhenItIsADegreeMore) {
+  const content::Scene scene = tests::cube_scene(3);
+  const support::TemporaryFolder folder;
+  constexpr double kDegree = 0.017453292519943295;
+  {
+    recording::RecordingWriter writer(folder / "events", recording::RecordingHeader{});
+    const StepHash hash;
+    Recorder recorder(writer, hash, scene);
+    physics::NeedleState needle;
+    std::uint64_t step = 0;
+    for (const double degrees : {0.0, 0.9, 1.1, 1.2, 2.0, 2.2, 1.0, 5.0}) {
+      needle.damage.bend = degrees * kDegree;
+      recorder.haptic_stepped({.step = ++step, .time_s = kMs * static_cast<double>(step)}, needle);
+    }
+    writer.finish();
+  }
+  const recording::Recording recording = recording::read_recording(folder / "events");
+  std::vector<double> told;
+  for (const recording::EventRecord& event : recording.events) {
+    ASSERT_EQ(event.name, "needle_bent");
+    told.push_back(event.number(Recorder::kBentBy).value_or(-1));
+  }
+  ASSERT_EQ(told.size(), 3U);
+  EXPECT_NEAR(told[0], 1.1, 1e-9);
+  EXPECT_NEAR(told[1], 2.2, 1e-9);
+  EXPECT_NEAR(told[2], 5.0, 1e-9);
+}
+
 /// Needle 20 mm in tissue with force on the hand.
 class Faulty : public ::testing::Test {
 protected:

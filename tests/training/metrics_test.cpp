@@ -440,9 +440,13 @@ TEST(Metrics, ForceAndBendingAreTheLargest) {
   trace.samples[120].force = {0, -4.9, 0};
   trace.samples[10].bend = 0.009;  // in the air
   trace.samples[200].bend = 0.003;
+  trace.samples[100].damage = {.bend = 0.1, .side_cut = 2e-6};  // then straightened again
+  trace.samples[200].damage = {.bend = 0.05, .side_cut = 3e-6};
   const std::vector<Metric> m = measure(trace, flat_scene());
   EXPECT_NEAR(value(m, "peak_force"), 5, 1e-12);
   EXPECT_NEAR(value(m, "lateral_bending"), 3, 1e-12);
+  EXPECT_NEAR(value(m, "needle_bend"), 0.1 * 180 / kPi, 1e-12);
+  EXPECT_NEAR(value(m, "cut_aside"), 3, 1e-12);
 }
 
 // The straight needle's tip, which is what the hand decides, against the scenario's motion.
