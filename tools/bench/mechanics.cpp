@@ -16,6 +16,7 @@ Report bench_mechanics(const BenchOptions& options) {
       Part{"bevel", mechanics_bevel},
       Part{"organs", mechanics_organs},
       Part{"passivity", mechanics_passivity},
+      Part{"limits", mechanics_limits},
   };
   Report report;
   for (const Part& part : kParts) {

@@ -12,5 +12,7 @@ Report mechanics_organs(const BenchOptions& options);
 Report mechanics_bevel(const BenchOptions& options);
 /// No energy from a frictionless needle that pushes one block on another, and from one body: passivity.*
 Report mechanics_passivity(const BenchOptions& options);
+/// A needle that yields, tissue cut sideways, a shaft that is turned, and what that costs: limits.*
+Report mechanics_limits(const BenchOptions& options);
 
 }  // namespace stylet::bench
