@@ -152,6 +152,18 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
   relax();
   keep(probe);
   sum_up(probe);
+  remember(probe);
+}
+
+void OrganContact::remember(const RigidPose* probe) {
+  if (!settings_.probe) return;
+  if (probe == nullptr) {
+    pose_before_.reset();
+    for (ProbePoint& point : points_) point.side = ProbeSide::none;
+    return;
+  }
+  pose_before_ = *probe;
+  positions_before_ = *bodies_[settings_.probe->body].positions;
 }
 
 SurfaceRow OrganContact::face_to_face(int pair, int node, bool pressed) const {
@@ -210,6 +222,10 @@ void OrganContact::find_probe(const RigidPose& pose) {
   faces_.clear();
   body.surface->faces_in({pose.position.array() - reach, pose.position.array() + reach}, faces_);
   std::vector<SurfaceRow> found;
+  for (ProbePoint& point : points_) {
+    point.side_before = point.side;
+    point.side = ProbeSide::none;
+  }
   for (const int f : faces_) {
     const auto& [a, b, c] = body.surface->face(f);
     const auto& x = *body.positions;
@@ -220,10 +236,17 @@ void OrganContact::find_probe(const RigidPose& pose) {
       SurfaceRow row;
       row.position = point.weights[0] * x.col(a) + point.weights[1] * x.col(b) + point.weights[2] * x.col(c);
       const Eigen::Vector3d in_probe = world_from_probe.transpose() * (row.position - pose.position);
-      const ProbeShape::Distance distance = probe.shape.distance(in_probe);
+      ProbeShape::Distance distance = probe.shape.distance_from(point.side_before, in_probe);
       if (distance.value > settings_.reach) continue;
+      ProbeSide side = point.side_before;
+      if (side == ProbeSide::none && distance.value < 0) {
+        side = probe.shape.entry(before(point, in_probe), in_probe);
+        distance = probe.shape.distance_from(side, in_probe);
+      }
       row.normal = world_from_probe * distance.gradient;
-      if (outward.dot(row.normal) >= 0) continue;  // the far side of a thin body
+      // The far side of a thin body; but not where the skin has been turned over under the head.
+      if (point.side_before == ProbeSide::none && outward.dot(row.normal) >= 0) continue;
+      if (distance.value < 0) point.side = side;
       row.gap = distance.value;
       row.area = point.area;
       row.compliance = probe.layer_compliance / point.area;
@@ -239,6 +262,14 @@ void OrganContact::find_probe(const RigidPose& pose) {
     }
   }
   take_deepest(found, probe.max_points);
+}
+
+Eigen::Vector3d OrganContact::before(const ProbePoint& point, const Eigen::Vector3d& in_probe) const {
+  if (!pose_before_) return in_probe;
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  const auto& nodes = bodies_[settings_.probe->body].surface->face(point.face);
+  for (std::size_t n = 0; n < 3; ++n) x += point.weights[static_cast<int>(n)] * positions_before_.col(nodes[n]);
+  return pose_before_->orientation.toRotationMatrix().transpose() * (x - pose_before_->position);
 }
 
 void OrganContact::take_deepest(std::vector<SurfaceRow>& found, int most) {

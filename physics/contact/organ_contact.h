@@ -165,6 +165,8 @@ private:
     double lambda = 0;
     Eigen::Vector3d friction = Eigen::Vector3d::Zero();  // on the skin, probe frame, N
     Eigen::Vector3d anchor = Eigen::Vector3d::Zero();    // where it sticks, probe frame; while lambda > 0
+    ProbeSide side = ProbeSide::none;                    // of the head it came in through; none: outside
+    ProbeSide side_before = ProbeSide::none;             // in the update before
   };
 
   // The stages of update(), in order.
@@ -180,7 +182,10 @@ private:
   void sum_up(const RigidPose* probe);
   /// Of rows_, node by node, into the bodies' force.
   void collect_forces();
+  void remember(const RigidPose* probe);
 
+  /// Where a point of the skin was in the update before, in the probe frame of then; else where it is.
+  Eigen::Vector3d before(const ProbePoint& point, const Eigen::Vector3d& in_probe) const;
   /// s, t and their limit, from what the point keeps in the probe's frame; where it slides its anchor follows.
   void hold(SurfaceRow& row, ProbePoint& point, const Eigen::Vector3d& in_probe,
             const Eigen::Matrix3d& world_from_probe);
@@ -195,6 +200,8 @@ private:
   std::vector<Body> bodies_;
   std::vector<std::vector<NodeContact>> nodes_;  // [pairs] [nodes of the pair's body]
   std::vector<ProbePoint> points_;               // face by face
+  Eigen::Matrix3Xd positions_before_;            // [3 x nodes] of the probe's body in the update before
+  std::optional<RigidPose> pose_before_;         // of the probe; nullopt: it was not there
   std::size_t points_a_face_ = 0;
   std::vector<SurfaceRow> rows_;
   std::vector<int> faces_;     // scratch

@@ -3,6 +3,7 @@
 #include "physics/contact/corridor.h"
 #include "physics/loops/tissue_patch.h"
 #include "physics/tissue/corotational.h"
+#include "physics/tissue/inversion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +14,13 @@
 namespace stylet::physics {
 namespace {
 
-constexpr int kMaxShortenings = 4;  // of a motion correction
+constexpr int kMaxShortenings = 4;      // of a motion correction
+constexpr double kProbeStride = 0.001;  // m; the probe's motion in a step is divided so that no part is longer
+constexpr int kMaxProbeParts = 4;       // but into no more than these
+constexpr int kMaxCorrections = 2;      // a part, where the first is cut short
 constexpr double kOvershoot = 0.9;  // slope after a step over that before it; at 1 quasi-Newton steps stop converging
-constexpr double kNegligible = 1e-9;  // of the body: the slopes of smaller steps are rounding
+constexpr double kSqueezedOvershoot = 0.1;  // the same where the factor is older than a barrier (eq. 37)
+constexpr double kNegligible = 1e-9;        // of the body: the slopes of smaller steps are rounding
 
 /// Takes the meshes.
 std::vector<TissueModel> models_of(std::vector<SimulationBody>& bodies, const SimulationLoopSettings& settings) {
@@ -51,6 +56,10 @@ bool finite(const NeedleState& needle) {
     if (!needle.forces[i].force.allFinite()) return false;
   }
   return true;
+}
+
+bool finite(const RigidPose& pose) {
+  return pose.position.allFinite() && pose.orientation.coeffs().allFinite();
 }
 
 /// The free DOFs of `all` [3 x nodes]; where that is empty `free` stays as it is.
@@ -98,8 +107,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .displacement = Eigen::VectorXd::Zero(model.dof_count()),
          .pass = Eigen::VectorXd::Zero(model.dof_count()),
          .nodes = {},
-         .extent = (tissue_.positions[b].rowwise().maxCoeff() - tissue_.positions[b].rowwise().minCoeff()).norm(),
-         .inverted = 0});
+         .extent = (tissue_.positions[b].rowwise().maxCoeff() - tissue_.positions[b].rowwise().minCoeff()).norm()});
     take_free(model, bodies[b].load, bodies_.back().load);
     bodies_.back().contact_force = bodies_.back().load;
   }
@@ -131,7 +139,8 @@ Eigen::Matrix3Xd SimulationLoop::field_of(std::size_t b, const Eigen::Matrix3Xd&
   const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
   body.trial = tissue_.positions[b] + held;  // at the rotations of rest, forces are linear in it
-  gather_internal_force(model, body.trial, body);
+  internal_forces(model, body.trial, body.rotations, body.nodal_force, {}, false);
+  take_free(model, body.nodal_force, body.internal_force);
   worker_.latest().bodies[b].factor.solve(body.internal_force, body.displacement, workspace_);
   Eigen::Matrix3Xd field = held;
   add_free(model, body.displacement, -(1 + model.damping_time_s / settings_.dt), field);
@@ -148,9 +157,10 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   const NeedleState* needle = accept(input.needle, report);
   respond_organs();
   move_held(input.held_amplitude, report);
-  correct_motion(report);
+  correct_motion(true, report);
   fill_cavities(input.cavity_shares, report);
   swap_factorisation(input, report);
+  follow_probe(input.probe, report);
   touch(input.probe, report);
   free_motion(report);
   isolate(needle, report, out);
@@ -199,7 +209,7 @@ const NeedleState* SimulationLoop::accept(const NeedleState* needle, SimulationR
   return needle;
 }
 
-void SimulationLoop::respond(std::size_t b) {
+void SimulationLoop::respond(std::size_t b, bool shown) {
   const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
@@ -211,6 +221,7 @@ void SimulationLoop::respond(std::size_t b) {
   body.trial = tissue_.positions[b];
   add_free(model, body.displacement, -1, body.trial);
 
+  if (!shown) return;
   // The isolated nodes in double, with the very numbers of W_bar: where the haptic loop showed them.
   const IsolatedDofs& isolated = factorised.isolated;
   const auto known = [&](int node) { return isolated.known(node); };
@@ -315,7 +326,7 @@ void SimulationLoop::couple_organs(const NeedleState* needle, TissuePatch& out) 
 
 void SimulationLoop::gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                            BodyState& body) {
-  internal_forces(model, positions, body.rotations, body.nodal_force, body.rest_size);
+  body.squeezed = internal_forces(model, positions, body.rotations, body.nodal_force, body.rest_size);
   take_free(model, body.nodal_force, body.internal_force);
 }
 
@@ -331,7 +342,8 @@ double SimulationLoop::overshoot(const TissueModel& model, const BodyState& body
     slope_after += step.dot(body.internal_force.segment<3>(3 * i) - body.needle_force.segment<3>(3 * i) -
                             body.contact_force.segment<3>(3 * i));
   }
-  if (slope_before >= 0 || slope_after <= -kOvershoot * slope_before) return 1;
+  const double bound = body.squeezed > 0 ? kSqueezedOvershoot : kOvershoot;
+  if (slope_before >= 0 || slope_after <= -bound * slope_before) return 1;
   return slope_before / (slope_before - slope_after);  // the minimum of a parabola with these slopes
 }
 
@@ -364,9 +376,33 @@ void SimulationLoop::move_held(double amplitude, SimulationReport& report) {
   }
 }
 
+void SimulationLoop::follow_probe(const RigidPose* probe, SimulationReport& report) {
+  const std::optional<RigidPose> before = probe_;
+  probe_.reset();
+  if (!settings_.contact.probe || probe == nullptr || !finite(*probe)) return;
+  probe_ = *probe;
+  if (!before) return;
+  const ProbeShape& shape = settings_.contact.probe->shape;
+  const double moved = (probe->position - before->position).norm() +
+                       probe->orientation.angularDistance(before->orientation) * shape.reach(0);
+  const int parts = static_cast<int>(std::min(std::ceil(moved / kProbeStride), double{kMaxProbeParts}));
+  for (int i = 1; i < parts; ++i) {
+    const double share = static_cast<double>(i) / parts;
+    const RigidPose between{before->position + share * (probe->position - before->position),
+                            before->orientation.slerp(share, probe->orientation)};
+    touch(&between, report);
+    if (report.probe.points == 0) continue;
+    for (int correction = 0; correction < kMaxCorrections; ++correction) {
+      free_motion(report);
+      correct_motion(false, report);
+      if (std::none_of(bodies_.begin(), bodies_.end(), [](const BodyState& body) { return body.limited; })) break;
+    }
+  }
+}
+
 void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
   if (!contact_) return;
-  if (probe != nullptr && !(probe->position.allFinite() && probe->orientation.coeffs().allFinite())) {
+  if (probe != nullptr && !finite(*probe)) {
     report.flags |= kSimulationNonFinite;
     probe = nullptr;
   }
@@ -379,13 +415,15 @@ void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
   report.probe = contact_->probe();
 }
 
-void SimulationLoop::correct_motion(SimulationReport& report) {
+void SimulationLoop::correct_motion(bool shown, SimulationReport& report) {
+  report.inverted_tets = 0;
   for (std::size_t b = 0; b < models_.size(); ++b) {
     const TissueModel& model = models_[b];
     BodyState& body = bodies_[b];
     Eigen::Matrix3Xd& positions = tissue_.positions[b];
 
-    respond(b);  // with the factor that made p_free
+    body.limited = false;
+    respond(b, shown);  // with the factor that made p_free
     if (!body.trial.allFinite()) {
       report.flags |= kSimulationNonFinite;
       body.trial = positions;
@@ -405,9 +443,11 @@ void SimulationLoop::correct_motion(SimulationReport& report) {
       inverted = update_rotations(model, body.trial, body.rotations);
       gather_internal_force(model, body.trial, body);
       if (shortened == kMaxShortenings) break;
-      double fraction = 1;
-      if (inverted > body.inverted) {
-        fraction = 0.5;
+      const bool flat = shortened == 0 && (inverted > 0 || body.squeezed > 0);
+      double fraction = flat ? uninverted_fraction(model, before, body.trial) : 1;
+      if (fraction < 1) {
+        // Where the first tetrahedron would lose nearly all of its volume; what is left is for the next steps.
+        body.limited = true;
       } else if ((body.trial - before).cwiseAbs().maxCoeff() > kNegligible * body.extent) {
         fraction = overshoot(model, body, before, pull_before);
       }
@@ -416,7 +456,6 @@ void SimulationLoop::correct_motion(SimulationReport& report) {
       body.trial = before + fraction * (body.trial - before);
     }
     positions.swap(body.trial);
-    body.inverted = inverted;
     report.inverted_tets += inverted;
     if (inverted > 0) report.flags |= kSimulationInverted;
   }
@@ -510,6 +549,10 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, const N
   request.epoch = tissue_.step;
   for (std::size_t b = 0; b < models_.size(); ++b) {
     request.bodies[b].rotations = bodies_[b].rotations;
+    request.bodies[b].squeezed.clear();
+    if (bodies_[b].squeezed > 0) {
+      find_squeezed(models_[b], tissue_.positions[b], bodies_[b].rest_size, request.bodies[b].squeezed);
+    }
     request.bodies[b].isolated_nodes = bodies_[b].nodes;
     request.bodies[b].foreseen_nodes.clear();
     request.bodies[b].contact_nodes.clear();

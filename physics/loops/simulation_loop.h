@@ -121,9 +121,12 @@ private:
   const NeedleState* accept(const NeedleState* needle, SimulationReport& report);
   void respond_organs();
   void move_held(double amplitude, SimulationReport& report);
-  void correct_motion(SimulationReport& report);
+  /// @param shown  see respond()
+  void correct_motion(bool shown, SimulationReport& report);
   void fill_cavities(std::span<const double> shares, SimulationReport& report);
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);
+  /// Where the probe moves fast: contact and whole corrections (6) at poses on its way.
+  void follow_probe(const RigidPose* probe, SimulationReport& report);
   void touch(const RigidPose* probe, SimulationReport& report);
   void free_motion(SimulationReport& report);
   void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
@@ -150,13 +153,15 @@ private:
     Eigen::VectorXd pass;                       // [free DOFs] scratch, in the order of elimination
     std::vector<int> nodes;                     // isolated now, ascending
     double extent = 0;                          // diagonal of the rest bounding box, m
-    int inverted = 0;                           // tetrahedra
+    bool limited = false;                       // the last correction was shortened lest a tetrahedron inverts
+    int squeezed = 0;                           // tetrahedra in the barrier at the positions of internal_force
     std::vector<Cavity> cavities{};
     std::vector<double> rest_size{};  // [tets] g of eq. 34; empty until a cavity is not full
   };
 
   /// p - A_f^-1 (F_int - H^T lambda) with the latest forces into body.trial: the other half of the solve (eq. 6).
-  void respond(std::size_t body);
+  /// @param shown  the isolated nodes go where the haptic loop showed them with the last patch
+  void respond(std::size_t body, bool shown);
   /// p_free of nodes whose compliance is known or that are held (eq. 7).
   /// @param[out] free  [3 x nodes], m
   void free_positions(std::size_t body, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free);
@@ -182,6 +187,7 @@ private:
   OrganResponse organs_;
   bool follow_organs_ = false;
   double held_amplitude_ = 0;
+  std::optional<RigidPose> probe_;  // in the last step
   TissueState tissue_;
   bool factorisation_outstanding_ = false;  // requested and not yet taken: at most one
   std::uint64_t failures_seen_ = 0;

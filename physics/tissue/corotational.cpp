@@ -1,5 +1,7 @@
 #include "physics/tissue/corotational.h"
 
+#include "physics/tissue/inversion.h"
+
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
@@ -193,20 +195,26 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
   return inverted + update_rotations_one_by_one(model, positions, in_lanes, model.tet_count(), rotations);
 }
 
-void internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size) {
+int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                    std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                    std::span<const double> rest_size, bool with_barrier) {
+  int squeezed = 0;
   forces.setZero();
   for (int t = 0; t < model.tet_count(); ++t) {
     const TetRest& rest = model.tets[t];
+    const double size = rest_size.empty() ? 1 : rest_size[t];
     const Eigen::Matrix3d r = rotations[t].toRotationMatrix();
-    const Eigen::Matrix3d p =  // stress times volume, in the deformed frame
-        rest.volume * r *
-        corotated_stress(rest, deformation_gradient(model, positions, t), r, rest_size.empty() ? 1 : rest_size[t])
-            .stress;
+    const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
+    // Stress times volume, in the deformed frame.
+    Eigen::Matrix3d p = rest.volume * r * corotated_stress(rest, f, r, size).stress;
+    if (const double j = f.determinant(); j < kSqueezed && size == 1 && with_barrier) {
+      p += rest.volume * barrier(rest, j).slope * cofactor(f);
+      ++squeezed;
+    }
     const auto& n = model.mesh.tets[t];
     for (int a = 0; a < 4; ++a) forces.col(n[a]) += p * rest.gradients.col(a);
   }
+  return squeezed;
 }
 
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -214,10 +222,12 @@ double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& position
   double energy = 0;
   for (int t = 0; t < model.tet_count(); ++t) {
     const TetRest& rest = model.tets[t];
-    const Eigen::Matrix3d m = rotations[t].toRotationMatrix().transpose() * deformation_gradient(model, positions, t);
+    const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
+    const Eigen::Matrix3d m = rotations[t].toRotationMatrix().transpose() * f;
     const double size = rest_size.empty() ? 1 : rest_size[t];
     const Eigen::Matrix3d strain = 0.5 * (m + m.transpose()) - size * Eigen::Matrix3d::Identity();
     energy += rest.volume * (rest.mu * strain.squaredNorm() + 0.5 * rest.lambda * strain.trace() * strain.trace());
+    if (size == 1) energy += rest.volume * barrier(rest, f.determinant()).energy;
   }
   return energy;
 }

@@ -24,15 +24,17 @@ Eigen::Matrix3d deformation_gradient(const TissueModel& model, const Eigen::Matr
 int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<Eigen::Quaterniond> rotations);
 
-/// F_int(p) = dU/dp = sum R K0 (R^T x - X)   (eq. 3). Equilibrium is F_int(p) = external force.
+/// F_int(p) = dU/dp = sum R K0 (R^T x - X)   (eq. 3), and of the barrier (eq. 37). Equilibrium is F_int(p) = external
+/// force. Returns the number of tetrahedra in the barrier or beyond it.
 /// @param rotations    [tets] of these very positions (update_rotations)
 /// @param rest_size    [tets] edge without stress over that at rest (eq. 34); empty: 1
+/// @param with_barrier false: at given rotations linear in the positions
 /// @param[out] forces  [3 x nodes], N; at fixed nodes minus the reaction of the support
-void internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size = {});
+int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                    std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                    std::span<const double> rest_size = {}, bool with_barrier = true);
 
-/// Elastic energy U(p), J   (eq. 2, 34).
+/// Elastic energy U(p), J   (eq. 2, 34, 37).
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                       std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size = {});
 

@@ -124,7 +124,7 @@ bool FactorisationWorker::step() {
       if (!factorised) break;
       body.trailing_nodes = corridors_[b];
     }
-    patterns_[b].assemble(models_[b], wanted.rotations, damping_scale(models_[b], dt_), values_[b]);
+    patterns_[b].assemble(models_[b], wanted.rotations, damping_scale(models_[b], dt_), values_[b], wanted.squeezed);
     factorised = body.factor.factorise(patterns_[b], values_[b], workspace_);
     if (!factorised) break;
     body.isolated.reset(body.trailing_nodes, models_[b], body.factor);

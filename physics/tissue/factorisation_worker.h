@@ -20,6 +20,7 @@ namespace stylet::physics {
 struct FactorisationRequest {
   struct Body {
     std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
+    std::vector<SqueezedTet> squeezed;          ///< then
     std::vector<int> isolated_nodes;            ///< now: will be among the factor's trailing nodes
     std::vector<int> foreseen_nodes;            ///< isolated soon, the likeliest first
     std::vector<int> contact_nodes;  ///< in touch with another body or the probe, or nearly; kMaxContactNodes count

@@ -60,7 +60,7 @@ StiffnessPattern::StiffnessPattern(const TissueModel& model) {
 }
 
 void StiffnessPattern::assemble(const TissueModel& model, std::span<const Eigen::Quaterniond> rotations, double scale,
-                                std::span<double> values) const {
+                                std::span<double> values, std::span<const SqueezedTet> squeezed) const {
   std::fill(values.begin(), values.end(), 0.0);
   for (std::size_t t = 0; t < scatter_.size(); ++t) {
     const TetRest& rest = model.tets[t];
@@ -79,6 +79,19 @@ void StiffnessPattern::assemble(const TissueModel& model, std::span<const Eigen:
         double* const column = values.data() + address.start[c];
         for (int r = below_diagonal ? 0 : c; r < 3; ++r) column[r] += lambda * a[r] * b[c] + mu * b[r] * a[c];
         column[c] += diagonal;
+      }
+    }
+  }
+  for (const SqueezedTet& tet : squeezed) {
+    // V psi'' (dJ/dp)(dJ/dp)^T: positive semidefinite, of rank one.
+    const TetRest& rest = model.tets[tet.tet];
+    const Eigen::Matrix<double, 3, 4> g = tet.cofactor * rest.gradients;
+    for (const BlockAddress& address : scatter_[tet.tet]) {
+      if (address.start[0] < 0) continue;
+      const Eigen::Vector3d a = scale * rest.volume * tet.curvature * g.col(address.row);
+      for (int c = 0; c < 3; ++c) {
+        double* const column = values.data() + address.start[c];
+        for (int r = address.row != address.column ? 0 : c; r < 3; ++r) column[r] += a[r] * g(c, address.column);
       }
     }
   }

@@ -1,6 +1,7 @@
 // Sparse stiffness of a body: a fixed pattern, and a map that scatters element blocks into it.
 #pragma once
 
+#include "physics/tissue/inversion.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -22,12 +23,13 @@ public:
   std::span<const int> column_start() const { return column_start_; }  ///< [DOFs + 1]
   std::span<const int> rows() const { return rows_; }                  ///< [nonzeros]
 
-  /// A = (1 + damping_time / h) K, K = sum R K0 R^T over the tetrahedra   (physics/README.md eq. 4, 5)
+  /// A = (1 + damping_time / h) K, K = sum R K0 R^T over the tetrahedra   (physics/README.md eq. 4, 5, 38)
   /// @param rotations    [tets] rest -> deformed
   /// @param scale        1 + damping_time / h
   /// @param[out] values  overwritten [nonzeros], N/m
+  /// @param squeezed     of the same state: those whose barrier adds to K
   void assemble(const TissueModel& model, std::span<const Eigen::Quaterniond> rotations, double scale,
-                std::span<double> values) const;
+                std::span<double> values, std::span<const SqueezedTet> squeezed = {}) const;
 
 private:
   /// Where the 3x3 block of a pair of a tetrahedron's nodes is: row r of column c at start[c] + r.

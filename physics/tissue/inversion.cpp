@@ -1,0 +1,107 @@
+#include "physics/tissue/inversion.h"
+
+#include "physics/tissue/corotational.h"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stylet::physics {
+namespace {
+
+constexpr double kStiffness = 1;  // kappa over (lambda + 2 mu) J0^2; engineering value
+constexpr double kKept = 0.3;     // share of its volume that a tetrahedron keeps in one step
+constexpr int kBisections = 20;   // of the fraction
+
+/// Volume along a straight way, c[0] + c[1] t + c[2] t^2 + c[3] t^3.
+using Cubic = std::array<double, 4>;
+
+double value(const Cubic& c, double t) {
+  return c[0] + t * (c[1] + t * (c[2] + t * c[3]));
+}
+
+/// The largest t <= `limit` up to which the cubic, positive at 0, has no root.
+double up_to_first_root(const Cubic& c, double limit) {
+  const double lost = std::min(c[1], 0.0) + limit * (std::min(c[2], 0.0) + limit * std::min(c[3], 0.0));
+  if (c[0] + limit * lost > 0) return limit;
+  // Between its extremes the cubic is monotone.
+  std::array<double, 3> ends{limit, limit, limit};
+  const double discriminant = c[2] * c[2] - 3 * c[1] * c[3];
+  if (discriminant >= 0) {
+    const double q = -(c[2] + std::copysign(std::sqrt(discriminant), c[2]));
+    if (c[3] != 0) ends[0] = q / (3 * c[3]);
+    if (q != 0) ends[1] = c[1] / q;
+    std::sort(ends.begin(), ends.begin() + 2);
+  }
+  double low = 0;
+  for (const double end : ends) {
+    if (!(end > low) || end > limit) continue;
+    if (value(c, end) > 0) {
+      low = end;
+      continue;
+    }
+    double high = end;
+    for (int i = 0; i < kBisections; ++i) {
+      const double middle = 0.5 * (low + high);
+      (value(c, middle) > 0 ? low : high) = middle;
+    }
+    return low;
+  }
+  return limit;
+}
+
+Eigen::Matrix3d edges(const TissueModel& model, const Eigen::Matrix3Xd& positions, int tet) {
+  const auto& n = model.mesh.tets[tet];
+  Eigen::Matrix3d result;
+  for (int a = 0; a < 3; ++a) result.col(a) = positions.col(n[a + 1]) - positions.col(n[0]);
+  return result;
+}
+
+}  // namespace
+
+Eigen::Matrix3d cofactor(const Eigen::Matrix3d& f) {
+  Eigen::Matrix3d result;
+  result << f.col(1).cross(f.col(2)), f.col(2).cross(f.col(0)), f.col(0).cross(f.col(1));
+  return result;
+}
+
+Barrier barrier(const TetRest& rest, double j) {
+  if (!(j < kSqueezed) || !(j > 0)) return {};
+  // psi = -kappa (x - 1)^2 ln x, x = J / J0   (eq. 37)
+  const double kappa = kStiffness * kSqueezed * kSqueezed * (rest.lambda + 2 * rest.mu);
+  const double x = j / kSqueezed;
+  const double log = std::log(x);
+  const double y = x - 1;
+  return {.energy = -kappa * y * y * log,
+          .slope = -kappa / kSqueezed * (2 * y * log + y * y / x),
+          .curvature = -kappa / (kSqueezed * kSqueezed) * (2 * log + 4 * y / x - y * y / (x * x))};
+}
+
+void find_squeezed(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::span<const double> rest_size,
+                   std::vector<SqueezedTet>& found) {
+  found.clear();
+  for (int t = 0; t < model.tet_count(); ++t) {
+    if (!rest_size.empty() && rest_size[t] != 1) continue;
+    const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
+    const double curvature = barrier(model.tets[t], f.determinant()).curvature;
+    if (curvature > 0) found.push_back({.tet = t, .curvature = curvature, .cofactor = cofactor(f)});
+  }
+}
+
+double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after) {
+  double fraction = 1;
+  for (int t = 0; t < model.tet_count(); ++t) {
+    const Eigen::Matrix3d a = edges(model, before, t);
+    const double volume = a.determinant();
+    if (!(volume > 0)) continue;
+    const Eigen::Matrix3d b = edges(model, after, t) - a;
+    fraction = up_to_first_root(
+        {(1 - kKept) * volume, cofactor(a).cwiseProduct(b).sum(), cofactor(b).cwiseProduct(a).sum(), b.determinant()},
+        fraction);
+  }
+  return fraction;
+}
+
+}  // namespace stylet::physics

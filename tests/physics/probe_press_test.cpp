@@ -1,0 +1,139 @@
+// The probe pressed deep and fast: nothing turns inside out, the head keeps the body, the force grows with the depth.
+#include "physics/loops/simulation_loop.h"
+
+#include "physics/contact/probe_shape.h"
+#include "tests/physics/contact_bench.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace stylet::physics {
+namespace {
+
+constexpr double kStep = 0.02;  // s
+
+/// A block of 120 x 120 x 60 mm held at its foot, and the probe above the middle of it.
+class Press {
+public:
+  Press() : loop_(block(), settings()), patch_(loop_.make_patch()) {}
+
+  /// One step with the face `depth` below the top, turned by `angle` about the axis across the image, m, rad.
+  const SimulationReport& at(double depth, double angle = 0) {
+    const Eigen::Quaterniond down(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
+    const RigidPose pose{{0, 0, 0.06 - depth}, down * Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis))};
+    report_ = loop_.step({.time_s = kStep * static_cast<double>(++steps_), .probe = &pose}, patch_);
+    loop_.worker().step();
+    inverted += report_.inverted_tets;
+    return report_;
+  }
+  double force() const { return report_.probe.wrench.force.z(); }
+  const SimulationLoop& loop() const { return loop_; }
+
+  int inverted = 0;  // tetrahedra, summed over the steps
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitY();
+
+private:
+  static std::vector<SimulationBody> block() {
+    std::vector<SimulationBody> bodies(1);
+    bodies[0].mesh = reference::kuhn_box({-0.06, -0.06, 0}, {0.06, 0.06, 0.06}, {12, 12, 6});
+    bodies[0].tet_materials.assign(bodies[0].mesh.tets.size(), {tests::kYoung, 0.45});
+    bodies[0].fixed_nodes = tests::at_height(bodies[0].mesh, 0);
+    return bodies;
+  }
+  static SimulationLoopSettings settings() {
+    SimulationLoopSettings settings{.dt = kStep, .lay_contacts = false};
+    settings.contact.probe.emplace();
+    return settings;
+  }
+  SimulationLoop loop_;
+  TissuePatch patch_;
+  SimulationReport report_;
+  int steps_ = 0;
+};
+
+TEST(ProbePress, ForceGrowsToFortyMillimetresAndRestsTheSameAtAnySpeed) {
+  double slow = 0;
+  for (const double speed : {0.05, 0.2}) {
+    Press press;
+    double highest = 0, lost = 0;
+    for (double depth = 0; depth < 0.04; depth += speed * kStep) {
+      press.at(std::min(depth, 0.04));
+      lost = std::max(lost, highest - press.force());
+      highest = std::max(highest, press.force());
+    }
+    for (int i = 0; i < 60; ++i) press.at(0.04);
+    const double rest = press.force();
+    std::printf("[ %3.0f mm/s ] %.2f N at 40 mm, lost on the way %.3f N, %d inverted\n", 1e3 * speed, rest, lost,
+                press.inverted);
+    EXPECT_LT(lost, 0.01 * rest);
+    EXPECT_GT(rest, 15);
+    EXPECT_EQ(press.inverted, 0);
+    if (slow == 0) slow = rest;
+    EXPECT_NEAR(rest, slow, 0.01 * slow);  // the skin has come round the rims by another way
+    // Lifted at the same speed.
+    for (double depth = 0.04; depth > -0.02; depth -= speed * kStep) press.at(depth);
+    for (int i = 0; i < 40; ++i) press.at(-0.02);
+    EXPECT_EQ(press.force(), 0);
+    EXPECT_EQ(press.inverted, 0);
+    EXPECT_LT((press.loop().tissue().positions[0] - rest_positions(press.loop().model(0))).cwiseAbs().maxCoeff(),
+              1e-6);
+  }
+}
+
+TEST(ProbePress, RockingAndTiltingKeepTheBody) {
+  for (const Eigen::Vector3d& axis :
+       {Eigen::Vector3d(Eigen::Vector3d::UnitY()), Eigen::Vector3d(Eigen::Vector3d::UnitX())}) {
+    Press press;
+    press.axis = axis;
+    for (int i = 1; i <= 20; ++i) press.at(0.001 * i);
+    const double upright = press.force();
+    double least = upright;
+    for (int i = 1; i <= 50; ++i) {  // 20 degrees at 1 Hz
+      press.at(0.02, M_PI / 9 * std::sin(2 * M_PI * kStep * i));
+      least = std::min(least, press.force());
+    }
+    for (int i = 0; i < 40; ++i) press.at(0.02);
+    std::printf("[ 20 degrees ] upright %.2f N, least %.2f N, afterwards %.2f N, %d inverted\n", upright, least,
+                press.force(), press.inverted);
+    EXPECT_EQ(press.inverted, 0);
+    EXPECT_GT(least, 0.5 * upright);
+    EXPECT_NEAR(press.force(), upright, 0.1 * upright);
+  }
+}
+
+TEST(ProbeShape, APointDeepInTheHeadGoesBackTheWayItCame) {
+  const ProbeShape head{.face_radius = 0, .half_width = 0.03, .half_height = 0.01, .length = 0.08, .rounding = 0.003};
+  // 15 mm under the face, nearer to the sides than to it.
+  const Eigen::Vector3d deep(0.002, 0.001, -0.015);
+  EXPECT_NEAR(head.distance(deep).value, -0.009, 1e-12);
+  EXPECT_EQ(head.entry({0.002, 0.001, 0.001}, deep), ProbeSide::face);
+  EXPECT_NEAR(head.distance_from(ProbeSide::face, deep).value, -0.015, 1e-12);
+  EXPECT_EQ(head.distance_from(ProbeSide::face, deep).gradient, Eigen::Vector3d(0, 0, 1));
+  EXPECT_EQ(head.entry({0.002, -0.011, -0.015}, deep), ProbeSide::minus_y);
+  EXPECT_NEAR(head.distance_from(ProbeSide::minus_y, deep).value, -0.011, 1e-12);
+  EXPECT_EQ(head.distance_from(ProbeSide::minus_y, deep).gradient, Eigen::Vector3d(0, -1, 0));
+  EXPECT_EQ(head.entry({0.031, 0.001, -0.010}, deep), ProbeSide::plus_x);
+  // Over the edge: past the corner of face and side, the plane crossed last counts.
+  EXPECT_EQ(head.entry({0, 0.012, 0.001}, {0, 0.0095, -0.010}), ProbeSide::plus_y);
+  EXPECT_EQ(head.entry({0, 0.011, 0.020}, {0, 0.005, -0.002}), ProbeSide::face);
+  // From the flat part of the face over its rim to the side the distance goes over without a jump.
+  double before = head.distance_from(ProbeSide::face, {0, 0, -0.005}).value;
+  for (double y = 0; y <= 0.01; y += 1e-5) {
+    const double now = head.distance_from(ProbeSide::face, {0, y, -0.005}).value;
+    EXPECT_NEAR(now, before, 5e-5);
+    before = now;
+  }
+  EXPECT_NEAR(before, 0, 2e-5);
+  // Where it is no deeper than the rim is round nothing has changed.
+  for (double y = -0.011; y <= 0.011; y += 1e-3) {
+    for (double z = -0.0029; z <= 0.002; z += 5e-4) {
+      EXPECT_EQ(head.distance_from(ProbeSide::face, {0.01, y, z}).value, head.distance({0.01, y, z}).value);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stylet::physics
