@@ -17,6 +17,8 @@ Report bench_mechanics(const BenchOptions& options) {
       Part{"organs", mechanics_organs},
       Part{"passivity", mechanics_passivity},
       Part{"limits", mechanics_limits},
+      Part{"probe", mechanics_probe},
+      Part{"breath", mechanics_breath},
   };
   Report report;
   for (const Part& part : kParts) {

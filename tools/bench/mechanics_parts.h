@@ -15,4 +15,10 @@ Report mechanics_passivity(const BenchOptions& options);
 /// A needle that yields, tissue cut sideways, a shaft that is turned, and what that costs: limits.*
 Report mechanics_limits(const BenchOptions& options);
 
+/// The probe pressed 40 mm deep at up to 200 mm/s, rocked, tilted and lifted: probe.*
+Report mechanics_probe(const BenchOptions& options);
+
+/// Breathing while a needle goes in: breath.*
+Report mechanics_breath(const BenchOptions& options);
+
 }  // namespace stylet::bench
