@@ -13,8 +13,8 @@
 
 namespace stylet::physics {
 
-/// Share of its volume below which a tetrahedron stiffens; above it (2) holds to the bit. No tetrahedron of the
-/// shipped sessions comes below it. Engineering value.
+/// Share of its volume below which a tetrahedron stiffens; above it (2) holds to the bit. Of the shipped sessions
+/// only cyst_aspiration goes below it, in up to four tetrahedra beside the cyst. Engineering value.
 inline constexpr double kSqueezed = 0.35;
 
 /// The barrier psi(J) of eq. 37 and its derivatives, per volume at rest; all zero where J >= kSqueezed.
