@@ -59,7 +59,9 @@ void LockstepRun::simulation_step() {
 
 void LockstepRun::haptic_step() {
   const std::int64_t began_ns = clock_.now_ns();
-  run_.needle_flags |= hand_.step(time_s(), loops_.haptic_dt(), patch_).flags;
+  const std::uint32_t flags = hand_.step(time_s(), loops_.haptic_dt(), patch_).flags;
+  run_.needle_flags |= flags;
+  run_.unresolved.add(flags);
   haptic_time_.add(clock_.now_ns() - began_ns);
 }
 

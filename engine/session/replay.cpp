@@ -122,6 +122,7 @@ ReplayResult replay(const recording::Recording& recording, CoupledLoops& loops, 
     haptic_hashes.compare(record.step, hash.haptic(), result);
     keep(needle);
     result.run.needle_flags |= needle.flags;
+    result.run.unresolved.add(needle.flags);
     result.run.duration_s = record.time_s;
     ++result.run.haptic.steps;
     if (progress && record.step % 100 == 0) {

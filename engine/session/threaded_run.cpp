@@ -83,6 +83,7 @@ void ThreadedRun::haptic_step(const haptic::StepTiming& timing) {
   patches_.update();
   const physics::NeedleState& needle = hand_.step(time_s, elapsed_s, patches_.front());
   needle_flags_ |= needle.flags;
+  unresolved_.add(needle.flags);
   physics::copy_state(needle, needles_.back());
   needles_.publish();
 }
@@ -145,6 +146,7 @@ RunStatistics ThreadedRun::statistics() const {
           .needle_flags = needle_flags_,
           .simulation_flags = simulation_flags_,
           .patch_flags = patch_flags_,
+          .unresolved = unresolved_,
           .guard = hand_.counters(),
           .warning = haptic_->warning()};
 }

@@ -68,6 +68,7 @@ private:
   double last_step_s_ = -1;             // haptic thread's; negative: none yet
   std::int64_t last_step_ns_ = 0;       // haptic thread's, by the clock; 0: none yet
   std::uint32_t needle_flags_ = 0;      // haptic thread's
+  Unresolved unresolved_;               // haptic thread's
   std::uint32_t simulation_flags_ = 0;  // simulation thread's
   std::uint32_t patch_flags_ = 0;
   std::uint64_t factorisations_ = 0;

@@ -6,6 +6,9 @@ namespace stylet::physics {
 namespace {
 
 constexpr double kStride = 2e-3;  // m along the line: less than a tetrahedron
+constexpr int kMostOutside = 3;   // strides before the first one inside: the surface is not quite where it was
+// A tip that has gone into a body by less than this is still found where it did: it goes on while a patch is made.
+constexpr double kPassed = 60e-3;  // m
 
 /// Distinct nodes in the order they came.
 class NodeList {
@@ -25,6 +28,14 @@ public:
     add(tet);
     if (rings == 0) return;
     for (int face = 0; face < 4; ++face) add_with_neighbours(model_.topology.neighbour(tet, face), rings - 1);
+  }
+  /// With every tetrahedron that shares a node.
+  void add_around(int tet) {
+    add(tet);
+    for (const int node : model_.topology.nodes(tet)) {
+      for (int k = model_.incident_start[node]; k < model_.incident_start[node + 1]; ++k)
+        add(model_.incident_tets[k]);
+    }
   }
   std::vector<int> take() { return std::move(nodes_); }
 
@@ -59,24 +70,44 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
     nodes.add_with_neighbours(hint, rings);
     // The needle may have gone on since the track's end was known: from there to the tip, too.
     s = std::min(0.0, (end - tip).dot(axis));
+    if (needle.tip == TipState::indenting) s += kStride;  // it is on the surface
   }
   if (hint < 0) {
     std::vector<SurfaceCrossing> crossings;
     model.topology.crossings(positions, tip - kPassed * axis, axis, range + kPassed, crossings);
-    const auto entry =
-        std::find_if(crossings.begin(), crossings.end(), [](const SurfaceCrossing& c) { return c.entering; });
-    if (entry == crossings.end()) return nodes.take();
-    nodes.add_with_neighbours(entry->point.tet, rings);
+    const SurfaceCrossing* entry = nullptr;
+    for (const SurfaceCrossing& crossing : crossings) {
+      if (crossing.entering && entry == nullptr) entry = &crossing;
+      if (!crossing.entering && crossing.distance < kPassed) entry = nullptr;  // it lies behind the tip
+    }
+    if (entry == nullptr) return nodes.take();
+    nodes.add_around(entry->point.tet);  // the hand may meet the surface beside it
     hint = entry->point.tet;
     s = entry->distance - kPassed + kStride;
   }
+  int outside = 0;
   for (; s <= range; s += kStride) {
     const TetPoint point = model.topology.locate(positions, tip + s * axis, hint);
-    if (point.tet < 0) break;
+    if (point.tet < 0 && ++outside > kMostOutside) break;
+    if (point.tet < 0) continue;
+    outside = kMostOutside;
     nodes.add_with_neighbours(point.tet, rings);
     hint = point.tet;
   }
   return nodes.take();
+}
+
+double dent(const TissueModel& model, const NeedleState& needle, int body) {
+  if (needle.tip != TipState::indenting || needle.tip_body != body || needle.track_count == 0) return 0;
+  const NeedleContact& end = needle.contacts[needle.track_count - 1];
+  if (end.id != 0 || end.body != body || end.tet < 0 || end.tet >= model.tet_count()) return 0;
+  Eigen::Vector3d rest = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    rest += end.barycentric[static_cast<Eigen::Index>(k)] * model.mesh.nodes[model.topology.nodes(end.tet)[k]];
+  }
+  const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
+  const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
+  return std::max(0.0, (tip - rest).dot(axis));
 }
 
 }  // namespace stylet::physics

@@ -10,10 +10,6 @@
 
 namespace stylet::physics {
 
-/// A tip that has passed a surface by less than this is still found there: the needle goes on while a patch is made.
-/// m
-inline constexpr double kPassed = 8e-3;
-
 /// Nodes around the needle's track in a body and around the line that its tip goes on along: of the tetrahedra there
 /// and of their neighbours, so that a needle that bends, in tissue that gives way, stays within. Most needed first,
 /// distinct, at most `most`.
@@ -22,5 +18,9 @@ inline constexpr double kPassed = 8e-3;
 /// @param range      ahead of the tip, m
 std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                 const NeedleState& needle, int body, double range, std::size_t most);
+
+/// How deep a tip that presses on a body has dented it, m; 0 where it does not. When the surface breaks, that much
+/// tissue comes back over the tip.
+double dent(const TissueModel& model, const NeedleState& needle, int body);
 
 }  // namespace stylet::physics

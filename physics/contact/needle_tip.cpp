@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace stylet::physics {
@@ -13,7 +14,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kBite = 2;               // times `tip_friction` on a surface: a sharp tip that slants bites
+constexpr double kBite = 2;          // times `tip_friction` on a surface: a sharp tip that slants bites
+constexpr double kApart = 3e-3;      // m beyond a body that the tip has gone through, from where on it is met anew
+constexpr double kLetGo = 2e-4;      // m off a surface that is let go of, so that the next step inwards meets it
+constexpr double kEndStride = 1e-3;  // m; the end goes no further between two looks at the tissue there
+constexpr int kMostEndStrides = 8;   // of a step, where the end has to catch up
 constexpr double kBoneCompliance = 1e-6;  // m/N; as little as a needle of steel gives way along its whole shaft
 
 }  // namespace
@@ -24,6 +29,7 @@ NeedleTip::NeedleTip(const NeedleTrackSettings& settings, std::shared_ptr<const 
 void NeedleTip::clear() {
   leave();
   threaded_.fill(false);
+  sweep_.clear();
 }
 
 void NeedleTip::leave() {
@@ -31,21 +37,27 @@ void NeedleTip::leave() {
   end_ = {};
   barrier_ = 0;
   beyond_ = 0;
+  lag_ = 0;
   inward_.setZero();
   side_.setZero();
 }
 
-bool NeedleTip::find(const TissuePatch& patch) {
-  const bool found = outside() || find_in_patch(patch, end_);
+bool NeedleTip::find(const TissuePatch& patch, const TissuePoints& tissue) {
+  const bool found = outside() || find_or_keep(patch, tissue, end_);
   for (TrackPoint& end : ends_) {
     if (end.body >= 0) find_in_patch(patch, end);
   }
   return found;
 }
 
+double NeedleTip::reach(const HermiteShaft& shaft, const TissuePoints& tissue) const {
+  if (!inside()) return shaft.length();
+  return shaft.length() + std::min(0.0, (tissue.position(end_.point) - shaft.tip()).dot(shaft.tip_tangent()) + lag_);
+}
+
 double NeedleTip::overhang(const TrackPoint& last, double reach) const {
   const bool here = state_ == TipState::inside && end_.body == last.body;
-  return std::max(0.0, here ? reach - last.arc : overhang_[last.body]);
+  return std::max(0.0, here ? reach - last.arc : std::min(reach - last.arc, overhang_[last.body]));
 }
 
 void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) const {
@@ -78,7 +90,7 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
   const double friction = (indenting ? kBite : 1) * settings_.tip_friction;
   out.laws[row + 1] = disc_row(1, out.row_count + 2, 0, friction, pressed, compliance);
   out.laws[row + 2] = disc_row(2, out.row_count + 1, 0, friction, pressed, compliance);
-  out.slip[out.row_count] = 0;
+  out.slip[out.row_count] = -lag_;
   out.slip.segment<2>(out.row_count + 1) = -contact.directions.rightCols<2>().transpose() * side_;
   out.row_count += 3;
 }
@@ -95,54 +107,72 @@ void NeedleTip::come_back(TrackPoints& points, double length) {
   }
 }
 
-// A tip in the air meets the surfaces that the simulation has seen ahead of it.
+void NeedleTip::sweep(const HermiteShaft& shaft, const TissuePatch& patch, TrackPoints& points) {
+  std::array<bool, kMaxBodies> watched{};
+  for (int body = 0; body < kMaxBodies; ++body) {
+    const TrackPoint* last = points.last_active(body);
+    // The surface that it has left by is not met from outside: it moves with the force on the track.
+    const bool beyond = last == nullptr || shaft.length() - last->arc > overhang_[body] + kApart;
+    watched[body] = beyond && (outside() || end_.body != body);
+  }
+  sweep_.follow(patch, shaft.tip(), shaft.tip_tangent(), watched, held_up_);
+  if (sweep_.late()) flags_ |= kNeedleSurfaceLate;
+}
+
+// A tip that is in no track presses on the surface that it has gone through since, there where it did.
 bool NeedleTip::touch(const HermiteShaft& shaft, const TissuePatch& patch, const TissuePoints& tissue,
                       TrackPoints& points) {
-  constexpr double kNear = 8e-3;  // m: beyond, the surface is no longer the plane through the crossing
-  for (int i = 0; i < patch.interface_count; ++i) {
-    const PatchInterface& surface = patch.interfaces[i];
-    if (!surface.entering || surface.patch_tet < 0 || points.last_active(surface.body) != nullptr) continue;
-    const BodyPatch& body = patch.bodies[surface.body];
-    const auto& nodes = body.tet_nodes[surface.patch_tet];
-    Vector3d crossing = Vector3d::Zero();
-    for (std::size_t k = 0; k < 4; ++k) {
-      crossing +=
-          surface.barycentric[static_cast<Eigen::Index>(k)] * tissue.node_position(patch, surface.body, nodes[k]);
-    }
-    const Vector3d gap = shaft.tip() - crossing;
-    if (!(gap.norm() <= kNear) || !(gap.dot(surface.normal) <= 0)) continue;
-
-    const auto b = static_cast<std::size_t>(surface.body);
-    if (threaded_[b]) {  // its old hole?
-      TrackPoint* first = points.first(surface.body);
-      const bool same = first != nullptr && first->point >= 0 && ends_[b].patch_tet >= 0 &&
-                        (tissue.position(first->point) - shaft.tip()).norm() < settings_.reentry_distance;
-      if (same) {
-        first->active = true;
-        first->arc = first->held_arc = shaft.length();
-        leave();
-        state_ = TipState::inside;
-        end_ = ends_[b];
-        return true;
-      }
-      points.forget(surface.body);
-      threaded_[b] = false;
-    }
-    const PatchWalk at = walk_patch(patch, surface.body, surface.patch_tet, shaft.tip(), tissue);
-    leave();
-    state_ = TipState::indenting;
-    inward_ = -surface.normal;
-    end_.body = surface.body;
-    end_.patch_tet = at.patch_tet;
-    end_.place = {.id = 0, .tet = body.tet_ids[at.patch_tet], .barycentric = at.barycentric};
-    end_.place.patch_nodes = body.tet_nodes[at.patch_tet];
-    end_.site = site_in_patch(patch, end_);
-    beyond_ = tissues_->at(rest_position(patch, end_.body, end_.place), 1);
-    end_.tissue = beyond_;
-    barrier_ = tissues_->puncture_force(0, beyond_);
-    return true;
+  const int body = sweep_.entered();
+  if (body < 0) return false;
+  const SurfaceHit hit = sweep_.hit(body);
+  sweep_.take(body);
+  if (sweep_.late()) flags_ |= kNeedleSurfaceLate;
+  if (come_into_old_hole(body, shaft, tissue, points)) return true;
+  const SurfacePatch& surface = patch.bodies[body].surface;
+  const SurfaceTopology::Face& face = surface.topology->faces[hit.face];
+  Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();
+  for (int c = 0; c < 3; ++c) barycentric[kFaceCorners[face.apex][c]] = hit.weights[c];
+  leave();
+  state_ = TipState::indenting;
+  inward_ = -normal_on(surface, hit);
+  end_.body = body;
+  end_.place = {.id = 0, .tet = face.tet, .barycentric = barycentric};
+  if (find_in_patch(patch, end_)) {
+    put_in_patch(patch, end_.patch_tet, barycentric, end_);
+  } else {
+    // Nothing more is known of the tissue there: it yields as it does next to the tip, and the rest of it is held.
+    flags_ |= kNeedlePatchLeft;
+    end_.place.kept = true;
+    end_.place.nodes = face.tet_nodes;
+    end_.place.patch_nodes.fill(-1);
+    end_.place.free_position = position_on(surface, hit);
+    end_.site = site_on_surface(surface, hit, barycentric);
   }
-  return false;
+  Vector3d rest = Vector3d::Zero();
+  for (int c = 0; c < 3; ++c) rest += hit.weights[c] * surface.topology->rest_positions.col(face.corners[c]);
+  beyond_ = tissues_->at(rest, 1);
+  end_.tissue = beyond_;
+  barrier_ = tissues_->puncture_force(0, beyond_);
+  return true;
+}
+
+bool NeedleTip::come_into_old_hole(int body, const HermiteShaft& shaft, const TissuePoints& tissue,
+                                   TrackPoints& points) {
+  if (!threaded_[body] || points.last_active(body) != nullptr) return false;
+  TrackPoint* first = points.first(body);
+  const bool same = first != nullptr && first->point >= 0 && ends_[body].patch_tet >= 0 &&
+                    (tissue.position(first->point) - shaft.tip()).norm() < settings_.reentry_distance;
+  if (!same) {
+    points.forget(body);
+    threaded_[body] = false;
+    return false;
+  }
+  first->active = true;
+  first->arc = first->held_arc = shaft.length();
+  leave();
+  state_ = TipState::inside;
+  end_ = ends_[body];
+  return true;
 }
 
 bool NeedleTip::withdraw(TrackPoints& points) {
@@ -150,11 +180,13 @@ bool NeedleTip::withdraw(TrackPoints& points) {
   const auto lost = [&](const TrackPoint& point) { return point.body == end_.body && point.lost; };
   if (std::ranges::any_of(points.all(), lost)) return false;  // not withdrawn from: the patch lacks them
   ends_[end_.body] = end_;
+  overhang_[end_.body] = std::numeric_limits<double>::infinity();  // back in its hole it is in the track
   leave();
   return true;
 }
 
 bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoints& points) {
+  held_up_ = !outside() && end_.patch_tet < 0;
   if (outside() || end_.point < 0) return false;
   const ActiveContact* contact = nullptr;  // the tip's own; null: nothing resists, or it has only just been laid
   if (step.rows.contact_count > 0) {
@@ -170,10 +202,12 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
   }
   const BoundedSolver& solver = step.solver;
   const int row = contact->first_row;
-  if (solver.state(row) != RowState::lower) {
-    for (int k = 1; k < 3; ++k)
+  if (solver.state(row) != RowState::lower) {  // nothing more is cut: the end goes after what has been
+    for (int k = 1; k < 3; ++k) {
       side_ += solver.motion()[static_cast<std::size_t>(row) + k] * contact->directions.col(k);
-    return false;
+    }
+    const Vector3d end = tissue.position(end_.point);
+    return lag_ > 0 && barrier_ <= 0 && move_end(step, end + lag_ * shaft.tip_tangent(), tissue, points);
   }
   if (barrier_ > 0) {
     record(step.number, beyond_, -step.lambda[row], solver.response(row));
@@ -205,6 +239,7 @@ bool NeedleTip::press_on(const SolvedStep& step, const ActiveContact* contact, T
     const int row = contact->first_row;
     const RowState state = step.solver.state(row);
     if (state == RowState::upper || !follow_slide(step, *contact, tissue)) {  // let go of
+      sweep_.start_from(end_.body, step.shaft.tip() - kLetGo * inward_);
       state_ = TipState::outside;
       return true;
     }
@@ -221,6 +256,7 @@ bool NeedleTip::follow_slide(const SolvedStep& step, const ActiveContact& contac
   const BoundedSolver& solver = step.solver;
   const int row = contact.first_row;
   if (solver.state(row + 1) == RowState::sticking && solver.state(row + 2) == RowState::sticking) return true;
+  if (end_.patch_tet < 0) return true;  // there is nothing known to slide on
   const Eigen::Vector2d slide(solver.motion()[static_cast<std::size_t>(row) + 1],
                               solver.motion()[static_cast<std::size_t>(row) + 2]);
   const PatchWalk from{.patch_tet = end_.patch_tet, .barycentric = end_.place.barycentric};
@@ -241,15 +277,10 @@ bool NeedleTip::follow_slide(const SolvedStep& step, const ActiveContact& contac
 }
 
 bool NeedleTip::put_end(const PatchWalk& at, const TissuePatch& patch, TissuePoints& tissue) {
-  const BodyPatch& body = patch.bodies[end_.body];
   const TrackPoint before = end_;
   end_.place.rigid = false;
   end_.place.offset.setZero();
-  end_.patch_tet = at.patch_tet;
-  end_.place.tet = body.tet_ids[at.patch_tet];
-  end_.place.patch_nodes = body.tet_nodes[at.patch_tet];
-  end_.place.barycentric = at.barycentric;
-  end_.site = site_in_patch(patch, end_);
+  put_in_patch(patch, at.patch_tet, at.barycentric, end_);
   if (tissue.move_last(patch, end_.place, end_.body)) return true;
   flags_ |= kNeedleNonFinite;
   end_ = before;
@@ -277,18 +308,49 @@ void NeedleTip::record(std::uint64_t step, int to, double force, double response
                     .energy = 0.5 * response * (force * force - after * after)};
 }
 
+// In strides, so that no layer is leapt over where the tip has sprung ahead or a patch was late. What is not reached,
+// because the patch ends, the cut has gone on by all the same, through what the end is in.
 bool NeedleTip::move_end(const SolvedStep& step, const Vector3d& target, TissuePoints& tissue, TrackPoints& points) {
-  if ((target - tissue.position(end_.point)).dot(step.shaft.tip_tangent()) <= 0) return false;
+  const auto ahead = [&] { return (target - tissue.position(end_.point)).dot(step.shaft.tip_tangent()); };
+  const double to_go = ahead();
+  if (to_go <= 0) return false;
+  const double cut = std::max(lag_, to_go);
+  for (int stride = 0; stride < kMostEndStrides; ++stride) {
+    const Vector3d way = target - tissue.position(end_.point);
+    const double part = kEndStride / std::max(way.norm(), kEndStride);
+    const Vector3d next = part < 1 ? Vector3d(tissue.position(end_.point) + part * way) : target;
+    if (move_end_on(step, next, tissue, points)) return true;
+    if (barrier_ > 0) {
+      lag_ = 0;
+      return false;
+    }
+    if (held_up_ || part == 1) break;
+  }
+  const double left = cut - (to_go - ahead());
+  lag_ = held_up_ || lag_ > 0 || left > kEndStride ? std::max(0.0, left) : 0;
+  return false;
+}
+
+bool NeedleTip::move_end_on(const SolvedStep& step, const Vector3d& target, TissuePoints& tissue,
+                            TrackPoints& points) {
+  if (end_.patch_tet < 0) {
+    flags_ |= kNeedlePatchLeft;
+    held_up_ = true;
+    return false;
+  }
   PatchWalk at = walk_patch(step.patch, end_.body, end_.patch_tet, target, tissue);
-  if (at.left == PatchWalk::Left::body && inside_out(step.patch, end_.body, at.patch_tet, tissue)) {
+  const bool astray = at.left == PatchWalk::Left::body && inside_out(step.patch, end_.body, at.patch_tet, tissue);
+  if (astray || at.left == PatchWalk::Left::patch) {
     // A force that dents the tissue deeper than a tetrahedron turns it inside out: the way on then seems to be the
-    // way out. At rest it is known; what the step misses for the deformation the next ones make up for.
+    // way out, or to nowhere. At rest it is known; what the step misses for the deformation the next ones make up
+    // for.
     const Vector3d way = target - tissue.position(end_.point);
     const Vector3d from = rest_position(step.patch, end_.body, end_.place);
     at = walk_patch_at_rest(step.patch, end_.body, end_.patch_tet, from + way);
   }
   if (at.left == PatchWalk::Left::patch) {
     flags_ |= kNeedlePatchLeft;
+    held_up_ = true;
     return false;
   }
   if (at.left == PatchWalk::Left::body) {

@@ -3,6 +3,7 @@
 
 #include "physics/contact/bounded_solver.h"
 #include "physics/contact/hermite_shaft.h"
+#include "physics/contact/surface_sweep.h"
 #include "physics/contact/tissue_map.h"
 #include "physics/contact/tissue_points.h"
 #include "physics/contact/track_points.h"
@@ -46,7 +47,8 @@ public:
   /// There is no tissue: forgets everything but the punctures counted.
   void clear();
   /// Finds the ends of tracks in a new patch. @return false if the tip's own is not in it
-  bool find(const TissuePatch& patch);
+  /// @param tissue  as of the patch before
+  bool find(const TissuePatch& patch, const TissuePoints& tissue);
 
   TipState state() const { return state_; }
   bool outside() const { return state_ == TipState::outside; }
@@ -55,14 +57,18 @@ public:
   /// Where the track ends; indenting: the surface point pressed on. With its index into the tissue points.
   TrackPoint& end() { return end_; }
   const TrackPoint& end() const { return end_; }
+  /// Shaft in the tissue that the tip is in, m: up to the track's end, a little behind a tip that cuts.
+  double reach(const HermiteShaft& shaft, const TissuePoints& tissue) const;
   /// Shaft in a body beyond its last contact, m.
   /// @param last   that contact
-  /// @param reach  of the shaft in the tissue that the tip is in, m
+  /// @param reach  as above
   double overhang(const TrackPoint& last, double reach) const;
 
   /// Row along what the tip presses on or cuts, and two across; none where nothing resists.   (README eq. 25, 26)
   void add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) const;
 
+  /// The tip has gone on: which surfaces it has gone through. (README eq. 25a)
+  void sweep(const HermiteShaft& shaft, const TissuePatch& patch, TrackPoints& points);
   void come_back(TrackPoints& points, double length);
   bool touch(const HermiteShaft& shaft, const TissuePatch& patch, const TissuePoints& tissue, TrackPoints& points);
   bool withdraw(TrackPoints& points);
@@ -77,6 +83,7 @@ public:
 
 private:
   void leave();
+  bool come_into_old_hole(int body, const HermiteShaft& shaft, const TissuePoints& tissue, TrackPoints& points);
   bool press_on(const SolvedStep& step, const ActiveContact* contact, TissuePoints& tissue, TrackPoints& points);
   /// Indenting, where the tip has slid over the surface: so does the point that it presses on.
   /// @return false if it has slid off the body
@@ -87,6 +94,7 @@ private:
   /// @param response  of the tip's row, m/N
   void enter(std::uint64_t step, double force, double response);
   bool move_end(const SolvedStep& step, const Eigen::Vector3d& target, TissuePoints& tissue, TrackPoints& points);
+  bool move_end_on(const SolvedStep& step, const Eigen::Vector3d& target, TissuePoints& tissue, TrackPoints& points);
   void meet_tissue(const SolvedStep& step, TissuePoints& tissue);
   void record(std::uint64_t step, int to, double force, double response);
 
@@ -97,11 +105,13 @@ private:
   double barrier_ = 0;                                // a surface at the end that holds up to this force, N; 0: none
   int beyond_ = 0;                                    // tissue behind the barrier
   Eigen::Vector3d inward_ = Eigen::Vector3d::Zero();  // indenting: minus the surface's normal
-  Eigen::Vector3d side_ =
-      Eigen::Vector3d::Zero();                 // how far the tip is from the end, sideways, without force there, m
-  std::array<TrackPoint, kMaxBodies> ends_;    // of tracks that the tip is not in
-  std::array<bool, kMaxBodies> threaded_{};    // the body has a track
-  std::array<double, kMaxBodies> overhang_{};  // shaft between the last contact and where the tip left, m
+  Eigen::Vector3d side_ = Eigen::Vector3d::Zero();    // of the tip from the end, sideways, without force there, m
+  std::array<TrackPoint, kMaxBodies> ends_;           // of tracks that the tip is not in
+  std::array<bool, kMaxBodies> threaded_{};           // the body has a track
+  std::array<double, kMaxBodies> overhang_{};         // shaft between the last contact and where the tip left, m
+  SurfaceSweep sweep_;
+  bool held_up_ = false;  // the patch ends where the track does
+  double lag_ = 0;        // how far the end is behind what has been cut, m
   std::uint32_t flags_ = 0;
   std::uint32_t punctures_ = 0;
   Puncture last_puncture_;

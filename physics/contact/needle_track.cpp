@@ -58,9 +58,9 @@ void NeedleTrack::clear(TissuePoints& tissue) {
 void NeedleTrack::load(const TissuePatch& patch, TissuePoints& tissue) {
   flags_ = 0;
   for (TrackPoint& point : points_.all()) {
-    if (!find_in_patch(patch, point) && point.active) flags_ |= kNeedlePatchLeft;
+    if (!find_or_keep(patch, tissue, point) && point.active) flags_ |= kNeedlePatchLeft;
   }
-  if (!tip_.find(patch)) flags_ |= kNeedlePatchLeft;
+  if (!tip_.find(patch, tissue)) flags_ |= kNeedlePatchLeft;
   tissue.take_organs(patch);
   place_points(patch, tissue);
   tissue.settle_organs(patch);
@@ -69,7 +69,7 @@ void NeedleTrack::load(const TissuePatch& patch, TissuePoints& tissue) {
 void NeedleTrack::place_points(const TissuePatch& patch, TissuePoints& tissue) {
   std::size_t known = 0;
   const auto take = [&](TrackPoint& point) {
-    point.point = point.patch_tet < 0 ? -1 : static_cast<int>(known);
+    point.point = point.patch_tet < 0 && !point.place.kept ? -1 : static_cast<int>(known);
     if (point.point < 0) return;
     scratch_contacts_[known] = point.place;
     scratch_bodies_[known++] = point.body;
@@ -110,11 +110,7 @@ void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, d
       point.turned = 0;
     }
   }
-  double reach = shaft.length();  // the shaft is in the tissue up to the track's end, a little behind a tip that cuts
-  if (tip_.inside()) {
-    reach += std::min(0.0, (tissue.position(tip_.end().point) - shaft.tip()).dot(shaft.tip_tangent()));
-  }
-  share_shaft(reach);
+  share_shaft(tip_.reach(shaft, tissue));
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (points[i].active) add_contact(shaft, points[i], at[i], dt, out);
   }
@@ -286,6 +282,7 @@ void NeedleTrack::advance(const SolvedStep& step, TissuePoints& tissue) {
   known_ = true;
   slide(step);
   cut_aside(step, tissue);
+  tip_.sweep(shaft, patch, points_);
   if (tip_.outside()) tip_.come_back(points_, shaft.length());
   if (tip_.outside() && tip_.touch(shaft, patch, tissue, points_)) {
     place_points(patch, tissue);
@@ -302,6 +299,7 @@ void NeedleTrack::advance(const SolvedStep& step, TissuePoints& tissue) {
 }
 
 void NeedleTrack::lay(const HermiteShaft& shaft, const TissuePatch& patch, TissuePoints& tissue) {
+  if (tip_.end().patch_tet < 0) return;  // kept: a point beside it would not have its compliance
   const TrackPoint* last = points_.last_active(tip_.end().body);
   const double arc = shaft.length() + (tissue.position(tip_.end().point) - shaft.tip()).dot(shaft.tip_tangent());
   // Withdrawn, the end is ahead of the tip, and the points up to there are laid already.

@@ -15,6 +15,7 @@ namespace {
 constexpr Eigen::Index kStride = 3 * kMaxContacts;  // with room for all points
 
 Vector3d free_in_patch(const TissuePatch& patch, const PatchContact& contact, int body) {
+  if (contact.kept) return contact.free_position;
   return patch.bodies[body].free_position(contact) + contact.offset;
 }
 
@@ -33,7 +34,8 @@ TissuePoints::TissuePoints()
       stride_(kStride),
       old_contacts_(kMaxContacts),
       old_bodies_(kMaxContacts),
-      old_forces_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)) {}
+      old_forces_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
+      old_compliance_(compliance_) {}
 
 bool TissuePoints::load(const TissuePatch& patch) {
   const int body_count = std::clamp(patch.body_count, 0, kMaxBodies);
@@ -140,6 +142,8 @@ void TissuePoints::keep_old() {
   std::swap(contacts_, old_contacts_);
   std::swap(bodies_, old_bodies_);
   forces_.swap(old_forces_);
+  compliance_.swap(old_compliance_);
+  old_stride_ = stride_;
   old_count_ = count_;
   count_ = 0;
 }
@@ -166,7 +170,7 @@ bool TissuePoints::couple(const TissuePatch& patch, int j) {
   const int rows = organs_.rows();
   if (rows > 0) {
     auto openings = openings_.middleCols<3>(std::ptrdiff_t{3} * j).topRows(rows);
-    if (contact(j).rigid) {
+    if (contact(j).rigid || contact(j).kept) {
       openings.setZero();
     } else {
       organs_.openings(patch, body(j), contact(j), openings);
@@ -182,7 +186,10 @@ bool TissuePoints::couple(const TissuePatch& patch, int j) {
 bool TissuePoints::couple_pair(const TissuePatch& patch, int i, int j) {
   Matrix3d coupled = Matrix3d::Zero();
   const bool held = contact(i).rigid || contact(j).rigid;
-  if (body(i) == body(j) && !held) coupled = patch.bodies[body(j)].compliance(contact(i), contact(j));
+  const bool kept = contact(i).kept || contact(j).kept;
+  if (body(i) == body(j) && !held) {
+    coupled = kept ? old_compliance(i, j) : patch.bodies[body(j)].compliance(contact(i), contact(j));
+  }
   const int carrying = organs_.carrying();
   for (int a = 0; a < 3 && carrying > 0; ++a) {
     for (int b = 0; b < 3; ++b) {
@@ -213,12 +220,27 @@ void TissuePoints::settle_organs(const TissuePatch& patch) {
   move_points();
 }
 
+Matrix3d TissuePoints::old_compliance(int i, int j) const {
+  const auto old = [&](int point) {
+    for (int o = 0; o < old_count_; ++o) {
+      if (old_bodies_[o] == bodies_[point] && old_contacts_[o].id == contacts_[point].id) return o;
+    }
+    return -1;
+  };
+  const int a = old(i);
+  const int b = old(j);
+  if (a < 0 || b < 0) return Matrix3d::Zero();
+  return Eigen::Map<const Matrix3d, 0, Eigen::OuterStride<>>(
+      old_compliance_.data() + 3 * a + std::ptrdiff_t{3} * b * old_stride_, Eigen::OuterStride<>(old_stride_));
+}
+
 Vector3d TissuePoints::node_position(const TissuePatch& patch, int body, int patch_node) const {
   const BodyPatch& nodes = patch.bodies[body];
   Vector3d position = nodes.free_positions.col(patch_node);
   for (int i = 0; i < count_; ++i) {
     if (bodies_[i] != body || contacts_[i].rigid || forces_.col(i).isZero(0)) continue;
     for (int k = 0; k < 4; ++k) {
+      if (contacts_[i].patch_nodes[k] < 0) continue;
       position +=
           nodes.w_bar(patch_node, contacts_[i].patch_nodes[k]) * (contacts_[i].barycentric[k] * forces_.col(i));
     }

@@ -36,8 +36,9 @@ public:
   /// follow. After take_organs() and place(), and after apply().
   /// @realtime no allocation; O(rows^2), where it has changed O(rows^3 + points rows^2 + points^2 rows)
   void settle_organs(const TissuePatch& patch);
-  /// Takes points of the haptic loop's own, at most kMaxContacts; forces are carried over in the same way.
-  /// @param contacts  id, tet, patch_nodes and barycentric count
+  /// Takes points of the haptic loop's own, at most kMaxContacts; forces are carried over in the same way. Those that
+  /// are kept keep the compliance too that they had with each other and with the rest; none where there was none.
+  /// @param contacts  id, tet, patch_nodes and barycentric count; of those kept free_position and nodes
   /// @realtime no allocation; O(points^2)
   void place(const TissuePatch& patch, std::span<const PatchContact> contacts, std::span<const int> bodies);
   /// One more point, with no force on it, after place(). There must be room.
@@ -94,6 +95,7 @@ private:
   void carry_forces();
   bool couple(const TissuePatch& patch, int point);
   bool couple_pair(const TissuePatch& patch, int i, int j);
+  Eigen::Matrix3d old_compliance(int i, int j) const;
   void move_points();
 
   int count_ = 0;
@@ -113,6 +115,8 @@ private:
   std::vector<PatchContact> old_contacts_;
   std::vector<int> old_bodies_;
   Eigen::Matrix3Xd old_forces_;
+  Eigen::VectorXd old_compliance_;
+  Eigen::Index old_stride_ = 0;
 };
 
 }  // namespace stylet::physics

@@ -10,16 +10,48 @@ namespace {
 
 constexpr int kNearTip = 8;        // points laid last, which stay when others have to go
 constexpr double kSoonGone = 0.1;  // part of its share that a point may have left when it goes
+// Patches for which a point is kept that they lack. They are only late as a rule, and breathing tissue moves on.
+constexpr int kMostKept = 10;
 
 }  // namespace
+
+void put_in_patch(const TissuePatch& patch, int patch_tet, const Eigen::Vector4d& barycentric, TrackPoint& point) {
+  const BodyPatch& body = patch.bodies[point.body];
+  point.patch_tet = patch_tet;
+  point.kept_patches = 0;
+  point.place.kept = false;
+  point.place.tet = body.tet_ids[patch_tet];
+  point.place.patch_nodes = body.tet_nodes[patch_tet];
+  for (std::size_t k = 0; k < 4; ++k) point.place.nodes[k] = body.node_ids[point.place.patch_nodes[k]];
+  point.place.barycentric = barycentric;
+  point.site = site_in_patch(patch, point);
+}
 
 bool find_in_patch(const TissuePatch& patch, TrackPoint& point) {
   const BodyPatch& body = patch.bodies[point.body];
   const auto end = body.tet_ids.begin() + body.tet_count;
   const auto at = std::lower_bound(body.tet_ids.begin(), end, point.place.tet);
   point.patch_tet = at != end && *at == point.place.tet ? static_cast<int>(at - body.tet_ids.begin()) : -1;
-  if (point.patch_tet >= 0) point.place.patch_nodes = body.tet_nodes[point.patch_tet];
-  return point.patch_tet >= 0;
+  if (point.patch_tet < 0) return false;
+  point.place.patch_nodes = body.tet_nodes[point.patch_tet];
+  point.place.kept = false;
+  point.kept_patches = 0;
+  return true;
+}
+
+bool find_or_keep(const TissuePatch& patch, const TissuePoints& tissue, TrackPoint& point) {
+  const int known = point.point;
+  if (find_in_patch(patch, point)) return true;
+  if (!point.place.kept && known >= 0) point.place.free_position = tissue.free_position(known);
+  point.place.kept = known >= 0 && ++point.kept_patches <= kMostKept;
+  const BodyPatch& body = patch.bodies[point.body];
+  const auto end = body.node_ids.begin() + body.node_count;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto at = std::lower_bound(body.node_ids.begin(), end, point.place.nodes[k]);
+    const bool there = at != end && *at == point.place.nodes[k];
+    point.place.patch_nodes[k] = there ? static_cast<int>(at - body.node_ids.begin()) : -1;
+  }
+  return false;
 }
 
 SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point) {
@@ -36,6 +68,18 @@ SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point) {
     site.tet_volume += weight * around.tet_volume;
     site.material.young_modulus += weight * around.material.young_modulus;
     site.material.poisson_ratio += weight * around.material.poisson_ratio;
+  }
+  return site;
+}
+
+SubgridSite site_on_surface(const SurfacePatch& surface, const SurfaceHit& hit, const Eigen::Vector4d& barycentric) {
+  SubgridSite site{.tet_volume = 0, .material = {.young_modulus = 0, .poisson_ratio = 0}, .barycentric = barycentric};
+  for (int c = 0; c < 3; ++c) {
+    const NodeSurroundings& around =
+        surface.topology->surroundings[surface.topology->faces[hit.face].corners[static_cast<std::size_t>(c)]];
+    site.tet_volume += hit.weights[c] * around.tet_volume;
+    site.material.young_modulus += hit.weights[c] * around.material.young_modulus;
+    site.material.poisson_ratio += hit.weights[c] * around.material.poisson_ratio;
   }
   return site;
 }

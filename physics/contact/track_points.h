@@ -3,6 +3,8 @@
 
 #include "physics/contact/lugre.h"
 #include "physics/contact/subgrid_compliance.h"
+#include "physics/contact/surface_sweep.h"
+#include "physics/contact/tissue_points.h"
 #include "physics/messages/messages.h"
 
 #include <cstdint>
@@ -15,25 +17,33 @@ namespace stylet::physics {
 struct TrackPoint {
   PatchContact place;  ///< id, tetrahedron, patch nodes, barycentric
   int body = -1;
-  int tissue = 0;       ///< index into the map
-  int patch_tet = -1;   ///< -1: not in the patch
-  int point = -1;       ///< index into TissuePoints
-  bool active = false;  ///< the shaft is there
-  bool lost = false;    ///< it was, when the patch ceased to hold the point
-  double arc = 0;       ///< of the shaft at the point, m
-  double held_arc = 0;  ///< needle material that sticks to the point, m
-  double share = 0;     ///< of the shaft, m
-  SubgridSite site{};   ///< what the mesh is like there
-  Bristles bristles{};  ///< with ShaftFriction::lugre
-  double pressed = 0;   ///< lateral force of the last step there, N
-  double turned = 0;    ///< how far the shaft's surface has gone round since it stuck to the point, m
-  bool cuts = false;    ///< in the last step, sideways
+  int tissue = 0;        ///< index into the map
+  int patch_tet = -1;    ///< -1: not in the patch
+  int kept_patches = 0;  ///< how many have lacked it
+  int point = -1;        ///< index into TissuePoints
+  bool active = false;   ///< the shaft is there
+  bool lost = false;     ///< it was, when the patch ceased to hold the point
+  double arc = 0;        ///< of the shaft at the point, m
+  double held_arc = 0;   ///< needle material that sticks to the point, m
+  double share = 0;      ///< of the shaft, m
+  SubgridSite site{};    ///< what the mesh is like there
+  Bristles bristles{};   ///< with ShaftFriction::lugre
+  double pressed = 0;    ///< lateral force of the last step there, N
+  double turned = 0;     ///< how far the shaft's surface has gone round since it stuck to the point, m
+  bool cuts = false;     ///< in the last step, sideways
 };
 
+/// Puts a point into a tetrahedron of a patch. Its `site` goes with it.
+void put_in_patch(const TissuePatch& patch, int patch_tet, const Eigen::Vector4d& barycentric, TrackPoint& point);
 /// Looks a point up in a patch. @return whether it is there
 bool find_in_patch(const TissuePatch& patch, TrackPoint& point);
+/// The same; a point that was known up to now and is not there is kept as it was, for some patches.
+bool find_or_keep(const TissuePatch& patch, const TissuePoints& tissue, TrackPoint& point);
 /// What the mesh is like at a point that is in the patch: continuous along the track.
 SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point);
+/// The same where the patch has the surface alone.
+/// @param barycentric  of the point in the tetrahedron behind the face
+SubgridSite site_on_surface(const SurfacePatch& surface, const SurfaceHit& hit, const Eigen::Vector4d& barycentric);
 
 /// Points `spacing` apart, all bodies together, and the share of the shaft that each stands for.
 ///

@@ -36,7 +36,8 @@ HapticLoop::HapticLoop(const HapticLoopSettings& settings, const StylusPose& ini
       free_motion_(load_),
       motion_(load_),
       node_forces_(Eigen::Matrix3Xd::Zero(3, kMaxPatchNodes)),
-      node_touched_(kMaxPatchNodes) {
+      node_touched_(kMaxPatchNodes),
+      lacked_(static_cast<std::size_t>(4) * kMaxContacts) {
   if (!(settings.relative_compliance >= 0) || !(settings.max_base_translation > 0) ||
       !(settings.max_base_rotation > 0) || !(settings.max_node_rotation > 0)) {
     throw std::invalid_argument("haptic loop: compliance must not be negative and step limits must be positive");
@@ -219,12 +220,18 @@ void HapticLoop::publish_forces(const TissuePatch& patch) {
     const BodyPatch& nodes = patch.bodies[body];
     node_forces_.leftCols(nodes.node_count).setZero();
     std::fill_n(node_touched_.begin(), nodes.node_count, false);
+    lacked_count_ = 0;
     for (int point = 0; point < tissue.count(); ++point) {
       if (tissue.body(point) != body || tissue.force(point).isZero(0)) continue;
       const PatchContact& contact = tissue.contact(point);
       if (contact.rigid) continue;
       for (int k = 0; k < 4; ++k) {
         const int node = contact.patch_nodes[k];
+        if (node < 0) {
+          add_lacked(
+              {body, contact.nodes[static_cast<std::size_t>(k)], contact.barycentric[k] * tissue.force(point)});
+          continue;
+        }
         node_forces_.col(node) += contact.barycentric[k] * tissue.force(point);
         node_touched_[node] = true;
       }
@@ -233,6 +240,20 @@ void HapticLoop::publish_forces(const TissuePatch& patch) {
       if (!node_touched_[n]) continue;
       state_.forces[state_.force_count++] = {body, nodes.node_ids[n], node_forces_.col(n)};
     }
+    for (int i = 0; i < lacked_count_; ++i) {
+      if (state_.force_count == static_cast<int>(state_.forces.size())) break;
+      state_.forces[state_.force_count++] = lacked_[i];
+    }
+  }
+}
+
+void HapticLoop::add_lacked(const NodeForce& force) {
+  const auto end = lacked_.begin() + lacked_count_;
+  const auto at = std::find_if(lacked_.begin(), end, [&](const NodeForce& of) { return of.node == force.node; });
+  if (at != end) {
+    at->force += force.force;
+  } else {
+    lacked_[lacked_count_++] = force;
   }
 }
 

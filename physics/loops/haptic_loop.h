@@ -62,6 +62,7 @@ private:
   void publish(double dt, const TissuePatch& patch);
   void publish_shape();
   void publish_forces(const TissuePatch& patch);
+  void add_lacked(const NodeForce& force);
 
   HapticLoopSettings settings_;
   Needle needle_;
@@ -85,6 +86,8 @@ private:
 
   Eigen::Matrix3Xd node_forces_;    // [3 x nodes of a patch] H_v^T lambda
   std::vector<char> node_touched_;  // [nodes of a patch]
+  std::vector<NodeForce> lacked_;   // [lacked_count_] on nodes of a body that the patch lacks
+  int lacked_count_ = 0;
 
   NeedleState state_;
   HapticStageClock* clock_ = nullptr;

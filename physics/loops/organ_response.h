@@ -19,7 +19,7 @@ namespace stylet::physics {
 struct OrganResponseBody {
   const TissueModel& model;
   const IsolatedDofs& isolated;
-  std::span<const int> patch_nodes;  ///< isolated for the needle
+  std::span<const int> patch_nodes;  ///< of the patch; a node whose compliance is not known is held
 };
 
 /// The rows of the simulation's own share of README eq. 31b: those whose nodes have a known compliance, at most

@@ -1,6 +1,7 @@
 #include "physics/loops/simulation_loop.h"
 
 #include "physics/contact/corridor.h"
+#include "physics/contact/surface_sweep.h"
 #include "physics/loops/tissue_patch.h"
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/inversion.h"
@@ -107,7 +108,12 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .displacement = Eigen::VectorXd::Zero(model.dof_count()),
          .pass = Eigen::VectorXd::Zero(model.dof_count()),
          .nodes = {},
+         .wanted = {},
+         .held = {},
          .extent = (tissue_.positions[b].rowwise().maxCoeff() - tissue_.positions[b].rowwise().minCoeff()).norm()});
+    if (!settings.lay_contacts) {
+      bodies_.back().surface = std::make_shared<const SurfaceTopology>(surface_topology(model));
+    }
     take_free(model, bodies[b].load, bodies_.back().load);
     bodies_.back().contact_force = bodies_.back().load;
   }
@@ -164,9 +170,9 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   touch(input.probe, report);
   free_motion(report);
   isolate(needle, report, out);
-  couple_organs(needle, out);
   request_factorisation(input, needle, report);
-  fill_patch(needle, out);
+  fill_patch(out);
+  couple_organs(needle, out);
 
   report.factor_epoch = worker_.latest().epoch;
   report.needle_step = tissue_.needle_step;
@@ -206,7 +212,25 @@ const NeedleState* SimulationLoop::accept(const NeedleState* needle, SimulationR
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   }
   tissue_.needle_step = needle->step;
+  watch_speed(*needle);
   return needle;
+}
+
+void SimulationLoop::watch_speed(const NeedleState& needle) {
+  const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
+  const double elapsed = needle.time_s - tip_time_s_;
+  if (tip_step_ != 0 && needle.step == tip_step_) return;
+  tip_speed_ = tip_step_ != 0 && elapsed > 0 ? std::min((tip - tip_).norm() / elapsed, settings_.fastest_tip) : 0;
+  tip_ = tip;
+  tip_time_s_ = needle.time_s;
+  tip_step_ = needle.step;
+}
+
+double SimulationLoop::foresight(const NeedleState& needle) const {
+  // From the needle consumed to the patch that it makes, as long as the last one took; and until the next.
+  const std::uint64_t age = tissue_.step - std::min(needle.patch_epoch, tissue_.step);
+  const double patches = 1 + static_cast<double>(std::clamp<std::uint64_t>(age, 1, 8));
+  return patches * settings_.dt;
 }
 
 void SimulationLoop::respond(std::size_t b, bool shown) {
@@ -278,10 +302,14 @@ void SimulationLoop::free_positions(std::size_t b, std::span<const int> nodes, E
   }
 }
 
-std::vector<OrganResponseBody> SimulationLoop::organ_bodies() const {
+std::vector<OrganResponseBody> SimulationLoop::organ_bodies(const TissuePatch* patch) const {
   std::vector<OrganResponseBody> all;
   for (std::size_t b = 0; b < models_.size(); ++b) {
-    all.push_back({models_[b], worker_.latest().bodies[b].isolated, bodies_[b].nodes});
+    std::span<const int> nodes;
+    if (patch != nullptr) {
+      nodes = {patch->bodies[b].node_ids.data(), static_cast<std::size_t>(patch->bodies[b].node_count)};
+    }
+    all.push_back({models_[b], worker_.latest().bodies[b].isolated, nodes});
   }
   return all;
 }
@@ -296,7 +324,7 @@ void SimulationLoop::respond_organs() {
     forces.push_back(&body.needle_force);
     loaded.push_back(&body.loaded_nodes);
   }
-  if (!organs_.respond(contact_->rows(), organ_bodies(), forces, loaded)) return;
+  if (!organs_.respond(contact_->rows(), organ_bodies(nullptr), forces, loaded)) return;
   contact_->take(organs_.rows(), organs_.lambda());
   for (std::size_t b = 0; b < models_.size(); ++b) {
     bodies_[b].contact_force = bodies_[b].load;
@@ -308,7 +336,7 @@ void SimulationLoop::couple_organs(const NeedleState* needle, TissuePatch& out) 
   organs_.clear();
   out.organs.count = 0;
   if (!follow_organs_ || needle == nullptr) return;
-  const std::vector<OrganResponseBody> bodies = organ_bodies();
+  const std::vector<OrganResponseBody> bodies = organ_bodies(&out);
   organs_.choose(contact_->rows(), bodies);
   if (organs_.count() == 0) return;
   std::vector<Eigen::Matrix3Xd> moved(models_.size());
@@ -522,9 +550,7 @@ void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report
     if (settings_.lay_contacts) {
       body.nodes = path_.isolated_nodes(static_cast<int>(b));
     } else if (needle != nullptr) {
-      body.nodes = corridor_nodes(models_[b], tissue_.positions[b], *needle, static_cast<int>(b),
-                                  settings_.patch_range, kMaxPatchNodes);
-      std::sort(body.nodes.begin(), body.nodes.end());
+      choose_nodes(b, *needle, out.flags);
     }
     FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
     report.new_isolated_nodes += factorised.isolated.isolate(body.nodes, models_[b], factorised.factor, workspace_);
@@ -534,6 +560,29 @@ void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report
   report.contact_count = settings_.lay_contacts ? path_.contact_count()
                          : needle != nullptr    ? needle->contact_count
                                                 : 0;
+}
+
+void SimulationLoop::choose_nodes(std::size_t b, const NeedleState& needle, std::uint32_t& flags) {
+  BodyState& body = bodies_[b];
+  const double ahead = foresight(needle);
+  const double wanted = settings_.patch_range + tip_speed_ * ahead + dent(models_[b], needle, static_cast<int>(b));
+  const double range = std::min(wanted, settings_.look_ahead);
+  const double reach = settings_.patch_range + settings_.fastest_tip * (ahead + settings_.longest_stall);
+  body.wanted = corridor_nodes(models_[b], tissue_.positions[b], needle, static_cast<int>(b), range, kMaxPatchNodes);
+  if (body.wanted.size() == kMaxPatchNodes) flags |= kPatchNodeOverflow;
+  std::sort(body.wanted.begin(), body.wanted.end());
+  // Beyond, a patch has what costs nothing: the compliance of nodes that the factor has last, of others their place.
+  body.nodes = body.wanted;
+  body.held.clear();
+  const IsolatedDofs& isolated = worker_.latest().bodies[b].isolated;
+  for (const int node :
+       corridor_nodes(models_[b], tissue_.positions[b], needle, static_cast<int>(b), reach, kMaxPatchNodes)) {
+    if (body.nodes.size() + body.held.size() == kMaxPatchNodes) break;
+    if (std::binary_search(body.wanted.begin(), body.wanted.end(), node)) continue;
+    (isolated.known(node) ? body.nodes : body.held).push_back(node);
+  }
+  std::sort(body.nodes.begin(), body.nodes.end());
+  std::sort(body.held.begin(), body.held.end());
 }
 
 void SimulationLoop::request_factorisation(const SimulationInput& input, const NeedleState* needle,
@@ -553,7 +602,7 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, const N
     if (bodies_[b].squeezed > 0) {
       find_squeezed(models_[b], tissue_.positions[b], bodies_[b].rest_size, request.bodies[b].squeezed);
     }
-    request.bodies[b].isolated_nodes = bodies_[b].nodes;
+    request.bodies[b].isolated_nodes = settings_.lay_contacts ? bodies_[b].nodes : bodies_[b].wanted;
     request.bodies[b].foreseen_nodes.clear();
     request.bodies[b].contact_nodes.clear();
     request.bodies[b].pressed_nodes = 0;
@@ -578,12 +627,18 @@ TissuePatch SimulationLoop::make_patch() const {
   for (std::size_t b = 0; b < models_.size(); ++b) {
     patch.bodies[b].w_bar_values.assign(kMaxWBarValues, 0.0);
     patch.bodies[b].contact_values.assign(kMaxContactValues, 0.0);
+    if (bodies_[b].surface == nullptr) continue;
+    SurfacePatch& surface = patch.bodies[b].surface;
+    surface.topology = bodies_[b].surface;
+    surface.positions = bodies_[b].surface->rest_positions;
+    surface.boxes.resize(bodies_[b].surface->tree.size());
+    refit(surface);
   }
   if (contact_) patch.organs.reserve(body_count());
   return patch;
 }
 
-void SimulationLoop::fill_patch(const NeedleState* needle, TissuePatch& out) {
+void SimulationLoop::fill_patch(TissuePatch& out) {
   out.step = tissue_.step;
   out.epoch = tissue_.step;  // one patch a step
   out.factor_epoch = worker_.latest().epoch;
@@ -593,13 +648,11 @@ void SimulationLoop::fill_patch(const NeedleState* needle, TissuePatch& out) {
   for (std::size_t b = 0; b < models_.size(); ++b) {
     fill_body_patch({.model = models_[b],
                      .nodes = bodies_[b].nodes,
+                     .held = bodies_[b].held,
+                     .positions = tissue_.positions[b],
                      .free_positions = bodies_[b].free_positions,
                      .contacts = path_.contacts(static_cast<int>(b))},
                     out.bodies[b], out.flags);
-  }
-  out.interface_count = 0;
-  if (needle != nullptr) {
-    fill_interfaces(models_, {tissue_.positions.data(), models_.size()}, *needle, settings_.interface_range, out);
   }
   for (std::size_t b = 0; b < models_.size(); ++b) {
     fill_w_bar(worker_.latest().bodies[b].isolated, out.bodies[b]);

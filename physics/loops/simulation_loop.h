@@ -20,6 +20,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -42,12 +43,13 @@ struct SimulationLoopSettings {
   double dt = 0.020;                 ///< period of the loop, s
   double contact_spacing = 0.010;    ///< between contact points along the path, m
   double removal_hysteresis = 2e-4;  ///< how far the tip withdraws past a contact before it is removed, m
-  double interface_range = 0.030;    ///< how far ahead of the tip surfaces are reported, m
   /// The paper's couplings: contacts are laid here. Else (`stylet`) the haptic loop lays them, and a patch holds the
   /// nodes around the needle's track and `patch_range` ahead of its tip.
   bool lay_contacts = true;
-  double patch_range = 0.012;      ///< m
-  double look_ahead = 0.040;       ///< how far ahead of the tip nodes are prepared with a factorisation, m
+  double patch_range = 0.012;    ///< m; more for a needle that is fast, see foresight()
+  double fastest_tip = 1.0;      ///< that tissue is known for ahead of the tip, m/s; its compliance: up to look_ahead
+  double longest_stall = 0.060;  ///< that a step may be late by beside its period, s
+  double look_ahead = 0.040;     ///< how far ahead of the tip nodes are prepared with a factorisation, m
   OrganContactSettings contact{};  ///< between the bodies, and of the probe; none: no pairs, no probe
 };
 
@@ -120,6 +122,9 @@ private:
   // The stages of step(), in order.
   const NeedleState* accept(const NeedleState* needle, SimulationReport& report);
   void respond_organs();
+  void watch_speed(const NeedleState& needle);
+  /// Until when a patch made now may be all that the haptic loop has, from its last one on, s.
+  double foresight(const NeedleState& needle) const;
   void move_held(double amplitude, SimulationReport& report);
   /// @param shown  see respond()
   void correct_motion(bool shown, SimulationReport& report);
@@ -131,8 +136,9 @@ private:
   void free_motion(SimulationReport& report);
   void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
   void couple_organs(const NeedleState* needle, TissuePatch& out);
+  void choose_nodes(std::size_t body, const NeedleState& needle, std::uint32_t& flags);
   void request_factorisation(const SimulationInput& input, const NeedleState* needle, SimulationReport& report);
-  void fill_patch(const NeedleState* needle, TissuePatch& out);
+  void fill_patch(TissuePatch& out);
 
   /// Mutable data of a body.
   struct BodyState {
@@ -152,6 +158,9 @@ private:
     Eigen::VectorXd displacement;               // [free DOFs] scratch
     Eigen::VectorXd pass;                       // [free DOFs] scratch, in the order of elimination
     std::vector<int> nodes;                     // isolated now, ascending
+    std::vector<int> wanted;                    // of these, what the next factor has to have
+    std::vector<int> held;                      // in the patch beside these, ascending: without compliance
+    std::shared_ptr<const SurfaceTopology> surface{};  // coupling `stylet`
     double extent = 0;                          // diagonal of the rest bounding box, m
     bool limited = false;                       // the last correction was shortened lest a tetrahedron inverts
     int squeezed = 0;                           // tetrahedra in the barrier at the positions of internal_force
@@ -165,8 +174,8 @@ private:
   /// p_free of nodes whose compliance is known or that are held (eq. 7).
   /// @param[out] free  [3 x nodes], m
   void free_positions(std::size_t body, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free);
-  /// The bodies as the contact rows are linearised.
-  std::vector<OrganResponseBody> organ_bodies() const;
+  /// The bodies as the contact rows are linearised, with the nodes of a patch or none.
+  std::vector<OrganResponseBody> organ_bodies(const TissuePatch* patch) const;
   /// Where all nodes go when those that are held move, to first order at rest.
   /// @param held  [3 x nodes] motion of the held nodes, zero elsewhere, m
   Eigen::Matrix3Xd field_of(std::size_t body, const Eigen::Matrix3Xd& held);
@@ -188,6 +197,10 @@ private:
   bool follow_organs_ = false;
   double held_amplitude_ = 0;
   std::optional<RigidPose> probe_;  // in the last step
+  double tip_speed_ = 0;  // between the last two needles consumed, m/s
+  double tip_time_s_ = 0;
+  Eigen::Vector3d tip_ = Eigen::Vector3d::Zero();
+  std::uint64_t tip_step_ = 0;  // 0: none consumed
   TissueState tissue_;
   bool factorisation_outstanding_ = false;  // requested and not yet taken: at most one
   std::uint64_t failures_seen_ = 0;

@@ -17,6 +17,8 @@ namespace stylet::physics {
 struct PatchSource {
   const TissueModel& model;
   std::span<const int> nodes;              ///< isolated, ascending
+  std::span<const int> held;               ///< others in the patch, ascending
+  const Eigen::Matrix3Xd& positions;       ///< [3 x all nodes] deformed, m
   const Eigen::Matrix3Xd& free_positions;  ///< [3 x nodes isolated], m
   std::span<const PathContact> contacts;   ///< of the simulation loop's path; none in coupling `stylet`
 };
@@ -25,11 +27,5 @@ struct PatchSource {
 void fill_body_patch(const PatchSource& source, BodyPatch& out, std::uint32_t& flags);
 /// Last of all, so that the haptic side finds it in a cache: W_bar is most of what it reads.
 void fill_w_bar(const IsolatedDofs& isolated, BodyPatch& out);
-
-/// The surfaces that the needle's axis crosses ahead of its tip, nearest first, found in the patches of their bodies.
-/// @param positions  deformed bodies [3 x nodes], m
-/// @param range      m
-void fill_interfaces(std::span<const TissueModel> models, std::span<const Eigen::Matrix3Xd> positions,
-                     const NeedleState& needle, double range, TissuePatch& out);
 
 }  // namespace stylet::physics

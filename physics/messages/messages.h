@@ -9,6 +9,7 @@
 #pragma once
 
 #include "physics/messages/material.h"
+#include "physics/messages/surface_patch.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -36,7 +37,6 @@ inline constexpr std::size_t kMaxContactValues =
 inline constexpr int kMaxPatchTets = 1024;        ///< tetrahedra of one patch
 inline constexpr int kBeyondSurface = -1;         ///< no tetrahedron there: the body ends
 inline constexpr int kBeyondPatch = -2;           ///< a tetrahedron that is not in the patch
-inline constexpr int kMaxPatchInterfaces = 16;    ///< surfaces met ahead of the tip
 inline constexpr int kMaxContactNodes = 192;      ///< of one body, in contact with others, with known compliance
 inline constexpr int kMaxOrganRows = 64;  ///< contacts between bodies, and of the probe, that the haptic loop follows
 
@@ -74,17 +74,10 @@ struct PatchContact {
   // needle force, and no needle force moves it.
   bool rigid = false;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from that tissue, m
-};
-
-/// A body's surface crossed by the needle's axis ahead of the tip. (What lies inside a body, the haptic loop reads
-/// from the TissueMap.)
-struct PatchInterface {
-  double distance_ahead = 0;  ///< from the tip along its axis, m; a little below 0: only just passed
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< outward normal of the surface
-  int body = -1;                                     ///< body entered (or left, see entering)
-  bool entering = true;
-  int patch_tet = -1;                                     ///< tetrahedron crossed, in the body's patch; -1: not in it
-  Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();  ///< of the crossing in it
+  // A point that the patch in use lacks (coupling `stylet`): it stays where free_position says, with the compliance
+  // that it had. Its patch_nodes are -1 where the patch lacks them.
+  bool kept = false;
+  std::array<int, 4> nodes{-1, -1, -1, -1};  ///< ids in the body, as patch_nodes
 };
 
 /// One body's share of a TissuePatch.
@@ -92,7 +85,9 @@ struct BodyPatch {
   BodyPatch();
 
   int node_count = 0;
-  std::vector<int> node_ids;                   ///< [node_count] isolated nodes, ascending     capacity kMaxPatchNodes
+  /// [node_count] ascending, capacity kMaxPatchNodes: isolated nodes; and those far ahead of the needle whose
+  /// compliance is not known, zero in W_bar: held where they are.
+  std::vector<int> node_ids;
   Eigen::Matrix3Xd free_positions;             ///< [3 x node_count] all needle force removed, linearised at the
                                                ///< current state, m
   Eigen::Matrix3Xd rest_positions;             ///< [3 x node_count] m
@@ -113,6 +108,8 @@ struct BodyPatch {
   Eigen::Vector3d free_position(const PatchContact& contact) const;
   /// Displacement of contact i per force on contact j, both of this body, m/N: B_i W_bar B_j^T.
   Eigen::Matrix3d compliance(const PatchContact& i, const PatchContact& j) const;
+
+  SurfacePatch surface;  ///< all of the body's, coupling `stylet` only
 
   int contact_count = 0;
   std::vector<PatchContact> contacts;  ///< [contact_count] from entry to tip
@@ -167,8 +164,6 @@ struct TissuePatch {
   int body_count = 0;
   std::array<BodyPatch, kMaxBodies> bodies;
   OrganRows organs;
-  int interface_count = 0;
-  std::array<PatchInterface, kMaxPatchInterfaces> interfaces;  ///< at least 20 mm ahead of the tip, nearest first
 };
 
 enum PatchFlag : std::uint32_t {
@@ -225,9 +220,10 @@ enum NeedleFlag : std::uint32_t {
   kNeedleSolveFailed = 1u << 2,    ///< a factorisation failed (not SPD); the previous contact forces were kept
   kNeedleNonFinite = 1u << 3,      ///< a non-finite input was refused; the previous state was kept
   kNeedleStepShortened = 1u << 4,  ///< the Newton step turned a node too far and was shortened; the next ones go on
-  kNeedlePatchLeft = 1u << 6,      ///< the tip is beyond the patch: the tissue there is not known yet
+  kNeedlePatchLeft = 1u << 6,      ///< track or tip are beyond the patch: the tissue there is not known yet
   kNeedleSolveInexact = 1u << 7,   ///< the bounded solver used its fall-back
   kNeedleBoundsLagged = 1u << 8,  ///< solved exactly, but for friction bounds of the step before: they did not settle
+  kNeedleSurfaceLate = 1u << 9,   ///< the tip is deep in a body whose surface it has not felt: the track is behind
   kNeedleRowsDependent = 1u << 5,  ///< contacts too dense for mesh or beams; their rows were softened, README eq. 18
 };
 
@@ -251,9 +247,11 @@ struct NeedleState {
   std::uint32_t puncture_count = 0;     ///< since the start
   Puncture last_puncture;
   int force_count = 0;
-  std::vector<NodeForce> forces;  ///< [force_count] by body then node id      capacity kMaxBodies*kMaxPatchNodes
-  Wrench wrench;                  ///< given to the device: what the hand feels, about the hub
-  double hand_work = 0;           ///< of the hand on the needle since the start, J: tells whether energy was made
+  /// [force_count] by body then node id, those of nodes that the patch lacks last of their body; capacity
+  /// kMaxBodies * kMaxPatchNodes
+  std::vector<NodeForce> forces;
+  Wrench wrench;         ///< given to the device: what the hand feels, about the hub
+  double hand_work = 0;  ///< of the hand on the needle since the start, J: tells whether energy was made
   NeedleDamage damage;
 };
 

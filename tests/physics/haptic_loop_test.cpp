@@ -456,7 +456,9 @@ void survives_poison(HapticLoop loop, const StylusPose& rest, TissuePatch& patch
         ASSERT_TRUE(finite(gone_on.step(hub, kDt, poisoned)));
       }
       for (int i = 0; i < 40; ++i) ASSERT_TRUE(finite(gone_on.step(hub, kDt, patch)));
-      EXPECT_EQ(gone_on.state().flags, 0u);
+      // Flung about by a compliance that pulls, it may be where the patch does not know the tissue.
+      const std::uint32_t allowed = poison == Poison::not_positive ? std::uint32_t{kNeedlePatchLeft} : 0u;
+      EXPECT_EQ(gone_on.state().flags & ~allowed, 0u);
 
       body.free_positions = patch.bodies[0].free_positions;
       body.w_bar_values = patch.bodies[0].w_bar_values;

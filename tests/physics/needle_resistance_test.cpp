@@ -201,7 +201,8 @@ TEST(NeedleTrack, BristlesWithoutStictionMakeTheForceOfCoulombFriction) {
   const auto coulomb = run(insertion, settings);
   settings.track.friction = physics::ShaftFriction::lugre;
   settings.track.lugre.stiction = 1;
-  const auto lugre = run(insertion, settings);
+  // In the step in which the tip comes back to where it has cut, bounds may not settle: an error of first order.
+  const auto lugre = run(insertion, settings, physics::kNeedleBoundsLagged);
   ASSERT_EQ(coulomb.size(), lugre.size());
   double sum = 0, peak = 0, least = 0;
   for (std::size_t k = 0; k < coulomb.size(); ++k) {

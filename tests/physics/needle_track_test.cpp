@@ -138,9 +138,9 @@ TEST(NeedleTrack, PeakForceDoesNotDependOnTheMesh) {
   EXPECT_LT((*high - *low) / mean, 0.03);
 }
 
-// What a patch lacks for a while is not withdrawn from: the needle is in it still, however far the tissue has sprung
-// back meanwhile.
-TEST(NeedleTrack, ATrackMissingFromOnePatchIsResumed) {
+// What a patch lacks the haptic loop keeps as it was: nothing is felt of a patch that came too late. Lacked for
+// longer it is let go of, for tissue moves; and it is not withdrawn from: the needle is in it still.
+TEST(NeedleTrack, ATrackMissingFromPatchesIsKeptForSomeAndResumed) {
   const reference::ReferenceInsertion insertion = r1();
   reference::ReferenceExperiment experiment(insertion, {.coupling = Coupling::stylet});
   while (experiment.time_s() < 1.1) experiment.advance();
@@ -150,16 +150,29 @@ TEST(NeedleTrack, ATrackMissingFromOnePatchIsResumed) {
   const physics::TissuePatch patch = experiment.patch();
   physics::TissuePatch empty = patch;
   for (physics::BodyPatch& body : empty.bodies) body.tet_count = body.node_count = body.contact_count = 0;
-  empty.interface_count = 0;
-  empty.epoch = patch.epoch + 1;
-  physics::TissuePatch again = patch;
-  again.epoch = patch.epoch + 2;
   physics::HapticLoop& haptic = experiment.haptic();
   const physics::StylusPose base = insertion.base(experiment.time_s());
   const double dt = 1 / insertion.haptic_hz;
+  for (int i = 0; i < 10; ++i) haptic.step(base, dt, patch);  // the hand rests
+  const double resting = haptic.state().wrench.force.norm();
+  Eigen::Vector3d on_nodes = Eigen::Vector3d::Zero();
+  for (int i = 0; i < haptic.state().force_count; ++i) on_nodes += haptic.state().forces[i].force;
+  for (int lacking = 1; lacking <= 10; ++lacking) {
+    empty.epoch = patch.epoch + static_cast<std::uint64_t>(lacking);
+    for (int i = 0; i < 5; ++i) haptic.step(base, dt, empty);
+    ASSERT_EQ(haptic.state().contact_count, contacts);
+    ASSERT_NEAR(haptic.state().wrench.force.norm(), resting, 1e-6 * resting);
+    ASSERT_NE(haptic.state().flags & physics::kNeedlePatchLeft, 0U);
+  }
+  Eigen::Vector3d on_nodes_kept = Eigen::Vector3d::Zero();
+  for (int i = 0; i < haptic.state().force_count; ++i) on_nodes_kept += haptic.state().forces[i].force;
+  EXPECT_LT((on_nodes_kept - on_nodes).norm(), 1e-6 * on_nodes.norm()) << "the simulation still gets it";
+  ++empty.epoch;
   for (int i = 0; i < 20; ++i) haptic.step(base, dt, empty);
   EXPECT_EQ(haptic.state().contact_count, 0);
   EXPECT_LT(haptic.state().wrench.force.norm(), 1e-3 * force) << "nothing holds the needle";
+  physics::TissuePatch again = patch;
+  again.epoch = empty.epoch + 1;
   for (int i = 0; i < 20; ++i) haptic.step(base, dt, again);
   std::printf("%d contacts and %.4f N; after the gap %d and %.4f N\n", contacts, force, haptic.state().contact_count,
               haptic.state().wrench.force.norm());

@@ -6,13 +6,16 @@
 #include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/replay.h"
+#include "engine/session/session_report.h"
 #include "engine/session/step_hash.h"
 #include "haptic/paced_loop.h"
 #include "tests/session/cube_scene.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -20,6 +23,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <numbers>
 #include <span>
 #include <string>
 #include <thread>
@@ -201,6 +205,78 @@ TEST(Pause, LoopsAndTimeStandAndTheRecordingReplaysBitForBit) {
   const auto [result, hash] = replay_file(scene, recording);
   EXPECT_TRUE(result.identical());
   EXPECT_EQ(hash, session.state_hash());
+}
+
+/// A hand that rests until there is tissue, then goes in at 0.9 m/s and sideways: no axis points at where it will be.
+class StartledHand final : public haptic::Device, public StepListener {
+public:
+  explicit StartledHand(const content::Scene& scene) : length_(scene.needle.length) {}
+  std::string name() const override { return "startled"; }
+  haptic::DeviceLimits limits() const override { return {}; }
+  haptic::StylusSample read(double now_s) override {
+    const double t = tissue_since_ < 0 ? 0 : std::clamp(now_s - tissue_since_, 0.0, 0.09);
+    haptic::StylusSample sample;
+    sample.time_s = now_s;
+    sample.orientation = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
+    sample.position = Eigen::Vector3d(0.3 * t, 0, kTop + kBefore + length_ - 0.9 * t);
+    sample.valid = true;
+    return sample;
+  }
+  void write(const Eigen::Vector3d&, const Eigen::Vector3d&) override {}
+  void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override {
+    if (record.patch_epoch == 0) return;
+    if (tissue_since_ < 0) tissue_since_ = record.time_s;
+    const double depth = kTop - needle.positions(2, needle.node_count - 1);
+    if (needle.tip == physics::TipState::outside) untouched_ = std::max(untouched_, depth);
+    deepest_ = std::max(deepest_, depth);
+  }
+  double untouched() const { return untouched_; }
+  double deepest() const { return deepest_; }
+
+private:
+  static constexpr double kTop = 0.1;      // m, of the cube
+  static constexpr double kBefore = 0.03;  // m, the tip before the skin at first
+  double length_;
+  double tissue_since_ = -1;  // haptic thread's, as the rest
+  double untouched_ = -1;
+  double deepest_ = -1;
+};
+
+// However late the machine is: the hub goes on by 1 mm a step at most, and a patch has all of the skin.
+TEST(FastHand, MeetsTheSkinInThreadsAndInLockstep) {
+  content::Scene scene = tests::cube_scene();
+  scene.rates.simulation_hz = 25;
+  const support::TemporaryFolder folder;
+  for (const Mode mode : {Mode::threaded, Mode::lockstep}) {
+    StartledHand hand(scene);
+    LiveSession session(scene, hand,
+                        {.coupling = physics::Coupling::stylet,
+                         .duration_s = 1,
+                         .lockstep = mode == Mode::lockstep,
+                         .recording = folder / (mode == Mode::lockstep ? "lockstep" : "threaded"),
+                         .build = "test",
+                         .listeners = {&hand}});
+    if (mode == Mode::threaded) {
+      session.start();
+      session.wait();
+      session.stop();
+    } else {
+      session.run_in_lockstep();
+    }
+    if (hand.deepest() < 0.01) GTEST_SKIP() << "no patch within a second";
+    std::printf("%.2f mm deep, %.2f mm of it untouched\n", 1e3 * hand.deepest(), 1e3 * hand.untouched());
+    EXPECT_LE(hand.untouched(), 1.01e-3);
+  }
+}
+
+TEST(SessionReport, TellsWhatCameTooLateToBeFelt) {
+  SessionReport report;
+  report.run.unresolved.add(physics::kNeedlePatchLeft);
+  report.run.unresolved.add(physics::kNeedlePatchLeft | physics::kNeedleSurfaceLate);
+  report.run.unresolved.add(physics::kNeedleBaseLimited);
+  const nlohmann::ordered_json json = to_json(report)["unresolved"];
+  EXPECT_EQ(json["haptic_steps_beyond_patch"], 2);
+  EXPECT_EQ(json["surfaces_felt_late_or_not"], 1);
 }
 
 class EachCoupling : public ::testing::TestWithParam<physics::Coupling> {};

@@ -157,11 +157,6 @@ private:
     std::copy_n(from.tet_ids.begin(), from.tet_count, to.tet_ids.begin());
     std::copy_n(from.tet_nodes.begin(), from.tet_count, to.tet_nodes.begin());
     std::copy_n(from.surroundings.begin(), from.node_count, to.surroundings.begin());
-    const NeedleState& needle = needles_.front();
-    const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
-    const Eigen::Vector3d axis = (tip - needle.positions.col(needle.node_count - 2)).normalized();
-    crossings_.clear();
-    model.topology.crossings(positions, tip, axis, physics::SimulationLoopSettings{}.interface_range, crossings_);
   }
 
   /// The rest: W_bar of the nodes handed over, in place, and of their contacts.
@@ -178,7 +173,6 @@ private:
   physics::LatestValue<TissuePatch> patches_;
   physics::LatestValue<NeedleState> needles_;
   physics::LatestValue<BodyPatch> exchanged_;
-  std::vector<physics::SurfaceCrossing> crossings_;
   Eigen::VectorXd lambda_ = Eigen::VectorXd::Constant(physics::kMaxRows, 0.01);
   std::uint64_t haptic_step_ = 0;
 };
