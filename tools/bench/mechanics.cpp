@@ -14,11 +14,13 @@ Report bench_mechanics(const BenchOptions& options) {
   };
   constexpr std::array kParts{
       Part{"bevel", mechanics_bevel},
+      Part{"swept", mechanics_swept},
       Part{"organs", mechanics_organs},
       Part{"passivity", mechanics_passivity},
-      Part{"limits", mechanics_limits},
       Part{"probe", mechanics_probe},
+      Part{"latency", mechanics_latency},
       Part{"breath", mechanics_breath},
+      Part{"limits", mechanics_limits},
   };
   Report report;
   for (const Part& part : kParts) {

@@ -21,4 +21,9 @@ Report mechanics_probe(const BenchOptions& options);
 /// Breathing while a needle goes in: breath.*
 Report mechanics_breath(const BenchOptions& options);
 
+/// Fast hands and stalls in every scenario: surfaces missed, against brute force: swept.*
+Report mechanics_swept(const BenchOptions& options);
+/// Late patches: what the force does that it does not without latency: latency.*
+Report mechanics_latency(const BenchOptions& options);
+
 }  // namespace stylet::bench
