@@ -16,6 +16,8 @@
 namespace stylet::bench {
 namespace {
 
+using support::kSanitized;
+
 constexpr double kSkin = 3;  // N
 
 std::shared_ptr<const physics::TissueMap> skin_and_liver() {
@@ -119,14 +121,17 @@ TEST(FastNeedle, MeetsWhatItsAxisNeverPointedAt) {
 
 /// Largest change of the axial force in a millisecond, less what a run without latency has at most.
 double largest_change(const reference::ReferenceInsertion& insertion, int latency_steps) {
-  reference::ReferenceExperiment experiment(
-      insertion, {.coupling = physics::Coupling::stylet, .tissues = tissue(liver()), .latency_steps = latency_steps});
+  reference::ReferenceExperiment experiment(insertion, {.coupling = physics::Coupling::stylet,
+                                                        .tissues = tissue(liver()),
+                                                        .latency_steps = latency_steps,
+                                                        .worker_period = 5});
   while (experiment.time_s() < insertion.duration - 1e-9) experiment.advance();
   return reference::jump(experiment.forces(), 0);
 }
 
 TEST(NeedleTrack, ALatePatchDropsNoContact) {
   reference::ReferenceInsertion insertion = r1();
+  insertion.nodes_per_edge = kSanitized ? 7 : 20;  // elements of 5 mm: a patch ends soon
   insertion.lateral_amplitude = 0;
   insertion.axial_speed = {{0, 0.1}, {0.8, 0.1}};
   insertion.duration = 0.8;
