@@ -144,7 +144,6 @@ private:
   /// the same is done here into a patch of its own: positions of the isolated nodes, contacts,
   /// tetrahedra, surfaces ahead of the tip. The swap of the buffer behind both parts is one atomic exchange.
   void hand_over() {
-    const physics::TissueModel& model = simulation_.model(0);
     const Eigen::Matrix3Xd& positions = simulation_.tissue().positions[0];
     const BodyPatch& from = patches_.front().bodies[0];
     BodyPatch& to = exchanged_.back();
