@@ -15,6 +15,7 @@
 #include "engine/files/output_directory.h"
 #include "engine/recording/unfinished_recording.h"
 #include "engine/session/live_session.h"
+#include "engine/session/recorder.h"
 #include "engine/training/training_session.h"
 #include "physics/tissue/blas.h"
 
@@ -193,6 +194,7 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   if (!settings.record.empty()) write_hand(live, recording, stylus.hid, log, settings.record);
   stylus.device.reset();  // motors off before the pictures are drawn
   report.punctures = session::punctures(recording.events);
+  report.needle_bent_deg = session::needle_bent_deg(recording.events);
   result.training = training::assess(trace.take(recording.events), scene);
   debrief_session(settings, {scene, recording, live.force(), stylus.own_motion}, graphics, result, out, file,
                   observer);

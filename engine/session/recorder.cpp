@@ -2,6 +2,8 @@
 
 #include "engine/session/puncture_event.h"
 
+#include <algorithm>
+
 namespace stylet::session {
 
 void Recorder::haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) {
@@ -57,6 +59,14 @@ void Recorder::finish() {
       .loop = recording::LoopName::haptic, .final = true, .step = haptic_step_, .hash = hash_.haptic()});
   writer_.simulation().add(recording::HashRecord{
       .loop = recording::LoopName::simulation, .final = true, .step = simulation_step_, .hash = hash_.simulation()});
+}
+
+double needle_bent_deg(std::span<const recording::EventRecord> events) {
+  double most = 0;
+  for (const recording::EventRecord& event : events) {
+    if (event.name == Recorder::kBentEvent) most = std::max(most, event.number(Recorder::kBentBy).value_or(0));
+  }
+  return most;
 }
 
 }  // namespace stylet::session

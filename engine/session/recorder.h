@@ -7,6 +7,7 @@
 
 #include <array>
 #include <numbers>
+#include <span>
 
 namespace stylet::session {
 
@@ -54,5 +55,8 @@ private:
   double bent_ = 0;                                                   // as told last, rad
   std::array<double, haptic::kOutputFlagCount> limited_s_ = never();  // when each last acted
 };
+
+/// Most that a recording's events say the needle was bent by, degrees; 0: it was not.
+double needle_bent_deg(std::span<const recording::EventRecord> events);
 
 }  // namespace stylet::session

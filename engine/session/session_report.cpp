@@ -100,6 +100,7 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
     json["punctures"].push_back({{"time_s", p.time_s}, {"from", p.from}, {"to", p.to}, {"force_n", p.force_n}});
     if (p.energy_j) json["punctures"].back()["energy_j"] = *p.energy_j;
   }
+  json["needle_bent_deg"] = report.needle_bent_deg;
   if (std::isfinite(report.closest_target_distance)) {
     json["closest_target_distance_m"] = report.closest_target_distance;
   }
@@ -162,6 +163,9 @@ std::string main_figures(const SessionReport& report) {
     const PunctureEvent& p = report.punctures[i];
     text += fmt::format("  {:<16} {} to {} at {:.2f} s, {:.2f} N\n", i == 0 ? "punctures" : "", p.from, p.to,
                         p.time_s, p.force_n);
+  }
+  if (report.needle_bent_deg > 0) {
+    text += fmt::format("  {:<16} bent by {:.0f} degrees\n", "needle", report.needle_bent_deg);
   }
   if (std::isfinite(report.closest_target_distance)) {
     text += fmt::format("  {:<16} {:.1f} mm from its centre at the closest\n", "target",

@@ -31,6 +31,7 @@ struct SessionReport {
   physics::PassivitySummary passivity{};
   std::optional<ForceOutput> force_output{};  ///< not set: the stylus renders none
   std::vector<PunctureEvent> punctures{};
+  double needle_bent_deg = 0;           ///< most that the needle was bent for good, as its events tell
   double closest_target_distance = 0;   ///< m; infinite without a target
   std::optional<ProbeSummary> probe{};  ///< not set: it was held in the air
   std::uint64_t state_hash = 0;

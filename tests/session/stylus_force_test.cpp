@@ -1,7 +1,9 @@
 // A stylus with force in a hand: coupled, limited, recorded, replayed.
 #include "engine/session/live_session.h"
 #include "engine/session/needle_base.h"
+#include "engine/session/recorder.h"
 #include "engine/session/replay.h"
+#include "engine/session/session_report.h"
 #include "engine/session/stylus_step.h"
 #include "tests/session/cube_scene.h"
 #include "tests/session/held_stylus.h"
@@ -210,6 +212,9 @@ TEST(NeedleBentEvent, IsToldAtFirstAndWhenItIsADegreeMore) {
   EXPECT_NEAR(told[0], 1.1, 1e-9);
   EXPECT_NEAR(told[1], 2.2, 1e-9);
   EXPECT_NEAR(told[2], 5.0, 1e-9);
+  EXPECT_NEAR(needle_bent_deg(recording.events), 5, 1e-9);
+  const SessionReport report{.needle_bent_deg = 5};
+  EXPECT_EQ(to_json(report)["needle_bent_deg"], 5);
 }
 
 /// Needle 20 mm in tissue with force on the hand.
