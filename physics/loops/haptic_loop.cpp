@@ -39,7 +39,8 @@ HapticLoop::HapticLoop(const HapticLoopSettings& settings, const StylusPose& ini
       node_touched_(kMaxPatchNodes),
       lacked_(static_cast<std::size_t>(4) * kMaxContacts) {
   if (!(settings.relative_compliance >= 0) || !(settings.max_base_translation > 0) ||
-      !(settings.max_base_rotation > 0) || !(settings.max_node_rotation > 0)) {
+      !(settings.max_base_rotation > 0) || !(settings.max_node_rotation > 0) ||
+      !(settings.max_node_rotation_stylet > 0)) {
     throw std::invalid_argument("haptic loop: compliance must not be negative and step limits must be positive");
   }
   publish_shape();
@@ -160,9 +161,11 @@ bool HapticLoop::correct() {
   double largest = 0;
   for (int i = 0; i < needle_.node_count(); ++i) largest = std::max(largest, motion_.segment<3>(6 * i + 3).norm());
   shape_ = predicted_;
-  if (largest > settings_.max_node_rotation) {
+  const double most =
+      settings_.coupling == Coupling::stylet ? settings_.max_node_rotation_stylet : settings_.max_node_rotation;
+  if (largest > most) {
     flags_ |= kNeedleStepShortened;
-    free_motion_ = settings_.max_node_rotation / largest * motion_;
+    free_motion_ = most / largest * motion_;
     move(shape_, free_motion_);
   } else {
     move(shape_, motion_);

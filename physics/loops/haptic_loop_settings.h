@@ -37,8 +37,10 @@ struct HapticLoopSettings {
   double max_base_translation =
       1e-3;                          ///< m a step; more is spread over the next steps (one Newton step must suffice)
   double max_base_rotation = 20e-3;  ///< rad a step
-  double max_node_rotation = 20e-3;  ///< rad a step; a longer Newton step is shortened to this: a needle that is bent
-                                     ///< far and held by few points would swing for ever
+  /// rad a step of any node; a longer Newton step is shortened to this. Less in `stylet`, where a needle that is bent
+  /// far round few points would swing from step to step: its rows turn with it, which a Newton step leaves out.
+  double max_node_rotation = 0.2;
+  double max_node_rotation_stylet = 20e-3;
 };
 
 }  // namespace stylet::physics

@@ -20,7 +20,7 @@ constexpr double kProbeStride = 0.001;  // m; the probe's motion in a step is di
 constexpr int kMaxProbeParts = 4;       // but into no more than these
 constexpr int kMaxCorrections = 2;      // a part, where the first is cut short
 constexpr double kOvershoot = 0.9;  // slope after a step over that before it; at 1 quasi-Newton steps stop converging
-constexpr double kSqueezedOvershoot = 0.1;  // the same where the factor is older than a barrier (eq. 37)
+constexpr double kSqueezedOvershoot = 0.1;  // the same where the factor is older than a barrier (eq. 40)
 constexpr double kNegligible = 1e-9;        // of the body: the slopes of smaller steps are rounding
 
 /// Takes the meshes.

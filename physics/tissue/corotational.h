@@ -24,7 +24,7 @@ Eigen::Matrix3d deformation_gradient(const TissueModel& model, const Eigen::Matr
 int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<Eigen::Quaterniond> rotations);
 
-/// F_int(p) = dU/dp = sum R K0 (R^T x - X)   (eq. 3), and of the barrier (eq. 37). Equilibrium is F_int(p) = external
+/// F_int(p) = dU/dp = sum R K0 (R^T x - X)   (eq. 3), and of the barrier (eq. 40). Equilibrium is F_int(p) = external
 /// force. Returns the number of tetrahedra in the barrier or beyond it.
 /// @param rotations    [tets] of these very positions (update_rotations)
 /// @param rest_size    [tets] edge without stress over that at rest (eq. 34); empty: 1

@@ -69,7 +69,7 @@ Eigen::Matrix3d cofactor(const Eigen::Matrix3d& f) {
 
 Barrier barrier(const TetRest& rest, double j) {
   if (!(j < kSqueezed) || !(j > 0)) return {};
-  // psi = -kappa (x - 1)^2 ln x, x = J / J0   (eq. 37)
+  // psi = -kappa (x - 1)^2 ln x, x = J / J0   (eq. 40)
   const double kappa = kStiffness * kSqueezed * kSqueezed * (rest.lambda + 2 * rest.mu);
   const double x = j / kSqueezed;
   const double log = std::log(x);

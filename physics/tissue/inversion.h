@@ -17,7 +17,7 @@ namespace stylet::physics {
 /// only cyst_aspiration goes below it, in up to four tetrahedra beside the cyst. Engineering value.
 inline constexpr double kSqueezed = 0.35;
 
-/// The barrier psi(J) of eq. 37 and its derivatives, per volume at rest; all zero where J >= kSqueezed.
+/// The barrier psi(J) of eq. 40 and its derivatives, per volume at rest; all zero where J >= kSqueezed.
 struct Barrier {
   double energy = 0;     ///< psi, Pa
   double slope = 0;      ///< psi', Pa; <= 0
