@@ -55,7 +55,7 @@ struct OrganContactSettings {
   /// The haptic loop follows the contacts that the needle moves (eq. 31b); else their forces are constant between
   /// two steps, as in the couplings of the paper.
   bool at_haptic_rate = true;
-  int learn_limit = 12;   ///< nodes of a body whose compliance one step may compute (three solves each)
+  int learn_limit = 12;  ///< nodes of a body whose compliance one step may compute (three solves each)
   std::optional<ProbeContactSettings> probe{};
 };
 

@@ -161,9 +161,9 @@ private:
     std::vector<int> wanted;                    // of these, what the next factor has to have
     std::vector<int> held;                      // in the patch beside these, ascending: without compliance
     std::shared_ptr<const SurfaceTopology> surface{};  // coupling `stylet`
-    double extent = 0;                          // diagonal of the rest bounding box, m
-    bool limited = false;                       // the last correction was shortened lest a tetrahedron inverts
-    int squeezed = 0;                           // tetrahedra in the barrier at the positions of internal_force
+    double extent = 0;                                 // diagonal of the rest bounding box, m
+    bool limited = false;                              // the last correction was shortened lest a tetrahedron inverts
+    int squeezed = 0;                                  // tetrahedra in the barrier at the positions of internal_force
     std::vector<Cavity> cavities{};
     std::vector<double> rest_size{};  // [tets] g of eq. 34; empty until a cavity is not full
   };
@@ -197,7 +197,7 @@ private:
   bool follow_organs_ = false;
   double held_amplitude_ = 0;
   std::optional<RigidPose> probe_;  // in the last step
-  double tip_speed_ = 0;  // between the last two needles consumed, m/s
+  double tip_speed_ = 0;            // between the last two needles consumed, m/s
   double tip_time_s_ = 0;
   Eigen::Vector3d tip_ = Eigen::Vector3d::Zero();
   std::uint64_t tip_step_ = 0;  // 0: none consumed

@@ -13,14 +13,9 @@ Report bench_mechanics(const BenchOptions& options) {
     Report (*run)(const BenchOptions&);
   };
   constexpr std::array kParts{
-      Part{"bevel", mechanics_bevel},
-      Part{"swept", mechanics_swept},
-      Part{"organs", mechanics_organs},
-      Part{"passivity", mechanics_passivity},
-      Part{"probe", mechanics_probe},
-      Part{"latency", mechanics_latency},
-      Part{"breath", mechanics_breath},
-      Part{"limits", mechanics_limits},
+      Part{"bevel", mechanics_bevel},         Part{"swept", mechanics_swept},   Part{"organs", mechanics_organs},
+      Part{"passivity", mechanics_passivity}, Part{"probe", mechanics_probe},   Part{"latency", mechanics_latency},
+      Part{"breath", mechanics_breath},       Part{"limits", mechanics_limits},
   };
   Report report;
   for (const Part& part : kParts) {
