@@ -134,8 +134,8 @@ void against_theory(bool quick, Report& report) {
       report.add(noted(within("bevel.curvature.foundation", -s.curvature, "1/m", theory, 0.1 * theory),
                        "needle of 0.7 mm in 40 kPa, nodes of the mesh held: the foundation of eq. 19 alone"));
     } else {
-      report.add(noted({"bevel.curvature.elastic", -s.curvature, "1/m", theory, {}, {}},
-                       "the same, the mesh free to give way too"));
+      report.add(
+          noted({"bevel.curvature.elastic", -s.curvature, "1/m", theory}, "the same, the mesh free to give way too"));
     }
     report.add(at_most(held ? "bevel.curvature.foundation.flags" : "bevel.curvature.elastic.flags", s.flags, "1", 0));
     if (quick) break;

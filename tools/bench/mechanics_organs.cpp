@@ -97,8 +97,8 @@ Report mechanics_organs(const BenchOptions& options) {
         report.add(noted(at_least(name + ".work_a_cycle", kPercent * cycles.least_work, "%", -0.1), note));
         report.add(noted(at_most(name + ".overlap", 1e3 * cycles.overlap, "mm", 0.1), note));
       } else {
-        report.add(noted({name + ".work_a_cycle", kPercent * cycles.least_work, "%", {}, {}, {}}, note));
-        report.add(noted({name + ".overlap", 1e3 * cycles.overlap, "mm", {}, {}, {}}, note));
+        report.add(noted({name + ".work_a_cycle", kPercent * cycles.least_work, "%"}, note));
+        report.add(noted({name + ".overlap", 1e3 * cycles.overlap, "mm"}, note));
       }
     }
   }
@@ -115,7 +115,7 @@ Report mechanics_organs(const BenchOptions& options) {
     report.add(noted(at_haptic_rate ? at_least(work.name, work.value, "%", -0.1) : work,
                      "4 Hz, 20 ms; 2 mm apart at rest, they meet and part in every stroke"));
   }
-  report.add(noted({"organs.constant.settling", static_cast<double>(settling(false)), "steps", {}, {}, {}},
+  report.add(noted({"organs.constant.settling", static_cast<double>(settling(false)), "steps"},
                    "until the hand's force is within 1 %, after a stop at full speed"));
   report.add(noted(at_most("organs.followed.settling", settling(true), "steps", 2), "the same"));
   const std::array<StepTimes, 2> times = step_times(options.quick ? 1 : 4);

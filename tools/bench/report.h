@@ -12,11 +12,11 @@ namespace stylet::bench {
 struct Measurement {
   std::string name;
   double value = 0;
-  std::string unit;                 ///< as printed: "us", "N", "1" for ratios and counts
-  std::optional<double> reference;  ///< the paper's or the theory's figure, same unit
-  std::string target;               ///< the bound asked for, as text; empty: none
-  std::optional<bool> met;          ///< whether the target is met; nothing where there is no target
-  std::string note{};               ///< how it was measured, where the name does not say
+  std::string unit;                   ///< as printed: "us", "N", "1" for ratios and counts
+  std::optional<double> reference{};  ///< the paper's or the theory's figure, same unit
+  std::string target{};               ///< the bound asked for, as text; empty: none
+  std::optional<bool> met{};          ///< whether the target is met; nothing where there is no target
+  std::string note{};                 ///< how it was measured, where the name does not say
 };
 
 /// A measurement with a bound, judged. A value that is not a number misses every bound.
