@@ -5,6 +5,7 @@
 #include "tests/support/r1.h"
 #include "tools/reference/led_needle.h"
 #include "tools/reference/reference_insertion.h"
+#include "tools/reference/two_blocks.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
@@ -110,6 +111,26 @@ TEST(HapticLoopRealtime, WhatYieldsTakesNoMemory) {
   EXPECT_GT(led.needle().damage.bend, 0.01);
   EXPECT_GT(std::abs(led.needle().wrench.moment.x()), 1e-4);
   EXPECT_EQ(led.flags(), 0U);
+}
+
+TEST(HapticLoopRealtime, BodiesThatMeetAndPartTakeNoMemory) {
+  // Patches come 7 ms after the simulation step that made them: in steps of the haptic loop alone.
+  constexpr int kPeriod = 20;
+  reference::TwoBlocks blocks({.frequency_hz = 4, .latency_s = 0.007, .gap = 0.002});
+  int taken = 0, met = 0;
+  for (int i = 0; i < 1500; ++i) {
+    if (i % kPeriod == 0) {
+      blocks.step();
+      met += blocks.report().organs.pressing > 0 ? 1 : 0;
+      continue;
+    }
+    const tests::AllocationCount count;
+    blocks.step();
+    taken += count.value();
+  }
+  EXPECT_EQ(taken, 0);
+  EXPECT_GT(met, 10);
+  EXPECT_LT(met, 70);  // of 75: apart in between
 }
 
 TEST(HapticLoopRealtime, RefusalsTakeNoMemory) {
