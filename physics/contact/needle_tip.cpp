@@ -203,9 +203,6 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
   const BoundedSolver& solver = step.solver;
   const int row = contact->first_row;
   if (solver.state(row) != RowState::lower) {  // nothing more is cut: the end goes after what has been
-    for (int k = 1; k < 3; ++k) {
-      side_ += solver.motion()[static_cast<std::size_t>(row) + k] * contact->directions.col(k);
-    }
     const Vector3d end = tissue.position(end_.point);
     return lag_ > 0 && barrier_ <= 0 && move_end(step, end + lag_ * shaft.tip_tangent(), tissue, points);
   }
