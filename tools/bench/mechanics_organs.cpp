@@ -55,7 +55,8 @@ int settling(bool at_haptic_rate) {
   return static_cast<int>(std::ceil(steps * run.simulation_hz / run.haptic_hz));
 }
 
-/// Steps of both ways, alternated: haptic ones, and those with a simulation and worker step before.
+/// Steps of both ways, alternated: haptic ones, and those with a simulation step before. The worker has its own
+/// thread in a session: it is left out.
 struct StepTimes {
   Samples haptic, simulation;
 };
@@ -68,7 +69,7 @@ std::array<StepTimes, 2> step_times(int cycles) {
       blocks.cycle();
       for (int k = 0; k < static_cast<int>(run.haptic_hz); ++k) {
         const auto begin = Clock::now();
-        const bool both = blocks.step();
+        const bool both = blocks.step(false);
         StepTimes& to = times[at_haptic_rate ? 1 : 0];
         (both ? to.simulation : to.haptic).add(Clock::now() - begin);
       }
@@ -121,7 +122,7 @@ Report mechanics_organs(const BenchOptions& options) {
   const std::array<StepTimes, 2> times = step_times(options.quick ? 1 : 4);
   report.add(at_most("organs.haptic_step.ratio", times[1].haptic.median() / times[0].haptic.median(), "1", 1.3));
   report.add(
-      at_most("organs.both_steps.ratio", times[1].simulation.median() / times[0].simulation.median(), "1", 1.3));
+      at_most("organs.simulation_step.ratio", times[1].simulation.median() / times[0].simulation.median(), "1", 1.3));
   return report;
 }
 

@@ -103,19 +103,19 @@ physics::StylusPose TwoBlocks::hub(double time_s) const {
 }
 
 // What the simulation sees is as old as a message takes, and so is what it says when it is used.
-void TwoBlocks::simulation_step() {
+void TwoBlocks::simulation_step(bool factorises) {
   const std::uint64_t seen = step_ - std::min<std::uint64_t>(step_, static_cast<std::uint64_t>(latency_steps_));
   LatePatch& out = patches_[simulation_steps_ % patches_.size()];
   report_ = simulation_->step({.needle = &states_[seen % states_.size()], .time_s = time_s()}, out.patch);
   out.due = step_ + static_cast<std::uint64_t>(latency_steps_);
   simulation_flags_ |= report_.flags;
   ++simulation_steps_;
-  simulation_->worker().step();
+  if (factorises) simulation_->worker().step();
 }
 
-bool TwoBlocks::step() {
+bool TwoBlocks::step(bool factorises) {
   const bool simulated = step_ % static_cast<std::uint64_t>(steps_a_simulation_step_) == 0;
-  if (simulated) simulation_step();
+  if (simulated) simulation_step(factorises);
   for (std::size_t i = 0; i < patches_.size(); ++i) {
     const LatePatch& late = patches_[i];
     if (late.due <= step_ && late.patch.epoch > patches_[in_use_].patch.epoch) in_use_ = i;

@@ -41,8 +41,9 @@ public:
   explicit TwoBlocks(const TwoBlocksRun& run);
 
   /// One haptic step, with the simulation step due before it.
+  /// @param factorises  whether the worker, a thread of its own elsewhere, steps after the simulation
   /// @return whether there was a simulation step
-  bool step();
+  bool step(bool factorises = true);
   /// First the way in where it is still to come, then one cycle.
   CycleWork cycle();
 
@@ -63,7 +64,7 @@ private:
   };
 
   physics::StylusPose hub(double time_s) const;
-  void simulation_step();
+  void simulation_step(bool factorises);
 
   TwoBlocksRun run_;
   int steps_a_simulation_step_;
