@@ -246,7 +246,7 @@ void NeedleTrack::cut_aside(const SolvedStep& step, TissuePoints& tissue) {
       break;
     }
     const bool behind = !point.place.rigid && !point.place.offset.isZero(0);  // for want of a patch
-    if (!point.cuts && !behind) continue;
+    if (!point.cuts && (!behind || point.patch_tet < 0)) continue;
     move_aside(step.patch, tissue.position(point.point) + aside, point, tissue);
   }
 }
@@ -255,6 +255,16 @@ void NeedleTrack::move_aside(const TissuePatch& patch, const Eigen::Vector3d& ta
                              TissuePoints& tissue) {
   const BodyPatch& body = patch.bodies[point.body];
   const TrackPoint before = point;
+  if (point.patch_tet < 0) {  // kept without a patch that has it: beside it, too, until one does
+    const Eigen::Vector3d aside = target - tissue.position(point.point);
+    point.place.offset += aside;
+    point.place.free_position += aside;
+    if (!tissue.move(patch, point.point, point.place)) {
+      point = before;
+      flags_ |= kNeedleNonFinite;
+    }
+    return;
+  }
   const PatchWalk at = walk_patch(patch, point.body, point.patch_tet, target, tissue);
   point.patch_tet = at.patch_tet;
   point.place.tet = body.tet_ids[at.patch_tet];

@@ -100,6 +100,40 @@ TEST(NeedleLimits, ATrackThatWasCutAsideStaysThere) {
   EXPECT_GT(least, -0.014);
 }
 
+// A late patch may lack the track: its points are kept, and what is cut aside meanwhile stays cut.
+TEST(NeedleLimits, WhatIsCutAsideWhileThePatchLacksTheTrackStaysThere) {
+  LedNeedle led(rigid(), coupled({.side_strength = 10}));
+  led.lead({.along = 0.06}, 0.6);
+  led.lead({.along = 0.06, .aside = 0.002}, 0.1);
+  const physics::TissuePatch whole = led.experiment().patch_in_use();
+  physics::TissuePatch lacking = whole;
+  lacking.epoch += 1000;
+  lacking.bodies[0].node_count = lacking.bodies[0].tet_count = 0;
+  physics::StylusPose hub = led.hub();
+  const double cut_before = led.needle().damage.side_cut;
+  std::vector<int> tets;
+  for (int i = 0; i < led.needle().contact_count; ++i) tets.push_back(led.needle().contacts[i].tet);
+  for (int i = 0; i < 100; ++i) {
+    hub.position.y() += 1e-4;
+    led.experiment().haptic().step(hub, 1e-3, lacking);
+  }
+  const physics::NeedleState& needle = led.needle();
+  ASSERT_EQ(needle.contact_count, static_cast<int>(tets.size()));
+  for (int i = 0; i < needle.contact_count; ++i)
+    EXPECT_EQ(needle.contacts[i].tet, tets[i]);  // where it is known to be
+  const int last = needle.contact_count - 2;
+  const double force = needle.wrench.force.norm();
+  EXPECT_TRUE(needle.positions.leftCols(needle.node_count).allFinite());
+  EXPECT_GT(needle.contact_count, 3);
+  EXPECT_GT(needle.damage.side_cut, cut_before + 0.5 * 0.06 * 0.01);
+  EXPECT_LT(force, 1.1 * 0.06 * 10);  // no more than the strength over its length
+  const double aside = needle.contacts[last].position.y();
+  led.experiment().haptic().step(hub, 1e-3, whole);
+  std::printf("force %.3f N, last point at %.2f mm; with the patch again %.2f mm\n", force, 1e3 * aside,
+              1e3 * needle.contacts[last].position.y());
+  EXPECT_NEAR(needle.contacts[last].position.y(), aside, 1e-3);
+}
+
 // A needle that presses on nothing beyond its strength does not know of it, to the bit.
 TEST(NeedleLimits, AStrengthThatIsNotReachedChangesNothing) {
   const auto forces = [](double strength) {
