@@ -19,12 +19,14 @@ constexpr double kApart = 3e-3;      // m beyond a body that the tip has gone th
 constexpr double kLetGo = 2e-4;      // m off a surface that is let go of, so that the next step inwards meets it
 constexpr double kEndStride = 1e-3;  // m; the end goes no further between two looks at the tissue there
 constexpr int kMostEndStrides = 8;   // of a step, where the end has to catch up
+constexpr double kFar = 3e-3;        // m cut in a step, from where on the end is taken for another one
+constexpr double kEasier = 4;        // times what is eased off, at least: the length over which it fades
 constexpr double kBoneCompliance = 1e-6;  // m/N; as little as a needle of steel gives way along its whole shaft
 
 }  // namespace
 
 NeedleTip::NeedleTip(const NeedleTrackSettings& settings, std::shared_ptr<const TissueMap> tissues)
-    : settings_(settings), tissues_(std::move(tissues)) {}
+    : settings_(settings), tissues_(std::move(tissues)), places_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)) {}
 
 void NeedleTip::clear() {
   leave();
@@ -40,6 +42,7 @@ void NeedleTip::leave() {
   lag_ = 0;
   inward_.setZero();
   side_.setZero();
+  ease_.setZero();
 }
 
 bool NeedleTip::find(const TissuePatch& patch, const TissuePoints& tissue) {
@@ -52,12 +55,20 @@ bool NeedleTip::find(const TissuePatch& patch, const TissuePoints& tissue) {
 
 double NeedleTip::reach(const HermiteShaft& shaft, const TissuePoints& tissue) const {
   if (!inside()) return shaft.length();
-  return shaft.length() + std::min(0.0, (tissue.position(end_.point) - shaft.tip()).dot(shaft.tip_tangent()) + lag_);
+  const Vector3d behind = tissue.position(end_.point) + ease_ - shaft.tip();
+  return shaft.length() + std::min(0.0, behind.dot(shaft.tip_tangent()) + lag_);
 }
 
 double NeedleTip::overhang(const TrackPoint& last, double reach) const {
   const bool here = state_ == TipState::inside && end_.body == last.body;
   return std::max(0.0, here ? reach - last.arc : std::min(reach - last.arc, overhang_[last.body]));
+}
+
+double NeedleTip::compliance() const {
+  if (end_.place.rigid) return kBoneCompliance;
+  if (!settings_.subgrid_compliance) return 0;
+  return state_ == TipState::indenting ? surface_tip_compliance(end_.site, settings_.tip_radius)
+                                       : channel_tip_compliance(end_.site, settings_.tip_radius);
 }
 
 void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) const {
@@ -75,13 +86,7 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
 
   // A tip that is pressed on something is held sideways by it.
   const auto row = static_cast<std::size_t>(out.row_count);
-  double compliance = 0;
-  if (end_.place.rigid) {
-    compliance = kBoneCompliance;
-  } else if (settings_.subgrid_compliance) {
-    compliance = indenting ? surface_tip_compliance(end_.site, settings_.tip_radius)
-                           : channel_tip_compliance(end_.site, settings_.tip_radius);
-  }
+  const double compliance = this->compliance();
   const double holds = barrier_ > 0 ? barrier_ : resistance.cutting_force;
   out.laws[row] = box_row(0, -holds, 0, compliance);
   if (barrier_ <= 0) out.laws[row].viscosity = resistance.cutting_viscosity / dt;
@@ -92,6 +97,7 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
   out.laws[row + 2] = disc_row(2, out.row_count + 1, 0, friction, pressed, compliance);
   out.slip[out.row_count] = -lag_;
   out.slip.segment<2>(out.row_count + 1) = -contact.directions.rightCols<2>().transpose() * side_;
+  out.slip.segment<3>(out.row_count) -= contact.directions.transpose() * ease_;
   out.row_count += 3;
 }
 
@@ -198,13 +204,13 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
   const HermiteShaft& shaft = step.shaft;
   if (contact == nullptr) {
     const Vector3d ahead = shaft.tip() - tissue.position(end_.point);
-    return ahead.dot(shaft.tip_tangent()) > 0 && move_end(step, shaft.tip(), tissue, points);
+    return ahead.dot(shaft.tip_tangent()) > 0 && move_end(step, shaft.tip(), nullptr, tissue, points);
   }
   const BoundedSolver& solver = step.solver;
   const int row = contact->first_row;
   if (solver.state(row) != RowState::lower) {  // nothing more is cut: the end goes after what has been
     const Vector3d end = tissue.position(end_.point);
-    return lag_ > 0 && barrier_ <= 0 && move_end(step, end + lag_ * shaft.tip_tangent(), tissue, points);
+    return lag_ > 0 && barrier_ <= 0 && move_end(step, end + lag_ * shaft.tip_tangent(), contact, tissue, points);
   }
   if (barrier_ > 0) {
     record(step.number, beyond_, -step.lambda[row], solver.response(row));
@@ -216,7 +222,8 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
   const double kept = std::exp(-solver.motion()[row] / settings_.side_length);
   const Vector3d steering =
       -settings_.bevel_ratio * tissues_->resistance(end_.tissue).cutting_force * shaft.tip_bevel();
-  Vector3d give = solver.compliance(row) * step.lambda[row] * contact->directions.col(0);
+  ease_ *= std::exp(-solver.motion()[row] / ease_length_);
+  Vector3d give = solver.compliance(row) * step.lambda[row] * contact->directions.col(0) - ease_;
   Vector3d side = Vector3d::Zero();
   for (int k = 1; k < 3; ++k) {
     const auto across = contact->directions.col(k);
@@ -225,7 +232,16 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
     side += (kept * side_.dot(across) + (1 - kept) * compliance * steering.dot(across)) * across;
   }
   side_ = side;
-  return move_end(step, shaft.tip() + give, tissue, points);
+  return move_end(step, shaft.tip() + give, contact, tissue, points);
+}
+
+// The rows of a far end, or of a surface that is now a channel, differ by the mesh and by where the force acts. What
+// that does fades over what is cut next: over enough of it that the fading itself cuts little.
+void NeedleTip::ease(const SolvedStep& step, const ActiveContact& contact, const TissuePoints& tissue) {
+  const HermiteShaft& shaft = step.shaft;
+  const Vector3d force = contact.directions * step.lambda.segment<3>(contact.first_row);
+  ease_ = shaft.tip() - tissue.position(end_.point) - lag_ * shaft.tip_tangent() - side_ + compliance() * force;
+  ease_length_ = std::max(settings_.side_length, kEasier * ease_.norm());
 }
 
 bool NeedleTip::press_on(const SolvedStep& step, const ActiveContact* contact, TissuePoints& tissue,
@@ -240,7 +256,10 @@ bool NeedleTip::press_on(const SolvedStep& step, const ActiveContact* contact, T
       state_ = TipState::outside;
       return true;
     }
-    if (state == RowState::lower) enter(step.number, -step.lambda[row], step.solver.response(row));
+    if (state == RowState::lower) {
+      enter(step.number, -step.lambda[row], step.solver.response(row));
+      ease(step, *contact, tissue);
+    }
   }
   if (state_ != TipState::inside) return false;
   // The hole in the surface is the track's first point.
@@ -307,24 +326,26 @@ void NeedleTip::record(std::uint64_t step, int to, double force, double response
 
 // In strides, so that no layer is leapt over where the tip has sprung ahead or a patch was late. What is not reached,
 // because the patch ends, the cut has gone on by all the same, through what the end is in.
-bool NeedleTip::move_end(const SolvedStep& step, const Vector3d& target, TissuePoints& tissue, TrackPoints& points) {
+bool NeedleTip::move_end(const SolvedStep& step, const Vector3d& target, const ActiveContact* contact,
+                         TissuePoints& tissue, TrackPoints& points) {
   const auto ahead = [&] { return (target - tissue.position(end_.point)).dot(step.shaft.tip_tangent()); };
   const double to_go = ahead();
   if (to_go <= 0) return false;
   const double cut = std::max(lag_, to_go);
-  for (int stride = 0; stride < kMostEndStrides; ++stride) {
+  const bool far = lag_ > 0 || to_go > kFar;
+  if (far) places_.leftCols(tissue.count()) = tissue.positions();
+  for (int stride = 0; stride < kMostEndStrides && barrier_ <= 0; ++stride) {
     const Vector3d way = target - tissue.position(end_.point);
     const double part = kEndStride / std::max(way.norm(), kEndStride);
     const Vector3d next = part < 1 ? Vector3d(tissue.position(end_.point) + part * way) : target;
     if (move_end_on(step, next, tissue, points)) return true;
-    if (barrier_ > 0) {
-      lag_ = 0;
-      return false;
-    }
     if (held_up_ || part == 1) break;
   }
   const double left = cut - (to_go - ahead());
-  lag_ = held_up_ || lag_ > 0 || left > kEndStride ? std::max(0.0, left) : 0;
+  const bool behind = barrier_ <= 0 && (held_up_ || lag_ > 0 || left > kEndStride);
+  lag_ = behind ? std::max(0.0, left) : 0;
+  if (far) tissue.hold_others(places_.leftCols(tissue.count()));
+  if (far && contact != nullptr) ease(step, *contact, tissue);
   return false;
 }
 
@@ -335,7 +356,7 @@ bool NeedleTip::move_end_on(const SolvedStep& step, const Vector3d& target, Tiss
     held_up_ = true;
     return false;
   }
-  PatchWalk at = walk_patch(step.patch, end_.body, end_.patch_tet, target, tissue);
+  PatchWalk at = walk_patch(step.patch, end_.body, end_.patch_tet, target - tissue.drift(end_.point), tissue);
   const bool astray = at.left == PatchWalk::Left::body && inside_out(step.patch, end_.body, at.patch_tet, tissue);
   if (astray || at.left == PatchWalk::Left::patch) {
     // A force that dents the tissue deeper than a tetrahedron turns it inside out: the way on then seems to be the
@@ -373,7 +394,8 @@ void NeedleTip::meet_tissue(const SolvedStep& step, TissuePoints& tissue) {
   if (bone == 0) return;
   // It is where the tip has met it, and what holds it is not in the patch.
   end_.place.rigid = true;
-  end_.place.offset = tip - tissue.free_position(end_.point);
+  ease_.setZero();
+  end_.place.offset = tip - (tissue.free_position(end_.point) - tissue.drift(end_.point));
   tissue.move_last(step.patch, end_.place, end_.body);
 }
 

@@ -93,8 +93,14 @@ private:
   /// @param force     on the tip that broke in, N
   /// @param response  of the tip's row, m/N
   void enter(std::uint64_t step, double force, double response);
-  bool move_end(const SolvedStep& step, const Eigen::Vector3d& target, TissuePoints& tissue, TrackPoints& points);
+  /// @param contact  the tip's own, null: none
+  bool move_end(const SolvedStep& step, const Eigen::Vector3d& target, const ActiveContact* contact,
+                TissuePoints& tissue, TrackPoints& points);
   bool move_end_on(const SolvedStep& step, const Eigen::Vector3d& target, TissuePoints& tissue, TrackPoints& points);
+  /// The end, or its row, is another one at once: for now the tip is off it by what leaves the forces as they are.
+  void ease(const SolvedStep& step, const ActiveContact& contact, const TissuePoints& tissue);
+  /// Of the tip's rows, m/N.
+  double compliance() const;
   void meet_tissue(const SolvedStep& step, TissuePoints& tissue);
   void record(std::uint64_t step, int to, double force, double response);
 
@@ -106,12 +112,15 @@ private:
   int beyond_ = 0;                                    // tissue behind the barrier
   Eigen::Vector3d inward_ = Eigen::Vector3d::Zero();  // indenting: minus the surface's normal
   Eigen::Vector3d side_ = Eigen::Vector3d::Zero();    // of the tip from the end, sideways, without force there, m
+  Eigen::Vector3d ease_ = Eigen::Vector3d::Zero();    // of the tip from the end for now, m; fades as it cuts on
+  double ease_length_ = 1;                            // over which it does, m
   std::array<TrackPoint, kMaxBodies> ends_;           // of tracks that the tip is not in
   std::array<bool, kMaxBodies> threaded_{};           // the body has a track
   std::array<double, kMaxBodies> overhang_{};         // shaft between the last contact and where the tip left, m
   SurfaceSweep sweep_;
-  bool held_up_ = false;  // the patch ends where the track does
-  double lag_ = 0;        // how far the end is behind what has been cut, m
+  bool held_up_ = false;     // the patch ends where the track does
+  double lag_ = 0;           // how far the end is behind what has been cut, m
+  Eigen::Matrix3Xd places_;  // [3 x kMaxContacts] scratch
   std::uint32_t flags_ = 0;
   std::uint32_t punctures_ = 0;
   Puncture last_puncture_;

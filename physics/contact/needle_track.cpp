@@ -64,6 +64,7 @@ void NeedleTrack::load(const TissuePatch& patch, TissuePoints& tissue) {
   tissue.take_organs(patch);
   place_points(patch, tissue);
   tissue.settle_organs(patch);
+  tissue.hand_over();
 }
 
 void NeedleTrack::place_points(const TissuePatch& patch, TissuePoints& tissue) {
@@ -79,8 +80,9 @@ void NeedleTrack::place_points(const TissuePatch& patch, TissuePoints& tissue) {
   tissue.place(patch, {scratch_contacts_.data(), known}, {scratch_bodies_.data(), known});
 }
 
-void NeedleTrack::place(const HermiteShaft& shaft, const TissuePoints& tissue, double dt, TrackRows& out) {
+void NeedleTrack::place(const HermiteShaft& shaft, TissuePoints& tissue, double dt, TrackRows& out) {
   flags_ &= kNeedlePatchLeft;
+  tissue.go_on();
   dt_ = dt;
   out.contact_count = 0;
   out.row_count = 0;
@@ -265,7 +267,7 @@ void NeedleTrack::move_aside(const TissuePatch& patch, const Eigen::Vector3d& ta
     }
     return;
   }
-  const PatchWalk at = walk_patch(patch, point.body, point.patch_tet, target, tissue);
+  const PatchWalk at = walk_patch(patch, point.body, point.patch_tet, target - tissue.drift(point.point), tissue);
   point.patch_tet = at.patch_tet;
   point.place.tet = body.tet_ids[at.patch_tet];
   point.place.patch_nodes = body.tet_nodes[at.patch_tet];

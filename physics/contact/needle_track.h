@@ -40,7 +40,7 @@ public:
   /// A new patch: finds the track in it. @realtime
   void load(const TissuePatch& patch, TissuePoints& tissue);
   /// Contacts, their rows and laws on a shaft. @realtime
-  void place(const HermiteShaft& shaft, const TissuePoints& tissue, double dt, TrackRows& out);
+  void place(const HermiteShaft& shaft, TissuePoints& tissue, double dt, TrackRows& out);
   /// After the solve: what has slid, cut and broken through. @realtime
   /// @param tissue  moved by the step's forces
   void advance(const SolvedStep& step, TissuePoints& tissue);

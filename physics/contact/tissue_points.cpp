@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 
 namespace stylet::physics {
 
@@ -12,11 +13,19 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr std::uint32_t kTrackEnd = 0;              // its id
+constexpr double kPeriods = 2;                      // e-foldings of drift from a patch to the next
+constexpr double kMostDrift = 0.02;                 // m; a patch that was further off was no good
 constexpr Eigen::Index kStride = 3 * kMaxContacts;  // with room for all points
 
 Vector3d free_in_patch(const TissuePatch& patch, const PatchContact& contact, int body) {
   if (contact.kept) return contact.free_position;
   return patch.bodies[body].free_position(contact) + contact.offset;
+}
+
+/// Bone stays where it is, and what is kept has no new patch to go to.
+bool drifts(const PatchContact& contact) {
+  return !contact.rigid && !contact.kept;
 }
 
 }  // namespace
@@ -32,9 +41,12 @@ TissuePoints::TissuePoints()
       forces_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
       compliance_(Eigen::VectorXd::Zero(kStride * kStride)),
       stride_(kStride),
+      drift_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
       old_contacts_(kMaxContacts),
       old_bodies_(kMaxContacts),
       old_forces_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
+      old_current_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
+      old_drift_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)),
       old_compliance_(compliance_) {}
 
 bool TissuePoints::load(const TissuePatch& patch) {
@@ -91,9 +103,10 @@ void TissuePoints::place(const TissuePatch& patch, std::span<const PatchContact>
                          std::span<const int> bodies) {
   keep_old();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    add(contacts[c], bodies[c], free_in_patch(patch, contacts[c], bodies[c]));
+    add(contacts[c], bodies[c], Vector3d::Zero());
   }
   carry_forces();
+  for (int j = 0; j < count_; ++j) free_.col(j) = free_in(patch, contacts_[j], j);
   stride_ = kStride;
   finite_ = true;
   for (int j = 0; j < count_; ++j) finite_ = couple(patch, j) && finite_;
@@ -109,12 +122,15 @@ void TissuePoints::append(const TissuePatch& patch, const PatchContact& contact,
 
 bool TissuePoints::move_last(const TissuePatch& patch, const PatchContact& contact, int body) {
   const Vector3d force = forces_.col(count_ - 1);
+  const Vector3d drift = drift_.col(count_ - 1);
   const PatchContact before = contacts_[count_ - 1];
   const int body_before = bodies_[count_ - 1];
   const auto put = [&](const PatchContact& at, int in) {
     --count_;
-    add(at, in, free_in_patch(patch, at, in));
+    add(at, in, Vector3d::Zero());
     forces_.col(count_ - 1) = force;
+    drift_.col(count_ - 1) = drift;
+    free_.col(count_ - 1) = free_in(patch, at, count_ - 1);
     return couple(patch, count_ - 1);
   };
   const bool moved = put(contact, body);
@@ -126,7 +142,7 @@ bool TissuePoints::move_last(const TissuePatch& patch, const PatchContact& conta
 bool TissuePoints::move(const TissuePatch& patch, int point, const PatchContact& contact) {
   const auto put = [&](const PatchContact& at) {
     contacts_[point] = at;
-    free_.col(point) = free_in_patch(patch, at, bodies_[point]);
+    free_.col(point) = free_in(patch, at, point);
     bool finite = couple(patch, point);
     for (int j = point + 1; j < count_; ++j) finite = couple_pair(patch, point, j) && finite;
     return finite;
@@ -142,8 +158,11 @@ void TissuePoints::keep_old() {
   std::swap(contacts_, old_contacts_);
   std::swap(bodies_, old_bodies_);
   forces_.swap(old_forces_);
+  current_.swap(old_current_);
+  drift_.swap(old_drift_);
   compliance_.swap(old_compliance_);
   old_stride_ = stride_;
+  old_finite_ = finite_;
   old_count_ = count_;
   count_ = 0;
 }
@@ -153,17 +172,63 @@ void TissuePoints::add(const PatchContact& contact, int body, const Vector3d& fr
   bodies_[count_] = body;
   free_.col(count_) = free_position;
   forces_.col(count_).setZero();
+  drift_.col(count_).setZero();
   ++count_;
 }
 
 void TissuePoints::carry_forces() {
   for (int i = 0; i < count_; ++i) {
     for (int o = 0; o < old_count_; ++o) {
-      if (old_bodies_[o] == bodies_[i] && old_contacts_[o].id == contacts_[i].id) {
-        forces_.col(i) = old_forces_.col(o);
-      }
+      if (old_bodies_[o] != bodies_[i]) continue;
+      const bool same = old_contacts_[o].id == contacts_[i].id;
+      if (same) forces_.col(i) = old_forces_.col(o);
+      // A new point is laid where the track ends.
+      if (same || old_contacts_[o].id == kTrackEnd) drift_.col(i) = old_drift_.col(o);
+      if (same) break;
     }
   }
+}
+
+Vector3d TissuePoints::free_in(const TissuePatch& patch, const PatchContact& contact, int point) const {
+  const Vector3d free = free_in_patch(patch, contact, bodies_[point]);
+  return drifts(contact) ? free + drift(point) : free;
+}
+
+void TissuePoints::hand_over() {
+  period_ = std::max(1, steps_);
+  steps_ = 0;
+  if (!finite_ || !old_finite_) return;
+  for (int j = 0; j < count_; ++j) {
+    for (int o = 0; o < old_count_ && drifts(contacts_[j]); ++o) {
+      if (old_bodies_[o] != bodies_[j] || old_contacts_[o].id != contacts_[j].id) continue;
+      drift_.col(j) = old_current_.col(o) - current_.col(j);
+      if (drift_.col(j).squaredNorm() > kMostDrift * kMostDrift) drift_.col(j).setZero();
+      free_.col(j) += drift_.col(j);
+    }
+  }
+  move_points();
+}
+
+void TissuePoints::hold_others(Eigen::Ref<const Eigen::Matrix3Xd> places) {
+  if (!finite_) return;
+  for (int j = 0; j + 1 < count_; ++j) {
+    if (!drifts(contacts_[j])) continue;
+    const Vector3d off = places.col(j) - current_.col(j);
+    drift_.col(j) += off;
+    free_.col(j) += off;
+    current_.col(j) += off;
+  }
+}
+
+void TissuePoints::go_on() {
+  const double left = std::exp(-kPeriods / period_);
+  ++steps_;
+  if (drift_.leftCols(count_).isZero(0)) return;
+  for (int j = 0; j < count_; ++j) {
+    if (drifts(contacts_[j])) free_.col(j) -= (1 - left) * drift_.col(j);
+  }
+  drift_.leftCols(count_) *= left;
+  move_points();
 }
 
 bool TissuePoints::couple(const TissuePatch& patch, int j) {
@@ -214,7 +279,7 @@ void TissuePoints::settle_organs(const TissuePatch& patch) {
   }
   if (!organs_.settle(moved)) return;
   for (int j = 0; j < count_; ++j) {
-    free_.col(j) = free_in_patch(patch, contacts_[j], bodies_[j]);
+    free_.col(j) = free_in(patch, contacts_[j], j);
     finite_ = couple(patch, j) && finite_;
   }
   move_points();

@@ -31,11 +31,27 @@ public:
   bool load(const TissuePatch& patch);
   /// The contacts between the bodies of a new patch: they count in what place() makes of it, not in load().
   /// @realtime no allocation; O(rows^3)
-  void take_organs(const TissuePatch& patch) { organs_.load(patch.organs); }
+  void take_organs(const TissuePatch& patch) {
+    organs_.load(patch.organs);
+    drift_.setZero();
+  }
   /// Which of those contacts carry force under the present forces; where that has changed, compliance and positions
   /// follow. After take_organs() and place(), and after apply().
   /// @realtime no allocation; O(rows^2), where it has changed O(rows^3 + points rows^2 + points^2 rows)
   void settle_organs(const TissuePatch& patch);
+  /// What a new patch would have changed at once under the same forces, it changes bit by bit until the next one is
+  /// due. After take_organs(), place() and settle_organs() for a new patch.   (README eq. 17b)
+  /// @realtime no allocation; O(points^2)
+  void hand_over();
+  /// One haptic step further towards the patch. Before the step's rows are made.
+  /// @realtime no allocation; O(points^2)
+  void go_on();
+  /// The last point has been put far from where it was, and its force with it: the others stay at `places` for now.
+  /// @param places  [3 x count()] m
+  /// @realtime no allocation
+  void hold_others(Eigen::Ref<const Eigen::Matrix3Xd> places);
+  /// Where a point is off the patch for now, m.
+  Eigen::Vector3d drift(int point) const { return drift_.col(point); }
   /// Takes points of the haptic loop's own, at most kMaxContacts; forces are carried over in the same way. Those that
   /// are kept keep the compliance too that they had with each other and with the rest; none where there was none.
   /// @param contacts  id, tet, patch_nodes and barycentric count; of those kept free_position and nodes
@@ -55,6 +71,7 @@ public:
   void clear() {
     count_ = 0;
     finite_ = true;
+    drift_.setZero();
     organs_.clear();
   }
 
@@ -67,6 +84,8 @@ public:
   auto free_position(int point) const { return free_.col(point); }
   /// Position under the present forces, m.
   auto position(int point) const { return current_.col(point); }
+  /// [3 x count()] of all of them.
+  auto positions() const { return current_.leftCols(count_); }
   /// Force of the needle on the point, N.
   auto force(int point) const { return forces_.col(point); }
   /// Position of a node of the patch under the present forces, m.
@@ -93,6 +112,7 @@ private:
   void keep_old();
   void add(const PatchContact& contact, int body, const Eigen::Vector3d& free_position);
   void carry_forces();
+  Eigen::Vector3d free_in(const TissuePatch& patch, const PatchContact& contact, int point) const;
   bool couple(const TissuePatch& patch, int point);
   bool couple_pair(const TissuePatch& patch, int i, int j);
   Eigen::Matrix3d old_compliance(int i, int j) const;
@@ -110,11 +130,15 @@ private:
   // because another core's step has left nothing of it in a cache.
   Eigen::VectorXd compliance_;
   Eigen::Index stride_ = 0;
+  Eigen::Matrix3Xd drift_;  // [3 x count_] of each point off the patch, m
+  int steps_ = 0;           // since the patch came
+  int period_ = 1;          // steps from the one before to it
   // of the patch before, while the next one is loaded
   int old_count_ = 0;
+  bool old_finite_ = true;
   std::vector<PatchContact> old_contacts_;
   std::vector<int> old_bodies_;
-  Eigen::Matrix3Xd old_forces_;
+  Eigen::Matrix3Xd old_forces_, old_current_, old_drift_;
   Eigen::VectorXd old_compliance_;
   Eigen::Index old_stride_ = 0;
 };

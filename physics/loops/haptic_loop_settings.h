@@ -40,7 +40,7 @@ struct HapticLoopSettings {
   /// rad a step of any node; a longer Newton step is shortened to this. Less in `stylet`, where a needle that is bent
   /// far round few points would swing from step to step: its rows turn with it, which a Newton step leaves out.
   double max_node_rotation = 0.2;
-  double max_node_rotation_stylet = 20e-3;
+  double max_node_rotation_stylet = 12e-3;
 };
 
 }  // namespace stylet::physics

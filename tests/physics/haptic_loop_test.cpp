@@ -455,7 +455,8 @@ void survives_poison(HapticLoop loop, const StylusPose& rest, TissuePatch& patch
         hub.position += hub.orientation * Vector3d(0, 0, 5e-4);
         ASSERT_TRUE(finite(gone_on.step(hub, kDt, poisoned)));
       }
-      for (int i = 0; i < 40; ++i) ASSERT_TRUE(finite(gone_on.step(hub, kDt, patch)));
+      // What a patch that was no good has bent is left behind over some of its periods (README eq. 17b).
+      for (int i = 0; i < 120; ++i) ASSERT_TRUE(finite(gone_on.step(hub, kDt, patch)));
       // Flung about by a compliance that pulls, it may be where the patch does not know the tissue.
       const std::uint32_t allowed = poison == Poison::not_positive ? std::uint32_t{kNeedlePatchLeft} : 0u;
       EXPECT_EQ(gone_on.state().flags & ~allowed, 0u);
