@@ -74,16 +74,24 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
   }
   if (hint < 0) {
     std::vector<SurfaceCrossing> crossings;
-    model.topology.crossings(positions, tip - kPassed * axis, axis, range + kPassed, crossings);
+    model.topology.crossings(positions, tip - kPassed * axis, axis, std::max(range, kPassed) + kPassed, crossings);
     const SurfaceCrossing* entry = nullptr;
+    const SurfaceCrossing* exit = nullptr;  // the first crossing ahead of the tip, where that is in the body
     for (const SurfaceCrossing& crossing : crossings) {
+      if (crossing.distance >= kPassed && exit == nullptr && !crossing.entering) exit = &crossing;
+      if (crossing.distance > range + kPassed || (crossing.distance >= kPassed && exit != nullptr)) break;
       if (crossing.entering && entry == nullptr) entry = &crossing;
       if (!crossing.entering && crossing.distance < kPassed) entry = nullptr;  // it lies behind the tip
     }
-    if (entry == nullptr) return nodes.take();
-    nodes.add_around(entry->point.tet);  // the hand may meet the surface beside it
-    hint = entry->point.tet;
-    s = entry->distance - kPassed + kStride;
+    if (entry != nullptr) {
+      nodes.add_around(entry->point.tet);  // the hand may meet the surface beside it
+      hint = entry->point.tet;
+      s = entry->distance - kPassed + kStride;
+    } else if (exit != nullptr) {  // it came in by another way than the needle points
+      hint = exit->point.tet;
+    } else {
+      return nodes.take();
+    }
   }
   int outside = 0;
   for (; s <= range; s += kStride) {

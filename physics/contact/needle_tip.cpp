@@ -14,13 +14,14 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kBite = 2;          // times `tip_friction` on a surface: a sharp tip that slants bites
-constexpr double kApart = 3e-3;      // m beyond a body that the tip has gone through, from where on it is met anew
-constexpr double kLetGo = 2e-4;      // m off a surface that is let go of, so that the next step inwards meets it
-constexpr double kEndStride = 1e-3;  // m; the end goes no further between two looks at the tissue there
-constexpr int kMostEndStrides = 8;   // of a step, where the end has to catch up
-constexpr double kFar = 3e-3;        // m cut in a step, from where on the end is taken for another one
-constexpr double kEasier = 4;        // times what is eased off, at least: the length over which it fades
+constexpr double kBite = 2;       // times `tip_friction` on a surface: a sharp tip that slants bites
+constexpr double kApart = 3e-3;   // m beyond a body that the tip has gone through, from where on it is met anew
+constexpr double kLetGo = 2e-4;   // m off a surface that is let go of, so that the next step inwards meets it
+constexpr double kBeside = 5e-3;  // m; a tip that was drawn back and comes so far beside the end is not pulled there
+constexpr double kEndStride = 1e-3;       // m; the end goes no further between two looks at the tissue there
+constexpr int kMostEndStrides = 8;        // of a step, where the end has to catch up
+constexpr double kFar = 3e-3;             // m cut in a step, from where on the end is taken for another one
+constexpr double kEasier = 4;             // times what is eased off, at least: the length over which it fades
 constexpr double kBoneCompliance = 1e-6;  // m/N; as little as a needle of steel gives way along its whole shaft
 
 }  // namespace
@@ -40,6 +41,7 @@ void NeedleTip::leave() {
   barrier_ = 0;
   beyond_ = 0;
   lag_ = 0;
+  came_back_ = false;
   inward_.setZero();
   side_.setZero();
   ease_.setZero();
@@ -102,15 +104,26 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
 }
 
 // A tip that went through a body is in it again when it is back where it left.
-void NeedleTip::come_back(TrackPoints& points, double length) {
+bool NeedleTip::come_back(TrackPoints& points, double length) {
   for (int body = 0; body < kMaxBodies; ++body) {
     const TrackPoint* last = points.last_active(body);
     if (last == nullptr || !threaded_[body] || length - last->arc > overhang_[body]) continue;
     leave();
     state_ = TipState::inside;
     end_ = ends_[body];
-    end_.point = -1;  // known to the tissue points from the next patch on
+    came_back_ = true;
+    return true;
   }
+  return false;
+}
+
+void NeedleTip::begin_unpressed(const HermiteShaft& shaft, const TissuePoints& tissue) {
+  if (!came_back_ || end_.point < 0) return;
+  came_back_ = false;
+  const Vector3d ahead = shaft.tip() - tissue.position(end_.point);
+  const double along = ahead.dot(shaft.tip_tangent());
+  lag_ = std::max(0.0, along);
+  side_ = ahead - along * shaft.tip_tangent();
 }
 
 void NeedleTip::sweep(const HermiteShaft& shaft, const TissuePatch& patch, TrackPoints& points) {
@@ -129,18 +142,25 @@ void NeedleTip::sweep(const HermiteShaft& shaft, const TissuePatch& patch, Track
 bool NeedleTip::touch(const HermiteShaft& shaft, const TissuePatch& patch, const TissuePoints& tissue,
                       TrackPoints& points) {
   const int body = sweep_.entered();
-  if (body < 0) return false;
+  if (body < 0) return begin_inside(shaft, patch, tissue, points);
   const SurfaceHit hit = sweep_.hit(body);
   sweep_.take(body);
   if (sweep_.late()) flags_ |= kNeedleSurfaceLate;
   if (come_into_old_hole(body, shaft, tissue, points)) return true;
   const SurfacePatch& surface = patch.bodies[body].surface;
+  const Vector3d inward = -normal_on(surface, hit);
+  if (inward.dot(shaft.tip_tangent()) <= 0) {
+    // It has come in backwards, behind its shaft: that is no tip's puncture, and the track is not known.
+    sweep_.pass_over(body);
+    flags_ |= kNeedleSurfaceLate;
+    return false;
+  }
   const SurfaceTopology::Face& face = surface.topology->faces[hit.face];
   Eigen::Vector4d barycentric = Eigen::Vector4d::Zero();
   for (int c = 0; c < 3; ++c) barycentric[kFaceCorners[face.apex][c]] = hit.weights[c];
   leave();
   state_ = TipState::indenting;
-  inward_ = -normal_on(surface, hit);
+  inward_ = inward;
   end_.body = body;
   end_.place = {.id = 0, .tet = face.tet, .barycentric = barycentric};
   if (find_in_patch(patch, end_)) {
@@ -159,6 +179,30 @@ bool NeedleTip::touch(const HermiteShaft& shaft, const TissuePatch& patch, const
   beyond_ = tissues_->at(rest, 1);
   end_.tissue = beyond_;
   barrier_ = tissues_->puncture_force(0, beyond_);
+  // Met late, behind the tissue that the tip was in or because it moved: the tip has pressed on nothing yet.
+  lag_ = std::max(0.0, (shaft.tip() - position_on(surface, hit)).dot(inward) - sweep_.way(body));
+  return true;
+}
+
+// A tip that is in a body without a track, and goes on: one begins there. Nothing is broken through, and the tissue
+// around the tip has not been pressed yet.
+bool NeedleTip::begin_inside(const HermiteShaft& shaft, const TissuePatch& patch, const TissuePoints& tissue,
+                             TrackPoints& points) {
+  const int body = sweep_.went_on();
+  if (body < 0) return false;
+  flags_ |= kNeedleSurfaceLate;
+  if (patch.bodies[body].tet_count == 0) return false;
+  const PatchWalk at = walk_patch(patch, body, 0, shaft.tip(), tissue);
+  if (at.left != PatchWalk::Left::nothing) return false;
+  sweep_.take(body);
+  points.forget(body);
+  leave();
+  state_ = TipState::inside;
+  threaded_[body] = true;
+  end_.body = body;
+  put_in_patch(patch, at.patch_tet, at.barycentric, end_);
+  end_.tissue = tissues_->at(rest_position(patch, body, end_.place), 1);
+  if (!points.lay(end_, shaft.length())) flags_ |= kNeedleRowOverflow;
   return true;
 }
 
@@ -187,8 +231,59 @@ bool NeedleTip::withdraw(TrackPoints& points) {
   if (std::ranges::any_of(points.all(), lost)) return false;  // not withdrawn from: the patch lacks them
   ends_[end_.body] = end_;
   overhang_[end_.body] = std::numeric_limits<double>::infinity();  // back in its hole it is in the track
+  sweep_.pass_over(end_.body);  // bent or cut aside, it may be under the surface still, beside that hole
   leave();
   return true;
+}
+
+void NeedleTip::go_aside(const SolvedStep& step, const Vector3d& aside, TissuePoints& tissue) {
+  if (!inside() || end_.place.rigid) return;
+  if (end_.patch_tet < 0) {  // kept without a patch that has it
+    end_.place.offset += aside;
+    end_.place.free_position += aside;
+    tissue.move_last(step.patch, end_.place, end_.body);
+    return;
+  }
+  const Vector3d target = tissue.position(end_.point) + aside;
+  const PatchWalk at = walk_patch(step.patch, end_.body, end_.patch_tet, target - tissue.drift(end_.point), tissue);
+  if (at.left == PatchWalk::Left::patch) flags_ |= kNeedlePatchLeft;
+  if (put_end(at, step.patch, tissue) && barrier_ <= 0) {
+    end_.tissue = tissues_->at(rest_position(step.patch, end_.body, end_.place), end_.tissue);
+  }
+}
+
+bool NeedleTip::begin_anew(int body, const SolvedStep& step, const TissuePoints& tissue, TrackPoints& points) {
+  const TrackPoint* last = points.last_active(body);
+  if (state_ != TipState::inside || end_.body != body || last == nullptr || last->patch_tet < 0) return false;
+  const PatchWalk at = walk_patch(step.patch, body, last->patch_tet, step.shaft.tip(), tissue);
+  if (at.left != PatchWalk::Left::nothing) return false;
+  points.forget_withdrawn(body);
+  leave();
+  state_ = TipState::inside;
+  end_.body = body;
+  put_in_patch(step.patch, at.patch_tet, at.barycentric, end_);
+  end_.tissue = tissues_->at(rest_position(step.patch, body, end_.place), 1);
+  return true;
+}
+
+bool NeedleTip::tear_out(TrackPoints& points) {
+  bool torn = false;
+  for (int body = 0; body < kMaxBodies; ++body) {
+    const TrackPoint* last = points.last_active(body);
+    const bool tip_is_out = last != nullptr && last->torn >= settings_.tear_distance;
+    torn = points.drop_torn(body, settings_.tear_distance) || torn;
+    if (!tip_is_out) continue;
+    if (state_ == TipState::inside && end_.body == body) leave();
+    last = points.last_active(body);
+    if (last == nullptr) {
+      points.forget(body);
+      threaded_[body] = false;
+    } else {
+      ends_[body] = *last;
+      overhang_[body] = 0;
+    }
+  }
+  return torn;
 }
 
 bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoints& points) {
@@ -210,6 +305,8 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
   const int row = contact->first_row;
   if (solver.state(row) != RowState::lower) {  // nothing more is cut: the end goes after what has been
     const Vector3d end = tissue.position(end_.point);
+    const Vector3d beside = shaft.tip() - end - (shaft.tip() - end).dot(shaft.tip_tangent()) * shaft.tip_tangent();
+    if (solver.state(row) == RowState::upper && beside.norm() > kBeside) side_ = beside;
     return lag_ > 0 && barrier_ <= 0 && move_end(step, end + lag_ * shaft.tip_tangent(), contact, tissue, points);
   }
   if (barrier_ > 0) {
@@ -256,14 +353,17 @@ bool NeedleTip::press_on(const SolvedStep& step, const ActiveContact* contact, T
       state_ = TipState::outside;
       return true;
     }
-    if (state == RowState::lower) {
+    // A hole that is ahead of the tip would be left at once: dragged sideways, it must first be over it.
+    const double ahead = (step.shaft.tip() - tissue.position(end_.point)).dot(step.shaft.tip_tangent());
+    if (state == RowState::lower && ahead >= 0) {
+      if (lag_ > 0) lag_ = std::max(0.0, ahead + step.solver.compliance(row) * step.lambda[row]);
       enter(step.number, -step.lambda[row], step.solver.response(row));
       ease(step, *contact, tissue);
     }
   }
   if (state_ != TipState::inside) return false;
   // The hole in the surface is the track's first point.
-  if (!points.lay(end_, step.shaft.length())) flags_ |= kNeedleRowOverflow;
+  if (!points.lay(end_, step.shaft.length() - lag_)) flags_ |= kNeedleRowOverflow;
   return true;
 }
 

@@ -69,9 +69,20 @@ public:
 
   /// The tip has gone on: which surfaces it has gone through. (README eq. 25a)
   void sweep(const HermiteShaft& shaft, const TissuePatch& patch, TrackPoints& points);
-  void come_back(TrackPoints& points, double length);
+  bool come_back(TrackPoints& points, double length);
+  /// A tip that came back to a track, somewhere beside its end, presses on that from where it was when the end was
+  /// known again.
+  void begin_unpressed(const HermiteShaft& shaft, const TissuePoints& tissue);
   bool touch(const HermiteShaft& shaft, const TissuePatch& patch, const TissuePoints& tissue, TrackPoints& points);
   bool withdraw(TrackPoints& points);
+  /// The shaft has been cut aside so far that its old track ahead is not its way any more: that ends where the tip
+  /// is.
+  bool begin_anew(int body, const SolvedStep& step, const TissuePoints& tissue, TrackPoints& points);
+  /// The last point of the track was cut aside: so is the end. @realtime
+  void go_aside(const SolvedStep& step, const Eigen::Vector3d& aside, TissuePoints& tissue);
+  /// Forgets the points that the shaft was cut out of the body at; where they were the last ones, the tip is out,
+  /// too.
+  bool tear_out(TrackPoints& points);
   /// After a solve that the tip's rows were part of, if its contact was there.
   bool advance(const SolvedStep& step, TissuePoints& tissue, TrackPoints& points);
   /// Outside again: what it has just met cannot be used.
@@ -83,6 +94,8 @@ public:
 
 private:
   void leave();
+  bool begin_inside(const HermiteShaft& shaft, const TissuePatch& patch, const TissuePoints& tissue,
+                    TrackPoints& points);
   bool come_into_old_hole(int body, const HermiteShaft& shaft, const TissuePoints& tissue, TrackPoints& points);
   bool press_on(const SolvedStep& step, const ActiveContact* contact, TissuePoints& tissue, TrackPoints& points);
   /// Indenting, where the tip has slid over the surface: so does the point that it presses on.
@@ -119,6 +132,7 @@ private:
   std::array<double, kMaxBodies> overhang_{};         // shaft between the last contact and where the tip left, m
   SurfaceSweep sweep_;
   bool held_up_ = false;     // the patch ends where the track does
+  bool came_back_ = false;   // and its end was not known since
   double lag_ = 0;           // how far the end is behind what has been cut, m
   Eigen::Matrix3Xd places_;  // [3 x kMaxContacts] scratch
   std::uint32_t flags_ = 0;

@@ -18,6 +18,8 @@ namespace {
 constexpr double kLeastShare = 1.0 / 300;
 constexpr double kWithdrawn = 2e-4;  // m the tip goes back past a point before it lets go of it
 constexpr std::uint64_t kRowsOfId = 4;
+// m; no tissue is stretched beside the shaft by more, and a shaft that comes back farther beside its track cuts anew.
+constexpr double kFarBeside = 20e-3;
 constexpr double kLeastTurn = 1e-3;  // rad of the hub about its axis before friction resists it: nothing felt
 
 bool holds_active(std::span<const TrackPoint> points, int body) {
@@ -28,6 +30,14 @@ bool holds_active(std::span<const TrackPoint> points, int body) {
 /// would be without it.
 bool pressed_hard(const TrackPoint& point, double strength) {
   return strength > 0 && (point.cuts || point.pressed > strength);
+}
+
+/// What a point is farther beside the shaft than tissue stretches.
+Eigen::Vector3d too_far_beside(const Eigen::Vector3d& point, const Eigen::Vector3d& shaft,
+                               const Eigen::Vector3d& tangent) {
+  const Eigen::Vector3d beside = shaft - point - (shaft - point).dot(tangent) * tangent;
+  const double distance = beside.norm();
+  return distance > kFarBeside ? Eigen::Vector3d((1 - kFarBeside / distance) * beside) : Eigen::Vector3d::Zero();
 }
 
 double held_share(const TrackPoint& point, double spacing) {
@@ -87,6 +97,7 @@ void NeedleTrack::place(const HermiteShaft& shaft, TissuePoints& tissue, double 
   out.contact_count = 0;
   out.row_count = 0;
   turns_ = turn(shaft);
+  strayed_ = -1;
   std::array<ShaftPoint, TrackPoints::kMost> at;
   const auto points = points_.all();
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -103,7 +114,9 @@ void NeedleTrack::place(const HermiteShaft& shaft, TissuePoints& tissue, double 
       // Out of the body altogether, the tip finds its track again through the old hole alone, not from beside it. A
       // patch that lacked the track for a while is another matter: the needle is in it still.
       const double beside = (tissue.position(point.point) - at[i].position).norm();
-      point.active = point.lost || beside < settings_.reentry_distance || holds_active(points.first(i), point.body);
+      const bool in_body = holds_active(points.first(i), point.body);
+      if (!point.lost && in_body && beside > kFarBeside) strayed_ = point.body;
+      point.active = point.lost || (in_body ? beside <= kFarBeside : beside < settings_.reentry_distance);
     }
     point.lost = false;
     if (point.active && !was_active) {
@@ -112,6 +125,7 @@ void NeedleTrack::place(const HermiteShaft& shaft, TissuePoints& tissue, double 
       point.turned = 0;
     }
   }
+  tip_.begin_unpressed(shaft, tissue);
   share_shaft(tip_.reach(shaft, tissue));
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (points[i].active) add_contact(shaft, points[i], at[i], dt, out);
@@ -147,8 +161,8 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
   const std::uint64_t id = kRowsOfId * point.place.id;
   const auto row = static_cast<std::size_t>(out.row_count);
   // A piece of shaft shorter than it is thick presses with its end, too.
-  const double strength = resistance.side_strength * std::max(held_by, 2 * radius_);
-  if (pressed_hard(point, strength)) {
+  const double strength = grip(point) * resistance.side_strength * std::max(held_by, 2 * radius_);
+  if (point.torn > 0 || pressed_hard(point, strength)) {
     out.laws[row] =
         disc_row(id, out.row_count + 1, strength, 0, {ContactRow::kNone, ContactRow::kNone}, soft.lateral);
     out.laws[row + 1] =
@@ -159,8 +173,8 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
   }
   out.slip.segment<3>(out.row_count).setZero();
   const std::array<int, 2> lateral{out.row_count, out.row_count + 1};
-  const double adhesion = share * resistance.friction_per_length;
-  const double viscosity = share * resistance.viscous_friction / dt;
+  const double adhesion = grip(point) * share * resistance.friction_per_length;
+  const double viscosity = grip(point) * share * resistance.viscous_friction / dt;
   const bool lugre = settings_.friction == ShaftFriction::lugre;
   if (contact.row_count > 2) out.slip[out.row_count + 2] = point.held_arc - point.arc;
   if (contact.row_count > 2 && lugre) {
@@ -186,7 +200,7 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
 // Its Coulomb friction is of the force that presses the shaft on the tissue in the step before.
 LugreRow NeedleTrack::lugre_row(const TrackPoint& point) const {
   const InsertionResistance& resistance = tissues_->resistance(point.tissue);
-  const double length = held_share(point, settings_.spacing);
+  const double length = grip(point) * held_share(point, settings_.spacing);
   return {settings_.lugre,
           length * resistance.friction_per_length + resistance.friction_coefficient * point.pressed,
           length * resistance.viscous_friction,
@@ -227,34 +241,56 @@ void NeedleTrack::slide(const SolvedStep& step) {
   }
 }
 
+/// How far tissue beside a point gives way to the shaft in this step, and what cutting it takes.
+NeedleTrack::Cut NeedleTrack::cut_at(const SolvedStep& step, const TissuePoints& tissue,
+                                     const TrackPoint& point) const {
+  for (int c = 0; c < step.rows.contact_count && point.active; ++c) {
+    const ActiveContact& contact = step.rows.contacts[c];
+    if (contact.point != point.point) continue;
+    const int row = contact.first_row;
+    if (!step.rows.laws[row].bilateral && step.solver.state(row) != RowState::sticking) {
+      const Eigen::Vector2d slid(step.solver.motion()[row], step.solver.motion()[row + 1]);
+      return {contact.directions.leftCols<2>() * slid, slid.norm(), -slid.dot(step.lambda.segment<2>(row))};
+    }
+    if (tissues_->resistance(point.tissue).side_strength <= 0) break;
+    double arc = point.arc;
+    const ShaftPoint at = step.shaft.project(tissue.position(point.point), arc, arc);
+    return {too_far_beside(tissue.position(point.point), at.position, at.tangent)};
+  }
+  return {};
+}
+
 // Where the lateral rows slide, the tissue beside the shaft is cut, and the point goes with the shaft. It never comes
 // back by itself: what was cut has not stored anything.
 void NeedleTrack::cut_aside(const SolvedStep& step, TissuePoints& tissue) {
   for (TrackPoint& point : points_.all()) {
     point.cuts = false;
+    point.torn = 0;
     if (point.point < 0) continue;
-    Eigen::Vector3d aside = Eigen::Vector3d::Zero();
-    for (int c = 0; c < step.rows.contact_count && point.active; ++c) {
-      const ActiveContact& contact = step.rows.contacts[c];
-      if (contact.point != point.point) continue;
-      const int row = contact.first_row;
-      if (step.rows.laws[row].bilateral || step.solver.state(row) == RowState::sticking) break;
-      const auto motion = step.solver.motion();
-      const Eigen::Vector2d slid(motion[row], motion[row + 1]);
-      aside = contact.directions.leftCols<2>() * slid;
-      point.cuts = true;
-      side_cut_ += point.share * slid.norm();
-      side_work_ -= slid.dot(step.lambda.segment<2>(row));
-      break;
-    }
+    const Cut cut = cut_at(step, tissue, point);
+    point.cuts = !cut.aside.isZero(0);
     const bool behind = !point.place.rigid && !point.place.offset.isZero(0);  // for want of a patch
     if (!point.cuts && (!behind || point.patch_tet < 0)) continue;
-    move_aside(step.patch, tissue.position(point.point) + aside, point, tissue);
+    const Eigen::Vector3d before = tissue.position(point.point);
+    const double out = move_aside(step.patch, before + cut.aside, point, tissue);
+    if (!point.cuts) continue;
+    point.torn = out;
+    if (&point == points_.last_active(tip_.end().body)) {
+      tip_.go_aside(step, tissue.position(point.point) - before, tissue);
+    }
+    if (cut.slid <= 0) continue;
+    const double in_tissue = std::max(0.0, 1 - out / cut.slid);
+    side_cut_ += in_tissue * point.share * cut.slid;
+    side_work_ += in_tissue * cut.work;
   }
+  if (!tip_.inside() || tissues_->resistance(tip_.end().tissue).side_strength <= 0) return;
+  const Eigen::Vector3d end = tissue.position(tip_.end().point);
+  const Eigen::Vector3d aside = too_far_beside(end, step.shaft.tip(), step.shaft.tip_tangent());
+  if (!aside.isZero(0)) tip_.go_aside(step, aside, tissue);
 }
 
-void NeedleTrack::move_aside(const TissuePatch& patch, const Eigen::Vector3d& target, TrackPoint& point,
-                             TissuePoints& tissue) {
+double NeedleTrack::move_aside(const TissuePatch& patch, const Eigen::Vector3d& target, TrackPoint& point,
+                               TissuePoints& tissue) {
   const BodyPatch& body = patch.bodies[point.body];
   const TrackPoint before = point;
   if (point.patch_tet < 0) {  // kept without a patch that has it: beside it, too, until one does
@@ -265,12 +301,13 @@ void NeedleTrack::move_aside(const TissuePatch& patch, const Eigen::Vector3d& ta
       point = before;
       flags_ |= kNeedleNonFinite;
     }
-    return;
+    return 0;
   }
   const PatchWalk at = walk_patch(patch, point.body, point.patch_tet, target - tissue.drift(point.point), tissue);
   point.patch_tet = at.patch_tet;
   point.place.tet = body.tet_ids[at.patch_tet];
   point.place.patch_nodes = body.tet_nodes[at.patch_tet];
+  for (std::size_t k = 0; k < 4; ++k) point.place.nodes[k] = body.node_ids[point.place.patch_nodes[k]];
   point.place.barycentric = at.barycentric;
   point.place.offset.setZero();
   bool moved = tissue.move(patch, point.point, point.place);
@@ -281,10 +318,11 @@ void NeedleTrack::move_aside(const TissuePatch& patch, const Eigen::Vector3d& ta
   if (!moved) {
     point = before;
     flags_ |= kNeedleNonFinite;
-    return;
+    return 0;
   }
   point.site = site_in_patch(patch, point);
   point.tissue = tissues_->at(rest_position(patch, point.body, point.place), point.tissue);
+  return at.left == PatchWalk::Left::body ? (target - tissue.position(point.point)).norm() : 0;
 }
 
 void NeedleTrack::advance(const SolvedStep& step, TissuePoints& tissue) {
@@ -294,8 +332,10 @@ void NeedleTrack::advance(const SolvedStep& step, TissuePoints& tissue) {
   known_ = true;
   slide(step);
   cut_aside(step, tissue);
+  if (tip_.tear_out(points_)) place_points(patch, tissue);
+  if (strayed_ >= 0 && tip_.begin_anew(strayed_, step, tissue, points_)) place_points(patch, tissue);
   tip_.sweep(shaft, patch, points_);
-  if (tip_.outside()) tip_.come_back(points_, shaft.length());
+  if (tip_.outside() && tip_.come_back(points_, shaft.length())) place_points(patch, tissue);
   if (tip_.outside() && tip_.touch(shaft, patch, tissue, points_)) {
     place_points(patch, tissue);
     if (!tissue.finite()) {  // the patch is no good there: not met yet

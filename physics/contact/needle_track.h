@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -57,8 +58,17 @@ private:
   LugreRow lugre_row(const TrackPoint& point) const;
   void slide(const SolvedStep& step);
   bool turn(const HermiteShaft& shaft);
+  struct Cut {
+    Eigen::Vector3d aside = Eigen::Vector3d::Zero();  // m
+    double slid = 0;                                  // against the tissue's strength, m
+    double work = 0;                                  // J
+  };
+  Cut cut_at(const SolvedStep& step, const TissuePoints& tissue, const TrackPoint& point) const;
   void cut_aside(const SolvedStep& step, TissuePoints& tissue);
-  void move_aside(const TissuePatch& patch, const Eigen::Vector3d& target, TrackPoint& point, TissuePoints& tissue);
+  /// @return how far the target is outside the body, m
+  double move_aside(const TissuePatch& patch, const Eigen::Vector3d& target, TrackPoint& point, TissuePoints& tissue);
+  /// What is left of the hold of a point that the shaft is cut out of the body at.
+  double grip(const TrackPoint& point) const { return std::max(0.0, 1 - point.torn / settings_.tear_distance); }
   void lay(const HermiteShaft& shaft, const TissuePatch& patch, TissuePoints& tissue);
 
   NeedleTrackSettings settings_;
@@ -72,6 +82,7 @@ private:
   double idle_turn_ = 0;  // about the axis of the hub since the shaft was last free of moments, rad
   bool known_ = false;    // hub_ is
   bool turns_ = false;    // contacts resist the shaft's turning
+  int strayed_ = -1;      // a body whose old track the shaft comes back far beside
   double side_cut_ = 0;   // m^2
   double side_work_ = 0;  // J
   std::uint32_t flags_ = 0;

@@ -18,6 +18,7 @@ constexpr int kSweptLeaf = 4;
 constexpr int kSweptStack = 64;   // deep enough for 2^32 faces: the tree is balanced
 constexpr double kOnEdge = 1e-9;  // of a face: how far a hit may be off it
 constexpr double kBegun = 10e-3;  // m; the same of a tip that is inside when tissue is first known; deeper, it stays
+constexpr double kWentOn = 1e-3;  // m; a tip that turns round for less has not
 constexpr double kFound = 50e-3;  // m; how deep under a surface that came over it a tip may be
 
 struct Corners {
@@ -210,7 +211,8 @@ void SurfaceSweep::leave(Body& body) {
   late_ = late_ || body.late;
   body.hit = {};
   body.late = false;
-  body.began_inside = false;
+  body.began_inside = body.passed_over = false;
+  body.went_on = 0;
 }
 
 void SurfaceSweep::follow(const TissuePatch& patch, const Vector3d& tip, const Vector3d& tangent,
@@ -226,6 +228,8 @@ void SurfaceSweep::follow(const TissuePatch& patch, const Vector3d& tip, const V
     const SurfacePatch& surface = patch.bodies[b].surface;
     const Vector3d from = body.known ? body.from : tip;
     body.from = tip;
+    body.way = (tip - from).norm();
+    if (body.passed_over) body.went_on = std::max(0.0, body.went_on + (tip - from).dot(tangent));
     if (!watched[b]) {
       body = {.known = true, .watched = false, .from = tip};
       continue;
@@ -263,6 +267,12 @@ void SurfaceSweep::clear() {
   bodies_ = {};
   epoch_ = 0;
   late_ = false;
+}
+
+int SurfaceSweep::went_on() const {
+  const auto found = std::find_if(bodies_.begin(), bodies_.end(),
+                                  [](const Body& body) { return body.passed_over && body.went_on > kWentOn; });
+  return found != bodies_.end() ? static_cast<int>(found - bodies_.begin()) : -1;
 }
 
 int SurfaceSweep::entered() const {

@@ -62,6 +62,15 @@ public:
   const SurfaceHit& hit(int body) const { return bodies_[body].hit; }
   /// The track has it.
   void take(int body) { leave(bodies_[body]); }
+  /// The tip is in there without having gone in by its surface. It is not to meet that until it has left the body.
+  void pass_over(int body) {
+    leave(bodies_[body]);
+    bodies_[body].began_inside = bodies_[body].passed_over = true;
+  }
+  /// A body passed over that the tip has gone on in since, by more than it came back before; -1: none.
+  int went_on() const;
+  /// How far the tip went in the last step, m.
+  double way(int body) const { return bodies_[body].way; }
   /// Whether a surface was taken or left, since the last call, that the tip had gone through while the track could
   /// not follow: felt late, or not at all.
   bool late() { return std::exchange(late_, false); }
@@ -70,11 +79,14 @@ private:
   struct Body {
     bool known = false;    // `from` is where the tip was
     bool watched = false;  // in the step before
+    double way = 0;        // of the last step, m
     Eigen::Vector3d from = Eigen::Vector3d::Zero();
-    bool began_inside = false;  // no surface was met: the first patch had the tip in there
-    SurfaceHit hit{};           // face >= 0: gone into there
-    std::uint64_t order = 0;    // of entering
-    bool late = false;          // and the track could not follow
+    bool began_inside = false;  // no surface was met: the first patch had the tip in there, or passed over
+    bool passed_over = false;
+    double went_on = 0;       // then, along the needle since it turned round, m
+    SurfaceHit hit{};         // face >= 0: gone into there
+    std::uint64_t order = 0;  // of entering
+    bool late = false;        // and the track could not follow
   };
   void enter(Body& body, const SurfaceHit& hit);
   void leave(Body& body);

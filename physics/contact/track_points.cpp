@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace stylet::physics {
 namespace {
@@ -112,6 +113,20 @@ void TrackPoints::forget(int body) {
   count_ = static_cast<int>(rest - points_.begin());
 }
 
+void TrackPoints::forget_withdrawn(int body) {
+  const auto rest = std::remove_if(points_.begin(), points_.begin() + count_, [&](const TrackPoint& point) {
+    return point.body == body && !point.active && !point.lost;
+  });
+  count_ = static_cast<int>(rest - points_.begin());
+}
+
+bool TrackPoints::drop_torn(int body, double most) {
+  const auto torn = [&](const TrackPoint& point) { return point.body == body && point.active && point.torn >= most; };
+  const auto rest = std::remove_if(points_.begin(), points_.begin() + count_, torn);
+  const int count = static_cast<int>(rest - points_.begin());
+  return std::exchange(count_, count) != count;
+}
+
 bool TrackPoints::lay(const TrackPoint& end, double arc) {
   const bool unfelt = make_room();
   TrackPoint& point = points_[count_++];
@@ -124,6 +139,7 @@ bool TrackPoints::lay(const TrackPoint& end, double arc) {
   point.bristles = {};
   point.pressed = point.turned = 0;
   point.cuts = false;
+  point.torn = 0;
   if (count_ == kMost) choose_leaving();
   return unfelt;
 }

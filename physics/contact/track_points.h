@@ -31,6 +31,7 @@ struct TrackPoint {
   double pressed = 0;    ///< lateral force of the last step there, N
   double turned = 0;     ///< how far the shaft's surface has gone round since it stuck to the point, m
   bool cuts = false;     ///< in the last step, sideways
+  double torn = 0;       ///< how far beyond the body's surface the shaft is there, cut out of it sideways, m
 };
 
 /// Puts a point into a tetrahedron of a patch. Its `site` goes with it.
@@ -65,6 +66,10 @@ public:
 
   void clear();
   void forget(int body);
+  /// Those of a body that the shaft is withdrawn from.
+  void forget_withdrawn(int body);
+  /// Forgets those of a body that the shaft is that far out of it at. @return whether there were any
+  bool drop_torn(int body, double most);
   /// One more, active, with an id of its own. Where no point has gone yet to make room, one goes at once, which is
   /// felt.
   /// @param end  where the track ends; arc: of the shaft there, m

@@ -26,6 +26,7 @@ struct NeedleTrackSettings {
   double tip_radius = 5e-3;
   double side_length = 2e-3;       ///< over which a tip that cuts loses what presses it sideways, m
   double reentry_distance = 2e-3;  ///< a tip that touches a body this close to its old hole goes in there, m
+  double tear_distance = 5e-3;     ///< a shaft cut so far out of a body sideways is held by nothing any more, m
   ShaftFriction friction = ShaftFriction::coulomb;
   LugreConstants lugre{};
 };

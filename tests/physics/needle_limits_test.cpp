@@ -134,6 +134,78 @@ TEST(NeedleLimits, WhatIsCutAsideWhileThePatchLacksTheTrackStaysThere) {
   EXPECT_NEAR(needle.contacts[last].position.y(), aside, 1e-3);
 }
 
+// Dragged on until it is out of the body by its side, nothing holds it any more.
+TEST(NeedleLimits, ANeedleTornOutOfTheBodySidewaysIsHeldByNothing) {
+  constexpr double kStrength = 10, kDepth = 0.06;
+  LedNeedle led(rigid(), coupled({.side_strength = kStrength}));
+  const NeedleState& s = led.needle();
+  led.lead({.along = kDepth}, 0.8);
+  double jump = 0;
+  Eigen::Vector3d before = s.wrench.force;
+  led.lead({.along = kDepth, .aside = 0.12}, 1.6, [&](const NeedleState& now) {
+    jump = std::max(jump, (now.wrench.force - before).norm());
+    before = now.wrench.force;
+  });
+  std::printf("60 mm outside: %d contacts, %.2e N, at most %.3f N in 1 ms on the way; cut %.0f mm2\n",
+              s.contact_count, s.wrench.force.norm(), jump, 1e6 * s.damage.side_cut);
+  EXPECT_EQ(s.contact_count, 0);
+  EXPECT_EQ(s.tip, physics::TipState::outside);
+  EXPECT_LT(s.wrench.force.norm(), 1e-9);
+  EXPECT_LT(jump, 0.2) << "the hold of its length fades while it goes out";
+  EXPECT_LT(s.damage.side_cut, kDepth * 0.06) << "there is no more tissue than to the side of the body";
+  EXPECT_GT(s.hand_work, s.damage.side_work);
+  // Pushed on beside the body and back in at its front: a new puncture, not the old track.
+  led.lead({.along = -0.01, .aside = 0.12}, 0.5);
+  led.lead({.along = -0.01}, 0.8);
+  led.lead({.along = 0.02}, 0.5);
+  EXPECT_GT(s.contact_count, 1);
+  EXPECT_LT(s.wrench.force.norm(), 0.5);
+}
+
+// Half out, cut aside and in again: it goes in where it is, not along the track that it left far beside.
+TEST(NeedleLimits, ANeedleThatGoesInAgainFarBesideItsTrackCutsAnew) {
+  LedNeedle led(rigid(), coupled({.cutting_force = 0.2, .side_strength = 10}));
+  const NeedleState& s = led.needle();
+  led.lead({.along = 0.07}, 0.8);
+  led.lead({.along = 0.03}, 0.5);
+  led.lead({.along = 0.03, .aside = 0.04}, 0.8);
+  double farthest = 0, jump = 0;
+  Eigen::Vector3d before = s.wrench.force;
+  led.lead({.along = 0.07, .aside = 0.04}, 0.8, [&](const NeedleState& now) {
+    for (int i = 0; i < now.contact_count; ++i)
+      farthest = std::max(farthest, (now.contacts[i].position - led.hub().position).tail<2>().norm());
+    jump = std::max(jump, (now.wrench.force - before).norm());
+    before = now.wrench.force;
+  });
+  std::printf("contacts at most %.1f mm beside the needle, %.3f N in 1 ms\n", 1e3 * farthest, jump);
+  EXPECT_LT(farthest, 0.02);
+  EXPECT_LT(jump, 0.2);
+  EXPECT_GT(s.contact_count, 5);
+  EXPECT_GT(s.tip_depth, 0.06);
+}
+
+// Cut aside into other tetrahedra and then kept, for a patch that lacks it: its force is still on the nodes around
+// it.
+TEST(NeedleLimits, APointThatWasCutAsideAndIsKeptPressesOnTheNodesAroundIt) {
+  LedNeedle led(rigid(), coupled({.side_strength = 10}));
+  led.lead({.along = 0.06}, 0.6);
+  led.lead({.along = 0.06, .aside = 0.03}, 0.6);
+  physics::TissuePatch lacking = led.experiment().patch_in_use();
+  lacking.epoch += 1000;
+  lacking.bodies[0].node_count = lacking.bodies[0].tet_count = 0;
+  const NeedleState& s = led.experiment().haptic().step(led.hub(), 1e-3, lacking);
+  ASSERT_GT(s.force_count, 0);
+  const auto& topology = led.experiment().simulation().model(0).topology;
+  for (int i = 0; i < s.force_count; ++i) {
+    bool around = false;
+    for (int c = 0; c < s.contact_count; ++c) {
+      const auto& nodes = topology.nodes(s.contacts[c].tet);
+      around = around || std::find(nodes.begin(), nodes.end(), s.forces[i].node) != nodes.end();
+    }
+    EXPECT_TRUE(around) << "node " << s.forces[i].node;
+  }
+}
+
 // A needle that presses on nothing beyond its strength does not know of it, to the bit.
 TEST(NeedleLimits, AStrengthThatIsNotReachedChangesNothing) {
   const auto forces = [](double strength) {
