@@ -457,7 +457,9 @@ bool NeedleTip::move_end_on(const SolvedStep& step, const Vector3d& target, Tiss
     return false;
   }
   PatchWalk at = walk_patch(step.patch, end_.body, end_.patch_tet, target - tissue.drift(end_.point), tissue);
-  const bool astray = at.left == PatchWalk::Left::body && inside_out(step.patch, end_.body, at.patch_tet, tissue);
+  const bool doubtful = tissue.drift(end_.point).norm() > kEndStride;  // the patch has yet to go where the tip is
+  const bool astray =
+      at.left == PatchWalk::Left::body && (doubtful || inside_out(step.patch, end_.body, at.patch_tet, tissue));
   if (astray || at.left == PatchWalk::Left::patch) {
     // A force that dents the tissue deeper than a tetrahedron turns it inside out: the way on then seems to be the
     // way out, or to nowhere. At rest it is known; what the step misses for the deformation the next ones make up
