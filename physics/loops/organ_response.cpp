@@ -39,22 +39,6 @@ Vector3d opening(const SurfaceRow& row, int body, int node, const OrganResponseB
   return sum;
 }
 
-/// n_i^T (motion of row i per force on row j) n_j, m/N.
-double between(const SurfaceRow& row, const SurfaceRow& other, std::span<const OrganResponseBody> bodies) {
-  double sum = 0;
-  for (int a = 0; a < row.support_count; ++a) {
-    const SurfaceRow::Support& at = row.supports[a];
-    const IsolatedDofs& isolated = bodies[at.body].isolated;
-    if (!isolated.known(at.node)) continue;
-    for (int b = 0; b < other.support_count; ++b) {
-      const SurfaceRow::Support& from = other.supports[b];
-      if (from.body != at.body || !isolated.known(from.node)) continue;
-      sum += at.weight * from.weight * row.normal.dot(isolated.block(at.node, from.node) * other.normal);
-    }
-  }
-  return sum;
-}
-
 std::uint64_t id_of(const SurfaceRow& row) {
   return (static_cast<std::uint64_t>(row.pair + 1) << 40) + row.slot;
 }
@@ -75,22 +59,38 @@ OrganResponse::OrganResponse()
       unbounded_(kMaxOrganRows, std::numeric_limits<double>::infinity()),
       pivoting_(kMaxOrganRows) {}
 
+void OrganResponse::find_openings(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
+  std::vector<int> places;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const IsolatedDofs& isolated = bodies[b].isolated;
+    const auto patch_nodes = static_cast<Eigen::Index>(bodies[b].patch_nodes.size());
+    places.clear();
+    for (const int node : bodies[b].patch_nodes) places.push_back(isolated.place(node));
+    openings_[b].setZero(3, patch_nodes * static_cast<Eigen::Index>(rows.size()));
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (!known(rows[i], bodies)) continue;
+      for (int s = 0; s < rows[i].support_count; ++s) {
+        const SurfaceRow::Support& support = rows[i].supports[s];
+        if (support.body != static_cast<int>(b) || !isolated.known(support.node)) continue;
+        isolated.add_motion(places, support.node, rows[i].normal, support.weight,
+                            openings_[b].middleCols(static_cast<Eigen::Index>(i) * patch_nodes, patch_nodes));
+      }
+    }
+  }
+}
+
 void OrganResponse::choose(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
   count_ = 0;
   chosen_.clear();
-  for (std::vector<int>& nodes : nodes_) nodes.clear();
+  find_openings(rows, bodies);
   std::vector<std::pair<double, int>> ranked;  // by what the needle does to the row, the most first
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!known(rows[i], bodies)) continue;
     double most = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-      const bool touches = std::any_of(rows[i].supports.begin(), rows[i].supports.begin() + rows[i].support_count,
-                                       [&](const auto& support) { return support.body == static_cast<int>(b); });
-      for (std::size_t n = 0; touches && n < bodies[b].patch_nodes.size(); ++n) {
-        const int node = bodies[b].patch_nodes[n];
-        if (!bodies[b].isolated.known(node)) continue;
-        most = std::max(most, opening(rows[i], static_cast<int>(b), node, bodies[b]).squaredNorm());
-      }
+      const auto patch_nodes = static_cast<Eigen::Index>(bodies[b].patch_nodes.size());
+      const auto of_row = openings_[b].middleCols(static_cast<Eigen::Index>(i) * patch_nodes, patch_nodes);
+      for (Eigen::Index n = 0; n < patch_nodes; ++n) most = std::max(most, of_row.col(n).squaredNorm());
     }
     const double gap = rows[i].lambda > 0 ? 0 : std::max(0.0, rows[i].gap) / kNear;
     if (most > 0) ranked.emplace_back(-most / (1 + gap * gap), static_cast<int>(i));
@@ -102,24 +102,83 @@ void OrganResponse::choose(std::span<const SurfaceRow> rows, std::span<const Org
   for (const auto& [rank, row] : ranked) chosen_.push_back(row);
   std::sort(chosen_.begin(), chosen_.end());
   count_ = static_cast<int>(chosen_.size());
+  find_nodes(rows, bodies);
+  for (int i = 0; i < count_; ++i) {
+    lambda_0_[i] = rows[chosen_[i]].lambda;
+    states_[i] = lambda_0_[i] > 0 ? RowState::sticking : RowState::lower;
+  }
+  couple(rows, bodies);
+  if (pivoting_.load(w_.topLeftCorner(count_, count_), diagonal_.data(), softening_.data()) < 0) count_ = 0;
+}
 
+void OrganResponse::find_nodes(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
+  std::array<std::vector<int>, kMaxBodies> index;  // of a known node in nodes_, by its place
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    nodes_[b].clear();
+    index[b].assign(static_cast<std::size_t>(bodies[b].isolated.known_nodes()), -1);
+  }
   for (int i = 0; i < count_; ++i) {
     const SurfaceRow& row = rows[chosen_[i]];
-    for (int j = 0; j <= i; ++j) w_(i, j) = w_(j, i) = between(row, rows[chosen_[j]], bodies);
-    w_(i, i) += row.compliance;
-    diagonal_[i] = w_(i, i);
-    lambda_0_[i] = row.lambda;
-    states_[i] = row.lambda > 0 ? RowState::sticking : RowState::lower;
     for (int s = 0; s < row.support_count; ++s) {
-      std::vector<int>& nodes = nodes_[row.supports[s].body];
-      const int node = row.supports[s].node;
-      if (bodies[row.supports[s].body].isolated.known(node) &&
-          std::find(nodes.begin(), nodes.end(), node) == nodes.end()) {
-        nodes.push_back(node);
+      const SurfaceRow::Support& support = row.supports[s];
+      const int place = bodies[support.body].isolated.place(support.node);
+      at_[i][s] = -1;
+      if (place < 0) continue;
+      int& known = index[support.body][place];
+      if (known < 0) {
+        known = static_cast<int>(nodes_[support.body].size());
+        nodes_[support.body].push_back(support.node);
       }
+      at_[i][s] = known;
     }
   }
-  if (pivoting_.load(w_.topLeftCorner(count_, count_), diagonal_.data(), softening_.data()) < 0) count_ = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    motions_[b].setZero(4, static_cast<Eigen::Index>(3 * nodes_[b].size()));
+  }
+}
+
+// W_ij = n_i^T (motion of row i per force on row j) n_j, plus the compliance of the row itself.
+void OrganResponse::couple(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
+  std::array<int, kMaxBodies> first{};  // of nodes_ that the rows from j on have
+  for (std::size_t b = 0; b < bodies.size(); ++b) first[b] = static_cast<int>(nodes_[b].size());
+  for (int j = count_; j-- > 0;) {
+    const SurfaceRow& other = rows[chosen_[j]];
+    std::array<Eigen::Array4d, kMaxBodies> weights;  // of the supports of j on a body; 0: on another, or held
+    weights.fill(Eigen::Array4d::Zero());
+    for (int b = 0; b < other.support_count; ++b) {
+      const SurfaceRow::Support& from = other.supports[b];
+      if (at_[j][b] < 0) continue;
+      weights[from.body][b] = from.weight;
+      first[from.body] = std::min(first[from.body], at_[j][b]);
+    }
+    for (int b = 0; b < other.support_count; ++b) {
+      const SurfaceRow::Support& from = other.supports[b];
+      if (at_[j][b] < 0) continue;
+      const std::vector<int>& nodes = nodes_[from.body];
+      for (int k = first[from.body]; k < static_cast<int>(nodes.size()); ++k) {
+        const Vector3d motion = bodies[from.body].isolated.block(nodes[k], from.node) * other.normal;
+        for (int c = 0; c < 3; ++c) motions_[from.body](b, 3 * k + c) = motion[c];
+      }
+    }
+    for (int i = j; i < count_; ++i) {
+      const SurfaceRow& row = rows[chosen_[i]];
+      double sum = 0;
+      for (int a = 0; a < row.support_count; ++a) {
+        if (at_[i][a] < 0) continue;
+        const SurfaceRow::Support& at = row.supports[a];
+        const auto motion = motions_[at.body].middleCols<3>(3 * at_[i][a]);
+        const Eigen::Array4d opening =
+            (row.normal.x() * motion.col(0) + row.normal.y() * motion.col(1)) + row.normal.z() * motion.col(2);
+        const Eigen::Array4d shares = at.weight * weights[at.body] * opening;
+        for (int b = 0; b < other.support_count; ++b) sum += shares[b];
+      }
+      w_(i, j) = w_(j, i) = sum;
+    }
+  }
+  for (int i = 0; i < count_; ++i) {
+    w_(i, i) += rows[chosen_[i]].compliance;
+    diagonal_[i] = w_(i, i);
+  }
 }
 
 void OrganResponse::open(std::span<const SurfaceRow> rows, std::span<const Eigen::Matrix3Xd> moved) {
@@ -127,34 +186,25 @@ void OrganResponse::open(std::span<const SurfaceRow> rows, std::span<const Eigen
     const SurfaceRow& row = rows[chosen_[i]];
     gap_[i] = row.gap + row.compliance * row.lambda;
     for (int s = 0; s < row.support_count; ++s) {
-      const std::vector<int>& nodes = nodes_[row.supports[s].body];
-      const auto at = std::find(nodes.begin(), nodes.end(), row.supports[s].node);
-      if (at == nodes.end()) continue;
-      gap_[i] += row.supports[s].weight * row.normal.dot(moved[row.supports[s].body].col(at - nodes.begin()));
+      if (at_[i][s] < 0) continue;
+      gap_[i] += row.supports[s].weight * row.normal.dot(moved[row.supports[s].body].col(at_[i][s]));
     }
   }
   if (!gap_.head(count_).allFinite()) count_ = 0;
 }
 
-void OrganResponse::fill(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies,
-                         OrganRows& out) const {
+void OrganResponse::fill(std::span<const SurfaceRow> rows, OrganRows& out) const {
   out.count = count_;
   if (count_ == 0) return;
   out.gap.head(count_) = gap_.head(count_);
   out.lambda.head(count_) = lambda_0_.head(count_);
   out.w.topLeftCorner(count_, count_) = w_.topLeftCorner(count_, count_);
   for (int i = 0; i < count_; ++i) out.ids[i] = id_of(rows[chosen_[i]]);
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    for (std::size_t n = 0; n < bodies[b].patch_nodes.size(); ++n) {
-      const int node = bodies[b].patch_nodes[n];
-      auto y = out.y[b].middleCols<3>(static_cast<Eigen::Index>(3 * n)).topRows(count_);
-      if (!bodies[b].isolated.known(node)) {
-        y.setZero();
-        continue;
-      }
-      for (int i = 0; i < count_; ++i) {
-        y.row(i) = opening(rows[chosen_[i]], static_cast<int>(b), node, bodies[b]).transpose();
-      }
+  for (std::size_t b = 0; b < openings_.size(); ++b) {
+    const Eigen::Index patch_nodes = openings_[b].cols() / static_cast<Eigen::Index>(rows.size());
+    for (Eigen::Index n = 0; n < patch_nodes; ++n) {
+      auto y = out.y[b].middleCols<3>(3 * n);
+      for (int i = 0; i < count_; ++i) y.row(i) = openings_[b].col(chosen_[i] * patch_nodes + n).transpose();
     }
   }
 }

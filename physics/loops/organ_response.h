@@ -39,7 +39,7 @@ public:
   void open(std::span<const SurfaceRow> rows, std::span<const Eigen::Matrix3Xd> moved);
   /// For the haptic loop.
   /// @param out  reserved
-  void fill(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies, OrganRows& out) const;
+  void fill(std::span<const SurfaceRow> rows, OrganRows& out) const;
   /// Multipliers under needle forces.
   /// @param forces  [free DOFs] of each body, N, zero but at `loaded`
   /// @return whether there are any
@@ -51,9 +51,19 @@ public:
   auto lambda() const { return lambda_.head(count_); }  ///< of the last respond() [count]
 
 private:
+  // The stages of choose(), in order.
+  void find_openings(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
+  void find_nodes(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
+  void couple(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
+
   int count_ = 0;
   std::vector<int> chosen_;                         // [count_] indices of rows
   std::array<std::vector<int>, kMaxBodies> nodes_;  // of the chosen rows, free
+  std::array<std::array<int, 4>, kMaxOrganRows>
+      at_{};  // [count_] [supports] in nodes_ of the support's body; -1: held
+  std::array<Eigen::Matrix3Xd, kMaxBodies> openings_;  // [rows] [3 x patch nodes] of a row per force on a node, m/N
+  std::array<Eigen::Array4Xd, kMaxBodies>
+      motions_;  // scratch: [supports of a row] [3 nodes_] per force along the row
   Eigen::MatrixXd w_;
   Eigen::VectorXd gap_, lambda_0_, lambda_, u_, d_;
   std::vector<RowState> states_;

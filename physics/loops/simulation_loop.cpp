@@ -250,35 +250,32 @@ void SimulationLoop::respond(std::size_t b, bool shown) {
   const IsolatedDofs& isolated = factorised.isolated;
   const auto known = [&](int node) { return isolated.known(node); };
   if (!std::all_of(body.loaded_nodes.begin(), body.loaded_nodes.end(), known)) return;
-  const std::span<const int> pressed = organs_.nodes(static_cast<int>(b));
-  for (std::size_t i = 0; i < body.nodes.size(); ++i) {
-    if (!known(body.nodes[i])) continue;
-    Eigen::Vector3d x = body.free_positions.col(static_cast<Eigen::Index>(i));
-    for (const int node : body.loaded_nodes) {
-      const int dof = 3 * model.free_index[node];
-      x += isolated.block(body.nodes[i], node) * body.needle_force.segment<3>(dof);
-    }
-    for (const int node : pressed) {
-      const int dof = 3 * model.free_index[node];
-      const Eigen::Vector3d change = body.contact_force.segment<3>(dof) - body.eliminated_contact.segment<3>(dof);
-      if (!change.isZero(0)) x += isolated.block(body.nodes[i], node) * change;
-    }
-    body.trial.col(body.nodes[i]) = x;
+  std::vector<int> places;
+  for (const int node : body.nodes) places.push_back(isolated.place(node));
+  Eigen::Matrix3Xd x = body.free_positions.leftCols(static_cast<Eigen::Index>(places.size()));
+  for (const int node : body.loaded_nodes) {
+    isolated.add_motion(places, node, body.needle_force.segment<3>(3 * model.free_index[node]), 1, x);
+  }
+  for (const int node : organs_.nodes(static_cast<int>(b))) {
+    const int dof = 3 * model.free_index[node];
+    const Eigen::Vector3d change = body.contact_force.segment<3>(dof) - body.eliminated_contact.segment<3>(dof);
+    if (!change.isZero(0)) isolated.add_motion(places, node, change, 1, x);
+  }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i] >= 0) body.trial.col(body.nodes[i]) = x.col(static_cast<Eigen::Index>(i));
   }
 }
 
-void SimulationLoop::free_positions(std::size_t b, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free) {
+void SimulationLoop::solve_trailing(std::size_t b) {
   const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
-  if (nodes.empty()) return;
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
-  const IsolatedDofs& isolated = factorised.isolated;
   // p_free = p - A_f^-1 (F_int - H^T lambda) - A_f^-1 H^T lambda   (eq. 7). The last term is W_bar H^T lambda, but
   // for forces on nodes that are isolated no more: those join the second.
   body.displacement.setZero();
   bool all_known = true;
   for (const int node : body.loaded_nodes) {
-    if (isolated.known(node)) continue;
+    if (factorised.isolated.known(node)) continue;
     const int dof = 3 * model.free_index[node];
     body.displacement.segment<3>(dof) = body.needle_force.segment<3>(dof);
     all_known = false;
@@ -289,16 +286,27 @@ void SimulationLoop::free_positions(std::size_t b, std::span<const int> nodes, E
     factorised.factor.eliminate(body.displacement, forgotten, workspace_);
     body.pass += forgotten;
   }
-  isolated.solution_at(nodes, body.pass, factorised.factor, free);
+  body.on_trailing = factorised.factor.substitute_back_trailing(body.pass);
+  body.trailing_solved = true;
+}
+
+void SimulationLoop::free_positions(std::size_t b, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free) {
+  const TissueModel& model = models_[b];
+  BodyState& body = bodies_[b];
+  if (nodes.empty()) return;
+  const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
+  const IsolatedDofs& isolated = factorised.isolated;
+  if (!body.trailing_solved) solve_trailing(b);
+  isolated.solution_at(nodes, body.pass, body.on_trailing, free);
+  std::vector<int> places;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     auto x = free.col(static_cast<Eigen::Index>(i));
     x = tissue_.positions[b].col(nodes[i]) - x;
-    if (!isolated.known(nodes[i])) continue;
-    for (const int node : body.loaded_nodes) {
-      if (!isolated.known(node)) continue;
-      const int dof = 3 * model.free_index[node];
-      x -= isolated.block(nodes[i], node) * body.needle_force.segment<3>(dof);
-    }
+    places.push_back(isolated.place(nodes[i]));
+  }
+  for (const int node : body.loaded_nodes) {
+    if (!isolated.known(node)) continue;
+    isolated.add_motion(places, node, body.needle_force.segment<3>(3 * model.free_index[node]), -1, free);
   }
 }
 
@@ -349,7 +357,7 @@ void SimulationLoop::couple_organs(const NeedleState* needle, TissuePatch& out) 
     }
   }
   organs_.open(contact_->rows(), moved);
-  organs_.fill(contact_->rows(), bodies, out.organs);
+  organs_.fill(contact_->rows(), out.organs);
 }
 
 void SimulationLoop::gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -529,6 +537,7 @@ void SimulationLoop::free_motion(SimulationReport& report) {
     // point. Half of the solve is left to respond(), when the forces of this step are known: L is read once here,
     // once there.
     worker_.latest().bodies[b].factor.eliminate(body.displacement, body.eliminated, workspace_);
+    body.trailing_solved = false;
     body.eliminated_force = body.needle_force + body.contact_force;
     body.eliminated_contact = body.contact_force;
     if (!body.eliminated.allFinite()) {

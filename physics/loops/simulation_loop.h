@@ -157,6 +157,8 @@ private:
     Eigen::VectorXd eliminated_contact;         // [free DOFs] that of contact
     Eigen::VectorXd displacement;               // [free DOFs] scratch
     Eigen::VectorXd pass;                       // [free DOFs] scratch, in the order of elimination
+    Eigen::VectorXd on_trailing;                // [S] of pass, see solve_trailing()
+    bool trailing_solved = false;               // since the last free motion
     std::vector<int> nodes;                     // isolated now, ascending
     std::vector<int> wanted;                    // of these, what the next factor has to have
     std::vector<int> held;                      // in the patch beside these, ascending: without compliance
@@ -171,6 +173,8 @@ private:
   /// p - A_f^-1 (F_int - H^T lambda) with the latest forces into body.trial: the other half of the solve (eq. 6).
   /// @param shown  the isolated nodes go where the haptic loop showed them with the last patch
   void respond(std::size_t body, bool shown);
+  /// A_f^-1 (F_int - H^T lambda) on the factor's trailing nodes, with what free_positions() needs of it.
+  void solve_trailing(std::size_t body);
   /// p_free of nodes whose compliance is known or that are held (eq. 7).
   /// @param[out] free  [3 x nodes], m
   void free_positions(std::size_t body, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free);

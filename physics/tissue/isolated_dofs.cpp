@@ -131,9 +131,17 @@ void IsolatedDofs::gather(std::span<const int> nodes, Eigen::Ref<Eigen::MatrixXd
   }
 }
 
+void IsolatedDofs::add_motion(std::span<const int> places, int node, const Eigen::Vector3d& force, double weight,
+                              Eigen::Ref<Eigen::Matrix3Xd> motion) const {
+  const auto columns = w_.middleCols<3>(3 * slot_[node]);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (places[k] < 0) continue;
+    motion.col(static_cast<Eigen::Index>(k)) += weight * (columns.middleRows<3>(3 * places[k]) * force);
+  }
+}
+
 void IsolatedDofs::solution_at(std::span<const int> nodes, const Eigen::VectorXd& eliminated,
-                               const Factorisation& factor, Eigen::Ref<Eigen::Matrix3Xd> x) const {
-  const Eigen::VectorXd on_trailing = factor.substitute_back_trailing(eliminated);
+                               const Eigen::VectorXd& on_trailing, Eigen::Ref<Eigen::Matrix3Xd> x) const {
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     auto to = x.col(static_cast<Eigen::Index>(k));
     if (!known(nodes[k])) {

@@ -40,11 +40,19 @@ public:
   int known_nodes() const { return static_cast<int>(known_.size()); }
   /// W_bar[row, column] of two known nodes, m/N.
   auto block(int row, int column) const { return w_.block<3, 3>(3 * slot_[row], 3 * slot_[column]); }
+  /// Where a node is among the known ones, -1: not known. Until the next isolate() or reset().
+  int place(int node) const { return slot_[node]; }
+  /// motion += weight * W_bar[nodes, node] * force.
+  /// @param places  place() of some nodes; where it is -1 nothing is added
+  /// @param motion  [3 x places], m
+  void add_motion(std::span<const int> places, int node, const Eigen::Vector3d& force, double weight,
+                  Eigen::Ref<Eigen::Matrix3Xd> motion) const;
   /// x = A^-1 b at some nodes, from y = L^-1 P b: what the second half of the solve would find there.
-  /// @param nodes       isolated before
-  /// @param eliminated  y of Factorisation::eliminate() [free DOFs]
-  /// @param[out] x      [3 x nodes], zero at fixed nodes
-  void solution_at(std::span<const int> nodes, const Eigen::VectorXd& eliminated, const Factorisation& factor,
+  /// @param nodes        isolated before
+  /// @param eliminated   y of Factorisation::eliminate() [free DOFs]
+  /// @param on_trailing  of that, Factorisation::substitute_back_trailing()
+  /// @param[out] x       [3 x nodes], zero at fixed nodes
+  void solution_at(std::span<const int> nodes, const Eigen::VectorXd& eliminated, const Eigen::VectorXd& on_trailing,
                    Eigen::Ref<Eigen::Matrix3Xd> x) const;
 
 private:

@@ -196,8 +196,20 @@ TEST(IsolatedDofs, NodesInsideAndOutsideTheCorridorMatchTheDenseInverse) {
       ASSERT_EQ(w_bar, Eigen::MatrixXd(w_bar.transpose()));
       worst = std::max(worst, relative(w_bar, inverse(dofs, dofs)));
       Eigen::Matrix3Xd x(3, nodes.size());
-      isolated.solution_at(nodes, y, cube.factor, x);
+      isolated.solution_at(nodes, y, cube.factor.substitute_back_trailing(y), x);
       worst_solution = std::max(worst_solution, relative(x.reshaped(), (inverse * b)(dofs)));
+
+      // Under one force, which moves no node that is not known and none that is held.
+      std::vector<int> places;
+      for (const int node : nodes) places.push_back(isolated.place(node));
+      places.insert(places.end(), {-1, isolated.place(cube.fixed[0])});
+      Eigen::Matrix3Xd motion = Eigen::Matrix3Xd::Ones(3, places.size());
+      const Eigen::Vector3d force(0.2, -0.7, 0.4);
+      isolated.add_motion(places, nodes[2], force, -1.5, motion);
+      const Eigen::VectorXd moved = inverse(dofs, dofs).middleCols(6, 3) * (-1.5 * force);
+      worst = std::max(
+          worst, relative(motion.leftCols(nodes.size()).reshaped() - Eigen::VectorXd::Ones(moved.size()), moved));
+      EXPECT_EQ(Eigen::Matrix3Xd(motion.rightCols(2)), Eigen::Matrix3Xd(Eigen::Matrix3Xd::Ones(3, 2)));
     }
   }
   std::printf("  W_bar off the dense inverse by %.1e, solutions (single precision) by %.1e\n", worst, worst_solution);
