@@ -82,6 +82,7 @@ private:
   std::vector<StepListener*> listeners_;
   physics::HapticLoop haptic_;
   physics::SimulationLoop simulation_;
+  double stale_turn_;  // of a live session, see physics::SimulationInput; the paper's couplings: always anew
   double haptic_dt_;
   physics::StylusPose hub_;
   std::uint64_t haptic_steps_ = 0;

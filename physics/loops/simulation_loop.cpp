@@ -594,6 +594,20 @@ void SimulationLoop::choose_nodes(std::size_t b, const NeedleState& needle, std:
   std::sort(body.held.begin(), body.held.end());
 }
 
+void SimulationLoop::name_nodes(std::size_t b, const NeedleState* needle, FactorisationRequest::Body& request) const {
+  request.isolated_nodes = settings_.lay_contacts ? bodies_[b].nodes : bodies_[b].wanted;
+  request.foreseen_nodes.clear();
+  request.contact_nodes.clear();
+  request.pressed_nodes = 0;
+  if (needle == nullptr) return;
+  const auto body = static_cast<int>(b);
+  if (follow_organs_) request.pressed_nodes = contact_->nodes(body, request.contact_nodes);
+  request.foreseen_nodes =
+      settings_.lay_contacts
+          ? path_.nodes_ahead(body, *needle, tissue_.positions[b], settings_.look_ahead)
+          : corridor_nodes(models_[b], tissue_.positions[b], *needle, body, settings_.look_ahead, kMaxPatchNodes);
+}
+
 void SimulationLoop::request_factorisation(const SimulationInput& input, const NeedleState* needle,
                                            SimulationReport& report) {
   if (!input.request_factorisation) return;
@@ -601,30 +615,25 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, const N
     // Idle without a result that could be taken: the worker met a matrix that is not positive definite.
     if (!worker_.idle() || worker_.failures() == failures_seen_) return;
     failures_seen_ = worker_.failures();
+    factorisation_outstanding_ = false;
     report.flags |= kSimulationFactorisationFailed;
   }
   FactorisationRequest& request = worker_.request();
   request.epoch = tissue_.step;
+  bool needed = !(input.stale_turn > 0);
   for (std::size_t b = 0; b < models_.size(); ++b) {
-    request.bodies[b].rotations = bodies_[b].rotations;
-    request.bodies[b].squeezed.clear();
+    FactorisationRequest::Body& body = request.bodies[b];
+    body.squeezed.clear();
     if (bodies_[b].squeezed > 0) {
-      find_squeezed(models_[b], tissue_.positions[b], bodies_[b].rest_size, request.bodies[b].squeezed);
+      find_squeezed(models_[b], tissue_.positions[b], bodies_[b].rest_size, body.squeezed);
     }
-    request.bodies[b].isolated_nodes = settings_.lay_contacts ? bodies_[b].nodes : bodies_[b].wanted;
-    request.bodies[b].foreseen_nodes.clear();
-    request.bodies[b].contact_nodes.clear();
-    request.bodies[b].pressed_nodes = 0;
-    if (needle == nullptr) continue;
-    if (follow_organs_) {
-      request.bodies[b].pressed_nodes = contact_->nodes(static_cast<int>(b), request.bodies[b].contact_nodes);
-    }
-    request.bodies[b].foreseen_nodes =
-        settings_.lay_contacts
-            ? path_.nodes_ahead(static_cast<int>(b), *needle, tissue_.positions[b], settings_.look_ahead)
-            : corridor_nodes(models_[b], tissue_.positions[b], *needle, static_cast<int>(b), settings_.look_ahead,
-                             kMaxPatchNodes);
+    name_nodes(b, needle, body);
+    const FactorisedTissue::Body& in_use = worker_.latest().bodies[b];
+    needed = needed || !covers(in_use.trailing_nodes, body, models_[b]) ||
+             !nearly_of(in_use, bodies_[b].rotations, body.squeezed, input.stale_turn);
   }
+  if (!needed) return;
+  for (std::size_t b = 0; b < models_.size(); ++b) request.bodies[b].rotations = bodies_[b].rotations;
   worker_.submit();
   factorisation_outstanding_ = true;
   report.factorisation_requested = true;

@@ -60,6 +60,9 @@ struct SimulationInput {
   double time_s = 0;
   bool take_factorisation = true;
   bool request_factorisation = true;
+  /// Rad. A factorisation is requested only where a tetrahedron has turned by more than this since the one in use, or
+  /// nodes that it must have are not among its trailing ones. 0, and in a replay: whatever has moved.
+  double stale_turn = 0;
   const RigidPose* probe = nullptr;  ///< patient_from_probe; null: not there
   double held_amplitude = 0;         ///< of SimulationBody::held_motion: breathing. Moves what is held at once
   /// Volume wanted of each cavity over that when full, bodies in order; 1: full. Empty: all full. See Cavity::fill.
@@ -137,6 +140,8 @@ private:
   void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
   void couple_organs(const NeedleState* needle, TissuePatch& out);
   void choose_nodes(std::size_t body, const NeedleState& needle, std::uint32_t& flags);
+  /// Isolated, foreseen and touched nodes of a body.
+  void name_nodes(std::size_t body, const NeedleState* needle, FactorisationRequest::Body& request) const;
   void request_factorisation(const SimulationInput& input, const NeedleState* needle, SimulationReport& report);
   void fill_patch(TissuePatch& out);
 

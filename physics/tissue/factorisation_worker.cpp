@@ -3,6 +3,7 @@
 #include "physics/messages/messages.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -48,40 +49,39 @@ FactorisedTissue factorised_at_rest(std::span<const TissueModel> models, std::sp
     }
     result.bodies.push_back({.factor = std::move(factor),
                              .trailing_nodes = {},
-                             .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes + kMaxContactNodes)});
+                             .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes + kMaxContactNodes),
+                             .rotations = rest,
+                             .squeezed = {}});
   }
   return result;
 }
 
-/// The free ones of the nodes that the request names, without doubles: isolated, foreseen, in contact.
-std::vector<int> corridor_of(const FactorisationRequest::Body& request, const TissueModel& model) {
-  std::vector<int> corridor;
-  std::vector<char> taken(model.mesh.nodes.size(), 0);
-  const auto take = [&](std::span<const int> nodes, std::size_t most) {
-    for (const int node : nodes) {
-      if (model.free_index[node] < 0 || taken[node] != 0 || corridor.size() >= most) continue;
-      taken[node] = 1;
-      corridor.push_back(node);
-    }
-  };
-  take(request.isolated_nodes, kMaxPatchNodes);
-  take(request.foreseen_nodes, kMaxPatchNodes);
-  take(request.contact_nodes, corridor.size() + kMaxContactNodes);
-  return corridor;
-}
+/// The free ones of some nodes, without doubles.
+class Corridor {
+public:
+  explicit Corridor(const TissueModel& model) : model_(model), taken_(model.mesh.nodes.size(), 0) {}
 
-bool covers(std::span<const int> corridor, const FactorisationRequest::Body& request, const TissueModel& model) {
-  std::vector<char> covered(model.mesh.nodes.size(), 0);
-  for (const int node : corridor) covered[node] = 1;
-  const auto all_covered = [&](std::span<const int> nodes) {
-    return std::all_of(nodes.begin(), nodes.end(),
-                       [&](int node) { return covered[node] != 0 || model.free_index[node] < 0; });
-  };
-  const std::span<const int> foreseen = request.foreseen_nodes;
-  const std::span<const int> contact = request.contact_nodes;
-  return all_covered(request.isolated_nodes) && all_covered(foreseen.first(foreseen.size() / 2)) &&
-         all_covered(contact.first(std::min<std::size_t>(request.pressed_nodes, kMaxContactNodes)));
-}
+  /// Those of `more` that fit.
+  void take(std::span<const int> more, std::size_t most) {
+    for (const int node : more) {
+      if (model_.free_index[node] < 0 || taken_[node] != 0 || nodes_.size() >= most) continue;
+      taken_[node] = 1;
+      nodes_.push_back(node);
+    }
+  }
+  /// Isolated, the first `foreseen` of the foreseen nodes, the first `touched` of those in contact.
+  std::vector<int> of(const FactorisationRequest::Body& request, std::size_t foreseen, std::size_t touched) && {
+    take(request.isolated_nodes, kMaxPatchNodes);
+    take(std::span(request.foreseen_nodes).first(foreseen), kMaxPatchNodes);
+    take(std::span(request.contact_nodes).first(touched), nodes_.size() + kMaxContactNodes);
+    return std::move(nodes_);
+  }
+
+private:
+  const TissueModel& model_;
+  std::vector<char> taken_;
+  std::vector<int> nodes_;
+};
 
 std::vector<int> dofs_of(std::span<const int> nodes, const TissueModel& model) {
   std::vector<int> dofs;
@@ -94,6 +94,30 @@ std::vector<int> dofs_of(std::span<const int> nodes, const TissueModel& model) {
 }
 
 }  // namespace
+
+bool covers(std::span<const int> trailing_nodes, const FactorisationRequest::Body& request,
+            const TissueModel& model) {
+  std::vector<char> covered(model.mesh.nodes.size(), 0);
+  for (const int node : trailing_nodes) covered[node] = 1;
+  const std::vector<int> wanted =
+      Corridor(model).of(request, request.foreseen_nodes.size() / 2,
+                         std::min<std::size_t>(request.pressed_nodes, request.contact_nodes.size()));
+  return std::all_of(wanted.begin(), wanted.end(), [&](int node) { return covered[node] != 0; });
+}
+
+bool nearly_of(const FactorisedTissue::Body& factor, std::span<const Eigen::Quaterniond> rotations,
+               std::span<const SqueezedTet> squeezed, double turn) {
+  const double least = std::cos(0.5 * turn);
+  for (std::size_t t = 0; t < rotations.size(); ++t) {
+    if (std::abs(rotations[t].dot(factor.rotations[t])) < least) return false;
+  }
+  // Of V psi'' (dJ/dp)(dJ/dp)^T its root: it changes by the angle where it turns, as the rest of the matrix does.
+  const auto root = [](const SqueezedTet& tet) -> Eigen::Matrix3d { return std::sqrt(tet.curvature) * tet.cofactor; };
+  return std::equal(squeezed.begin(), squeezed.end(), factor.squeezed.begin(), factor.squeezed.end(),
+                    [&](const SqueezedTet& now, const SqueezedTet& then) {
+                      return now.tet == then.tet && (root(now) - root(then)).norm() <= turn * root(then).norm();
+                    });
+}
 
 FactorisationWorker::FactorisationWorker(std::span<const TissueModel> models, double dt)
     : models_(models),
@@ -118,7 +142,9 @@ bool FactorisationWorker::step() {
   for (std::size_t b = 0; factorised && b < models_.size(); ++b) {
     const FactorisationRequest::Body& wanted = request.bodies[b];
     FactorisedTissue::Body& body = result.bodies[b];
-    if (!covers(corridors_[b], wanted, models_[b])) corridors_[b] = corridor_of(wanted, models_[b]);
+    if (!covers(corridors_[b], wanted, models_[b])) {
+      corridors_[b] = Corridor(models_[b]).of(wanted, wanted.foreseen_nodes.size(), wanted.contact_nodes.size());
+    }
     if (body.trailing_nodes != corridors_[b]) {  // each slot has a factor of its own
       factorised = body.factor.order_last(dofs_of(corridors_[b], models_[b]), patterns_[b], workspace_);
       if (!factorised) break;
@@ -128,6 +154,8 @@ bool FactorisationWorker::step() {
     factorised = body.factor.factorise(patterns_[b], values_[b], workspace_);
     if (!factorised) break;
     body.isolated.reset(body.trailing_nodes, models_[b], body.factor);
+    body.rotations = wanted.rotations;
+    body.squeezed = wanted.squeezed;
   }
   if (factorised) {
     result.epoch = request.epoch;

@@ -34,12 +34,23 @@ struct FactorisationRequest {
 struct FactorisedTissue {
   struct Body {
     Factorisation factor;
-    std::vector<int> trailing_nodes;  ///< eliminated last: isolated and foreseen in some request
-    IsolatedDofs isolated;            ///< knows those; whoever holds the value may add more (its own slot)
+    std::vector<int> trailing_nodes;            ///< eliminated last: isolated and foreseen in some request
+    IsolatedDofs isolated;                      ///< knows those; whoever holds the value may add more (its own slot)
+    std::vector<Eigen::Quaterniond> rotations;  ///< [tets] of the matrix: as requested
+    std::vector<SqueezedTet> squeezed;          ///< the same
   };
   std::uint64_t epoch = 0;
   std::vector<Body> bodies;
 };
+
+/// Whether the trailing nodes are all that a request must have: isolated, the nearer half of the foreseen, pressed.
+bool covers(std::span<const int> trailing_nodes, const FactorisationRequest::Body& request, const TissueModel& model);
+
+/// Whether the matrix of a factor is still that of a state, nearly: no tetrahedron has turned by more than `turn`,
+/// and what the barrier adds has changed by no more than that share.
+/// @param turn  rad
+bool nearly_of(const FactorisedTissue::Body& factor, std::span<const Eigen::Quaterniond> rotations,
+               std::span<const SqueezedTet> squeezed, double turn);
 
 /// Between the simulation thread (request, update, latest) and the worker thread (step). No locks.
 /// The nodes eliminated last are chosen anew, with another symbolic analysis, only when they lack an isolated node,

@@ -1,6 +1,7 @@
 // The simulation loop's motion of the tissue: exact equilibrium, damping, and never a bad number.
 #include "physics/loops/simulation_loop.h"
 
+#include "physics/tissue/corotational.h"
 #include "tests/support/dense_tissue.h"
 #include "tests/support/sanitized.h"
 #include "tools/reference/dense_algebra.h"
@@ -8,11 +9,14 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
+#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
+#include <vector>
 
 namespace stylet::physics {
 namespace {
@@ -87,6 +91,82 @@ TEST(SimulationLoop, FixedPointIsTheExactEquilibriumWhateverTheFactor) {
     EXPECT_LT(error, 1e-9);
     EXPECT_EQ(report.factor_epoch > 0, refactorise);
   }
+}
+
+TEST(SimulationLoop, StillTissueIsNotFactorisedAnew) {
+  const SimulationBody body = cube();
+  const NeedleState needle = pull(body, Eigen::Vector3d(0.5, 0.1, 0.2));
+  SimulationLoop loop = one_cube();
+  TissuePatch patch = loop.make_patch();
+  const auto requests = [&](int steps, double stale_turn, double* residual = nullptr) {
+    int count = 0;
+    for (int step = 0; step < steps; ++step) {
+      const SimulationReport report = loop.step({.needle = &needle, .stale_turn = stale_turn}, patch);
+      count += report.factorisation_requested;
+      loop.worker().step();
+      if (residual != nullptr) *residual = report.residual_n;
+    }
+    return count;
+  };
+  const int settling = requests(60, 0.01);
+  double residual = 1;
+  const int still = requests(100, 0.01, &residual);
+  std::printf("  %d factorisations until the cube has come to rest, %d in 100 steps after; residual %.1e N\n",
+              settling, still, residual);
+  EXPECT_GE(settling, 1);
+  EXPECT_LE(settling, 10);
+  EXPECT_EQ(still, 0);
+  EXPECT_LT(residual, 1e-11);
+  EXPECT_EQ(requests(10, 0), 10) << "asked for whatever has moved";
+}
+
+TEST(SimulationLoop, AFactorIsOfTetrahedraThatHaveTurnedByNoMoreThanAskedAndItsComplianceAccordingly) {
+  // The cube is bent to and fro. Whether a step asks for a factor, against rotations by SVD of its own positions;
+  // the compliance of the factor it keeps, against the inverse of the textbook matrix of the state it is in.
+  constexpr double kTurn = 0.0087;
+  const SimulationBody body = cube(3);
+  const support::DenseTissue dense(body.mesh, body.tet_materials, body.fixed_nodes);
+  SimulationLoop loop = one_cube(0, 3);
+  TissuePatch patch = loop.make_patch();
+  const TissueModel& model = loop.model(0);
+  const auto rotations_now = [&] {
+    std::vector<Eigen::Matrix3d> rotations;
+    for (int t = 0; t < model.tet_count(); ++t) {
+      const Eigen::JacobiSVD<Eigen::Matrix3d> svd(deformation_gradient(model, loop.tissue().positions[0], t),
+                                                  Eigen::ComputeFullU | Eigen::ComputeFullV);
+      rotations.emplace_back(svd.matrixU() * svd.matrixV().transpose());
+    }
+    return rotations;
+  };
+  std::vector<std::vector<Eigen::Matrix3d>> history{rotations_now()};  // by step; 0: rest
+  int asked = 0;
+  double off = 0;  // of the compliance of all nodes
+  for (int step = 1; step <= 200; ++step) {
+    const NeedleState needle =
+        pull(body, Eigen::Vector3d(0.5 * std::sin(2 * std::numbers::pi * step / 100), 0.1, 0.1));
+    const SimulationReport report = loop.step({.needle = &needle, .stale_turn = kTurn}, patch);
+    history.push_back(rotations_now());
+    double turned = 0;
+    for (std::size_t t = 0; t < history.back().size(); ++t) {
+      turned = std::max(turned,
+                        Eigen::AngleAxisd(history.back()[t].transpose() * history[report.factor_epoch][t]).angle());
+    }
+    ASSERT_EQ(report.factorisation_requested, turned > kTurn) << "step " << step << ", turned by " << turned;
+    asked += report.factorisation_requested;
+    if (step % 5 == 0 && !report.factorisation_requested) {
+      const Eigen::MatrixXd exact = reference::inverse(dense.free_stiffness(loop.tissue().positions[0].reshaped()));
+      Eigen::MatrixXd w = Eigen::MatrixXd::Identity(exact.rows(), exact.cols());
+      SolveWorkspace workspace;
+      loop.worker().latest().bodies[0].factor.solve(w, w, workspace);
+      off = std::max(off, (w - exact).norm() / exact.norm());
+    }
+    loop.worker().step();
+  }
+  std::printf("  %d factorisations in 200 steps of bending; compliance off by at most %.2f %%\n", asked, 100 * off);
+  EXPECT_GT(asked, 20);
+  EXPECT_LT(asked, 190);
+  EXPECT_GT(off, 0);
+  EXPECT_LT(off, kTurn);
 }
 
 TEST(SimulationLoop, FreePositionsAndComplianceGiveTheCorrectedStateBack) {

@@ -1,6 +1,7 @@
 // The breath over time, and a small patient who holds it for the needle.
 #include "engine/content/breathing.h"
 
+#include "engine/readers/motion.h"
 #include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/frame_publisher.h"
@@ -116,6 +117,56 @@ TEST(Breathing, TakesRigidOrgansAlongInTheSameFrame) {
     largest = std::max(largest, frame.breath.x());
   }
   EXPECT_NEAR(largest, 0.012, 0.02 * 0.012);
+}
+
+/// Factorisations asked for in a time, a needle at rest in the liver where it is not away.
+int factorisations(const content::Scene& scene, bool needle, double from, double to) {
+  physics::StylusPose hub{{0, 0, 1}, Eigen::Quaterniond::Identity()};
+  if (needle) hub = {scene.motion.stylus.front().pose.position, scene.motion.stylus.front().pose.orientation};
+  CoupledLoops loops(scene, physics::Coupling::stylet, hub, {});
+  physics::TissuePatch patch = loops.make_patch();
+  const int ratio = static_cast<int>(std::lround(scene.rates.haptic_hz / scene.rates.simulation_hz));
+  int count = 0;
+  for (int k = 0; k < std::lround(to * scene.rates.haptic_hz); ++k) {
+    const double time_s = k / scene.rates.haptic_hz;
+    if (k % ratio == 0) {
+      const physics::SimulationReport report = loops.simulation_step(time_s, loops.needle(), true, true, patch);
+      loops.worker().step();
+      if (time_s >= from) count += report.factorisation_requested;
+    }
+    if (!needle) continue;
+    const content::MotionSample hand = readers::sample_motion(scene.motion.stylus, time_s);
+    loops.haptic_step(
+        {.time_s = time_s, .position = hand.pose.position, .orientation = hand.pose.orientation, .valid = true},
+        patch);
+  }
+  return count;
+}
+
+TEST(Breathing, AsksForFactorsAndStillTissueForNone) {
+  content::Scene scene = breathing_scene();
+  scene.breathing = {.amplitude = 1, .period = 1.2};
+  const int steps = static_cast<int>(1.2 * scene.rates.simulation_hz);
+  const int shifted = factorisations(scene, false, 1.2, 2.4);
+  for (std::size_t i = 0; i < scene.bodies[1].fixed_nodes.size(); ++i) {  // by up to 0.1 rad about z
+    const Eigen::Vector3d& x = scene.bodies[1].mesh.nodes[scene.bodies[1].fixed_nodes[i]];
+    scene.bodies[1].held_motion[i] = 0.1 * Eigen::Vector3d(-x.y(), x.x(), 0);
+  }
+  const int breathing = factorisations(scene, false, 1.2, 2.4);
+  scene.breathing.amplitude = 0;
+  const double rests = scene.motion.stylus.back().time_s;
+  const int insertion = factorisations(scene, true, 0, rests + 0.5);
+  const int still = factorisations(scene, true, rests + 0.5, rests + 2.5);
+  std::printf(
+      "[ factorisations ] in the %d steps of a breath that shifts the liver %d, that turns it to 0.1 rad and back "
+      "%d; "
+      "%d while the needle goes in, %d in 2 s of rest\n",
+      steps, shifted, breathing, insertion, still);
+  EXPECT_EQ(shifted, 0) << "where nothing turns the matrix stays as it is";
+  EXPECT_GE(breathing, 5);
+  EXPECT_LE(breathing, steps);
+  EXPECT_GE(insertion, 5);
+  EXPECT_EQ(still, 0);
 }
 
 TEST(Breathing, IsReplayedToTheSameBits) {
