@@ -109,8 +109,7 @@ physics::ProbeShape probe_shape(const content::Probe& probe) {
   return shape;
 }
 
-/// Rad, 0.5 degrees: compliance is off by 0.3 % then, and the hand's force by less than it can tell. An engineering
-/// value; measured in physics/README.md.
+/// Rad, 0.5 degrees: an engineering value; what it does to compliance and force is in physics/README.md.
 constexpr double kStaleTurn = 0.0087;
 
 physics::SimulationLoopSettings simulation_settings(const content::Scene& scene, physics::Coupling coupling) {
