@@ -226,6 +226,16 @@ struct HandForce {
   double held = 0;  ///< root of the mean square over 10 s, as motors warm
 };
 
+/// How far from the planned line a trainee finds needle and probe (session/start_pose.h), m and rad. [least, most].
+struct StartSpread {
+  double entry_off = 0;                                 ///< of the tip beside where the motion begins, at most
+  Eigen::Vector2d aim_off = Eigen::Vector2d::Zero();    ///< of the point aimed at beside the first target
+  Eigen::Vector2d probe_off = Eigen::Vector2d::Zero();  ///< that the probe is slid
+  double probe_turned = 0;                              ///< and turned about its axis, at most
+
+  bool none() const { return entry_off == 0 && aim_off.y() == 0 && probe_off.y() == 0 && probe_turned == 0; }
+};
+
 struct Scene {
   std::string name;
   std::string title;                     ///< one line for people
@@ -248,6 +258,7 @@ struct Scene {
   double pass_mark = 70;             ///< of 100
   Camera camera;
   Motion motion;
+  StartSpread start;
   LoopRates rates;
   std::string coupling = "stylet";  ///< the scenario's default: stylet, paper-updated, paper-trajectory, paper-frozen
   physics::ShaftFriction shaft_friction = physics::ShaftFriction::coulomb;  ///< coupling stylet

@@ -101,7 +101,7 @@ void add_probe(std::vector<KeyLine>& table) {
                    .repeats = true});
   table.push_back({.section = section,
                    .keys = {{Key::home, session::ProbeCommand(session::ReleaseProbe{})}},
-                   .does = "where the scenario holds it"});
+                   .does = "back to where it was at first"});
 }
 
 void add_scanner(std::vector<KeyLine>& table) {

@@ -298,6 +298,7 @@ std::optional<content::Scene> assemble(const std::filesystem::path& path, const 
   scene.shaft_friction =
       scenario.shaft_friction == "lugre" ? physics::ShaftFriction::lugre : physics::ShaftFriction::coulomb;
   scene.hand_force = scenario.hand_force;
+  scene.start = scenario.start;
   scene.contact_spacing = scenario.contact_spacing;
   scene.damping_time_s = scenario.damping_time_s;
   scene.gravity = scene.room_from_patient.linear().transpose() * Eigen::Vector3d(0, -scenario.gravity, 0);

@@ -155,6 +155,20 @@ constexpr struct {
 } kHandForce;
 
 constexpr struct {
+  Key entry = key::number("entry_off_mm", "mm", {0, 100}, "the tip waits up to so far beside where the motion begins")
+                  .otherwise(0);
+  Key aim = key::numbers("aim_off_mm", 2, "mm", {0, 200},
+                         "the needle points so far beside the first target, [least, most]; more than its radius: "
+                         "nobody hits it by going straight on")
+                .optional();
+  Key probe =
+      key::numbers("probe_off_mm", 2, "mm", {0, 200}, "the probe lies so far from where it is held, [least, most]")
+          .optional();
+  Key turned = key::number("probe_turned_deg", "degrees", {0, 90}, "and is turned by up to so much about its axis")
+                   .otherwise(0);
+} kStart;
+
+constexpr struct {
   Key nodes_of = key::text("nodes_of", "a body, best the one with the finer mesh");
   Key surface_of = key::text("surface_of", "another body");
 } kContact;
@@ -221,6 +235,10 @@ constexpr struct {
   Key hand_force = key::object("hand_force", table_of<kHandForce>,
                                "what ordinary use puts on the hand; absent: a stylus gets the force as it is")
                        .optional();
+  Key start = key::object("start", table_of<kStart>,
+                          "where a trainee finds needle and probe, drawn anew each time (a demonstration begins as "
+                          "the motion does); absent: aimed at the target, the probe where it is held")
+                  .optional();
   Key contact_spacing =
       key::number("contact_spacing_mm", "mm", {1, 100}, "of contact points along the path").otherwise(10);
   Key damping_time =
@@ -294,6 +312,22 @@ void read_contacts(files::JsonObject& root, ScenarioFile& scenario) {
     if (nodes_of >= 0 && surface_of >= 0) scenario.contacts.push_back({nodes_of, surface_of});
     contact.finish();
   }
+}
+
+/// [least, most] in mm.
+Eigen::Vector2d ring(files::JsonObject& object, const Key& key) {
+  const std::vector<double> ends = object.numbers(key, {0, 0});
+  if (ends[0] > ends[1]) object.problem(key, "is less at most than at least; write [least, most]");
+  return 1e-3 * Eigen::Vector2d(ends[0], ends[1]);
+}
+
+content::StartSpread read_start(files::JsonObject& object) {
+  const content::StartSpread start{.entry_off = object.number(kStart.entry) * 1e-3,
+                                   .aim_off = ring(object, kStart.aim),
+                                   .probe_off = ring(object, kStart.probe),
+                                   .probe_turned = object.number(kStart.turned) * std::numbers::pi / 180};
+  object.finish();
+  return start;
 }
 
 void read_probe_pose(files::JsonObject& root, ScenarioFile& scenario) {
@@ -570,6 +604,7 @@ ScenarioFile read_scenario_file(files::JsonFile& file) {
     scenario.hand_force = {.peak = hand_force->number(kHandForce.peak), .held = hand_force->number(kHandForce.held)};
     hand_force->finish();
   }
+  if (auto start = root.object(kScenario.start)) scenario.start = read_start(*start);
   scenario.contact_spacing = root.number(kScenario.contact_spacing) * 1e-3;
   if (auto breathing = root.object(kScenario.breathing)) {
     scenario.breathing.amplitude = breathing->number(kBreathing.amplitude);

@@ -94,6 +94,7 @@ struct ScenarioFile {
   std::string coupling;
   std::string shaft_friction;
   content::HandForce hand_force;
+  content::StartSpread start;
   double contact_spacing = 0.010;
   double damping_time_s = 0;
   double gravity = 0;  ///< m/s^2, down in the room

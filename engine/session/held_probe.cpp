@@ -18,13 +18,29 @@ bool is_none(const content::ProbeMove& move) {
 
 }  // namespace
 
-HeldProbe::HeldProbe(const content::Scene& scene) : scene_(scene) {}
+HeldProbe::HeldProbe(const content::Scene& scene, const content::ProbeMove& start) : scene_(scene), start_(start) {
+  if (is_none(start)) return;
+  const physics::RigidPose held = probe_pose(scene, 0);
+  const auto there = content::moved_on_skin(held, scene.labels, start);
+  if (!there) {
+    start_ = {};
+    return;
+  }
+  store(start);
+  offset_ = held.orientation.conjugate() * (there->position - held.position);
+  turn_ = held.orientation.conjugate() * there->orientation;
+  at_rest_ = false;
+}
+
+void HeldProbe::store(const content::ProbeMove& goal) {
+  for (std::size_t i = 0; i < kParts.size(); ++i) goal_[i].store(goal.*kParts[i], std::memory_order_relaxed);
+}
 
 bool HeldProbe::move(const content::ProbeMove& by, double time_s) {
   content::ProbeMove to = moved();
   for (const auto part : kParts) to.*part += by.*part;
   if (!content::moved_on_skin(probe_pose(scene_, time_s), scene_.labels, to)) return false;
-  for (std::size_t i = 0; i < kParts.size(); ++i) goal_[i].store(to.*kParts[i], std::memory_order_relaxed);
+  store(to);
   is_tracked_.store(false, std::memory_order_relaxed);
   return true;
 }
@@ -36,7 +52,7 @@ bool HeldProbe::apply(const ProbeCommand& command, double time_s) {
 }
 
 void HeldProbe::release() {
-  for (std::atomic<double>& part : goal_) part.store(0, std::memory_order_relaxed);
+  store(start_);
   is_tracked_.store(false, std::memory_order_relaxed);
 }
 

@@ -12,25 +12,26 @@
 
 namespace stylet::session {
 
-/// Back to where the scene has it.
+/// Back to where it was at first.
 struct ReleaseProbe {};
 using ProbeCommand = std::variant<content::ProbeMove, ReleaseProbe>;
 
 /// The window moves it in steps, a tracker says where it is; the simulation reads a smooth pose. They share atomics
-/// and a latest-value slot, none waits for another. Where nobody moves it, it is exactly where the scene has it.
+/// and a latest-value slot, none waits for another. Where nobody moves it, it is where it was at first: exactly where
+/// the scene has it, or so far from there as the start says.
 class HeldProbe {
 public:
-  /// Keeps a reference to `scene`.
-  explicit HeldProbe(const content::Scene& scene);
+  /// Keeps a reference to `scene`. @param start  of the probe from where the scene has it; there is skin
+  explicit HeldProbe(const content::Scene& scene, const content::ProbeMove& start = {});
 
   /// Window thread: moves it further by so much, counted from its pose in the scene at `time_s`.
   /// @return false: there is no skin to move it to; it stays
   bool move(const content::ProbeMove& by, double time_s);
   /// Window thread. @return as move()
   bool apply(const ProbeCommand& command, double time_s);
-  /// Window thread: back to where the scene has it.
+  /// Window thread: back to where it was at first.
   void release();
-  /// Window thread: moved from there by so much.
+  /// Window thread: from where the scene has it moved by so much.
   content::ProbeMove moved() const;
 
   /// Tracker's thread: it is there, and stays there until the next call, move() or release(). Pressed in deeper than
@@ -46,7 +47,10 @@ public:
   static constexpr double kDeepest = 0.030;          ///< of the face below the skin at rest, m
 
 private:
+  void store(const content::ProbeMove& goal);
+
   const content::Scene& scene_;
+  content::ProbeMove start_;
   std::array<std::atomic<double>, 6> goal_{};
   physics::LatestValue<physics::RigidPose> tracked_;
   std::atomic<bool> is_tracked_{false};

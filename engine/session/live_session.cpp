@@ -34,6 +34,7 @@ recording::RecordingHeader recording_header(const content::Scene& scene, const h
                                                     .start = start,
                                                     .base = base,
                                                     .haptic_hz = scene.rates.haptic_hz,
+                                                    .start_seed = settings.start_seed,
                                                     .force_scale = force_scale(scene.hand_force, device.limits())})};
 }
 

@@ -31,10 +31,11 @@ struct LiveSettings {
   physics::Coupling coupling = physics::Coupling::stylet;
   double duration_s = 0;  ///< infinity: until stop()
   bool lockstep = false;
-  std::filesystem::path recording{};       ///< file to write
-  std::string build{};                     ///< for its header
-  HeldProbe* probe = nullptr;              ///< moves the probe; null: the scene does
-  std::vector<StepListener*> listeners{};  ///< told of every step after the session's own; they outlive it
+  std::filesystem::path recording{};          ///< file to write
+  std::string build{};                        ///< for its header
+  HeldProbe* probe = nullptr;                 ///< moves the probe; null: the scene does
+  std::optional<std::uint32_t> start_seed{};  ///< that needle and probe were placed by, for the recording
+  std::vector<StepListener*> listeners{};     ///< told of every step after the session's own; they outlive it
 };
 
 /// Use: construct (loads the loops), start(), advance() with every frame until finished(), stop(). In threads time

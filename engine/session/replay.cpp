@@ -146,6 +146,7 @@ std::string to_json(const RecordedSettings& settings) {
                       {"device", settings.device},
                       {"haptic_hz", settings.haptic_hz},
                       {"start_pose", {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}}};
+  if (settings.start_seed) json["start_seed"] = *settings.start_seed;
   if (settings.force_scale != 1) json["force_scale"] = settings.force_scale;
   if (const physics::NeedleBase& base = settings.base; base.kind == physics::BaseKind::spring_damper) {
     json["base"] = {{"stiffness_n_per_m", base.stiffness},
@@ -168,6 +169,7 @@ RecordedSettings recorded_settings(const recording::Recording& recording) {
     settings.start.orientation = {pose[3], pose[4], pose[5], pose[6]};
     settings.haptic_hz = json.value("haptic_hz", 0.0);
     settings.force_scale = json.value("force_scale", 1.0);
+    if (json.contains("start_seed")) settings.start_seed = json["start_seed"].get<std::uint32_t>();
     if (const auto base = json.find("base"); base != json.end()) {
       settings.base = {.kind = physics::BaseKind::spring_damper,
                        .stiffness = base->at("stiffness_n_per_m").get<double>(),

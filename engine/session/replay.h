@@ -51,7 +51,8 @@ struct RecordedSettings {
   physics::StylusPose start{};  ///< of the hub before the first step
   physics::NeedleBase base{};   ///< how the needle was held; prescribed where the recording does not say
   double haptic_hz = 0;         ///< 0: the scenario's, in recordings of earlier versions
-  double force_scale = 1;       ///< of the needle's force that went to the hand; a replay's bits do not depend on it
+  std::optional<std::uint32_t> start_seed{};  ///< of session::drawn_start(); none: as the scene has it
+  double force_scale = 1;  ///< of the needle's force that went to the hand; a replay's bits do not depend on it
 };
 std::string to_json(const RecordedSettings& settings);
 /// @throws files::ContentError  the recording's settings are not those of a session

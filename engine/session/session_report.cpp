@@ -88,6 +88,7 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
       {"blas", report.blas},
       {"gpu", report.gpu},
       {"gpu_driver", report.gpu_driver}};
+  if (report.start_seed) json["start_seed"] = *report.start_seed;
   if (report.force_output) {
     const ForceOutput& output = *report.force_output;
     json["force_output"] = {{"scale", output.scale},
@@ -138,6 +139,7 @@ std::string main_figures(const SessionReport& report) {
   };
   std::string text = fmt::format("  {:<16} {:.1f} s, {}, {}, {}\n", "session", run.duration_s, run.mode,
                                  report.coupling, report.device);
+  if (report.start_seed) text += fmt::format("  {:<16} drawn from --seed {}\n", "start", *report.start_seed);
   text += loop("haptic loop", run.haptic);
   text += loop("simulation loop", run.simulation);
   text += fmt::format("  {:<16} {}\n", "factorisations", run.factorisations);

@@ -22,8 +22,9 @@ struct SessionReport {
   std::string scenario{};
   std::string build{};
   std::string coupling{};
-  std::string device{};  ///< the stylus
-  std::string gpu{};     ///< empty: nothing was drawn
+  std::string device{};                       ///< the stylus
+  std::optional<std::uint32_t> start_seed{};  ///< of the start that was drawn; none: as the scenario has it
+  std::string gpu{};                          ///< empty: nothing was drawn
   std::string gpu_driver{};
   std::string blas{};
   RunStatistics run{};

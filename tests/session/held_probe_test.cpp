@@ -57,6 +57,31 @@ TEST(HeldProbe, StaysWhereTheSceneHasItUntilItIsMoved) {
   }
 }
 
+TEST(HeldProbe, StandsAtItsStartFromTheFirstMomentAndGoesBackThere) {
+  const content::Scene scene = pressed_cube();
+  const content::ProbeMove start{.lateral = -0.02, .elevation = 0.01, .twist = 0.3};
+  const physics::RigidPose there = *content::moved_on_skin(scene.probe.pose, scene.labels, start);
+  HeldProbe probe(scene, start);
+  const auto expect_there = [&](const physics::RigidPose& pose) {
+    EXPECT_LT((pose.position - there.position).norm(), 1e-6);
+    EXPECT_LT(angle_between(pose.orientation, there.orientation), 1e-6);
+  };
+  expect_there(probe.pose(0));
+  EXPECT_EQ(probe.moved(), start);
+  ASSERT_TRUE(probe.move({.lateral = 0.02}, 0));
+  double t = 0;
+  const auto settled = [&] {
+    physics::RigidPose pose;
+    for (int step = 0; step < 200; ++step) pose = probe.pose(t += 0.02);
+    return pose;
+  };
+  EXPECT_GT((settled().position - there.position).norm(), 0.015);
+  probe.release();
+  expect_there(settled());
+  // Where there is no skin it stands where the scene has it.
+  EXPECT_EQ(HeldProbe(scene, {.lateral = 0.5}).pose(0).position, scene.probe.pose.position);
+}
+
 TEST(HeldProbe, GoesWhereATrackerHasItAndNoDeeper) {
   const content::Scene scene = pressed_cube();  // skin at z = 0.1 m, the probe looks down
   HeldProbe probe(scene);
