@@ -38,7 +38,7 @@ struct Interval {
 struct Hint {
   std::string text{};
   std::string stage{};                 ///< briefing, procedure, sampling, debrief; empty: any
-  std::optional<bool> tip_inside{};    ///< in tissue
+  std::optional<bool> tip_inside{};    ///< the needle is in the patient, its tip perhaps between two organs
   std::optional<bool> probe_lifted{};  ///< it touches no skin
   Interval stage_s{};                  ///< since the stage began
   Interval depth{};                    ///< of needle in tissue, m

@@ -130,10 +130,7 @@ double arrival_s(const Trace& trace) {
 }
 
 void add_scores(DebriefData& data, const training::Score& score) {
-  data.score = DebriefScore{.total = score.total,
-                            .pass_mark = score.pass_mark,
-                            .passed = score.passed,
-                            .failed_critical = score.failed_critical};
+  data.score = score_of(score);
   for (const training::ScoreLine& line : score.lines) {
     const auto metric = std::ranges::find(data.metrics, line.criterion.metric, &DebriefMetric::key);
     if (metric == data.metrics.end()) continue;
@@ -147,6 +144,14 @@ void add_scores(DebriefData& data, const training::Score& score) {
 }
 
 }  // namespace
+
+DebriefScore score_of(const training::Score& score) {
+  return {.total = score.total,
+          .pass_mark = score.pass_mark,
+          .done = score.done,
+          .passed = score.passed,
+          .failed_critical = score.failed_critical};
+}
 
 std::vector<PathPoint> path_of(const Trace& trace) {
   std::vector<PathPoint> path;
@@ -228,7 +233,8 @@ DebriefData collect(const content::Scene& scene, const recording::Recording& rec
                    .mode = settings.mode,
                    .force_scale = settings.force_scale,
                    .duration_s = replay.result().run.duration_s,
-                   .cut_off = !recording.complete()};
+                   .cut_off = !recording.complete(),
+                   .start_seed = settings.start_seed};
   for (const training::Metric& metric : metrics) {
     DebriefMetric& shown = data.metrics.emplace_back(DebriefMetric{.key = metric.key,
                                                                    .title = metric.title,
@@ -240,7 +246,8 @@ DebriefData collect(const content::Scene& scene, const recording::Recording& rec
     const auto theirs = std::ranges::find(expert->metrics, metric.key, &training::Metric::key);
     if (theirs != expert->metrics.end()) shown.expert = theirs->value;
   }
-  if (const auto score = training::score(metrics, scene)) add_scores(data, *score);
+  if (const auto score = training::score(metrics, scene, training::something_done(trace, scene)))
+    add_scores(data, *score);
   data.events = events_of(recording.events);
   for (const content::Tissue& tissue : scene.tissues) {
     data.tissues.push_back({tissue.name, {tissue.colour[0], tissue.colour[1], tissue.colour[2]}});

@@ -42,6 +42,8 @@ struct KeyMoment {
 std::vector<KeyMoment> key_moments(const content::Scene& scene, const recording::Recording& recording,
                                    const training::Trace& trace);
 
+DebriefScore score_of(const training::Score& score);
+
 /// Everything but the pictures.
 /// @param metrics  of the session; those of cores and ablations as it set them
 DebriefData collect(const content::Scene& scene, const recording::Recording& recording, const SessionReplay& replay,

@@ -92,6 +92,7 @@ void write_page(const files::OutputDirectory& out, const content::Scene& scene, 
   const std::vector<training::Metric> metrics =
       settings.metrics.empty() ? training::measure(replay.trace(), scene) : settings.metrics;
   DebriefData data = collect(scene, recording, replay, metrics, settings.expert);
+  data.attempts = settings.attempts;
   data.pictures = draw_key_moments(scene, device, recording, replay);
   out.write("debrief.html", debrief_page(data));
   out.write("debrief.json",

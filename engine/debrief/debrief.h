@@ -22,6 +22,7 @@ struct DebriefSettings {
   StillSettings stills{};                   ///< with the look of the film
   bool film = true;                         ///< is made
   std::optional<Expert> expert{};           ///< to compare with
+  std::vector<DebriefAttempt> attempts{};   ///< before this one
   std::vector<training::Metric> metrics{};  ///< as the session set them; empty: measured on the replay
 };
 

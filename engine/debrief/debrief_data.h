@@ -32,8 +32,16 @@ struct DebriefMetric {
 struct DebriefScore {
   double total = 0;  ///< of 100
   double pass_mark = 0;
+  bool done = true;  ///< something was sampled or treated
   bool passed = false;
   bool failed_critical = false;
+};
+
+/// An attempt of the same session before the one that is debriefed.
+struct DebriefAttempt {
+  std::string folder{};  ///< of its results, beside the page's; empty: the page's own
+  double duration_s = 0;
+  std::optional<DebriefScore> score{};  ///< none: the scenario scores nothing
 };
 
 /// stage: from here to the next one or the end.
@@ -94,7 +102,9 @@ struct DebriefData {
   std::string mode{};
   double force_scale = 1;  ///< of the needle's force that the stylus was given
   double duration_s = 0;
-  bool cut_off = false;  ///< the recording ends before its session did
+  bool cut_off = false;                       ///< the recording ends before its session did
+  std::optional<std::uint32_t> start_seed{};  ///< of the start that was drawn
+  std::vector<DebriefAttempt> attempts{};     ///< before this one, the first first
   std::optional<DebriefScore> score{};
   std::vector<DebriefMetric> metrics{};
   std::vector<DebriefEvent> events{};  ///< times ascending

@@ -58,6 +58,14 @@ ordered_json metric_json(const DebriefMetric& metric) {
   return json;
 }
 
+ordered_json score_json(const DebriefScore& score) {
+  return {{"total", score.total},
+          {"pass_mark", score.pass_mark},
+          {"done", score.done},
+          {"passed", score.passed},
+          {"failed_critical", score.failed_critical}};
+}
+
 std::string csv_text(std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
   std::string quoted = "\"";
@@ -115,11 +123,14 @@ nlohmann::ordered_json to_json(const DebriefData& data) {
   json["force_scale"] = data.force_scale;
   json["duration_s"] = data.duration_s;
   json["cut_off"] = data.cut_off;
-  if (data.score) {
-    json["score"] = {{"total", data.score->total},
-                     {"pass_mark", data.score->pass_mark},
-                     {"passed", data.score->passed},
-                     {"failed_critical", data.score->failed_critical}};
+  if (data.start_seed) json["start_seed"] = *data.start_seed;
+  if (data.score) json["score"] = score_json(*data.score);
+  json["attempts_before"] = ordered_json::array();
+  for (const DebriefAttempt& attempt : data.attempts) {
+    ordered_json& entry = json["attempts_before"].emplace_back();
+    entry["folder"] = attempt.folder;
+    entry["duration_s"] = attempt.duration_s;
+    if (attempt.score) entry["score"] = score_json(*attempt.score);
   }
   json["metrics"] = ordered_json::array();
   for (const DebriefMetric& metric : data.metrics) json["metrics"].push_back(metric_json(metric));

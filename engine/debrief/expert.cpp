@@ -5,15 +5,22 @@
 #include "engine/session/recorded_stylus.h"
 #include "engine/session/session_report.h"
 #include "engine/session/state_hash.h"
+#include "engine/training/training_session.h"
 
 #include <unistd.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
+#include <span>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 namespace stylet::debrief {
 
@@ -113,10 +120,22 @@ Expert run_expert_motion(const content::Scene& scene, const session::RunProgress
   const haptic::StylusSample first = hand.read(0);
   const double duration_s = scene.motion.stylus.back().time_s;
   training::TraceRecorder tracer(scene, duration_s);
+  // With the course, so that what the motion fires, heats and draws is measured too.
+  training::TrainingSession course(scene, {.automatic = true});
+  std::vector<recording::EventRecord> events;
+  const auto follow = [&](std::span<const training::Action> actions) {
+    std::ranges::move(course.step(actions), std::back_inserter(events));
+  };
   session::CoupledLoops loops(scene, session::coupling_from_name(scene.coupling), {first.position, first.orientation},
-                              {&tracer});
-  session::run_lockstep(loops, hand, scene, duration_s, progress);
-  return expert_of(tracer.take({}), scene, kName);
+                              {&tracer, &course.watch()});
+  session::run_lockstep(loops, hand, scene, duration_s, [&](double share) {
+    if (share > 0) follow({});
+    if (progress) progress(share);
+  });
+  follow({});
+  constexpr std::array kFinish{training::Action::finish};
+  follow(kFinish);
+  return expert_of(tracer.take(std::move(events)), scene, kName);
 }
 
 Expert expert_motion(const content::Scene& scene, std::string_view build, const fs::path& cache,

@@ -10,7 +10,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
+#include <vector>
 
 namespace stylet::debrief {
 
@@ -88,7 +90,8 @@ void append_verdict(std::string& html, const DebriefData& data) {
     return;
   }
   const DebriefScore& score = *data.score;
-  const std::string reason = score.failed_critical ? "a critical criterion was not met"
+  const std::string reason = !score.done ? "nothing was sampled or treated: there is nothing to give points for"
+                             : score.failed_critical ? "a critical criterion was not met"
                              : score.passed ? fmt::format("at or above the pass mark of {:.0f}", score.pass_mark)
                                             : fmt::format("below the pass mark of {:.0f}", score.pass_mark);
   fmt::format_to(out,
@@ -102,10 +105,11 @@ void append_header(std::string& html, const DebriefData& data) {
   fmt::format_to(
       std::back_inserter(html),
       R"(<header><div><p class="brand">Stylet debrief</p><h1>{}</h1><p class="facts">{} &middot; {:.1f} s )"
-      R"(&middot; {} &middot; {}{}</p></div>)",
+      R"(&middot; {} &middot; {}{}{}</p></div>)",
       escaped(data.title), escaped(data.scenario), data.duration_s, escaped(data.stylus), escaped(data.mode),
       data.force_scale < 1 ? fmt::format(" &middot; felt at {:.0f} % of the forces below", 100 * data.force_scale)
-                           : std::string());
+                           : std::string(),
+      data.start_seed ? fmt::format(" &middot; start {}", *data.start_seed) : std::string());
   append_verdict(html, data);
   html += "</header>\n";
   if (data.cut_off) {
@@ -154,10 +158,38 @@ void append_metrics(std::string& html, const DebriefData& data, bool scored) {
   if (compared) html += "<th>Expert</th>";
   if (scored) html += "<th>Points</th>";
   html += "</tr></thead><tbody>\n";
+  std::vector<const DebriefMetric*> rows;
   for (const DebriefMetric& metric : data.metrics) {
-    if (metric.points.has_value() == scored) append_metric_row(html, metric, scored, compared);
+    if (metric.points.has_value() == scored) rows.push_back(&metric);
   }
+  std::ranges::stable_sort(rows, std::greater{}, &DebriefMetric::most_points);  // what counts most first
+  for (const DebriefMetric* metric : rows) append_metric_row(html, *metric, scored, compared);
   html += "</tbody></table></div></section>\n";
+}
+
+/// The attempts of the session, this one last.
+void append_attempts(std::string& html, const DebriefData& data) {
+  if (data.attempts.empty()) return;
+  html +=
+      "<section><h2>Attempts</h2><table class=\"events\" id=\"attempts\"><thead><tr><th>#</th><th>Score</th><th></th>"
+      "<th>Session</th><th></th></tr></thead><tbody>\n";
+  int number = 0;
+  const auto append = [&](const DebriefAttempt& attempt) {
+    const bool scored = attempt.score && attempt.score->done;
+    const char* verdict = !attempt.score          ? "measured"
+                          : !scored               ? "nothing was sampled or treated"
+                          : attempt.score->passed ? "\u2713 passed"
+                                                  : "\u2717 not passed";
+    const std::string where =
+        attempt.folder.empty() ? std::string("this one") : escaped(attempt.folder) + "/debrief.html";
+    fmt::format_to(std::back_inserter(html),
+                   "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.1f} s</td><td>{}</td></tr>\n", ++number,
+                   scored ? fmt::format("{:.0f} / 100", attempt.score->total) : "&ndash;", verdict,
+                   attempt.duration_s, where);
+  };
+  std::ranges::for_each(data.attempts, append);
+  append({.duration_s = data.duration_s, .score = data.score});
+  html += "</tbody></table></section>\n";
 }
 
 /// Events but stages, numbered as in the plots.
@@ -321,6 +353,7 @@ std::string debrief_page(const DebriefData& data) {
       nonce, escaped(data.title), kPageStyle);
   append_header(html, data);
   append_metrics(html, data, true);
+  append_attempts(html, data);
   append_course(html, data);
   append_way(html, data);
   append_plots(html, data);

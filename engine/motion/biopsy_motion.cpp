@@ -37,19 +37,42 @@ double tremor(double t, double phase) {
 
 }  // namespace
 
+BiopsyPlan demonstration(const Eigen::Vector3d& entry, const Eigen::Vector3d& target, double target_radius,
+                         double needle_length) {
+  return {.entry = entry,
+          .target = target,
+          .needle_length = needle_length,
+          .lateral = 0,
+          .steer = 0,
+          .lead = 0,
+          .beyond = 0.0070 - target_radius,
+          .back = 0,
+          .last = 0.015,
+          .last_speed = 0.020,
+          .leaves = true};
+}
+
 content::Motion biopsy_motion(const BiopsyPlan& plan) {
   // Sideways is across the plan within the intercostal space, which runs round the trunk.
   const Eigen::Vector3d planned = (plan.target - plan.entry).normalized();
   const Eigen::Vector3d aim =
       plan.target + plan.lead * planned.cross(Eigen::Vector3d::UnitY()).normalized() + plan.beyond * planned;
   const double depth = (aim - plan.entry).norm();
-  const double first = depth - 0.003;  // the first pass stops short of the tumour's middle
-  const double back = first - 0.030;
-  const std::vector<Stroke> strokes{
-      {-0.045, -0.045, 0, plan.wait, 0}, {-0.045, -0.004, 0.042, 0, 0}, {-0.004, -0.004, 0, 0.3, 0},
-      {-0.004, first, 0.040, 0, 1},      {first, first, 0, 0.4, 0},     {first, back, 0.036, 0, 0},
-      {back, back, 0, 0.4, 0},           {back, depth, 0.030, 0, 0},    {depth, depth, 0, 0.9, 0},
-  };
+  const double first = depth - plan.last;  // the first pass stops short of the end
+  const double back = first - plan.back;
+  std::vector<Stroke> strokes{{-0.045, -0.045, 0, plan.wait, 0},
+                              {-0.045, -0.004, 0.042, 0, 0},
+                              {-0.004, -0.004, 0, 0.3, 0},
+                              {-0.004, first, 0.040, 0, 1},
+                              {first, first, 0, 0.4, 0}};
+  if (plan.back > 0) {
+    strokes.push_back({first, back, 0.036, 0, 0});
+    strokes.push_back({back, back, 0, 0.4, 0});
+  }
+  const std::size_t steered = strokes.size();
+  strokes.push_back({back, depth, plan.last_speed, 0, 0});
+  strokes.push_back({depth, depth, 0, 0.9, 0});
+  if (plan.leaves) strokes.push_back({depth, -0.030, 0.042, 0, 0});
   double total = 0;
   for (const Stroke& stroke : strokes) total += stroke.duration();
 
@@ -71,9 +94,9 @@ content::Motion biopsy_motion(const BiopsyPlan& plan) {
     const Stroke& stroke = strokes[s];
     const double share = minimum_jerk(std::clamp((t - begin) / stroke.duration(), 0.0, 1.0));
     const double tip = stroke.from + share * (stroke.to - stroke.from);
-    const double side = s + 1 == strokes.size()   ? plan.steer
-                        : s + 2 == strokes.size() ? plan.steer * share
-                                                  : plan.lateral * stroke.sway * std::sin(2 * kPi * share);
+    const double side = s > steered    ? plan.steer
+                        : s == steered ? plan.steer * share
+                                       : plan.lateral * stroke.sway * std::sin(2 * kPi * share);
     // The hand leans against the angle that would keep the needle straight through the entry point, by half of it:
     // that bends the needle.
     const double outside = std::max(plan.needle_length - std::max(tip, 0.0), 0.03);
@@ -86,7 +109,7 @@ content::Motion biopsy_motion(const BiopsyPlan& plan) {
     // A positive lean about +Y turns +Z towards +X; leaning back turns the tip towards the axis.
     sample.pose.orientation =
         straight * Eigen::Quaterniond(Eigen::AngleAxisd(-lean, Eigen::Vector3d::UnitY())) * bevel;
-    sample.buttons = s + 1 == strokes.size() && t > begin + 0.4 ? 1u : 0u;
+    sample.buttons = s == steered + 1 && t > begin + 0.4 ? 1u : 0u;
     if (motion.stylus.empty() || t > motion.stylus.back().time_s) motion.stylus.push_back(sample);
   }
   return motion;

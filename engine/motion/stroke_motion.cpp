@@ -67,7 +67,7 @@ content::Motion tour_motion(const TourPlan& plan) {
     const Eigen::Vector3d clear = entry - kClear * axis;
     entry += plan.apart;
     go(clear, axis, legs.empty() ? kBegin : kTurn);
-    const Eigen::Vector3d end = aim - plan.short_of * axis;
+    const Eigen::Vector3d end = aim - std::max(target.radius - plan.inside, 0.0) * axis;
     const double way = stroke_time((end - clear).norm());
     go(end, axis, way);
     go(end, axis, kRest);

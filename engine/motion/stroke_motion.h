@@ -13,8 +13,8 @@ namespace stylet::motion {
 struct TourPlan {
   Eigen::Vector3d entry = Eigen::Vector3d::Zero();  ///< where the needle goes into the phantom for the first target
   Eigen::Vector3d apart{-0.006, 0, 0};              ///< from each entry to the next: a needle follows its old hole
-  double below = 0.003;  ///< how far under each centre it aims: the surface lifts a tip that comes in at a slant, m
-  double short_of = 0.003;  ///< how far before there it stops: a core is of what lies ahead of the tip, m
+  double below = 0.003;    ///< how far under each centre it aims: the surface lifts a tip that comes in at a slant, m
+  double inside = 0.0003;  ///< how far into each target it goes: a core is of what lies ahead of the tip, m
   std::span<const content::Target> targets{};
   double needle_length = 0.150;
   double sample_hz = 125;

@@ -21,7 +21,7 @@ SessionFacts facts_of(const content::Scene& scene, const training::TrainingSessi
   if (session == nullptr) return facts;
   const training::FlowState& course = session->state();
   facts.stage = training::stage_name(course.stage);
-  facts.prompt = course.refusal.empty() ? course.prompt : course.refusal;
+  facts.prompt = course.refusal.empty() ? course.prompt : "Not now: " + course.refusal + ".";
   facts.hint = course.hint;
   facts.paused = course.paused;
   if (const int tissue = session->tip_tissue(); tissue > 0) facts.tissue = scene.tissues[tissue].name;

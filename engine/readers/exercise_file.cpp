@@ -50,7 +50,7 @@ const files::KeyTable& sampling_table() {
 constexpr struct {
   Key stage = key::choice("stage", files::one_of<"briefing", "procedure", "sampling", "debrief">, "of the session")
                   .optional();
-  Key tip_inside = key::boolean("tip_inside", "the tip is in tissue");
+  Key tip_inside = key::boolean("tip_inside", "the needle is in the patient");
   Key probe_lifted = key::boolean("probe_lifted", "the probe touches no skin");
   Key stage_s = key::numbers("stage_s", 2, "s", {0, 86400}, "since the stage began, [from, to]").optional();
   Key depth = key::numbers("depth_mm", 2, "mm", {0, 400}, "of needle in tissue, [from, to]").optional();

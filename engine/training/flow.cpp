@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace stylet::training {
 namespace {
@@ -32,8 +33,13 @@ std::string_view stage_of(const recording::EventRecord& event) {
   return event.version_1_text().empty() ? event.text("stage") : event.version_1_text();
 }
 
-Flow::Flow(const content::Exercise& exercise, std::size_t targets, bool automatic, procedures::Procedure* procedure)
-    : exercise_(exercise), automatic_(automatic), procedure_(procedure), treated_(targets, false) {
+Flow::Flow(const content::Exercise& exercise, std::size_t targets, bool automatic, procedures::Procedure* procedure,
+           procedures::Controls controls)
+    : exercise_(exercise),
+      automatic_(automatic),
+      procedure_(procedure),
+      controls_(std::move(controls)),
+      treated_(targets, false) {
   state_.prompt = prompt({});
   state_.possible = {Action::start, Action::pause, Action::reset};
   if (procedure_ != nullptr) state_.trigger = procedure_->trigger();
@@ -58,6 +64,7 @@ Events Flow::step(const Situation& now, std::span<const Action> actions) {
     }
   }
   go_on(now, events);
+  if (state_.stage != Stage::briefing) went_in_ = went_in_ || now.in_patient();
 
   state_.stage_s = now.time_s - stage_began_s_;
   if (now.time_s - refused_s_ > kRefusalShown) state_.refusal.clear();
@@ -80,7 +87,11 @@ std::string Flow::reason_against(Action action, const Situation& now) const {
   if (state_.stage == Stage::debrief) return "the session is over; try again with reset";
   if (action == Action::resume) return state_.paused ? "" : "the session is not paused";
   if (action == Action::pause) return state_.paused ? "the session is paused already" : "";
-  if (action == Action::start) return state_.stage == Stage::briefing ? "" : "the procedure has begun already";
+  if (action == Action::start) {
+    if (state_.stage != Stage::briefing) return "the procedure has begun already";
+    // What is done in the briefing is not measured: nothing may have been done.
+    return now.in_patient() && !automatic_ ? "the needle is in the patient already; draw it out, then begin" : "";
+  }
   if (state_.stage == Stage::briefing) return "read the briefing and start first";
   if (action == Action::finish) return "";
   if (state_.paused) return "the session is paused; resume first";
@@ -145,17 +156,22 @@ int Flow::target_at_tip(const Situation& now) const {
 
 std::string Flow::prompt(const Situation& now) const {
   if (state_.paused) return "Paused. Resume to go on.";
+  const int target = target_at_tip(now);
+  const procedures::PromptInput input{.stage = state_.stage,
+                                      .in_target = target >= 0,
+                                      .treated = target >= 0 && treated_[target],
+                                      .controls = controls_};
   switch (state_.stage) {
     case Stage::briefing:
-      return "Read the briefing; start when you are ready.";
-    case Stage::procedure: {
-      if (!now.in_tissue) return "Find the target with the probe and advance the needle to it.";
-      const bool there = target_at_tip(now) >= 0;
-      if (procedure_ != nullptr) return procedure_->prompt(state_.stage, there);
-      return there ? "The tip is in the target." : "Advance the needle to the target.";
-    }
+      return controls_.begin.empty() ? "Read the briefing; start when you are ready."
+                                     : "Read the briefing; " + controls_.begin + " begins.";
+    case Stage::procedure:
+      if (!now.in_patient() && !went_in_) return "Find the target with the probe and advance the needle to it.";
+      if (!now.in_patient()) return "The needle is out again: take aim, then go in.";
+      if (procedure_ != nullptr) return procedure_->prompt(input);
+      return input.in_target ? "The tip is in the target." : "Advance the needle to the target.";
     case Stage::sampling:
-      return procedure_->prompt(state_.stage, target_at_tip(now) >= 0);
+      return procedure_->prompt(input);
     case Stage::debrief:
       return "The session is over.";
   }
@@ -167,7 +183,7 @@ std::string Flow::hint(const Situation& now) const {
   const int samples = procedure_ != nullptr ? procedure_->samples() : 0;
   for (const content::Hint& hint : exercise_.hints) {
     const bool holds = (hint.stage.empty() || hint.stage == stage_name(state_.stage)) &&
-                       hint.tip_inside.value_or(now.in_tissue) == now.in_tissue &&
+                       hint.tip_inside.value_or(now.in_patient()) == now.in_patient() &&
                        hint.probe_lifted.value_or(now.probe_lifted) == now.probe_lifted &&
                        hint.stage_s.holds(state_.stage_s) && hint.depth.holds(now.depth) &&
                        hint.distance.holds(distance) && hint.off_plane.holds(now.off_plane) &&

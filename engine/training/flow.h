@@ -56,7 +56,9 @@ public:
   /// @param exercise   outlives this
   /// @param automatic  starts by itself: nobody is there to read the briefing, as with a recorded motion
   /// @param procedure  of the exercise, outlives this; null: nothing is sampled or destroyed
-  Flow(const content::Exercise& exercise, std::size_t targets, bool automatic, procedures::Procedure* procedure);
+  /// @param controls   of the device in use
+  Flow(const content::Exercise& exercise, std::size_t targets, bool automatic, procedures::Procedure* procedure,
+       procedures::Controls controls = {});
 
   /// Goes on to the moment of `now`; does what was asked for, in order, then what follows by itself.
   /// @return what happened, for the recording
@@ -84,9 +86,11 @@ private:
   const content::Exercise& exercise_;
   bool automatic_;
   procedures::Procedure* procedure_;
+  procedures::Controls controls_;
   FlowState state_;
   std::vector<bool> treated_;
   bool reset_ = false;
+  bool went_in_ = false;       // the needle, into the patient
   std::uint32_t presses_ = 0;  // seen
   double now_s_ = 0;
   double stage_began_s_ = 0;

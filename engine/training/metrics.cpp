@@ -2,6 +2,7 @@
 
 #include "engine/procedures/kinds.h"
 #include "engine/training/beam.h"
+#include "engine/training/flow.h"
 #include "engine/training/path_distance.h"
 
 #include <nlohmann/json.hpp>
@@ -214,8 +215,7 @@ void add_reference(MetricList& out, Samples samples, const content::Scene& scene
   out.add(content::kReferenceDtw, warped);
 }
 
-void add_johnson(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
-  const Samples samples = trace.samples;
+void add_johnson(MetricList& out, Samples samples, const content::Scene& scene, std::size_t arrived) {
   const bool came = arrived < samples.size();
   const double inside = sum_where(samples, in_tissue, step_time);
   std::optional<double> targeting, probe, beam;
@@ -240,13 +240,14 @@ void add_johnson(MetricList& out, const Trace& trace, const content::Scene& scen
   out.add(content::kNeedleInBeam, beam);
   out.add(content::kForbiddenHits, hits);
   out.add(content::kForbiddenTime, in_forbidden);
-  out.add(content::kElapsedTime, samples.empty() ? 0 : step_time(samples.front(), samples.back()));
+  std::optional<double> elapsed;
+  if (!samples.empty()) elapsed = step_time(samples.front(), samples.back());
+  out.add(content::kElapsedTime, elapsed);
   out.add(content::kPathLength, kMm * sum_where(samples, kAlways, step_length));
   out.add(content::kSkinContacts, skin_contacts(samples));
 }
 
-void add_perk_tutor(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
-  const Samples samples = trace.samples;
+void add_perk_tutor(MetricList& out, Samples samples, const content::Scene& scene, std::size_t arrived) {
   const Rates rate = rates(samples);
   Path hubs;
   for (const TraceSample& s : samples) hubs.push_back(s.hub);
@@ -275,8 +276,8 @@ void add_perk_tutor(MetricList& out, const Trace& trace, const content::Scene& s
   out.add(content::kAverageVelocity, velocity);
 }
 
-void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, std::size_t arrived) {
-  const Samples samples = trace.samples;
+void add_ours(MetricList& out, Samples samples, const Trace& trace, const content::Scene& scene,
+              std::size_t arrived) {
   out.add(content::kAngleError, angle_error(samples, arrived));
   out.add(content::kDepthOvershoot, depth_overshoot(samples, arrived));
   out.add(content::kPeakForce, largest(samples, [](const auto& s) { return s.force.norm(); }));
@@ -286,7 +287,7 @@ void add_ours(MetricList& out, const Trace& trace, const content::Scene& scene, 
   out.add(content::kOutOfPlaneTime, out_of_plane_time(samples, scene.probe));
   for (const procedures::Kind* kind : procedures::kinds()) {
     for (const content::MetricRow& metric : kind->metrics()) {
-      out.add(metric, kind->measure(metric.name, trace.events));
+      out.add(metric, kind->measure(metric.name, trace.events, scene));
     }
   }
 }
@@ -298,9 +299,35 @@ bool ends_approach(const recording::EventRecord& event) {
                              [&](const procedures::Kind* kind) { return event.name == kind->approach_event(); });
 }
 
-std::size_t arrival(const Trace& trace) {
-  const Samples samples = trace.samples;
-  for (const recording::EventRecord& event : trace.events) {
+Samples of_procedure(const Trace& trace) {
+  const auto stage = [&](Stage wanted) {
+    return std::ranges::find_if(trace.events,
+                                [&](const auto& event) { return stage_of(event) == stage_name(wanted); });
+  };
+  const auto begun = stage(Stage::procedure), over = stage(Stage::debrief);
+  const auto at = [&](auto event, auto otherwise) {
+    return event == trace.events.end()
+               ? otherwise
+               : std::ranges::lower_bound(trace.samples, event->time_s, {}, &TraceSample::time_s);
+  };
+  const bool followed = std::ranges::any_of(trace.events, [](const auto& event) { return !stage_of(event).empty(); });
+  if (!followed) return trace.samples;
+  auto to = at(over, trace.samples.end());
+  if (to != trace.samples.end()) ++to;  // the moment that it ended at
+  const auto from = std::min(at(begun, trace.samples.end()), to);
+  return {from, to};
+}
+
+bool something_done(const Trace& trace, const content::Scene& scene) {
+  if (std::ranges::any_of(trace.events, ends_approach)) return true;
+  return !scene.exercise.plan && std::ranges::any_of(of_procedure(trace), in_tissue);
+}
+
+namespace {
+
+/// arrival() in `samples`.
+std::size_t arrival_in(Samples samples, const std::vector<recording::EventRecord>& events) {
+  for (const recording::EventRecord& event : events) {
     if (!ends_approach(event)) continue;
     const auto after = std::ranges::upper_bound(samples, event.time_s, {}, &TraceSample::time_s);
     if (after != samples.begin()) return static_cast<std::size_t>(after - samples.begin()) - 1;
@@ -315,13 +342,23 @@ std::size_t arrival(const Trace& trace) {
   return best;
 }
 
+}  // namespace
+
+std::size_t arrival(const Trace& trace) {
+  const Samples samples = of_procedure(trace);
+  const std::size_t at = arrival_in(samples, trace.events);
+  if (at == samples.size()) return trace.samples.size();
+  return at + static_cast<std::size_t>(samples.data() - trace.samples.data());
+}
+
 std::vector<Metric> measure(const Trace& trace, const content::Scene& scene) {
   MetricList out;
-  const std::size_t arrived = arrival(trace);
-  add_johnson(out, trace, scene, arrived);
-  add_perk_tutor(out, trace, scene, arrived);
-  add_reference(out, trace.samples, scene);
-  add_ours(out, trace, scene, arrived);
+  const Samples samples = of_procedure(trace);
+  const std::size_t arrived = arrival_in(samples, trace.events);
+  add_johnson(out, samples, scene, arrived);
+  add_perk_tutor(out, samples, scene, arrived);
+  add_reference(out, samples, scene);
+  add_ours(out, samples, trace, scene, arrived);
   return std::move(out.list);
 }
 

@@ -31,14 +31,23 @@ struct Metric {
   std::string source;
 };
 
+/// The samples of the procedure: from its beginning to the debrief, so that nobody is hurried while reading the
+/// briefing. All of them where no course was followed.
+std::span<const TraceSample> of_procedure(const Trace& trace);
+
 /// Whether the needle is where the trainee wanted it: the procedure begins to do its work.
 bool ends_approach(const recording::EventRecord& event);
+
+/// Whether something was sampled or treated; where the exercise has nothing of the kind, whether the needle was in
+/// tissue.
+bool something_done(const Trace& trace, const content::Scene& scene);
 
 /// The moment that the needle was brought to the target: that of the first event that ends_approach(), else of the
 /// tip closest to a target while inserted, else the last one inserted. [samples] if it never was.
 std::size_t arrival(const Trace& trace);
 
-/// All metrics in the order of procedures::metric_table(); those of kinds go by the events.
+/// All metrics of the procedure (of_procedure()) in the order of procedures::metric_table(); those of kinds go by the
+/// events.
 /// The reference motion is the scenario's: the path of the tip of a needle that does not bend, of both hands, because
 /// that is what the hands decided.
 std::vector<Metric> measure(const Trace& trace, const content::Scene& scene);

@@ -7,7 +7,7 @@
 
 namespace stylet::training {
 StepReader::StepReader(const content::Scene& scene)
-    : scene_(scene), tissue_(scene), from_target_(scene.targets.size()) {
+    : scene_(scene), tissue_(scene), from_target_(scene.targets.size()), centers_(scene.targets.size()) {
   for (const content::Target& target : scene.targets) targets_.push_back(tissue_.carrier(target.centre));
 }
 
@@ -29,7 +29,8 @@ procedures::Step StepReader::read(const recording::SimulationStepRecord& record,
                         .at_tip = {},
                         .tissue = tissue_,
                         .cavities = std::span(report.cavities).first(report.cavity_count),
-                        .cavity_shares = record.cavity_shares};
+                        .cavity_shares = record.cavity_shares,
+                        .targets = centers_};
   now.time_s = record.time_s;
   now.haptic_step = record.needle_step;
   now.in_tissue = step.in_tissue;
@@ -54,6 +55,7 @@ void StepReader::look_at_targets(procedures::Situation& now, const procedures::S
   for (std::size_t i = 0; i < scene_.targets.size(); ++i) {
     const content::Target& target = scene_.targets[i];
     const Eigen::Vector3d centre = tissue_.carried(targets_[i], target.centre);
+    centers_[i] = centre;
     const double distance = content::distance_to_segment(centre, step.tip, base) - target.radius;
     now.target_distances[i] = distance;
     if (distance < nearest) {

@@ -41,6 +41,7 @@ private:
   content::TissueLocator tissue_;
   std::vector<content::TissueLocator::Carrier> targets_;  // [Scene::targets]
   std::vector<Eigen::Vector3d> from_target_;              // [Scene::targets] to the tip, a step ago
+  std::vector<Eigen::Vector3d> centers_;                  // [Scene::targets] now
   Eigen::Vector3d last_tip_ = Eigen::Vector3d::Zero();
   double last_s_ = -1;
 };

@@ -22,12 +22,13 @@ std::string text(const std::optional<double>& value, const std::string& unit) {
 
 }  // namespace
 
-std::optional<Score> score(std::span<const Metric> metrics, const content::Scene& scene) {
+std::optional<Score> score(std::span<const Metric> metrics, const content::Scene& scene, bool done) {
   if (scene.scoring.empty()) return std::nullopt;
   double weights = 0;
   for (const content::Criterion& criterion : scene.scoring) weights += criterion.weight;
   Score score;
   score.pass_mark = scene.pass_mark;
+  score.done = done;
   for (const content::Criterion& criterion : scene.scoring) {
     const Metric& metric = find_metric(metrics, criterion.metric);
     ScoreLine& line = score.lines.emplace_back();
@@ -35,14 +36,14 @@ std::optional<Score> score(std::span<const Metric> metrics, const content::Scene
     line.value = metric.value;
     line.unit = metric.unit;
     line.title = metric.title;
-    line.share = metric.value ? share_of(criterion, *metric.value) : 0;
+    line.share = done && metric.value ? share_of(criterion, *metric.value) : 0;
     line.most = weights > 0 ? 100 * criterion.weight / weights : 0;
     line.points = line.share * line.most;
-    line.failed = criterion.critical && line.share == 0;
+    line.failed = done && criterion.critical && line.share == 0;
     score.total += line.points;
     score.failed_critical |= line.failed;
   }
-  score.passed = score.total >= score.pass_mark && !score.failed_critical;
+  score.passed = done && score.total >= score.pass_mark && !score.failed_critical;
   return score;
 }
 
@@ -50,6 +51,7 @@ nlohmann::ordered_json to_json(const Score& score) {
   nlohmann::ordered_json json;
   json["total"] = score.total;
   json["pass_mark"] = score.pass_mark;
+  json["done"] = score.done;
   json["passed"] = score.passed;
   json["failed_critical"] = score.failed_critical;
   json["criteria"] = nlohmann::ordered_json::array();
@@ -80,7 +82,10 @@ std::string summary(std::span<const Metric> metrics, const std::optional<Score>&
     out += fmt::format("  {:<40} {:>14}  {:>5.1f} of {:.1f}{}\n", line.title, text(line.value, line.unit),
                        line.points, line.most, line.failed ? "  CRITICAL" : "");
   }
-  const char* verdict = score->passed ? "passed" : score->failed_critical ? "failed: critical" : "failed";
+  const char* verdict = !score->done             ? "nothing was sampled or treated"
+                        : score->passed          ? "passed"
+                        : score->failed_critical ? "failed: critical"
+                                                 : "failed";
   out += fmt::format("  {:<40} {:>14}  {:>5.1f} of 100, {} (pass mark {:.0f})\n", "score", "", score->total, verdict,
                      score->pass_mark);
   return out;

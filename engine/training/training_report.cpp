@@ -10,7 +10,7 @@ TrainingReport assess(Trace trace, const content::Scene& scene) {
   TrainingReport report;
   report.trace = std::move(trace);
   report.metrics = measure(report.trace, scene);
-  report.score = score(report.metrics, scene);
+  report.score = score(report.metrics, scene, something_done(report.trace, scene));
   return report;
 }
 

@@ -17,14 +17,18 @@ std::unique_ptr<procedures::Procedure> begin(const content::Scene& scene) {
 TrainingSession::TrainingSession(const content::Scene& scene, const TrainingSettings& settings)
     : procedure_(begin(scene)),
       watch_(scene, procedure_.get()),
-      flow_(scene.exercise, scene.targets.size(), settings.automatic, procedure_.get()) {}
+      flow_(scene.exercise, scene.targets.size(), settings.automatic, procedure_.get(), settings.controls) {}
 
-const FlowState& TrainingSession::poll(session::LiveSession& live, std::span<const Action> actions) {
+Events TrainingSession::step(std::span<const Action> actions) {
   const Watched& seen = watch_.latest();
   tip_tissue_ = seen.tip_tissue;
   Events events = flow_.step(seen.now, actions);
   if (procedure_) procedure_->catch_up(seen.now, events);
-  for (const recording::EventRecord& event : events) live.add_event(event);
+  return events;
+}
+
+const FlowState& TrainingSession::poll(session::LiveSession& live, std::span<const Action> actions) {
+  for (const recording::EventRecord& event : step(actions)) live.add_event(event);
   if (flow_.state().paused != live.paused()) flow_.state().paused ? live.pause() : live.resume();
   return flow_.state();
 }

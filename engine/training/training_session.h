@@ -19,7 +19,8 @@
 namespace stylet::training {
 
 struct TrainingSettings {
-  bool automatic = false;  ///< nobody is there to start it: Flow
+  bool automatic = false;           ///< nobody is there to start it: Flow
+  procedures::Controls controls{};  ///< of the device in use, for the prompts
 };
 
 /// One thread, but for watch().
@@ -34,6 +35,8 @@ public:
   /// Goes on to the newest simulation step: does what is asked for, pauses or resumes `live`, puts what happened on
   /// record. Once a frame, or a simulation step.
   const FlowState& poll(session::LiveSession& live, std::span<const Action> actions = {});
+  /// The same without a live session: what happened.
+  Events step(std::span<const Action> actions = {});
   /// The run is over: finishes what is under way. While `live` still records.
   void end(session::LiveSession& live);
 

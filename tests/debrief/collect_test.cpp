@@ -3,9 +3,11 @@
 
 #include "engine/debrief/expert.h"
 #include "engine/files/error.h"
+#include "engine/procedures/biopsy/plan.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
 #include "tests/session/cube_scene.h"
+#include "tests/session/layered_scene.h"
 #include "tests/support/temporary_folder.h"
 
 #include "tests/training/event_words.h"
@@ -15,6 +17,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 
 namespace stylet::debrief {
 namespace {
@@ -111,6 +114,18 @@ TEST(Debrief, OfASessionHasItsWayItsMomentsAndItsNumbers) {
   EXPECT_EQ(moments.front().title, "Into gel");
   EXPECT_EQ(moments.front().time_s, data.events.front().time_s);
   EXPECT_EQ(moments.back().time_s, data.arrival_s);
+}
+
+TEST(Expert, HasEveryMetricThatIsScored) {
+  content::Scene scene = tests::layered_scene();
+  auto plan = std::make_shared<procedures::biopsy::Plan>();
+  plan->automatic = true;
+  scene.exercise.plan = plan;
+  const Expert expert = run_expert_motion(scene);
+  for (const char* key : {"tumour_content", "throw_beyond", "targeting", "elapsed_time"}) {
+    EXPECT_TRUE(training::find_metric(expert.metrics, key).value) << key;
+  }
+  EXPECT_GT(training::find_metric(expert.metrics, "tumour_content").value.value_or(0), 30);
 }
 
 TEST(Expert, IsRunOnceAndRememberedUntilTheSceneChanges) {

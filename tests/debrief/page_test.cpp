@@ -67,6 +67,29 @@ TEST(DebriefPage, SaysWhenTheHandFeltLessThanTheForcesShown) {
   EXPECT_EQ(to_json(data)["force_scale"], 0.44);
 }
 
+TEST(DebriefPage, ListsTheAttemptsBeforeItsOwn) {
+  DebriefData data = tests::sample_debrief();
+  EXPECT_EQ(debrief_page(data).find("id=\"attempts\""), std::string::npos);
+  data.attempts = {{.folder = "attempt-1", .duration_s = 41, .score = DebriefScore{.total = 54.4, .pass_mark = 70}},
+                   {.folder = "attempt-2", .duration_s = 9, .score = DebriefScore{.pass_mark = 70, .done = false}}};
+  const std::string html = debrief_page(data);
+  EXPECT_NE(html.find("<td>1</td><td>54 / 100</td><td>\u2717 not passed</td><td>41.0 s</td>"
+                      "<td>attempt-1/debrief.html</td>"),
+            std::string::npos);
+  EXPECT_NE(html.find("<td>2</td><td>&ndash;</td><td>nothing was sampled or treated</td>"), std::string::npos);
+  EXPECT_NE(html.find("<td>3</td>"), std::string::npos) << "this one";
+  EXPECT_EQ(to_json(data)["attempts_before"][0]["score"]["total"], 54.4);
+}
+
+TEST(DebriefPage, OfNothingDoneSaysSo) {
+  DebriefData data = tests::sample_debrief();
+  data.score->done = data.score->passed = false;
+  data.start_seed = 7;
+  EXPECT_NE(debrief_page(data).find("nothing was sampled or treated"), std::string::npos);
+  EXPECT_NE(debrief_page(data).find("start 7"), std::string::npos);
+  EXPECT_EQ(to_json(data)["start_seed"], 7);
+}
+
 // Force limits come in bursts: their numbers must stay readable.
 TEST(DebriefPage, MarksThatLieCloseShareALabel) {
   DebriefData data = tests::sample_debrief();

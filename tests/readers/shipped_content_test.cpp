@@ -184,6 +184,13 @@ TEST(ShippedContent, EmbeddedSurfacesReproduceTheirRestShape) {
   }
 }
 
+Procedure default_procedure() {
+  files::JsonFile file(kContent / "organs" / "abdomen.json");
+  const Procedure procedure = read_procedure(file);
+  file.throw_problems();
+  return procedure;
+}
+
 TEST(ShippedContent, MotionGoesWhereABiopsyGoes) {
   const content::Scene& scene = default_scene_of_any_mesh();
   const auto& stylus = scene.motion.stylus;
@@ -192,43 +199,44 @@ TEST(ShippedContent, MotionGoesWhereABiopsyGoes) {
   };
   const double duration = stylus.back().time_s - stylus.front().time_s;
   EXPECT_GE(duration, 10);
-  EXPECT_LE(duration, 15);
+  EXPECT_LE(duration, 20);
   const double samples_hz = static_cast<double>(stylus.size() - 1) / duration;
   EXPECT_GE(samples_hz, 100);
   EXPECT_LE(samples_hz, 251);
   const content::Target& target = scene.targets.at(0);
-  // The needle is bent round into the target (LiverBiopsy has it there): the hub is as far off as it is long.
-  EXPECT_NEAR((stylus.back().pose.position - target.centre).norm(), scene.needle.length, 0.005);
+  const auto fires = std::ranges::find(stylus, 1U, &content::MotionSample::buttons);
+  ASSERT_NE(fires, stylus.end());
+  EXPECT_NEAR((tip(*fires) - target.centre).norm(), target.radius, 0.008) << "where the needle enters the tumour";
 
-  // Along the plan: an insertion, 30 to 40 mm back, and in again; sideways 8 mm and more, to bend it; fast as a hand.
+  // Along the plan, and never back before it fires; straight; fast as a hand; and out again.
   const Eigen::Vector3d axis = (target.centre - tip(stylus.front())).normalized();
   double deepest = -1;
-  double withdrawn = 0;
   double side = 0;
   double speed = 0;
-  for (std::size_t i = 0; i < stylus.size(); ++i) {
-    const double depth = axis.dot(tip(stylus[i]) - target.centre);
+  for (auto sample = stylus.begin(); sample != stylus.end(); ++sample) {
+    const double depth = axis.dot(tip(*sample) - target.centre);
+    if (sample < fires) EXPECT_GT(depth, deepest - 2e-4) << "but for a tremor";
     deepest = std::max(deepest, depth);
-    if (depth < -0.005) withdrawn = std::max(withdrawn, deepest - depth);
-    const Eigen::Vector3d hub = stylus[i].pose.position - target.centre;
+    const Eigen::Vector3d hub = sample->pose.position - target.centre;
     side = std::max(side, (hub - axis.dot(hub) * axis).norm());
-    if (i > 0) {
-      const double dt = stylus[i].time_s - stylus[i - 1].time_s;
-      speed = std::max(speed, std::abs(axis.dot(stylus[i].pose.position - stylus[i - 1].pose.position)) / dt);
+    if (sample != stylus.begin()) {
+      const auto& before = *(sample - 1);
+      const double dt = sample->time_s - before.time_s;
+      speed = std::max(speed, std::abs(axis.dot(sample->pose.position - before.pose.position)) / dt);
     }
-    EXPECT_GT((stylus[i].pose.orientation * Eigen::Vector3d::UnitZ()).dot(axis), std::cos(0.2)) << "hub +Z to target";
+    EXPECT_GT((sample->pose.orientation * Eigen::Vector3d::UnitZ()).dot(axis), std::cos(0.05)) << "hub +Z to target";
   }
-  EXPECT_GE(withdrawn, 0.029);
-  EXPECT_LE(withdrawn, 0.042);
-  EXPECT_GE(side, 0.008);
-  EXPECT_LE(side, 0.025);
+  EXPECT_LE(side, 0.002);
   EXPECT_GE(speed, 0.035);
   EXPECT_LE(speed, 0.050);
+  const Eigen::Vector3d entry = default_procedure().entry;
+  EXPECT_GT((tip(stylus.back()) - target.centre).norm(), (entry - target.centre).norm() + 0.02) << "withdrawn";
 }
 
 TEST(ShippedContent, NeedlePathPassesBetweenTheRibs) {
   const content::Scene& scene = default_scene_of_any_mesh();
-  const content::MotionSample& end = scene.motion.stylus.back();
+  const content::MotionSample& end =
+      *std::ranges::find(scene.motion.stylus, 1U, &content::MotionSample::buttons);  // when it fires
   const content::LabelVolume& labels = scene.labels;
   const Eigen::Vector3d chord = (scene.targets.at(0).centre - end.pose.position).normalized();  // of the bent needle
   bool liver = false;
@@ -248,18 +256,10 @@ TEST(ShippedContent, NeedlePathPassesBetweenTheRibs) {
   EXPECT_TRUE(liver);
 }
 
-Procedure default_procedure() {
-  files::JsonFile file(kContent / "organs" / "abdomen.json");
-  const Procedure procedure = read_procedure(file);
-  file.throw_problems();
-  return procedure;
-}
-
 TEST(ShippedContent, MotionIsWhatItsGeneratorMakes) {
   const Procedure procedure = default_procedure();
-  const motion::BiopsyPlan plan{
-      .entry = procedure.entry, .target = procedure.target, .needle_length = default_needle().length};
-  const content::Motion made = motion::biopsy_motion(plan);
+  const content::Motion made = motion::biopsy_motion(
+      motion::demonstration(procedure.entry, procedure.target, procedure.target_radius, default_needle().length));
   const auto shipped = default_motion().stylus;
   ASSERT_EQ(made.stylus.size(), shipped.size()) << "run make_motion again (content/motions/LICENCE.md)";
   for (std::size_t i = 0; i < shipped.size(); ++i) {
@@ -305,8 +305,8 @@ TEST(Schemas, AgreeWithTheReaders) {
     "bodies": [{"mesh": {}, "fixed": [{"box": {}, "outside_box": {}, "plane": {}}]}],
     "targets": [{}], "labels": {}, "camera": {}, "room_from_patient": {}, "rates": {},
     "contacts": [{}], "scoring": [{}], "breathing": {"rigid": {}}, "briefing": {}, "sampling": {},
-    "hints": [{"when": {}}]})";
-  expect_schema_agrees("scenario", full, 24, [](files::JsonFile& f) { read_scenario_file(f); });
+    "hints": [{"when": {}}], "start": {}})";
+  expect_schema_agrees("scenario", full, 25, [](files::JsonFile& f) { read_scenario_file(f); });
 }
 
 TEST(Schemas, AndTheReadmeAreMadeOfTheTablesOfKeys) {

@@ -5,6 +5,7 @@
 #include "engine/session/puncture_event.h"
 #include "engine/session/recorded_stylus.h"
 #include "engine/training/training_report.h"
+#include "engine/training/training_session.h"
 #include "tests/session/target_watch.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -17,21 +18,13 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace stylet::session {
 namespace {
-
-/// Largest distance of the needle from the line between its ends, m.
-double sagitta(std::span<const Eigen::Vector3f> needle) {
-  const Eigen::ParametrizedLine<float, 3> chord =
-      Eigen::ParametrizedLine<float, 3>::Through(needle.front(), needle.back());
-  double largest = 0;
-  for (const Eigen::Vector3f& node : needle) largest = std::max(largest, double(chord.distance(node)));
-  return largest;
-}
 
 /// Moments at which the axial force breaks by more than `bound`, away from punctures: s.
 std::vector<double> breaks(std::span<const figures::ForceSample> samples, std::span<const PunctureEvent> punctures,
@@ -57,10 +50,19 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   const auto path = folder / "liver_biopsy.rec";
   const double duration = scene.motion.stylus.back().time_s;
   training::TraceRecorder trace(scene, duration);
-  LiveSession session(
-      scene, device,
-      {.duration_s = duration, .lockstep = true, .recording = path, .build = "test", .listeners = {&trace}});
-  const RunStatistics run = session.run_in_lockstep();
+  training::TrainingSession course(scene, {.automatic = true});
+  LiveSession session(scene, device,
+                      {.duration_s = duration,
+                       .lockstep = true,
+                       .recording = path,
+                       .build = "test",
+                       .listeners = {&trace, &course.watch()}});
+  std::vector<std::string> prompts;
+  const RunStatistics run = session.run_in_lockstep([&](double share) {
+    share < 1 ? (void)course.poll(session) : course.end(session);
+    const std::string& prompt = course.state().prompt;
+    if (prompts.empty() || prompts.back() != prompt) prompts.push_back(prompt);
+  });
   EXPECT_EQ(run.needle_flags, 0U);
   EXPECT_EQ(run.patch_flags, 0U);
   // The capsule gives way at once: the tissue's way back is longer than one step may be.
@@ -70,17 +72,21 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   std::printf("%s%s", training::summary(report.metrics, {}).c_str(), training::in_words(report).c_str());
   ASSERT_TRUE(report.score);
   EXPECT_TRUE(report.score->passed);
-  EXPECT_GT(report.score->total, 85) << "an expert's hand, but for one correction";
+  EXPECT_GT(report.score->total, 95) << "an expert's hand, which follows the briefing";
+  for (const std::string& prompt : prompts) std::printf("%s\n", prompt.c_str());
+  EXPECT_EQ(prompts.size(), std::set(prompts.begin(), prompts.end()).size()) << "no prompt comes back";
   const auto value = [&](std::string_view key) {
     return training::find_metric(std::span<const training::Metric>(report.metrics), key).value.value_or(NAN);
   };
   EXPECT_EQ(value("forbidden_hits"), 0);
   EXPECT_EQ(value("punctures"), 1);
   EXPECT_EQ(value("skin_contacts"), 1);
-  EXPECT_EQ(value("targets_hit"), 1);
-  EXPECT_NEAR(value("targeting"), 1e3 * session.closest_target_distance(), 1e-3);
+  EXPECT_GT(value("tumour_content"), 90);
+  EXPECT_LT(value("throw_beyond"), 5);
+  EXPECT_NEAR(value("targeting"), 1e3 * session.closest_target_distance(), 0.2) << "it fires at its deepest";
   EXPECT_NEAR(value("peak_force"), session.force().summary().peak_force, 0.5) << "seen once a simulation step";
-  EXPECT_NEAR(value("path_inefficiency"), 75, 15) << "60 mm of 80 are gone back and forth again";
+  EXPECT_LT(value("path_inefficiency"), 5);
+  EXPECT_LT(value("angle_error"), 2);
   EXPECT_GT(value("needle_in_beam"), 30);
   const std::vector<PunctureEvent> felt = punctures(recording::read_recording(path).events);
   auto from = felt.begin();
@@ -101,19 +107,18 @@ TEST(LiverBiopsy, TheRecordedHandFeelsSkinCapsuleAndTumourAndReachesTheTarget) {
   EXPECT_LT(force.peak_force, 6);
   // What the tip cuts through differs from one tetrahedron to the next, and that is not felt as a blow: only that the
   // wall ends is, where there is no more to cut, before the liver is touched.
-  const std::vector<double> blows = breaks(session.force().samples(), felt, 0.15);
+  std::vector<double> blows = breaks(session.force().samples(), felt, 0.15);
+  const auto fires = std::ranges::find(scene.motion.stylus, 1U, &content::MotionSample::buttons);
+  std::erase_if(blows, [&](double t) { return t > fires->time_s; });  // drawn out, it leaves the liver
   for (const double t : blows) std::printf("the force breaks at %.3f s\n", t);
   ASSERT_EQ(blows.size(), 1U);
   const auto liver = std::ranges::find(felt, std::string("liver"), &PunctureEvent::to);
   EXPECT_EQ(liver->from, "outside");
   EXPECT_LT(blows.front(), liver->time_s);
-  EXPECT_LT(session.closest_target_distance(), 0.25 * scene.targets.front().radius);
-  state::FrameState last = session.frames().make_frame();
-  session.frames().sample(scene.motion.stylus.back().time_s, last);
-  const double bend = sagitta(last.needle_positions);
-  std::printf("bent by %.2f mm\n", 1e3 * bend);
-  EXPECT_GT(bend, 0.002) << "steered round into the target, and seen to be";
-  EXPECT_LT(bend, 0.008);
+  EXPECT_LT(session.closest_target_distance(), scene.targets.front().radius) << "in it";
+  EXPECT_GT(session.closest_target_distance(), 0.5 * scene.targets.front().radius) << "at its edge";
+  EXPECT_GT(value("lateral_bending"), 0.1) << "the bevel turns it aside";
+  EXPECT_LT(value("lateral_bending"), 3) << "held straight";
   ASSERT_TRUE(session.probe());
   const ProbeSummary probe = *session.probe();
   std::printf("probe: %.2f N (at most %.2f) on %.1f cm2 (at least %.1f)\n", probe.mean_force, probe.peak_force,

@@ -10,6 +10,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stylet::training {
@@ -72,7 +73,7 @@ std::vector<std::string> step(Course& course, const Situation& now, std::vector<
 
 /// Brings a course to a stage.
 void enter(Course& course, Stage stage) {
-  if (stage != Stage::briefing) step(course, in_target(1), {Action::start});
+  if (stage != Stage::briefing) step(course, outside(1), {Action::start});
   if (stage == Stage::sampling) step(course, in_target(2), {course.procedure->trigger()});
   if (stage == Stage::debrief) step(course, in_target(2), {Action::finish});
 }
@@ -98,7 +99,8 @@ TEST(Flow, EveryActionInEveryStageOfABiopsyDoesWhatTheTableSays) {
       const std::string expected = row.to[s];
       Course flow(exercise);
       enter(flow, stage);
-      const std::vector<std::string> events = step(flow, in_target(2.1), {row.action});
+      const Situation now = row.action == Action::start ? outside(2.1) : in_target(2.1);
+      const std::vector<std::string> events = step(flow, now, {row.action});
       const std::string place = std::string(row.action.name) + " in " + stage_name(stage);
       ASSERT_FALSE(events.empty()) << place;
       EXPECT_EQ(events[0].starts_with("refused"), expected == "-") << place << ": " << events[0];
@@ -125,12 +127,110 @@ TEST(Flow, GivesTheReasonForNotFiringOutsideTissue) {
   const content::Exercise exercise = biopsy();
   Course flow(exercise);
   enter(flow, Stage::procedure);
-  EXPECT_THAT(step(flow, outside(2), {kFire}),
-              ElementsAre("refused fire: the tip is not in tissue, a core of air is none; advance the needle"));
-  EXPECT_THAT(flow.state().refusal, HasSubstr("not in tissue"));
+  EXPECT_THAT(
+      step(flow, outside(2), {kFire}),
+      ElementsAre("refused fire: the tip is outside the patient, 50 mm from the target: there is nothing to cut; "
+                  "advance the needle"));
+  EXPECT_THAT(flow.state().refusal, HasSubstr("outside the patient"));
   EXPECT_EQ(flow.procedure->samples(), 0);
   step(flow, outside(2 + Flow::kRefusalShown + 0.1));
   EXPECT_THAT(flow.state().refusal, IsEmpty()) << "shown for a while only";
+}
+
+/// Behind the wall, before the next organ.
+Situation in_gap(double t) {
+  return {.time_s = t, .in_tissue = false, .depth = 0.028, .speed = 0.05, .target_distances = {0.034}};
+}
+Situation in_wall(double t) {
+  return {.time_s = t, .in_tissue = true, .depth = 0.02, .speed = 0.05, .target_distances = {0.042}};
+}
+
+TEST(Flow, SaysWhereTheTipIsThatCannotFireBetweenTwoOrgans) {
+  const content::Exercise exercise = biopsy();
+  Course flow(exercise);
+  enter(flow, Stage::procedure);
+  EXPECT_THAT(step(flow, in_gap(2), {kFire}),
+              ElementsAre("refused fire: the tip is between two organs, 28 mm of needle in, 34 mm from the target: "
+                          "there is nothing to cut; advance the needle"));
+}
+
+TEST(Flow, PromptNeverGoesBackAStage) {
+  const content::Exercise exercise = biopsy();
+  Course flow(exercise);
+  enter(flow, Stage::procedure);
+  const auto prompt = [&](const Situation& now) {
+    step(flow, now);
+    return flow.state().prompt;
+  };
+  EXPECT_THAT(prompt(outside(2)), HasSubstr("Find the target with the probe"));
+  const std::string on_the_way = prompt(in_wall(3));
+  EXPECT_EQ(prompt(in_gap(4)), on_the_way) << "between wall and liver";
+  EXPECT_EQ(prompt(in_wall(5)), on_the_way);
+  EXPECT_THAT(prompt(in_target(6)), HasSubstr("fire"));
+  EXPECT_THAT(prompt(outside(7)), HasSubstr("out again")) << "it was found before";
+}
+
+TEST(Flow, HintsOfTheInsertedNeedleHoldBetweenWallAndLiver) {
+  content::Exercise exercise = biopsy();
+  exercise.hints = {{.text = "in", .tip_inside = true}, {.text = "out", .tip_inside = false}};
+  Course flow(exercise);
+  enter(flow, Stage::procedure);
+  step(flow, in_gap(2));
+  EXPECT_EQ(flow.state().hint, "in");
+}
+
+TEST(Flow, BeginsOnlyWithTheNeedleOut) {
+  const content::Exercise exercise = biopsy();
+  Course flow(exercise);
+  EXPECT_THAT(step(flow, in_gap(1), {Action::start}), ElementsAre(HasSubstr("draw it out")));
+  EXPECT_EQ(flow.state().stage, Stage::briefing);
+  EXPECT_THAT(step(flow, outside(2), {Action::start}), ElementsAre("stage procedure"));
+}
+
+TEST(Flow, WordsFitTheDeviceAndTheNumberOfCores) {
+  const auto said = [](int samples, const procedures::Controls& controls) {
+    const content::Scene scene = scene_of(biopsy(samples));
+    const auto procedure = procedures::kind_of(scene.exercise)->begin(scene);
+    Flow flow(scene.exercise, 1, false, procedure.get(), controls);
+    std::string words = flow.state().prompt + "|";
+    constexpr std::array kStart{Action::start};
+    flow.step(outside(0), kStart);
+    for (int core = 0; core < samples; ++core) {
+      flow.step(in_target(1 + 2 * core), {});
+      words += flow.state().prompt + "|";
+      flow.step(in_target(1.1 + 2 * core), std::array{kFire});
+      words += flow.state().prompt + "|";
+    }
+    return words;
+  };
+  EXPECT_EQ(said(1, {.begin = "Enter", .act = "T", .finish = "Enter"}),
+            "Read the briefing; Enter begins.|The tip is in the target: hold still and fire (T).|"
+            "The core is taken: withdraw the needle and finish (Enter).|");
+  EXPECT_EQ(said(2, {.begin = "button 1", .act = "button 1"}),
+            "Read the briefing; button 1 begins.|"
+            "The tip is in the target: hold still and fire for core 1 of 2 (button 1).|"
+            "Core 1 of 2 is taken: the gun is being cocked.|"
+            "The tip is in the target: hold still and fire for core 2 of 2 (button 1).|"
+            "All 2 cores are taken: withdraw the needle and finish.|");
+  EXPECT_THAT(said(1, {}), HasSubstr("start when you are ready"));
+}
+
+TEST(Flow, AutomaticCoresAreNotAskedFor) {
+  const content::Exercise exercise = biopsy(2, true);
+  Course flow(exercise, 2);
+  step(flow, outside(0), {Action::start});
+  Situation at = in_target(1);
+  at.target_distances = {-0.004, 0.03};
+  step(flow, at);
+  EXPECT_THAT(flow.state().prompt, HasSubstr("by itself"));
+  at.speed = 0;
+  at.time_s = 1.1;
+  step(flow, at);
+  at.time_s = 1.5;
+  EXPECT_THAT(step(flow, at), ElementsAre("biopsy_fired 1", "stage sampling"));
+  at.time_s = 3;
+  step(flow, at);
+  EXPECT_THAT(flow.state().prompt, HasSubstr("has its core"));
 }
 
 TEST(Flow, GunIsCockedBetweenTwoCores) {
@@ -141,7 +241,7 @@ TEST(Flow, GunIsCockedBetweenTwoCores) {
   EXPECT_THAT(step(flow, in_target(2.5), {kFire}), ElementsAre("refused fire: the gun is being cocked"));
   EXPECT_THAT(step(flow, in_target(3.1)), ElementsAre("stage procedure"));
   EXPECT_THAT(step(flow, in_target(3.2), {kFire}), ElementsAre("biopsy_fired 2", "stage sampling"));
-  EXPECT_THAT(step(flow, in_target(9), {kFire}), ElementsAre("refused fire: all cores are taken; finish"));
+  EXPECT_THAT(step(flow, in_target(9), {kFire}), ElementsAre("refused fire: all 2 cores are taken; finish"));
   EXPECT_THAT(step(flow, in_target(9.1), {Action::finish}), ElementsAre("stage debrief"));
 }
 
@@ -153,7 +253,9 @@ TEST(Flow, ButtonStartsThenFiresOnceAPress) {
     input.presses = presses;
     return input;
   };
-  EXPECT_THAT(step(flow, pressed(0, 1)), ElementsAre("stage procedure"));
+  Situation first = outside(0);
+  first.presses = 1;
+  EXPECT_THAT(step(flow, first), ElementsAre("stage procedure"));
   EXPECT_THAT(step(flow, pressed(1, 1)), IsEmpty()) << "still the same press";
   EXPECT_THAT(step(flow, pressed(3, 2)), ElementsAre("biopsy_fired 1", "stage sampling"));
 }
@@ -234,7 +336,9 @@ TEST(Flow, HintIsTheFirstWhoseConditionsAllHold) {
   input.off_plane = 0.004;
   EXPECT_EQ(hint(input), "off plane");
   input.in_tissue = false;
+  const double depth = std::exchange(input.depth, 0);
   EXPECT_EQ(hint(input), "near");
+  input.depth = depth;
   input.probe_lifted = true;
   EXPECT_EQ(hint(input), "lifted");
   input = outside(5);

@@ -138,6 +138,36 @@ TEST(Metrics, OfAStraightLine) {
   EXPECT_FALSE(measured(m, "reference_rms")) << "there is no reference motion";
 }
 
+TEST(Metrics, OfTheProcedureLeaveTheBriefingOut) {
+  Trace trace = straight_line();
+  const std::vector<Metric> quick = measure(trace, flat_scene());
+  // The same after 100 s of reading, in which the needle is waved about, and before 7 s in which nobody looks.
+  for (TraceSample& s : trace.samples) s.time_s += 100;
+  Trace read = trace_of(stations({{0, {0, 0, 0.02}}, {50, {0.3, 0, 0.02}}, {99.98, {0, 0, 0.02}}}), 99.98);
+  const Trace after = trace_of(stations({{0, {0, 0, -0.05}}, {7, {0, 0, 0.05}}}), 7);
+  const auto append = [&](const Trace& part, double later) {
+    for (TraceSample s : part.samples) {
+      s.time_s += later;
+      read.samples.push_back(s);
+    }
+  };
+  append(trace, 0);
+  append(after, 105.02);
+  const auto stage = [](double time_s, const char* name) {
+    return recording::EventRecord{.time_s = time_s, .name = "stage", .fields = {{"stage", std::string(name)}}};
+  };
+  read.events = {stage(100, "procedure"), stage(105, "debrief")};
+  const std::vector<Metric> slow = measure(read, flat_scene());
+  ASSERT_EQ(slow.size(), quick.size());
+  for (std::size_t i = 0; i < slow.size(); ++i) {
+    ASSERT_EQ(slow[i].value.has_value(), quick[i].value.has_value()) << slow[i].key;
+    if (slow[i].value) EXPECT_NEAR(*slow[i].value, *quick[i].value, 1e-6) << slow[i].key;
+  }
+  EXPECT_EQ(arrival(read), 5000 + arrival(straight_line())) << "counted in the whole trace";
+  read.events.clear();
+  EXPECT_GT(value(measure(read, flat_scene()), "path_length"), 600) << "without a course all of it counts";
+}
+
 TEST(Metrics, OfASceneWithoutTargetProbeOrNoGoAreasSaySo) {
   content::Scene scene;
   scene.probe.presses = -1;

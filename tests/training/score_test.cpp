@@ -2,6 +2,7 @@
 #include "engine/training/score.h"
 #include "engine/procedures/ablation/outcome.h"
 #include "engine/procedures/biopsy/core.h"
+#include "engine/procedures/biopsy/plan.h"
 #include "engine/training/training_report.h"
 
 #include "tests/training/event_words.h"
@@ -9,7 +10,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stylet::training {
@@ -32,7 +35,7 @@ struct Scored {
     metric(metrics, "tumour_content").value = 80;
     metric(metrics, "forbidden_hits").value = 0;
   }
-  Score score() const { return *training::score(metrics, scene); }
+  Score score() const { return *training::score(metrics, scene, true); }
 };
 
 TEST(Score, IsFullAndZeroAtTheThresholdsAndLinearBetween) {
@@ -81,14 +84,60 @@ TEST(Score, WhatWasNotMeasuredHasNoPoints) {
   metric(s.metrics, "forbidden_hits").value.reset();
   EXPECT_TRUE(s.score().failed_critical) << "nobody can say that it was not hit";
   s.scene.scoring.clear();
-  EXPECT_FALSE(training::score(s.metrics, s.scene));
+  EXPECT_FALSE(training::score(s.metrics, s.scene, true));
+}
+
+TEST(Score, OfNothingDoneIsNothing) {
+  Scored s;
+  s.scene.scoring = {{.metric = "punctures", .full = 3, .zero = 9},
+                     {.metric = "out_of_plane_time", .full = 3, .zero = 12},
+                     {.metric = "elapsed_time", .full = 60, .zero = 300},
+                     {.metric = "forbidden_hits", .full = 0, .zero = 1, .critical = true}};
+  s.scene.forbidden.resize(1);
+  s.scene.exercise.plan = std::make_shared<procedures::biopsy::Plan>();
+  Trace trace{.samples = {{.time_s = 0}, {.time_s = 20}},
+              .events = {{.time_s = 1, .name = "stage", .fields = {{"stage", std::string("procedure")}}},
+                         {.time_s = 19, .name = "stage", .fields = {{"stage", std::string("debrief")}}}}};
+  const Score idle = *assess(trace, s.scene).score;
+  EXPECT_EQ(idle.total, 0);
+  EXPECT_FALSE(idle.done);
+  EXPECT_FALSE(idle.passed);
+  EXPECT_FALSE(idle.failed_critical) << "nothing was touched";
+  s.scene.pass_mark = 0;
+  EXPECT_FALSE(assess(trace, s.scene).score->passed) << "whatever the pass mark";
+  EXPECT_NE(in_words(assess(trace, s.scene)).find("nothing was sampled"), std::string::npos);
+  trace.events.insert(trace.events.begin() + 1, {.time_s = 5, .name = "biopsy_fired"});
+  EXPECT_EQ(assess(trace, s.scene).score->total, 100) << "the same with a core";
+}
+
+TEST(Score, CoresThatWereNotTakenHoldNothing) {
+  Scored s;
+  auto plan = std::make_shared<procedures::biopsy::Plan>();
+  plan->samples = 3;
+  s.scene.exercise.plan = plan;
+  const Trace one{.events = {{.name = "biopsy_fired"}, {.name = "core", .fields = {{"target_share", 0.9, "1"}}}}};
+  EXPECT_NEAR(*find_metric(measure(one, s.scene), "tumour_content").value, 30, 1e-9);
+}
+
+TEST(Score, OfAThrowIsTheFarthestOfTheCoresThatHoldSomeOfTheTarget) {
+  Scored s;
+  const auto core = [](double share, double beyond) {
+    return procedures::biopsy::to_event({.target_share = share, .content = {}, .end_beyond = beyond}, {});
+  };
+  const auto beyond = [&](std::vector<recording::EventRecord> events) {
+    return find_metric(measure({.events = std::move(events)}, s.scene), "throw_beyond").value;
+  };
+  EXPECT_NEAR(*beyond({core(0.5, 0.004), core(0.9, -0.002), core(0, 0.09)}), 4, 1e-9);
+  EXPECT_EQ(*beyond({core(0.5, -0.004)}), 0) << "it ended in the target";
+  EXPECT_FALSE(beyond({core(0, -0.03)})) << "who fires far from the target has kept to no plan";
 }
 
 TEST(Score, CountsWhatATraceDoesNotTell) {
   Scored s;
   s.scene.scoring = {{.metric = "tumour_content", .full = 80, .zero = 20}};
   EXPECT_DOUBLE_EQ(assess({}, s.scene).score->total, 0);
-  const Trace cores{.events = {tests::version_1_event(0, 0, "core", "target 70.00 %: tumour 70.00 %, liver 30.00 %"),
+  const Trace cores{.events = {tests::version_1_event(0, 0, "biopsy_fired", "1"),
+                               tests::version_1_event(0, 0, "core", "target 70.00 %: tumour 70.00 %, liver 30.00 %"),
                                {.name = "core", .fields = {{"target_share", 0.3, "1"}}}}};
   EXPECT_DOUBLE_EQ(assess(cores, s.scene).score->total, 50);
 }
@@ -97,7 +146,8 @@ TEST(Score, CountsTheLastTellingOfAnAblation) {
   Scored s;
   s.scene.scoring = {{.metric = "ablation_coverage", .full = 100, .zero = 0}};
   const Trace twice{
-      .events = {tests::version_1_event(0, 0, "ablated", "10 s, 0.31 ml; target 20.00 %, margin 10.00 %, least"),
+      .events = {{.name = "ablation_started"},
+                 tests::version_1_event(0, 0, "ablated", "10 s, 0.31 ml; target 20.00 %, margin 10.00 %, least"),
                  tests::version_1_event(0, 0, "ablated", "20 s, 0.61 ml; target 50.00 %, margin 25.00 %, least")}};
   EXPECT_DOUBLE_EQ(assess(twice, s.scene).score->total, 25);
 }

@@ -161,7 +161,7 @@ TEST(TrainingSession, PausesTheLoopsAndGivesTheReasonForNotFiring) {
   act({});
   EXPECT_EQ(training.state().stage, Stage::briefing);
   act({Action::start, procedures::biopsy::kFire});
-  EXPECT_THAT(training.state().refusal, HasSubstr("not in tissue"));
+  EXPECT_THAT(training.state().refusal, HasSubstr("outside the patient"));
   act({Action::pause});
   EXPECT_TRUE(live.paused());
   act({Action::resume});
@@ -172,8 +172,9 @@ TEST(TrainingSession, PausesTheLoopsAndGivesTheReasonForNotFiring) {
   live.stop();
   const recording::Recording recording = recording::read_recording(folder / "paused");
   EXPECT_TRUE(recording.complete());
-  EXPECT_THAT(flow_events(recording), ElementsAre("stage procedure", HasSubstr("refused fire: the tip is not in"),
-                                                  "paused", "resumed", "reset", "stage debrief"));
+  EXPECT_THAT(flow_events(recording),
+              ElementsAre("stage procedure", HasSubstr("refused fire: the tip is outside the patient"), "paused",
+                          "resumed", "reset", "stage debrief"));
 }
 
 TEST(TrainingSession, ButtonOfTheMotionHeatsAndTheZoneIsOnRecord) {

@@ -18,16 +18,13 @@ stylet::motion::BiopsyPlan read_plan(const char* procedure, const char* needle) 
   using namespace stylet::content;
   using namespace stylet::files;
   using namespace stylet::readers;
-  stylet::motion::BiopsyPlan plan;
   JsonFile file{std::filesystem::path(procedure)};
   const Procedure planned = read_procedure(file);
   file.throw_problems();
-  plan.entry = planned.entry;
-  plan.target = planned.target;
   JsonFile needle_file{std::filesystem::path(needle)};
-  plan.needle_length = read_needle(needle_file).length;
+  const double length = read_needle(needle_file).length;
   needle_file.throw_problems();
-  return plan;
+  return stylet::motion::demonstration(planned.entry, planned.target, planned.target_radius, length);
 }
 
 /// The scenario as written; the motion that it names may not be there yet.

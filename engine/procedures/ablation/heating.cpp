@@ -37,7 +37,7 @@ std::string Heating::reason_against(Action action, const Situation& now) const {
   if (action == kStop) return heating_ ? "" : "nothing is being heated";
   if (heating_) return "it is heating already";
   if (heated_s_ >= plan_.duration_s) return "the time of heating is over; finish";
-  if (!now.in_tissue) return "the tip is not in tissue; advance the electrode";
+  if (!now.in_tissue) return fmt::format("the tip is {}; advance the electrode", place_of_free_tip(now));
   if (now.depth < plan_.exposed) {
     return fmt::format(
         "of the {:.0f} mm of bare tip {:.0f} are in tissue, the skin would burn; advance the electrode",
@@ -94,12 +94,17 @@ void Heating::catch_up(const Situation& now, Events&) {
   told_ = false;
 }
 
-std::string Heating::prompt(Stage stage, bool in_target) const {
-  if (stage == Stage::procedure) {
-    return in_target ? "The electrode is in the target: start the ablation." : "Advance the electrode to the target.";
+std::string Heating::prompt(const PromptInput& input) const {
+  if (heating_) {
+    return fmt::format("Heating: {:.0f} of {:.0f} s. Hold the electrode still.", heated_s_, plan_.duration_s);
   }
-  return heating_ ? fmt::format("Heating: {:.0f} of {:.0f} s. Hold the electrode still.", heated_s_, plan_.duration_s)
-                  : "The ablation is over: withdraw the electrode and finish.";
+  if (input.stage == Stage::sampling) {
+    return fmt::format("The ablation is over: withdraw the electrode and {}.",
+                       with_control("finish", input.controls.finish));
+  }
+  if (!input.in_target) return "Advance the electrode to the target.";
+  return fmt::format("The bare tip is in the target: when its middle is, {}.",
+                     with_control("start the ablation", input.controls.act));
 }
 
 std::string Heating::result_in_words() const {

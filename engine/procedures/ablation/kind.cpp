@@ -61,7 +61,8 @@ public:
   std::string_view approach_event() const override { return kStartedEvent; }
   std::span<const content::MetricRow> metrics() const override { return kMetrics; }
   /// Of all that was heated until then: the last time tells.
-  std::optional<double> measure(std::string_view, std::span<const recording::EventRecord> events) const override {
+  std::optional<double> measure(std::string_view, std::span<const recording::EventRecord> events,
+                                const content::Scene&) const override {
     const auto last = std::find_if(events.rbegin(), events.rend(),
                                    [](const recording::EventRecord& event) { return event.name == kAblatedEvent; });
     return last == events.rend() ? std::nullopt : std::optional(coverage_percent(*last));

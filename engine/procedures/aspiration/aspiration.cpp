@@ -124,7 +124,8 @@ std::string Aspiration::reason_against(Action action, const Situation& now) cons
   if (drawing_) return "the syringe is being drawn already";
   const Seen* last = seen(now);
   if (last != nullptr && last->syringe >= plan_.syringe.capacity) return "the syringe is full; finish";
-  return now.in_tissue ? "" : "the tip is not in tissue, you would draw air; advance the needle";
+  if (now.in_tissue) return "";
+  return fmt::format("the tip is {}: you would draw air; advance the needle", place_of_free_tip(now));
 }
 
 void Aspiration::act(Action action, const Situation& now, Events& events) {
@@ -169,12 +170,15 @@ void Aspiration::catch_up(const Situation& now, Events&) {
   syringe_shown_.held = static_cast<float>(last->syringe);
 }
 
-std::string Aspiration::prompt(Stage stage, bool in_target) const {
-  if (stage == Stage::procedure) {
-    return in_target ? "The tip is in the cyst: draw." : "Advance the needle into the cyst.";
+std::string Aspiration::prompt(const PromptInput& input) const {
+  if (input.stage == Stage::procedure) {
+    if (!input.in_target) return "Advance the needle into the cyst.";
+    return fmt::format("The tip is in the cyst: {}.", with_control("draw", input.controls.act));
   }
   const std::string so_far = fmt::format("{:.0f} of {:.0f} ml", outcome_.drawn * 1e6, volume_ * 1e6);
-  if (!drawing_) return fmt::format("{} are drawn: withdraw the needle and finish.", so_far);
+  if (!drawing_)
+    return fmt::format("{} are drawn: withdraw the needle and {}.", so_far,
+                       with_control("finish", input.controls.finish));
   if (flow_ > 0) return fmt::format("Drawing: {}. Keep the tip in the fluid.", so_far);
   return fmt::format("Nothing comes, with {} drawn: the opening is not in fluid, or the cyst is empty.", so_far);
 }

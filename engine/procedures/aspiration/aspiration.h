@@ -39,7 +39,7 @@ public:
   void catch_up(const Situation& now, Events& events) override;
 
   int samples() const override { return stops_; }
-  std::string prompt(Stage stage, bool in_target) const override;
+  std::string prompt(const PromptInput& input) const override;
   std::string result_in_words() const override;
   void show(state::FrameState& frame) const override;
 

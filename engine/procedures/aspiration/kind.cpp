@@ -59,8 +59,8 @@ public:
   std::string_view approach_event() const override { return kStartedEvent; }
   std::span<const content::MetricRow> metrics() const override { return kMetrics; }
   /// Of all that was drawn until then: the last time tells.
-  std::optional<double> measure(std::string_view metric,
-                                std::span<const recording::EventRecord> events) const override {
+  std::optional<double> measure(std::string_view metric, std::span<const recording::EventRecord> events,
+                                const content::Scene&) const override {
     std::optional<Outcome> last;
     for (const recording::EventRecord& event : events) {
       if (auto outcome = outcome_of(event)) last = outcome;

@@ -6,7 +6,30 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <span>
+
 namespace stylet::procedures::biopsy {
+
+namespace {
+
+/// How far the end of a fired stylet lies behind the far side of the target that is nearest to its core, along the
+/// needle, m.
+double end_beyond_target(const Step& step, const Gun& gun, std::span<const content::Target> targets) {
+  const Eigen::Vector3d ahead = step.orientation * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d middle = step.tip + gun.notch / 2 * ahead;
+  double nearest = std::numeric_limits<double>::infinity();
+  double beyond = 0;
+  for (std::size_t i = 0; i < std::min(targets.size(), step.targets.size()); ++i) {
+    const double distance = (middle - step.targets[i]).norm() - targets[i].radius;
+    if (distance >= nearest) continue;
+    nearest = distance;
+    beyond = (step.tip + gun.throw_length * ahead - step.targets[i]).dot(ahead) - targets[i].radius;
+  }
+  return beyond;
+}
+
+}  // namespace
 
 struct Biopsy::Seen final : Observation {
   std::uint32_t cut = 0;  // cores asked for and cut, so far
@@ -42,6 +65,7 @@ void Biopsy::observe(const Step& step, Observation* seen) {
     for (std::size_t t = 0; t < core_.content.size(); ++t) {
       core_.target_share += target_tissue_[t] ? core_.content[t] : 0;
     }
+    core_.end_beyond = end_beyond_target(step, gun, scene_.targets);
     track_ = core_track(step, gun, core_.target_share);
   }
   auto& out = static_cast<Seen&>(*seen);
@@ -51,9 +75,12 @@ void Biopsy::observe(const Step& step, Observation* seen) {
 }
 
 std::string Biopsy::reason_against(Action, const Situation& now) const {
-  if (fired_ >= plan_.samples) return "all cores are taken; finish";
+  if (fired_ >= plan_.samples) {
+    return plan_.samples == 1 ? "the core is taken; finish" : fmt::format("all {} cores are taken; finish", fired_);
+  }
   if (now.time_s - fired_s_ < kCocking) return "the gun is being cocked";
-  return now.in_tissue ? "" : "the tip is not in tissue, a core of air is none; advance the needle";
+  if (now.in_tissue) return "";
+  return fmt::format("the tip is {}: there is nothing to cut; advance the needle", place_of_free_tip(now));
 }
 
 void Biopsy::act(Action, const Situation& now, Events& events) {
@@ -76,12 +103,26 @@ void Biopsy::catch_up(const Situation& now, Events& events) {
   events.push_back(to_event(seen->core, scene_));
 }
 
-std::string Biopsy::prompt(Stage stage, bool in_target) const {
-  if (stage == Stage::procedure) {
-    return in_target ? "The tip is in the target: fire." : "Advance the needle to the target.";
+std::string Biopsy::prompt(const PromptInput& input) const {
+  const bool one = plan_.samples == 1;
+  const std::string finish = with_control("finish", input.controls.finish);
+  if (fired_ >= plan_.samples) {
+    return one ? fmt::format("The core is taken: withdraw the needle and {}.", finish)
+               : fmt::format("All {} cores are taken: withdraw the needle and {}.", fired_, finish);
   }
-  return fired_ < plan_.samples ? fmt::format("Core {} of {} is taken.", fired_, plan_.samples)
-                                : "All cores are taken: withdraw the needle and finish.";
+  if (input.stage == Stage::sampling) {
+    return fmt::format("Core {} of {} is taken: the gun is being cocked.", fired_, plan_.samples);
+  }
+  const std::string core = one ? "the core" : fmt::format("core {} of {}", fired_ + 1, plan_.samples);
+  if (input.in_target && plan_.automatic) {
+    return input.treated ? "This target has its core: withdraw, and take aim at the next."
+                         : fmt::format("The tip is in the target: hold still, and {} is taken by itself.", core);
+  }
+  if (input.in_target) {
+    return fmt::format("The tip is in the target: hold still and {}.",
+                       with_control(one ? "fire" : fmt::format("fire for {}", core), input.controls.act));
+  }
+  return one ? "Advance the needle to the target." : fmt::format("Advance the needle to the target for {}.", core);
 }
 
 std::string Biopsy::result_in_words() const {

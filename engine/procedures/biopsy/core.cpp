@@ -11,6 +11,7 @@ namespace stylet::procedures::biopsy {
 namespace {
 
 constexpr std::string_view kTargetShare = "target_share";
+constexpr std::string_view kEndBeyond = "end_beyond";
 constexpr std::string_view kShareOf = "share of ";
 
 /// Version 1: "target 62.00 %: tumour 62.00 %, liver 38.00 %".
@@ -34,6 +35,7 @@ recording::EventRecord to_event(const Core& core, const content::Scene& scene) {
                                .step = core.haptic_step,
                                .name = std::string(kCoreEvent),
                                .fields = {{std::string(kTargetShare), core.target_share, "1"}}};
+  if (core.target_share > 0) event.fields.push_back({std::string(kEndBeyond), core.end_beyond, "m"});
   for (const std::size_t t : order) {
     if (core.content[t] <= 0) break;
     event.fields.push_back({std::string(kShareOf) + scene.tissues[t].name, core.content[t], "1"});
@@ -47,6 +49,10 @@ std::optional<double> target_percent(const recording::EventRecord& event) {
   return from_version_1(event.version_1_text());
 }
 
+std::optional<double> end_beyond(const recording::EventRecord& event) {
+  return event.name == kCoreEvent ? event.number(kEndBeyond) : std::nullopt;
+}
+
 std::string in_words(const recording::EventRecord& core) {
   if (!core.version_1_text().empty()) return std::string(core.version_1_text());
   std::string words = fmt::format("target {:.2f} %", target_percent(core).value_or(0));
@@ -56,6 +62,9 @@ std::string in_words(const recording::EventRecord& core) {
     const auto share = core.number(field.name);
     words += fmt::format("{}{} {:.2f} %", separator, field.name.substr(kShareOf.size()), 100 * share.value_or(0));
     separator = ", ";
+  }
+  if (const auto beyond = end_beyond(core); beyond && *beyond > 0) {
+    words += fmt::format("; the stylet came out {:.1f} mm behind the target", 1e3 * *beyond);
   }
   return words;
 }

@@ -22,12 +22,15 @@ struct Core {
   std::uint64_t haptic_step = 0;  ///< whose needle it was
   double target_share = 0;        ///< of the targets' tissues
   std::vector<double> content{};  ///< share by tissue [Scene::tissues]
+  double end_beyond = 0;  ///< stylet's tip behind the far side of the target, along the needle, m; negative: in it
 };
 
 /// Shares of a part of the core that are there, largest first.
 recording::EventRecord to_event(const Core& core, const content::Scene& scene);
 /// Of the targets' tissues, %; none: the event is of another name.
 std::optional<double> target_percent(const recording::EventRecord& event);
+/// Core::end_beyond; none: the core holds nothing of a target, or its recording does not say.
+std::optional<double> end_beyond(const recording::EventRecord& event);
 /// "62.0 % target: tumour 62.0 %, liver 38.0 %"
 std::string in_words(const recording::EventRecord& core);
 

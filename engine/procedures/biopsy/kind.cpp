@@ -3,6 +3,7 @@
 #include "engine/procedures/biopsy/biopsy.h"
 #include "engine/procedures/biopsy/core_replay.h"
 
+#include <algorithm>
 #include <array>
 
 namespace stylet::procedures::biopsy {
@@ -20,10 +21,37 @@ constexpr struct {
   Key bore = key::number("bore_mm", "mm", {0.2, 5}, "diameter of the core").otherwise(kGun.bore * 1e3);
 } kKeys;
 
-constexpr std::array kMetrics{content::MetricRow{
-    "tumour_content", "tumour in the cores", "%", "share of the target's tissue in the volume of all cores", "Stylet",
-    "a core is a cylinder of the bore ahead of the tip, throw less the stylet's own tip long, in the tissue as it "
-    "lies at that moment"}};
+constexpr std::string_view kTumourContent = "tumour_content";
+constexpr std::string_view kThrowBeyond = "throw_beyond";
+constexpr std::array kMetrics{
+    content::MetricRow{kTumourContent, "tumour in the cores", "%",
+                       "share of the target's tissue in the volume of the cores wanted", "Stylet",
+                       "a core is a cylinder of the bore ahead of the tip, throw less the stylet's own tip long, in "
+                       "the tissue as it lies at that moment; one that was not taken holds none"},
+    content::MetricRow{kThrowBeyond, "shot beyond the target", "mm",
+                       "farthest that a fired stylet came out behind the target, along the needle", "Stylet",
+                       "the planned end of the needle; of the cores that hold some of the target"}};
+
+/// Mean of the cores, over as many as were wanted at least; none was taken: nothing.
+std::optional<double> tumour_content(std::span<const recording::EventRecord> events, int wanted) {
+  double sum = 0;
+  int cores = 0;
+  for (const recording::EventRecord& event : events) {
+    const auto percent = target_percent(event);
+    if (!percent) continue;
+    sum += *percent;
+    ++cores;
+  }
+  return cores > 0 ? std::optional(sum / std::max(cores, wanted)) : std::nullopt;
+}
+
+std::optional<double> throw_beyond(std::span<const recording::EventRecord> events) {
+  std::optional<double> farthest;
+  for (const recording::EventRecord& event : events) {
+    if (const auto beyond = end_beyond(event)) farthest = std::max(farthest.value_or(0), 1e3 * *beyond);
+  }
+  return farthest;
+}
 
 class BiopsyKind final : public Kind {
 public:
@@ -52,16 +80,11 @@ public:
 
   std::string_view approach_event() const override { return kFiredEvent; }
   std::span<const content::MetricRow> metrics() const override { return kMetrics; }
-  std::optional<double> measure(std::string_view, std::span<const recording::EventRecord> events) const override {
-    double sum = 0;
-    int cores = 0;
-    for (const recording::EventRecord& event : events) {
-      const auto percent = target_percent(event);
-      if (!percent) continue;
-      sum += *percent;
-      ++cores;
-    }
-    return cores > 0 ? std::optional(sum / cores) : std::nullopt;
+  std::optional<double> measure(std::string_view metric, std::span<const recording::EventRecord> events,
+                                const content::Scene& scene) const override {
+    if (metric == kThrowBeyond) return throw_beyond(events);
+    const bool planned = scene.exercise.plan && scene.exercise.plan->kind == kName;
+    return tumour_content(events, planned ? plan_of(scene.exercise).samples : 1);
   }
 
   std::optional<DebriefEntry> describe_step(const recording::EventRecord& event) const override {

@@ -4,6 +4,7 @@
 #include "engine/recording/event.h"
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -28,6 +29,15 @@ inline constexpr Action Action::resume{"resume", "Go on"};
 inline constexpr Action Action::reset{"reset", "Try again"};
 inline constexpr Action Action::finish{"finish", "Finish"};
 
+/// What the trainee's device has for the steps of a course, in words: "Enter". Empty: it is said without.
+struct Controls {
+  std::string begin{};
+  std::string act{};  ///< fire, heat, draw
+  std::string finish{};
+};
+/// "fire", "Enter": "fire (Enter)".
+std::string with_control(std::string_view what, const std::string& control);
+
 /// What a kind takes from a simulation step for whoever follows the course.
 struct Observation {
   virtual ~Observation() = default;
@@ -47,10 +57,16 @@ struct Situation {
   std::vector<double> target_distances{};  ///< [targets] to the target's surface from what the needle works with, its
                                            ///< tip or bare part, m; negative inside
   const Observation* observation = nullptr;  ///< of the same step; null: the kind takes none
+
+  /// The needle: its tip may be between two organs.
+  bool in_patient() const { return in_tissue || depth > 0; }
 };
 
 /// The target that is nearest; -1: there is none.
 int nearest_target(const Situation& situation);
+
+/// Where the tip is that is in no tissue: "outside the patient, 68 mm from the target".
+std::string place_of_free_tip(const Situation& situation);
 
 using Events = std::vector<recording::EventRecord>;
 

@@ -35,6 +35,15 @@ struct Step {
   content::TissueLocator& tissue;  ///< of this step
   std::span<const physics::CavityState> cavities{};  ///< [cavities of the scene]
   std::span<const double> cavity_shares{};           ///< [cavities of the scene, or more] how full they were to be
+  std::span<const Eigen::Vector3d> targets{};        ///< [Scene::targets] centers, as the tissue carries them
+};
+
+/// What a prompt goes by. Stages procedure and sampling, with the needle in the patient.
+struct PromptInput {
+  Stage stage = Stage::procedure;
+  bool in_target = false;  ///< the tip, or the part that works
+  bool treated = false;    ///< and that target has had its sample
+  Controls controls{};
 };
 
 /// A procedure of a session that runs. Its making allocates; observe() runs on the simulation thread, all else on
@@ -72,8 +81,8 @@ public:
 
   /// Samples taken, for the scenario's hints.
   virtual int samples() const { return 0; }
-  /// What to do now: one sentence. Stages procedure and sampling, with the tip in tissue.
-  virtual std::string prompt(Stage stage, bool in_target) const = 0;
+  /// What to do now: one sentence.
+  virtual std::string prompt(const PromptInput& input) const = 0;
   /// Adds what it shows to the pictures.
   virtual void show(state::FrameState&) const {}
   /// What was sampled or destroyed, some lines for the terminal; empty: nothing.
@@ -124,7 +133,8 @@ public:
   virtual std::string_view approach_event() const = 0;
   virtual std::span<const content::MetricRow> metrics() const { return {}; }
   /// Value of a metric of its own; none: nothing there to measure it on.
-  virtual std::optional<double> measure(std::string_view /*metric*/, std::span<const recording::EventRecord>) const {
+  virtual std::optional<double> measure(std::string_view /*metric*/, std::span<const recording::EventRecord>,
+                                        const content::Scene&) const {
     return std::nullopt;
   }
 
