@@ -26,10 +26,10 @@ constexpr const char* default_stylus(ShownIn shown, haptic::hid::DeviceKind conn
 
 /// The stylus asked for, or the default, which is noted where a person holds it: where a HID device cannot be opened
 /// that is noted and the mouse leads.
-/// @param device  as of open_stylus(); empty: the user did not say. @param log  as of open_stylus()
+/// @param device  as of open_stylus(); empty: the user did not say. @param log, start  as of open_stylus()
 /// @throws files::ContentError, haptic::hid::HidError
 Stylus open_stylus_or_default(const std::string& device, ShownIn shown, const content::Scene& scene,
-                              haptic::hid::ReportLog* log, Observer& observer);
+                              haptic::hid::ReportLog* log, const session::StartPose* start, Observer& observer);
 
 inline constexpr const char* kDefaultStylusHelp =
     "in a window a HID stylus or space mouse that is plugged in, else mouse; in a headset hand; headless recorded";

@@ -1,21 +1,25 @@
 #include "engine/app/run_session.h"
 
 #include "engine/app/build_name.h"
+#include "engine/app/debrief_recording.h"
 #include "engine/app/default_stylus.h"
 #include "engine/app/expert_choice.h"
 #include "engine/app/graphics.h"
 #include "engine/app/headset_session.h"
 #include "engine/app/hid_device.h"
+#include "engine/app/kept_attempts.h"
 #include "engine/app/session_display.h"
 #include "engine/app/session_window.h"
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/session_replay.h"
 #include "engine/debrief/still_moment.h"
+#include "engine/desktop/key_table.h"
 #include "engine/files/error.h"
 #include "engine/files/output_directory.h"
 #include "engine/recording/unfinished_recording.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorder.h"
+#include "engine/session/start_pose.h"
 #include "engine/training/training_session.h"
 #include "physics/tissue/blas.h"
 
@@ -24,6 +28,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -67,6 +72,7 @@ struct Finished {
   const recording::Recording& recording;
   const figures::ForceTrace& force;
   bool own_motion = false;  ///< the scenario's motion led the needle
+  const KeptAttempts& before;
 };
 
 /// Replays the recording, then draws page, pictures and film from the replay.
@@ -74,8 +80,9 @@ void debrief_session(const SessionSettings& settings, const Finished& done, Grap
                      files::OutputDirectory& out, recording::UnfinishedRecording& file, SessionObserver& observer) {
   const auto show = [&](const std::string& doing, double share) { show_progress(observer, doing, share); };
   const auto write_report = [&] {
-    session::write_json(out.staged("session.json"),
-                        training::with_training(session::to_json(result.report), result.training));
+    nlohmann::ordered_json json = training::with_training(session::to_json(result.report), result.training);
+    if (!done.before.empty()) json["attempts_before"] = to_json(done.before.list());
+    session::write_json(out.staged("session.json"), json);
     file.finish(out, "session.json");
   };
   const auto keep_numbers = [&] {
@@ -98,6 +105,7 @@ void debrief_session(const SessionSettings& settings, const Finished& done, Grap
                                     {.stills = {.film = {.stereo = settings.stereo}},
                                      .film = settings.film,
                                      .expert = expert,
+                                     .attempts = done.before.list(),
                                      .metrics = result.training.metrics},
                                     show);
     });
@@ -114,18 +122,42 @@ void debrief_session(const SessionSettings& settings, const Finished& done, Grap
   result.still_moment = debrief::still_words(done.recording.events);
 }
 
+/// Where a trainee finds needle and probe; none: as the scenario has them.
+std::optional<session::StartPose> drawn_start(const SessionSettings& settings, const content::Scene& scene,
+                                              bool watched) {
+  const bool led = !scene.targets.empty() && !scene.motion.stylus.empty();
+  if (!watched || !led || scene.start.none()) return std::nullopt;
+  return session::drawn_start(scene, settings.seed.value_or(std::random_device{}()));
+}
+
+/// What the trainee presses, in words of what is in use.
+procedures::Controls controls_of(const Stylus& stylus, bool window, bool headset) {
+  if (!stylus.held()) return {};
+  if (headset) return {.begin = "the menu button", .act = "right trigger"};
+  if (!window) return {.begin = "button 1", .act = "button 1"};
+  const std::string begin = desktop::key_of(desktop::CourseButton::next);
+  const std::string act = desktop::key_of(desktop::CourseButton::sample);
+  const bool buttons = stylus.input.mouse == nullptr && stylus.input.tracked == nullptr;
+  return {.begin = buttons ? "button 1 or " + begin : begin,
+          .act = buttons ? "button 1 or " + act : act,
+          .finish = begin};
+}
+
 /// @param display  null: headless, or only in the headset
-/// @return nothing: the trainee wants to begin anew
+/// @return nothing: the trainee wants to begin anew; what was done until then is kept
 std::optional<SessionResult> attempt(const SessionSettings& settings, const content::Scene& scene,
-                                     view::Display* display, headset::HeadsetRuntime* headset,
+                                     view::Display* display, headset::HeadsetRuntime* headset, KeptAttempts& before,
                                      SessionObserver& observer) {
   const physics::Coupling coupling = chosen_coupling(settings.coupling, scene);
   haptic::hid::ReportLog log;
   const ShownIn shown = headset != nullptr   ? ShownIn::headset
                         : display != nullptr ? ShownIn::window
                                              : ShownIn::nothing;
-  Stylus stylus =
-      open_stylus_or_default(settings.stylus, shown, scene, settings.record.empty() ? nullptr : &log, observer);
+  const bool watched = display != nullptr || headset != nullptr;
+  std::optional<session::StartPose> start = drawn_start(settings, scene, watched);
+  Stylus stylus = open_stylus_or_default(settings.stylus, shown, scene, settings.record.empty() ? nullptr : &log,
+                                         start ? &*start : nullptr, observer);
+  if (!stylus.held()) start.reset();
   if (settings.seconds > 0) stylus.duration_s = std::min(stylus.duration_s, settings.seconds);
   check(settings, stylus, display != nullptr, headset != nullptr);
   Graphics graphics(
@@ -136,10 +168,10 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   files::OutputDirectory out(settings.out);
   note_cut_off_sessions(out.destination(), observer);
   recording::UnfinishedRecording file(out.destination());
-  session::HeldProbe probe(scene);
+  session::HeldProbe probe(scene, start ? start->probe : content::ProbeMove{});
   training::TraceRecorder trace(scene, stylus.duration_s);
-  const bool watched = display != nullptr || headset != nullptr;
-  training::TrainingSession course(scene, {.automatic = !stylus.held() || !watched});
+  training::TrainingSession course(scene, {.automatic = !stylus.held() || !watched,
+                                           .controls = controls_of(stylus, display != nullptr, headset != nullptr)});
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
@@ -147,6 +179,7 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
                              .recording = file.path(),
                              .build = build_name(),
                              .probe = watched || settings.link.wanted() ? &probe : nullptr,
+                             .start_seed = start ? std::optional(start->seed) : std::nullopt,
                              .listeners = {&trace, &course.watch()}});
   LinkSession link(settings.link, scene, live, {.probe = &probe, .needle = stylus.input.tracked});
   SessionResult result{.title = scene.name, .folder = out.destination()};
@@ -155,6 +188,7 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
             .build = build_name(),
             .coupling = session::coupling_name(coupling),
             .device = stylus.device->name(),
+            .start_seed = start ? std::optional(start->seed) : std::nullopt,
             .gpu = graphics.device().identity().name,
             .gpu_driver = graphics.device().identity().driver,
             .blas = physics::single_threaded_blas().name};
@@ -171,15 +205,16 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   course.end(live);
   report.run = live.stop();
   const std::vector<std::string> link_lines = link.stop();
-  if (course.reset_asked_for() && !observer.stop_requested()) {
-    file.discard();
+  const bool again = course.reset_asked_for() && !observer.stop_requested();
+  if (again && course.state().stage == training::Stage::briefing) {
+    file.discard();  // nothing was done
     return std::nullopt;
   }
   if (const std::string counts = stylus.device->statistics(); !counts.empty()) result.account = counts + "\n";
   for (const std::string& line : link_lines) result.account += line + "\n";
   result.account += course.result_in_words();
   observer.task_done();
-  if (observer.stop_requested()) {
+  if (!again && observer.stop_requested()) {
     observer.note(Note::notice,
                   "session ended early; drawing its pictures (Ctrl-C again: keep recording and force only)");
     observer.stop_answered();
@@ -196,9 +231,26 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   report.punctures = session::punctures(recording.events);
   report.needle_bent_deg = session::needle_bent_deg(recording.events);
   result.training = training::assess(trace.take(recording.events), scene);
-  debrief_session(settings, {scene, recording, live.force(), stylus.own_motion}, graphics, result, out, file,
+  if (again) {
+    observer.note(Note::notice, before.keep(file, report, result.training));
+    return std::nullopt;
+  }
+  debrief_session(settings, {scene, recording, live.force(), stylus.own_motion, before}, graphics, result, out, file,
                   observer);
   return result;
+}
+
+/// The pages of the attempts before the last. What is not written can be later: `stylet debrief`.
+void debrief_attempts(const SessionSettings& settings, const KeptAttempts& before, SessionObserver& observer) {
+  try {
+    for (const std::filesystem::path& folder : before.folders()) {
+      debrief_recording({.recording = folder.string(), .expert = settings.expert, .out = folder, .gpu = settings.gpu},
+                        observer);
+    }
+  } catch (const Stopped&) {
+    observer.stop_answered();
+    observer.note(Note::notice, "the debriefs of earlier attempts are left out; `stylet debrief FOLDER` writes them");
+  }
 }
 
 bool wants_window(const SessionSettings& settings) {
@@ -233,8 +285,12 @@ SessionResult run_session(const SessionSettings& settings, SessionObserver& obse
   content::Scene scene = load_scene(settings.scenario, observer);
   if (settings.haptic_hz != 0) set_haptic_rate(scene, settings.haptic_hz);
   set_scanner(scene, settings.scanner);
+  KeptAttempts before(settings.out);
   while (true) {
-    if (auto result = attempt(settings, scene, display.get(), headset.get(), observer)) return std::move(*result);
+    if (auto result = attempt(settings, scene, display.get(), headset.get(), before, observer)) {
+      if (result->drawn) debrief_attempts(settings, before, observer);
+      return std::move(*result);
+    }
     observer.note(Note::notice, "once more from the start");
   }
 }

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace stylet::app {
@@ -25,12 +26,13 @@ struct SessionSettings {
   std::string stylus{};    ///< as of open_stylus(); empty: the default_stylus()
   SessionView view = SessionView::automatic;
   bool stereo = false;
-  bool lockstep = false;           ///< one thread, fixed schedule: the same bits every time
-  std::string coupling{};          ///< empty: the scenario's
-  double haptic_hz = 0;            ///< 0: the scenario's
-  double seconds = 0;              ///< 0: as long as the stylus moves
-  std::filesystem::path record{};  ///< motion file of the hand; empty: none is written
-  std::string expert{};            ///< as of chosen_expert()
+  bool lockstep = false;                ///< one thread, fixed schedule: the same bits every time
+  std::string coupling{};               ///< empty: the scenario's
+  double haptic_hz = 0;                 ///< 0: the scenario's
+  std::optional<std::uint32_t> seed{};  ///< of the start; none: drawn anew with every attempt
+  double seconds = 0;                   ///< 0: as long as the stylus moves
+  std::filesystem::path record{};       ///< motion file of the hand; empty: none is written
+  std::string expert{};                 ///< as of chosen_expert()
   bool film = true;
   std::filesystem::path out = "out/session";
   std::string gpu{};  ///< by a part of its name or its number; empty: the best

@@ -22,22 +22,22 @@ namespace {
 
 using haptic::hid::ReportLog;
 
-/// Where a needle without a recorded motion starts: the scenario's own first pose, aimed at its target.
-struct Approach {
-  Eigen::Vector3d entry;  ///< where the tip waits
-  Eigen::Vector3d target;
-  physics::StylusPose hub;  ///< the first pose
-  Eigen::Vector3d right() const { return hub.orientation * Eigen::Vector3d::UnitX(); }
-};
-Approach approach(const content::Scene& scene) {
+/// Where a needle without a recorded motion starts. @throws files::ContentError  the scene does not say
+session::StartPose start_in(const content::Scene& scene) {
   if (scene.targets.empty() || scene.motion.stylus.empty()) {
     throw files::ContentError(fmt::format("{}: has no target or no motion to start from; use --device recorded:FILE",
                                           scene.scenario.string()));
   }
-  const physics::StylusPose& hub = scene.motion.stylus.front().pose;
-  return {.entry = hub.position + hub.orientation * Eigen::Vector3d(0, 0, scene.needle.length),
-          .target = scene.targets.front().centre,
-          .hub = hub};
+  return session::start_of(scene);
+}
+
+/// The same for somebody who holds it.
+session::StartPose start_of(const StylusOpening& opening) {
+  return opening.start != nullptr ? *opening.start : start_in(opening.scene);
+}
+
+Eigen::Vector3d right_of(const session::StartPose& start) {
+  return start.hub.orientation * Eigen::Vector3d::UnitX();
 }
 
 Stylus play(const content::Motion& motion, std::string name) {
@@ -46,7 +46,8 @@ Stylus play(const content::Motion& motion, std::string name) {
   return {.device = std::move(device), .duration_s = end_s};
 }
 
-Stylus open_recorded(const content::Scene& scene, const std::string&, ReportLog*) {
+Stylus open_recorded(const StylusOpening& opening) {
+  const content::Scene& scene = opening.scene;
   if (scene.motion.stylus.empty()) {
     throw files::ContentError(fmt::format("{}: names no motion; say --device recorded:FILE, scripted, mouse or hid",
                                           scene.scenario.string()));
@@ -56,53 +57,57 @@ Stylus open_recorded(const content::Scene& scene, const std::string&, ReportLog*
   return stylus;
 }
 
-Stylus open_recorded_file(const content::Scene& scene, const std::string& file, ReportLog*) {
+Stylus open_recorded_file(const StylusOpening& opening) {
+  const content::Scene& scene = opening.scene;
+  const std::string& file = opening.argument;
   readers::RawReports raw;
   content::Motion motion = readers::read_motion(file, &raw);
   if (raw.frame != readers::MotionFrame::kPatient) {
-    const Approach way = approach(scene);
-    place_hand(motion, raw.frame, scene, way.entry, way.target);
+    const session::StartPose way = start_in(scene);
+    place_hand(motion, raw.frame, scene, way.tip, way.aim);
   }
   return play(motion, "recorded stylus (" + file + ")");
 }
 
-Stylus open_scripted(const content::Scene& scene, const std::string&, ReportLog*) {
-  const Approach way = approach(scene);
+Stylus open_scripted(const StylusOpening& opening) {
+  const session::StartPose way = start_in(opening.scene);
   auto device = std::make_unique<haptic::ScriptedDevice>(haptic::ScriptedMotion{
-      .entry = way.entry, .target = way.target, .bevel = way.right(), .needle_length = scene.needle.length});
+      .entry = way.tip, .target = way.aim, .bevel = right_of(way), .needle_length = opening.scene.needle.length});
   const double duration_s = device->duration_s();
   return {.device = std::move(device), .duration_s = duration_s};
 }
 
-Stylus open_mouse(const content::Scene& scene, const std::string&, ReportLog*) {
-  const Approach way = approach(scene);
-  auto device = std::make_unique<haptic::MouseDevice>(haptic::MouseWorkspace{.entry = way.entry,
-                                                                             .axis = way.target - way.entry,
-                                                                             .right = way.right(),
-                                                                             .needle_length = scene.needle.length});
+Stylus open_mouse(const StylusOpening& opening) {
+  const session::StartPose way = start_of(opening);
+  auto device =
+      std::make_unique<haptic::MouseDevice>(haptic::MouseWorkspace{.entry = way.tip,
+                                                                   .axis = way.aim - way.tip,
+                                                                   .right = right_of(way),
+                                                                   .needle_length = opening.scene.needle.length});
   haptic::MouseDevice* mouse = device.get();
   return {.device = std::move(device), .input = {.mouse = mouse}};
 }
 
-Stylus open_hand(const content::Scene& scene, const std::string&, ReportLog*) {
-  const physics::StylusPose hub = approach(scene).hub;
+Stylus open_hand(const StylusOpening& opening) {
+  const physics::StylusPose hub = start_of(opening).hub;
   auto device = std::make_unique<haptic::HandDevice>(
       haptic::HandSettings{.start = hub.position, .start_orientation = hub.orientation});
   haptic::HandDevice* hand = device.get();
   return {.device = std::move(device), .input = {.hand = hand}};
 }
 
-Stylus open_tracked(const content::Scene& scene, const std::string&, ReportLog*) {
-  const physics::StylusPose hub = approach(scene).hub;
+Stylus open_tracked(const StylusOpening& opening) {
+  const physics::StylusPose hub = start_of(opening).hub;
   auto device = std::make_unique<link::LinkStylus>(
       physics::RigidPose{.position = hub.position, .orientation = hub.orientation});
   link::LinkStylus* tracked = device.get();
   return {.device = std::move(device), .input = {.tracked = tracked}};
 }
 
-Stylus open_hid(const content::Scene& scene, const std::string& id, ReportLog* log) {
-  const Approach way = approach(scene);
-  auto device = open_hid_stylus(parse_hid_id(id, "--device hid:" + id), scene, way.entry, way.target, log);
+Stylus open_hid(const StylusOpening& opening) {
+  const session::StartPose way = start_of(opening);
+  const HidChoice choice = parse_hid_id(opening.argument, "--device hid:" + opening.argument);
+  auto device = open_hid_stylus(choice, opening.scene, way.tip, way.aim, opening.log);
   readers::RawReports reports{.device = device->name(), .report_descriptor = device->report_descriptor()};
   return {.device = std::move(device), .hid = std::move(reports)};
 }
@@ -177,7 +182,8 @@ std::string stylus_help() {
   return listed("or", [](const StylusKind& kind) { return fmt::format("{} ({})", form(kind), kind.help); });
 }
 
-Stylus open_stylus(const std::string& description, const content::Scene& scene, ReportLog* log) {
+Stylus open_stylus(const std::string& description, const content::Scene& scene, ReportLog* log,
+                   const session::StartPose* start) {
   const std::string asked = description.empty() ? "recorded" : description;
   const std::size_t colon = asked.find(':');
   const bool argued = colon != std::string::npos;
@@ -186,7 +192,7 @@ Stylus open_stylus(const std::string& description, const content::Scene& scene, 
   const auto kind = std::ranges::find_if(
       kStyluses, [&](const StylusKind& k) { return k.name == name && (*k.argument != '\0') == argued; });
   if (kind == kStyluses.end() || (argued && argument.empty())) throw_unknown(asked, name);
-  Stylus stylus = kind->open(scene, argument, log);
+  Stylus stylus = kind->open({.scene = scene, .argument = argument, .log = log, .start = start});
   stylus.kind = &*kind;
   return stylus;
 }

@@ -3,6 +3,7 @@
 
 #include "engine/content/scene.h"
 #include "engine/readers/motion.h"
+#include "engine/session/start_pose.h"
 #include "haptic/device.h"
 
 #include <cstdint>
@@ -31,6 +32,14 @@ enum class StylusNeed : std::uint8_t { nothing, window, headset, link };
 
 struct Stylus;
 
+/// What a stylus is opened with.
+struct StylusOpening {
+  const content::Scene& scene;
+  std::string argument{};
+  haptic::hid::ReportLog* log = nullptr;
+  const session::StartPose* start = nullptr;  ///< of who holds it; null: as the scene has it
+};
+
 /// A row of the table of styluses.
 struct StylusKind {
   const char* name;                ///< as in --device NAME
@@ -39,7 +48,7 @@ struct StylusKind {
   bool held = false;               ///< by somebody who begins and ends the session; else it plays by itself
   bool in_real_time_only = false;  ///< it moves whether or not time waits for the pictures
   StylusNeed need = StylusNeed::nothing;
-  Stylus (*open)(const content::Scene& scene, const std::string& argument, haptic::hid::ReportLog* log);
+  Stylus (*open)(const StylusOpening& opening);
 };
 /// In the order in which they are listed.
 std::span<const StylusKind> stylus_kinds();
@@ -68,9 +77,10 @@ struct Stylus {
 
 /// @param description  NAME or NAME:ARGUMENT of the table; empty: recorded
 /// @param log  takes the raw reports of a HID device; outlives the stylus; null: nobody wants them
+/// @param start  where who holds it finds the needle; null: as the scene has it
 /// @throws files::ContentError  there is no such stylus, or it cannot lead the needle of this scene
 /// @throws haptic::hid::HidError
-Stylus open_stylus(const std::string& description, const content::Scene& scene,
-                   haptic::hid::ReportLog* log = nullptr);
+Stylus open_stylus(const std::string& description, const content::Scene& scene, haptic::hid::ReportLog* log = nullptr,
+                   const session::StartPose* start = nullptr);
 
 }  // namespace stylet::app

@@ -99,6 +99,9 @@ void add_train(CLI::App& app, int& exit_code) {
                       "Rate of the haptic loop, up to 4000; default: the scenario's");
   command->add_option("--seconds", session.seconds, "End the session after so long; default: when the stylus rests")
       ->check(CLI::PositiveNumber);
+  command->add_option("--seed", session.seed,
+                      "Start of who leads the needle, drawn from this number: the same one, the same start; default: "
+                      "drawn anew each time, and kept in session.json and the recording");
   command->add_option("--record", session.record,
                       "Motion file to write: the hand's poses, and the raw reports of a HID device; --device "
                       "recorded:FILE plays it");
@@ -120,9 +123,11 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
       "  stylet train liver_biopsy --link                3D Slicer connects to localhost:18944\n"
       "  stylet train liver_biopsy --link --device link  and a tracked needle drives the needle\n"
-      "In the window: Enter begins and finishes, T fires or heats, X pauses, Backspace tries again; H lists the keys "
-      "of "
-      "scanner and probe. A tissue table that is saved meanwhile shows in the "
+      "In the window: Enter begins and finishes, T fires or heats, X pauses, Backspace tries again (the attempt "
+      "before\n"
+      "is kept in OUT/attempt-N); H lists the keys of "
+      "scanner and probe. Needle and probe stand elsewhere each time, as --seed has them. A tissue table that is "
+      "saved meanwhile shows in the "
       "image.\n"
       "In a headset: the menu button begins and pauses, the right trigger fires or heats, the left one freezes the\n"
       "image, the left stick turns gain and depth, A, X or the pad goes through the panel, the instructor's panel\n"

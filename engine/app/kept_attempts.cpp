@@ -1,0 +1,77 @@
+#include "engine/app/kept_attempts.h"
+
+#include "engine/files/output_directory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+
+namespace stylet::app {
+namespace {
+
+constexpr std::string_view kPrefix = "attempt-";
+
+/// Number of the next folder.
+int next_number(const std::filesystem::path& folder) {
+  int highest = 0;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(kPrefix)) continue;
+    int number = 0;
+    std::from_chars(name.data() + kPrefix.size(), name.data() + name.size(), number);
+    highest = std::max(highest, number);
+  }
+  return highest + 1;
+}
+
+std::string verdict(const debrief::DebriefAttempt& attempt) {
+  if (!attempt.score) return "measured";
+  if (!attempt.score->done) return "nothing was sampled or treated";
+  return fmt::format("{:.0f} of 100, {}", attempt.score->total, attempt.score->passed ? "passed" : "not passed");
+}
+
+}  // namespace
+
+debrief::DebriefAttempt attempt_of(const std::string& folder, const session::SessionReport& report,
+                                   const training::TrainingReport& training) {
+  debrief::DebriefAttempt attempt{.folder = folder, .duration_s = report.run.duration_s};
+  if (training.score) attempt.score = debrief::score_of(*training.score);
+  return attempt;
+}
+
+std::string KeptAttempts::keep(recording::UnfinishedRecording& recording, const session::SessionReport& report,
+                               const training::TrainingReport& training) {
+  const std::string name = fmt::format("{}{}", kPrefix, next_number(folder_));
+  files::OutputDirectory out(folder_ / name);
+  session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
+  recording.finish(out, "session.json");
+  attempts_.push_back(attempt_of(name, report, training));
+  return fmt::format("attempt {}: {}; it is kept in {}", attempts_.size(), verdict(attempts_.back()),
+                     out.destination().string());
+}
+
+std::vector<std::filesystem::path> KeptAttempts::folders() const {
+  std::vector<std::filesystem::path> folders;
+  for (const debrief::DebriefAttempt& attempt : attempts_) folders.push_back(folder_ / attempt.folder);
+  return folders;
+}
+
+nlohmann::ordered_json to_json(const std::vector<debrief::DebriefAttempt>& attempts) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const debrief::DebriefAttempt& attempt : attempts) {
+    nlohmann::ordered_json& entry = list.emplace_back();
+    entry["folder"] = attempt.folder;
+    entry["duration_s"] = attempt.duration_s;
+    if (!attempt.score) continue;
+    entry["total"] = attempt.score->total;
+    entry["done"] = attempt.score->done;
+    entry["passed"] = attempt.score->passed;
+    entry["failed_critical"] = attempt.score->failed_critical;
+  }
+  return list;
+}
+
+}  // namespace stylet::app

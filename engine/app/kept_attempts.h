@@ -1,0 +1,47 @@
+// Attempts before the one that a session ends with: what "Try again" leaves of each.
+#pragma once
+
+#include "engine/debrief/debrief_data.h"
+#include "engine/recording/unfinished_recording.h"
+#include "engine/session/session_report.h"
+#include "engine/training/training_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stylet::app {
+
+/// Each in a folder of its own beside the results of the session, OUT/attempt-N with session.rec and session.json, as
+/// soon as the trainee begins anew; N counts on from those that earlier sessions left there.
+class KeptAttempts {
+public:
+  /// @param folder  OUT
+  explicit KeptAttempts(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  /// Moves the recording and its numbers there. @return what to tell the trainee, one line
+  /// @throws files::ContentError
+  std::string keep(recording::UnfinishedRecording& recording, const session::SessionReport& report,
+                   const training::TrainingReport& training);
+
+  bool empty() const { return attempts_.empty(); }
+  /// As the debrief lists them.
+  const std::vector<debrief::DebriefAttempt>& list() const { return attempts_; }
+  /// Their folders. [list()]
+  std::vector<std::filesystem::path> folders() const;
+
+private:
+  std::filesystem::path folder_;
+  std::vector<debrief::DebriefAttempt> attempts_;
+};
+
+/// An attempt as the debrief lists it. @param folder  empty: the session's own
+debrief::DebriefAttempt attempt_of(const std::string& folder, const session::SessionReport& report,
+                                   const training::TrainingReport& training);
+
+/// For session.json.
+nlohmann::ordered_json to_json(const std::vector<debrief::DebriefAttempt>& attempts);
+
+}  // namespace stylet::app

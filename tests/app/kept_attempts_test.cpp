@@ -1,0 +1,60 @@
+// What "Try again" leaves of the attempt before it.
+#include "engine/app/kept_attempts.h"
+
+#include "engine/recording/recording_writer.h"
+#include "tests/support/temporary_folder.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace stylet::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+training::TrainingReport scored(double total) {
+  training::TrainingReport report;
+  report.score = training::Score{.total = total, .pass_mark = 70, .done = true, .passed = total >= 70};
+  return report;
+}
+
+std::string keep(KeptAttempts& attempts, const fs::path& folder, double total) {
+  recording::UnfinishedRecording file(folder);
+  {
+    recording::RecordingWriter writer(file.path(), {.build = "test", .scenario = "liver_biopsy"});
+    writer.finish();
+  }
+  file.keep();
+  return attempts.keep(file, {.scenario = "liver_biopsy", .run = {.duration_s = 12}}, scored(total));
+}
+
+TEST(KeptAttempts, LieInFoldersOfTheirOwnWithScoreAndRecording) {
+  const support::TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  fs::create_directories(out / "attempt-4");  // of an earlier session
+  KeptAttempts attempts(out);
+  EXPECT_TRUE(attempts.empty());
+  const std::string said = keep(attempts, out, 54);
+  EXPECT_NE(said.find("attempt 1: 54 of 100, not passed"), std::string::npos) << said;
+  EXPECT_NE(said.find("attempt-5"), std::string::npos) << "nothing is written over";
+  keep(attempts, out, 81);
+  EXPECT_TRUE(recording::cut_off_recordings(out).empty()) << "the recordings have moved";
+  ASSERT_EQ(attempts.folders().size(), 2U);
+  for (const fs::path& kept : attempts.folders()) {
+    EXPECT_TRUE(recording::read_recording(recording::find_recording(kept)).complete()) << kept;
+  }
+  const auto json = nlohmann::json::parse(std::ifstream(out / "attempt-6" / "session.json"));
+  EXPECT_EQ(json["score"]["total"], 81);
+  const auto list = to_json(attempts.list());
+  ASSERT_EQ(list.size(), 2U);
+  EXPECT_EQ(list[0]["folder"], "attempt-5");
+  EXPECT_EQ(list[0]["total"], 54);
+  EXPECT_EQ(list[1]["passed"], true);
+}
+
+}  // namespace
+}  // namespace stylet::app
