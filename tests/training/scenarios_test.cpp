@@ -110,7 +110,8 @@ TEST(Briefing, OfTheBiopsyFollowedBeatsFiringAtTheCenter) {
   const readers::Procedure plan = procedure_at("abdomen.json");
   // The same expert 7.2 mm deeper: the tip then comes to rest in the middle.
   const double at_center = plan.target_radius - 0.0072;
-  follower_beats("liver_biopsy", motion::biopsy_motion(motion::demonstration(plan.entry, plan.target, at_center, 0.150)),
+  follower_beats("liver_biopsy",
+                 motion::biopsy_motion(motion::demonstration(plan.entry, plan.target, at_center, 0.150)),
                  "fired at the center");
 }
 
