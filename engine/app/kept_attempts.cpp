@@ -1,5 +1,6 @@
 #include "engine/app/kept_attempts.h"
 
+#include "engine/debrief/collect.h"
 #include "engine/files/output_directory.h"
 
 #include <fmt/format.h>
