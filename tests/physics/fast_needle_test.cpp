@@ -163,6 +163,39 @@ double largest_change(const reference::ReferenceInsertion& insertion, int latenc
   return reference::jump(experiment.forces(), 0);
 }
 
+TEST(NeedleTrack, ANewPatchTakesOverOverItsPeriod) {
+  // All of the tissue 4 mm further, as a breath has it: the hand does not feel that at once, but all of it after
+  // some periods, and of the way there e^-2k after k of them.
+  reference::ReferenceExperiment experiment(r1(),
+                                            {.coupling = physics::Coupling::stylet, .tissues = tissue(liver())});
+  while (experiment.time_s() < 1.0) experiment.advance();
+  physics::HapticLoop haptic = experiment.haptic();
+  physics::TissuePatch patch = experiment.patch_in_use();
+  const physics::StylusPose hub = experiment.insertion().base(experiment.time_s());
+  constexpr int kPeriod = 20;
+  const auto step = [&](int steps) {
+    for (int i = 0; i < steps; ++i) haptic.step(hub, 1e-3, patch);
+    return haptic.state().wrench.force;
+  };
+  for (int k = 0; k < 4; ++k) {  // at rest, and of known period
+    ++patch.epoch;
+    step(kPeriod);
+  }
+  const Eigen::Vector3d at_rest = step(0);
+  ++patch.epoch;
+  patch.bodies[0].free_positions.colwise() += Eigen::Vector3d(0, 4e-3, 0);
+  std::vector<Eigen::Vector3d> forces{at_rest};
+  for (int i = 0; i < 10 * kPeriod; ++i) forces.push_back(step(1));
+  const Eigen::Vector3d whole = forces.back() - at_rest;
+  std::printf("4 mm change the force by %.3f N, by %.4f N in the first ms\n", whole.norm(),
+              (forces[1] - at_rest).norm());
+  ASSERT_GT(whole.norm(), 0.03);
+  for (const int steps : {1, kPeriod / 2, kPeriod, 2 * kPeriod}) {
+    const double gone_in = (forces[static_cast<std::size_t>(steps)] - at_rest).dot(whole) / whole.squaredNorm();
+    EXPECT_NEAR(gone_in, 1 - std::exp(-2.0 * steps / kPeriod), 0.05) << "after " << steps << " ms";
+  }
+}
+
 TEST(NeedleTrack, ALatePatchDropsNoContact) {
   reference::ReferenceInsertion insertion = r1();
   insertion.nodes_per_edge = kSanitized ? 7 : 20;  // elements of 5 mm: a patch ends soon
@@ -175,7 +208,8 @@ TEST(NeedleTrack, ALatePatchDropsNoContact) {
     const double late = largest_change(insertion, steps);
     std::printf("%d ms late: at most %.3f N in 1 ms; without latency %.3f N\n", 20 * steps, late, prompt);
     EXPECT_LT(late, prompt + 0.05);
-    // A patch that changes all it has to at once makes 0.22 N of it without latency, 0.3 N late (README eq. 17b, 26c).
+    // A patch that changes all it has to at once makes 0.22 N of it without latency, 0.3 N late (README eq. 17b,
+    // 26c).
     EXPECT_LT(std::max(late, prompt), 0.1);
   }
 }
