@@ -144,4 +144,15 @@ void DesktopView::draw(int width, int height, double dt_s) {
   for (const scanner::Command& command : asked.scanner) scanner_.apply(command, session_.time_s());
 }
 
+std::vector<gpu::Timestamps::Span> DesktopView::pass_times() const {
+  std::vector<gpu::Timestamps::Span> times;
+  for (const gpu::Timestamps::Span& pass : scanner_.pass_times()) {
+    times.push_back({"ultrasound " + pass.name, pass.seconds});
+  }
+  for (const gpu::Timestamps::Span& pass : renderer_->stage_times()) {
+    times.push_back({"view " + pass.name, pass.seconds});
+  }
+  return times;
+}
+
 }  // namespace stylet::desktop

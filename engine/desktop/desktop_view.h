@@ -71,6 +71,8 @@ public:
 
   const gpu::Image& scene() const { return renderer_->image(); }
   const gpu::Image& scanner_screen() const { return scanner_.screen(); }
+  /// Time the GPU spent on the passes of the last frame, "view ..." and "ultrasound ..."; waits for it.
+  std::vector<gpu::Timestamps::Span> pass_times() const;
   const Panels& panels() const { return panels_; }
   Arrangement arrangement() const { return {.scanner = scanner_.console(), .camera = camera_, .panels = panels_}; }
 

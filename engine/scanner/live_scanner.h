@@ -14,6 +14,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace stylet::scanner {
 
@@ -52,6 +53,8 @@ public:
   const gpu::Image& screen() const { return screen_; }
   /// The bare image where the probe's plane lies in the 3-D view.
   render::PlaneTexture in_view() const;
+  /// Time the GPU spent on the passes of the image last made.
+  std::vector<gpu::Timestamps::Span> pass_times() const { return imager_->pass_times(); }
   const ScannerConsole& console() const { return console_; }
   /// The line at the bottom of the screen, empty: none.
   const std::string& note() const { return note_; }

@@ -8,6 +8,7 @@
 #include "tools/bench/paper.h"
 #include "tools/bench/report.h"
 #include "tools/bench/ultrasound.h"
+#include "tools/bench/view.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
 
@@ -51,6 +52,7 @@ constexpr std::array kBenches{
     Bench{"haptic", "a session with a mocked stylus: reports lost, latency, limits of the force",
           bench::bench_haptic},
     Bench{"ultrasound", "quality control of the image on a virtual phantom, and its speed", bench::bench_ultrasound},
+    Bench{"view", "what a picture of a session costs: window, stereo, ultrasound, pass by pass", bench::bench_view},
 };
 
 const Bench& find_bench(const std::string& name) {
