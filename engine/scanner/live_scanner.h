@@ -12,6 +12,7 @@
 #include "engine/state/frame_state.h"
 #include "engine/ultrasound/imager.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,8 +44,19 @@ public:
   void say(const std::string& message, double time_s);
   /// With each frame: whether the tissue table was written, what the watcher wants.
   void poll(double time_s);
-  /// Makes image and screen of `state`; a frozen scanner keeps its image.
+  /// Makes image and screen of `state` where an image is due: the scanner has its own rate, that of its lines and depth
+  /// (ultrasound::image_rate_hz) in the time of the states, and while that stands nothing is made again. What a knob
+  /// or a message changes shows at once. A frozen scanner keeps its image.
   void draw(const state::FrameState& state);
+  /// Images come less often where they would take more than this share of the time there is: so that a picture
+  /// beside them stays alive where a processor draws both. 0, as at first: as often as they are due.
+  void limit_share(double share) { most_share_ = share; }
+  /// Made so far.
+  std::uint64_t images() const { return images_; }
+  /// Session time of the state that the image shows, s.
+  double imaged_s() const { return imaged_s_; }
+  /// Images a second as they come now.
+  double rate_hz() const { return 1 / period_s(); }
 
   /// Gets every image from now on, none of a frozen scanner; null: nobody does.
   void watch(ImageWatcher* watcher) { watcher_ = watcher; }
@@ -61,6 +73,9 @@ public:
 
 private:
   void make_imager();
+  void make_image(const state::FrameState& state);
+  void make_screen(const state::FrameState& state);
+  double period_s() const;
 
   gpu::Device& device_;
   const content::Scene& scene_;
@@ -75,6 +90,12 @@ private:
   std::string diagnosis_;
   double diagnosed_s_ = -1;
   std::string note_;
+  bool touched_ = true;  ///< since the screen was made
+  std::uint64_t images_ = 0;
+  double imaged_s_ = -1;
+  double next_image_s_ = 0;
+  double most_share_ = 0;
+  double cost_s_ = 0;  ///< what an image takes, smoothed
   ImageWatcher* watcher_ = nullptr;
 };
 

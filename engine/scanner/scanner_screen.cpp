@@ -85,6 +85,7 @@ void draw_scanner_screen(picture::Picture& picture, const ScannerReadout& readou
   line(fmt::format("Gain {:+.0f} dB", controls.gain_db), kReading);
   line(fmt::format("DR {:.0f} dB", controls.dynamic_range_db), kReading);
   line(fmt::format("Persist {:.1f}", controls.persistence), kFaint);
+  if (readout.rate_hz > 0) line(fmt::format("{:.0f} images/s", readout.rate_hz), kFaint);
   canvas.text(font, fmt::format("{:.1f} N", std::max(0.0, readout.probe_force)), {picture.width - 16.0, height},
               height, kFaint, figures::Align::right);
   if (console.frozen()) {

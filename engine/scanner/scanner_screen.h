@@ -16,6 +16,7 @@ void draw_note(picture::Picture& picture, const std::string& note, const figures
 struct ScannerReadout {
   std::string probe;  ///< its name
   ultrasound::SectorGeometry sector;
+  double rate_hz = 0;      ///< of the images
   double probe_force = 0;  ///< N
   std::string note;        ///< why the image is black, or what a key could not do
 };

@@ -73,4 +73,10 @@ SectorGeometry SectorGeometry::fit(const ScanGeometry& scan, int width, int heig
   return sector;
 }
 
+double image_rate_hz(const content::Probe& probe, double depth) {
+  constexpr double kSpeedOfSound = 1540;  // m/s
+  constexpr double kSwitching = 30e-6;    // s
+  return 1 / (probe.scan_lines * (2 * depth / kSpeedOfSound + kSwitching));
+}
+
 }  // namespace stylet::ultrasound

@@ -59,4 +59,8 @@ struct SectorGeometry {
   }
 };
 
+/// Images a second of a scanner that sends line after line and waits for the echoes of each from `depth`, m:
+///   1 / (lines (2 depth / c + t)), c = 1540 m/s, t the time to switch to the next line (engineering value).
+double image_rate_hz(const content::Probe& probe, double depth);
+
 }  // namespace stylet::ultrasound

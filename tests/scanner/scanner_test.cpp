@@ -173,6 +173,48 @@ TEST(LiveScanner, FollowsItsKnobsAndFreezes) {
   EXPECT_EQ(scanner.console().preset(), ultrasound::Preset::raw);
 }
 
+TEST(LiveScanner, MakesImagesAtTheRateOfItsLinesAndDepth) {
+  gpu::Device device;
+  content::Scene scene = small_patient();
+  scene.probe.scan_lines = 160;
+  scene.probe.depth = 0.16;
+  LiveScanner scanner(device, scene, ScannerConsole(scene.probe));
+  state::FrameState state = test::tour_state(scene);
+  const auto images_in_a_second = [&](double pictures_hz) {
+    const std::uint64_t before = scanner.images();
+    const double from_s = state.time_s;
+    for (int i = 1; i <= pictures_hz; ++i) {
+      state.time_s = from_s + i / pictures_hz;
+      scanner.draw(state);
+    }
+    return static_cast<double>(scanner.images() - before);
+  };
+  scanner.draw(state);
+  // An echo from 16 cm takes 208 us; 160 lines, 30 us between them: 26.3 images a second.
+  EXPECT_NEAR(images_in_a_second(100), 26.3, 1);
+  EXPECT_NEAR(images_in_a_second(60), 26.3, 1);
+  EXPECT_EQ(images_in_a_second(10), 10) << "no picture shows more than one";
+  for (int i = 0; i < 40 && scanner.console().controls().depth > 0.0801; ++i) {
+    scanner.apply(SetDepth{-kDepthStep, true}, 0);
+  }
+  scanner.draw(state);
+  EXPECT_NEAR(images_in_a_second(100), 46.6, 1) << "of 8 cm the echoes are back sooner";
+}
+
+TEST(LiveScanner, WhileTimeStandsNothingIsMadeAgainButWhatAKnobChanges) {
+  gpu::Device device;
+  const content::Scene scene = small_patient();
+  LiveScanner scanner(device, scene, ScannerConsole(scene.probe));
+  const state::FrameState state = test::tour_state(scene);
+  for (int i = 0; i < 5; ++i) scanner.draw(state);
+  EXPECT_EQ(scanner.images(), 1U);
+  const auto before = view::read_picture(device, scanner.screen()).rgba;
+  scanner.apply(SetGain{6, true}, 0);
+  for (int i = 0; i < 5; ++i) scanner.draw(state);
+  EXPECT_EQ(scanner.images(), 2U);
+  EXPECT_NE(view::read_picture(device, scanner.screen()).rgba, before);
+}
+
 TEST(LiveScanner, SaysWhyItIsBlackAndWhatItCannotDo) {
   gpu::Device device;
   const content::Scene scene = small_patient();
