@@ -99,6 +99,14 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
                                   .panel = panel.picture(),
                                   .see_through = see_through(*settings.panel),
                                   .needle = &session.newest_needle()}));
+    if (settings.pictures == nullptr) continue;
+    session::ShownPicture shown{.clock_s = static_cast<double>(frame->display_time_ns) * 1e-9,
+                                .images = scanner.images()};
+    if (!session.lockstep() && !session.paused()) {
+      shown.needle_age_s = session.time_s() - session.newest_needle().shown_s();
+      shown.ultrasound_age_s = session.time_s() - scanner.imaged_s();
+    }
+    settings.pictures->shown(shown);
   }
   return true;
 }

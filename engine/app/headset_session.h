@@ -10,6 +10,7 @@
 #include "engine/scanner/scanner_console.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
+#include "engine/session/picture_watch.h"
 #include "engine/training/training_session.h"
 #include "haptic/hand_device.h"
 
@@ -28,6 +29,7 @@ struct HeadsetSessionSettings {
   scanner::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< the menu button begins, pauses and resumes it
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
+  session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
   immersive::PanelLevel* panel = nullptr;       ///< as it stands at the start, then as the trainee leaves it
   const char* if_lost = "";                     ///< what the session does then: "going on headless"
 };

@@ -200,7 +200,8 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   file.keep();  // what a hand has done is not done again
   live.start();
   link.start(observer);
-  show_to_end(live, scene, {graphics, display, headset, stylus, probe, course, link}, settings.stereo,
+  session::PictureWatch pictures;
+  show_to_end(live, scene, {graphics, display, headset, stylus, probe, course, link, pictures}, settings.stereo,
               stylus.duration_s, observer);
   course.end(live);
   report.run = live.stop();
@@ -224,6 +225,7 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   report.force_output = live.force_output(report.run);
   report.closest_target_distance = live.closest_target_distance();
   report.probe = live.probe();
+  if (const session::PictureSummary shown = pictures.summary(); shown.frames > 0) report.pictures = shown;
   report.state_hash = live.state_hash();
   const recording::Recording recording = recording::read_recording(file.path());
   if (!settings.record.empty()) write_hand(live, recording, stylus.hid, log, settings.record);

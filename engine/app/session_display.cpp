@@ -42,6 +42,7 @@ bool pass_in_headset(Shown& session) {
                           .scanner = &session.arrangement.scanner,
                           .course = &parts.course,
                           .images = &parts.link,
+                          .pictures = &parts.pictures,
                           .panel = &session.panel,
                           .if_lost = if_lost},
                          session.observer);
@@ -56,7 +57,8 @@ void pass_in_window(Shown& session, bool stereo) {
                   .probe = &parts.probe,
                   .arrangement = &session.arrangement,
                   .course = &parts.course,
-                  .images = &parts.link},
+                  .images = &parts.link,
+                  .pictures = &parts.pictures},
                  session.observer);
 }
 
@@ -96,6 +98,7 @@ void show_to_end(session::LiveSession& live, const content::Scene& scene, const 
       return pass_headless(session, duration_s, true);
     } catch (const gpu::DeviceLost& lost) {
       observer.task_done();
+      parts.pictures.interrupted();
       parts.link.drop_scanner();
       if (parts.stylus.input.hand != nullptr) parts.stylus.input.hand->release();
       if (!parts.graphics.recover(lost, needs_pictures ? "nobody could lead the session any more: the end"

@@ -9,6 +9,7 @@
 #include "engine/headset/headset_runtime.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
+#include "engine/session/picture_watch.h"
 #include "engine/training/training_session.h"
 #include "engine/view/window.h"
 
@@ -23,6 +24,7 @@ struct SessionParts {
   session::HeldProbe& probe;
   training::TrainingSession& course;
   LinkSession& link;
+  session::PictureWatch& pictures;
 };
 
 /// From start() to the end of the course. Where the device is lost the session goes on with another; where there is

@@ -35,7 +35,8 @@ void show_in_window(view::Display& display, gpu::Device& device, const content::
                                 .arrangement = *settings.arrangement,
                                 .device = settings.stylus->name(),
                                 .course = settings.course,
-                                .images = settings.images});
+                                .images = settings.images,
+                                .pictures = settings.pictures});
   StylusWatch watch(*settings.stylus, observer);
   auto before = std::chrono::steady_clock::now();
   try {
@@ -58,11 +59,13 @@ void show_in_window(view::Display& display, gpu::Device& device, const content::
                      .wheel = input.wheel});
       if (!desktop.handle(overlay.wants_pointer() ? view::without_pointer(input) : input)) return;
       if (window.minimised()) {
+        if (settings.pictures != nullptr) settings.pictures->interrupted();
         window.idle();
         continue;
       }
       desktop.draw(window.width(), window.height(), dt_s);
       window.present(desktop.scene(), &desktop.scanner_screen(), overlay);
+      desktop.shown(std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count());
     }
   } catch (const gpu::DeviceLost&) {
     *settings.arrangement = desktop.arrangement();

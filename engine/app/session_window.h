@@ -8,6 +8,7 @@
 #include "engine/scanner/live_scanner.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
+#include "engine/session/picture_watch.h"
 #include "engine/training/training_session.h"
 #include "engine/view/window.h"
 #include "haptic/mouse_device.h"
@@ -25,6 +26,7 @@ struct SessionWindowSettings {
   desktop::Arrangement* arrangement = nullptr;  ///< at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
+  session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
 };
 
 /// Shows the session until it is finished, the trainee finishes or resets it, the window is closed or the

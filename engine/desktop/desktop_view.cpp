@@ -3,6 +3,8 @@
 #include "engine/desktop/input_commands.h"
 #include "engine/desktop/key_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,6 +30,13 @@ render::SeeThrough see_through(PatientView view) {
       return render::SeeThrough::glass;
   }
   return render::SeeThrough::window;
+}
+
+/// "14.2 frames/s of 1280 x 720, needle 61 ms old, ultrasound 9.8 images/s, 85 ms old"
+std::string words(const session::RecentPictures& recent, const render::RenderSettings& drawn) {
+  return fmt::format("{:.1f} frames/s of {} x {}, needle {:.0f} ms old     ultrasound {:.1f} images/s, {:.0f} ms old",
+                     recent.frames_per_second, drawn.width * drawn.views, drawn.height, 1e3 * recent.needle_age_s,
+                     recent.images_per_second, 1e3 * recent.ultrasound_age_s);
 }
 
 }  // namespace
@@ -132,6 +141,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
   DesktopFacts facts{.session = panels::facts_of(scene_, settings_.course),
                      .device = settings_.device,
                      .led_by_keys = settings_.mouse != nullptr};
+  if (settings_.pictures != nullptr) facts.pictures = words(settings_.pictures->recent(), renderer_->settings());
   std::vector<CourseChoice> choices;
   if (settings_.course != nullptr) choices = course_choices(settings_.course->state());
   for (const CourseChoice& choice : choices) {
@@ -142,6 +152,16 @@ void DesktopView::draw(int width, int height, double dt_s) {
                                         picture::PaneLayout::over_scene(width, height).ultrasound);
   if (asked.choice && *asked.choice < choices.size()) actions_.push_back(choices[*asked.choice].action);
   for (const scanner::Command& command : asked.scanner) scanner_.apply(command, session_.time_s());
+}
+
+void DesktopView::shown(double clock_s) {
+  if (settings_.pictures == nullptr) return;
+  session::ShownPicture picture{.clock_s = clock_s, .images = scanner_.images(), .scale = scale_.now()};
+  if (!session_.lockstep() && !session_.paused()) {
+    picture.needle_age_s = session_.time_s() - session_.newest_needle().shown_s();
+    if (!scanner_.console().frozen()) picture.ultrasound_age_s = session_.time_s() - scanner_.imaged_s();
+  }
+  settings_.pictures->shown(picture);
 }
 
 std::vector<gpu::Timestamps::Span> DesktopView::pass_times() const {

@@ -17,6 +17,7 @@
 #include "engine/scanner/live_scanner.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
+#include "engine/session/picture_watch.h"
 #include "engine/training/training_session.h"
 #include "engine/view/input.h"
 #include "haptic/mouse_device.h"
@@ -41,6 +42,7 @@ struct DesktopSettings {
   std::string device{};                         ///< what leads the needle, for the panels
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
+  session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
 };
 
 /// How many pixels of a frame are drawn: fewer where drawing takes so long that the hand would notice. Pure.
@@ -68,6 +70,9 @@ public:
   /// Draws the session as it is now for a frame of that size, and its panels into the overlay that has begun.
   /// @param dt_s  since the frame before
   void draw(int width, int height, double dt_s);
+
+  /// The picture last drawn has been handed to the window system. @param clock_s  by any steady clock
+  void shown(double clock_s);
 
   const gpu::Image& scene() const { return renderer_->image(); }
   const gpu::Image& scanner_screen() const { return scanner_.screen(); }

@@ -134,6 +134,7 @@ void add_panels(std::vector<KeyLine>& table) {
                 {section, {{Key::f3, PanelCommand::toggle_scanner}}, "", "scanner's knobs"},
                 {section, {{Key::f4, PanelCommand::toggle_instructor}}, "", "instructor"},
                 {section, {{Key::f5, PanelCommand::next_patient_view}}, "", "patient closed, opened, transparent"},
+                {section, {{Key::f6, PanelCommand::toggle_figures}}, "", "frames a second, delays"},
                 {section, {{Key::h, PanelCommand::toggle_help}}, "", "keys"}});
 }
 

@@ -99,6 +99,14 @@ std::optional<std::size_t> draw_procedure(const DesktopFacts& facts) {
   return chosen;
 }
 
+/// At the lower edge, clear of the other panels.
+void draw_figures(const DesktopFacts& facts, int width, int height) {
+  ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height)}, ImGuiCond_Always, {0.5F, 1});
+  constexpr ImGuiWindowFlags kLine = kFitted | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoInputs;
+  if (ImGui::Begin("Pictures", nullptr, kLine)) ImGui::TextUnformatted(facts.pictures.c_str());
+  ImGui::End();
+}
+
 }  // namespace
 
 void Panels::apply(PanelCommand command) {
@@ -120,6 +128,9 @@ void Panels::apply(PanelCommand command) {
       break;
     case PanelCommand::next_patient_view:
       patient_view_ = static_cast<PatientView>((static_cast<int>(patient_view_) + 1) % 3);
+      break;
+    case PanelCommand::toggle_figures:
+      figures_ = !figures_;
       break;
   }
 }
@@ -163,6 +174,7 @@ PanelInput Panels::draw(const DesktopFacts& facts, const scanner::ScannerConsole
                         const picture::Pane& ultrasound) {
   PanelInput input;
   if (help_) draw_help(facts, width, height);
+  if (figures_) draw_figures(facts, width, height);
   if (hidden_) return input;
   const panels::SessionFacts& session = facts.session;
   if (!session.briefing.empty() && !help_) draw_briefing(session, width, height);

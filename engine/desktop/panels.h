@@ -26,6 +26,7 @@ struct DesktopFacts {
   std::vector<Choice> choices{};
   std::string device{};      ///< what leads the needle
   bool led_by_keys = false;  ///< the needle
+  std::string pictures{};    ///< how often they come and how old they are
 };
 
 /// How much of the patient is seen.
@@ -38,6 +39,7 @@ enum class PanelCommand : std::uint8_t {
   toggle_instructor,
   toggle_help,
   next_patient_view,
+  toggle_figures,
 };
 
 /// What was asked for on the panels since the frame before.
@@ -60,6 +62,7 @@ public:
   bool hidden() const { return hidden_; }
   bool instructor() const { return instructor_; }
   bool help() const { return help_; }
+  bool figures() const { return figures_; }
 
 private:
   static void draw_briefing(const panels::SessionFacts& facts, int width, int height);
@@ -71,6 +74,7 @@ private:
   bool scanner_ = false;
   bool instructor_ = false;
   bool help_ = false;
+  bool figures_ = false;
   PatientView patient_view_ = PatientView::window;
 };
 

@@ -22,13 +22,14 @@ public:
       : latest_(Shape{rest.needle_positions, rest.needle_orientations}) {}
 
   /// @realtime
-  void haptic_stepped(const recording::HapticStepRecord&, const physics::NeedleState& needle) override {
+  void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override {
     Shape& shape = latest_.back();
     if (static_cast<std::size_t>(needle.node_count) != shape.positions.size()) return;
     for (int i = 0; i < needle.node_count; ++i) {
       shape.positions[i] = needle.positions.col(i).cast<float>();
       shape.orientations[i] = needle.orientations[i].cast<float>();
     }
+    shape.time_s = record.time_s;
     latest_.publish();
   }
 
@@ -41,10 +42,14 @@ public:
     std::copy(shape.orientations.begin(), shape.orientations.end(), orientations.begin());
   }
 
+  /// Reader: session time of the step that was shown last, s.
+  double shown_s() const { return latest_.front().time_s; }
+
 private:
   struct Shape {
     std::vector<Eigen::Vector3f> positions;
     std::vector<Eigen::Quaternionf> orientations;
+    double time_s = 0;
   };
   physics::LatestValue<Shape> latest_;
   bool known_ = false;  // reader's

@@ -41,6 +41,18 @@ nlohmann::ordered_json to_json(const physics::PassivitySummary& passivity) {
   return json;
 }
 
+nlohmann::ordered_json to_json(const PictureSummary& pictures) {
+  nlohmann::ordered_json json{{"frames", pictures.frames},
+                              {"frames_per_second", pictures.frames_per_second},
+                              {"frame_time", quantiles_us(pictures.frame_time)},
+                              {"needle_to_picture", quantiles_us(pictures.needle_age)},
+                              {"mean_scale", pictures.mean_scale},
+                              {"ultrasound_images", pictures.images},
+                              {"ultrasound_images_per_second", pictures.images_per_second},
+                              {"ultrasound_to_picture", quantiles_us(pictures.ultrasound_age)}};
+  return json;
+}
+
 nlohmann::ordered_json to_json(const haptic::GuardCounters& guard) {
   nlohmann::ordered_json json{{"samples", guard.samples}};
   for (int bit = 0; bit < haptic::kOutputFlagCount; ++bit) {
@@ -112,6 +124,7 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
                      {"mean_area_m2", probe.mean_area},
                      {"least_area_m2", probe.least_area}};
   }
+  if (report.pictures) json["pictures"] = to_json(*report.pictures);
   if (report.replay_identical) {
     json["replay"] = {{"identical", *report.replay_identical}, {"hashes_compared", report.replay_hashes}};
   }
@@ -177,6 +190,15 @@ std::string main_figures(const SessionReport& report) {
     const ProbeSummary& probe = *report.probe;
     text += fmt::format("  {:<16} pressed with {:.1f} N on {:.1f} cm2 of skin (at most {:.1f} N, least {:.1f} cm2)\n",
                         "probe", probe.mean_force, probe.mean_area * 1e4, probe.peak_force, probe.least_area * 1e4);
+  }
+  if (report.pictures) {
+    const PictureSummary& pictures = *report.pictures;
+    text += fmt::format(
+        "  {:<16} {:.1f} frames a second, needle {:.0f} ms old (p99 {:.0f}); ultrasound {:.1f} images a second, "
+        "{:.0f} ms "
+        "old\n",
+        "pictures", pictures.frames_per_second, pictures.needle_age.median_s * 1e3, pictures.needle_age.p99_s * 1e3,
+        pictures.images_per_second, pictures.ultrasound_age.median_s * 1e3);
   }
   text += fmt::format("  {:<16} {}", "state hash", hash_text(report.state_hash));
   if (report.replay_identical) {

@@ -4,6 +4,7 @@
 #include "engine/figures/force_trace.h"
 #include "engine/session/force_scale.h"
 #include "engine/session/frame_publisher.h"
+#include "engine/session/picture_watch.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/run_statistics.h"
 #include "physics/loops/passivity_observer.h"
@@ -32,9 +33,10 @@ struct SessionReport {
   physics::PassivitySummary passivity{};
   std::optional<ForceOutput> force_output{};  ///< not set: the stylus renders none
   std::vector<PunctureEvent> punctures{};
-  double needle_bent_deg = 0;           ///< most that the needle was bent for good, as its events tell
-  double closest_target_distance = 0;   ///< m; infinite without a target
-  std::optional<ProbeSummary> probe{};  ///< not set: it was held in the air
+  double needle_bent_deg = 0;                ///< most that the needle was bent for good, as its events tell
+  double closest_target_distance = 0;        ///< m; infinite without a target
+  std::optional<ProbeSummary> probe{};       ///< not set: it was held in the air
+  std::optional<PictureSummary> pictures{};  ///< not set: nothing was shown
   std::uint64_t state_hash = 0;
   std::optional<bool> replay_identical{};  ///< not set: the recording was not replayed
   std::uint64_t replay_hashes = 0;         ///< compared
