@@ -53,7 +53,6 @@ void main() {
     colour = vec4(unforeseen(style.kind.z) != kNoPicture ? picture() : style.colour.rgb, 1.0);
     return;
   }
-  if (kind == kCloth && cloth_open(position.xyz, vec2(position.w, normal.w))) discard;
   vec3 v = normalize(frame.eye[gl_ViewIndex].xyz - position.xyz);
   vec3 n = normalize(normal.xyz);
   if (!gl_FrontFacing) n = -n;

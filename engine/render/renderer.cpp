@@ -127,19 +127,35 @@ void Renderer::take_zone(gpu::Commands& commands, const content::HeatedZone* zon
   commands.upload(indices_, bytes_of(zone_.indices), zone_.piece.first_index * sizeof(std::uint32_t));
 }
 
-std::vector<const Piece*> Renderer::glass_order() const {
-  // By the distance of a piece's nearest point: what encloses another piece is nearer, and drawn after it.
+std::vector<std::pair<float, const Piece*>> Renderer::by_distance(std::span<const Piece> pieces) const {
   const Eigen::Vector3f eye = eyes_.front().position.cast<float>();
-  std::vector<std::pair<float, const Piece*>> pieces;
-  const auto add = [&](const Piece& piece) {
+  std::vector<std::pair<float, const Piece*>> order;
+  for (const Piece& piece : pieces) {
     float least = std::numeric_limits<float>::max();
     for (std::uint32_t i : piece.samples)
       least = std::min(least, (place(geometry_.rest[i], bodies_) - eye).squaredNorm());
-    pieces.emplace_back(least, &piece);
-  };
-  for (const Piece& piece : geometry_.glass) add(piece);
-  if (zone_.piece.index_count > 0) add(zone_.piece);
+    order.emplace_back(least, &piece);
+  }
+  return order;
+}
+
+std::vector<const Piece*> Renderer::glass_order() const {
+  // What encloses another piece is nearer, and drawn after it.
+  std::vector<std::pair<float, const Piece*>> pieces = by_distance(geometry_.glass);
+  if (zone_.piece.index_count > 0) pieces.push_back(by_distance(std::span(&zone_.piece, 1)).front());
   std::ranges::stable_sort(pieces, std::greater(), &std::pair<float, const Piece*>::first);
+  std::vector<const Piece*> order;
+  order.reserve(pieces.size());
+  for (const auto& [nearest, piece] : pieces) order.push_back(piece);
+  return order;
+}
+
+std::vector<const Piece*> Renderer::solids_order() const {
+  // The probe, which rides on its own pose, has no samples and is the last of them as they stand: nothing is before
+  // it.
+  std::vector<std::pair<float, const Piece*>> pieces = by_distance(geometry_.solids);
+  pieces.back().first = 0;
+  std::ranges::stable_sort(pieces, std::less(), &std::pair<float, const Piece*>::first);
   std::vector<const Piece*> order;
   order.reserve(pieces.size());
   for (const auto& [nearest, piece] : pieces) order.push_back(piece);
@@ -268,7 +284,10 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
     for (const Piece& piece : pieces) draw_piece(pass.pipelines.surface(piece.style.kind[0]), piece);
   };
   // What hides most comes first.
-  if (see_through_ != SeeThrough::glass) draw_pieces(geometry_.drape);
+  if (see_through_ != SeeThrough::glass) {
+    for (const Piece& piece : geometry_.drape) draw_piece(pass.pipelines.depth(kCloth), piece);
+    draw_pieces(geometry_.drape);
+  }
   if (with_needle_) draw_pieces(geometry_.needle_pieces);
   if (with_syringe_) draw_pieces(geometry_.syringe_pieces);
   // Closed skin hides the organs, and all that is spared would have to be rasterised.
@@ -276,7 +295,7 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
   if (closed) {
     draw_piece(pass.pipelines.surface(kMatte), geometry_.probe());
   } else {
-    draw_pieces(geometry_.solids);
+    for (const Piece* piece : solids_order()) draw_piece(pass.pipelines.surface(piece->style.kind[0]), *piece);
     if (cores_ > 0) draw_piece(pass.pipelines.surface(kMatte), geometry_.first_cores(cores_));
   }
   if (see_through_ == SeeThrough::window) draw_pieces(geometry_.cavity);
@@ -295,15 +314,15 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
             0);
   draw_piece(pass.pipelines.fan(), geometry_.fan);
   for (const Piece* piece : closed ? std::vector<const Piece*>{} : glass_order()) {
-    draw_piece(pass.pipelines.depth(), *piece);
+    draw_piece(pass.pipelines.depth(kGlass), *piece);
     draw_piece(pass.pipelines.surface(kGlass), *piece);
   }
   if (with_syringe_) {
-    draw_piece(pass.pipelines.depth(), geometry_.barrel);
+    draw_piece(pass.pipelines.depth(kGlass), geometry_.barrel);
     draw_piece(pass.pipelines.surface(kGlass), geometry_.barrel);
   }
   // Skin, fat and muscle are one shell: of all of them together only the nearest surface is seen.
-  for (const Piece& piece : geometry_.covers) draw_piece(pass.pipelines.depth(), piece);
+  for (const Piece& piece : geometry_.covers) draw_piece(pass.pipelines.depth(kCover), piece);
   for (const Piece& piece : geometry_.covers) draw_piece(pass.pipelines.surface(kCover), piece);
   const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
   vkCmdEndRenderPass2(cmd, &end);

@@ -24,6 +24,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace stylet::render {
@@ -75,6 +76,10 @@ private:
                                 const ViewOptions& options);
   void take_nodes(gpu::Commands& commands, const state::FrameState& state);
   void take_zone(gpu::Commands& commands, const content::HeatedZone* zone);
+  /// Each with the squared distance of its point that is nearest to the eye.
+  std::vector<std::pair<float, const Piece*>> by_distance(std::span<const Piece> pieces) const;
+  /// Opaque organs and the probe, nearest first: what lies behind is not shaded in vain.
+  std::vector<const Piece*> solids_order() const;
   /// The glass organs and the zone, farthest first.
   std::vector<const Piece*> glass_order() const;
   struct Pass;

@@ -3,6 +3,7 @@
 #include "shaders/background.frag.h"
 #include "shaders/background.vert.h"
 #include "shaders/fan.frag.h"
+#include "shaders/opening.frag.h"
 #include "shaders/surface.frag.h"
 #include "shaders/surface.vert.h"
 
@@ -28,11 +29,11 @@ gpu::GraphicsSettings of_kind(std::uint32_t kind, VkRenderPass render_pass, bool
   gpu::GraphicsSettings settings = common(render_pass, antialias);
   settings.interface.specialization = {kind};
   if (kind == kCloth) settings.cull = VK_CULL_MODE_NONE;
-  if (kind == kGlass || kind == kCover) {  // its depth is laid before
+  if (kind == kGlass || kind == kCover || kind == kCloth) {  // its depth is laid before
     settings.depth_write = false;
     settings.depth_compare = VK_COMPARE_OP_EQUAL;
-    settings.blend = {gpu::Blend::premultiplied};
   }
+  if (kind == kGlass || kind == kCover) settings.blend = {gpu::Blend::premultiplied};
   return settings;
 }
 
@@ -63,6 +64,14 @@ gpu::GraphicsSettings depth_alone(VkRenderPass render_pass, bool antialias) {
   return settings;
 }
 
+gpu::GraphicsSettings depth_beside_opening(std::uint32_t kind, VkRenderPass render_pass, bool antialias) {
+  gpu::GraphicsSettings settings = depth_alone(render_pass, antialias);
+  settings.fragment = opening_frag;
+  settings.interface.specialization = {kind};
+  if (kind == kCloth) settings.cull = VK_CULL_MODE_NONE;
+  return settings;
+}
+
 }  // namespace
 
 gpu::Interface surface_interface() {
@@ -75,7 +84,9 @@ gpu::Interface surface_interface() {
 SurfacePipelines::SurfacePipelines(gpu::Device& device, VkRenderPass render_pass, bool antialias, bool room)
     : ground_(device, stylet::render::ground(render_pass, antialias, room)),
       fan_(device, stylet::render::fan(render_pass, antialias)),
-      depth_(device, depth_alone(render_pass, antialias)) {
+      depth_(device, depth_alone(render_pass, antialias)),
+      cloth_depth_(device, depth_beside_opening(kCloth, render_pass, antialias)),
+      cover_depth_(device, depth_beside_opening(kCover, render_pass, antialias)) {
   by_kind_.reserve(kKinds);
   for (std::uint32_t kind = 0; kind < kKinds; ++kind)
     by_kind_.emplace_back(device, of_kind(kind, render_pass, antialias));

@@ -17,14 +17,18 @@ public:
   const gpu::GraphicsPipeline& surface(std::uint32_t kind) const { return by_kind_[kind]; }
   const gpu::GraphicsPipeline& ground() const { return ground_; }
   const gpu::GraphicsPipeline& fan() const { return fan_; }
-  /// Depth alone, before the colour of a translucent piece.
-  const gpu::GraphicsPipeline& depth() const { return depth_; }
+  /// Depth alone, before the colour of a piece of this kind: glass, cover or cloth.
+  const gpu::GraphicsPipeline& depth(std::uint32_t kind) const {
+    return kind == kCloth ? cloth_depth_ : kind == kCover ? cover_depth_ : depth_;
+  }
 
 private:
   std::vector<gpu::GraphicsPipeline> by_kind_;
   gpu::GraphicsPipeline ground_;
   gpu::GraphicsPipeline fan_;
   gpu::GraphicsPipeline depth_;
+  gpu::GraphicsPipeline cloth_depth_;
+  gpu::GraphicsPipeline cover_depth_;
 };
 
 /// What all of them are given at set 0: frame, drawn vertices, ultrasound image, screen's picture, shadow map.
