@@ -14,11 +14,16 @@ namespace {
 
 constexpr double kResizedAfter = 0.25;  // s that a new size stays before the renderer takes it
 
-constexpr std::array kScales{1.0, 0.75, 0.5};
-constexpr double kSlowFrame = 0.050;  // s: below 20 frames a second
-constexpr double kQuickFrame = 0.012;
-constexpr double kSlowFor = 1;  // s of slow frames on end
-constexpr double kQuickFor = 2;
+// A step changes the pixels by a third at most, and the time of a frame by less: a larger picture is not slow at
+// once.
+constexpr std::array kScales{1.0, 0.85, 0.7, 0.6, 0.5};
+constexpr double kSlowFrame = 0.085;  // s, on average; ten frames a second are wanted, and then sharp ones
+constexpr double kQuickFrame = 0.050;
+constexpr double kLookedAt = 1;  // s
+constexpr int kQuickLooks = 2;   // on end
+
+// Of the time, for ultrasound images where a processor draws both.
+constexpr double kUltrasoundShare = 0.4;
 
 render::SeeThrough see_through(PatientView view) {
   switch (view) {
@@ -39,18 +44,36 @@ std::string words(const session::RecentPictures& recent, const render::RenderSet
                      recent.images_per_second, 1e3 * recent.ultrasound_age_s);
 }
 
+/// Pixels of the scene, drawn for a frame of that size, that lie wholly under a pane: by one less on each side where
+/// the scene is enlarged, as a pixel of the frame is then made of its neighbours.
+VkRect2D under(const picture::Pane& pane, int width, int height, const render::RenderSettings& drawn) {
+  const int margin = drawn.width == width && drawn.height == height ? 0 : 1;
+  const double x = static_cast<double>(drawn.width) / width, y = static_cast<double>(drawn.height) / height;
+  const int left = static_cast<int>(std::ceil(pane.x * x)) + margin;
+  const int top = static_cast<int>(std::ceil(pane.y * y)) + margin;
+  const int right = static_cast<int>(std::floor((pane.x + pane.width) * x)) - margin;
+  const int bottom = static_cast<int>(std::floor((pane.y + pane.height) * y)) - margin;
+  if (left < 0 || top < 0 || right <= left || bottom <= top || right > drawn.width || bottom > drawn.height)
+    return {};
+  return {{left, top}, {static_cast<std::uint32_t>(right - left), static_cast<std::uint32_t>(bottom - top)}};
+}
+
 }  // namespace
 
 double RenderScale::after(double frame_s) {
-  slow_s_ = frame_s > kSlowFrame ? slow_s_ + frame_s : 0;
-  quick_s_ = frame_s < kQuickFrame ? quick_s_ + frame_s : 0;
+  seconds_ += frame_s;
+  ++frames_;
+  if (seconds_ < kLookedAt) return scale_;
+  const double mean_s = seconds_ / frames_;
+  seconds_ = 0;
+  frames_ = 0;
+  quick_looks_ = mean_s < kQuickFrame ? quick_looks_ + 1 : 0;
   const auto at = std::ranges::find(kScales, scale_);
-  if (slow_s_ >= kSlowFor && at + 1 != kScales.end()) {
+  if (mean_s > kSlowFrame && at + 1 != kScales.end()) {
     scale_ = *(at + 1);
-    slow_s_ = 0;
-  } else if (quick_s_ >= kQuickFor && at != kScales.begin()) {
+  } else if (quick_looks_ >= kQuickLooks && at != kScales.begin()) {
     scale_ = *(at - 1);
-    quick_s_ = 0;
+    quick_looks_ = 0;
   }
   return scale_;
 }
@@ -67,6 +90,9 @@ DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, sessi
       frame_(session.frames().make_frame()),
       camera_(settings.arrangement.camera.value_or(scene.camera)) {
   scanner_.watch(settings.images);
+  // Of a session in lockstep the same images come on every machine.
+  if (device.identity().type == VK_PHYSICAL_DEVICE_TYPE_CPU && !session.lockstep())
+    scanner_.limit_share(kUltrasoundShare);
 }
 
 bool DesktopView::handle(const view::Input& input) {
@@ -130,10 +156,14 @@ void DesktopView::draw(int width, int height, double dt_s) {
   watch_.look(frame_);
   if (settings_.course != nullptr) settings_.course->show(frame_);
   scanner_.draw(frame_);
+  const VkExtent3D screen = scanner_.screen().extent();
+  const picture::Pane pane = picture::fitted(picture::PaneLayout::over_scene(width, height).ultrasound,
+                                             static_cast<int>(screen.width), static_cast<int>(screen.height));
   renderer_->render(frame_, camera_,
                     {.plane = scanner_.in_view(),
                      .screen = &scanner_.screen(),
                      .see_through = see_through(panels_.patient_view()),
+                     .hidden = under(pane, width, height, renderer_->settings()),
                      .latch_needle = [&](render::NeedlePose pose) {
                        session_.newest_needle().show(pose.positions, pose.orientations);
                      }});

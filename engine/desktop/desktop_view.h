@@ -45,7 +45,8 @@ struct DesktopSettings {
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
 };
 
-/// How many pixels of a frame are drawn: fewer where drawing takes so long that the hand would notice. Pure.
+/// How many pixels of a frame are drawn: fewer where there would not be ten frames a second, all where there are
+/// twice as many. Pure.
 class RenderScale {
 public:
   /// @param frame_s  the last frame took to draw. @return the share of width and height to draw the next with
@@ -54,8 +55,9 @@ public:
 
 private:
   double scale_ = 1;
-  double slow_s_ = 0;  // on end
-  double quick_s_ = 0;
+  double seconds_ = 0;  // since it was looked at last
+  int frames_ = 0;      // in them
+  int quick_looks_ = 0;
 };
 
 /// Thread: the one that uses the device.

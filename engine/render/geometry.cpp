@@ -164,6 +164,30 @@ void lay_on_skin(Geometry& geometry, const Piece& drape, const content::Scene& s
   }
 }
 
+/// Sorts the triangles of the cloth: those clear of the field's opening first.
+void split_drape(Geometry& geometry, const RoomLayout& layout) {
+  const Piece& drape = geometry.drape.front();
+  using Triangle = std::array<std::uint32_t, 3>;
+  std::vector<Triangle> triangles(drape.index_count / 3);
+  const auto first = geometry.indices.begin() + drape.first_index;
+  for (std::size_t t = 0; t < triangles.size(); ++t) std::copy_n(first + 3 * t, 3, triangles[t].begin());
+  const Eigen::AlignedBox2f field(-layout.field_half.cast<float>(), layout.field_half.cast<float>());
+  const auto closed = [&](const Triangle& triangle) {
+    Eigen::AlignedBox2f box;
+    for (const std::uint32_t i : triangle)
+      box.extend(Eigen::Vector2f(geometry.rest[i].at[0], geometry.rest[i].at[1]));
+    return !box.intersects(field);
+  };
+  const auto open = std::stable_partition(triangles.begin(), triangles.end(), closed);
+  for (std::size_t t = 0; t < triangles.size(); ++t) std::ranges::copy(triangles[t], first + 3 * t);
+  Piece clear = drape, beside = drape;
+  beside.index_count = static_cast<std::uint32_t>(3 * (triangles.end() - open));
+  clear.index_count -= beside.index_count;
+  beside.first_index += clear.index_count;
+  geometry.drape_closed = {clear};
+  geometry.drape_open = {beside};
+}
+
 void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayout& layout) {
   const RoomMeshes meshes = room_meshes(layout, skin_of(scene));
   const auto style = [](std::array<float, 3> c, vec4 surface, std::uint32_t kind = kMatte) {
@@ -173,7 +197,10 @@ void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayo
     if (!mesh.indices.empty()) to.push_back(append(geometry, name, mesh, layout, look));
   };
   add(geometry.drape, "drape", meshes.drape, style({0.030F, 0.145F, 0.190F}, {0.88F, 0, 0.2F, 0}, kCloth));
-  if (!geometry.drape.empty()) lay_on_skin(geometry, geometry.drape.front(), scene);
+  if (!geometry.drape.empty()) {
+    lay_on_skin(geometry, geometry.drape.front(), scene);
+    split_drape(geometry, layout);
+  }
   add(geometry.cavity, "cavity", meshes.cavity, style({0.050F, 0.015F, 0.012F}, {0.6F, 0, 0, 0.15F}, kCavity));
   add(geometry.room, "mattress", meshes.mattress, style({0.022F, 0.024F, 0.028F}, {0.55F, 0, 0, 0.1F}));
   add(geometry.room, "enamel", meshes.enamel, style({0.66F, 0.68F, 0.68F}, {0.40F, 0, 0, 0.3F}));

@@ -50,6 +50,8 @@ struct Geometry {
   std::vector<Piece> room;           ///< furniture; empty without a room
   std::vector<Piece> panel;          ///< the session's monitor, drawn where it has a picture
   std::vector<Piece> drape;          ///< cloth, or nothing
+  std::vector<Piece> drape_closed;   ///< its triangles that the field nowhere opens
+  std::vector<Piece> drape_open;     ///< the others
   std::vector<Piece> cavity;         ///< inside of the trunk, or nothing
   Piece panel_picture;
   Piece fan;

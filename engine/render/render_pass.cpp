@@ -130,4 +130,14 @@ void begin_render_pass(VkCommandBuffer commands, VkRenderPass render_pass, VkFra
   vkCmdSetScissor(commands, 0, 1, &begin.renderArea);
 }
 
+void hide(VkCommandBuffer commands, const VkRect2D& pixels) {
+  if (pixels.extent.width == 0 || pixels.extent.height == 0) return;
+  // Nearer than anything: every test of depth fails, before a fragment is shaded.
+  VkClearAttachment nearest{};
+  nearest.aspectMask = VK_IMAGE_ASPECT_DEPTH_BIT;
+  nearest.clearValue.depthStencil.depth = 1;
+  const VkClearRect where{pixels, 0, 1};
+  vkCmdClearAttachments(commands, 1, &nearest, 1, &where);
+}
+
 }  // namespace stylet::render

@@ -31,4 +31,7 @@ gpu::FramebufferHandle make_framebuffer(gpu::Device& device, VkRenderPass render
 void begin_render_pass(VkCommandBuffer commands, VkRenderPass render_pass, VkFramebuffer framebuffer,
                        VkExtent2D size);
 
+/// In a pass that has begun: nothing is drawn there from now on. No pixels: does nothing.
+void hide(VkCommandBuffer commands, const VkRect2D& pixels);
+
 }  // namespace stylet::render

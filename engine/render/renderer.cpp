@@ -272,6 +272,7 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
   const VkCommandBuffer cmd = commands.handle();
   begin_render_pass(cmd, pass.render_pass.get(), pass.framebuffer.get(),
                     {static_cast<std::uint32_t>(settings_.width), static_cast<std::uint32_t>(settings_.height)});
+  if (settings_.views == 1) hide(cmd, options.hidden);
   vkCmdBindIndexBuffer(cmd, indices_.handle(), 0, VK_INDEX_TYPE_UINT32);
 
   const auto draw_piece = [&](const gpu::GraphicsPipeline& pipeline, const Piece& piece) {

@@ -67,7 +67,8 @@ void ShadowPass::draw(gpu::Commands& commands, const Geometry& geometry, const g
     for (const Piece& piece : geometry.syringe_pieces) draw_piece(*solid_, piece);
     draw_piece(*solid_, geometry.barrel);
   }
-  for (const Piece& piece : geometry.drape) draw_piece(*cloth_, piece);
+  for (const Piece& piece : geometry.drape_closed) draw_piece(*solid_, piece);
+  for (const Piece& piece : geometry.drape_open) draw_piece(*cloth_, piece);
   const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
   vkCmdEndRenderPass2(cmd, &end);
 }

@@ -40,6 +40,9 @@ struct ViewOptions {
   /// What the session's monitor shows, as `screen`; null: it is not in the room.
   const gpu::Image* panel = nullptr;
   SeeThrough see_through = SeeThrough::window;
+  /// Pixels of a picture of one view that something opaque will lie on: they are not drawn, what they hold means
+  /// nothing.
+  VkRect2D hidden{};
   /// Called when all else of the frame is ready, right before it goes to the GPU: overwrites the state's pose of the
   /// needle with the newest, so that the hand sees it without the frame's delay. Must not throw. Empty: the state's
   /// pose is drawn. Not called where the state has no needle.

@@ -14,14 +14,38 @@ namespace {
 
 TEST(RenderScale, DrawsFewerPixelsWhereFramesAreSlowAndMoreAgainWhereTheyAreQuick) {
   RenderScale scale;
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(scale.after(0.016), 1);
-  for (int i = 0; i < 12; ++i) EXPECT_EQ(scale.after(0.080), 1);  // 0.96 s
-  EXPECT_EQ(scale.after(0.080), 0.75);
-  for (int i = 0; i < 100; ++i) scale.after(0.080);
-  EXPECT_EQ(scale.now(), 0.5);
-  for (int i = 0; i < 1000; ++i) EXPECT_EQ(scale.after(0.030), 0.5);  // neither slow nor quick
-  for (int i = 0; i < 1000; ++i) scale.after(0.005);
-  EXPECT_EQ(scale.now(), 1);
+  const auto after = [&](int frames, double frame_s) {
+    for (int i = 0; i < frames; ++i) scale.after(frame_s);
+    return scale.now();
+  };
+  EXPECT_EQ(after(200, 0.016), 1);
+  EXPECT_EQ(after(100, 0.080), 1) << "twelve frames a second: sharp ones";
+  EXPECT_EQ(after(20, 0.100), 0.85) << "two seconds of less than ten, in the first of them quicker ones";
+  EXPECT_EQ(after(100, 0.100), 0.5);
+  EXPECT_EQ(after(200, 0.070), 0.5) << "neither slow nor quick";
+  EXPECT_EQ(after(1000, 0.010), 1);
+}
+
+TEST(RenderScale, JudgesFramesWithAndWithoutAnUltrasoundImageByTheirMean) {
+  RenderScale scale;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(scale.after(i % 2 == 0 ? 0.045 : 0.115), 1) << "80 ms on average";
+  for (int i = 0; i < 100; ++i) scale.after(i % 2 == 0 ? 0.07 : 0.14);
+  EXPECT_LT(scale.now(), 0.7);
+}
+
+TEST(RenderScale, AStepUpIsNotTakenBackAtOnce) {
+  // A frame takes as long as it has pixels, and 10 ms: the worst that a step can do.
+  for (double all_s = 0.02; all_s < 0.2; all_s += 0.001) {
+    RenderScale scale;
+    const auto frame_s = [&] { return 0.010 + all_s * scale.now() * scale.now(); };
+    for (int i = 0; i < 400; ++i) scale.after(frame_s());
+    int steps = 0;
+    for (int i = 0; i < 400; ++i) {
+      const double before = scale.now();
+      steps += scale.after(frame_s()) != before ? 1 : 0;
+    }
+    EXPECT_LE(steps, 1) << all_s;
+  }
 }
 
 TEST(SessionWatch, TellsTheScaleOfTheForceAndWhenTheStylusCannotGiveIt) {
