@@ -39,7 +39,8 @@ protected:
     return {
         .session = session,
         .choices = {{.label = "Fire", .key = "Enter"}, {.label = "Pause", .key = "X", .why_not = "nothing runs yet"}},
-        .device = "mouse"};
+        .device = "mouse",
+        .pictures = "14.2 frames/s of 1280 x 720, needle 61 ms old"};
   }
 
   /// One frame with the pointer there. @return the choice taken
@@ -104,6 +105,22 @@ TEST_F(PanelsOnAPicture, CoverWhereTheyLieAndNothingElse) {
   for (int y = 0; y < kHeight; y += 7)
     for (int x = 0; x < kWidth; x += 7) ASSERT_NEAR(hidden.at(x, y)[1], ground[1], 1) << x << ' ' << y;
   EXPECT_EQ(messages_.load(), 0u);
+}
+
+TEST_F(PanelsOnAPicture, FiguresStandAtTheLowerEdgeWhereTheyAreAskedFor) {
+  const auto light = [&] {
+    const picture::Picture shown = picture();
+    int count = 0;
+    for (int y = kHeight - 40; y < kHeight; ++y)
+      for (int x = kWidth / 3; x < 2 * kWidth / 3; ++x) count += shown.at(x, y)[1] > 200 ? 1 : 0;
+    return count;
+  };
+  EXPECT_EQ(light(), 0);
+  panels_.apply(PanelCommand::toggle_figures);
+  panels_.apply(PanelCommand::toggle_all);  // they stay, to be read over a bare picture
+  EXPECT_GT(light(), 200);
+  panels_.apply(PanelCommand::toggle_figures);
+  EXPECT_EQ(light(), 0);
 }
 
 TEST_F(PanelsOnAPicture, ReadLightOnDark) {

@@ -298,6 +298,29 @@ TEST_F(Room, TheNeedleDrawnIsTheOneLatched) {
   EXPECT_EQ(draw(renderer, scene.camera).rgba, before.rgba);
 }
 
+// What lies under another picture is spared, and the rest is the same to the bit.
+TEST_F(Room, WhatIsHiddenIsNotDrawnAndChangesNothingElse) {
+  for (const bool antialias : {false, true}) {
+    Renderer renderer(device, scene, {.width = 200, .height = 150, .antialias = antialias});
+    const VkRect2D hidden{{90, 20}, {80, 70}};
+    const picture::Picture all = view::read_picture(device, renderer.render(state, scene.camera));
+    const picture::Picture part = view::read_picture(device, renderer.render(state, scene.camera, {.hidden = hidden}));
+    int drawn_there = 0, differ_elsewhere = 0, something = 0;
+    for (int y = 0; y < 150; ++y) {
+      for (int x = 0; x < 200; ++x) {
+        const bool inside = x >= 90 && x < 170 && y >= 20 && y < 90;
+        const bool same = std::equal(all.at(x, y), all.at(x, y) + 3, part.at(x, y));
+        something += inside && all.at(x, y)[0] + all.at(x, y)[1] + all.at(x, y)[2] > 0 ? 1 : 0;
+        drawn_there += inside && part.at(x, y)[0] + part.at(x, y)[1] + part.at(x, y)[2] > 0 ? 1 : 0;
+        differ_elsewhere += !inside && !same ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(something, 80 * 70);
+    EXPECT_EQ(drawn_there, 0);
+    EXPECT_EQ(differ_elsewhere, 0);
+  }
+}
+
 TEST_F(Room, BothEyesSeeTheWholeRoom) {
   const auto camera = room_layout(scene).standing_camera();
   Renderer stereo(device, scene, {.width = 256, .height = 192, .views = 2, .stereo = {.eye_separation = 1e-9}});
