@@ -230,22 +230,62 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
                      gpu::write(3, drawn_), gpu::read(4, frame_)},
                     {(count + 63) / 64, 1, 1}, DeformPush{count});
   timestamps_.mark(commands, "deform");
-  shadow_.draw(commands, geometry_, frame_, drawn_, indices_, with_needle_, with_syringe_);
-  timestamps_.mark(commands, "shadow");
-  draw(commands, options);
-  timestamps_.mark(commands, "draw");
-  if (with_needle_) {
+  // The needle is latched last; but where nothing else has moved, now, to see whether its shadow is to be drawn.
+  const auto latch = [&] {
+    if (!with_needle_) return;
     needle_positions_ = state.needle_positions;
     needle_orientations_ = state.needle_orientations;
     if (options.latch_needle) options.latch_needle({needle_positions_, needle_orientations_});
+  };
+  Casters casters = casters_of(state);
+  const bool others_stand = casters_ && casters.as_but_for_the_needle(*casters_);
+  if (others_stand) {
+    latch();
+    take_needle(casters);
+  }
+  if (!others_stand || casters != *casters_) {
+    shadow_.draw(commands, geometry_, frame_, drawn_, indices_, with_needle_, with_syringe_);
+    ++shadows_drawn_;
+  }
+  timestamps_.mark(commands, "shadow");
+  draw(commands, options);
+  timestamps_.mark(commands, "draw");
+  if (!others_stand) {
+    latch();
+    take_needle(casters);
+  }
+  if (with_needle_) {
     std::ranges::copy(std::as_bytes(geometry_.needle.shape(needle_positions_, needle_orientations_)), needle.begin());
     if (with_syringe_)
       std::ranges::copy(std::as_bytes(geometry_.syringe.shape(
                             syringe_rods(*state.syringe, needle_positions_.front(), needle_orientations_.front()))),
                         syringe.begin());
   }
+  casters_ = std::move(casters);
   submission_ = commands.submit();
   return target_;
+}
+
+Renderer::Casters Renderer::casters_of(const state::FrameState& state) const {
+  Casters casters{.probe_position = state.probe_position,
+                  .probe_orientation = state.probe_orientation.coeffs(),
+                  .breath = state.breath};
+  for (const std::span<const Eigen::Vector3f> body : bodies_)
+    casters.nodes.insert(casters.nodes.end(), body.begin(), body.end());
+  if (with_syringe_) casters.syringe = state.syringe->held;
+  return casters;
+}
+
+void Renderer::take_needle(Casters& casters) const {
+  if (!with_needle_) return;
+  casters.needle_positions = needle_positions_;
+  for (const Eigen::Quaternionf& orientation : needle_orientations_)
+    casters.needle_orientations.push_back(orientation.coeffs());
+}
+
+bool Renderer::Casters::as_but_for_the_needle(const Casters& other) const {
+  return nodes == other.nodes && probe_position == other.probe_position &&
+         probe_orientation == other.probe_orientation && breath == other.breath && syringe == other.syringe;
 }
 
 void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {

@@ -66,6 +66,9 @@ public:
   ViewLabels read_labels(std::uint32_t layer = 0);
   const RenderSettings& settings() const { return settings_; }
   const RoomLayout& layout() const { return layout_; }
+  /// Frames that drew the shadow map: one in which nothing has moved that throws a shadow keeps that of the frame
+  /// before.
+  std::uint64_t shadows_drawn() const { return shadows_drawn_; }
   /// The eyes of the last frame, to project points as it does.
   const std::vector<Eye>& eyes() const { return eyes_; }
   /// Time the GPU spent on the stages of the last frame; waits for it.
@@ -82,6 +85,22 @@ private:
   std::vector<const Piece*> solids_order() const;
   /// The glass organs and the zone, farthest first.
   std::vector<const Piece*> glass_order() const;
+  /// What throws shadows, as the map has it.
+  struct Casters {
+    std::vector<Eigen::Vector3f> nodes{};  ///< of all bodies: the drape lies on them
+    Eigen::Vector3f probe_position = Eigen::Vector3f::Zero();
+    Eigen::Vector4f probe_orientation = Eigen::Vector4f::Zero();
+    Eigen::Vector3f breath = Eigen::Vector3f::Zero();
+    std::vector<Eigen::Vector3f> needle_positions{};
+    std::vector<Eigen::Vector4f> needle_orientations{};
+    float syringe = -1;  ///< held in it; negative: there is none
+
+    bool operator==(const Casters&) const = default;
+    bool as_but_for_the_needle(const Casters& other) const;
+  };
+  /// All but the needle.
+  Casters casters_of(const state::FrameState& state) const;
+  void take_needle(Casters& casters) const;
   struct Pass;
   void draw(gpu::Commands& commands, const ViewOptions& options) const;
   void draw(gpu::Commands& commands, const ViewOptions& options, const Pass& pass) const;
@@ -124,6 +143,8 @@ private:
   gpu::FrameRing ring_;
   gpu::Timestamps timestamps_;
   std::uint64_t submission_ = 0;
+  std::optional<Casters> casters_;  ///< of the shadow map; none: it holds nothing yet
+  std::uint64_t shadows_drawn_ = 0;
   bool with_needle_ = false;   ///< of the last frame
   bool with_syringe_ = false;  ///< the same
   std::size_t cores_ = 0;      ///< the same

@@ -303,8 +303,8 @@ TEST_F(Room, WhatIsHiddenIsNotDrawnAndChangesNothingElse) {
   for (const bool antialias : {false, true}) {
     Renderer renderer(device, scene, {.width = 200, .height = 150, .antialias = antialias});
     const VkRect2D hidden{{90, 20}, {80, 70}};
-    const picture::Picture all = view::read_picture(device, renderer.render(state, scene.camera));
-    const picture::Picture part = view::read_picture(device, renderer.render(state, scene.camera, {.hidden = hidden}));
+    const Picture all = draw(renderer, scene.camera);
+    const Picture part = draw(renderer, scene.camera, {.hidden = hidden});
     int drawn_there = 0, differ_elsewhere = 0, something = 0;
     for (int y = 0; y < 150; ++y) {
       for (int x = 0; x < 200; ++x) {
@@ -319,6 +319,31 @@ TEST_F(Room, WhatIsHiddenIsNotDrawnAndChangesNothingElse) {
     EXPECT_EQ(drawn_there, 0);
     EXPECT_EQ(differ_elsewhere, 0);
   }
+}
+
+// A shadow map that is kept is the one that would be drawn; whatever throws a shadow and moves draws it anew.
+TEST_F(Room, ShadowsAreDrawnAgainOnlyWhereSomethingThatThrowsThemHasMoved) {
+  const RenderSettings settings{.width = 200, .height = 150};
+  Renderer renderer(device, scene, settings);
+  const auto drawn = [&](const content::Camera& camera) {
+    const std::uint64_t before = renderer.shadows_drawn();
+    const Picture kept = draw(renderer, camera);
+    Renderer anew(device, scene, settings);
+    EXPECT_EQ(kept.rgba, draw(anew, camera).rgba);
+    return renderer.shadows_drawn() - before;
+  };
+  EXPECT_EQ(drawn(scene.camera), 1U);
+  EXPECT_EQ(drawn(scene.camera), 0U);
+  content::Camera turned = scene.camera;
+  turned.eye.x() += 0.05;
+  EXPECT_EQ(drawn(turned), 0U) << "the lamp hangs where it hung";
+  for (Eigen::Vector3f& node : state.needle_positions) node.x() += 0.01F;
+  EXPECT_EQ(drawn(turned), 1U);
+  state.probe_position.x() += 0.01F;
+  EXPECT_EQ(drawn(turned), 1U);
+  state.bodies.front()[3].z() += 0.01F;
+  EXPECT_EQ(drawn(turned), 1U);
+  EXPECT_EQ(drawn(turned), 0U);
 }
 
 TEST_F(Room, BothEyesSeeTheWholeRoom) {
