@@ -11,7 +11,7 @@ namespace stylet::app {
 
 namespace {
 
-constexpr double kLongestFrame = 0.1;  // s that panels and sizes count, however long a frame took
+constexpr double kLongestFrame = 0.5;  // s that panels and sizes count, however long a frame took
 
 bool is_set(const char* variable) {
   const char* value = std::getenv(variable);
