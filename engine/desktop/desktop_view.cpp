@@ -155,7 +155,9 @@ void DesktopView::draw(int width, int height, double dt_s) {
   session_.frames().sample(session_.time_s() - 1.5 / scene_.rates.simulation_hz, frame_);
   watch_.look(frame_);
   if (settings_.course != nullptr) settings_.course->show(frame_);
+  const std::uint64_t images = scanner_.images();
   scanner_.draw(frame_);
+  imaged_ = scanner_.images() != images;
   const VkExtent3D screen = scanner_.screen().extent();
   const picture::Pane pane = picture::fitted(picture::PaneLayout::over_scene(width, height).ultrasound,
                                              static_cast<int>(screen.width), static_cast<int>(screen.height));
@@ -196,8 +198,10 @@ void DesktopView::shown(double clock_s) {
 
 std::vector<gpu::Timestamps::Span> DesktopView::pass_times() const {
   std::vector<gpu::Timestamps::Span> times;
-  for (const gpu::Timestamps::Span& pass : scanner_.pass_times()) {
-    times.push_back({"ultrasound " + pass.name, pass.seconds});
+  if (imaged_) {
+    for (const gpu::Timestamps::Span& pass : scanner_.pass_times()) {
+      times.push_back({"ultrasound " + pass.name, pass.seconds});
+    }
   }
   for (const gpu::Timestamps::Span& pass : renderer_->stage_times()) {
     times.push_back({"view " + pass.name, pass.seconds});

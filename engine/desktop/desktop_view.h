@@ -78,7 +78,8 @@ public:
 
   const gpu::Image& scene() const { return renderer_->image(); }
   const gpu::Image& scanner_screen() const { return scanner_.screen(); }
-  /// Time the GPU spent on the passes of the last frame, "view ..." and "ultrasound ..."; waits for it.
+  /// Time the GPU spent on the passes of the last frame, "view ..." and, where it made an image, "ultrasound ...";
+  /// waits for it.
   std::vector<gpu::Timestamps::Span> pass_times() const;
   const Panels& panels() const { return panels_; }
   Arrangement arrangement() const { return {.scanner = scanner_.console(), .camera = camera_, .panels = panels_}; }
@@ -99,6 +100,7 @@ private:
   std::optional<render::Renderer> renderer_;
   std::vector<training::Action> actions_;  ///< asked for on the panels, not told to the course yet
   double fits_for_s_ = 0;                  ///< the size wanted has not been the renderer's for so long
+  bool imaged_ = false;                    ///< for the last frame
   state::FrameState frame_;
   content::Camera camera_;
 };

@@ -107,6 +107,30 @@ TEST(HapticCost, GrowsCubicallyWithTheRowsAndLinearlyWithTheBeams) {
 }
 
 /// `stylet bench paper --quick`: what a user runs, shortened.
+TEST(BenchCommand, TellsWhatAPictureCostsPassByPass) {
+  if (support::kSanitized) GTEST_SKIP() << "long with a sanitizer; it draws what the tests of the view draw";
+  const support::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "view.json";
+  const std::string command =
+      std::string("'") + STYLET_COMMAND + "' bench view --quick --json '" + file.string() + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::ifstream in(file);
+  std::map<std::string, double> values;
+  for (const json& entry : json::parse(in)) values[entry.at("name")] = entry.at("value");
+  for (const char* of : {"window", "still", "ultrasound", "stereo"}) {
+    for (const char* what : {"cpu", "gpu", "fps"}) {
+      EXPECT_GT(values[std::string("view.") + of + "." + what], 0) << of << ' ' << what;
+    }
+  }
+  EXPECT_TRUE(values.contains("view.window.gpu.ultrasound tissue"));
+  EXPECT_TRUE(values.contains("view.window.gpu.view shadow"));
+  EXPECT_FALSE(values.contains("view.still.gpu.ultrasound tissue")) << "while the session stands no image is made";
+  // What passes take is all that a frame takes.
+  double sum = 0;
+  for (const auto& [name, value] : values) sum += name.starts_with("view.still.gpu.") ? value : 0;
+  EXPECT_GT(sum, 0.5 * values["view.still.gpu"]);
+}
+
 TEST(BenchCommand, WritesTheNumbersOfThePaperAsJson) {
   if (support::kSanitized) GTEST_SKIP() << "long with a sanitizer; it runs what the tests of physics run";
   const support::TemporaryFolder folder;

@@ -21,7 +21,7 @@
 namespace stylet::bench {
 namespace {
 
-constexpr int kWidth = 1280, kHeight = 720;       // of the window
+constexpr int kWidth = 1280, kHeight = 720;         // of the window
 constexpr int kEyeWidth = 1440, kEyeHeight = 1600;  // of an eye, as headsets of today ask for about
 constexpr double kFrom = 8;                         // s: the needle is in the liver
 constexpr double kFrame = 1.0 / 30;                 // s of the session between two pictures
@@ -55,12 +55,19 @@ public:
   }
 
   void add_to(Report& report, const std::string& note) const {
-    report.add({name_ + ".cpu", cpu_.median(), "ms", {}, {}, {}, note});
+    report.add({name_ + ".cpu", cpu_.average(), "ms", {}, {}, {}, note});
     report.add({name_ + ".gpu", gpu_.median(), "ms", {}, {}, {}, "time stamps"});
     for (const auto& [pass, times] : passes_) {
-      report.add({name_ + ".gpu." + pass, times.median(), "ms", {}, {}, {}, fmt::format("in {} of {} frames", times.count(), gpu_.count())});
+      report.add({name_ + ".gpu." + pass,
+                  times.median(),
+                  "ms",
+                  {},
+                  {},
+                  {},
+                  fmt::format("in {} of {} frames", times.count(), gpu_.count())});
     }
-    report.add({name_ + ".fps", 1e6 / wall_.median(), "1/s", {}, {}, {}, "of these pictures alone, one after the other"});
+    report.add(
+        {name_ + ".fps", 1e6 / wall_.average(), "1/s", {}, {}, {}, "of these pictures alone, one after the other"});
   }
 
 private:
@@ -106,7 +113,8 @@ Report bench_view(const BenchOptions& options) {
   const content::Scene scene = readers::load_scene(readers::find_scenario("liver_biopsy"));
   haptic::RecordedDevice hand = session::recorded_stylus(scene.motion);
   const ScratchFolder folder;
-  session::LiveSession session(scene, hand, {.duration_s = 1e3, .lockstep = true, .recording = folder / "session.rec"});
+  session::LiveSession session(scene, hand,
+                               {.duration_s = 1e3, .lockstep = true, .recording = folder / "session.rec"});
   session.start();
   say(fmt::format("{:.0f} s of the session", kFrom));
   for (double t = 0; t < kFrom; t += 1.0 / 30) session.advance(1.0 / 30);
@@ -119,7 +127,8 @@ Report bench_view(const BenchOptions& options) {
   };
   const gpu::Image target(device, made(kWidth, kHeight));
   view::Overlay overlay(device, target.format());
-  desktop::DesktopView desktop(device, scene, session, {.arrangement = {.scanner = scanner::ScannerConsole(scene.probe)}});
+  desktop::DesktopView desktop(device, scene, session,
+                               {.arrangement = {.scanner = scanner::ScannerConsole(scene.probe)}});
   const auto draw = [&]() -> Passes {
     overlay.begin({.width = kWidth, .height = kHeight, .dt_s = kFrame});
     desktop.handle({});
