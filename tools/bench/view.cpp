@@ -174,7 +174,9 @@ Report bench_view(const BenchOptions& options) {
   ultrasound.add_to(report, fmt::format("{} x {}, preset clinical", 640, 480));
 
   say("stereo");
-  render::Renderer eyes(device, scene, {.width = kEyeWidth, .height = kEyeHeight, .views = 2});
+  const int eye_width = options.quick ? kEyeWidth / 4 : kEyeWidth,
+            eye_height = options.quick ? kEyeHeight / 4 : kEyeHeight;
+  render::Renderer eyes(device, scene, {.width = eye_width, .height = eye_height, .views = 2});
   Cost stereo("view.stereo");
   for (int i = -1; i < std::max(frames / 8, 3); ++i) {
     next();
@@ -184,7 +186,7 @@ Report bench_view(const BenchOptions& options) {
     };
     i < 0 ? void(both()) : stereo.measure(both);
   }
-  stereo.add_to(report, fmt::format("2 x {} x {}, 4 samples a pixel", kEyeWidth, kEyeHeight));
+  stereo.add_to(report, fmt::format("2 x {} x {}, 4 samples a pixel", eye_width, eye_height));
   session.stop();
   return report;
 }
