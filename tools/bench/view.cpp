@@ -165,6 +165,7 @@ Report bench_view(const BenchOptions& options) {
   Cost ultrasound("view.ultrasound");
   for (int i = -1; i < frames; ++i) {
     next();
+    next();  // long enough for the scanner's next image to be due
     const auto image = [&] {
       scanner.draw(state);
       return scanner.pass_times();
