@@ -44,9 +44,9 @@ public:
   void say(const std::string& message, double time_s);
   /// With each frame: whether the tissue table was written, what the watcher wants.
   void poll(double time_s);
-  /// Makes image and screen of `state` where an image is due: the scanner has its own rate, that of its lines and depth
-  /// (ultrasound::image_rate_hz) in the time of the states, and while that stands nothing is made again. What a knob
-  /// or a message changes shows at once. A frozen scanner keeps its image.
+  /// Makes image and screen of `state` where an image is due: the scanner has its own rate, that of its lines and
+  /// depth (ultrasound::image_rate_hz) in the time of the states, and while that stands nothing is made again. What a
+  /// knob or a message changes shows at once. A frozen scanner keeps its image.
   void draw(const state::FrameState& state);
   /// Images come less often where they would take more than this share of the time there is: so that a picture
   /// beside them stays alive where a processor draws both. 0, as at first: as often as they are due.
