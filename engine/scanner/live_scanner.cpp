@@ -105,14 +105,13 @@ void LiveScanner::make_screen(const state::FrameState& state) {
   note_ = message_.empty() ? diagnosis_ : message_;
   picture::Picture picture = view::read_picture(device_, imager_->image());
   if (watcher_ != nullptr && !console_.frozen()) watcher_->imaged(state, imager_->geometry(), picture);
-  draw_scanner_screen(
-      picture,
-      {.probe = scene_.probe.name,
-       .sector = imager_->geometry(),
-       .rate_hz = rate_hz(),
-       .probe_force = state.probe_force,
-       .note = note_},
-      console_, font_);
+  draw_scanner_screen(picture,
+                      {.probe = scene_.probe.name,
+                       .sector = imager_->geometry(),
+                       .rate_hz = rate_hz(),
+                       .probe_force = state.probe_force,
+                       .note = note_},
+                      console_, font_);
   gpu::run_now(device_,
                [&](gpu::Commands& commands) { commands.upload(screen_, std::as_bytes(std::span(picture.rgba))); });
 }

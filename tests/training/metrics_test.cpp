@@ -161,7 +161,9 @@ TEST(Metrics, OfTheProcedureLeaveTheBriefingOut) {
   ASSERT_EQ(slow.size(), quick.size());
   for (std::size_t i = 0; i < slow.size(); ++i) {
     ASSERT_EQ(slow[i].value.has_value(), quick[i].value.has_value()) << slow[i].key;
-    if (slow[i].value) EXPECT_NEAR(*slow[i].value, *quick[i].value, 1e-6) << slow[i].key;
+    if (slow[i].value) {
+      EXPECT_NEAR(*slow[i].value, *quick[i].value, 1e-6) << slow[i].key;
+    }
   }
   EXPECT_EQ(arrival(read), 5000 + arrival(straight_line())) << "counted in the whole trace";
   read.events.clear();
