@@ -225,7 +225,7 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   report.force_output = live.force_output(report.run);
   report.closest_target_distance = live.closest_target_distance();
   report.probe = live.probe();
-  if (const session::PictureSummary shown = pictures.summary(); shown.frames > 0) report.pictures = shown;
+  if (const session::PictureSummary seen = pictures.summary(); seen.frames > 0) report.pictures = seen;
   report.state_hash = live.state_hash();
   const recording::Recording recording = recording::read_recording(file.path());
   if (!settings.record.empty()) write_hand(live, recording, stylus.hid, log, settings.record);

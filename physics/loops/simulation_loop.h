@@ -162,7 +162,7 @@ private:
     Eigen::VectorXd eliminated_contact;         // [free DOFs] that of contact
     Eigen::VectorXd displacement;               // [free DOFs] scratch
     Eigen::VectorXd pass;                       // [free DOFs] scratch, in the order of elimination
-    Eigen::VectorXd on_trailing;                // [S] of pass, see solve_trailing()
+    Eigen::VectorXd on_trailing{};              // [S] of pass, see solve_trailing()
     bool trailing_solved = false;               // since the last free motion
     std::vector<int> nodes;                     // isolated now, ascending
     std::vector<int> wanted;                    // of these, what the next factor has to have

@@ -48,7 +48,9 @@ TEST(TwoBlocks, PushedOnAnotherTheyGiveTheHandNoEnergyAndDoNotOverlap) {
                   1e3 * latency, 1e3 * gap, 100 * cycle.share(), cycle.peak_force, 1e3 * cycle.stroke, 1e3 * overlap);
       EXPECT_GE(cycle.share(), -1e-3);
       EXPECT_LT(cycle.share(), 0.1);
-      if (gap == 0) EXPECT_LT(overlap, 1e-4);
+      if (gap == 0) {
+        EXPECT_LT(overlap, 1e-4);
+      }
       EXPECT_EQ(blocks.needle_flags() & ~physics::kNeedlePatchLeft, 0U);  // a late patch may end beside the tip
 
       EXPECT_EQ(blocks.simulation_flags(), 0U);

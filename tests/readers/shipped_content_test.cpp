@@ -215,7 +215,9 @@ TEST(ShippedContent, MotionGoesWhereABiopsyGoes) {
   double speed = 0;
   for (auto sample = stylus.begin(); sample != stylus.end(); ++sample) {
     const double depth = axis.dot(tip(*sample) - target.centre);
-    if (sample < fires) EXPECT_GT(depth, deepest - 2e-4) << "but for a tremor";
+    if (sample < fires) {
+      EXPECT_GT(depth, deepest - 2e-4) << "but for a tremor";
+    }
     deepest = std::max(deepest, depth);
     const Eigen::Vector3d hub = sample->pose.position - target.centre;
     side = std::max(side, (hub - axis.dot(hub) * axis).norm());
