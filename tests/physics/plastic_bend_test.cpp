@@ -122,7 +122,9 @@ TEST(PlasticBend, FollowsTheFibresOfATubeUpAndSpringsBackByTheElasticCurvature) 
     const double stays = turned() / 0.15;
     worst_back = std::max(worst_back, std::abs(curvature - stays - m / tube.stiffness()));
     EXPECT_NEAR(c.needle.bend(), stays * 0.15, 1e-9);
-    if (part < 1) EXPECT_LT(stays, 1e-9);
+    if (part < 1) {
+      EXPECT_LT(stays, 1e-9);
+    }
   }
   std::printf("moment off the fibres' by at most %.2f %% of M_y, springback by %.1e 1/m\n",
               100 * worst / tube.first_yield(), worst_back);
@@ -164,7 +166,9 @@ TEST(PlasticBend, ACantileverKeepsTheDeflectionOfItsResidualCurvatureTheBetterTh
     const double error = std::abs(c.shape.positions(0, beams) / exact - 1);
     std::printf("%2d beams: %.4f mm stay of %.4f, %.1f %% off; %.4f by fibres\n", beams,
                 1e3 * c.shape.positions(0, beams), 1e3 * exact, 100 * error, 1e3 * fibres);
-    if (last > 0) EXPECT_LT(error, 0.5 * last);
+    if (last > 0) {
+      EXPECT_LT(error, 0.5 * last);
+    }
     last = error;
   }
   EXPECT_LT(last, 0.05);
