@@ -40,7 +40,7 @@ struct HapticStepRecord {
   std::uint64_t step = 0;
   double time_s = 0;
   double dt_s = 0;
-  physics::StylusPose pose;
+  physics::StylusPose pose{};
   std::uint32_t buttons = 0;
   bool valid = false;             ///< of the stylus sample
   std::uint64_t patch_epoch = 0;  ///< TissuePatch consumed
