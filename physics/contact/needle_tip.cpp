@@ -245,7 +245,7 @@ void NeedleTip::go_aside(const SolvedStep& step, const Vector3d& aside, TissuePo
     return;
   }
   const Vector3d target = tissue.position(end_.point) + aside;
-  const PatchWalk at = walk_patch(step.patch, end_.body, end_.patch_tet, target - tissue.drift(end_.point), tissue);
+  const PatchWalk at = walk_from(step.patch, end_, target, tissue);
   if (at.left == PatchWalk::Left::patch) flags_ |= kNeedlePatchLeft;
   if (put_end(at, step.patch, tissue) && barrier_ <= 0) {
     end_.tissue = tissues_->at(rest_position(step.patch, end_.body, end_.place), end_.tissue);
@@ -255,7 +255,7 @@ void NeedleTip::go_aside(const SolvedStep& step, const Vector3d& aside, TissuePo
 bool NeedleTip::begin_anew(int body, const SolvedStep& step, const TissuePoints& tissue, TrackPoints& points) {
   const TrackPoint* last = points.last_active(body);
   if (state_ != TipState::inside || end_.body != body || last == nullptr || last->patch_tet < 0) return false;
-  const PatchWalk at = walk_patch(step.patch, body, last->patch_tet, step.shaft.tip(), tissue);
+  const PatchWalk at = walk_from(step.patch, *last, step.shaft.tip(), tissue);
   if (at.left != PatchWalk::Left::nothing) return false;
   points.forget_withdrawn(body);
   leave();
@@ -456,7 +456,7 @@ bool NeedleTip::move_end_on(const SolvedStep& step, const Vector3d& target, Tiss
     held_up_ = true;
     return false;
   }
-  PatchWalk at = walk_patch(step.patch, end_.body, end_.patch_tet, target - tissue.drift(end_.point), tissue);
+  PatchWalk at = walk_from(step.patch, end_, target, tissue);
   const bool doubtful = tissue.drift(end_.point).norm() > kEndStride;  // the patch has yet to go where the tip is
   const bool astray =
       at.left == PatchWalk::Left::body && (doubtful || inside_out(step.patch, end_.body, at.patch_tet, tissue));

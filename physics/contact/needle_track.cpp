@@ -303,7 +303,7 @@ double NeedleTrack::move_aside(const TissuePatch& patch, const Eigen::Vector3d& 
     }
     return 0;
   }
-  const PatchWalk at = walk_patch(patch, point.body, point.patch_tet, target - tissue.drift(point.point), tissue);
+  const PatchWalk at = walk_from(patch, point, target, tissue);
   point.patch_tet = at.patch_tet;
   point.place.tet = body.tet_ids[at.patch_tet];
   point.place.patch_nodes = body.tet_nodes[at.patch_tet];

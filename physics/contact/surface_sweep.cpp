@@ -48,6 +48,27 @@ double box_entry(const Eigen::AlignedBox3d& box, const Vector3d& from, const Vec
   return enter <= leave + kRounding ? enter : std::numeric_limits<double>::infinity();
 }
 
+/// Every face but those in boxes that are beyond what is looked for.
+/// @param beyond  bool(box)  @param visit  void(face)
+template <class Beyond, class Visit>
+void visit_faces(const SurfacePatch& surface, const Beyond& beyond, const Visit& visit) {
+  const SurfaceTopology& topology = *surface.topology;
+  std::array<int, kSweptStack> stack{};
+  int depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const int i = stack[--depth];
+    if (beyond(surface.boxes[i])) continue;
+    const SurfaceTopology::Box& node = topology.tree[i];
+    if (node.left >= 0) {
+      stack[depth++] = node.left + 1;
+      stack[depth++] = node.left;
+      continue;
+    }
+    for (int f = node.first; f < node.first + node.count; ++f) visit(f);
+  }
+}
+
 }  // namespace
 
 SurfaceTopology surface_topology(const TissueModel& model) {
@@ -120,68 +141,44 @@ void refit(SurfacePatch& surface) {
 }
 
 SurfaceHit first_hit(const SurfacePatch& surface, const Vector3d& from, const Vector3d& to) {
-  const SurfaceTopology& topology = *surface.topology;
   const Vector3d way = to - from;
   SurfaceHit best;
   best.along = 1;
-  std::array<int, kSweptStack> stack{};
-  int depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const int i = stack[--depth];
-    if (box_entry(surface.boxes[i], from, way, best.along) > best.along) continue;
-    const SurfaceTopology::Box& node = topology.tree[i];
-    if (node.left >= 0) {
-      stack[depth++] = node.left + 1;
-      stack[depth++] = node.left;
-      continue;
-    }
-    for (int f = node.first; f < node.first + node.count; ++f) {
-      // Moeller and Trumbore 1997
-      const auto [a, b, c] = corners_of(surface, f);
-      const Vector3d ab = b - a;
-      const Vector3d ac = c - a;
-      const Vector3d p = way.cross(ac);
-      const double determinant = ab.dot(p);  // positive: against the outward normal
-      if (determinant == 0) continue;
-      const Vector3d q = (from - a).cross(ab);
-      const double u = (from - a).dot(p) / determinant;
-      const double v = way.dot(q) / determinant;
-      const double along = ac.dot(q) / determinant;
-      if (!(u >= -kOnEdge && v >= -kOnEdge && u + v <= 1 + kOnEdge && along >= 0 && along <= best.along)) continue;
-      if (along == best.along && best.face >= 0) continue;
-      const Vector3d weights = Vector3d(1 - u - v, u, v).cwiseMax(0.0);
-      best = {.face = f, .weights = weights / weights.sum(), .along = along, .entering = determinant > 0};
-    }
-  }
+  const auto beyond = [&](const Eigen::AlignedBox3d& box) {
+    return box_entry(box, from, way, best.along) > best.along;
+  };
+  visit_faces(surface, beyond, [&](int f) {
+    // Moeller and Trumbore 1997
+    const auto [a, b, c] = corners_of(surface, f);
+    const Vector3d ab = b - a;
+    const Vector3d ac = c - a;
+    const Vector3d p = way.cross(ac);
+    const double determinant = ab.dot(p);  // positive: against the outward normal
+    if (determinant == 0) return;
+    const Vector3d q = (from - a).cross(ab);
+    const double u = (from - a).dot(p) / determinant;
+    const double v = way.dot(q) / determinant;
+    const double along = ac.dot(q) / determinant;
+    if (!(u >= -kOnEdge && v >= -kOnEdge && u + v <= 1 + kOnEdge && along >= 0 && along <= best.along)) return;
+    if (along == best.along && best.face >= 0) return;
+    const Vector3d weights = Vector3d(1 - u - v, u, v).cwiseMax(0.0);
+    best = {.face = f, .weights = weights / weights.sum(), .along = along, .entering = determinant > 0};
+  });
   return best;
 }
 
 SurfaceHit nearest(const SurfacePatch& surface, const Vector3d& x, double range) {
-  const SurfaceTopology& topology = *surface.topology;
   SurfaceHit best;
   double best_squared = range * range;
-  std::array<int, kSweptStack> stack{};
-  int depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const int i = stack[--depth];
-    if (surface.boxes[i].squaredExteriorDistance(x) > best_squared) continue;
-    const SurfaceTopology::Box& node = topology.tree[i];
-    if (node.left >= 0) {
-      stack[depth++] = node.left + 1;
-      stack[depth++] = node.left;
-      continue;
-    }
-    for (int f = node.first; f < node.first + node.count; ++f) {
-      const auto [a, b, c] = corners_of(surface, f);
-      const Vector3d weights = closest_weights(x, a, b, c);
-      const double squared = (x - weights[0] * a - weights[1] * b - weights[2] * c).squaredNorm();
-      if (squared >= best_squared) continue;
-      best_squared = squared;
-      best = {.face = f, .weights = weights, .along = 0, .entering = true};
-    }
-  }
+  const auto beyond = [&](const Eigen::AlignedBox3d& box) { return box.squaredExteriorDistance(x) > best_squared; };
+  visit_faces(surface, beyond, [&](int f) {
+    const auto [a, b, c] = corners_of(surface, f);
+    const Vector3d weights = closest_weights(x, a, b, c);
+    const double squared = (x - weights[0] * a - weights[1] * b - weights[2] * c).squaredNorm();
+    if (squared >= best_squared) return;
+    best_squared = squared;
+    best = {.face = f, .weights = weights, .along = 0, .entering = true};
+  });
   return best;
 }
 

@@ -55,6 +55,11 @@ bool find_or_keep(const TissuePatch& patch, const TissuePoints& tissue, TrackPoi
   return false;
 }
 
+PatchWalk walk_from(const TissuePatch& patch, const TrackPoint& point, const Eigen::Vector3d& x,
+                    const TissuePoints& tissue) {
+  return walk_patch(patch, point.body, point.patch_tet, x - tissue.drift(point.point), tissue);
+}
+
 SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point) {
   const BodyPatch& body = patch.bodies[point.body];
   const auto& nodes = body.tet_nodes[point.patch_tet];

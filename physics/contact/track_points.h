@@ -2,6 +2,7 @@
 #pragma once
 
 #include "physics/contact/lugre.h"
+#include "physics/contact/patch_walk.h"
 #include "physics/contact/subgrid_compliance.h"
 #include "physics/contact/surface_sweep.h"
 #include "physics/contact/tissue_points.h"
@@ -40,6 +41,10 @@ void put_in_patch(const TissuePatch& patch, int patch_tet, const Eigen::Vector4d
 bool find_in_patch(const TissuePatch& patch, TrackPoint& point);
 /// The same; a point that was known up to now and is not there is kept as it was, for some patches.
 bool find_or_keep(const TissuePatch& patch, const TissuePoints& tissue, TrackPoint& point);
+/// From a point that is in the patch to where the tissue is now that is seen at `x` beside it: near the point the
+/// tissue is as far off the patch as the point is (README eq. 17b).
+PatchWalk walk_from(const TissuePatch& patch, const TrackPoint& point, const Eigen::Vector3d& x,
+                    const TissuePoints& tissue);
 /// What the mesh is like at a point that is in the patch: continuous along the track.
 SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point);
 /// The same where the patch has the surface alone.
