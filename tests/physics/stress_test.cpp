@@ -49,12 +49,12 @@ struct RandomMotion {
   std::array<std::array<double, 3>, 3> omega{}, shift{}, size{};
 };
 
-/// What a run came to. A puncture, and the tip's going out of tissue, may change the force at once, in the step that
-/// tells and in the next.
+/// What a run came to. A puncture, and the tip's going out of tissue, may change the force at once.
 struct Worst {
-  double change = 0;  // of the force in a millisecond without a surface gone through, N
-  double force = 0;   // N
-  double beside = 0;  // of a contact from the needle, m
+  bool two_bodies = false;  // where they touch, the tip goes from one into the other: then in the next step, too
+  double change = 0;        // of the force in a millisecond without a surface gone through, N
+  double force = 0;         // N
+  double beside = 0;        // of a contact from the needle, m
   std::uint32_t flags = 0;
   long steps = 0;
   int inverted = 0;  // tetrahedra
@@ -68,8 +68,9 @@ struct Worst {
     if (++steps % steps_a_ms != 0) return;
     for (int i = 0; i < state.contact_count; ++i)
       beside = std::max(beside, distance(state, state.contacts[i].position));
-    const bool through = state.puncture_count != punctures || state.tip != tip || state.tip_body != tip_body;
-    if (!through && !was_through) change = std::max(change, (state.wrench.force - before).norm());
+    const bool through =
+        state.puncture_count != punctures || state.tip != tip || (two_bodies && state.tip_body != tip_body);
+    if (!through && !(two_bodies && was_through)) change = std::max(change, (state.wrench.force - before).norm());
     was_through = through;
     before = state.wrench.force;
     punctures = state.puncture_count;
@@ -253,6 +254,7 @@ Worst stress_two_bodies(unsigned seed) {
 
   physics::TissuePatch patch = simulation.make_patch();
   Worst worst;
+  worst.two_bodies = true;
   const int ratio = static_cast<int>(std::lround(haptic_hz / simulation_hz));
   const int steps_a_ms = static_cast<int>(std::lround(haptic_hz / 1000));
   for (int step = 0; step < haptic_hz * (WildHand::kIn + kStress); ++step) {
