@@ -106,6 +106,18 @@ void OutputDirectory::remove_superseded(const fs::path& last) {
   }
 }
 
+void OutputDirectory::publish(const std::vector<std::string>& names) {
+  std::error_code error;
+  fs::create_directories(destination_, error);
+  if (error) refuse(destination_, error.message());
+  for (const std::string& name : names) {
+    const fs::path to = destination_ / name;
+    if (fs::is_directory(to, error)) refuse(to, "a folder of this name is there");
+    fs::rename(staging_ / name, to, error);
+    if (error) refuse(to, error.message());
+  }
+}
+
 void OutputDirectory::commit(const fs::path& last) {
   std::error_code error;
   fs::create_directories(destination_, error);

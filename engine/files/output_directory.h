@@ -30,6 +30,9 @@ public:
   /// Names of files of an earlier result: commit() removes from the destination those that were not staged again.
   /// What is no plain name of a file there is left alone.
   void supersede(std::vector<std::string> names);
+  /// Moves staged files of these names into the destination now, one after the other, in the place of what has their
+  /// name there; each is whole or not there. The rest stays staged. @throws files::ContentError
+  void publish(const std::vector<std::string>& names);
   /// Moves all files, or none where the place of one is taken (a folder of its name). `last`, the file that tells
   /// what the others are, is taken away first and comes last: while it is there, so are they.
   /// @throws files::ContentError

@@ -53,6 +53,23 @@ TEST(OutputDirectory, ABlockedPlaceLeavesTheEarlierResultWhole) {
   EXPECT_EQ(names_in(folder.path()), std::set<std::string>{"out"});
 }
 
+TEST(OutputDirectory, WhatIsPublishedStaysThoughTheRestIsNeverCommitted) {
+  const support::TemporaryFolder folder;
+  const fs::path to = folder / "out";
+  {
+    OutputDirectory out(to);
+    stage(out, "page", "first");
+    stage(out, "film", "half of it");
+    out.publish({"page"});
+    EXPECT_TRUE(fs::exists(to / "page")) << "at once";
+    stage(out, "page", "second");
+    out.publish({"page"});
+  }
+  EXPECT_EQ(fs::file_size(to / "page"), 6u);
+  EXPECT_FALSE(fs::exists(to / "film"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator{}), 1) << "nothing else";
+}
+
 TEST(OutputDirectory, SupersededFilesGoAndStrangersStay) {
   const support::TemporaryFolder folder;
   const fs::path to = folder / "out";
