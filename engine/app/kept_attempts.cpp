@@ -1,6 +1,7 @@
 #include "engine/app/kept_attempts.h"
 
 #include "engine/debrief/collect.h"
+#include "engine/files/error.h"
 #include "engine/files/output_directory.h"
 
 #include <fmt/format.h>
@@ -55,9 +56,36 @@ std::string KeptAttempts::keep(recording::UnfinishedRecording& recording, const 
                      out.destination().string());
 }
 
-std::vector<std::filesystem::path> KeptAttempts::folders() const {
+std::filesystem::path KeptAttempts::put_aside(const session::SessionReport& report,
+                                              const training::TrainingReport& training) {
+  const std::string name = fmt::format("{}{}", kPrefix, next_number(folder_));
+  const std::filesystem::path aside = folder_ / name;
+  std::vector<std::string> files{"session.rec", "force.csv", "force.png"};
+  files.insert(files.end(), kDrawnFiles.begin(), kDrawnFiles.end());
+  files.emplace_back("session.json");  // last: while it is there, so are they
+  std::error_code error;
+  std::filesystem::create_directories(aside, error);
+  for (const std::string& file : files) {
+    if (!error && std::filesystem::exists(folder_ / file, error)) {
+      std::filesystem::rename(folder_ / file, aside / file, error);
+    }
+  }
+  if (error) {
+    throw files::ContentError(
+        fmt::format("{}: the attempt before cannot be moved there: {}; what is left of it is in {}", aside.string(),
+                    error.message(), folder_.string()));
+  }
+  attempts_.push_back(attempt_of(name, report, training));
+  return aside;
+}
+
+std::vector<std::filesystem::path> KeptAttempts::without_page() const {
   std::vector<std::filesystem::path> folders;
-  for (const debrief::DebriefAttempt& attempt : attempts_) folders.push_back(folder_ / attempt.folder);
+  for (const debrief::DebriefAttempt& attempt : attempts_) {
+    std::error_code error;
+    if (!std::filesystem::exists(folder_ / attempt.folder / "debrief.html", error))
+      folders.push_back(folder_ / attempt.folder);
+  }
   return folders;
 }
 
@@ -74,6 +102,13 @@ nlohmann::ordered_json to_json(const std::vector<debrief::DebriefAttempt>& attem
     entry["failed_critical"] = attempt.score->failed_critical;
   }
   return list;
+}
+
+nlohmann::ordered_json numbers_of(const session::SessionReport& report, const training::TrainingReport& training,
+                                  const KeptAttempts& before) {
+  nlohmann::ordered_json json = training::with_training(session::to_json(report), training);
+  if (!before.empty()) json["attempts_before"] = to_json(before.list());
+  return json;
 }
 
 }  // namespace stylet::app

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -15,8 +16,13 @@
 
 namespace stylet::app {
 
-/// Each in a folder of its own beside the results of the session, OUT/attempt-N with session.rec and session.json, as
-/// soon as the trainee begins anew; N counts on from those that earlier sessions left there.
+/// Files that are drawn after a session, which has its numbers already.
+inline constexpr std::array kDrawnFiles{"session.mp4",  "session.png",  "view.png",    "ultrasound.png",
+                                        "debrief.html", "debrief.json", "debrief.csv", "path.csv"};
+
+/// Each in a folder of its own beside the results of the session, OUT/attempt-N, as soon as the trainee begins anew:
+/// of one that was broken off session.rec and session.json, of one that was over all that was made of it. N counts on
+/// from those that earlier sessions left there.
 class KeptAttempts {
 public:
   /// @param folder  OUT
@@ -27,11 +33,15 @@ public:
   std::string keep(recording::UnfinishedRecording& recording, const session::SessionReport& report,
                    const training::TrainingReport& training);
 
+  /// Moves the results that lie in OUT there: the attempt they are of was over, and another begins.
+  /// @return its folder. @throws files::ContentError
+  std::filesystem::path put_aside(const session::SessionReport& report, const training::TrainingReport& training);
+
   bool empty() const { return attempts_.empty(); }
   /// As the debrief lists them.
   const std::vector<debrief::DebriefAttempt>& list() const { return attempts_; }
-  /// Their folders. [list()]
-  std::vector<std::filesystem::path> folders() const;
+  /// Folders of those that have no debrief yet.
+  std::vector<std::filesystem::path> without_page() const;
 
 private:
   std::filesystem::path folder_;
@@ -44,5 +54,9 @@ debrief::DebriefAttempt attempt_of(const std::string& folder, const session::Ses
 
 /// For session.json.
 nlohmann::ordered_json to_json(const std::vector<debrief::DebriefAttempt>& attempts);
+
+/// What session.json of an attempt holds. @param before  it, in the same session
+nlohmann::ordered_json numbers_of(const session::SessionReport& report, const training::TrainingReport& training,
+                                  const KeptAttempts& before);
 
 }  // namespace stylet::app

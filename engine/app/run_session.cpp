@@ -1,7 +1,6 @@
 #include "engine/app/run_session.h"
 
 #include "engine/app/build_name.h"
-#include "engine/app/debrief_recording.h"
 #include "engine/app/default_stylus.h"
 #include "engine/app/expert_choice.h"
 #include "engine/app/graphics.h"
@@ -9,13 +8,14 @@
 #include "engine/app/hid_device.h"
 #include "engine/app/kept_attempts.h"
 #include "engine/app/session_display.h"
+#include "engine/app/session_end.h"
 #include "engine/app/session_window.h"
 #include "engine/debrief/debrief.h"
-#include "engine/debrief/session_replay.h"
-#include "engine/debrief/still_moment.h"
+#include "engine/debrief/live_footage.h"
 #include "engine/desktop/key_table.h"
 #include "engine/files/error.h"
 #include "engine/files/output_directory.h"
+#include "engine/readers/scenario.h"
 #include "engine/recording/unfinished_recording.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorder.h"
@@ -35,10 +35,6 @@
 namespace stylet::app {
 
 namespace {
-
-/// What an interrupted session does not draw: pictures of an earlier one must not lie beside its numbers.
-const std::vector<std::string> kPictures{"session.mp4",  "session.png",  "view.png",    "ultrasound.png",
-                                         "debrief.html", "debrief.json", "debrief.csv", "path.csv"};
 
 /// @throws files::ContentError  settings that do not go together
 void check(const SessionSettings& settings, const Stylus& stylus, bool window, bool headset) {
@@ -66,61 +62,24 @@ void note_cut_off_sessions(const std::filesystem::path& folder, Observer& observ
   }
 }
 
-/// A session that is over.
-struct Finished {
-  const content::Scene& scene;
-  const recording::Recording& recording;
-  const figures::ForceTrace& force;
-  bool own_motion = false;  ///< the scenario's motion led the needle
-  const KeptAttempts& before;
-};
-
-/// Replays the recording, then draws page, pictures and film from the replay.
-void debrief_session(const SessionSettings& settings, const Finished& done, Graphics& graphics, SessionResult& result,
-                     files::OutputDirectory& out, recording::UnfinishedRecording& file, SessionObserver& observer) {
-  const auto show = [&](const std::string& doing, double share) { show_progress(observer, doing, share); };
-  const auto write_report = [&] {
-    nlohmann::ordered_json json = training::with_training(session::to_json(result.report), result.training);
-    if (!done.before.empty()) json["attempts_before"] = to_json(done.before.list());
-    session::write_json(out.staged("session.json"), json);
-    file.finish(out, "session.json");
-  };
-  const auto keep_numbers = [&] {
-    observer.task_done();
-    out.keep_only({"force.csv", "force.png"});
-    out.supersede(kPictures);
-    write_report();
-  };
-  debrief::write_force(out, done.recording, done.force);
-  try {
-    debrief::SessionReplay replay(done.scene, done.recording);
-    replay.run([&](double share) { show("Replaying", share); });
-    observer.task_done();
-    result.report.replay_identical = replay.result().identical() && replay.state_hash() == result.report.state_hash;
-    result.report.replay_hashes = replay.result().compared;
-    observer.measured(result);
-    const auto expert = chosen_expert(settings.expert, done.own_motion, done.scene, observer);
-    result.film_frames = graphics.draw([&](gpu::Device& device) {
-      return debrief::write_debrief(out, {done.scene, done.recording, replay, done.force}, device,
-                                    {.stills = {.film = {.stereo = settings.stereo}},
-                                     .film = settings.film,
-                                     .expert = expert,
-                                     .attempts = done.before.list(),
-                                     .metrics = result.training.metrics},
-                                    show);
-    });
-  } catch (const Stopped&) {
-    return keep_numbers();
-  } catch (const gpu::GpuError& error) {
-    result.not_drawn_because = error.what();
-    return keep_numbers();
-  }
-  observer.task_done();
-  if (!settings.film) out.supersede({"session.mp4"});
-  write_report();
-  result.drawn = true;
-  result.still_moment = debrief::still_words(done.recording.events);
+/// The numbers of a session, complete before anything is made of them.
+/// @throws files::ContentError
+void keep_numbers(const SessionSettings& settings, const recording::Recording& recording,
+                  const figures::ForceTrace& force, const SessionResult& result, const KeptAttempts& before,
+                  recording::UnfinishedRecording& file) {
+  files::OutputDirectory out(settings.out);
+  debrief::write_force(out, recording, force);
+  session::write_json(out.staged("session.json"), numbers_of(result.report, result.training, before));
+  out.supersede({kDrawnFiles.begin(), kDrawnFiles.end()});
+  file.finish(out, "session.json");
 }
+
+/// What stays from one session to the next.
+struct Station {
+  std::optional<Graphics> graphics{};
+  Screen* screen = nullptr;                    ///< null: no window
+  headset::HeadsetRuntime* headset = nullptr;  ///< null: no headset
+};
 
 /// Where a trainee finds needle and probe; none: as the scenario has them.
 std::optional<session::StartPose> drawn_start(const SessionSettings& settings, const content::Scene& scene,
@@ -143,35 +102,48 @@ procedures::Controls controls_of(const Stylus& stylus, bool window, bool headset
           .finish = begin};
 }
 
-/// @param display  null: headless, or only in the headset
-/// @return nothing: the trainee wants to begin anew; what was done until then is kept
-std::optional<SessionResult> attempt(const SessionSettings& settings, const content::Scene& scene,
-                                     view::Display* display, headset::HeadsetRuntime* headset, KeptAttempts& before,
-                                     SessionObserver& observer) {
+/// How an attempt ended.
+struct Attempted {
+  std::optional<SessionResult> result{};  ///< none: the trainee began anew before its end
+  AfterSession after = AfterSession::again;
+};
+
+/// @param next  title of the scenario that comes next; empty: there is none
+/// @param before  what was done of an attempt that the trainee breaks off is kept there
+Attempted attempt(const SessionSettings& settings, const content::Scene& scene, Station& station,
+                  const std::string& next, KeptAttempts& before, SessionObserver& observer) {
+  Screen* const screen = station.screen;
+  headset::HeadsetRuntime* const headset = station.headset;
   const physics::Coupling coupling = chosen_coupling(settings.coupling, scene);
   haptic::hid::ReportLog log;
-  const ShownIn shown = headset != nullptr   ? ShownIn::headset
-                        : display != nullptr ? ShownIn::window
-                                             : ShownIn::nothing;
-  const bool watched = display != nullptr || headset != nullptr;
+  const ShownIn shown = headset != nullptr  ? ShownIn::headset
+                        : screen != nullptr ? ShownIn::window
+                                            : ShownIn::nothing;
+  const bool watched = screen != nullptr || headset != nullptr;
   std::optional<session::StartPose> start = drawn_start(settings, scene, watched);
   Stylus stylus = open_stylus_or_default(settings.stylus, shown, scene, settings.record.empty() ? nullptr : &log,
                                          start ? &*start : nullptr, observer);
   if (!stylus.held()) start.reset();
   if (settings.seconds > 0) stylus.duration_s = std::min(stylus.duration_s, settings.seconds);
-  check(settings, stylus, display != nullptr, headset != nullptr);
-  Graphics graphics(
-      {.gpu = settings.gpu,
-       .window_extensions = display != nullptr ? display->vulkan_extensions() : std::vector<std::string>{},
-       .maker = headset},
-      observer);
-  files::OutputDirectory out(settings.out);
-  note_cut_off_sessions(out.destination(), observer);
-  recording::UnfinishedRecording file(out.destination());
+  check(settings, stylus, screen != nullptr, headset != nullptr);
+  if (!station.graphics || headset != nullptr) {
+    if (screen != nullptr) screen->close();
+    station.graphics.emplace(
+        gpu::DeviceSettings{.gpu = settings.gpu,
+                            .window_extensions = screen != nullptr ? screen->display().vulkan_extensions()
+                                                                   : std::vector<std::string>{},
+                            .maker = headset},
+        observer);
+  }
+  Graphics& graphics = *station.graphics;
+  const std::filesystem::path folder = files::OutputDirectory(settings.out).destination();  // can be written
+  note_cut_off_sessions(folder, observer);
+  recording::UnfinishedRecording file(folder);
   session::HeldProbe probe(scene, start ? start->probe : content::ProbeMove{});
   training::TraceRecorder trace(scene, stylus.duration_s);
   training::TrainingSession course(scene, {.automatic = !stylus.held() || !watched,
-                                           .controls = controls_of(stylus, display != nullptr, headset != nullptr)});
+                                           .controls = controls_of(stylus, screen != nullptr, headset != nullptr)});
+  debrief::LiveFootage footage(scene);
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
@@ -180,9 +152,10 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
                              .build = build_name(),
                              .probe = watched || settings.link.wanted() ? &probe : nullptr,
                              .start_seed = start ? std::optional(start->seed) : std::nullopt,
-                             .listeners = {&trace, &course.watch()}});
+                             .listeners = {&trace, &course.watch(), &footage}});
+  footage.watch(live.frames());
   LinkSession link(settings.link, scene, live, {.probe = &probe, .needle = stylus.input.tracked});
-  SessionResult result{.title = scene.name, .folder = out.destination()};
+  SessionResult result{.title = scene.name, .folder = folder};
   session::SessionReport& report = result.report;
   report = {.scenario = scene.scenario.string(),
             .build = build_name(),
@@ -201,25 +174,21 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   live.start();
   link.start(observer);
   session::PictureWatch pictures;
-  show_to_end(live, scene, {graphics, display, headset, stylus, probe, course, link, pictures}, settings.stereo,
-              stylus.duration_s, observer);
+  const SessionParts parts{graphics, screen, headset, stylus, probe, course, link, pictures};
+  SessionShown end = show_to_end(live, scene, parts, settings.stereo, stylus.duration_s, observer);
   course.end(live);
   report.run = live.stop();
   const std::vector<std::string> link_lines = link.stop();
   const bool again = course.reset_asked_for() && !observer.stop_requested();
   if (again && course.state().stage == training::Stage::briefing) {
     file.discard();  // nothing was done
-    return std::nullopt;
+    return {};
   }
   if (const std::string counts = stylus.device->statistics(); !counts.empty()) result.account = counts + "\n";
   for (const std::string& line : link_lines) result.account += line + "\n";
-  result.account += course.result_in_words();
+  result.procedure = course.result_in_words();
+  result.account += result.procedure;
   observer.task_done();
-  if (!again && observer.stop_requested()) {
-    observer.note(Note::notice,
-                  "session ended early; drawing its pictures (Ctrl-C again: keep recording and force only)");
-    observer.stop_answered();
-  }
   report.force = live.force().summary();
   report.passivity = live.passivity();
   report.force_output = live.force_output(report.run);
@@ -230,29 +199,34 @@ std::optional<SessionResult> attempt(const SessionSettings& settings, const cont
   const recording::Recording recording = recording::read_recording(file.path());
   if (!settings.record.empty()) write_hand(live, recording, stylus.hid, log, settings.record);
   stylus.device.reset();  // motors off before the pictures are drawn
+  stylus.input = {};
   report.punctures = session::punctures(recording.events);
   report.needle_bent_deg = session::needle_bent_deg(recording.events);
   result.training = training::assess(trace.take(recording.events), scene);
   if (again) {
     observer.note(Note::notice, before.keep(file, report, result.training));
-    return std::nullopt;
+    return {};
   }
-  debrief_session(settings, {scene, recording, live.force(), stylus.own_motion, before}, graphics, result, out, file,
-                  observer);
-  return result;
-}
+  keep_numbers(settings, recording, live.force(), result, before, file);
+  footage.complete(result.training.trace, course.shown(),
+                   recording.haptic.empty() ? 0 : recording.haptic.back().time_s);
 
-/// The pages of the attempts before the last. What is not written can be later: `stylet debrief`.
-void debrief_attempts(const SessionSettings& settings, const KeptAttempts& before, SessionObserver& observer) {
-  try {
-    for (const std::filesystem::path& folder : before.folders()) {
-      debrief_recording({.recording = folder.string(), .expert = settings.expert, .out = folder, .gpu = settings.gpu},
-                        observer);
-    }
-  } catch (const Stopped&) {
+  SessionEnd rest(settings, {scene, recording, footage, live.force(), stylus.own_motion, before}, result, graphics,
+                  observer);
+  const bool stopped = observer.stop_requested();
+  if (stopped) {
+    observer.note(Note::notice,
+                  "session ended early; drawing its pictures (Ctrl-C again: keep what is written by then)");
     observer.stop_answered();
-    observer.note(Note::notice, "the debriefs of earlier attempts are left out; `stylet debrief FOLDER` writes them");
   }
+  if (end.window && !stopped) {
+    result.waits_for_user = stylus.held() && !(settings.seconds > 0);
+    const auto reopen = [&] { return open_session_window(live, scene, parts, settings.stereo); };
+    const AfterSession after = rest.show(std::move(end.window), *screen, reopen, next);
+    return {.result = std::move(result), .after = after};
+  }
+  rest.finish();
+  return {.result = std::move(result), .after = AfterSession::leave};
 }
 
 bool wants_window(const SessionSettings& settings) {
@@ -264,12 +238,12 @@ bool wants_window(const SessionSettings& settings) {
   return has_display() && (settings.view != SessionView::automatic || !settings.lockstep);
 }
 
-/// A window's display; none for a headless session, or where none can be opened and a window was not insisted on. Of
-/// a headset's session the window waits for the headset to go.
-std::unique_ptr<view::Display> open_display(const SessionSettings& settings, Observer& observer) {
+/// The window, not open yet; none for a headless session, or where there is no display and a window was not insisted
+/// on. Of a headset's session the window waits for the headset to go.
+std::unique_ptr<Screen> find_screen(const SessionSettings& settings, Observer& observer) {
   if (!wants_window(settings)) return nullptr;
   try {
-    return std::make_unique<view::Display>();
+    return std::make_unique<Screen>();
   } catch (const gpu::GpuError& error) {
     if (settings.view == SessionView::window) throw;
     observer.note(Note::notice, fmt::format("{}; going on headless", error.what()));
@@ -277,23 +251,73 @@ std::unique_ptr<view::Display> open_display(const SessionSettings& settings, Obs
   }
 }
 
-}  // namespace
-
-SessionResult run_session(const SessionSettings& settings, SessionObserver& observer) {
-  const std::unique_ptr<view::Display> display = open_display(settings, observer);
-  const std::unique_ptr<headset::HeadsetRuntime> headset =
-      settings.view == SessionView::headset ? find_headset(display ? "in a window" : "headless", observer) : nullptr;
-  check_expert(settings.expert);
+content::Scene scene_of(const SessionSettings& settings, Observer& observer) {
   content::Scene scene = load_scene(settings.scenario, observer);
   if (settings.haptic_hz != 0) set_haptic_rate(scene, settings.haptic_hz);
   set_scanner(scene, settings.scanner);
-  KeptAttempts before(settings.out);
+  return scene;
+}
+
+/// "Liver biopsy" of "Liver biopsy: a 23 mm tumour ...".
+std::string short_title(const std::string& title) {
+  return title.substr(0, title.find(':'));
+}
+
+/// The scenario after that of `scene` among the shipped ones, round and round; none: it is none of them, or the only.
+std::optional<readers::ScenarioEntry> scenario_after(const content::Scene& scene) {
+  std::vector<readers::ScenarioEntry> all = readers::list_scenarios(scene.scenario.parent_path());
+  std::erase_if(all, [](const readers::ScenarioEntry& entry) { return !entry.unreadable_because.empty(); });
+  const auto at = std::ranges::find_if(
+      all, [&](const readers::ScenarioEntry& entry) { return entry.path.filename() == scene.scenario.filename(); });
+  if (at == all.end() || all.size() < 2) return std::nullopt;
+  return *(at + 1 == all.end() ? all.begin() : at + 1);
+}
+
+/// OUT-2, OUT-3, ...: the first that is not there.
+std::filesystem::path folder_beside(const std::filesystem::path& out) {
+  std::filesystem::path clean = out.lexically_normal();
+  if (!clean.has_filename()) clean = clean.parent_path();
+  for (int n = 2;; ++n) {
+    std::filesystem::path beside = clean;
+    beside += fmt::format("-{}", n);
+    std::error_code error;
+    if (!std::filesystem::exists(beside, error)) return beside;
+  }
+}
+
+}  // namespace
+
+SessionResult run_session(const SessionSettings& wanted, SessionObserver& observer) {
+  SessionSettings settings = wanted;
+  Station station;  // its device outlives the window
+  const std::unique_ptr<Screen> screen = find_screen(settings, observer);
+  const std::unique_ptr<headset::HeadsetRuntime> headset =
+      settings.view == SessionView::headset ? find_headset(screen ? "in a window" : "headless", observer) : nullptr;
+  check_expert(settings.expert);
+  station.screen = screen.get();
+  station.headset = headset.get();
   while (true) {
-    if (auto result = attempt(settings, scene, display.get(), headset.get(), before, observer)) {
-      if (result->drawn) debrief_attempts(settings, before, observer);
-      return std::move(*result);
+    const content::Scene scene = scene_of(settings, observer);
+    if (screen) {  // panels as they were, knobs and camera are of the scenario
+      screen->arrangement.scanner = scanner::ScannerConsole(scene.probe);
+      screen->arrangement.camera.reset();
     }
-    observer.note(Note::notice, "once more from the start");
+    const auto next = scenario_after(scene);
+    KeptAttempts before(settings.out);
+    Attempted done;
+    do {
+      done = attempt(settings, scene, station, next ? short_title(next->title) : "", before, observer);
+      if (!done.result) {
+        observer.note(Note::notice, "once more from the start");
+        continue;
+      }
+      if (done.after == AfterSession::leave) return *std::move(done.result);
+      if (done.after == AfterSession::again)
+        done.result->folder = before.put_aside(done.result->report, done.result->training);
+      observer.left(*done.result);
+    } while (done.after == AfterSession::again);
+    settings.scenario = next->path.string();
+    settings.out = folder_beside(wanted.out);
   }
 }
 

@@ -47,23 +47,33 @@ struct SessionResult {
   training::TrainingReport training{};
   std::string account{};            ///< lines of the stylus, the link and the procedure
   std::filesystem::path folder{};   ///< holds session.rec, session.json, the force
-  bool drawn = false;               ///< and debrief, pictures and, where wanted, the film
+  std::string procedure{};          ///< what was sampled or destroyed, lines
+  bool waits_for_user = false;      ///< somebody at the window reads what it came to
+  bool page_written = false;        ///< and the debrief
+  bool drawn = false;               ///< and pictures and, where wanted, the film
   std::string not_drawn_because{};  ///< of the graphics; empty and not drawn: the observer asked for the end
   int film_frames = 0;
   std::string still_moment{};  ///< of the pictures: "at the end of the heating"
 
   bool identical() const { return report.replay_identical.value_or(false); }
+  /// The recording was replayed, and is another session.
+  bool replay_differs() const { return report.replay_identical.has_value() && !*report.replay_identical; }
 };
 
 class SessionObserver : public Observer {
 public:
-  /// The session is over and its replay compared; its pictures are still to be drawn.
+  /// The session is over and measured; its pictures are still to be drawn. Without a window its replay is compared.
   virtual void measured(const SessionResult& /*result*/) {}
+  /// Another session follows one that is over, in the same window.
+  virtual void left(const SessionResult& /*result*/) {}
 };
 
-/// Runs a session, as often as the trainee begins anew, then replays its recording to see that it gives the same
-/// bits, and draws from the replay. A stop while it runs ends the session; a second one leaves out the pictures. Main
-/// thread. @throws files::ContentError, gpu::GpuError, haptic::hid::HidError, link::LinkError
+/// Runs a session, as often as the trainee begins anew (the attempt before is kept in OUT/attempt-N, the last one is
+/// in OUT), keeps its numbers, then makes debrief and pictures and replays its recording to see that it gives the
+/// same bits. In a window the trainee then tries again or goes on to the next scenario (into OUT-2, OUT-3, ...). A
+/// stop while it runs ends the session; a second one leaves out what is not made yet. Main thread. @return the last
+/// session
+/// @throws files::ContentError, gpu::GpuError, haptic::hid::HidError, link::LinkError
 /// @throws Stopped  before there was anything to keep
 SessionResult run_session(const SessionSettings& settings, SessionObserver& observer);
 

@@ -1,13 +1,13 @@
 #include "engine/app/session_display.h"
 
 #include "engine/app/headset_session.h"
-#include "engine/app/session_window.h"
 #include "engine/app/stylus_watch.h"
 #include "haptic/hand_device.h"
 
 #include <fmt/format.h>
 
 #include <span>
+#include <utility>
 
 namespace stylet::app {
 
@@ -19,7 +19,7 @@ struct Shown {
   const content::Scene& scene;
   const SessionParts& parts;
   Observer& observer;
-  desktop::Arrangement arrangement;
+  scanner::ScannerConsole scanner;
   bool in_headset = false;
   immersive::PanelLevel panel = immersive::PanelLevel::panel;
 };
@@ -27,7 +27,7 @@ struct Shown {
 /// @return false: the headset is not there any more
 bool pass_in_headset(Shown& session) {
   const SessionParts& parts = session.parts;
-  const char* if_lost = parts.display != nullptr             ? "going on in a window"
+  const char* if_lost = parts.screen != nullptr              ? "going on in a window"
                         : parts.stylus.input.hand != nullptr ? "nothing leads the needle: the end"
                                                              : "going on headless";
   if (!parts.graphics.of_headset()) {
@@ -39,27 +39,13 @@ bool pass_in_headset(Shown& session) {
                          {.hand = parts.stylus.input.hand,
                           .stylus = parts.stylus.device.get(),
                           .probe = &parts.probe,
-                          .scanner = &session.arrangement.scanner,
+                          .scanner = &session.scanner,
                           .course = &parts.course,
                           .images = &parts.link,
                           .pictures = &parts.pictures,
                           .panel = &session.panel,
                           .if_lost = if_lost},
                          session.observer);
-}
-
-void pass_in_window(Shown& session, bool stereo) {
-  const SessionParts& parts = session.parts;
-  show_in_window(*parts.display, parts.graphics.device(), session.scene, session.live,
-                 {.stereo = stereo,
-                  .mouse = parts.stylus.input.mouse,
-                  .stylus = parts.stylus.device.get(),
-                  .probe = &parts.probe,
-                  .arrangement = &session.arrangement,
-                  .course = &parts.course,
-                  .images = &parts.link,
-                  .pictures = &parts.pictures},
-                 session.observer);
 }
 
 /// @param drawn  false: there is no device for the link's images
@@ -83,22 +69,44 @@ void pass_headless(Shown& session, double duration_s, bool drawn) {
 
 }  // namespace
 
-void show_to_end(session::LiveSession& live, const content::Scene& scene, const SessionParts& parts, bool stereo,
-                 double duration_s, Observer& observer) {
-  Shown session{
-      live, scene, parts, observer, {.scanner = scanner::ScannerConsole(scene.probe)}, parts.headset != nullptr};
-  const bool watched = parts.headset != nullptr || parts.display != nullptr;
+std::unique_ptr<SessionWindow> open_session_window(session::LiveSession& live, const content::Scene& scene,
+                                                   const SessionParts& parts, bool stereo) {
+  return std::make_unique<SessionWindow>(*parts.screen, parts.graphics.device(), scene, live,
+                                         SessionWindowSettings{.stereo = stereo,
+                                                               .mouse = parts.stylus.input.mouse,
+                                                               .stylus = parts.stylus.device.get(),
+                                                               .probe = &parts.probe,
+                                                               .course = &parts.course,
+                                                               .images = &parts.link,
+                                                               .pictures = &parts.pictures});
+}
+
+SessionShown show_to_end(session::LiveSession& live, const content::Scene& scene, const SessionParts& parts,
+                         bool stereo, double duration_s, Observer& observer) {
+  const scanner::ScannerConsole console =
+      parts.screen != nullptr ? parts.screen->arrangement.scanner : scanner::ScannerConsole(scene.probe);
+  Shown session{live, scene, parts, observer, console, parts.headset != nullptr};
+  std::unique_ptr<SessionWindow> window;
+  const bool watched = parts.headset != nullptr || parts.screen != nullptr;
   const bool needs_pictures = watched && parts.stylus.held();  // who leads it, begins it and ends it
   while (true) {
     try {
-      if (session.in_headset && pass_in_headset(session)) return;
+      if (session.in_headset && pass_in_headset(session)) return {};
+      if (session.in_headset && parts.screen != nullptr) parts.screen->arrangement.scanner = session.scanner;
       session.in_headset = false;
-      if (parts.display != nullptr) return pass_in_window(session, stereo);
-      if (parts.stylus.input.hand != nullptr) return;  // without the headset nobody would end its session
-      return pass_headless(session, duration_s, true);
+      if (parts.screen != nullptr) {
+        window = open_session_window(live, scene, parts, stereo);
+        if (!window->run(observer)) window.reset();
+        return {.window = std::move(window)};
+      }
+      if (parts.stylus.input.hand != nullptr) return {};  // without the headset nobody would end its session
+      pass_headless(session, duration_s, true);
+      return {};
     } catch (const gpu::DeviceLost& lost) {
       observer.task_done();
       parts.pictures.interrupted();
+      window.reset();
+      if (parts.screen != nullptr) parts.screen->close();
       parts.link.drop_scanner();
       if (parts.stylus.input.hand != nullptr) parts.stylus.input.hand->release();
       if (!parts.graphics.recover(lost, needs_pictures ? "nobody could lead the session any more: the end"
@@ -108,6 +116,7 @@ void show_to_end(session::LiveSession& live, const content::Scene& scene, const 
     }
   }
   if (!needs_pictures) pass_headless(session, duration_s, false);
+  return {};
 }
 
 }  // namespace stylet::app

@@ -4,6 +4,7 @@
 #include "engine/app/graphics.h"
 #include "engine/app/link_session.h"
 #include "engine/app/observer.h"
+#include "engine/app/session_window.h"
 #include "engine/app/stylus.h"
 #include "engine/content/scene.h"
 #include "engine/headset/headset_runtime.h"
@@ -11,14 +12,15 @@
 #include "engine/session/live_session.h"
 #include "engine/session/picture_watch.h"
 #include "engine/training/training_session.h"
-#include "engine/view/window.h"
+
+#include <memory>
 
 namespace stylet::app {
 
 /// What a running session consists of.
 struct SessionParts {
   Graphics& graphics;
-  view::Display* display;            ///< null: no window
+  Screen* screen;                    ///< null: no window
   headset::HeadsetRuntime* headset;  ///< null: no headset
   Stylus& stylus;
   session::HeldProbe& probe;
@@ -27,11 +29,20 @@ struct SessionParts {
   session::PictureWatch& pictures;
 };
 
+/// Of a window: what opens it anew where its device was lost.
+std::unique_ptr<SessionWindow> open_session_window(session::LiveSession& live, const content::Scene& scene,
+                                                   const SessionParts& parts, bool stereo);
+
+/// How a session came to its end.
+struct SessionShown {
+  std::unique_ptr<SessionWindow> window{};  ///< that it ended in; null: in none, or it was closed
+};
+
 /// From start() to the end of the course. Where the device is lost the session goes on with another; where there is
 /// no other, or none that lasts, headless, or to its end where nobody could lead it any more. Main thread.
 /// @param duration_s  of the session, for the progress
 /// @throws gpu::GpuError  but for a lost device
-void show_to_end(session::LiveSession& live, const content::Scene& scene, const SessionParts& parts, bool stereo,
-                 double duration_s, Observer& observer);
+SessionShown show_to_end(session::LiveSession& live, const content::Scene& scene, const SessionParts& parts,
+                         bool stereo, double duration_s, Observer& observer);
 
 }  // namespace stylet::app

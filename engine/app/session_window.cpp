@@ -1,11 +1,10 @@
 #include "engine/app/session_window.h"
 
-#include "engine/app/stylus_watch.h"
-
 #include <fmt/format.h>
 
-#include <chrono>
+#include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace stylet::app {
 
@@ -18,59 +17,90 @@ bool is_set(const char* variable) {
   return value != nullptr && *value != '\0';
 }
 
+/// Opens the window before anything is drawn.
+gpu::Device& opened(Screen& screen, gpu::Device& device, const content::Scene& scene) {
+  screen.open(device, fmt::format("Stylet: {}", scene.name));
+  return device;
+}
+
+double elapsed_s(std::chrono::steady_clock::time_point& before) {
+  const auto now = std::chrono::steady_clock::now();
+  return std::min(std::chrono::duration<double>(now - std::exchange(before, now)).count(), kLongestFrame);
+}
+
 }  // namespace
 
 bool has_display() {
   return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
 }
 
-void show_in_window(view::Display& display, gpu::Device& device, const content::Scene& scene,
-                    session::LiveSession& session, const SessionWindowSettings& settings, Observer& observer) {
-  view::Window window(display, device, {.title = fmt::format("Stylet: {}", scene.name)});
-  view::Overlay overlay(device, window.format(), window.content_scale());
-  desktop::DesktopView desktop(device, scene, session,
-                               {.stereo = settings.stereo,
-                                .mouse = settings.mouse,
-                                .probe = settings.probe,
-                                .arrangement = *settings.arrangement,
-                                .device = settings.stylus->name(),
-                                .course = settings.course,
-                                .images = settings.images,
-                                .pictures = settings.pictures});
-  StylusWatch watch(*settings.stylus, observer);
-  auto before = std::chrono::steady_clock::now();
-  try {
-    while (!session.finished() && !observer.stop_requested()) {
-      watch.look();
-      const auto now = std::chrono::steady_clock::now();
-      const double dt_s = session.lockstep()
-                              ? session::kLockstepFrame
-                              : std::min(std::chrono::duration<double>(now - before).count(), kLongestFrame);
-      before = now;
-      session.advance(dt_s);
-      const view::Input input = window.poll();
-      overlay.begin({.width = window.width(),
-                     .height = window.height(),
-                     .dt_s = dt_s,
-                     .pointer_x = input.pointer_x,
-                     .pointer_y = input.pointer_y,
-                     .left = input.left,
-                     .right = input.right,
-                     .wheel = input.wheel});
-      if (!desktop.handle(overlay.wants_pointer() ? view::without_pointer(input) : input)) return;
-      if (window.minimised()) {
-        if (settings.pictures != nullptr) settings.pictures->interrupted();
-        window.idle();
-        continue;
-      }
-      desktop.draw(window.width(), window.height(), dt_s);
-      window.present(desktop.scene(), &desktop.scanner_screen(), overlay);
-      desktop.shown(std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count());
-    }
-  } catch (const gpu::DeviceLost&) {
-    *settings.arrangement = desktop.arrangement();
-    throw;
+SessionWindow::SessionWindow(Screen& screen, gpu::Device& device, const content::Scene& scene,
+                             session::LiveSession& session, const SessionWindowSettings& settings)
+    : screen_(screen),
+      session_(session),
+      settings_(settings),
+      desktop_(opened(screen, device, scene), scene, session,
+               {.stereo = settings.stereo,
+                .mouse = settings.mouse,
+                .probe = settings.probe,
+                .arrangement = screen.arrangement,
+                .device = settings.stylus != nullptr ? settings.stylus->name() : "",
+                .course = settings.course,
+                .images = settings.images,
+                .pictures = settings.pictures}),
+      before_(std::chrono::steady_clock::now()) {}
+
+SessionWindow::~SessionWindow() {
+  screen_.arrangement = desktop_.arrangement();
+}
+
+view::Input SessionWindow::begin_frame(double dt_s) {
+  view::Overlay& overlay = screen_.overlay();
+  const view::Window& window = screen_.window();
+  view::Input input = screen_.window().poll();
+  overlay.begin({.width = window.width(),
+                 .height = window.height(),
+                 .dt_s = dt_s,
+                 .pointer_x = input.pointer_x,
+                 .pointer_y = input.pointer_y,
+                 .left = input.left,
+                 .right = input.right,
+                 .wheel = input.wheel});
+  return overlay.wants_pointer() ? view::without_pointer(std::move(input)) : input;
+}
+
+void SessionWindow::show_frame(double dt_s) {
+  view::Window& window = screen_.window();
+  if (window.minimised()) {
+    if (settings_.pictures != nullptr) settings_.pictures->interrupted();
+    return window.idle();
   }
+  desktop_.draw(window.width(), window.height(), dt_s);
+  window.present(desktop_.scene(), {desktop_.scanner_screen(), desktop_.scanner_place()}, screen_.shown_overlay());
+  if (desktop_.ending() == nullptr)
+    desktop_.shown(std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count());
+}
+
+bool SessionWindow::run(Observer& observer) {
+  StylusWatch watch(*settings_.stylus, observer);
+  while (!session_.finished() && !observer.stop_requested()) {
+    watch.look();
+    const double passed_s = elapsed_s(before_);
+    const double dt_s = session_.lockstep() ? session::kLockstepFrame : passed_s;
+    session_.advance(dt_s);
+    const view::Input input = begin_frame(dt_s);
+    if (!desktop_.handle(input)) return !input.close;
+    show_frame(dt_s);
+  }
+  return true;
+}
+
+std::optional<desktop::EndWish> SessionWindow::frame_at_end(const std::string& next) {
+  const double dt_s = elapsed_s(before_);
+  const view::Input input = begin_frame(dt_s);
+  const auto wish = desktop_.handle_at_end(input, next);
+  show_frame(dt_s);
+  return wish;
 }
 
 }  // namespace stylet::app

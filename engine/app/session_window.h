@@ -1,7 +1,10 @@
-// A running session in a window: 3-D view, ultrasound and force curve of the running session, mouse and keyboard.
+// A running session in the window: 3-D view, ultrasound and panels, mouse and keyboard; and what the trainee is shown
+// when it is over.
 #pragma once
 
 #include "engine/app/observer.h"
+#include "engine/app/screen.h"
+#include "engine/app/stylus_watch.h"
 #include "engine/content/scene.h"
 #include "engine/desktop/desktop_view.h"
 #include "engine/gpu/device.h"
@@ -10,8 +13,11 @@
 #include "engine/session/live_session.h"
 #include "engine/session/picture_watch.h"
 #include "engine/training/training_session.h"
-#include "engine/view/window.h"
 #include "haptic/mouse_device.h"
+
+#include <chrono>
+#include <optional>
+#include <string>
 
 namespace stylet::app {
 
@@ -21,17 +27,46 @@ bool has_display();
 struct SessionWindowSettings {
   bool stereo = false;
   haptic::MouseDevice* mouse = nullptr;         ///< fed with drags and wheel when the mouse is the stylus
-  const haptic::Device* stylus = nullptr;       ///< its coming and going is noted
+  const haptic::Device* stylus = nullptr;       ///< its coming and going is noted; null: the session is over
   session::HeldProbe* probe = nullptr;          ///< moved by keys and the middle button
-  desktop::Arrangement* arrangement = nullptr;  ///< at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
 };
 
-/// Shows the session until it is finished, the trainee finishes or resets it, the window is closed or the
-/// observer asks for the end. Main thread. @throws gpu::GpuError
-void show_in_window(view::Display& display, gpu::Device& device, const content::Scene& scene,
-                    session::LiveSession& session, const SessionWindowSettings& settings, Observer& observer);
+/// Main thread.
+class SessionWindow {
+public:
+  /// Keeps references to all of them. @throws gpu::GpuError
+  SessionWindow(Screen& screen, gpu::Device& device, const content::Scene& scene, session::LiveSession& session,
+                const SessionWindowSettings& settings);
+  /// The arrangement stays with the screen.
+  ~SessionWindow();
+  SessionWindow(const SessionWindow&) = delete;
+  SessionWindow& operator=(const SessionWindow&) = delete;
+
+  /// Shows the session until it is finished, the trainee finishes or resets it, the window is closed or the observer
+  /// asks for the end. @return false: the window was closed
+  /// @throws gpu::GpuError
+  bool run(Observer& observer);
+
+  /// The session is over.
+  void end(panels::Ending ending) { desktop_.end(std::move(ending)); }
+  panels::Ending* ending() { return desktop_.ending(); }
+  /// A frame of the session that is over. @param next  as desktop::DesktopView::handle_at_end()
+  /// @return what the user wants now. @throws gpu::GpuError
+  std::optional<desktop::EndWish> frame_at_end(const std::string& next);
+
+private:
+  /// What happened since the last frame, for whoever is not a panel; begins the overlay's frame.
+  view::Input begin_frame(double dt_s);
+  void show_frame(double dt_s);
+
+  Screen& screen_;
+  session::LiveSession& session_;
+  SessionWindowSettings settings_;
+  desktop::DesktopView desktop_;
+  std::chrono::steady_clock::time_point before_;
+};
 
 }  // namespace stylet::app

@@ -5,6 +5,7 @@
 #include "engine/procedures/kinds.h"
 #include "engine/session/puncture_event.h"
 #include "engine/session/recorder.h"
+#include "engine/session/replay.h"
 #include "engine/stills/pictures.h"
 #include "engine/training/flow.h"
 
@@ -222,9 +223,9 @@ std::vector<KeyMoment> key_moments(const content::Scene& scene, const recording:
   return moments;
 }
 
-DebriefData collect(const content::Scene& scene, const recording::Recording& recording, const SessionReplay& replay,
+DebriefData collect(const content::Scene& scene, const recording::Recording& recording, const Footage& footage,
                     const std::vector<training::Metric>& metrics, const std::optional<Expert>& expert) {
-  const Trace& trace = replay.trace();
+  const Trace& trace = footage.trace();
   const session::RecordedSettings settings = session::recorded_settings(recording);
   DebriefData data{.title = scene.title.empty() ? scene.name : scene.title,
                    .scenario = scene.name,
@@ -232,7 +233,7 @@ DebriefData collect(const content::Scene& scene, const recording::Recording& rec
                    .stylus = settings.device,
                    .mode = settings.mode,
                    .force_scale = settings.force_scale,
-                   .duration_s = replay.result().run.duration_s,
+                   .duration_s = footage.duration_s(),
                    .cut_off = !recording.complete(),
                    .start_seed = settings.start_seed};
   for (const training::Metric& metric : metrics) {
@@ -259,8 +260,8 @@ DebriefData collect(const content::Scene& scene, const recording::Recording& rec
     data.expert_path = expert->path;
   }
   data.arrival_s = arrival_s(trace);
-  state::FrameState moment = replay.frames().make_frame();
-  replay.frames().sample(data.arrival_s, moment);
+  state::FrameState moment = footage.frames().make_frame();
+  footage.frames().sample(data.arrival_s, moment);
   for (const Eigen::Vector3f& node : moment.needle_positions) data.shaft.push_back(node.cast<double>());
   for (const content::Target& target : scene.targets) {
     data.targets.push_back({.name = target.name, .centre = target.centre, .radius = target.radius});
@@ -277,30 +278,43 @@ DebriefData collect(const content::Scene& scene, const recording::Recording& rec
   return data;
 }
 
-std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::Device& device,
-                                             const recording::Recording& recording, SessionReplay& replay) {
-  constexpr int kWidth = 560, kHeight = 420;
-  stills::Pictures pictures(
-      device, scene, {.view_width = 64, .view_height = 64, .ultrasound_width = kWidth, .ultrasound_height = kHeight});
-  state::FrameState frame = replay.frames().make_frame();
-  std::vector<DebriefPicture> drawn;
-  for (const KeyMoment& moment : key_moments(scene, recording, replay.trace())) {
-    if (!replay.frame_at(moment.time_s, frame)) continue;
-    const picture::Picture image = pictures.draw(frame, scene.camera).ultrasound;
+namespace {
+constexpr stills::PictureSettings kMomentPanes{
+    .view_width = 64, .view_height = 64, .ultrasound_width = 560, .ultrasound_height = 420};
+}
+
+KeyMomentPictures::KeyMomentPictures(const content::Scene& scene, gpu::Device& device,
+                                     const recording::Recording& recording, Footage& footage)
+    : scene_(scene),
+      footage_(footage),
+      pictures_(device, scene, kMomentPanes),
+      moments_(key_moments(scene, recording, footage.trace())),
+      frame_(footage.frames().make_frame()) {}
+
+double KeyMomentPictures::share() const {
+  return moments_.empty() ? 1 : static_cast<double>(next_) / static_cast<double>(moments_.size());
+}
+
+bool KeyMomentPictures::draw_next() {
+  if (next_ == moments_.size()) return false;
+  const KeyMoment& moment = moments_[next_];
+  if (footage_.frame_at(moment.time_s, frame_)) {
+    const picture::Picture image = pictures_.draw(frame_, scene_.camera).ultrasound;
     std::vector<std::uint8_t> grey;
     for (std::size_t i = 0; i < image.rgba.size(); i += 4) grey.push_back(image.rgba[i + 1]);
-    std::string caption = pictures.note();
-    if (const TraceSample* at = sample_at(replay.trace(), moment.time_s); at != nullptr && caption.empty()) {
+    std::string caption = pictures_.note();
+    if (const TraceSample* at = sample_at(footage_.trace(), moment.time_s); at != nullptr && caption.empty()) {
       caption = fmt::format("{:.0f} mm deep; tip {:.1f} mm from the image plane", at->inserted * 1e3,
                             std::abs(at->tip_in_probe.y()) * 1e3);
       if (at->target >= 0) caption += fmt::format(", {:.1f} mm from the target's centre", at->target_distance * 1e3);
     }
-    drawn.push_back({.time_s = moment.time_s,
-                     .title = moment.title,
-                     .caption = caption,
-                     .png = picture::png_bytes(image.width, image.height, std::span<const std::uint8_t>(grey))});
+    drawn_.push_back({.time_s = moment.time_s,
+                      .title = moment.title,
+                      .caption = caption,
+                      .png = picture::png_bytes(image.width, image.height, std::span<const std::uint8_t>(grey))});
   }
-  return drawn;
+  ++next_;
+  return true;
 }
 
 }  // namespace stylet::debrief

@@ -1,17 +1,19 @@
-// From a replayed session to what its debrief shows.
+// From a session to what its debrief shows.
 #pragma once
 
 #include "engine/content/scene.h"
 #include "engine/debrief/debrief_data.h"
-#include "engine/debrief/session_replay.h"
+#include "engine/debrief/footage.h"
 #include "engine/gpu/device.h"
 #include "engine/recording/recording.h"
+#include "engine/stills/pictures.h"
 #include "engine/training/metrics.h"
 #include "engine/training/score.h"
 #include "engine/training/trace.h"
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stylet::debrief {
@@ -46,11 +48,29 @@ DebriefScore score_of(const training::Score& score);
 
 /// Everything but the pictures.
 /// @param metrics  of the session; those of cores and ablations as it set them
-DebriefData collect(const content::Scene& scene, const recording::Recording& recording, const SessionReplay& replay,
+DebriefData collect(const content::Scene& scene, const recording::Recording& recording, const Footage& footage,
                     const std::vector<training::Metric>& metrics, const std::optional<Expert>& expert);
 
-/// Ultrasound images of the key moments. @throws gpu::GpuError
-std::vector<DebriefPicture> draw_key_moments(const content::Scene& scene, gpu::Device& device,
-                                             const recording::Recording& recording, SessionReplay& replay);
+/// Ultrasound images of the key moments, one after the other: a window goes on meanwhile. Thread: the device's.
+class KeyMomentPictures {
+public:
+  /// Keeps references to all of them. @throws gpu::GpuError
+  KeyMomentPictures(const content::Scene& scene, gpu::Device& device, const recording::Recording& recording,
+                    Footage& footage);
+  /// Draws the next. @return false: there is none left. @throws gpu::GpuError
+  bool draw_next();
+  /// Of them drawn, [0, 1].
+  double share() const;
+  std::vector<DebriefPicture> take() { return std::move(drawn_); }
+
+private:
+  const content::Scene& scene_;
+  Footage& footage_;
+  stills::Pictures pictures_;
+  std::vector<KeyMoment> moments_;
+  std::size_t next_ = 0;
+  state::FrameState frame_;
+  std::vector<DebriefPicture> drawn_;
+};
 
 }  // namespace stylet::debrief

@@ -3,7 +3,6 @@
 #include "engine/debrief/collect.h"
 #include "engine/debrief/debrief_files.h"
 #include "engine/debrief/page.h"
-#include "engine/debrief/session_replay.h"
 #include "engine/debrief/still_moment.h"
 #include "engine/session/puncture_event.h"
 #include "engine/training/flow.h"
@@ -87,35 +86,130 @@ void write_force(const files::OutputDirectory& out, const Recording& recording, 
                                  figures::Font::load()));
 }
 
-void write_page(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                const Recording& recording, SessionReplay& replay, const DebriefSettings& settings) {
-  const std::vector<training::Metric> metrics =
-      settings.metrics.empty() ? training::measure(replay.trace(), scene) : settings.metrics;
-  DebriefData data = collect(scene, recording, replay, metrics, settings.expert);
-  data.attempts = settings.attempts;
-  data.pictures = draw_key_moments(scene, device, recording, replay);
-  out.write("debrief.html", debrief_page(data));
+namespace {
+
+const std::vector<std::string> kPageFiles{"debrief.json", "debrief.csv", "path.csv", "debrief.html"};
+
+void write_page_files(const files::OutputDirectory& out, const DebriefData& data) {
   out.write("debrief.json",
             to_json(data).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   out.write("debrief.csv", debrief_csv(data));
   out.write("path.csv", path_csv(data));
+  out.write("debrief.html", debrief_page(data));
 }
 
-int write_debrief(const files::OutputDirectory& out, const ReplayedSession& session, gpu::Device& device,
-                  const DebriefSettings& settings, const DebriefProgress& progress) {
-  const auto& [scene, recording, replay, force] = session;
-  const auto report = [&](const std::string& doing) {
-    return [&progress, doing](double share) {
-      if (progress) progress(doing, share);
-    };
-  };
-  report("Writing the debrief")(0);
-  write_page(out, scene, device, recording, replay, settings);
-  report("Drawing the pictures")(0);
-  write_stills(out, scene, device, replay, still_moment(recording.events, replay.frames()).time_s, force,
-               settings.stills);
-  if (!settings.film) return 0;
-  return write_film(out, scene, device, replay, force, settings.stills.film, report("Drawing the film"));
+DebriefData collect_all(const content::Scene& scene, const Recording& recording, const Footage& footage,
+                        const DebriefSettings& settings) {
+  DebriefData data = collect(scene, recording, footage,
+                             settings.metrics.empty() ? training::measure(footage.trace(), scene) : settings.metrics,
+                             settings.expert);
+  data.attempts = settings.attempts;
+  return data;
+}
+
+}  // namespace
+
+void write_page(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
+                const Recording& recording, Footage& footage, const DebriefSettings& settings) {
+  DebriefData data = collect_all(scene, recording, footage, settings);
+  KeyMomentPictures pictures(scene, device, recording, footage);
+  while (pictures.draw_next()) {
+  }
+  data.pictures = pictures.take();
+  write_page_files(out, data);
+}
+
+DebriefWork::DebriefWork(files::OutputDirectory& out, const KeptSession& session, DebriefSettings settings)
+    : out_(out), session_(session), settings_(std::move(settings)) {}
+
+DebriefWork::~DebriefWork() = default;
+
+DebriefWork::Piece DebriefWork::after_page() const {
+  if (!stills_written_) return Piece::stills;
+  return settings_.film && film_frames_ == 0 ? Piece::film : Piece::nothing;
+}
+
+void DebriefWork::write_page() {
+  DebriefData data = collect_all(session_.scene, session_.recording, session_.footage, settings_);
+  data.pictures = pictures_;
+  write_page_files(out_, data);
+  out_.publish(kPageFiles);
+  page_written_ = true;
+}
+
+void DebriefWork::step(gpu::Device& device) {
+  const auto& [scene, recording, footage, force] = session_;
+  switch (next_) {
+    case Piece::moments:
+      if (!moments_) moments_ = std::make_unique<KeyMomentPictures>(scene, device, recording, footage);
+      if (moments_->draw_next()) return;
+      pictures_ = moments_->take();
+      moments_.reset();
+      next_ = Piece::page;
+      return;
+    case Piece::page:
+      write_page();
+      next_ = film_ ? Piece::film : after_page();
+      return;
+    case Piece::stills:
+      write_stills(out_, scene, device, footage, still_moment(recording.events, footage.frames()).time_s, force,
+                   settings_.stills);
+      out_.publish({"view.png", "ultrasound.png", "session.png"});
+      stills_written_ = true;
+      next_ = after_page();
+      return;
+    case Piece::film:
+      if (!film_) film_ = std::make_unique<Film>(out_, scene, device, footage, force, settings_.stills.film);
+      if (film_->draw_next()) return;
+      film_frames_ = film_->frames();
+      film_.reset();
+      out_.publish({"session.mp4"});
+      next_ = Piece::nothing;
+      return;
+    case Piece::nothing:
+      return;
+  }
+}
+
+void DebriefWork::release_device() {
+  moments_.reset();
+  film_.reset();
+}
+
+void DebriefWork::give_up() {
+  release_device();
+  next_ = Piece::nothing;
+}
+
+void DebriefWork::compare_with(Expert expert) {
+  settings_.expert = std::move(expert);
+  if (page_written_) next_ = Piece::page;
+}
+
+void DebriefWork::add_film() {
+  settings_.film = true;
+  if (next_ == Piece::nothing) next_ = after_page();
+}
+
+std::string DebriefWork::doing() const {
+  switch (next_) {
+    case Piece::moments:
+    case Piece::page:
+      return "Writing the debrief";
+    case Piece::stills:
+      return "Drawing the pictures";
+    case Piece::film:
+      return "Drawing the film";
+    case Piece::nothing:
+      break;
+  }
+  return "";
+}
+
+double DebriefWork::share() const {
+  if (next_ == Piece::moments) return moments_ ? moments_->share() : 0;
+  if (next_ == Piece::film) return film_ ? film_->share() : 0;
+  return next_ == Piece::page ? 1 : 0;
 }
 
 }  // namespace stylet::debrief

@@ -1,4 +1,4 @@
-// What a session leaves for people, drawn from the replay of its recording.
+// What a session leaves for people, drawn from what was kept of it.
 #pragma once
 
 #include "engine/content/scene.h"
@@ -8,10 +8,9 @@
 #include "engine/files/output_directory.h"
 #include "engine/gpu/device.h"
 #include "engine/recording/recording.h"
-#include "engine/session/replay.h"
 
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,34 +22,75 @@ struct DebriefSettings {
   bool film = true;                         ///< is made
   std::optional<Expert> expert{};           ///< to compare with
   std::vector<DebriefAttempt> attempts{};   ///< before this one
-  std::vector<training::Metric> metrics{};  ///< as the session set them; empty: measured on the replay
+  std::vector<training::Metric> metrics{};  ///< as the session set them; empty: measured on the trace
 };
-
-/// What is being done, and how much of it.
-using DebriefProgress = std::function<void(const std::string& doing, double share)>;
 
 /// Writes force.csv and force.png, with the recording's events.
 /// @throws files::ContentError
 void write_force(const files::OutputDirectory& out, const recording::Recording& recording,
                  const figures::ForceTrace& trace);
 
-/// Writes debrief.html, debrief.json, debrief.csv and path.csv of a session that was replayed.
+/// Writes debrief.html, debrief.json, debrief.csv and path.csv of a session.
 /// @throws files::ContentError, gpu::GpuError
 void write_page(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                const recording::Recording& recording, SessionReplay& replay, const DebriefSettings& settings);
+                const recording::Recording& recording, Footage& footage, const DebriefSettings& settings);
 
-/// What a session was, recorded and run again.
-struct ReplayedSession {
+/// What a session was, and what was kept of it.
+struct KeptSession {
   const content::Scene& scene;
   const recording::Recording& recording;
-  SessionReplay& replay;
+  Footage& footage;
   const figures::ForceTrace& force;
 };
 
-/// Writes the page and its numbers, view.png, ultrasound.png and session.png (of the still_moment()), session.mp4.
-/// @return frames of the film, 0: none was wanted
-/// @throws files::ContentError, gpu::GpuError
-int write_debrief(const files::OutputDirectory& out, const ReplayedSession& session, gpu::Device& device,
-                  const DebriefSettings& settings, const DebriefProgress& progress = {});
+/// All that a session leaves for people, piece by piece: what shows the session goes on between two pieces. Each file
+/// is in the folder as soon as it exists, and stays there whatever becomes of the rest. Thread: the device's.
+class DebriefWork {
+public:
+  /// Keeps references to `out` and what `session` refers to.
+  DebriefWork(files::OutputDirectory& out, const KeptSession& session, DebriefSettings settings);
+  ~DebriefWork();
+  DebriefWork(const DebriefWork&) = delete;
+  DebriefWork& operator=(const DebriefWork&) = delete;
+
+  /// Does the next piece, of a second at most where the processor draws: the page and its numbers first, then
+  /// view.png, ultrasound.png and session.png (of the still_moment()), then session.mp4 where one is wanted.
+  /// @throws files::ContentError, gpu::GpuError  step() then does the piece again, with that device or another
+  void step(gpu::Device& device);
+  /// Before a device goes: lets go of what was made with it.
+  void release_device();
+  bool done() const { return next_ == Piece::nothing; }
+  /// debrief.html is in the folder.
+  bool page_written() const { return page_written_; }
+  /// An expert to compare with is known now: the page is written again with it.
+  void compare_with(Expert expert);
+  /// A film is wanted.
+  void add_film();
+  /// It is not, unless add_film() asks for it later.
+  void leave_out_film() { settings_.film = false; }
+  /// What is still to come is not made.
+  void give_up();
+  /// Of the film written; 0: there is none.
+  int film_frames() const { return film_frames_; }
+  /// What is done next, and how much of it is.
+  std::string doing() const;
+  double share() const;
+
+private:
+  enum class Piece : std::uint8_t { moments, page, stills, film, nothing };
+  void write_page();
+  Piece after_page() const;
+
+  files::OutputDirectory& out_;
+  KeptSession session_;
+  DebriefSettings settings_;
+  Piece next_ = Piece::moments;
+  std::unique_ptr<KeyMomentPictures> moments_;
+  std::unique_ptr<Film> film_;
+  std::vector<DebriefPicture> pictures_;
+  bool page_written_ = false;
+  bool stills_written_ = false;
+  int film_frames_ = 0;
+};
 
 }  // namespace stylet::debrief

@@ -1,5 +1,6 @@
 #include "engine/debrief/expert.h"
 
+#include "engine/debrief/session_replay.h"
 #include "engine/files/error.h"
 #include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"

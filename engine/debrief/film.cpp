@@ -23,45 +23,61 @@ stills::PictureSettings panes_of(const FilmSettings& film, const gpu::Device& de
           .multisample = !device.identity().is_lavapipe()};
 }
 
+/// A frame takes a software rasteriser most of a second.
+int frames_per_second(const FilmSettings& film, const gpu::Device& device) {
+  return film.frames_per_second / (device.identity().is_lavapipe() ? 2 : 1);
+}
+
 }  // namespace
 
-int write_film(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-               SessionReplay& replay, const figures::ForceTrace& force, const FilmSettings& settings,
-               const session::RunProgress& progress) {
-  const FrameHistory& frames = replay.frames();
-  const figures::Font font = figures::Font::load();
-  stills::Pictures pictures(device, scene, panes_of(settings, device));
-  // A frame takes a software rasteriser most of a second.
-  const int frames_per_second = settings.frames_per_second / (device.identity().is_lavapipe() ? 2 : 1);
-  figures::VideoWriter video(
-      out.staged("session.mp4"),
-      {.width = settings.width, .height = settings.height, .frames_per_second = frames_per_second});
-  state::FrameState frame = frames.make_frame();
-  const double from_s = std::max(settings.from_s, frames.begin_s());
-  const double span_s = std::max(0.0, std::min(settings.to_s, frames.end_s()) - from_s);
-  const double step_s = settings.speed / frames_per_second;
-  const auto count = static_cast<int>(std::floor(span_s / step_s + 1e-9)) + 1;
-  for (int i = 0; i < count; ++i) {
-    if (progress) progress(static_cast<double>(i) / count);
-    replay.frame_at(from_s + i * step_s, frame);
-    picture::Picture picture = stills::compose_frame(pictures.draw(frame, scene.camera), frame, force, font,
-                                                     settings.width, settings.height);
-    if (settings.speed != 1) {
-      figures::Canvas(picture).text(font, fmt::format("{:g} x speed", settings.speed), {110, 20}, 17,
+Film::Film(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device, Footage& footage,
+           const figures::ForceTrace& force, const FilmSettings& settings)
+    : scene_(scene),
+      footage_(footage),
+      force_(force),
+      settings_(settings),
+      font_(figures::Font::load()),
+      pictures_(device, scene, panes_of(settings, device)),
+      video_(out.staged("session.mp4"), {.width = settings.width,
+                                         .height = settings.height,
+                                         .frames_per_second = frames_per_second(settings, device)}),
+      frame_(footage.frames().make_frame()) {
+  const FrameHistory& frames = footage.frames();
+  from_s_ = std::max(settings.from_s, frames.begin_s());
+  const double span_s = std::max(0.0, std::min(settings.to_s, frames.end_s()) - from_s_);
+  step_s_ = settings.speed / frames_per_second(settings, device);
+  count_ = static_cast<int>(std::floor(span_s / step_s_ + 1e-9)) + 1;
+}
+
+bool Film::draw_next() {
+  if (next_ < count_) {
+    footage_.frame_at(from_s_ + next_ * step_s_, frame_);
+    picture::Picture picture = stills::compose_frame(pictures_.draw(frame_, scene_.camera), frame_, force_, font_,
+                                                     settings_.width, settings_.height);
+    if (settings_.speed != 1) {
+      figures::Canvas(picture).text(font_, fmt::format("{:g} x speed", settings_.speed), {110, 20}, 17,
                                     {226, 232, 236, 255});
     }
-    video.add_frame(picture.rgba);
+    video_.add_frame(picture.rgba);
+    if (++next_ == count_) video_.finish();
   }
-  video.finish();
-  return video.frames();
+  return next_ < count_;
+}
+
+int write_film(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device, Footage& footage,
+               const figures::ForceTrace& force, const FilmSettings& settings, const session::RunProgress& progress) {
+  Film film(out, scene, device, footage, force, settings);
+  do {
+    if (progress) progress(film.share());
+  } while (film.draw_next());
+  return film.frames();
 }
 
 void write_stills(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
-                  SessionReplay& replay, double time_s, const figures::ForceTrace& force,
-                  const StillSettings& settings) {
+                  Footage& footage, double time_s, const figures::ForceTrace& force, const StillSettings& settings) {
   const FilmSettings& film = settings.film;
-  state::FrameState moment = replay.frames().make_frame();
-  replay.frame_at(time_s, moment);
+  state::FrameState moment = footage.frames().make_frame();
+  footage.frame_at(time_s, moment);
   stills::Pictures panes(device, scene, panes_of(film, device));
   picture::write_png(out.staged("session.png"),
                      stills::compose_frame(panes.draw(moment, scene.camera), moment, force, figures::Font::load(),

@@ -21,7 +21,7 @@ private:
   state::FrameState frame_;
 };
 
-double duration_s(const recording::Recording& recording, const content::Scene& scene) {
+double length_s(const recording::Recording& recording, const content::Scene& scene) {
   return static_cast<double>(recording.haptic.size()) / scene.rates.haptic_hz;
 }
 
@@ -30,9 +30,9 @@ double duration_s(const recording::Recording& recording, const content::Scene& s
 SessionReplay::SessionReplay(const content::Scene& scene, const recording::Recording& recording)
     : scene_(scene),
       recording_(recording),
-      force_(scene, duration_s(recording, scene)),
+      force_(scene, length_s(recording, scene)),
       publisher_(scene),
-      tracer_(scene, duration_s(recording, scene)),
+      tracer_(scene, length_s(recording, scene)),
       procedure_(scene, recording.events),
       frames_(session::rest_frame(scene)) {}
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
-#include "engine/debrief/frame_history.h"
+#include "engine/debrief/footage.h"
 #include "engine/recording/recording.h"
 #include "engine/session/force_recorder.h"
 #include "engine/session/frame_publisher.h"
@@ -17,7 +17,7 @@ namespace stylet::debrief {
 
 /// Physics runs from the start, since each state follows from the one before; frames() and frame_at() may be looked
 /// at from another thread while run() is under way, everything else when it is over.
-class SessionReplay {
+class SessionReplay final : public Footage {
 public:
   /// @param scene      of the recording's scenario and haptic rate
   /// @param recording  both outlive this
@@ -26,13 +26,13 @@ public:
   /// Once. @throws files::ContentError  as session::replay()
   void run(const session::RunProgress& progress = {});
 
-  const FrameHistory& frames() const { return frames_; }
-  /// The frame of a time with what the procedure shows then. @return false: nothing has been replayed yet
-  bool frame_at(double time_s, state::FrameState& frame);
+  const FrameHistory& frames() const override { return frames_; }
+  bool frame_at(double time_s, state::FrameState& frame) override;
   const session::ReplayResult& result() const { return result_; }
   std::uint64_t state_hash() const { return hash_.state(); }
   const figures::ForceTrace& force() const { return force_.trace(); }
-  const training::Trace& trace() const { return trace_; }
+  const training::Trace& trace() const override { return trace_; }
+  double duration_s() const override { return result_.run.duration_s; }
 
 private:
   const content::Scene& scene_;

@@ -8,13 +8,22 @@
 #include "engine/view/orbit.h"
 #include "haptic/mouse_device.h"
 
+#include <cstdint>
 #include <variant>
 
 namespace stylet::desktop {
 
 struct EndSession {};
 
-using Command = std::variant<EndSession, CourseButton, haptic::NeedleMove, session::ProbeCommand, scanner::Command,
-                             PanelCommand, view::CameraCommand>;
+/// When the session is over; CourseButton::again does it once more.
+enum class EndButton : std::uint8_t {
+  next,     ///< scenario
+  debrief,  ///< is opened
+  film,     ///< is made
+  leave,
+};
+
+using Command = std::variant<EndSession, EndButton, CourseButton, haptic::NeedleMove, session::ProbeCommand,
+                             scanner::Command, PanelCommand, view::CameraCommand>;
 
 }  // namespace stylet::desktop

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace stylet::desktop {
 namespace {
@@ -114,6 +115,45 @@ bool DesktopView::handle(const view::Input& input) {
   return true;
 }
 
+void DesktopView::end(panels::Ending ending) {
+  ending_ = std::move(ending);
+  scanner_.watch(nullptr);  // nobody watches what does not change
+}
+
+std::optional<EndWish> DesktopView::handle_at_end(const view::Input& input, const std::string& next) {
+  next_ = next;
+  std::optional<EndWish> wish = std::exchange(asked_at_end_, std::nullopt);
+  for (const Command& command : commands_of(input)) {
+    if (std::holds_alternative<EndSession>(command)) wish = EndButton::leave;
+    if (const auto* button = std::get_if<EndButton>(&command)) wish = *button;
+    const auto* course = std::get_if<CourseButton>(&command);
+    if (course != nullptr && *course == CourseButton::again) wish = *course;
+    // Needle and probe stay where the session left them.
+    if (std::holds_alternative<PanelCommand>(command) || std::holds_alternative<view::CameraCommand>(command) ||
+        std::holds_alternative<scanner::Command>(command)) {
+      apply(command);
+    }
+  }
+  scanner_.poll(session_.time_s());
+  if (wish && *wish == EndWish(EndButton::next) && next.empty()) wish.reset();
+  return wish;
+}
+
+std::vector<Choice> DesktopView::end_choices() {
+  std::vector<Choice> choices;
+  end_wishes_.clear();
+  const auto offer = [&](const EndWish& wish, const std::string& key, const std::string& label) {
+    end_wishes_.push_back(wish);
+    choices.push_back({.label = label, .key = key});
+  };
+  offer(CourseButton::again, key_of(CourseButton::again), "try again");
+  if (!next_.empty()) offer(EndButton::next, key_of(EndButton::next), "next: " + next_);
+  offer(EndButton::debrief, key_of(EndButton::debrief), "open the debrief");
+  offer(EndButton::film, key_of(EndButton::film), "make a film");
+  offer(EndButton::leave, key_of(EndButton::leave), "leave");
+  return choices;
+}
+
 void DesktopView::apply(const Command& command) {
   if (const auto* move = std::get_if<haptic::NeedleMove>(&command); move != nullptr && settings_.mouse != nullptr) {
     settings_.mouse->lead(*move);
@@ -158,9 +198,25 @@ void DesktopView::draw(int width, int height, double dt_s) {
   const std::uint64_t images = scanner_.images();
   scanner_.draw(frame_);
   imaged_ = scanner_.images() != images;
+  DesktopFacts facts{.session = panels::facts_of(scene_, settings_.course),
+                     .device = settings_.device,
+                     .led_by_keys = settings_.mouse != nullptr,
+                     .ending = ending()};
+  if (settings_.pictures != nullptr) facts.pictures = words(settings_.pictures->recent(), renderer_->settings());
+  std::vector<CourseChoice> choices;
+  if (ending_) {
+    facts.choices = end_choices();
+  } else if (settings_.course != nullptr) {
+    choices = course_choices(settings_.course->state());
+    for (const CourseChoice& choice : choices) {
+      facts.choices.push_back({.label = choice.label, .key = key_of(choice.button)});
+    }
+  }
+  watch_.fill(facts.session);
+  scanner_place_ = panels_.layout(facts, width, height).ultrasound;
   const VkExtent3D screen = scanner_.screen().extent();
-  const picture::Pane pane = picture::fitted(picture::PaneLayout::over_scene(width, height).ultrasound,
-                                             static_cast<int>(screen.width), static_cast<int>(screen.height));
+  const picture::Pane pane =
+      picture::fitted(scanner_place_, static_cast<int>(screen.width), static_cast<int>(screen.height));
   renderer_->render(frame_, camera_,
                     {.plane = scanner_.in_view(),
                      .screen = &scanner_.screen(),
@@ -170,18 +226,8 @@ void DesktopView::draw(int width, int height, double dt_s) {
                        session_.newest_needle().show(pose.positions, pose.orientations);
                      }});
 
-  DesktopFacts facts{.session = panels::facts_of(scene_, settings_.course),
-                     .device = settings_.device,
-                     .led_by_keys = settings_.mouse != nullptr};
-  if (settings_.pictures != nullptr) facts.pictures = words(settings_.pictures->recent(), renderer_->settings());
-  std::vector<CourseChoice> choices;
-  if (settings_.course != nullptr) choices = course_choices(settings_.course->state());
-  for (const CourseChoice& choice : choices) {
-    facts.choices.push_back({.label = choice.label, .key = key_of(choice.button)});
-  }
-  watch_.fill(facts.session);
-  const PanelInput asked = panels_.draw(facts, scanner_.console(), width, height,
-                                        picture::PaneLayout::over_scene(width, height).ultrasound);
+  const PanelInput asked = panels_.draw(facts, scanner_.console(), width, height);
+  if (asked.choice && ending_ && *asked.choice < end_wishes_.size()) asked_at_end_ = end_wishes_[*asked.choice];
   if (asked.choice && *asked.choice < choices.size()) actions_.push_back(choices[*asked.choice].action);
   for (const scanner::Command& command : asked.scanner) scanner_.apply(command, session_.time_s());
 }

@@ -5,7 +5,7 @@
 //   overlay.begin(...);
 //   if (!desktop.handle(overlay.wants_pointer() ? view::without_pointer(input) : input)) return;
 //   desktop.draw(window.width(), window.height(), dt);
-//   window.present(desktop.scene(), &desktop.scanner_screen(), overlay);
+//   window.present(desktop.scene(), {desktop.scanner_screen(), desktop.scanner_place()}, overlay);
 #pragma once
 
 #include "engine/content/scene.h"
@@ -24,6 +24,7 @@
 
 #include <optional>
 #include <string>
+#include <variant>
 
 namespace stylet::desktop {
 
@@ -33,6 +34,9 @@ struct Arrangement {
   std::optional<content::Camera> camera{};  ///< none: the scene's
   Panels panels{};
 };
+
+/// What a user wants when the session is over: one of its buttons, or to do it again.
+using EndWish = std::variant<EndButton, CourseButton>;
 
 struct DesktopSettings {
   bool stereo = false;                          ///< both eyes side by side
@@ -69,6 +73,14 @@ public:
 
   /// @return false: the session is over, or the user wants to end it or to try again
   bool handle(const view::Input& input);
+  /// The session is over: what it came to is shown from now on, beside where it ended.
+  void end(panels::Ending ending);
+  /// Where something of it changes while it is shown. @return null: the session is not over
+  panels::Ending* ending() { return ending_ ? &*ending_ : nullptr; }
+  /// In place of handle() when the session is over: looking round goes on.
+  /// @param next  title of the scenario that comes next; empty: there is none
+  /// @return what the user wants now
+  std::optional<EndWish> handle_at_end(const view::Input& input, const std::string& next);
   /// Draws the session as it is now for a frame of that size, and its panels into the overlay that has begun.
   /// @param dt_s  since the frame before
   void draw(int width, int height, double dt_s);
@@ -81,12 +93,15 @@ public:
   /// Time the GPU spent on the passes of the last frame, "view ..." and, where it made an image, "ultrasound ...";
   /// waits for it.
   std::vector<gpu::Timestamps::Span> pass_times() const;
+  /// Where it lies in the frame that was drawn.
+  const picture::Pane& scanner_place() const { return scanner_place_; }
   const Panels& panels() const { return panels_; }
   Arrangement arrangement() const { return {.scanner = scanner_.console(), .camera = camera_, .panels = panels_}; }
 
 private:
   /// What is neither of the course nor the end of the session.
   void apply(const Command& command);
+  std::vector<Choice> end_choices();
   void fit_renderer(int width, int height, double dt_s);
 
   gpu::Device& device_;
@@ -98,9 +113,14 @@ private:
   Panels panels_;
   RenderScale scale_;
   std::optional<render::Renderer> renderer_;
+  std::optional<panels::Ending> ending_;   ///< the session is over
+  std::vector<EndWish> end_wishes_;        ///< that can be had, as their buttons are shown
+  std::string next_;                       ///< scenario
+  std::optional<EndWish> asked_at_end_;    ///< on the panels
   std::vector<training::Action> actions_;  ///< asked for on the panels, not told to the course yet
-  double fits_for_s_ = 0;                  ///< the size wanted has not been the renderer's for so long
-  bool imaged_ = false;                    ///< for the last frame
+  picture::Pane scanner_place_{};
+  double fits_for_s_ = 0;  ///< the size wanted has not been the renderer's for so long
+  bool imaged_ = false;    ///< for the last frame
   state::FrameState frame_;
   content::Camera camera_;
 };

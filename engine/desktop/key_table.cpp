@@ -55,7 +55,10 @@ void add_session(std::vector<KeyLine>& table) {
                              {section, {{Key::t, CourseButton::sample}}, "", "fire, heat or draw"},
                              {section, {{Key::x, CourseButton::pause}}, "", "pause, go on"},
                              {section, {{Key::backspace, CourseButton::again}}, "", "try again"},
-                             {section, {{Key::q, EndSession{}}}, "", "end of the session"}});
+                             {section, {{Key::q, EndSession{}}}, "", "end of the session"},
+                             {section, {{Key::o, EndButton::debrief}}, "", "afterwards open the debrief"},
+                             {section, {{Key::n, EndButton::next}}, "", "next scenario"},
+                             {section, {{Key::f9, EndButton::film}}, "", "make a film"}});
 }
 
 void add_needle(std::vector<KeyLine>& table) {
@@ -200,15 +203,28 @@ std::span<const KeyLine> key_table() {
   return table;
 }
 
-std::string key_of(CourseButton button) {
+namespace {
+
+template <typename Button>
+std::string key_of_button(Button button) {
   for (const KeyLine& line : key_table()) {
     for (const KeyBinding& binding : line.keys) {
-      if (const auto* bound = std::get_if<CourseButton>(&binding.command); bound != nullptr && *bound == button) {
+      if (const auto* bound = std::get_if<Button>(&binding.command); bound != nullptr && *bound == button) {
         return view::key_name(binding.key);
       }
     }
   }
   return "";
+}
+
+}  // namespace
+
+std::string key_of(CourseButton button) {
+  return key_of_button(button);
+}
+
+std::string key_of(EndButton button) {
+  return button == EndButton::leave ? "Q" : key_of_button(button);
 }
 
 std::vector<std::string> help_lines(KeySection section) {

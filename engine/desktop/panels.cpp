@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace stylet::desktop {
 namespace {
@@ -17,11 +18,33 @@ constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_N
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
                                     ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
 constexpr ImGuiWindowFlags kFitted = kFixed | ImGuiWindowFlags_AlwaysAutoResize;
-constexpr float kWidth = 21;  // ems of the panels on the left
 
 using panels::em;
 
 using Commands = std::vector<scanner::Command>;
+
+/// How a panel fills its place: all of it, or as high as what it says, at the top, in the middle or at the bottom.
+enum class Fill : std::uint8_t { all, top, middle, bottom };
+
+/// Begins a panel in its place; what does not fit scrolls. ImGui::End() ends it in any case. @return it is seen
+bool panel(const char* title, const picture::Pane& place, Fill fill) {
+  const ImVec2 at(static_cast<float>(place.x), static_cast<float>(place.y));
+  const ImVec2 size(static_cast<float>(place.width), static_cast<float>(place.height));
+  const float share = fill == Fill::bottom ? 1.0F : fill == Fill::middle ? 0.5F : 0.0F;
+  ImGui::SetNextWindowPos({at.x, at.y + share * size.y}, ImGuiCond_Always, {0, share});
+  if (fill == Fill::all) {
+    ImGui::SetNextWindowSize(size);
+  } else {
+    ImGui::SetNextWindowSizeConstraints({size.x, 0}, size);
+    ImGui::SetNextWindowSize({size.x, 0});  // as high as it needs
+  }
+  return ImGui::Begin(title, nullptr, title[0] == '#' ? kFixed | ImGuiWindowFlags_NoTitleBar : kFixed);
+}
+
+/// Ems from the left edge of what a panel says to its right edge.
+float inner_width() {
+  return ImGui::GetContentRegionAvail().x / em();
+}
 
 /// A knob in the units people read. @return the value that it was moved to
 std::optional<double> moved_knob(const char* label, double value, const ultrasound::ControlLimits::Range& range,
@@ -78,22 +101,31 @@ void draw_scanner(const scanner::ScannerConsole& console, Commands& commands) {
   if (ImGui::Button("reset (C)")) commands.push_back(scanner::Reset{});
 }
 
-/// The panel on the upper left. @return the choice whose button was pressed
-std::optional<std::size_t> draw_procedure(const DesktopFacts& facts) {
+/// A row of buttons that goes on in the next line where it is full. @return the choice whose button was pressed
+std::optional<std::size_t> draw_choices(const std::vector<Choice>& choices) {
   std::optional<std::size_t> chosen;
-  panels::draw_course(facts.session, kWidth);
-  for (std::size_t i = 0; i < facts.choices.size(); ++i) {
-    const Choice& choice = facts.choices[i];
-    if (i > 0) ImGui::SameLine();
-    ImGui::BeginDisabled(!choice.why_not.empty());
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float right = ImGui::GetCursorScreenPos().x + ImGui::GetContentRegionAvail().x;
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    const Choice& choice = choices[i];
     const std::string label = choice.key.empty() ? choice.label : fmt::format("{} ({})", choice.label, choice.key);
+    const float width = ImGui::CalcTextSize(label.c_str()).x + 2 * style.FramePadding.x;
+    if (i > 0 && ImGui::GetItemRectMax().x + style.ItemSpacing.x + width <= right) ImGui::SameLine();
+    ImGui::BeginDisabled(!choice.why_not.empty());
     if (ImGui::Button(label.c_str())) chosen = i;
     ImGui::EndDisabled();
     if (!choice.why_not.empty() && ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) {
       ImGui::SetTooltip("%s", choice.why_not.c_str());
     }
   }
-  ImGui::PushTextWrapPos(kWidth * em());
+  return chosen;
+}
+
+/// The panel on the upper left. @return the choice whose button was pressed
+std::optional<std::size_t> draw_procedure(const DesktopFacts& facts) {
+  panels::draw_course(facts.session, inner_width());
+  const auto chosen = facts.ending == nullptr ? draw_choices(facts.choices) : std::nullopt;
+  ImGui::PushTextWrapPos(0);
   ImGui::TextDisabled("needle: %s   H: keys", facts.device.c_str());
   ImGui::PopTextWrapPos();
   return chosen;
@@ -105,6 +137,12 @@ void draw_figures(const DesktopFacts& facts, int width, int height) {
   constexpr ImGuiWindowFlags kLine = kFitted | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoInputs;
   if (ImGui::Begin("Pictures", nullptr, kLine)) ImGui::TextUnformatted(facts.pictures.c_str());
   ImGui::End();
+}
+
+/// What the session came to, and what to do now. @return the choice whose button was pressed
+std::optional<std::size_t> draw_ending(const DesktopFacts& facts) {
+  panels::draw_ending(*facts.ending, inner_width());
+  return draw_choices(facts.choices);
 }
 
 }  // namespace
@@ -161,44 +199,51 @@ void Panels::draw_help(const DesktopFacts& facts, int width, int height) {
   ImGui::End();
 }
 
-void Panels::draw_briefing(const panels::SessionFacts& facts, int width, int height) {
-  ImGui::SetNextWindowPos({static_cast<float>(width) / 2, static_cast<float>(height) / 2}, ImGuiCond_Always,
-                          {0.5F, 0.5F});
-  if (ImGui::Begin("Briefing", nullptr, kFitted)) {
-    panels::draw_briefing(facts, 34);
-  }
-  ImGui::End();
+OpenPanels Panels::open(const DesktopFacts& facts) const {
+  const bool ending = facts.ending != nullptr;
+  if (hidden_) return {.force = false, .ending = ending};
+  return {.force = force_,
+          .scanner = scanner_,
+          .instructor = instructor_,
+          .briefing = !ending && !help_ && !facts.session.briefing.empty(),
+          .ending = ending};
 }
 
-PanelInput Panels::draw(const DesktopFacts& facts, const scanner::ScannerConsole& console, int width, int height,
-                        const picture::Pane& ultrasound) {
-  PanelInput input;
-  if (help_) draw_help(facts, width, height);
-  if (figures_) draw_figures(facts, width, height);
-  if (hidden_) return input;
-  const panels::SessionFacts& session = facts.session;
-  if (!session.briefing.empty() && !help_) draw_briefing(session, width, height);
-  const auto margin = static_cast<float>(height) / 60;
-  ImGui::SetNextWindowPos({margin, margin});
-  if (ImGui::Begin(session.title.c_str(), nullptr, kFitted)) input.choice = draw_procedure(facts);
-  ImGui::End();
+Layout Panels::layout(const DesktopFacts& facts, int width, int height) const {
+  return layout_of(width, height, em(), open(facts));
+}
 
-  if (force_) {
-    ImGui::SetNextWindowPos({margin, static_cast<float>(height) - margin}, ImGuiCond_Always, {0, 1});
-    if (ImGui::Begin("Force (N) against depth (mm)", nullptr, kFitted)) panels::draw_force(session, kWidth, 12.3F);
+PanelInput Panels::draw(const DesktopFacts& facts, const scanner::ScannerConsole& console, int width, int height) {
+  PanelInput input;
+  const OpenPanels open = this->open(facts);
+  const Layout layout = this->layout(facts, width, height);
+  const panels::SessionFacts& session = facts.session;
+  if (help_) draw_help(facts, width, height);
+  if (figures_ && !open.ending) draw_figures(facts, width, height);
+  if (open.ending && panel("##ending", layout.middle, Fill::middle)) input.choice = draw_ending(facts);
+  if (open.ending) ImGui::End();
+  if (hidden_) return input;
+  if (open.briefing) {
+    if (panel("Briefing", layout.middle, Fill::middle)) panels::draw_briefing(session, inner_width());
     ImGui::End();
   }
-  if (scanner_) {
-    ImGui::SetNextWindowPos(
-        {static_cast<float>(ultrasound.x), static_cast<float>(ultrasound.y + ultrasound.height) + margin});
-    ImGui::SetNextWindowSize({static_cast<float>(ultrasound.width), 0});
-    if (ImGui::Begin("Scanner", nullptr, kFixed)) draw_scanner(console, input.scanner);
+  if (panel(session.title.c_str(), layout.course, Fill::top)) {
+    const std::optional<std::size_t> chosen = draw_procedure(facts);
+    if (chosen) input.choice = chosen;
+  }
+  ImGui::End();
+  if (open.force) {
+    if (panel("Force (N) against depth (mm)", layout.force, Fill::all)) {
+      panels::draw_force(session, inner_width(), ImGui::GetContentRegionAvail().y / em());
+    }
     ImGui::End();
   }
-  if (instructor_) {
-    ImGui::SetNextWindowPos({static_cast<float>(width) - margin, static_cast<float>(height) - margin},
-                            ImGuiCond_Always, {1, 1});
-    if (ImGui::Begin("Instructor", nullptr, kFitted)) draw_instructor(session);
+  if (open.scanner) {
+    if (panel("Scanner", layout.scanner, Fill::top)) draw_scanner(console, input.scanner);
+    ImGui::End();
+  }
+  if (open.instructor) {
+    if (panel("Instructor", layout.instructor, Fill::bottom)) draw_instructor(session);
     ImGui::End();
   }
   return input;

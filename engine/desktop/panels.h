@@ -2,8 +2,9 @@
 // watches. Drawn with Dear ImGui between view::Overlay::begin() and draw(); they know no window and no GPU.
 #pragma once
 
+#include "engine/desktop/layout.h"
+#include "engine/panels/ending.h"
 #include "engine/panels/session_facts.h"
-#include "engine/picture/panes.h"
 #include "engine/scanner/scanner_console.h"
 
 #include <cstdint>
@@ -24,9 +25,10 @@ struct Choice {
 struct DesktopFacts {
   panels::SessionFacts session{};
   std::vector<Choice> choices{};
-  std::string device{};      ///< what leads the needle
-  bool led_by_keys = false;  ///< the needle
-  std::string pictures{};    ///< how often they come and how old they are
+  std::string device{};                    ///< what leads the needle
+  bool led_by_keys = false;                ///< the needle
+  std::string pictures{};                  ///< how often they come and how old they are
+  const panels::Ending* ending = nullptr;  ///< the session is over: what it came to
 };
 
 /// How much of the patient is seen.
@@ -53,10 +55,10 @@ class Panels {
 public:
   void apply(PanelCommand command);
   /// Draws them for a frame of that size.
-  /// @param console     shown on the sliders
-  /// @param ultrasound  where its image lies
-  PanelInput draw(const DesktopFacts& facts, const scanner::ScannerConsole& console, int width, int height,
-                  const picture::Pane& ultrasound);
+  /// @param console  shown on the sliders
+  PanelInput draw(const DesktopFacts& facts, const scanner::ScannerConsole& console, int width, int height);
+  /// Where they lie while such facts are shown, within a frame of the overlay.
+  Layout layout(const DesktopFacts& facts, int width, int height) const;
 
   PatientView patient_view() const { return patient_view_; }
   bool hidden() const { return hidden_; }
@@ -65,7 +67,7 @@ public:
   bool figures() const { return figures_; }
 
 private:
-  static void draw_briefing(const panels::SessionFacts& facts, int width, int height);
+  OpenPanels open(const DesktopFacts& facts) const;
   static void draw_help(const DesktopFacts& facts, int width, int height);
   void draw_instructor(const panels::SessionFacts& facts);
 

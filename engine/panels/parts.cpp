@@ -13,6 +13,7 @@ namespace {
 const ImVec4 kAxial{0.15F, 0.57F, 0.71F, 1};
 const ImVec4 kLateral{0.80F, 0.40F, 0.10F, 1};
 const ImVec4 kHint{0.93F, 0.80F, 0.32F, 1};
+const ImVec4 kPassed{0.18F, 0.65F, 0.25F, 1};
 const ImVec4 kFaint{0.25F, 0.30F, 0.33F, 1};
 
 ImVec4 colour_of(Concern concern) {
@@ -78,6 +79,25 @@ void draw_force_curve(std::span<const figures::ForceSample> samples, const ImVec
   curve(&figures::ForceSample::axial, kAxial);
 }
 
+/// What was measured, and the points it got.
+void draw_points(const std::vector<EndingLine>& lines) {
+  if (lines.empty() || !ImGui::BeginTable("points", 3, ImGuiTableFlags_SizingStretchProp)) return;
+  ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch);
+  ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed);
+  ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed);
+  for (const EndingLine& line : lines) {
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    ImGui::TextUnformatted(line.title.c_str());
+    ImGui::TableNextColumn();
+    ImGui::TextDisabled("%s", line.value.c_str());
+    ImGui::TableNextColumn();
+    const bool low = line.failed || line.points < line.most / 2;
+    ImGui::TextColored(low ? colour_of(Concern::caution) : kPassed, "%.0f / %.0f", line.points, line.most);
+  }
+  ImGui::EndTable();
+}
+
 std::string clock(double time_s) {
   const int seconds = static_cast<int>(time_s);
   return fmt::format("{}:{:02}", seconds / 60, seconds % 60);
@@ -106,6 +126,37 @@ void draw_briefing(const SessionFacts& facts, float width) {
     ImGui::Spacing();
   }
   ImGui::PopTextWrapPos();
+}
+
+void draw_ending(const Ending& ending, float width) {
+  ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + width * em());
+  if (ending.score) {
+    const ImVec4 verdict = ending.passed ? kPassed : colour_of(Concern::danger);
+    ImGui::SetWindowFontScale(2);
+    ImGui::TextColored(verdict, "%.0f", *ending.score);
+    ImGui::SetWindowFontScale(1);
+    ImGui::SameLine();
+    ImGui::BeginGroup();
+    ImGui::TextColored(verdict, "%s", ending.passed ? "Passed" : "Not passed");
+    ImGui::TextDisabled("of 100; %.0f are to be reached", ending.pass_mark);
+    ImGui::EndGroup();
+  } else {
+    ImGui::TextColored(kAxial, "The session is over");
+  }
+  for (const std::string& line : ending.result) ImGui::TextUnformatted(line.c_str());
+  if (!ending.advice.empty()) {
+    ImGui::Spacing();
+    ImGui::TextColored(kHint, "%s", ending.advice.c_str());
+  }
+  ImGui::PopTextWrapPos();
+  draw_points(ending.lines);
+  ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + width * em());
+  if (!ending.doing.empty()) {
+    ImGui::ProgressBar(static_cast<float>(ending.share), {-1, 0}, ending.doing.c_str());
+  }
+  if (!ending.note.empty()) ImGui::TextDisabled("%s", ending.note.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::Spacing();
 }
 
 void draw_force(const SessionFacts& facts, float width, float height) {

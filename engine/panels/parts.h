@@ -2,6 +2,7 @@
 // same on a desktop and on the monitor in the room. Lengths are ems of the font.
 #pragma once
 
+#include "engine/panels/ending.h"
 #include "engine/panels/session_facts.h"
 
 namespace stylet::panels {
@@ -13,6 +14,8 @@ float em();
 void draw_course(const SessionFacts& facts, float width);
 /// Paragraphs of the briefing.
 void draw_briefing(const SessionFacts& facts, float width);
+/// Score, result, advice, where points were lost, what is still under way.
+void draw_ending(const Ending& ending, float width);
 /// Force against depth with its legend, the whole of it in `width` x `height`.
 void draw_force(const SessionFacts& facts, float width, float height);
 /// Depth of the needle, force on hand and skin.

@@ -48,15 +48,6 @@ PaneLayout PaneLayout::of(int width, int height, bool with_plot) {
   return layout;
 }
 
-PaneLayout PaneLayout::over_scene(int width, int height) {
-  PaneLayout layout;
-  layout.scene = {0, 0, width, height};
-  const int margin = height / 60;
-  const int column = std::min(width * 3 / 8, height * 2 / 3);
-  layout.ultrasound = {width - column - margin, margin, column, column * 3 / 4};
-  return layout;
-}
-
 Pane fitted(const Pane& pane, int width, int height) {
   if (width < 1 || height < 1 || pane.width < 1 || pane.height < 1) return {pane.x, pane.y, 0, 0};
   const double scale = std::min(static_cast<double>(pane.width) / width, static_cast<double>(pane.height) / height);

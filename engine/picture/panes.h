@@ -22,8 +22,6 @@ struct PaneLayout {
 
   /// For a frame of any size >= 1 x 1. Without a plot the ultrasound takes the whole right column.
   static PaneLayout of(int width, int height, bool with_plot);
-  /// The scene fills the frame, the ultrasound lies on it at the upper right, with 4:3. No plot.
-  static PaneLayout over_scene(int width, int height);
 };
 
 /// The largest rectangle with the aspect of width x height that fits `pane`, centred.

@@ -23,7 +23,10 @@ Events TrainingSession::step(std::span<const Action> actions) {
   const Watched& seen = watch_.latest();
   tip_tissue_ = seen.tip_tissue;
   Events events = flow_.step(seen.now, actions);
-  if (procedure_) procedure_->catch_up(seen.now, events);
+  if (procedure_) {
+    procedure_->catch_up(seen.now, events);
+    shown_.add(seen.now.time_s, *procedure_);
+  }
   return events;
 }
 

@@ -11,6 +11,7 @@
 #include "engine/session/live_session.h"
 #include "engine/training/flow.h"
 #include "engine/training/procedure_watch.h"
+#include "engine/training/shown_history.h"
 
 #include <memory>
 #include <span>
@@ -49,6 +50,8 @@ public:
   const procedures::Procedure* procedure() const { return procedure_.get(); }
   /// What was sampled or destroyed, some lines for the terminal; empty: nothing.
   std::string result_in_words() const { return procedure_ ? procedure_->result_in_words() : std::string(); }
+  /// What the procedure showed at every time that was polled.
+  const ShownHistory& shown() const { return shown_; }
   /// Adds to a frame what the procedure shows.
   void show(state::FrameState& frame) const {
     if (procedure_) procedure_->show(frame);
@@ -58,6 +61,7 @@ private:
   std::unique_ptr<procedures::Procedure> procedure_;  // null: there is none
   ProcedureWatch watch_;
   Flow flow_;
+  ShownHistory shown_;
   int tip_tissue_ = 0;
 };
 

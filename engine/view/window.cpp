@@ -143,9 +143,22 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
   if (!device.can_present())
     throw gpu::GpuError("the device was made without a window's extensions; pass Display::vulkan_extensions()");
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
-  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-  window_.reset(glfwCreateWindow(settings.width, settings.height, settings.title.c_str(), nullptr, nullptr));
+  // A size that was there before is in pixels already.
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, settings.placement ? GLFW_FALSE : GLFW_TRUE);
+  glfwWindowHint(GLFW_MAXIMIZED, settings.placement && settings.placement->maximised ? GLFW_TRUE : GLFW_FALSE);
+  if (settings.placement) {
+    settings_.width = settings.placement->width;
+    settings_.height = settings.placement->height;
+  }
+  window_.reset(glfwCreateWindow(settings_.width, settings_.height, settings.title.c_str(), nullptr, nullptr));
   if (!window_) throw gpu::GpuError("cannot open a window: " + glfw_error() + "; run with --view headless");
+  if (settings.least_width > 0) {
+    glfwSetWindowSizeLimits(window_.get(), settings.least_width, settings.least_height, GLFW_DONT_CARE,
+                            GLFW_DONT_CARE);
+  }
+  if (settings.placement && !settings.placement->maximised) {
+    glfwSetWindowPos(window_.get(), settings.placement->x, settings.placement->y);
+  }
   surface_ = std::make_unique<Surface>(Surface{device.instance()});
   gpu::check(glfwCreateWindowSurface(device.instance(), window_.get(), nullptr, &surface_->handle),
              "glfwCreateWindowSurface");
@@ -281,6 +294,18 @@ Input Window::poll() {
   return std::exchange(pending_, Input{});
 }
 
+void Window::set_title(const std::string& title) {
+  glfwSetWindowTitle(window_.get(), title.c_str());
+}
+
+WindowPlacement Window::placement() const {
+  WindowPlacement placement;
+  glfwGetWindowPos(window_.get(), &placement.x, &placement.y);
+  glfwGetWindowSize(window_.get(), &placement.width, &placement.height);
+  placement.maximised = glfwGetWindowAttrib(window_.get(), GLFW_MAXIMIZED) == GLFW_TRUE;
+  return placement;
+}
+
 double Window::content_scale() const {
   float x = 1, y = 1;
   glfwGetWindowContentScale(window_.get(), &x, &y);
@@ -290,15 +315,25 @@ double Window::content_scale() const {
 void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, const picture::Picture* plot) {
   picture::PaneLayout layout = picture::PaneLayout::of(width(), height(), plot != nullptr);
   if (ultrasound == nullptr && plot == nullptr) layout.scene = {0, 0, width(), height()};
-  present({.scene = scene, .ultrasound = ultrasound, .plot = plot, .layout = layout});
+  present({.scene = &scene, .ultrasound = ultrasound, .plot = plot, .layout = layout});
 }
 
-void Window::present(const gpu::Image& scene, const gpu::Image* ultrasound, Overlay& overlay) {
+void Window::present(const gpu::Image& scene, const Placed& ultrasound, Overlay& overlay) {
   overlay_ = &overlay;
-  present({.scene = scene,
-           .ultrasound = ultrasound,
+  present({.scene = &scene,
+           .ultrasound = &ultrasound.picture,
            .overlay = &overlay,
-           .layout = picture::PaneLayout::over_scene(width(), height())});
+           .layout = {.scene = {0, 0, width(), height()}, .ultrasound = ultrasound.place, .plot = {}}});
+}
+
+void Window::present(Overlay& overlay) {
+  overlay_ = &overlay;
+  present({.overlay = &overlay});
+}
+
+void Window::forget_overlay() {
+  device_.settle();
+  overlay_ = nullptr;
 }
 
 void Window::idle() {
@@ -349,9 +384,9 @@ void Window::record(gpu::Commands& commands, std::uint32_t index, const Frame& f
   commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
   const auto& [scene, ultrasound, plot, overlay, layout] = frame;
   const picture::Pane& scene_pane = layout.scene;
-  const auto eyes = static_cast<int>(scene.settings().layers);
+  const auto eyes = scene != nullptr ? static_cast<int>(scene->settings().layers) : 0;
   for (int eye = 0; eye < eyes; ++eye)
-    blit(commands, scene, static_cast<std::uint32_t>(eye), target,
+    blit(commands, *scene, static_cast<std::uint32_t>(eye), target,
          {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
   if (ultrasound != nullptr) {
     const VkExtent3D size = ultrasound->extent();

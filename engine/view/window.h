@@ -35,10 +35,22 @@ public:
   std::vector<std::string> vulkan_extensions() const;
 };
 
+/// Where a window is, in the units of the window system.
+struct WindowPlacement {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+  bool maximised = false;
+};
+
 struct WindowSettings {
   std::string title = "Stylet";
+  std::optional<WindowPlacement> placement{};  ///< where it was before; none: where the window system wants it
   int width = 1280;  ///< pixels at content scale 1; on a display with twice the density twice as many
   int height = 720;
+  int least_width = 0;  ///< that a user can make it; 0: any
+  int least_height = 0;
   double frames_per_second = 60;  ///< most; present() sleeps to keep to it. 0: no limit
   bool capture = false;           ///< keep a copy of every frame for last_frame()
 };
@@ -59,9 +71,18 @@ public:
   /// keep to the frame rate.
   void present(const gpu::Image& scene, const gpu::Image* ultrasound = nullptr,
                const picture::Picture* plot = nullptr);
-  /// Shows a frame of a session: `scene` fills the window, the ultrasound lies on it at the upper right, where given,
-  /// and the panels of `overlay` on both.
-  void present(const gpu::Image& scene, const gpu::Image* ultrasound, Overlay& overlay);
+  /// A picture, and where in the window it lies.
+  struct Placed {
+    const gpu::Image& picture;
+    picture::Pane place;
+  };
+  /// Shows a frame of a session: `scene` fills the window, the ultrasound lies on it, and the panels of `overlay` on
+  /// both.
+  void present(const gpu::Image& scene, const Placed& ultrasound, Overlay& overlay);
+  /// Shows the panels of `overlay` alone, on a dark ground.
+  void present(Overlay& overlay);
+  /// Before the overlay of the frames so far goes: waits until none of them is drawn any more.
+  void forget_overlay();
   /// Of all frames; for the overlay's constructor.
   VkFormat format() const { return format_; }
   /// Pixels that text of one pixel should have: 2 on a display with twice the usual density.
@@ -69,6 +90,10 @@ public:
   /// In place of present() while the window is minimised: keeps to the frame rate, looks whether it is back.
   void idle();
   bool minimised() const { return extent_.width == 0 || extent_.height == 0; }
+
+  void set_title(const std::string& title);
+  /// For a window in the place of this one.
+  WindowPlacement placement() const;
 
   int width() const { return static_cast<int>(extent_.width); }
   int height() const { return static_cast<int>(extent_.height); }
@@ -83,7 +108,7 @@ private:
   void create_swapchain();
   /// What a frame shows, and where.
   struct Frame {
-    const gpu::Image& scene;
+    const gpu::Image* scene = nullptr;
     const gpu::Image* ultrasound = nullptr;
     const picture::Picture* plot = nullptr;
     Overlay* overlay = nullptr;

@@ -43,8 +43,8 @@ TEST(KeptAttempts, LieInFoldersOfTheirOwnWithScoreAndRecording) {
   EXPECT_NE(said.find("attempt-5"), std::string::npos) << "nothing is written over";
   keep(attempts, out, 81);
   EXPECT_TRUE(recording::cut_off_recordings(out).empty()) << "the recordings have moved";
-  ASSERT_EQ(attempts.folders().size(), 2U);
-  for (const fs::path& kept : attempts.folders()) {
+  ASSERT_EQ(attempts.without_page().size(), 2U);
+  for (const fs::path& kept : attempts.without_page()) {
     EXPECT_TRUE(recording::read_recording(recording::find_recording(kept)).complete()) << kept;
   }
   const auto json = nlohmann::json::parse(std::ifstream(out / "attempt-6" / "session.json"));
@@ -54,6 +54,25 @@ TEST(KeptAttempts, LieInFoldersOfTheirOwnWithScoreAndRecording) {
   EXPECT_EQ(list[0]["folder"], "attempt-5");
   EXPECT_EQ(list[0]["total"], 54);
   EXPECT_EQ(list[1]["passed"], true);
+}
+
+TEST(KeptAttempts, ThatWereOverTakeAllTheirFilesWithThem) {
+  const support::TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  KeptAttempts attempts(out);
+  keep(attempts, out, 54);  // broken off
+  for (const char* name : {"session.rec", "session.json", "force.csv", "debrief.html", "view.png", "notes.txt"}) {
+    std::ofstream(out / name) << name;
+  }
+  const fs::path aside = attempts.put_aside({.run = {.duration_s = 30}}, scored(75));
+  EXPECT_EQ(aside, out / "attempt-2");
+  for (const char* name : {"session.rec", "session.json", "force.csv", "debrief.html", "view.png"}) {
+    EXPECT_TRUE(fs::exists(aside / name)) << name;
+    EXPECT_FALSE(fs::exists(out / name)) << name << " would be taken for one of the next attempt";
+  }
+  EXPECT_TRUE(fs::exists(out / "notes.txt")) << "is the user's";
+  EXPECT_EQ(attempts.without_page(), std::vector<fs::path>{out / "attempt-1"}) << "only that has no debrief";
+  EXPECT_EQ(to_json(attempts.list())[1]["total"], 75);
 }
 
 }  // namespace

@@ -1,20 +1,32 @@
 // A program of its own that runs a session: a lab's server, as far as the library is concerned.
 #include "engine/app/run_session.h"
 
+#include "engine/app/debrief_recording.h"
 #include "engine/app/replay.h"
 #include "tests/readers/small_scenario.h"
+#include "tests/support/x_keyboard.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stylet::app {
 namespace {
 
 using ::testing::HasSubstr;
+
+std::string read_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 /// Remembers what it hears, and asks for the end from the so manyth report of a task's progress on.
 class Listener final : public SessionObserver {
@@ -26,14 +38,23 @@ public:
   void note(Note kind, const std::string& text) override {
     if (kind != Note::warning) notes.push_back(text);
   }
-  bool stop_requested() override { return stop_at_step > 0 && session_steps >= stop_at_step && !answered; }
+  bool stop_requested() override {
+    if (!stop_when_there.empty() && std::filesystem::exists(stop_when_there)) return true;
+    return stop_at_step > 0 && session_steps >= stop_at_step && !answered;
+  }
   void stop_answered() override { answered = true; }
-  void measured(const SessionResult& result) override { identical_when_measured = result.identical(); }
+  void measured(const SessionResult& result) override {
+    identical_when_measured = result.identical();
+    kept_when_measured = std::filesystem::exists(result.folder / "session.json") &&
+                         std::filesystem::exists(result.folder / "session.rec");
+  }
 
   int stop_at_step = 0;  ///< 0: never
   int session_steps = 0;
   bool answered = false;
   bool identical_when_measured = false;
+  bool kept_when_measured = false;
+  std::filesystem::path stop_when_there;  ///< asks for the end once this file exists
   std::vector<std::string> tasks;
   std::vector<std::string> notes;
 };
@@ -59,6 +80,7 @@ TEST_F(RunSession, LeavesItsResultsAndReplays) {
   EXPECT_TRUE(result.drawn) << result.not_drawn_because;
   EXPECT_TRUE(result.identical());
   EXPECT_TRUE(listener.identical_when_measured) << "the numbers were there before the pictures";
+  EXPECT_TRUE(listener.kept_when_measured) << "and in the folder";
   EXPECT_NEAR(result.report.run.duration_s, 1, 0.05);
   EXPECT_EQ(result.report.device, "recorded stylus");
   for (const char* name : {"session.rec", "session.json", "force.csv", "debrief.html", "view.png"}) {
@@ -78,6 +100,91 @@ TEST_F(RunSession, EndsEarlyWhereItsObserverAsksForIt) {
   EXPECT_TRUE(listener.answered);
   EXPECT_TRUE(result.drawn) << "asked for once";
   EXPECT_LT(result.report.run.duration_s, 0.5);
+}
+
+TEST_F(RunSession, ADebriefThatIsWrittenStaysWhenTheRestIsStopped) {
+  SessionSettings wanted = settings();
+  wanted.film = true;
+  wanted.seconds = 0.3;
+  Listener listener;
+  listener.stop_when_there = wanted.out / "debrief.html";
+  const SessionResult result = run_session(wanted, listener);
+  EXPECT_TRUE(std::filesystem::exists(result.folder / "debrief.html"));
+  EXPECT_TRUE(std::filesystem::exists(result.folder / "session.json"));
+  EXPECT_TRUE(result.page_written);
+  EXPECT_FALSE(result.drawn) << "it was there before all of the rest";
+  EXPECT_FALSE(std::filesystem::exists(result.folder / "session.mp4"));
+}
+
+TEST_F(RunSession, ADebriefOfWhatWasKeptIsThatOfTheReplay) {
+  SessionSettings wanted = settings();
+  wanted.seconds = 0.5;
+  Listener listener;
+  const SessionResult result = run_session(wanted, listener);
+  Listener again;
+  debrief_recording({.recording = result.folder.string(), .expert = "none", .out = files_.folder / "again"}, again);
+  for (const char* name : {"debrief.json", "debrief.csv", "path.csv", "debrief.html"}) {
+    EXPECT_TRUE(read_text(result.folder / name) == read_text(files_.folder / "again" / name)) << name;
+  }
+}
+
+/// A trainee at the window: presses the next key whenever the course has come to the stage that it is for.
+class Trainee final : public SessionObserver {
+public:
+  explicit Trainee(std::vector<std::string> keys) : keys_(std::move(keys)) {}
+  bool stop_requested() override {
+    if (given_up()) return true;
+    if (++frames_ % 8 == 0 && pressed_ < keys_.size() && keyboard_.press(keys_[pressed_])) ++pressed_;
+    return false;
+  }
+  void measured(const SessionResult& result) override {
+    measured_before_replay = !result.report.replay_identical.has_value();
+    waits = result.waits_for_user;
+    numbers_kept = std::filesystem::exists(result.folder / "session.json");
+    ++sessions;
+  }
+  void left(const SessionResult& result) override { behind.push_back(result); }
+  bool given_up() const { return frames_ > 4000; }
+
+  bool measured_before_replay = false;
+  bool waits = false;
+  bool numbers_kept = false;
+  int sessions = 0;
+  std::vector<SessionResult> behind;
+
+private:
+  support::XKeyboard keyboard_;
+  std::vector<std::string> keys_;
+  std::size_t pressed_ = 0;
+  int frames_ = 0;
+};
+
+TEST_F(RunSession, TheWindowStaysWithTheScoreUntilTheTraineeLeaves) {
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
+  SessionSettings wanted = settings();
+  wanted.view = SessionView::window;
+  wanted.stylus = "mouse";
+  wanted.lockstep = false;
+  // Start, finish; again; start, finish; leave.
+  Trainee trainee({"Return", "Return", "BackSpace", "Return", "Return", "q"});
+  const SessionResult result = run_session(wanted, trainee);
+  ASSERT_FALSE(trainee.given_up());
+  EXPECT_TRUE(trainee.waits);
+  EXPECT_TRUE(trainee.numbers_kept);
+  EXPECT_TRUE(trainee.measured_before_replay) << "score and buttons do not wait for it";
+  EXPECT_EQ(trainee.sessions, 2);
+  ASSERT_EQ(trainee.behind.size(), 1u);
+  EXPECT_EQ(trainee.behind.front().folder.filename(), "attempt-1") << "what was done before is not written over";
+  EXPECT_EQ(result.folder.filename(), "out");
+  const auto numbers = nlohmann::json::parse(read_text(result.folder / "session.json"));
+  ASSERT_EQ(numbers["attempts_before"].size(), 1u);
+  EXPECT_EQ(numbers["attempts_before"][0]["folder"], "attempt-1");
+  EXPECT_THAT(read_text(result.folder / "debrief.html"), HasSubstr("attempt-1/debrief.html"));
+  for (const auto& folder : {trainee.behind.front().folder, result.folder}) {
+    for (const char* name : {"session.rec", "session.json", "debrief.html"}) {
+      EXPECT_TRUE(std::filesystem::exists(folder / name)) << folder / name;
+    }
+  }
 }
 
 TEST_F(RunSession, PrintsNothing) {

@@ -1,5 +1,6 @@
 // From a session to its debrief: what is kept of it, and whom it is compared with.
 #include "engine/debrief/collect.h"
+#include "engine/debrief/session_replay.h"
 
 #include "engine/debrief/expert.h"
 #include "engine/files/error.h"

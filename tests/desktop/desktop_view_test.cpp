@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <limits>
@@ -152,6 +153,58 @@ TEST_F(Desktop, IsArrangedAsTheOneBeforeItWas) {
   EXPECT_TRUE(next.panels().instructor());
   EXPECT_EQ(next.arrangement().camera->eye, arranged.camera->eye);
   EXPECT_NE(arranged.camera->eye, small_scene().camera.eye);
+}
+
+TEST_F(Desktop, AtTheEndItShowsWhatTheSessionCameToAndWhatComesNext) {
+  Running running(device, 1280, 720, true);
+  view::Input finish;
+  finish.strokes = {{.key = view::Key::enter}};
+  EXPECT_TRUE(frame(running, finish, 1280, 720));
+  EXPECT_FALSE(frame(running, finish, 1280, 720)) << "the course is over";
+  running.stop();
+  running.desktop.end({.score = 41, .pass_mark = 60, .advice = "Aim before you enter the skin."});
+  const auto at_end = [&](const view::Input& input, const std::string& next = "Ablation") {
+    overlay.begin({.width = 1280,
+                   .height = 720,
+                   .pointer_x = input.pointer_x,
+                   .pointer_y = input.pointer_y,
+                   .left = input.left});
+    const auto wish = running.desktop.handle_at_end(input, next);
+    running.desktop.draw(1280, 720, 0.02);
+    return wish;
+  };
+  const auto pressed = [&](view::Key key, const std::string& next = "Ablation") {
+    view::Input input;
+    input.strokes = {{.key = key}};
+    return at_end(input, next);
+  };
+  EXPECT_EQ(pressed(view::Key::enter), std::nullopt) << "whoever presses twice loses nothing";
+  EXPECT_EQ(pressed(view::Key::w), std::nullopt);
+  EXPECT_EQ(pressed(view::Key::o), EndWish(EndButton::debrief));
+  EXPECT_EQ(pressed(view::Key::n), EndWish(EndButton::next));
+  EXPECT_EQ(pressed(view::Key::n, ""), std::nullopt) << "nothing comes next";
+  EXPECT_EQ(pressed(view::Key::backspace), EndWish(CourseButton::again));
+  EXPECT_EQ(pressed(view::Key::q), EndWish(EndButton::leave));
+  // The same by the buttons.
+  at_end({});
+  const Layout layout = layout_of(1280, 720, 15, {.ending = true});
+  std::vector<EndWish> clicked;
+  for (int y = layout.middle.y; y < layout.middle.y + layout.middle.height; y += 8) {
+    for (const double x : {layout.middle.x + 40.0, layout.middle.x + 0.6 * layout.middle.width}) {
+      view::Input input;
+      input.pointer_x = x;
+      input.pointer_y = y;
+      at_end(input);
+      input.left = true;
+      at_end(input);
+      input.left = false;
+      at_end(input);
+      if (const auto wish = at_end(input)) clicked.push_back(*wish);
+    }
+  }
+  for (const EndWish& wish : {EndWish(CourseButton::again), EndWish(EndButton::next), EndWish(EndButton::debrief)}) {
+    EXPECT_NE(std::ranges::find(clicked, wish), clicked.end());
+  }
 }
 
 TEST_F(Desktop, FollowsTheSizeOfItsWindow) {

@@ -46,8 +46,7 @@ protected:
   /// One frame with the pointer there. @return the choice taken
   std::optional<std::size_t> frame(double x = -1, double y = -1, bool left = false) {
     overlay_.begin({.width = width_, .height = height_, .pointer_x = x, .pointer_y = y, .left = left});
-    const PanelInput input =
-        panels_.draw(facts(), console_, width_, height_, picture::PaneLayout::over_scene(width_, height_).ultrasound);
+    const PanelInput input = panels_.draw(facts(), console_, width_, height_);
     for (const scanner::Command& command : input.scanner) console_.apply(command);
     return input.choice;
   }
@@ -238,8 +237,8 @@ TEST(PanelsOnADenseDisplay, AreTwiceAsManyPixelsAndAnswerWhereTheyLie) {
   }
   EXPECT_TRUE(dense.clicked(2 * button->x, 2 * button->y));
   EXPECT_FALSE(dense.clicked(button->x, button->y)) << "a point of the picture, not of the window";
-  const picture::PaneLayout plain_layout = picture::PaneLayout::over_scene(kWidth, kHeight);
-  const picture::PaneLayout dense_layout = picture::PaneLayout::over_scene(2 * kWidth, 2 * kHeight);
+  const Layout plain_layout = layout_of(kWidth, kHeight, 15, {});
+  const Layout dense_layout = layout_of(2 * kWidth, 2 * kHeight, 30, {});
   EXPECT_NEAR(dense_layout.ultrasound.width, 2 * plain_layout.ultrasound.width, 2);
   EXPECT_NEAR(dense_layout.ultrasound.x, 2 * plain_layout.ultrasound.x, 2);
   if (const char* to = std::getenv("STYLET_SAVE_PANELS")) picture::write_png(to, dense.picture());

@@ -503,9 +503,9 @@ TEST_F(Command, AnInterruptEndsTheSessionAndKeepsIt) {
   const Outcome ended =
       run(fmt::format("train {} --view headless --expert none --device recorded:{} --out {} 2>&1 & "
                       "session=$!; until ls {}/unfinished-*-$session.rec; do sleep 0.1; done; sleep 0.5; "
-                      "kill -INT $session; until [ -s {}/.out.partial-$session/force.png ]; do sleep 0.1; done; "
+                      "kill -INT $session; until [ -s {}/session.json ]; do sleep 0.1; done; "
                       "kill -INT $session; wait $session",
-                      scenario_name, motion.string(), out().string(), out().string(), folder_.path().string()));
+                      scenario_name, motion.string(), out().string(), out().string(), out().string()));
   EXPECT_EQ(ended.exit_code, 130) << ended.output;
   EXPECT_NE(ended.output.find("session ended early"), std::string::npos) << ended.output;
   const json session = json::parse(read_text(out() / "session.json"));

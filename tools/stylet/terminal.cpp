@@ -69,4 +69,10 @@ void Terminal::measured(const app::SessionResult& result) {
   std::fflush(stdout);
 }
 
+void Terminal::left(const app::SessionResult& result) {
+  fmt::print("{} holds the session{}\n", result.folder.string(),
+             result.page_written ? "; debrief.html tells how it went" : "");
+  std::fflush(stdout);
+}
+
 }  // namespace stylet::tools

@@ -24,6 +24,7 @@ public:
   void stop_answered() override;
   /// The numbers of a session.
   void measured(const app::SessionResult& result) override;
+  void left(const app::SessionResult& result) override;
 
 private:
   using Clock = std::chrono::steady_clock;

@@ -40,7 +40,8 @@ struct TrainOptions {
 
 void print_folder(const app::SessionResult& result) {
   const std::string folder = result.folder.string();
-  if (!result.drawn) {
+  const std::string recording = (result.folder / "session.rec").string();
+  if (!result.page_written) {
     fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n", folder);
     return;
   }
@@ -48,17 +49,20 @@ void print_folder(const app::SessionResult& result) {
       "{} holds:\n"
       "  debrief.html     score, course, forces, the needle's way and ultrasound; debrief.json and .csv have the "
       "numbers\n"
-      "{}"
-      "  view.png         the 3-D view {}\n"
-      "  ultrasound.png   the ultrasound image of the same moment; session.png has both\n"
+      "{}{}"
       "  force.png        the force on the hand; force.csv has the numbers\n"
       "  session.json     what was measured\n"
-      "  session.rec      the recording; `stylet replay {}` runs it again\n",
+      "  session.rec      the recording; `stylet replay {}` runs it again{}\n",
       folder,
       result.film_frames > 0
           ? fmt::format("  session.mp4      3-D view, ultrasound and force curve, {} frames\n", result.film_frames)
           : "",
-      result.still_moment, (result.folder / "session.rec").string());
+      result.drawn ? fmt::format("  view.png         the 3-D view {}\n"
+                                 "  ultrasound.png   the ultrasound image of the same moment; session.png has both\n",
+                                 result.still_moment)
+                   : "",
+      recording,
+      result.film_frames > 0 ? "" : fmt::format(", `stylet replay {} --out FOLDER` makes a film", recording));
 }
 
 int train(const TrainOptions& options) {
@@ -69,7 +73,7 @@ int train(const TrainOptions& options) {
   Terminal terminal;
   const app::SessionResult result = app::run_session(settings, terminal);
   print_folder(result);
-  if (result.drawn) return result.identical() ? kExitYes : kExitNo;
+  if (result.drawn || result.waits_for_user) return result.replay_differs() ? kExitNo : kExitYes;
   if (result.not_drawn_because.empty()) return kExitInterrupted;
   fmt::print(stderr, "stylet: {}\n", result.not_drawn_because);
   return kExitBadInput;
@@ -125,9 +129,10 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --link --device link  and a tracked needle drives the needle\n"
       "In the window: Enter begins and finishes, T fires or heats, X pauses, Backspace tries again (the attempt "
       "before\n"
-      "is kept in OUT/attempt-N); H lists the keys of "
-      "scanner and probe. Needle and probe stand elsewhere each time, as --seed has them. A tissue table that is "
-      "saved meanwhile shows in the "
+      "is kept in OUT/attempt-N); H lists all keys. Needle and probe stand elsewhere each time, as --seed has them.\n"
+      "When it is over the window shows score and advice: Backspace tries again, N goes on to the next scenario (in\n"
+      "OUT-2, OUT-3, ...), O opens the debrief, F9 makes the film, Q leaves. A tissue table that is saved meanwhile "
+      "shows in the "
       "image.\n"
       "In a headset: the menu button begins and pauses, the right trigger fires or heats, the left one freezes the\n"
       "image, the left stick turns gain and depth, A, X or the pad goes through the panel, the instructor's panel\n"

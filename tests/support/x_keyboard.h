@@ -1,0 +1,101 @@
+// Keys for the window of this process, as an X server sends them; libX11 is loaded where there is a display.
+#pragma once
+
+#include <dlfcn.h>
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+namespace stylet::support {
+
+class XKeyboard {
+public:
+  XKeyboard() {
+    library_ = dlopen("libX11.so.6", RTLD_NOW | RTLD_LOCAL);
+    if (library_ == nullptr) return;
+    display_ = find<void* (*)(const char*)>("XOpenDisplay")(nullptr);
+  }
+  ~XKeyboard() {
+    if (display_ != nullptr) find<int (*)(void*)>("XCloseDisplay")(display_);
+  }
+  XKeyboard(const XKeyboard&) = delete;
+  XKeyboard& operator=(const XKeyboard&) = delete;
+
+  /// Presses and releases a key, by its X name: "Return", "q". @return false: there is no window yet
+  bool press(const std::string& key) {
+    const unsigned long window = our_window();
+    if (window == 0) return false;
+    const unsigned long symbol = find<unsigned long (*)(const char*)>("XStringToKeysym")(key.c_str());
+    const auto code = find<unsigned char (*)(void*, unsigned long)>("XKeysymToKeycode")(display_, symbol);
+    for (const int type : {2, 3}) send(window, type, code);
+    find<int (*)(void*, int)>("XSync")(display_, 0);
+    return true;
+  }
+
+private:
+  /// XKeyEvent of Xlib.h.
+  struct KeyEvent {
+    int type;
+    unsigned long serial;
+    int send_event;
+    void* display;
+    unsigned long window, root, subwindow, time;
+    int x, y, x_root, y_root;
+    unsigned int state, keycode;
+    int same_screen;
+  };
+
+  template <typename Function>
+  Function find(const char* name) const {
+    return reinterpret_cast<Function>(dlsym(library_, name));
+  }
+
+  /// The child of the root that has the title of a session's window.
+  unsigned long our_window() const {
+    if (display_ == nullptr) return 0;
+    unsigned long root = 0, parent = 0, *children = nullptr;
+    unsigned int count = 0;
+    const unsigned long top = find<unsigned long (*)(void*)>("XDefaultRootWindow")(display_);
+    find<int (*)(void*, unsigned long, unsigned long*, unsigned long*, unsigned long**, unsigned int*)>("XQueryTree")(
+        display_, top, &root, &parent, &children, &count);
+    unsigned long found = 0;
+    for (unsigned int i = 0; i < count; ++i) {
+      char* name = nullptr;
+      find<int (*)(void*, unsigned long, char**)>("XFetchName")(display_, children[i], &name);
+      if (name == nullptr) continue;
+      if (std::string(name).starts_with("Stylet")) found = children[i];
+      find<int (*)(void*)>("XFree")(name);
+    }
+    if (children != nullptr) find<int (*)(void*)>("XFree")(children);
+    return found;
+  }
+
+  void send(unsigned long window, int type, unsigned int code) {
+    std::array<long, 24> event{};  // XEvent
+    const KeyEvent key{.type = type,
+                       .serial = 0,
+                       .send_event = 1,
+                       .display = display_,
+                       .window = window,
+                       .root = find<unsigned long (*)(void*)>("XDefaultRootWindow")(display_),
+                       .subwindow = 0,
+                       .time = ++time_ * 100,
+                       .x = 1,
+                       .y = 1,
+                       .x_root = 1,
+                       .y_root = 1,
+                       .state = 0,
+                       .keycode = code,
+                       .same_screen = 1};
+    std::memcpy(event.data(), &key, sizeof(key));
+    find<int (*)(void*, unsigned long, int, long, void*)>("XSendEvent")(display_, window, 0, 3, event.data());
+  }
+
+  void* library_ = nullptr;
+  void* display_ = nullptr;
+  unsigned long time_ = 0;
+};
+
+}  // namespace stylet::support
