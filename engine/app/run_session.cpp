@@ -301,6 +301,7 @@ SessionResult run_session(const SessionSettings& wanted, SessionObserver& observ
     if (screen) {  // panels as they were, knobs and camera are of the scenario
       screen->arrangement.scanner = scanner::ScannerConsole(scene.probe);
       screen->arrangement.camera.reset();
+      screen->arrangement.home.reset();
     }
     const auto next = scenario_after(scene);
     KeptAttempts before(settings.out);

@@ -1,5 +1,6 @@
 #include "engine/desktop/desktop_view.h"
 
+#include "engine/desktop/framing.h"
 #include "engine/desktop/input_commands.h"
 #include "engine/desktop/key_table.h"
 
@@ -89,7 +90,8 @@ DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, sessi
       watch_(scene),
       panels_(settings.arrangement.panels),
       frame_(session.frames().make_frame()),
-      camera_(settings.arrangement.camera.value_or(scene.camera)) {
+      camera_(settings.arrangement.camera.value_or(scene.camera)),
+      home_(settings.arrangement.home) {
   scanner_.watch(settings.images);
   // Of a session in lockstep the same images come on every machine.
   if (device.identity().type == VK_PHYSICAL_DEVICE_TYPE_CPU && !session.lockstep())
@@ -146,11 +148,11 @@ std::vector<Choice> DesktopView::end_choices() {
     end_wishes_.push_back(wish);
     choices.push_back({.label = label, .key = key});
   };
-  offer(CourseButton::again, key_of(CourseButton::again), "try again");
-  if (!next_.empty()) offer(EndButton::next, key_of(EndButton::next), "next: " + next_);
-  offer(EndButton::debrief, key_of(EndButton::debrief), "open the debrief");
-  offer(EndButton::film, key_of(EndButton::film), "make a film");
-  offer(EndButton::leave, key_of(EndButton::leave), "leave");
+  offer(CourseButton::again, key_of(CourseButton::again), "Try again");
+  if (!next_.empty()) offer(EndButton::next, key_of(EndButton::next), "Next: " + next_);
+  offer(EndButton::debrief, key_of(EndButton::debrief), "Debrief");
+  offer(EndButton::film, key_of(EndButton::film), "Film");
+  offer(EndButton::leave, key_of(EndButton::leave), "Leave");
   return choices;
 }
 
@@ -166,7 +168,7 @@ void DesktopView::apply(const Command& command) {
   if (const auto* knob = std::get_if<scanner::Command>(&command)) scanner_.apply(*knob, session_.time_s());
   if (const auto* panels = std::get_if<PanelCommand>(&command)) panels_.apply(*panels);
   if (const auto* camera = std::get_if<view::CameraCommand>(&command)) {
-    camera_ = view::after(*camera, camera_, scene_.camera);
+    camera_ = view::after(*camera, camera_, home_.value_or(scene_.camera));
   }
 }
 
@@ -189,10 +191,21 @@ void DesktopView::fit_renderer(int width, int height, double dt_s) {
                                            .antialias = !device_.identity().is_lavapipe()});
 }
 
+void DesktopView::frame_needle(int width, int height) {
+  const DesktopFacts facts;  // before the start all but the briefing is as it will be
+  const Layout layout = panels_.layout(facts, width, height);
+  const bool untouched = camera_.eye == scene_.camera.eye && camera_.look_at == scene_.camera.look_at;
+  home_ = framed(scene_.camera, frame_.needle_positions, layout, width, height);
+  if (untouched) camera_ = *home_;
+}
+
 void DesktopView::draw(int width, int height, double dt_s) {
   fit_renderer(std::max(width, 1), std::max(height, 1), dt_s);
   // One simulation period behind the newest state there is always a later one to interpolate to.
-  session_.frames().sample(session_.time_s() - 1.5 / scene_.rates.simulation_hz, frame_);
+  const bool known =
+      session_.frames().sample(session_.time_s() - 1.5 / scene_.rates.simulation_hz, frame_).provenance !=
+      state::Provenance::none;
+  if (known && !home_ && !settings_.stereo) frame_needle(width, height);
   watch_.look(frame_);
   if (settings_.course != nullptr) settings_.course->show(frame_);
   const std::uint64_t images = scanner_.images();

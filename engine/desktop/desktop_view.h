@@ -32,6 +32,7 @@ namespace stylet::desktop {
 struct Arrangement {
   scanner::ScannerConsole scanner{content::Probe{}};
   std::optional<content::Camera> camera{};  ///< none: the scene's
+  std::optional<content::Camera> home{};    ///< where it is put back to; none: where it sees the needle at the start
   Panels panels{};
 };
 
@@ -96,12 +97,15 @@ public:
   /// Where it lies in the frame that was drawn.
   const picture::Pane& scanner_place() const { return scanner_place_; }
   const Panels& panels() const { return panels_; }
-  Arrangement arrangement() const { return {.scanner = scanner_.console(), .camera = camera_, .panels = panels_}; }
+  Arrangement arrangement() const {
+    return {.scanner = scanner_.console(), .camera = camera_, .home = home_, .panels = panels_};
+  }
 
 private:
   /// What is neither of the course nor the end of the session.
   void apply(const Command& command);
   std::vector<Choice> end_choices();
+  void frame_needle(int width, int height);
   void fit_renderer(int width, int height, double dt_s);
 
   gpu::Device& device_;
@@ -123,6 +127,7 @@ private:
   bool imaged_ = false;    ///< for the last frame
   state::FrameState frame_;
   content::Camera camera_;
+  std::optional<content::Camera> home_;
 };
 
 }  // namespace stylet::desktop

@@ -9,6 +9,7 @@ namespace {
 // Ems.
 constexpr double kMargin = 0.8;
 constexpr double kColumn = 22.6;      // of the panels on the left
+constexpr double kCourse = 17;        // height at most
 constexpr double kForce = 15.4;       // height
 constexpr double kFlatForce = 12;     // where the instructor's panel is above it
 constexpr double kInstructor = 17;    // height, on the left
@@ -57,7 +58,7 @@ Layout layout_of(int width, int height, double em, const OpenPanels& open) {
     layout.instructor = pane(margin, bottom - tall, column, tall);
     bottom -= tall + margin;
   }
-  layout.course = pane(margin, margin, column, bottom - margin);
+  layout.course = pane(margin, margin, column, std::min(bottom - margin, kCourse * em));
   const double left = margin + column + margin;
   const picture::Pane middle = pane(left, margin, right - margin - left, h - 2 * margin);
   if (open.briefing || open.ending) layout.middle = middle;
