@@ -3,6 +3,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <optional>
+
 namespace stylet::tools {
 
 /// What main() returns: 0 done, 1 ran but the answer is no (a replay that differs),
@@ -11,6 +13,9 @@ inline constexpr int kExitYes = 0;
 inline constexpr int kExitNo = 1;
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitInterrupted = 130;
+
+/// `stylet` without a command: on a desktop the menu. @return exit code; nothing: there is no desktop
+std::optional<int> run_menu();
 
 void add_bench(CLI::App& app, int& exit_code);
 void add_train(CLI::App& app, int& exit_code);

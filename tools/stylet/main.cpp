@@ -25,6 +25,7 @@ constexpr const char* kDescription =
 
 constexpr const char* kFooter =
     "Start here:\n"
+    "  stylet                                          on a desktop: choose scenario, stylus and view in a menu\n"
     "  stylet train                                    list the scenarios\n"
     "  stylet train liver_biopsy                       lead the needle yourself; with no display a recorded motion "
     "does\n"
@@ -74,7 +75,10 @@ int run(int argc, char** argv) {
   tools::add_bench(app, exit_code);
   try {
     app.parse(argc, argv);
-    if (app.get_subcommands().empty()) std::fputs(app.help().c_str(), stdout);
+    if (app.get_subcommands().empty()) {
+      if (const auto chosen = tools::run_menu()) return *chosen;
+      std::fputs(app.help().c_str(), stdout);
+    }
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {

@@ -1,6 +1,8 @@
 // `stylet train`: a session, and what it leaves for the trainee.
 #include "engine/app/default_stylus.h"
+#include "engine/app/menu_window.h"
 #include "engine/app/run_session.h"
+#include "engine/app/session_window.h"
 #include "engine/readers/scenario.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/session_options.h"
@@ -8,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <map>
 #include <memory>
 #include <string>
@@ -80,6 +83,19 @@ int train(const TrainOptions& options) {
 }
 
 }  // namespace
+
+std::optional<int> run_menu() {
+  if (!app::has_display()) return std::nullopt;
+  fmt::print("Choose in the window; `stylet --help` lists the commands.\n");
+  std::fflush(stdout);
+  Terminal terminal;
+  int exit_code = kExitYes;
+  app::run_from_menu({}, terminal, [&](const app::SessionResult& result) {
+    print_folder(result);
+    if (result.replay_differs()) exit_code = kExitNo;
+  });
+  return exit_code;
+}
 
 void add_train(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("train", "Run a training session; without a scenario: list them");

@@ -1,0 +1,89 @@
+#include "engine/app/menu_window.h"
+
+#include "engine/app/screen.h"
+#include "engine/desktop/menu.h"
+#include "engine/files/error.h"
+#include "engine/readers/scenario.h"
+
+#include <exception>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace stylet::app {
+
+namespace {
+
+desktop::Menu make_menu() {
+  const auto folder = readers::content_directory() / "scenarios";
+  std::vector<desktop::MenuItem> scenarios;
+  for (const readers::ScenarioEntry& entry : readers::list_scenarios(folder)) {
+    if (!entry.unreadable_because.empty()) continue;
+    const std::size_t colon = entry.title.find(": ");
+    desktop::MenuItem item{.name = entry.path.string(), .title = entry.title.substr(0, colon)};
+    if (colon != std::string::npos) item.about = entry.title.substr(colon + 2);
+    // Whoever has never done it begins with the tutorial.
+    scenarios.insert(entry.name == "tutorial" ? scenarios.begin() : scenarios.end(), std::move(item));
+  }
+  if (scenarios.empty()) throw files::ContentError(folder.string() + ": holds no scenario that can be read");
+  return {std::move(scenarios),
+          {{.name = "", .title = "The stylus that is connected, else mouse and keyboard"},
+           {.name = "mouse", .title = "Mouse and keyboard"},
+           {.name = "recorded", .title = "Nobody: a demonstration"}},
+          {{.name = "window", .title = "In this window"}, {.name = "headset", .title = "In a headset (OpenXR)"}}};
+}
+
+/// @return false: the user leaves
+bool chosen_in(desktop::Menu& menu, const std::string& gpu_name, Observer& observer) {
+  std::optional<gpu::Device> device;
+  Screen screen;
+  device.emplace(gpu::DeviceSettings{.gpu = gpu_name, .window_extensions = screen.display().vulkan_extensions()});
+  screen.open(*device, "Stylet");
+  desktop::MenuWish wish = desktop::MenuWish::nothing;
+  while (wish == desktop::MenuWish::nothing) {
+    if (observer.stop_requested()) wish = desktop::MenuWish::leave;
+    view::Overlay& overlay = screen.overlay();
+    const view::Input input = screen.window().poll();
+    const int width = screen.window().width(), height = screen.window().height();
+    overlay.begin({.width = width,
+                   .height = height,
+                   .pointer_x = input.pointer_x,
+                   .pointer_y = input.pointer_y,
+                   .left = input.left,
+                   .wheel = input.wheel});
+    const desktop::MenuWish by_keys = menu.handle(input), by_pointer = menu.draw(width, height);
+    if (by_keys != desktop::MenuWish::nothing) wish = by_keys;
+    if (by_pointer != desktop::MenuWish::nothing) wish = by_pointer;
+    if (screen.window().minimised()) {
+      screen.window().idle();
+    } else {
+      screen.window().present(overlay);
+    }
+  }
+  screen.close();  // before its device
+  return wish == desktop::MenuWish::start;
+}
+
+}  // namespace
+
+void run_from_menu(const SessionSettings& settings, SessionObserver& observer,
+                   const std::function<void(const SessionResult&)>& done) {
+  desktop::Menu menu = make_menu();
+  while (chosen_in(menu, settings.gpu, observer)) {
+    SessionSettings chosen = settings;
+    chosen.scenario = menu.scenario();
+    chosen.stylus = menu.stylus();
+    chosen.view = menu.view() == "headset" ? SessionView::headset : SessionView::window;
+    menu.say("");
+    try {
+      done(run_session(chosen, observer));
+    } catch (const Stopped&) {
+      throw;
+    } catch (const std::exception& error) {
+      menu.say(error.what());
+      observer.note(Note::notice, error.what());
+    }
+  }
+}
+
+}  // namespace stylet::app
