@@ -4,6 +4,7 @@
 #include "engine/desktop/menu.h"
 #include "engine/files/error.h"
 #include "engine/readers/scenario.h"
+#include "engine/readers/texts_file.h"
 
 #include <exception>
 #include <optional>
@@ -25,12 +26,17 @@ desktop::Menu make_menu() {
     // Whoever has never done it begins with the tutorial.
     scenarios.insert(entry.name == "tutorial" ? scenarios.begin() : scenarios.end(), std::move(item));
   }
+  std::vector<desktop::MenuItem> languages;
+  for (const std::string& language : readers::languages()) {
+    languages.push_back({.name = language, .title = readers::language_name(language)});
+  }
   if (scenarios.empty()) throw files::ContentError(folder.string() + ": holds no scenario that can be read");
   return {std::move(scenarios),
           {{.name = "", .title = "The stylus that is connected, else mouse and keyboard"},
            {.name = "mouse", .title = "Mouse and keyboard"},
            {.name = "recorded", .title = "Nobody: a demonstration"}},
-          {{.name = "window", .title = "In this window"}, {.name = "headset", .title = "In a headset (OpenXR)"}}};
+          {{.name = "window", .title = "In this window"}, {.name = "headset", .title = "In a headset (OpenXR)"}},
+          std::move(languages)};
 }
 
 /// @return false: the user leaves
@@ -40,6 +46,8 @@ bool chosen_in(desktop::Menu& menu, const std::string& gpu_name, Observer& obser
   device.emplace(gpu::DeviceSettings{.gpu = gpu_name, .window_extensions = screen.display().vulkan_extensions()});
   screen.open(*device, "Stylet");
   desktop::MenuWish wish = desktop::MenuWish::nothing;
+  std::string language = menu.language();
+  content::Texts texts = readers::find_texts(language);
   while (wish == desktop::MenuWish::nothing) {
     if (observer.stop_requested()) wish = desktop::MenuWish::leave;
     view::Overlay& overlay = screen.overlay();
@@ -51,7 +59,8 @@ bool chosen_in(desktop::Menu& menu, const std::string& gpu_name, Observer& obser
                    .pointer_y = input.pointer_y,
                    .left = input.left,
                    .wheel = input.wheel});
-    const desktop::MenuWish by_keys = menu.handle(input), by_pointer = menu.draw(width, height);
+    const desktop::MenuWish by_keys = menu.handle(input), by_pointer = menu.draw(width, height, texts);
+    if (language != menu.language()) texts = readers::find_texts(language = menu.language());
     if (by_keys != desktop::MenuWish::nothing) wish = by_keys;
     if (by_pointer != desktop::MenuWish::nothing) wish = by_pointer;
     if (screen.window().minimised()) {
@@ -69,10 +78,12 @@ bool chosen_in(desktop::Menu& menu, const std::string& gpu_name, Observer& obser
 void run_from_menu(const SessionSettings& settings, SessionObserver& observer,
                    const std::function<void(const SessionResult&)>& done) {
   desktop::Menu menu = make_menu();
+  menu.set_language(readers::language_of_environment());
   while (chosen_in(menu, settings.gpu, observer)) {
     SessionSettings chosen = settings;
     chosen.scenario = menu.scenario();
     chosen.stylus = menu.stylus();
+    chosen.language = menu.language();
     chosen.view = menu.view() == "headset" ? SessionView::headset : SessionView::window;
     menu.say("");
     try {

@@ -16,6 +16,7 @@
 #include "engine/files/error.h"
 #include "engine/files/output_directory.h"
 #include "engine/readers/scenario.h"
+#include "engine/readers/texts_file.h"
 #include "engine/recording/unfinished_recording.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorder.h"
@@ -294,6 +295,7 @@ SessionResult run_session(const SessionSettings& wanted, SessionObserver& observ
   const std::unique_ptr<headset::HeadsetRuntime> headset =
       settings.view == SessionView::headset ? find_headset(screen ? "in a window" : "headless", observer) : nullptr;
   check_expert(settings.expert);
+  if (screen) screen->texts = readers::find_texts(settings.language);
   station.screen = screen.get();
   station.headset = headset.get();
   while (true) {

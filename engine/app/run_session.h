@@ -35,7 +35,8 @@ struct SessionSettings {
   std::string expert{};                 ///< as of chosen_expert()
   bool film = true;
   std::filesystem::path out = "out/session";
-  std::string gpu{};  ///< by a part of its name or its number; empty: the best
+  std::string language{};  ///< of the window: "de", "en"; empty: that of the environment
+  std::string gpu{};       ///< by a part of its name or its number; empty: the best
   ScannerSettings scanner{};
   SessionLinkSettings link{};
 };

@@ -32,6 +32,8 @@ public:
 
   /// How its user has set things up.
   desktop::Arrangement arrangement{};
+  /// In the language that its user reads.
+  content::Texts texts{};
 
 private:
   view::Display display_;

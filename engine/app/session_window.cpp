@@ -44,6 +44,7 @@ SessionWindow::SessionWindow(Screen& screen, gpu::Device& device, const content:
                 .mouse = settings.mouse,
                 .probe = settings.probe,
                 .arrangement = screen.arrangement,
+                .texts = &screen.texts,
                 .device = settings.stylus != nullptr ? settings.stylus->name() : "",
                 .course = settings.course,
                 .images = settings.images,

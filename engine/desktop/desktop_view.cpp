@@ -144,12 +144,15 @@ std::optional<EndWish> DesktopView::handle_at_end(const view::Input& input, cons
 std::vector<Choice> DesktopView::end_choices() {
   std::vector<Choice> choices;
   end_wishes_.clear();
+  const auto said = [&](const std::string& text) {
+    return settings_.texts != nullptr ? settings_.texts->of(text) : text;
+  };
   const auto offer = [&](const EndWish& wish, const std::string& key, const std::string& label) {
     end_wishes_.push_back(wish);
     choices.push_back({.label = label, .key = key});
   };
   offer(CourseButton::again, key_of(CourseButton::again), "Try again");
-  if (!next_.empty()) offer(EndButton::next, key_of(EndButton::next), "Next: " + next_);
+  if (!next_.empty()) offer(EndButton::next, key_of(EndButton::next), said("Next") + ": " + said(next_));
   offer(EndButton::debrief, key_of(EndButton::debrief), "Debrief");
   offer(EndButton::film, key_of(EndButton::film), "Film");
   offer(EndButton::leave, key_of(EndButton::leave), "Leave");
@@ -213,8 +216,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
   imaged_ = scanner_.images() != images;
   DesktopFacts facts{.session = panels::facts_of(scene_, settings_.course),
                      .device = settings_.device,
-                     .led_by_keys = settings_.mouse != nullptr,
-                     .ending = ending()};
+                     .led_by_keys = settings_.mouse != nullptr};
   if (settings_.pictures != nullptr) facts.pictures = words(settings_.pictures->recent(), renderer_->settings());
   std::vector<CourseChoice> choices;
   if (ending_) {
@@ -226,6 +228,14 @@ void DesktopView::draw(int width, int height, double dt_s) {
     }
   }
   watch_.fill(facts.session);
+  std::optional<panels::Ending> shown = ending_;
+  if (settings_.texts != nullptr) {
+    facts.texts = settings_.texts;
+    panels::translate(facts.session, *settings_.texts);
+    if (shown) panels::translate(*shown, *settings_.texts);
+    for (Choice& choice : facts.choices) choice.label = settings_.texts->of(choice.label);
+  }
+  if (shown) facts.ending = &*shown;
   scanner_place_ = panels_.layout(facts, width, height).ultrasound;
   const VkExtent3D screen = scanner_.screen().extent();
   const picture::Pane pane =

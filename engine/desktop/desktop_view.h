@@ -44,6 +44,7 @@ struct DesktopSettings {
   haptic::MouseDevice* mouse = nullptr;         ///< led by mouse and keyboard, where they are the stylus
   session::HeldProbe* probe = nullptr;          ///< moved by keys and the middle button
   Arrangement arrangement{};                    ///< at the start
+  const content::Texts* texts = nullptr;        ///< of another language; null: English
   std::string device{};                         ///< what leads the needle, for the panels
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner

@@ -2,6 +2,7 @@
 // knows no window and no GPU.
 #pragma once
 
+#include "engine/content/texts.h"
 #include "engine/view/input.h"
 
 #include <cstdint>
@@ -22,22 +23,25 @@ enum class MenuWish : std::uint8_t { nothing, start, leave };
 class Menu {
 public:
   /// Each list has an entry at least.
-  Menu(std::vector<MenuItem> scenarios, std::vector<MenuItem> styluses, std::vector<MenuItem> views);
+  Menu(std::vector<MenuItem> scenarios, std::vector<MenuItem> styluses, std::vector<MenuItem> views,
+       std::vector<MenuItem> languages);
 
   /// Up and Down choose a scenario, Enter starts, Q leaves. @return what the keys asked for
   MenuWish handle(const view::Input& input);
-  /// Draws it in the middle of a frame of that size. @return what its buttons asked for
-  MenuWish draw(int width, int height);
+  /// Draws it in the middle of a frame of that size, in the language of `texts`. @return what its buttons asked for
+  MenuWish draw(int width, int height, const content::Texts& texts);
   /// Shown under the lists: why the last start came to nothing.
   void say(std::string problem) { problem_ = std::move(problem); }
 
   const std::string& scenario() const { return scenarios_[scenario_].name; }
   const std::string& stylus() const { return styluses_[stylus_].name; }
+  const std::string& language() const { return languages_[language_].name; }
+  void set_language(const std::string& name);
   const std::string& view() const { return views_[view_].name; }
 
 private:
-  std::vector<MenuItem> scenarios_, styluses_, views_;
-  std::size_t scenario_ = 0, stylus_ = 0, view_ = 0;
+  std::vector<MenuItem> scenarios_, styluses_, views_, languages_;
+  std::size_t scenario_ = 0, stylus_ = 0, view_ = 0, language_ = 0;
   std::string problem_;
 };
 

@@ -218,32 +218,36 @@ PanelInput Panels::draw(const DesktopFacts& facts, const scanner::ScannerConsole
   const OpenPanels open = this->open(facts);
   const Layout layout = this->layout(facts, width, height);
   const panels::SessionFacts& session = facts.session;
+  const content::Texts english;
+  const content::Texts& texts = facts.texts != nullptr ? *facts.texts : english;
+  // A name of its own behind what people read: the same window in every language.
+  const auto titled = [&](const char* title) { return fmt::format("{}###{}", texts.of(title), title); };
   if (help_) draw_help(facts, width, height);
   if (figures_ && !open.ending) draw_figures(facts, width, height);
   if (open.ending && panel("##ending", layout.middle, Fill::middle)) input.choice = draw_ending(facts);
   if (open.ending) ImGui::End();
   if (hidden_) return input;
   if (open.briefing) {
-    if (panel("Briefing", layout.middle, Fill::middle)) panels::draw_briefing(session, inner_width());
+    if (panel(titled("Briefing").c_str(), layout.middle, Fill::middle)) panels::draw_briefing(session, inner_width());
     ImGui::End();
   }
-  if (panel(session.title.c_str(), layout.course, Fill::top)) {
+  if (panel((session.title + "###course").c_str(), layout.course, Fill::top)) {
     const std::optional<std::size_t> chosen = draw_procedure(facts);
     if (chosen) input.choice = chosen;
   }
   ImGui::End();
   if (open.force) {
-    if (panel("Force (N) against depth (mm)", layout.force, Fill::all)) {
+    if (panel(titled("Force (N) against depth (mm)").c_str(), layout.force, Fill::all)) {
       panels::draw_force(session, inner_width(), ImGui::GetContentRegionAvail().y / em());
     }
     ImGui::End();
   }
   if (open.scanner) {
-    if (panel("Scanner", layout.scanner, Fill::top)) draw_scanner(console, input.scanner);
+    if (panel(titled("Scanner").c_str(), layout.scanner, Fill::top)) draw_scanner(console, input.scanner);
     ImGui::End();
   }
   if (open.instructor) {
-    if (panel("Instructor", layout.instructor, Fill::bottom)) draw_instructor(session);
+    if (panel(titled("Instructor").c_str(), layout.instructor, Fill::bottom)) draw_instructor(session);
     ImGui::End();
   }
   return input;

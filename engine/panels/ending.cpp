@@ -63,7 +63,7 @@ std::string advice(const training::Score& score) {
 }
 
 Ending ending_of(const training::TrainingReport& report, const std::string& result_in_words) {
-  Ending ending;
+  Ending ending{.verdict = "The session is over"};
   for (std::size_t at = 0; at < result_in_words.size();) {
     const std::size_t end = std::min(result_in_words.find('\n', at), result_in_words.size());
     if (end > at) ending.result.push_back(result_in_words.substr(at, end - at));
@@ -74,6 +74,8 @@ Ending ending_of(const training::TrainingReport& report, const std::string& resu
   ending.score = score.total;
   ending.pass_mark = score.pass_mark;
   ending.passed = score.passed;
+  ending.verdict = score.passed ? "Passed" : "Not passed";
+  ending.wanted = fmt::format("of 100; {:.0f} are to be reached", score.pass_mark);
   ending.advice = advice(score);
   std::vector<training::ScoreLine> lines = score.lines;
   std::ranges::stable_sort(lines, worse);
@@ -81,6 +83,14 @@ Ending ending_of(const training::TrainingReport& report, const std::string& resu
     ending.lines.push_back({line.title, value_text(line), line.points, line.most, line.failed});
   }
   return ending;
+}
+
+void translate(Ending& ending, const content::Texts& texts) {
+  for (std::string* text : {&ending.verdict, &ending.wanted, &ending.advice, &ending.doing, &ending.note}) {
+    *text = texts.of(*text);
+  }
+  for (EndingLine& line : ending.lines) line.title = texts.of(line.title);
+  for (std::string& line : ending.result) line = texts.of(line);
 }
 
 }  // namespace stylet::panels

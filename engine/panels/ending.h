@@ -1,8 +1,10 @@
 // What a trainee is told when the session is over, and what to do about it.
 #pragma once
 
+#include "engine/content/texts.h"
 #include "engine/training/training_report.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,8 @@ struct Ending {
   std::optional<double> score{};  ///< of 100; none: the scenario scores nothing
   double pass_mark = 0;
   bool passed = false;
+  std::string verdict{};  ///< "Passed"
+  std::string wanted{};   ///< "of 100; 60 are to be reached"
   std::vector<EndingLine> lines{};
   std::vector<std::string> result{};  ///< what was sampled or destroyed
   std::string advice{};               ///< one sentence
@@ -32,6 +36,9 @@ struct Ending {
 
 /// @param result_in_words  of the procedure, lines
 Ending ending_of(const training::TrainingReport& report, const std::string& result_in_words);
+
+/// What people read of it in another language.
+void translate(Ending& ending, const content::Texts& texts);
 
 /// One sentence: what to do better, by the criterion that failed, or that lost most points.
 std::string advice(const training::Score& score);

@@ -137,11 +137,11 @@ void draw_ending(const Ending& ending, float width) {
     ImGui::SetWindowFontScale(1);
     ImGui::SameLine();
     ImGui::BeginGroup();
-    ImGui::TextColored(verdict, "%s", ending.passed ? "Passed" : "Not passed");
-    ImGui::TextDisabled("of 100; %.0f are to be reached", ending.pass_mark);
+    ImGui::TextColored(verdict, "%s", ending.verdict.c_str());
+    ImGui::TextDisabled("%s", ending.wanted.c_str());
     ImGui::EndGroup();
   } else {
-    ImGui::TextColored(kAxial, "The session is over");
+    ImGui::TextColored(kAxial, "%s", ending.verdict.c_str());
   }
   for (const std::string& line : ending.result) ImGui::TextUnformatted(line.c_str());
   if (!ending.advice.empty()) {

@@ -29,4 +29,12 @@ SessionFacts facts_of(const content::Scene& scene, const training::TrainingSessi
   return facts;
 }
 
+void translate(SessionFacts& facts, const content::Texts& texts) {
+  for (std::string* text : {&facts.title, &facts.stage, &facts.prompt, &facts.hint, &facts.tissue}) {
+    *text = texts.of(*text);
+  }
+  for (std::string& paragraph : facts.briefing) paragraph = texts.of(paragraph);
+  for (Warning& warning : facts.warnings) warning.text = texts.of(warning.text);
+}
+
 }  // namespace stylet::panels

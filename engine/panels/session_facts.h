@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/content/texts.h"
 #include "engine/figures/force_trace.h"
 #include "engine/training/training_session.h"
 
@@ -40,6 +41,9 @@ struct SessionFacts {
   std::vector<Warning> warnings{};
   std::span<const figures::ForceSample> force_curve{};
 };
+
+/// What people read of it in another language.
+void translate(SessionFacts& facts, const content::Texts& texts);
 
 /// Title and course. @param course  null: there is none
 SessionFacts facts_of(const content::Scene& scene, const training::TrainingSession* course);

@@ -17,7 +17,8 @@ Menu menu() {
            {.name = "c", .title = "Ablation", .about = std::string(120, 'x')},
            {.name = "d", .title = "Aspiration", .about = std::string(120, 'x')}},
           {{.name = "", .title = "What is connected"}, {.name = "mouse", .title = "Mouse and keyboard"}},
-          {{.name = "window", .title = "Here"}, {.name = "headset", .title = "Headset"}}};
+          {{.name = "window", .title = "Here"}, {.name = "headset", .title = "Headset"}},
+          {{.name = "de", .title = "Deutsch"}, {.name = "en", .title = "English"}}};
 }
 
 view::Input pressed(view::Key key) {
@@ -52,11 +53,11 @@ TEST(Menu, FitsWindowsOfEverySizeAndAnswersThePointer) {
     Menu chosen = menu();
     const auto frame = [&](double x = -1, double y = -1, bool left = false) {
       overlay.begin({.width = width, .height = height, .pointer_x = x, .pointer_y = y, .left = left});
-      return chosen.draw(width, height);
+      return chosen.draw(width, height, {});
     };
     frame();
     frame();
-    const ImGuiWindow* window = ImGui::FindWindowByName("Stylet: training of needle procedures");
+    const ImGuiWindow* window = ImGui::FindWindowByName("###menu");
     ASSERT_NE(window, nullptr);
     EXPECT_GE(window->Pos.y, 0);
     EXPECT_LE(window->Pos.y + window->Size.y, static_cast<float>(height));

@@ -40,7 +40,8 @@ protected:
         .session = session,
         .choices = {{.label = "Fire", .key = "Enter"}, {.label = "Pause", .key = "X", .why_not = "nothing runs yet"}},
         .device = "mouse",
-        .pictures = "14.2 frames/s of 1280 x 720, needle 61 ms old"};
+        .pictures = "14.2 frames/s of 1280 x 720, needle 61 ms old",
+        .ending = ending_};
   }
 
   /// One frame with the pointer there. @return the choice taken
@@ -84,6 +85,7 @@ protected:
   view::Overlay overlay_{device_, VK_FORMAT_R8G8B8A8_SRGB, static_cast<double>(scale_)};
   scanner::ScannerConsole console_{probe()};
   Panels panels_;
+  const panels::Ending* ending_ = nullptr;
   std::vector<figures::ForceSample> curve_{{.time_s = 0}, {.time_s = 1, .depth = 0.03, .axial = 2.4, .lateral = 0.4}};
 };
 
@@ -142,6 +144,30 @@ TEST_F(PanelsOnAPicture, EnabledButtonsReturnTheirChoice) {
   });
   ASSERT_FALSE(taken.empty());
   for (const std::size_t choice : taken) EXPECT_EQ(choice, 0u);
+}
+
+TEST_F(PanelsOnAPicture, TheEndingHasItsButtonsAndSpeaksAnotherLanguage) {
+  panels::Ending ending{.score = 41, .verdict = "Not passed", .advice = "Aim before you enter the skin."};
+  ending.lines.assign(11, {.title = "path inefficiency", .value = "12 %", .points = 3, .most = 6});
+  ending_ = &ending;
+  std::map<std::size_t, int> taken;
+  click_until([&](std::optional<std::size_t> choice) {
+    if (choice) ++taken[*choice];
+    return false;
+  });
+  EXPECT_EQ(taken.count(0), 1U);
+  EXPECT_EQ(taken.count(1), 0U) << "it cannot be done";
+  const ImGuiWindow* window = ImGui::FindWindowByName("##ending");
+  ASSERT_NE(window, nullptr);
+  const Layout layout = layout_of(width_, height_, 15, {.ending = true});
+  EXPECT_GE(window->Pos.x, static_cast<float>(layout.middle.x));
+  EXPECT_LE(window->Pos.x + window->Size.x, static_cast<float>(layout.ultrasound.x));
+  EXPECT_LE(window->Size.y, static_cast<float>(layout.middle.height));
+  const content::Texts german(std::map<std::string, std::string, std::less<>>{
+      {"Not passed", "Nicht bestanden"}, {"Aim before you enter the skin.", "Ziele erst."}});
+  panels::translate(ending, german);
+  EXPECT_EQ(ending.verdict, "Nicht bestanden");
+  EXPECT_EQ(ending.advice, "Ziele erst.");
 }
 
 TEST_F(PanelsOnAPicture, SlidersTurnTheScannersKnobs) {

@@ -131,6 +131,8 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_option("--out", session.out, "Folder for the results")->capture_default_str();
   add_scanner_options(*command, session.scanner);
   add_link_options(*command, options->link);
+  command->add_option("--language", session.language,
+                      "Of the window: en, de, or another that content/texts has; default: that of the environment");
   command->add_option("--gpu", session.gpu, "GPU by a part of its name or its number");
   command->footer(
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
