@@ -14,6 +14,7 @@
 namespace stylet::desktop {
 namespace {
 
+constexpr float kHubLength = 0.03F;     // m
 constexpr double kResizedAfter = 0.25;  // s that a new size stays before the renderer takes it
 
 // A step changes the pixels by a third at most, and the time of a frame by less: a larger picture is not slow at
@@ -198,7 +199,12 @@ void DesktopView::frame_needle(int width, int height) {
   const DesktopFacts facts;  // before the start all but the briefing is as it will be
   const Layout layout = panels_.layout(facts, width, height);
   const bool untouched = camera_.eye == scene_.camera.eye && camera_.look_at == scene_.camera.look_at;
-  home_ = framed(scene_.camera, frame_.needle_positions, layout, width, height);
+  std::vector<Eigen::Vector3f> needle = frame_.needle_positions;
+  if (!needle.empty() && !frame_.needle_orientations.empty()) {  // what the hand holds lies behind the first node
+    const Eigen::Vector3f axis = frame_.needle_orientations.front() * Eigen::Vector3f::UnitZ();
+    needle.insert(needle.begin(), needle.front() - kHubLength * axis);
+  }
+  home_ = framed(scene_.camera, needle, layout, width, height);
   if (untouched) camera_ = *home_;
 }
 
