@@ -3,14 +3,9 @@
 #include "engine/desktop/layout.h"
 
 #include <cmath>
+#include <utility>
 
 namespace stylet::app {
-
-namespace {
-
-constexpr int kSettled = 10;  // frames that a size stays before the texts take it
-
-}  // namespace
 
 void Screen::open(gpu::Device& device, const std::string& title) {
   if (window_ && device_ == &device) return window_->set_title(title);
@@ -33,9 +28,10 @@ void Screen::close() {
 view::Overlay& Screen::overlay() {
   const double wanted = desktop::text_scale(window_->width(), window_->height(), window_->content_scale());
   const bool fits = overlay_ && (window_->minimised() || std::abs(overlay_->scale() / wanted - 1) < 0.02);
-  resizing_ = fits ? 0 : resizing_ + 1;
-  if (overlay_ && resizing_ <= kSettled) return *overlay_;
-  resizing_ = 0;
+  // While the window is being resized the letters stay.
+  const int width = std::exchange(width_, window_->width()), height = std::exchange(height_, window_->height());
+  const bool resizing = width != width_ || height != height_;
+  if (overlay_ && (fits || resizing)) return *overlay_;
   window_->forget_overlay();
   overlay_.reset();  // one at a time
   return overlay_.emplace(*device_, window_->format(), wanted);

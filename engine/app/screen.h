@@ -41,7 +41,7 @@ private:
   gpu::Device* device_ = nullptr;
   std::optional<view::Window> window_;
   std::optional<view::Overlay> overlay_;
-  int resizing_ = 0;  // frames for which the overlay's scale has not fitted
+  int width_ = 0, height_ = 0;  // of the window at the frame before
 };
 
 }  // namespace stylet::app

@@ -12,6 +12,7 @@ constexpr double kColumn = 22.6;      // of the panels on the left
 constexpr double kCourse = 17;        // height at most
 constexpr double kForce = 15.4;       // height
 constexpr double kFlatForce = 12;     // where the instructor's panel is above it
+constexpr double kMiddle = 36;        // width at most
 constexpr double kInstructor = 17;    // height, on the left
 constexpr double kScannerLeast = 21;  // height that the knobs take
 
@@ -61,7 +62,10 @@ Layout layout_of(int width, int height, double em, const OpenPanels& open) {
   layout.course = pane(margin, margin, column, std::min(bottom - margin, kCourse * em));
   const double left = margin + column + margin;
   const picture::Pane middle = pane(left, margin, right - margin - left, h - 2 * margin);
-  if (open.briefing || open.ending) layout.middle = middle;
+  if (open.briefing || open.ending) {  // lines that are read easily
+    const double wide = std::min<double>(middle.width, kMiddle * em);
+    layout.middle = pane(middle.x + (middle.width - wide) / 2, middle.y, wide, middle.height);
+  }
   layout.needle = middle;
   return layout;
 }
