@@ -91,7 +91,7 @@ Overlay::Context::Context(double scale) : context(ImGui::CreateContext()) {
   io.IniFilename = nullptr;  // sessions begin alike
   io.ConfigWindowsMoveFromTitleBarOnly = true;
   if (std::filesystem::exists(kFont)) {
-    io.Fonts->AddFontFromFileTTF(kFont, kFontSize * static_cast<float>(scale), nullptr, kGlyphs.data());
+    io.Fonts->AddFontFromFileTTF(kFont, std::round(kFontSize * static_cast<float>(scale)), nullptr, kGlyphs.data());
   }
   set_style(scale);
 }
