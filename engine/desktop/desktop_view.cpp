@@ -240,6 +240,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
     panels::translate(facts.session, *settings_.texts);
     if (shown) panels::translate(*shown, *settings_.texts);
     for (Choice& choice : facts.choices) choice.label = settings_.texts->of(choice.label);
+    facts.pictures = settings_.texts->of(facts.pictures);
   }
   if (shown) facts.ending = &*shown;
   scanner_place_ = panels_.layout(facts, width, height).ultrasound;

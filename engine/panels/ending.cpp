@@ -12,7 +12,7 @@ namespace stylet::panels {
 namespace {
 
 /// What does better at a criterion, said where it lost most.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 18> kAdvice{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kAdvice{{
     {"ablation_coverage",
      "Place the electrode so that the whole tumour and its margin lie in the zone before you heat."},
     {"angle_error", "Line the needle up with the target while it is still shallow: deep in, it cannot be turned."},
@@ -28,6 +28,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 18> kAdvice{
     {"punctures", "Enter the skin once: correct the direction inside, or draw back without leaving the patient."},
     {"skin_contacts", "Decide on the point of entry with the probe before the needle touches the skin."},
     {"targeting", "Bring the tip to the middle of the target before you release."},
+    {"throw_beyond", "Fire where the needle enters the target: it shoots ahead, and must not come out behind."},
     {"time_in_tissue", "Work steadily: the patient can hold the breath only for so long."},
     {"tissue_damage", "Do not swing the needle inside the patient: draw back before you change direction."},
     {"tumour_content", "Place the needle so that the part that cuts lies in the tumour from end to end."},
@@ -53,6 +54,9 @@ bool worse(const training::ScoreLine& a, const training::ScoreLine& b) {
 }  // namespace
 
 std::string advice(const training::Score& score) {
+  if (!score.done) {
+    return "There is nothing to give points for: bring the needle to the target and do what the briefing asks.";
+  }
   const auto worst = std::ranges::min_element(score.lines, worse);
   if (worst == score.lines.end() || (!worst->failed && lost(*worst) < 1)) {
     return "Nothing lost a point worth a word: do it again a little faster.";
@@ -74,7 +78,7 @@ Ending ending_of(const training::TrainingReport& report, const std::string& resu
   ending.score = score.total;
   ending.pass_mark = score.pass_mark;
   ending.passed = score.passed;
-  ending.verdict = score.passed ? "Passed" : "Not passed";
+  ending.verdict = !score.done ? "Nothing was sampled or treated" : score.passed ? "Passed" : "Not passed";
   ending.wanted = fmt::format("of 100; {:.0f} are to be reached", score.pass_mark);
   ending.advice = advice(score);
   std::vector<training::ScoreLine> lines = score.lines;

@@ -1,7 +1,11 @@
 #include "engine/panels/session_facts.h"
 
+#include <string_view>
+
 namespace stylet::panels {
 namespace {
+
+constexpr std::string_view kNotNow = "Not now";
 
 std::vector<std::string> paragraphs(const content::Briefing& briefing) {
   std::vector<std::string> all;
@@ -13,6 +17,17 @@ std::vector<std::string> paragraphs(const content::Briefing& briefing) {
   return all;
 }
 
+std::string refused(std::string_view not_now, const std::string& reason) {
+  return std::string(not_now) + ": " + reason + ".";
+}
+
+/// A refusal with its reason, or what to do.
+std::string translated_prompt(const std::string& prompt, const content::Texts& texts) {
+  const std::string begin = std::string(kNotNow) + ": ";
+  if (!prompt.starts_with(begin) || !prompt.ends_with('.')) return texts.of(prompt);
+  return refused(texts.of(kNotNow), texts.of(prompt.substr(begin.size(), prompt.size() - begin.size() - 1)));
+}
+
 }  // namespace
 
 SessionFacts facts_of(const content::Scene& scene, const training::TrainingSession* session) {
@@ -21,7 +36,7 @@ SessionFacts facts_of(const content::Scene& scene, const training::TrainingSessi
   if (session == nullptr) return facts;
   const training::FlowState& course = session->state();
   facts.stage = training::stage_name(course.stage);
-  facts.prompt = course.refusal.empty() ? course.prompt : "Not now: " + course.refusal + ".";
+  facts.prompt = course.refusal.empty() ? course.prompt : refused(kNotNow, course.refusal);
   facts.hint = course.hint;
   facts.paused = course.paused;
   if (const int tissue = session->tip_tissue(); tissue > 0) facts.tissue = scene.tissues[tissue].name;
@@ -30,9 +45,10 @@ SessionFacts facts_of(const content::Scene& scene, const training::TrainingSessi
 }
 
 void translate(SessionFacts& facts, const content::Texts& texts) {
-  for (std::string* text : {&facts.title, &facts.stage, &facts.prompt, &facts.hint, &facts.tissue}) {
+  for (std::string* text : {&facts.title, &facts.stage, &facts.hint, &facts.tissue}) {
     *text = texts.of(*text);
   }
+  facts.prompt = translated_prompt(facts.prompt, texts);
   for (std::string& paragraph : facts.briefing) paragraph = texts.of(paragraph);
   for (Warning& warning : facts.warnings) warning.text = texts.of(warning.text);
 }

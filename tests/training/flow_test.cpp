@@ -1,7 +1,9 @@
 #include "engine/training/flow.h"
 #include "engine/procedures/ablation/heating.h"
+#include "engine/procedures/aspiration/plan.h"
 #include "engine/procedures/biopsy/biopsy.h"
 #include "engine/procedures/kinds.h"
+#include "engine/readers/texts_file.h"
 #include "tests/training/event_words.h"
 
 #include <gmock/gmock.h>
@@ -36,6 +38,10 @@ content::Exercise ablation() {
   plan->duration_s = 600;
   plan->time_factor = 60;
   return {.plan = plan};
+}
+
+content::Exercise aspiration() {
+  return {.plan = std::make_shared<procedures::aspiration::Plan>()};
 }
 
 content::Scene scene_of(const content::Exercise& exercise) {
@@ -213,6 +219,49 @@ TEST(Flow, WordsFitTheDeviceAndTheNumberOfCores) {
             "The tip is in the target: hold still and fire for core 2 of 2 (button 1).|"
             "All 2 cores are taken: withdraw the needle and finish.|");
   EXPECT_THAT(said(1, {}), HasSubstr("start when you are ready"));
+}
+
+TEST(Flow, WhatItSaysToATraineeAtTheWindowIsInTheGermanCatalogue) {
+  const content::Texts german = readers::find_texts("de");
+  const auto expect = [&](const std::string& english) {
+    if (!english.empty()) {
+      EXPECT_NE(german.of(english), english);
+    }
+  };
+  const std::array<procedures::Controls, 3> kinds_of_controls{
+      {{},
+       {.begin = "Enter", .act = "T", .finish = "Enter"},
+       {.begin = "button 1 or Enter", .act = "button 1 or T", .finish = "Enter"}}};
+  for (const content::Exercise& exercise :
+       {biopsy(1), biopsy(3), biopsy(1, true), biopsy(3, true), ablation(), aspiration()}) {
+    for (const procedures::Controls& controls : kinds_of_controls) {
+      const content::Scene scene = scene_of(exercise);
+      const auto procedure = procedures::kind_of(scene.exercise)->begin(scene);
+      Flow flow(scene.exercise, 1, false, procedure.get(), controls);
+      const auto at = [&](const Situation& now, std::vector<Action> actions = {}) {
+        flow.step(now, actions);
+        expect(flow.state().prompt);
+        expect(flow.state().refusal);
+      };
+      expect(flow.state().prompt);
+      at(in_gap(0), {Action::start});
+      at(outside(1), {procedure->trigger()});
+      at(outside(2), {Action::start});
+      at(outside(3), {Action::start});
+      at(outside(4), {procedure->trigger()});
+      at(in_wall(5));
+      at(in_gap(6), {procedure->trigger()});
+      at(outside(7));
+      for (int act = 0; act < 4; ++act) {
+        at(in_target(8 + 3 * act));
+        at(in_target(9 + 3 * act), {procedure->trigger()});
+        at(in_target(10 + 3 * act));
+      }
+      at(in_target(30), {Action::pause});
+      at(in_target(31), {Action::resume});
+      at(in_target(32), {Action::finish});
+    }
+  }
 }
 
 TEST(Flow, AutomaticCoresAreNotAskedFor) {
