@@ -134,7 +134,9 @@ public:
   explicit Trainee(std::vector<std::string> keys) : keys_(std::move(keys)) {}
   bool stop_requested() override {
     if (given_up()) return true;
-    if (++frames_ % 8 == 0 && pressed_ < keys_.size() && keyboard_.press(keys_[pressed_])) ++pressed_;
+    const bool held_back =
+        pressed_ + 1 == keys_.size() && !last_key_when_there.empty() && !std::filesystem::exists(last_key_when_there);
+    if (++frames_ % 8 == 0 && pressed_ < keys_.size() && !held_back && keyboard_.press(keys_[pressed_])) ++pressed_;
     return false;
   }
   void measured(const SessionResult& result) override {
@@ -151,6 +153,7 @@ public:
   bool numbers_kept = false;
   int sessions = 0;
   std::vector<SessionResult> behind;
+  std::filesystem::path last_key_when_there;  ///< waits for this file
 
 private:
   support::XKeyboard keyboard_;
@@ -185,6 +188,25 @@ TEST_F(RunSession, TheWindowStaysWithTheScoreUntilTheTraineeLeaves) {
       EXPECT_TRUE(std::filesystem::exists(folder / name)) << folder / name;
     }
   }
+}
+
+TEST_F(RunSession, AnAttemptThatWasBrokenOffGetsItsDebriefBehindTheScoreOfTheLast) {
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
+  SessionSettings wanted = settings();
+  wanted.view = SessionView::window;
+  wanted.stylus = "mouse";
+  wanted.lockstep = false;
+  // Start, again; start, finish; leave.
+  Trainee trainee({"Return", "BackSpace", "Return", "Return", "q"});
+  trainee.last_key_when_there = wanted.out / "attempt-1" / "debrief.html";
+  const SessionResult result = run_session(wanted, trainee);
+  ASSERT_FALSE(trainee.given_up());
+  EXPECT_EQ(trainee.sessions, 1) << "only the last one is looked at";
+  EXPECT_EQ(result.folder.filename(), "out");
+  EXPECT_TRUE(result.identical()) << "the replay of the last one comes before the debrief of the others";
+  const auto numbers = nlohmann::json::parse(read_text(result.folder / "session.json"));
+  ASSERT_EQ(numbers["attempts_before"].size(), 1u);
+  EXPECT_EQ(numbers["attempts_before"][0]["folder"], "attempt-1");
 }
 
 TEST_F(RunSession, PrintsNothing) {

@@ -138,7 +138,7 @@ void add_train(CLI::App& app, int& exit_code) {
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
       "tissue, a thread that factorises. Everything is recorded; afterwards the recording is replayed to check that "
       "it\n"
-      "gives the same bits, and the pictures are drawn from the replay, so that drawing never disturbs the loops.\n\n"
+      "gives the same bits, and the pictures are drawn from what was kept: drawing never disturbs the loops.\n\n"
       "  stylet train liver_biopsy                       you lead the needle: H lists the keys\n"
       "  stylet train liver_biopsy --device hid          a stylus, space mouse or pen; `stylet devices` lists them\n"
       "  stylet train liver_biopsy --device recorded     the scenario's own motion, as a demonstration\n"
