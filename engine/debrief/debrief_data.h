@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -94,6 +95,20 @@ struct DebriefPicture {
   std::string png{};      ///< bytes of the file
 };
 
+/// A film of the session that lies beside the page.
+struct DebriefFilm {
+  std::string file{};  ///< a plain name
+  double from_s = 0;   ///< session time of its first frame
+  double to_s = 0;     ///< and of its last
+  double speed = 1;    ///< session time over film time
+
+  /// Where in the film a moment of the session is, s; none: the film does not have it.
+  std::optional<double> at(double time_s) const {
+    if (time_s < from_s - 0.05 || time_s > to_s + 0.05) return std::nullopt;  // an event may lie between frames
+    return std::clamp(time_s, from_s, to_s) / speed - from_s / speed;
+  }
+};
+
 struct DebriefData {
   std::string title{};     ///< of the scenario, for people
   std::string scenario{};  ///< its name
@@ -117,6 +132,7 @@ struct DebriefData {
   std::vector<TargetMark> targets{};
   std::vector<Outline> outlines{};
   std::vector<DebriefPicture> pictures{};          ///< times ascending
+  std::optional<DebriefFilm> film{};               ///< none: there is none to look at
   Eigen::Vector3d eye = Eigen::Vector3d(0, 0, 1);  ///< of the scenario's camera
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();
 };

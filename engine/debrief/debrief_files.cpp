@@ -1,5 +1,7 @@
 #include "engine/debrief/debrief_files.h"
 
+#include "engine/debrief/skin_entry.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -155,9 +157,17 @@ nlohmann::ordered_json to_json(const DebriefData& data) {
   for (const DebriefPicture& picture : data.pictures) {
     json["pictures"].push_back({{"time_s", picture.time_s}, {"title", picture.title}, {"caption", picture.caption}});
   }
+  if (data.film) {
+    json["film"] = {{"file", data.film->file},
+                    {"from_s", data.film->from_s},
+                    {"to_s", data.film->to_s},
+                    {"speed", data.film->speed}};
+  }
+  json["skin_entry_s"] = number_json(skin_entry_s(data.path));
   json["path"] = path_json(data.path);
   if (!data.expert.empty()) {
     json["expert"] = data.expert;
+    json["expert_skin_entry_s"] = number_json(skin_entry_s(data.expert_path));
     json["expert_path"] = path_json(data.expert_path);
   }
   return json;

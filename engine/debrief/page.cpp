@@ -2,6 +2,7 @@
 
 #include "engine/debrief/debrief_files.h"
 #include "engine/debrief/page_assets.h"
+#include "engine/debrief/skin_entry.h"
 #include "engine/figures/svg_plot.h"
 #include "engine/files/html.h"
 #include "engine/session/state_hash.h"
@@ -12,6 +13,9 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <limits>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace stylet::debrief {
@@ -55,6 +59,36 @@ std::string embedded(const ordered_json& json) {
   return out;
 }
 
+constexpr double kApproach = 0.02;  // m, of the way to the skin that plots against depth show
+
+/// What is far outside is left out.
+std::vector<double> depths_mm(const std::vector<PathPoint>& path) {
+  std::vector<double> depths = depth_from_entry(path);
+  for (double& depth : depths) depth = depth < -kApproach ? std::numeric_limits<double>::quiet_NaN() : depth * 1e3;
+  return depths;
+}
+
+/// The moments that the plot of depth against time has at 0, so that one lies on the other.
+struct Alignment {
+  bool entry = false;  ///< the skin's; else the beginning
+  double trainee_s = 0;
+  double expert_s = 0;
+};
+Alignment alignment_of(const DebriefData& data) {
+  const std::optional<double> trainee = skin_entry_s(data.path);
+  const std::optional<double> expert = skin_entry_s(data.expert_path);
+  if (!trainee || (!data.expert.empty() && !expert)) return {};
+  return {.entry = true, .trainee_s = *trainee, .expert_s = expert.value_or(0)};
+}
+
+/// To the moment in the film, as a browser's player understands it; the text alone where there is no film of it.
+std::string film_link(const DebriefData& data, double time_s, const std::string& text) {
+  const std::optional<double> at = data.film ? data.film->at(time_s) : std::nullopt;
+  if (!at) return text;
+  return fmt::format(R"(<a class="film" href="{}#t={:.2f}" target="film" title="The film at this moment">{}</a>)",
+                     escaped(data.film->file), *at, text);
+}
+
 /// debrief.json and what only the page shows.
 ordered_json page_json(const DebriefData& data) {
   ordered_json json = to_json(data);
@@ -74,6 +108,11 @@ ordered_json page_json(const DebriefData& data) {
       for (const std::uint32_t corner : triangle) triangles.push_back(corner);
     }
   }
+  json["depth_mm"] = ordered_json::array();
+  for (const double depth : depths_mm(data.path)) {
+    json["depth_mm"].push_back(std::isfinite(depth) ? ordered_json(std::round(depth * 100) / 100) : ordered_json());
+  }
+  json["depth_time_zero_s"] = alignment_of(data).trainee_s;
   json["eye"] = {data.eye.x(), data.eye.y(), data.eye.z()};
   json["up"] = {data.up.x(), data.up.y(), data.up.z()};
   return json;
@@ -154,7 +193,7 @@ void append_metrics(std::string& html, const DebriefData& data, bool scored) {
   if (!any) return;
   const bool compared = !data.expert.empty();
   html += scored ? "<section><h2>What scored</h2>" : "<section><h2>What else was measured</h2>";
-  html += "<div class=\"wide\"><table class=\"metrics\"><thead><tr><th></th><th>You</th>";
+  html += "<table class=\"metrics\"><thead><tr><th></th><th>You</th>";
   if (compared) html += "<th>Expert</th>";
   if (scored) html += "<th>Points</th>";
   html += "</tr></thead><tbody>\n";
@@ -164,7 +203,7 @@ void append_metrics(std::string& html, const DebriefData& data, bool scored) {
   }
   std::ranges::stable_sort(rows, std::greater{}, &DebriefMetric::most_points);  // what counts most first
   for (const DebriefMetric* metric : rows) append_metric_row(html, *metric, scored, compared);
-  html += "</tbody></table></div></section>\n";
+  html += "</tbody></table></section>\n";
 }
 
 /// The attempts of the session, this one last.
@@ -181,7 +220,9 @@ void append_attempts(std::string& html, const DebriefData& data) {
                           : attempt.score->passed ? "\u2713 passed"
                                                   : "\u2717 not passed";
     const std::string where =
-        attempt.folder.empty() ? std::string("this one") : escaped(attempt.folder) + "/debrief.html";
+        attempt.folder.empty()
+            ? std::string("this one")
+            : fmt::format("<a href=\"{0}/debrief.html\">{0}/debrief.html</a>", escaped(attempt.folder));
     fmt::format_to(std::back_inserter(html),
                    "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.1f} s</td><td>{}</td></tr>\n", ++number,
                    scored ? fmt::format("{:.0f} / 100", attempt.score->total) : "&ndash;", verdict,
@@ -220,10 +261,11 @@ void append_course(std::string& html, const DebriefData& data) {
   for (const DebriefEvent& event : data.events) {
     const bool stage = event.kind == EventKind::stage;
     fmt::format_to(std::back_inserter(html),
-                   R"(<tr class="{}" data-time="{}"><td>{}</td><td>{:.2f} s</td><td>{}</td><td>{}</td></tr>)"
+                   R"(<tr class="{}" data-time="{}"><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>)"
                    "\n",
                    event_kind_name(event.kind), event.time_s, stage ? std::string() : std::to_string(++number),
-                   event.time_s, escaped(event.title), escaped(event.detail));
+                   film_link(data, event.time_s, fmt::format("{:.2f} s", event.time_s)), escaped(event.title),
+                   escaped(event.detail));
   }
   html += "</tbody></table></section>\n";
 }
@@ -238,7 +280,7 @@ std::vector<double> column(const std::vector<PathPoint>& path, const Of& of) {
 double time_of(const PathPoint& p) {
   return p.time_s;
 }
-double depth_mm(const PathPoint& p) {
+double inserted_mm(const PathPoint& p) {
   return p.inserted * 1e3;
 }
 double distance_mm(const PathPoint& p) {
@@ -263,23 +305,27 @@ void append_plots(std::string& html, const DebriefData& data) {
                          .wide = true});
   SvgPlot depth{.id = "force_depth",
                 .title = "Force against depth",
-                .x_label = "needle in tissue, mm",
+                .x_label = "depth from the skin entry, mm",
                 .y_label = "N",
-                .lines = {{"axial", "against insertion", column(path, depth_mm), column(path, axial)},
-                          {"lateral", "across the needle", column(path, depth_mm), column(path, lateral)}}};
+                .lines = {{"axial", "against insertion", depths_mm(path), column(path, axial)},
+                          {"lateral", "across the needle", depths_mm(path), column(path, lateral)}}};
+  const Alignment zero = alignment_of(data);
+  const auto times_from = [](const std::vector<PathPoint>& of, double zero_s) {
+    return column(of, [zero_s](const PathPoint& p) { return p.time_s - zero_s; });
+  };
+  const std::vector<double> times = times_from(path, zero.trainee_s);
   SvgPlot course{.id = "depth_time",
                  .title = "Depth and distance to the target",
-                 .x_label = "time, s",
+                 .x_label = zero.entry ? "time from the skin entry, s" : "time, s",
                  .y_label = "mm",
-                 .lines = {{"depth", "needle in tissue", column(path, time_of), column(path, depth_mm)}},
+                 .lines = {{"depth", "needle in tissue", times, column(path, inserted_mm)}},
                  .marks = marks};
-  if (!data.targets.empty()) {
-    course.lines.push_back({"distance", "tip to target", column(path, time_of), column(path, distance_mm)});
-  }
+  for (SvgMark& mark : course.marks) mark.x -= zero.trainee_s;
+  if (!data.targets.empty()) course.lines.push_back({"distance", "tip to target", times, column(path, distance_mm)});
   if (compared) {
     const auto& expert = data.expert_path;
-    depth.lines.push_back({"axial", "expert", column(expert, depth_mm), column(expert, axial), true});
-    course.lines.push_back({"depth", "expert", column(expert, time_of), column(expert, depth_mm), true});
+    depth.lines.push_back({"axial", "expert", depths_mm(expert), column(expert, axial), true});
+    course.lines.push_back({"depth", "expert", times_from(expert, zero.expert_s), column(expert, inserted_mm), true});
   }
   html += figures::svg_plot(depth);
   html += figures::svg_plot(course);
@@ -319,8 +365,15 @@ void append_way(std::string& html, const DebriefData& data) {
                    i, data.outlines[i].shown ? " checked" : "", css_colour(data.outlines[i].colour),
                    in_words(data.outlines[i].name));
   }
+  html += "</ul><p class=\"script\" id=\"now\"></p>";
+  if (data.film) {
+    fmt::format_to(out,
+                   R"(<p class="script"><a class="film" id="film_now" href="{0}" data-file="{0}" data-from="{1}" )"
+                   R"(data-to="{2}" data-speed="{3}" target="film">Film at this moment</a></p>)",
+                   escaped(data.film->file), data.film->from_s, data.film->to_s, data.film->speed);
+  }
   html +=
-      "</ul><p class=\"script\" id=\"now\"></p><input class=\"script\" type=\"range\" id=\"time\" min=\"0\" "
+      "<input class=\"script\" type=\"range\" id=\"time\" min=\"0\" "
       "max=\"1000\" value=\"0\" aria-label=\"Time\"></div></div></section>\n";
 }
 
@@ -330,9 +383,10 @@ void append_pictures(std::string& html, const DebriefData& data) {
   for (const DebriefPicture& picture : data.pictures) {
     fmt::format_to(std::back_inserter(html),
                    R"(<figure data-time="{}"><img alt="Ultrasound image: {}" src="data:image/png;base64,{}">)"
-                   R"(<figcaption><b>{}</b> {:.2f} s<br>{}</figcaption></figure>)",
+                   R"(<figcaption><b>{}</b> {}<br>{}</figcaption></figure>)",
                    picture.time_s, escaped(picture.title), base64(picture.png), escaped(picture.title),
-                   picture.time_s, escaped(picture.caption));
+                   film_link(data, picture.time_s, fmt::format("{:.2f} s", picture.time_s)),
+                   escaped(picture.caption));
   }
   html += "</div></section>\n";
 }

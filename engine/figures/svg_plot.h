@@ -1,5 +1,7 @@
 // Charts as inline SVG for pages, whose style sheet gives the colours: there without scripts and on paper; scripts
-// add what follows the mouse. Charts as pixels: plot.h.
+// add what follows the mouse. As wide as the page lets them be, with text that keeps its size: what is written for
+// several widths has the class narrow, medium or broad, of which the style sheet shows one (from 0, 520 and 1000
+// pixels on), and where it is narrow hides numbers of the class fine. Charts as pixels: plot.h.
 #pragma once
 
 #include <span>
@@ -34,8 +36,9 @@ struct SvgPlot {
   bool wide = false;             ///< as two others
 };
 
-/// A figure with legend. Scripts find the axes in its attributes data-x0, data-x1, data-y0, data-y1 and the box that
-/// they span, in units of the view box, in data-box.
+/// A figure with legend. The box of its svg element spans the axis of x; scripts find the ends of the axes in its
+/// attributes data-x0, data-x1, data-y0, data-y1 and where that of y lies, in pixels from above, in data-top and
+/// data-bottom.
 std::string svg_plot(const SvgPlot& plot);
 
 /// Stages as bands, everything else as numbered marks above them, x ascending.

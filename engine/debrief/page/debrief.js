@@ -35,18 +35,18 @@ const mm = values => values.map(v => v === null ? null : v * 1e3);
 /// null stands for what could not be measured.
 const fixed = (value, digits) => value === null ? '\u2013' : value.toFixed(digits);
 const depth = mm(path.inserted_m), distance = mm(path.target_distance_m);
+const fromEntry = times.map(t => t - data.depth_time_zero_s);
 const plots = {
   force_time: { x: times, lines: { axial: path.axial_n, lateral: path.lateral_n }, unit: 'N' },
-  force_depth: { x: depth, lines: { axial: path.axial_n, lateral: path.lateral_n }, unit: 'N' },
-  depth_time: { x: times, lines: data.targets.length ? { depth, distance } : { depth }, unit: 'mm' },
+  force_depth: { x: data.depth_mm, lines: { axial: path.axial_n, lateral: path.lateral_n }, unit: 'N' },
+  depth_time: { x: fromEntry, lines: data.targets.length ? { depth, distance } : { depth }, unit: 'mm' },
 };
 const svgNode = (name, parent) => parent.appendChild(document.createElementNS(parent.namespaceURI, name));
 function attach(id, plot) {
   const svg = $(id);
   if (!svg || !count) return;
-  const [left, top, right, bottom] = svg.dataset.box.split(' ').map(Number);
-  const { x0, x1, y0, y1 } = Object.fromEntries(Object.entries(svg.dataset).map(([k, v]) => [k, Number(v)]));
-  const toX = v => left + (v - x0) / (x1 - x0) * (right - left);
+  const { x0, x1, y0, y1, top, bottom } = Object.fromEntries(Object.entries(svg.dataset).map(([k, v]) => [k, Number(v)]));
+  const share = v => (v - x0) / (x1 - x0);  // of the width
   const toY = v => bottom - (v - y0) / (y1 - y0) * (bottom - top);
   const cursor = svgNode('g', svg);
   cursor.setAttribute('class', 'cursor');
@@ -57,8 +57,9 @@ function attach(id, plot) {
   const dots = Object.keys(plot.lines).map(() => { const c = svgNode('circle', cursor); c.setAttribute('r', 3.5); return c; });
   cursor.style.display = 'none';
   followers.push(i => {
-    cursor.style.display = '';
-    const x = toX(plot.x[i]);
+    cursor.style.display = plot.x[i] === null ? 'none' : '';
+    if (plot.x[i] === null) return;
+    const x = `${100 * share(plot.x[i])}%`;
     line.setAttribute('x1', x);
     line.setAttribute('x2', x);
     const values = Object.values(plot.lines).map(values => values[i]);
@@ -68,20 +69,21 @@ function attach(id, plot) {
       dots[k].setAttribute('cy', toY(v ?? y0));
     });
     text.textContent = values.map(v => fixed(v, plot.unit === 'N' ? 2 : 1)).join(' / ') + ' ' + plot.unit;
-    const late = x > (left + right) / 2;
-    text.setAttribute('x', late ? x - 8 : x + 8);
+    const late = share(plot.x[i]) > 0.5;
+    text.setAttribute('x', x);
+    text.setAttribute('dx', late ? -8 : 8);
     text.setAttribute('text-anchor', late ? 'end' : 'start');
   });
   svg.addEventListener('pointermove', e => {
     const box = svg.getBoundingClientRect();
-    const px = (e.clientX - box.left) / box.width * svg.viewBox.baseVal.width;
-    const py = (e.clientY - box.top) / box.height * svg.viewBox.baseVal.height;
-    if (plot.x === times) { showTime(x0 + (px - left) / (right - left) * (x1 - x0)); return; }
+    const at = (e.clientX - box.left) / box.width, py = e.clientY - box.top;
+    if (plot.x !== data.depth_mm) { show(nearest(plot.x, x0 + at * (x1 - x0))); return; }
     // Against depth the needle comes by more than once: the nearest point of any line.
     let best = 0, least = Infinity;
     for (const values of Object.values(plot.lines)) {
       for (let i = 0; i < count; ++i) {
-        const d = (toX(plot.x[i]) - px) ** 2 + (toY(values[i]) - py) ** 2;
+        if (plot.x[i] === null) continue;
+        const d = ((share(plot.x[i]) - at) * box.width) ** 2 + (toY(values[i]) - py) ** 2;
         if (d < least) { least = d; best = i; }
       }
     }
@@ -100,6 +102,10 @@ followers.push(i => {
   $('now').textContent = `${times[i].toFixed(2)} s ${place(path.tissue[i])}: ` +
     `${depth[i].toFixed(1)} mm deep, ` + (distance[i] !== null ? `${fixed(distance[i], 1)} mm from the target, ` : '') +
     `${fixed(path.force_n[i], 2)} N`;
+  const film = $('film_now');
+  if (!film) return;
+  const { file, from, to, speed } = film.dataset;
+  film.href = `${file}#t=${((Math.min(Math.max(times[i], from), to) - from) / speed).toFixed(2)}`;
 });
 
 // ---- the needle's way
@@ -257,7 +263,7 @@ function repaint() {
 followers.push(repaint);
 let drag = null;
 canvas.addEventListener('pointerdown', e => { drag = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
-canvas.addEventListener('pointerup', () => { drag = null; });
+for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => { drag = null; });
 canvas.addEventListener('pointermove', e => {
   if (!drag) return;
   turn((e.clientX - drag[0]) * 0.008, (e.clientY - drag[1]) * 0.008);
