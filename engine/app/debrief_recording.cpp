@@ -6,7 +6,24 @@
 #include "engine/debrief/session_replay.h"
 #include "engine/files/output_directory.h"
 
+#include <filesystem>
+#include <system_error>
+
 namespace stylet::app {
+
+namespace {
+
+/// Where the page goes into the folder of its session, the session's film lies beside it.
+bool film_beside(const DebriefRecordingSettings& settings, const std::filesystem::path& folder) {
+  std::filesystem::path session(settings.recording);
+  std::error_code error;
+  if (!std::filesystem::is_directory(session, error))
+    session = std::filesystem::absolute(session, error).parent_path();
+  return std::filesystem::exists(folder / "session.mp4", error) &&
+         std::filesystem::equivalent(session, folder, error);
+}
+
+}  // namespace
 
 DebriefedRecording debrief_recording(const DebriefRecordingSettings& settings, Observer& observer) {
   const auto [recording, steps, scene] = open_recording(settings.recording, settings.scenario, observer);
@@ -16,7 +33,8 @@ DebriefedRecording debrief_recording(const DebriefRecordingSettings& settings, O
   replay.run([&observer](double share) { show_progress(observer, "Replaying", share); });
   const std::optional<debrief::Expert> expert = chosen_expert(settings.expert, false, scene, observer);
   observer.progress("Writing the debrief", 0);
-  debrief::write_page(out, scene, gpu, recording, replay, {.expert = expert});
+  debrief::write_page(out, scene, gpu, recording, replay,
+                      {.film = film_beside(settings, out.destination()), .expert = expert});
   out.commit("debrief.html");
   observer.task_done();
   return {.folder = out.destination(), .identical = replay.result().identical()};

@@ -116,6 +116,7 @@ void write_page(const files::OutputDirectory& out, const content::Scene& scene, 
   while (pictures.draw_next()) {
   }
   data.pictures = pictures.take();
+  if (settings.film) data.film = film_of(footage.frames(), settings.stills.film);
   write_page_files(out, data);
 }
 
@@ -132,6 +133,7 @@ DebriefWork::Piece DebriefWork::after_page() const {
 void DebriefWork::write_page() {
   DebriefData data = collect_all(session_.scene, session_.recording, session_.footage, settings_);
   data.pictures = pictures_;
+  if (film_frames_ > 0) data.film = film_of(session_.footage.frames(), settings_.stills.film);
   write_page_files(out_, data);
   out_.publish(kPageFiles);
   page_written_ = true;
@@ -164,7 +166,7 @@ void DebriefWork::step(gpu::Device& device) {
       film_frames_ = film_->frames();
       film_.reset();
       out_.publish({"session.mp4"});
-      next_ = Piece::nothing;
+      next_ = Piece::page;
       return;
     case Piece::nothing:
       return;

@@ -19,7 +19,7 @@ namespace stylet::debrief {
 
 struct DebriefSettings {
   StillSettings stills{};                   ///< with the look of the film
-  bool film = true;                         ///< is made
+  bool film = true;                         ///< session.mp4 is made (or is there), and the page leads to it
   std::optional<Expert> expert{};           ///< to compare with
   std::vector<DebriefAttempt> attempts{};   ///< before this one
   std::vector<training::Metric> metrics{};  ///< as the session set them; empty: measured on the trace
@@ -54,7 +54,8 @@ public:
   DebriefWork& operator=(const DebriefWork&) = delete;
 
   /// Does the next piece, of a second at most where the processor draws: the page and its numbers first, then
-  /// view.png, ultrasound.png and session.png (of the still_moment()), then session.mp4 where one is wanted.
+  /// view.png, ultrasound.png and session.png (of the still_moment()), then session.mp4 where one is wanted, and the
+  /// page again with the way to it.
   /// @throws files::ContentError, gpu::GpuError  step() then does the piece again, with that device or another
   void step(gpu::Device& device);
   /// Before a device goes: lets go of what was made with it.

@@ -28,7 +28,17 @@ int frames_per_second(const FilmSettings& film, const gpu::Device& device) {
   return film.frames_per_second / (device.identity().is_lavapipe() ? 2 : 1);
 }
 
+constexpr const char* kFile = "session.mp4";
+
 }  // namespace
+
+DebriefFilm film_of(const FrameHistory& frames, const FilmSettings& settings) {
+  const double from_s = std::max(settings.from_s, frames.begin_s());
+  return {.file = kFile,
+          .from_s = from_s,
+          .to_s = std::max(from_s, std::min(settings.to_s, frames.end_s())),
+          .speed = settings.speed};
+}
 
 Film::Film(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device, Footage& footage,
            const figures::ForceTrace& force, const FilmSettings& settings)
@@ -38,15 +48,15 @@ Film::Film(const files::OutputDirectory& out, const content::Scene& scene, gpu::
       settings_(settings),
       font_(figures::Font::load()),
       pictures_(device, scene, panes_of(settings, device)),
-      video_(out.staged("session.mp4"), {.width = settings.width,
-                                         .height = settings.height,
-                                         .frames_per_second = frames_per_second(settings, device)}),
+      video_(out.staged(kFile), {.width = settings.width,
+                                 .height = settings.height,
+                                 .frames_per_second = frames_per_second(settings, device)}),
       frame_(footage.frames().make_frame()) {
   const FrameHistory& frames = footage.frames();
-  from_s_ = std::max(settings.from_s, frames.begin_s());
-  const double span_s = std::max(0.0, std::min(settings.to_s, frames.end_s()) - from_s_);
+  const DebriefFilm film = film_of(frames, settings);
+  from_s_ = film.from_s;
   step_s_ = settings.speed / frames_per_second(settings, device);
-  count_ = static_cast<int>(std::floor(span_s / step_s_ + 1e-9)) + 1;
+  count_ = static_cast<int>(std::floor((film.to_s - film.from_s) / step_s_ + 1e-9)) + 1;
 }
 
 bool Film::draw_next() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/debrief/debrief_data.h"
 #include "engine/debrief/footage.h"
 #include "engine/figures/canvas.h"
 #include "engine/figures/force_trace.h"
@@ -24,6 +25,9 @@ struct FilmSettings {
   double speed = 1;  ///< session time over film time: 0.25 is slow motion
   bool stereo = false;
 };
+
+/// What of the session a film has, under the name that Film gives it.
+DebriefFilm film_of(const FrameHistory& frames, const FilmSettings& settings);
 
 /// session.mp4, a frame at a time. Thread: the device's.
 class Film {

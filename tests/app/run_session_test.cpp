@@ -209,6 +209,29 @@ TEST_F(RunSession, AnAttemptThatWasBrokenOffGetsItsDebriefBehindTheScoreOfTheLas
   EXPECT_EQ(numbers["attempts_before"][0]["folder"], "attempt-1");
 }
 
+TEST_F(RunSession, DebriefLeadsToTheFilmThatLiesBesideIt) {
+  const auto leads = [](const std::filesystem::path& folder) {
+    std::ifstream in(folder / "debrief.html");
+    const std::string page((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    EXPECT_FALSE(page.empty()) << folder;
+    return page.find("href=\"session.mp4#t=") != std::string::npos;
+  };
+  Listener listener;
+  SessionSettings filmed = settings();
+  filmed.film = true;
+  const SessionResult result = run_session(filmed, listener);
+  EXPECT_TRUE(std::filesystem::exists(result.folder / "session.mp4"));
+  EXPECT_TRUE(leads(result.folder));
+  debrief_recording({.recording = result.folder.string(), .expert = "none", .out = result.folder}, listener);
+  EXPECT_TRUE(leads(result.folder)) << "written again";
+  const std::filesystem::path elsewhere = files_.folder / "elsewhere";
+  debrief_recording({.recording = result.folder.string(), .expert = "none", .out = elsewhere}, listener);
+  EXPECT_FALSE(leads(elsewhere));
+  run_session(settings(), listener);
+  EXPECT_FALSE(std::filesystem::exists(result.folder / "session.mp4")) << "a later session has none";
+  EXPECT_FALSE(leads(result.folder));
+}
+
 TEST_F(RunSession, PrintsNothing) {
   ::testing::internal::CaptureStdout();
   Listener listener;
