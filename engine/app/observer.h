@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <exception>
 #include <string>
+#include <utility>
 
 namespace stylet::app {
 
@@ -33,7 +34,13 @@ public:
 /// The work ended because the observer asked for it; it has left nothing half done behind.
 class Stopped final : public std::exception {
 public:
-  const char* what() const noexcept override { return "interrupted; what was not finished was removed"; }
+  Stopped() = default;
+  /// @param what  one line that says what stays
+  explicit Stopped(std::string what) : what_(std::move(what)) {}
+  const char* what() const noexcept override { return what_.c_str(); }
+
+private:
+  std::string what_ = "interrupted; what was not finished was removed";
 };
 
 /// @throws Stopped  it is not wanted any more

@@ -144,30 +144,36 @@ DatasetFrames render_dataset(const DatasetSettings& settings, Observer& observer
                                      {"labels", legend_json(legend)}});
   std::optional<ultrasound::Imager> imager;  // one for all frames: it holds nothing of the one before
   DatasetFrames frames;
-  for (std::uint64_t index = shard.index; index < settings.frames; index += shard.of) {
-    if (settings.only && index != *settings.only) continue;
-    const auto show = [&](double share) {
-      show_progress(observer, "Drawing frames",
-                    (static_cast<double>(index) + share * static_cast<double>(shard.of)) /
-                        static_cast<double>(settings.frames));
-    };
-    show(0);
-    if (folder.whole(index)) {
-      ++frames.kept;
-      continue;
+  try {
+    for (std::uint64_t index = shard.index; index < settings.frames; index += shard.of) {
+      if (settings.only && index != *settings.only) continue;
+      const auto show = [&](double share) {
+        show_progress(observer, "Drawing frames",
+                      (static_cast<double>(index) + share * static_cast<double>(shard.of)) /
+                          static_cast<double>(settings.frames));
+      };
+      show(0);
+      if (folder.whole(index)) {
+        ++frames.kept;
+        continue;
+      }
+      const session::RandomFrame frame = session::draw_random_frame(scene, ranges, common.seed, index);
+      session::apply_frame(randomized, frame);
+      const session::SettledFrame settled = session::settle(randomized, coupling, frame, show);
+      if (!imager) imager.emplace(gpu, randomized, look);
+      imager->set_acoustics(randomized.tissues);
+      imager->set_seed(frame.seed);
+      const bool preview = common.previews > 0 && index % static_cast<std::uint64_t>(common.previews) == 0;
+      const std::vector<files::FrameFile> files = draw(*imager, settled.state, preview);
+      Json made_of = about(index, randomized, frame, settled, imager->geometry(), gpu.identity());
+      if (const std::string black = imager->diagnosis(); !black.empty()) made_of["black"] = black;
+      folder.put(index, files, std::move(made_of));
+      ++frames.drawn;
     }
-    const session::RandomFrame frame = session::draw_random_frame(scene, ranges, common.seed, index);
-    session::apply_frame(randomized, frame);
-    const session::SettledFrame settled = session::settle(randomized, coupling, frame, show);
-    if (!imager) imager.emplace(gpu, randomized, look);
-    imager->set_acoustics(randomized.tissues);
-    imager->set_seed(frame.seed);
-    const bool preview = common.previews > 0 && index % static_cast<std::uint64_t>(common.previews) == 0;
-    const std::vector<files::FrameFile> files = draw(*imager, settled.state, preview);
-    Json made_of = about(index, randomized, frame, settled, imager->geometry(), gpu.identity());
-    if (const std::string black = imager->diagnosis(); !black.empty()) made_of["black"] = black;
-    folder.put(index, files, std::move(made_of));
-    ++frames.drawn;
+  } catch (const Stopped&) {
+    throw Stopped(
+        fmt::format("interrupted; {} of {} frames are whole and stay in {}; give the same command again for the rest",
+                    folder.count(settings.frames), settings.frames, common.out.string()));
   }
   observer.task_done();
   frames.there = folder.count(settings.frames);

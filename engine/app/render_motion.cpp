@@ -202,14 +202,15 @@ private:
 
 MotionFrames render_motion(const MotionFramesSettings& settings, Observer& observer) {
   const RenderSettings& common = settings.common;
+  if (const StylusKind& stylus = find_stylus(settings.stylus); stylus.held) {
+    throw files::ContentError(fmt::format(
+        "--device {}: frames need a motion that repeats; use recorded, recorded:FILE or scripted", settings.stylus));
+  }
   content::Scene scene = load_scene(common.scenario, observer);
   set_scanner(scene, common.scanner);
   const physics::Coupling coupling = chosen_coupling(common.coupling, scene);
   chosen_camera(settings.camera, scene);
   const Stylus stylus = open_stylus(settings.stylus, scene);
-  if (!std::isfinite(stylus.duration_s)) {
-    throw files::ContentError("--device mouse: frames need a motion that repeats; use recorded:FILE or scripted");
-  }
   const double to_s = common.to_s.value_or(stylus.duration_s);
   if (!(settings.frames_per_second > 0 && settings.frames_per_second <= 1000)) {
     throw files::ContentError("--fps: give a number of frames a second above 0 and up to 1000");

@@ -38,10 +38,10 @@ namespace stylet::app {
 namespace {
 
 /// @throws files::ContentError  settings that do not go together
-void check(const SessionSettings& settings, const Stylus& stylus, bool window, bool headset) {
+void check(const SessionSettings& settings, const StylusKind& stylus, bool window, bool headset) {
   using files::ContentError;
-  const StylusNeed need = stylus.kind->need;
-  if (settings.lockstep && stylus.kind->in_real_time_only)
+  const StylusNeed need = stylus.need;
+  if (settings.lockstep && stylus.in_real_time_only)
     throw ContentError(
         "--lockstep: a HID device moves in real time; leave --lockstep out, or choose another with --device");
   if (settings.lockstep && settings.link.wanted())
@@ -126,7 +126,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
                                          start ? &*start : nullptr, observer);
   if (!stylus.held()) start.reset();
   if (settings.seconds > 0) stylus.duration_s = std::min(stylus.duration_s, settings.seconds);
-  check(settings, stylus, screen != nullptr, headset != nullptr);
+  check(settings, *stylus.kind, screen != nullptr, headset != nullptr);
   if (!station.graphics || headset != nullptr) {
     if (screen != nullptr) screen->close();
     station.graphics.emplace(
@@ -290,10 +290,12 @@ std::filesystem::path folder_beside(const std::filesystem::path& out) {
 
 SessionResult run_session(const SessionSettings& wanted, SessionObserver& observer) {
   SessionSettings settings = wanted;
+  const StylusKind* stylus = settings.stylus.empty() ? nullptr : &find_stylus(settings.stylus);
   Station station;  // its device outlives the window
   const std::unique_ptr<Screen> screen = find_screen(settings, observer);
   const std::unique_ptr<headset::HeadsetRuntime> headset =
       settings.view == SessionView::headset ? find_headset(screen ? "in a window" : "headless", observer) : nullptr;
+  if (stylus != nullptr) check(settings, *stylus, screen != nullptr, headset != nullptr);  // loading takes seconds
   check_expert(settings.expert);
   if (screen) screen->texts = readers::find_texts(settings.language);
   station.screen = screen.get();

@@ -112,19 +112,31 @@ Stylus open_hid(const StylusOpening& opening) {
   return {.device = std::move(device), .hid = std::move(reports)};
 }
 
+void find_recorded_file(const std::string& file) {
+  readers::RawReports of_a_hand;  // whose poses may be in a frame of its own
+  (void)readers::read_motion(file, &of_a_hand);
+}
+
+void find_hid(const std::string& id) {
+  const std::string asked = id.empty() ? "--device hid" : "--device hid:" + id;
+  (void)choose_hid_device(parse_hid_id(id, asked), asked);
+}
+
 constexpr std::array kStyluses{
     StylusKind{.name = "hid",
                .argument = "",
                .help = "the HID device that can do most",
                .held = true,
                .in_real_time_only = true,
-               .open = open_hid},
+               .open = open_hid,
+               .find = find_hid},
     StylusKind{.name = "hid",
                .argument = "VID:PID",
                .help = "`stylet devices` lists them",
                .held = true,
                .in_real_time_only = true,
-               .open = open_hid},
+               .open = open_hid,
+               .find = find_hid},
     StylusKind{.name = "mouse",
                .argument = "",
                .help = "and keyboard",
@@ -144,7 +156,11 @@ constexpr std::array kStyluses{
                .need = StylusNeed::link,
                .open = open_tracked},
     StylusKind{.name = "recorded", .argument = "", .help = "the scenario's own motion", .open = open_recorded},
-    StylusKind{.name = "recorded", .argument = "FILE", .help = "a motion file", .open = open_recorded_file},
+    StylusKind{.name = "recorded",
+               .argument = "FILE",
+               .help = "a motion file",
+               .open = open_recorded_file,
+               .find = find_recorded_file},
     StylusKind{.name = "scripted", .argument = "", .help = "in, partly out and in again", .open = open_scripted},
 };
 
@@ -172,6 +188,24 @@ std::string listed(const char* last, const Words& words) {
                                         close.empty() ? "" : fmt::format("; did you mean \"{}\"?", close)));
 }
 
+struct AskedFor {
+  const StylusKind& kind;
+  std::string argument;
+};
+
+/// @throws files::ContentError  there is no such stylus
+AskedFor asked_for(const std::string& description) {
+  const std::string asked = description.empty() ? "recorded" : description;
+  const std::size_t colon = asked.find(':');
+  const bool argued = colon != std::string::npos;
+  const std::string name = asked.substr(0, colon);
+  const std::string argument = argued ? asked.substr(colon + 1) : "";
+  const auto kind = std::ranges::find_if(
+      kStyluses, [&](const StylusKind& k) { return k.name == name && (*k.argument != '\0') == argued; });
+  if (kind == kStyluses.end() || (argued && argument.empty())) throw_unknown(asked, name);
+  return {*kind, argument};
+}
+
 }  // namespace
 
 std::span<const StylusKind> stylus_kinds() {
@@ -182,18 +216,17 @@ std::string stylus_help() {
   return listed("or", [](const StylusKind& kind) { return fmt::format("{} ({})", form(kind), kind.help); });
 }
 
+const StylusKind& find_stylus(const std::string& description) {
+  const AskedFor asked = asked_for(description);
+  if (asked.kind.find != nullptr) asked.kind.find(asked.argument);
+  return asked.kind;
+}
+
 Stylus open_stylus(const std::string& description, const content::Scene& scene, ReportLog* log,
                    const session::StartPose* start) {
-  const std::string asked = description.empty() ? "recorded" : description;
-  const std::size_t colon = asked.find(':');
-  const bool argued = colon != std::string::npos;
-  const std::string name = asked.substr(0, colon);
-  const std::string argument = argued ? asked.substr(colon + 1) : "";
-  const auto kind = std::ranges::find_if(
-      kStyluses, [&](const StylusKind& k) { return k.name == name && (*k.argument != '\0') == argued; });
-  if (kind == kStyluses.end() || (argued && argument.empty())) throw_unknown(asked, name);
-  Stylus stylus = kind->open({.scene = scene, .argument = argument, .log = log, .start = start});
-  stylus.kind = &*kind;
+  const AskedFor asked = asked_for(description);
+  Stylus stylus = asked.kind.open({.scene = scene, .argument = asked.argument, .log = log, .start = start});
+  stylus.kind = &asked.kind;
   return stylus;
 }
 

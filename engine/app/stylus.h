@@ -49,6 +49,8 @@ struct StylusKind {
   bool in_real_time_only = false;  ///< it moves whether or not time waits for the pictures
   StylusNeed need = StylusNeed::nothing;
   Stylus (*open)(const StylusOpening& opening);
+  /// Whether it is there, as far as that can be told without a scene; null: it always is. Throws as open_stylus().
+  void (*find)(const std::string& argument) = nullptr;
 };
 /// In the order in which they are listed.
 std::span<const StylusKind> stylus_kinds();
@@ -74,6 +76,11 @@ struct Stylus {
 
   bool held() const { return kind->held; }
 };
+
+/// Refuses at once what open_stylus() would refuse after the scene is loaded: a name that there is none of, a file
+/// that cannot be read, a device that is not plugged in. @param description  as of open_stylus()
+/// @throws files::ContentError
+const StylusKind& find_stylus(const std::string& description);
 
 /// @param description  NAME or NAME:ARGUMENT of the table; empty: recorded
 /// @param log  takes the raw reports of a HID device; outlives the stylus; null: nobody wants them
