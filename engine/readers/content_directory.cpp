@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
+#include <set>
+#include <string>
 
 namespace stylet::readers {
 
@@ -65,13 +67,16 @@ fs::path find_scenario(const std::string& path_or_name) {
   std::error_code error;
   if (fs::is_regular_file(path_or_name, error)) return path_or_name;
   const auto entries = list_scenarios(content_directory() / "scenarios");
-  std::vector<std::string> names;
+  std::set<std::string> names;
   for (const ScenarioEntry& entry : entries) {
     if (entry.name == path_or_name || entry.path.stem() == path_or_name) return entry.path;
-    if (entry.unreadable_because.empty()) names.push_back(entry.name);
+    if (entry.unreadable_because.empty()) names.insert(entry.name);
   }
+  const std::string close = files::nearest(path_or_name, names);
   throw files::ContentError(
-      fmt::format("{}: there is no such file or scenario; name one of: {}", path_or_name, fmt::join(names, ", ")));
+      fmt::format("{}: there is no such file or scenario; {}: {}", path_or_name,
+                  close.empty() ? "name one of" : fmt::format("did you mean {}? There are", close),
+                  fmt::join(names, ", ")));
 }
 
 }  // namespace stylet::readers

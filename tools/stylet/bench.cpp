@@ -1,5 +1,6 @@
 // `stylet bench`: measurements of this machine and build, beside published figures and the bounds asked for.
 #include "engine/app/build_name.h"
+#include "engine/files/json_reader.h"
 #include "engine/readers/scenario.h"
 #include "tools/bench/coupling.h"
 #include "tools/bench/haptic.h"
@@ -20,6 +21,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -56,12 +58,15 @@ constexpr std::array kBenches{
 };
 
 const Bench& find_bench(const std::string& name) {
-  std::string names;
+  std::set<std::string> names;
   for (const Bench& bench : kBenches) {
     if (name == bench.name) return bench;
-    names += names.empty() ? bench.name : fmt::format(", {}", bench.name);
+    names.insert(bench.name);
   }
-  throw std::runtime_error(fmt::format("there is no bench {}; there are: {}", name, names));
+  const std::string close = files::nearest(name, names);
+  throw std::runtime_error(fmt::format(
+      "there is no bench {}; {}", name,
+      close.empty() ? fmt::format("there are: {}", fmt::join(names, ", ")) : fmt::format("did you mean {}?", close)));
 }
 
 void run_bench(Request request) {
@@ -103,7 +108,9 @@ void run_bench(Request request) {
 void add_bench(CLI::App& app, int& /*exit_code*/) {
   CLI::App* command = app.add_subcommand("bench", "Measure, next to published figures and the targets set");
   auto request = std::make_shared<Request>();
-  command->add_option("NAME", request->name, "Which bench; without it they are listed");
+  std::string names;
+  for (const Bench& bench : kBenches) names += names.empty() ? bench.name : fmt::format(",{}", bench.name);
+  command->add_option("NAME", request->name, "Which bench; without it they are listed")->type_name("{" + names + "}");
   command->add_option("--json", request->json,
                       "Write the numbers as a list of {name, value, unit, reference, target, met}");
   command->add_option("--out", request->out, "Folder for plots (PNG), data (CSV) and, of ultrasound, a report page");

@@ -3,6 +3,7 @@
 #include "engine/app/list_devices.h"
 #include "engine/files/error.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/session_options.h"
 #include "tools/stylet/terminal.h"
 
 #include <fmt/format.h>
@@ -78,7 +79,7 @@ void add_devices(CLI::App& app) {
                                   "--device recorded:FILE` plays it")
                      ->excludes(calibrate);
   command->add_option("--seconds", options->seconds, "How long to record; default: until Ctrl-C")
-      ->check(CLI::PositiveNumber)
+      ->check(seconds_above_zero())
       ->needs(record);
   command->add_option("DEVICE", options->device,
                       "VID:PID of the device to calibrate or record; default: whichever can do most");

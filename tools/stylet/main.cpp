@@ -3,6 +3,8 @@
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
+#include "tools/stylet/refusal.h"
+#include "tools/stylet/shell.h"
 #include "tools/stylet/version.h"
 
 #include <unistd.h>
@@ -73,6 +75,12 @@ int run(int argc, char** argv) {
   tools::add_schema(app);
   tools::add_devices(app);
   tools::add_bench(app, exit_code);
+  tools::add_shell(app);
+  if (tools::complete(app, argc, argv)) return tools::kExitYes;
+  if (const std::string refused = argc > 1 ? tools::no_command(app, argv[1]) : ""; !refused.empty()) {
+    std::fprintf(stderr, "stylet: %s\n", refused.c_str());
+    return tools::kExitBadInput;
+  }
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) {
@@ -82,8 +90,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "stylet: %s; see `stylet%s --help`\n", error.what(),
-                 app.get_subcommands().empty() ? "" : (" " + app.get_subcommands().front()->get_name()).c_str());
+    std::fprintf(stderr, "stylet: %s\n", tools::refusal(app, error).c_str());
     return tools::kExitBadInput;
   } catch (const app::Stopped& end) {
     std::fprintf(stderr, "\nstylet: %s\n", end.what());

@@ -93,7 +93,7 @@ constexpr const char* kRenderFooter =
     "The physics of each frame starts at rest with its own probe and breath, drives the needle in and lets "
     "everything\n"
     "come to rest: no frame inherits the state of another. Frames that are there whole are kept, torn ones are made\n"
-    "again: after a crash give the same command again.\n\n"
+    "again: after Ctrl-C or a crash give the same command again.\n\n"
     "  stylet render liver_biopsy --ultrasound --random 1000 --seed 1 --out set\n"
     "  stylet render liver_biopsy --ultrasound --random 1000 --seed 1 --out set --shard 3/16    one of 16 machines\n"
     "  stylet render liver_biopsy --ultrasound --random 1000 --seed 1 --out one --only 123      that frame alone\n"
@@ -174,7 +174,7 @@ void add_render(CLI::App& app, int& exit_code) {
                     "The 3-D view shows the operating room and the drape, not the patient alone");
   command->add_option("--seed", options->motion.common.seed, "Of speckle and noise")->capture_default_str();
   command->add_option("--device", options->motion.stylus, device_help("recorded"));
-  command->add_option("--coupling", options->motion.common.coupling, kCouplingHelp);
+  command->add_option("--coupling", options->motion.common.coupling, kCouplingHelp)->check(kCouplings);
   add_scanner_options(*command, options->motion.common.scanner);
   command->add_option("--gpu", options->motion.common.gpu, "GPU by a part of its name or its number");
   add_random(*command, options);

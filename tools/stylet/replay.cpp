@@ -4,6 +4,7 @@
 #include "engine/desktop/replay_keys.h"
 #include "engine/session/session_report.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/session_options.h"
 #include "tools/stylet/terminal.h"
 
 #include <fmt/format.h>
@@ -77,7 +78,7 @@ void add_replay(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_option("--to", options->replay.to_s, "End of film and window, s; default: the end of the session")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds_above_zero());
   command->add_option("--speed", options->replay.speed, "Of film and window: 0.25 is slow motion, 4 is fast")
       ->check(CLI::Range(debrief::Playback::kSlowest, debrief::Playback::kFastest))
       ->capture_default_str();

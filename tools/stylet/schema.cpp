@@ -51,6 +51,13 @@ std::string metric_columns() {
   return files::columns(rows);
 }
 
+/// "{scenario,tissues,...}"
+std::string kinds() {
+  std::string names;
+  for (const files::FileFormat& format : all_formats()) names += fmt::format("{},", format.name);
+  return fmt::format("{{{}{}}}", names, kMetrics);
+}
+
 files::FileFormat find_format(const std::string& kind) {
   std::set<std::string> names{std::string(kMetrics)};
   for (const files::FileFormat& format : all_formats()) {
@@ -106,7 +113,8 @@ void add_schema(CLI::App& app) {
   CLI::App* command = app.add_subcommand("schema", "The keys of every file: type, unit, range, default, meaning");
   auto options = std::make_shared<SchemaOptions>();
   CLI::Option* kind =
-      command->add_option("KIND", options->kind, "Kind of file, or metrics; without it all kinds are listed");
+      command->add_option("KIND", options->kind, "Kind of file, or metrics; without it all kinds are listed")
+          ->type_name(kinds());
   CLI::Option* json = command->add_flag("--json", options->json, "As a JSON schema, for editors")->needs(kind);
   CLI::Option* markdown =
       command->add_flag("--markdown", options->markdown, "As the table in content/README.md")->needs(kind);

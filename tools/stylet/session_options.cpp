@@ -6,6 +6,9 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
+#include <string>
+#include <system_error>
 
 namespace stylet::tools {
 
@@ -28,10 +31,24 @@ std::string device_help(const std::string& otherwise) {
   return fmt::format("Stylus: {}; default: {}", app::stylus_help(), otherwise);
 }
 
+CLI::Validator seconds_above_zero() {
+  return {[](std::string& text) {
+            double seconds = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+            const bool number = error == std::errc{} && end == text.data() + text.size();
+            return number && seconds > 0 && std::isfinite(seconds)
+                       ? std::string{}
+                       : fmt::format("{} is no time; give seconds above 0, such as 30", text);
+          },
+          "above 0"};
+}
+
 void add_scanner_options(CLI::App& command, app::ScannerSettings& settings) {
-  command.add_option("--us-preset", settings.preset,
-                     "Ultrasound: clinical (compounded, textured) or raw (one look, nothing added); default: the "
-                     "probe's");
+  command
+      .add_option("--us-preset", settings.preset,
+                  "Ultrasound: clinical (compounded, textured) or raw (one look, nothing added); default: the "
+                  "probe's")
+      ->check(CLI::IsMember({"clinical", "raw"}));
   command.add_option("--us-depth-mm", settings.depth_mm, "Depth of the ultrasound image; default: the probe's");
   command.add_option("--us-gain-db", settings.gain_db, "Gain of the ultrasound image; default: the probe's");
 }

@@ -20,6 +20,11 @@ inline constexpr const char* kCouplingHelp =
 inline constexpr const char* kExpertHelp =
     "Whom the debrief compares with: another recording of the scenario, or none; default: the scenario's motion";
 
+inline const CLI::IsMember kCouplings({"stylet", "paper-updated", "paper-trajectory", "paper-frozen"});
+
+/// A time above 0, in seconds, that ends.
+CLI::Validator seconds_above_zero();
+
 void add_scanner_options(CLI::App& command, app::ScannerSettings& settings);
 
 struct LinkOptions {

@@ -114,11 +114,11 @@ void add_train(CLI::App& app, int& exit_code) {
       "--lockstep", session.lockstep,
       "One thread, fixed schedule: the same bits every time. Headless as fast as it goes; in a window or "
       "headset a picture every 1/60 s of the session, for which time waits");
-  command->add_option("--coupling", session.coupling, kCouplingHelp);
+  command->add_option("--coupling", session.coupling, kCouplingHelp)->check(kCouplings);
   command->add_option("--haptic-hz", session.haptic_hz,
                       "Rate of the haptic loop, up to 4000; default: the scenario's");
   command->add_option("--seconds", session.seconds, "End the session after so long; default: when the stylus rests")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds_above_zero());
   command->add_option("--seed", session.seed,
                       "Start of who leads the needle, drawn from this number: the same one, the same start; default: "
                       "drawn anew each time, and kept in session.json and the recording");
