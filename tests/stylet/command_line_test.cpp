@@ -8,7 +8,10 @@
 
 #include <cstdlib>
 #include <regex>
+#include <set>
 #include <sstream>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace stylet {
