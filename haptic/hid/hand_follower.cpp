@@ -19,11 +19,16 @@ double push_of(const HidReading& reading) {
   return back ? -reading.pressure : reading.pressure;
 }
 
+double seconds_between(std::int64_t then_ns, std::int64_t now_ns) {
+  return static_cast<double>(now_ns - then_ns) * 1e-9;
+}
+
 }  // namespace
 
-bool HandFollower::can_follow(const StreamedPose& pose, double age_s) const {
+bool HandFollower::can_follow(const StreamedPose& pose, std::int64_t now_ns) const {
   if (!pose.connected || pose.gaps != gaps_) return false;
-  if (settings_.stale_s > 0 && age_s > settings_.stale_s) return false;
+  const std::int64_t oldest_ns = std::min(pose.made_ns, pose.not_before_ns);
+  if (settings_.stale_s > 0 && seconds_between(oldest_ns, now_ns) > settings_.stale_s) return false;
   if ((pose.reading.buttons & settings_.clutch) != 0) return false;
   if (settings_.kind == DeviceKind::kSpaceMouse) return true;
   if (!pose.reading.in_range) return false;
@@ -31,12 +36,11 @@ bool HandFollower::can_follow(const StreamedPose& pose, double age_s) const {
 }
 
 StylusSample HandFollower::follow(const StreamedPose& pose, std::int64_t now_ns) {
-  const double dt_s =
-      last_ns_ == 0 ? 0 : std::clamp(static_cast<double>(now_ns - last_ns_) * 1e-9, 0.0, kLongestStep);
+  const double dt_s = last_ns_ == 0 ? 0 : std::clamp(seconds_between(last_ns_, now_ns), 0.0, kLongestStep);
   last_ns_ = now_ns;
-  const double age_s = std::max(0.0, static_cast<double>(now_ns - pose.made_ns) * 1e-9);
+  const double age_s = std::max(0.0, seconds_between(pose.made_ns, now_ns));
   StylusSample sample{.buttons = pose.connected ? pose.reading.buttons : 0,
-                      .valid = can_follow(pose, age_s),
+                      .valid = can_follow(pose, now_ns),
                       .age_s = settings_.stale_s > 0 ? age_s : 0};
   if (!sample.valid) {
     gaps_ = pose.gaps;

@@ -18,9 +18,9 @@ struct FollowSettings {
 };
 
 /// Gives the hub's pose for the latest pose of the hand. The sample is not valid, and the hub stays where it is,
-/// while the device is away, out of range or silent, while the clutch is held, and for one step after a gap; when the
-/// hand comes back it is taken up from where it is, and nothing jumps. Where the workspace has a rest place the first
-/// engagement waits for the hand to come there. @realtime
+/// while the device is away, out of range or silent by the host's clock, while the clutch is held, and for one step
+/// after a gap; when the hand comes back it is taken up from where it is, and nothing jumps. Where the workspace has
+/// a rest place the first engagement waits for the hand to come there. @realtime
 class HandFollower {
 public:
   explicit HandFollower(const FollowSettings& settings)
@@ -41,7 +41,7 @@ public:
 
 private:
   static bool has_place(DeviceKind kind) { return kind == DeviceKind::kStylus || kind == DeviceKind::kJoystick; }
-  bool can_follow(const StreamedPose& pose, double age_s) const;
+  bool can_follow(const StreamedPose& pose, std::int64_t now_ns) const;
 
   FollowSettings settings_;
   WorkspaceMap map_;

@@ -28,7 +28,8 @@ std::optional<StylusSample> HandRecorder::add(std::span<const std::uint8_t> repo
     last_ns_ = made_ns - kLeastStep;
   }
   last_ns_ = std::max(made_ns, last_ns_ + kLeastStep);
-  StylusSample sample = follower_.follow({.reading = reading_, .made_ns = last_ns_, .connected = true}, last_ns_);
+  StylusSample sample = follower_.follow(
+      {.reading = reading_, .made_ns = last_ns_, .not_before_ns = last_ns_, .connected = true}, last_ns_);
   sample.time_s = static_cast<double>(last_ns_ - begin_ns_) * 1e-9;
   return sample;
 }

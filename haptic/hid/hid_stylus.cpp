@@ -107,15 +107,17 @@ void HidStylus::serve(Link& link, const std::stop_token& stop) {
   std::array<std::uint8_t, kReadBuffer> report;
   while (!stop.stop_requested()) {
     int size = link.transport.read(report, kReadTimeout);
+    std::int64_t looked_ns = clock_.now_ns();
+    if (size == 0) size = link.transport.read(report, 0);  // the wait itself does not tell when it was empty
     for (int k = 0; size > 0 && k < kMostQueued; ++k) {
       const auto bytes = std::span(report).first(size);
-      const std::int64_t now_ns = clock_.now_ns();
-      stream.add(bytes, now_ns);
-      if (settings_.log != nullptr) settings_.log->add(now_ns, bytes);
+      stream.add(bytes, looked_ns);
+      if (settings_.log != nullptr) settings_.log->add(looked_ns, bytes);
+      looked_ns = clock_.now_ns();
       size = link.transport.read(report, 0);
     }
     if (size < 0) return;
-    if (!stream.end(clock_.now_ns())) continue;
+    if (size > 0 || !stream.end(looked_ns)) continue;  // one that floods has no end
     poses_.put(stream.latest());
     gaps_ = stream.latest().gaps;
   }

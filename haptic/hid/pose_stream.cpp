@@ -1,5 +1,7 @@
 #include "haptic/hid/pose_stream.h"
 
+#include <utility>
+
 namespace stylet::haptic::hid {
 namespace {
 
@@ -33,7 +35,8 @@ void PoseStream::add(std::span<const std::uint8_t> report, std::int64_t arrived_
   fresh_ = true;
 }
 
-bool PoseStream::end(std::int64_t now_ns) {
+bool PoseStream::end(std::int64_t looked_ns) {
+  const std::int64_t not_before_ns = std::exchange(empty_ns_, looked_ns);
   const std::size_t queued = queued_;
   const bool fresh = fresh_;
   queued_ = 0;
@@ -42,14 +45,19 @@ bool PoseStream::end(std::int64_t now_ns) {
     placed_ = fresh;
     return false;
   }
-  if (queued >= kFullQueue || (fresh && now_ns - made_ns_ > kMostAge)) {
+  const bool waited = silence_ns_ > 0 && looked_ns - not_before_ns > silence_ns_;
+  if (queued >= kFullQueue || (fresh && (waited || looked_ns - made_ns_ > kMostAge))) {
     count(counters_.discarded, queued);
     gap_ = true;
     return false;
   }
   if (!fresh) return false;
   if (latest_.connected && silence_ns_ > 0 && made_ns_ - latest_.made_ns > silence_ns_) gap_ = true;
-  latest_ = {.reading = reading_, .made_ns = made_ns_, .gaps = latest_.gaps + (gap_ ? 1 : 0), .connected = true};
+  latest_ = {.reading = reading_,
+             .made_ns = made_ns_,
+             .not_before_ns = not_before_ns,
+             .gaps = latest_.gaps + (gap_ ? 1 : 0),
+             .connected = true};
   if (gap_) count(counters_.gaps);
   gap_ = false;
   return true;

@@ -14,8 +14,10 @@ namespace stylet::haptic::hid {
 /// What is known of the hand.
 struct StreamedPose {
   HidReading reading{};
-  std::int64_t made_ns = 0;  ///< host clock, when the device made it
-  std::uint64_t gaps = 0;    ///< so far: where it changes, the hand was not followed in between
+  std::int64_t made_ns = 0;  ///< host clock, when the device made it, as far as the device's clock can be believed
+  /// Host clock: it was not in the queue yet, whatever the device's clock says. So it is no older than from then.
+  std::int64_t not_before_ns = 0;
+  std::uint64_t gaps = 0;  ///< so far: where it changes, the hand was not followed in between
   bool connected = false;
 };
 
@@ -31,8 +33,9 @@ struct StreamCounters {
 
 /// The kernel's queue of a device has room for 63 reports and drops what comes when it is full. So a reader that was
 /// kept away finds old poses, the newest of them too: a queue that was full, or whose newest report is older than
-/// kMostAge by its Scan Time, is discarded whole, and the first report after it counts. So is the very first queue of
-/// a device that may not be silent: how long it had waited nothing tells. Depends on its inputs only.
+/// kMostAge by its Scan Time, is discarded whole, and the first report after it counts. Scan Time only makes a pose
+/// older: where a device may not be silent so long as the queue was not looked at, how long its reports had waited
+/// nothing tells, and they are discarded too; so is the very first queue. Depends on its inputs only.
 class PoseStream {
 public:
   static constexpr std::size_t kFullQueue = 63;
@@ -45,8 +48,9 @@ public:
 
   /// A report of the queue, in order. @param arrived_ns  host clock
   void add(std::span<const std::uint8_t> report, std::int64_t arrived_ns);
-  /// The queue is empty. @return whether there is a new pose, in latest()
-  bool end(std::int64_t now_ns);
+  /// The queue was empty. @param looked_ns  host clock, before the look that found it so; a report that comes later
+  /// was made later. @return whether there is a new pose, in latest()
+  bool end(std::int64_t looked_ns);
 
   const StreamedPose& latest() const { return latest_; }
 
@@ -57,6 +61,7 @@ private:
   ReportClock clock_;
   HidReading reading_;  // after the last report, trusted or not
   std::int64_t made_ns_ = 0;
+  std::int64_t empty_ns_ = 0;  // when the queue was seen empty last
   std::size_t queued_ = 0;
   bool fresh_ = false;   // something of the queue is newer than what was published
   bool placed_ = false;  // there was a first queue, which places the device's clock

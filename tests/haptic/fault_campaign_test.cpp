@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <limits>
 #include <memory>
@@ -230,8 +231,7 @@ private:
     if (!force.isZero(0) && (force - sent_).norm() > limits_.max_force_rate_n_per_s * dt_s * (1 + 1e-9)) {
       broken_ = "a force changes faster than its limit";
     }
-    // Two milliseconds for the mapping of the device's clock to the host's.
-    if (!force.isZero(0) && now_ns_ - newest_ns_ > 22 * kMsNs) broken_ = "a force answers a pose that is too old";
+    if (!force.isZero(0) && now_ns_ - newest_ns_ > 20 * kMsNs) broken_ = "a force answers a pose that is too old";
   }
 
   // As ForceWriter: the newest order, or zero where none comes.
@@ -277,6 +277,7 @@ private:
 struct Outcome {
   Fault last = kSilence;
   int zero_after_ms = 0;
+  int allowed_ms = 0;
   bool had_force = false;
   std::array<int, kFaults> injected{};
   int clock_jumps = 0;
@@ -313,6 +314,8 @@ Outcome run_sequence(std::uint64_t seed) {
     if (t == host_jump) rig.away_ms = any(1, 150), ++outcome.clock_jumps;
     if (t == device_jump) rig.scan_time_jump = any(-30'000, 30'000), ++outcome.clock_jumps;
     if (t == onset) outcome.had_force = rig.applied() > 0;
+    // A host that does not run answers nothing: the device drops the force by itself.
+    if (t == onset) outcome.allowed_ms = std::max(kZeroWithin[outcome.last], rig.away_ms > 0 ? 20 : 0);
     if (t >= onset) rig.active[outcome.last] = true;
     rig.step();
     if (t >= onset && rig.applied() > 0) outcome.zero_after_ms = t - onset + 1;
@@ -322,15 +325,14 @@ Outcome run_sequence(std::uint64_t seed) {
   return outcome;
 }
 
-TEST(FaultCampaign, EverySequenceEndsWithoutForceInTime) {
-  const int sequences = support::kSanitized ? 150 : 1500;
+void run_campaign(int sequences) {
   std::array<int, kFaults> injected{}, ends{}, with_force{}, longest{};
   int clock_jumps = 0;
   std::uint64_t engagements = 0;
   for (int s = 0; s < sequences; ++s) {
     const Outcome outcome = run_sequence(static_cast<std::uint64_t>(s) + 1);
     ASSERT_EQ(outcome.broken, "") << "sequence " << s;
-    ASSERT_LE(outcome.zero_after_ms, kZeroWithin[outcome.last]) << kNames[outcome.last] << ", sequence " << s;
+    ASSERT_LE(outcome.zero_after_ms, outcome.allowed_ms) << kNames[outcome.last] << ", sequence " << s;
     for (int f = 0; f < kFaults; ++f) injected[f] += outcome.injected[f];
     ++ends[outcome.last];
     with_force[outcome.last] += outcome.had_force ? 1 : 0;
@@ -342,11 +344,23 @@ TEST(FaultCampaign, EverySequenceEndsWithoutForceInTime) {
               sequences, injected[kWrongPose], injected[kKicks], clock_jumps,
               static_cast<unsigned long long>(engagements));
   for (int f = 0; f < kLasting; ++f) {
-    std::printf("%-18s %5d in the middle, %4d at the end (%4d with force): zero after %3d ms, allowed %3d\n",
-                kNames[f], injected[f], ends[f], with_force[f], longest[f], kZeroWithin[f]);
+    std::printf(
+        "%-18s %5d in the middle, %4d at the end (%4d with force): zero after %3d ms, allowed %3d where the host "
+        "runs\n",
+        kNames[f], injected[f], ends[f], with_force[f], longest[f], kZeroWithin[f]);
     EXPECT_GT(with_force[f], ends[f] / 2) << kNames[f] << ": there must be a force to lose";
     EXPECT_GT(with_force[f], 0);
   }
+}
+
+TEST(FaultCampaign, EverySequenceEndsWithoutForceInTime) {
+  run_campaign(support::kSanitized ? 150 : 1500);
+}
+
+/// STYLET_FAULT_SEQUENCES says how many.
+TEST(FaultCampaign, SoDoManyThousands) {
+  const char* asked = std::getenv("STYLET_FAULT_SEQUENCES");
+  run_campaign(asked != nullptr ? std::atoi(asked) : support::kSanitized ? 150 : 100'000);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ protected:
   StylusSample step(const Vector3d& hand) {
     pose.reading.position = hand;
     now_ns += kMs;
-    pose.made_ns = now_ns - kMs;
+    pose.made_ns = pose.not_before_ns = now_ns - kMs;
     return follower.follow(pose, now_ns);
   }
   StylusSample wait(int ms) {
@@ -221,7 +221,7 @@ TEST_F(HandFollowerTest, FirstEngagementWaitsForTheRestPlace) {
   const auto at = [&](const Vector3d& hand) {
     pose.reading.position = hand;
     now_ns += kMs;
-    pose.made_ns = now_ns;
+    pose.made_ns = pose.not_before_ns = now_ns;
     return calibrated.follow(pose, now_ns);
   };
   EXPECT_FALSE(at({0, 0, 0}).valid);
