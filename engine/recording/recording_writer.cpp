@@ -234,7 +234,9 @@ void RecordingWriter::finish() {
   const bool closed = std::fclose(file_->stream) == 0;
   file_->stream = nullptr;
   if (write_failed_ || !closed) {
-    throw ContentError(path_.string() + ": could not be written whole; check the space on the disk");
+    throw ContentError(path_.string() +
+                       ": could not be written whole; check the space on the disk and `ulimit -f`; `stylet "
+                       "debrief` shows what was recorded");
   }
 }
 

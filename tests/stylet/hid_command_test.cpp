@@ -1,5 +1,6 @@
 // `stylet` with a HID device plugged in that is not there: mock_stylus runs the command under the real hidapi.
 #include "engine/readers/motion.h"
+#include "engine/recording/unfinished_recording.h"
 #include "tests/readers/small_scenario.h"
 #include "tests/stylet/command.h"
 #include "tests/support/sanitized.h"
@@ -7,9 +8,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pty.h>
+#include <sys/wait.h>
+#include <unistd.h>
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 
 namespace stylet {
@@ -179,6 +185,78 @@ TEST_F(HidCommand, TrainIsLedByTheStylusAndByItsRecording) {
   ASSERT_EQ(again.exit_code, 0) << again.output;
   EXPECT_EQ(json::parse(read_text(folder_ / "again" / "session.json"))["stylus"],
             "recorded stylus (" + recorded.string() + ")");
+}
+
+/// Until whoever writes into it has ended. @return what they wrote
+std::string read_to_end(int pipe) {
+  std::string all;
+  std::array<char, 4096> piece;
+  for (ssize_t size = 0; (size = read(pipe, piece.data(), piece.size())) > 0;) {
+    all.append(piece.data(), static_cast<std::size_t>(size));
+  }
+  close(pipe);
+  return all;
+}
+
+// As a window that is closed does it: the shell dies of it, the kernel tells the command, and no line it still says
+// can be written.
+TEST_F(HidCommand, AClosedTerminalEndsTheSessionWithoutForceAndKeepsIt) {
+  readers::test::SmallScenario small;
+  small.scenario["labels"]["spacing_mm"] = 4;
+  const fs::path out = folder_ / "out";
+  const std::string shell = fmt::format(
+      "'{}' '{}' train '{}' --view headless --expert none --no-film --device hid --seconds 60 --out '{}' >&3; exit",
+      STYLET_MOCK_STYLUS, STYLET_COMMAND, small.write().string(), out.string());
+  std::array<int, 2> pipe_ends{};
+  ASSERT_EQ(pipe(pipe_ends.data()), 0);
+  int terminal = -1;
+  const pid_t process = forkpty(&terminal, nullptr, nullptr, nullptr);
+  ASSERT_GE(process, 0);
+  if (process == 0) {
+    dup2(pipe_ends[1], 3);
+    std::signal(SIGHUP, SIG_DFL);  // under nohup it is ignored, and stays so
+    execl("/bin/sh", "sh", "-c", shell.c_str(), nullptr);
+    _exit(127);
+  }
+  close(pipe_ends[1]);
+  std::string said;
+  std::array<char, 4096> piece;
+  while (said.find("Session in real time") == std::string::npos) {
+    const ssize_t size = read(terminal, piece.data(), piece.size());
+    if (size <= 0) break;
+    said.append(piece.data(), static_cast<std::size_t>(size));
+  }
+  close(terminal);
+  const std::string device = read_to_end(pipe_ends[0]);
+  int status = -1;
+  ASSERT_EQ(waitpid(process, &status, 0), process);
+  EXPECT_THAT(device, HasSubstr("enabled 1 times, disabled 1")) << said;
+  EXPECT_THAT(device, HasSubstr("force now 0.000 N"));
+  ASSERT_TRUE(fs::exists(out / "session.json")) << device;
+  const json session = json::parse(read_text(out / "session.json"));
+  EXPECT_EQ(session["stylus"], "Mocked stylus (1209:0001)");
+  EXPECT_TRUE(fs::exists(out / "session.rec"));
+  EXPECT_TRUE(fs::exists(out / "debrief.html"));
+  EXPECT_TRUE(recording::cut_off_recordings(out).empty());
+}
+
+// A limit of the shell (ulimit -f) raises SIGXFSZ: what was written until then stays, and can be debriefed.
+TEST_F(HidCommand, AFileAtItsLimitEndsTheSessionWithoutForceAndKeepsTheRecording) {
+  readers::test::SmallScenario small;
+  small.scenario["labels"]["spacing_mm"] = 4;
+  const fs::path out = folder_ / "out";
+  const auto [exit_code, output] = support::run_in_shell(fmt::format(
+      "bash -c \"ulimit -f 200; exec '{}' '{}' train '{}' --view headless --expert none --no-film --device hid "
+      "--seconds 60 --out '{}'\" 2>&1",
+      STYLET_MOCK_STYLUS, STYLET_COMMAND, small.write().string(), out.string()));
+  EXPECT_EQ(exit_code, 2) << output;
+  EXPECT_THAT(output, HasSubstr("could not be written whole; check the space on the disk and `ulimit -f`"));
+  EXPECT_THAT(output, HasSubstr("enabled 1 times, disabled 1"));
+  EXPECT_THAT(output, HasSubstr("force now 0.000 N"));
+  ASSERT_EQ(recording::cut_off_recordings(out).size(), 1U) << output;
+  const Outcome replayed = run("replay " + out.string());
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.output;
+  EXPECT_THAT(replayed.output, HasSubstr("identical"));
 }
 
 TEST_F(HidCommand, InAWindowAStylusLeadsTheNeedleUnasked) {

@@ -29,8 +29,8 @@ void Terminal::progress(const std::string& task, double share) {
   drawn_ = now;
   if (!is_terminal_) return;
   const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * 30);
-  fmt::print(stderr, "\r{:<34} [{:<30}] {:3.0f} %", task_, std::string(static_cast<std::size_t>(filled), '='),
-             std::clamp(share, 0.0, 1.0) * 100);
+  say(stderr, "\r{:<34} [{:<30}] {:3.0f} %", task_, std::string(static_cast<std::size_t>(filled), '='),
+      std::clamp(share, 0.0, 1.0) * 100);
   std::fflush(stderr);
 }
 
@@ -38,21 +38,21 @@ void Terminal::task_done() {
   if (task_.empty()) return;
   const double seconds = std::chrono::duration<double>(Clock::now() - started_).count();
   if (is_terminal_) {
-    fmt::print(stderr, "\r{:<34} {:5.1f} s{:>35}\n", task_, seconds, "");
+    say(stderr, "\r{:<34} {:5.1f} s{:>35}\n", task_, seconds, "");
   } else if (seconds >= kWorthALine) {
-    fmt::print(stderr, "{:<34} {:5.1f} s\n", task_, seconds);
+    say(stderr, "{:<34} {:5.1f} s\n", task_, seconds);
   }
   task_.clear();
 }
 
 void Terminal::note(app::Note kind, const std::string& text) {
-  if (is_terminal_ && !task_.empty()) fmt::print(stderr, "\n");  // the line of the task stays
+  if (is_terminal_ && !task_.empty()) say(stderr, "\n");  // the line of the task stays
   if (kind == app::Note::info) {
-    fmt::print("{}\n", text);
+    say(stdout, "{}\n", text);
     std::fflush(stdout);
     return;
   }
-  fmt::print(stderr, "stylet: {}{}\n", kind == app::Note::warning ? "warning: " : "", text);
+  say(stderr, "stylet: {}{}\n", kind == app::Note::warning ? "warning: " : "", text);
 }
 
 bool Terminal::stop_requested() {
@@ -64,14 +64,14 @@ void Terminal::stop_answered() {
 }
 
 void Terminal::measured(const app::SessionResult& result) {
-  fmt::print("\n{}\n{}{}{}\n", result.title, session::main_figures(result.report), result.account,
-             training::in_words(result.training));
+  say(stdout, "\n{}\n{}{}{}\n", result.title, session::main_figures(result.report), result.account,
+      training::in_words(result.training));
   std::fflush(stdout);
 }
 
 void Terminal::left(const app::SessionResult& result) {
-  fmt::print("{} holds the session{}\n", result.folder.string(),
-             result.page_written ? "; debrief.html tells how it went" : "");
+  say(stdout, "{} holds the session{}\n", result.folder.string(),
+      result.page_written ? "; debrief.html tells how it went" : "");
   std::fflush(stdout);
 }
 

@@ -3,10 +3,20 @@
 
 #include "engine/app/run_session.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
+#include <cstdio>
 #include <string>
+#include <utility>
 
 namespace stylet::tools {
+
+/// As fmt::print, but nothing is thrown where the terminal has been closed: the work goes on to its end.
+template <typename... Args>
+void say(std::FILE* to, fmt::format_string<Args...> format, Args&&... args) {
+  std::fputs(fmt::format(format, std::forward<Args>(args)...).c_str(), to);
+}
 
 /// Progress is one line of stderr that is rewritten on a terminal; elsewhere (a log) a line at the end of each task
 /// that took its time. Notes: what was asked for on stdout, everything else on stderr.

@@ -21,12 +21,12 @@ namespace {
 
 int list_scenarios() {
   const auto folder = readers::content_directory() / "scenarios";
-  fmt::print("Scenarios in {}:\n", folder.string());
+  say(stdout, "Scenarios in {}:\n", folder.string());
   for (const readers::ScenarioEntry& entry : readers::list_scenarios(folder)) {
-    fmt::print("  {:<24} {}\n", entry.name,
-               entry.unreadable_because.empty() ? entry.title : "unreadable: " + entry.unreadable_because);
+    say(stdout, "  {:<24} {}\n", entry.name,
+        entry.unreadable_because.empty() ? entry.title : "unreadable: " + entry.unreadable_because);
   }
-  fmt::print("Run one with `stylet train NAME`; a path to a scenario file works too.\n");
+  say(stdout, "Run one with `stylet train NAME`; a path to a scenario file works too.\n");
   return kExitYes;
 }
 
@@ -45,10 +45,10 @@ void print_folder(const app::SessionResult& result) {
   const std::string folder = result.folder.string();
   const std::string recording = (result.folder / "session.rec").string();
   if (!result.page_written) {
-    fmt::print("{} holds session.rec, session.json and the force; the patient was not drawn\n", folder);
+    say(stdout, "{} holds session.rec, session.json and the force; the patient was not drawn\n", folder);
     return;
   }
-  fmt::print(
+  say(stdout,
       "{} holds:\n"
       "  debrief.html     score, course, forces, the needle's way and ultrasound; debrief.json and .csv have the "
       "numbers\n"
@@ -78,7 +78,7 @@ int train(const TrainOptions& options) {
   print_folder(result);
   if (result.drawn || result.waits_for_user) return result.replay_differs() ? kExitNo : kExitYes;
   if (result.not_drawn_because.empty()) return kExitInterrupted;
-  fmt::print(stderr, "stylet: {}\n", result.not_drawn_because);
+  say(stderr, "stylet: {}\n", result.not_drawn_because);
   return kExitBadInput;
 }
 
@@ -86,7 +86,7 @@ int train(const TrainOptions& options) {
 
 std::optional<int> run_menu() {
   if (!app::has_display()) return std::nullopt;
-  fmt::print("Choose in the window; `stylet --help` lists the commands.\n");
+  say(stdout, "Choose in the window; `stylet --help` lists the commands.\n");
   std::fflush(stdout);
   Terminal terminal;
   int exit_code = kExitYes;

@@ -83,7 +83,7 @@ int run(char** command) {
     std::perror(command[0]);
     _exit(127);
   }
-  std::signal(SIGINT, SIG_IGN);  // it is the command's to answer
+  for (const int signal : {SIGINT, SIGHUP}) std::signal(signal, SIG_IGN);  // they are the command's to answer
   int status = 0;
   waitpid(child, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
