@@ -12,8 +12,15 @@
 namespace stylet::import {
 namespace {
 
-constexpr int kMargin = 3;     // voxels around the labels
-constexpr double kFull = 1e9;  // squared distance of what has no other side, voxels^2
+constexpr int kMargin = 3;             // voxels around the labels
+constexpr int kStairPasses = 2;        // passes of [1 2 1] / 4, which take the stairs off
+constexpr int kWidePasses = 3;         // passes over what is missing, wide enough not to bring the stairs back
+constexpr int kRestoring = 24;         // steps at most
+constexpr double kRestored = 0.01;     // of the volume that lies elsewhere, where they end
+constexpr float kLongestStep = 0.25F;  // voxels by which the surface moves in one
+constexpr int kSamples = 4;            // of the distance in a voxel, along an axis
+constexpr double kExactVolume = 2e-3;  // of the volume, by the last step
+constexpr double kFull = 1e9;          // squared distance of what has no other side, voxels^2
 
 /// Squared distance transform of one line: lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012).
 /// @param step  between samples, m
@@ -44,9 +51,187 @@ void transform_line(std::vector<double>& f, double step, std::vector<double>& ou
   }
 }
 
+struct VoxelGrid {
+  Eigen::Vector3i size;
+  std::array<std::size_t, 3> stride;
+  Eigen::Vector3d spacing;  // m
+
+  std::size_t count() const { return stride[2] * static_cast<std::size_t>(size.z()); }
+};
+
+/// visit(start) for the first voxel of every line along an axis.
+template <typename Visit>
+void for_each_line(const VoxelGrid& grid, int axis, const std::function<void()>& pulse, Visit visit) {
+  const int u = (axis + 1) % 3, w = (axis + 2) % 3;
+  for (int b = 0; b < grid.size[w]; ++b) {
+    pulse();
+    for (int a = 0; a < grid.size[u]; ++a) {
+      visit(static_cast<std::size_t>(a) * grid.stride[static_cast<std::size_t>(u)] +
+            static_cast<std::size_t>(b) * grid.stride[static_cast<std::size_t>(w)]);
+    }
+  }
+}
+
+/// visit(voxel) for every voxel that has all 26 neighbours.
+template <typename Visit>
+void for_each_inner(const VoxelGrid& grid, const std::function<void()>& pulse, Visit visit) {
+  for (int k = 1; k + 1 < grid.size.z(); ++k) {
+    pulse();
+    for (int j = 1; j + 1 < grid.size.y(); ++j) {
+      const std::size_t row =
+          static_cast<std::size_t>(j) * grid.stride[1] + static_cast<std::size_t>(k) * grid.stride[2];
+      for (int i = 1; i + 1 < grid.size.x(); ++i) visit(row + static_cast<std::size_t>(i));
+    }
+  }
+}
+
+/// Passes of [1 2 1] / 4 along each axis; beyond the rim lies what lies on it.
+void blur(std::vector<float>& field, const VoxelGrid& grid, int passes, const std::function<void()>& pulse) {
+  std::vector<float> line;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::size_t stride = grid.stride[static_cast<std::size_t>(axis)];
+    const auto length = static_cast<std::size_t>(grid.size[axis]);
+    line.resize(length);
+    for_each_line(grid, axis, pulse, [&](std::size_t start) {
+      for (std::size_t q = 0; q < length; ++q) line[q] = field[start + q * stride];
+      for (int pass = 0; pass < passes; ++pass) {
+        float before = line[0];
+        for (std::size_t q = 0; q < length; ++q) {
+          const float here = line[q], after = line[std::min(q + 1, length - 1)];
+          line[q] = 0.25F * before + 0.5F * here + 0.25F * after;
+          before = here;
+        }
+      }
+      for (std::size_t q = 0; q < length; ++q) field[start + q * stride] = line[q];
+    });
+  }
+}
+
+/// Signed distance to the faces between voxels within and without, m.
+std::vector<float> distance_to_faces(const std::vector<char>& in, const VoxelGrid& grid,
+                                     const std::function<void()>& pulse) {
+  std::vector<double> squared(grid.count(), kFull);
+  for_each_inner(grid, pulse, [&](std::size_t v) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t step = grid.stride[axis];
+      if (in[v - step] == in[v] && in[v + step] == in[v]) continue;
+      const double half = grid.spacing[static_cast<Eigen::Index>(axis)] / 2;
+      squared[v] = std::min(squared[v], half * half);
+    }
+  });
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::size_t stride = grid.stride[static_cast<std::size_t>(axis)];
+    const auto length = static_cast<std::size_t>(grid.size[axis]);
+    std::vector<double> line(length), out(length), from(length + 1);
+    std::vector<int> at(length);
+    for_each_line(grid, axis, pulse, [&](std::size_t start) {
+      for (std::size_t q = 0; q < length; ++q) line[q] = squared[start + q * stride];
+      transform_line(line, grid.spacing[axis], out, at, from);
+      for (std::size_t q = 0; q < length; ++q) squared[start + q * stride] = out[q];
+    });
+  }
+  std::vector<float> distance(grid.count());
+  for (std::size_t v = 0; v < distance.size(); ++v) {
+    distance[v] = static_cast<float>(in[v] == 0 ? std::sqrt(squared[v]) : -std::sqrt(squared[v]));
+  }
+  return distance;
+}
+
+/// The part of a voxel in which the distance, interpolated between the centres of voxels, is negative.
+float part_within(const std::vector<float>& distance, const VoxelGrid& grid, std::size_t v) {
+  constexpr int n = kSamples;
+  // Weights of the voxel before, this one and the next at the samples along an axis.
+  constexpr auto weights = [] {
+    std::array<std::array<float, 3>, n> w{};
+    for (int s = 0; s < n; ++s) {
+      const float x = (static_cast<float>(s) + 0.5F) / n - 0.5F;
+      w[static_cast<std::size_t>(s)] = {x < 0 ? -x : 0, x < 0 ? 1 + x : 1 - x, x < 0 ? 0 : x};
+    }
+    return w;
+  }();
+  std::array<std::array<std::array<float, n>, 3>, 3> rows;  // [z][y][sample along x]
+  float least = std::numeric_limits<float>::max(), most = -least;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t b = 0; b < 3; ++b) {
+      const float* at = &distance[v + b * grid.stride[1] + c * grid.stride[2] - grid.stride[1] - grid.stride[2]];
+      for (std::size_t s = 0; s < n; ++s) {
+        rows[c][b][s] = weights[s][0] * at[-1] + weights[s][1] * at[0] + weights[s][2] * at[1];
+        least = std::min(least, rows[c][b][s]);
+        most = std::max(most, rows[c][b][s]);
+      }
+    }
+  }
+  // A sample stands for the part of its cell within, were the surface a plane across it.
+  const float width = static_cast<float>(grid.spacing.mean()) / n;
+  if (least >= width / 2) return 0;
+  if (most <= -width / 2) return 1;
+  float sum = 0;
+  for (std::size_t s = 0; s < n; ++s) {
+    for (std::size_t t = 0; t < n; ++t) {
+      std::array<float, 3> column;
+      for (std::size_t c = 0; c < 3; ++c) {
+        column[c] = weights[t][0] * rows[c][0][s] + weights[t][1] * rows[c][1][s] + weights[t][2] * rows[c][2][s];
+      }
+      for (std::size_t u = 0; u < n; ++u) {
+        const float d = weights[u][0] * column[0] + weights[u][1] * column[1] + weights[u][2] * column[2];
+        sum += std::clamp(0.5F - d / width, 0.0F, 1.0F);
+      }
+    }
+  }
+  return sum / (n * n * n);
+}
+
+/// Moves the surface until as much lies in it, near every place and in all, as there are voxels: smoothing takes from
+/// what is convex and thin. Each step moves it by what is missing around, over the area of the faces around.
+void restore_volume(std::vector<float>& distance, const std::vector<char>& in, std::size_t count,
+                    const VoxelGrid& grid, const std::function<void()>& pulse) {
+  const auto voxel = static_cast<float>(grid.spacing.minCoeff());
+  const float near = 2 * static_cast<float>(grid.spacing.norm());
+  std::vector<float> area(grid.count(), 0);  // of a voxel's faces to the other side, in voxels per spacing
+  for_each_inner(grid, pulse, [&](std::size_t v) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t step = grid.stride[axis];
+      const float face = voxel / static_cast<float>(grid.spacing[static_cast<Eigen::Index>(axis)]) / 2;
+      area[v] += (in[v - step] != in[v] ? face : 0) + (in[v + step] != in[v] ? face : 0);
+    }
+  });
+  blur(area, grid, kWidePasses, pulse);
+  std::vector<float> missing(grid.count(), 0);
+  // @return what is missing in all, voxels
+  const auto measure = [&] {
+    double sum = 0;
+    for_each_inner(grid, pulse, [&](std::size_t v) {
+      missing[v] = static_cast<float>(in[v]) - (std::abs(distance[v]) < near ? part_within(distance, grid, v)
+                                                : distance[v] < 0            ? 1.0F
+                                                                             : 0.0F);
+      sum += static_cast<double>(missing[v]);
+    });
+    return sum;
+  };
+  for (int step = 0; step < kRestoring; ++step) {
+    measure();
+    blur(missing, grid, kWidePasses, pulse);
+    double displaced = 0;
+    for (const float m : missing) displaced += std::abs(static_cast<double>(m));
+    if (displaced < kRestored * static_cast<double>(count)) break;
+    for (std::size_t v = 0; v < distance.size(); ++v) {
+      if (area[v] > 1e-3F) distance[v] -= voxel * std::clamp(missing[v] / area[v], -kLongestStep, kLongestStep);
+    }
+  }
+  double faces = 0;
+  for (const float a : area) faces += static_cast<double>(a);
+  for (int step = 0; step < kRestoring; ++step) {
+    const double left = measure();
+    if (std::abs(left) < kExactVolume * static_cast<double>(count)) break;
+    const auto offset = static_cast<float>(std::clamp(left / faces, -0.25, 0.25)) * voxel;
+    for (float& d : distance) d -= offset;
+  }
+}
+
 }  // namespace
 
-LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std::size_t most_voxels)
+LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std::size_t most_voxels,
+                       const std::function<void()>& pulse)
     : voxel_from_patient_(image.patient_from_voxel.inverse()) {
   std::vector<bool> wanted(std::size_t{1} << 16, false);
   for (const int label : labels) wanted[label] = true;
@@ -85,70 +270,23 @@ LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std
                     size_.x(), size_.y(), size_.z(), static_cast<double>(total), static_cast<double>(most_voxels)));
   }
 
-  // Share of the labels, smoothed along each axis by [1 2 1] / 4.
-  std::vector<float> share(total, 0);
+  std::vector<char> in(total, 0);
   for (int k = 0; k < size_.z(); ++k) {
     for (int j = 0; j < size_.y(); ++j) {
       for (int i = 0; i < size_.x(); ++i) {
         const Eigen::Vector3i v = first_ + Eigen::Vector3i(i, j, k);
         if ((v.array() < 0).any() || (v.array() >= n.array()).any()) continue;
-        if (wanted[image.labels[image_index(v.x(), v.y(), v.z())]]) share[index(i, j, k)] = 1;
+        if (wanted[image.labels[image_index(v.x(), v.y(), v.z())]]) in[index(i, j, k)] = 1;
       }
     }
   }
-  const std::array<std::size_t, 3> stride{1, index(0, 1, 0), index(0, 0, 1)};
-  std::vector<float> smooth(total);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    smooth = share;
-    for (std::size_t v = stride[axis]; v + stride[axis] < total; ++v) {
-      smooth[v] = 0.25F * share[v - stride[axis]] + 0.5F * share[v] + 0.25F * share[v + stride[axis]];
-    }
-    share.swap(smooth);
-  }
-
-  // Distance of voxel centres to the level 1/2. Crossings between neighbours give the distance there (by the gradient
-  // of the share); from them it spreads.
   const Eigen::Vector3d spacing = image.patient_from_voxel.linear().colwise().norm().transpose();
-  std::vector<double> squared(total, kFull);
-  for (int k = 1; k + 1 < size_.z(); ++k) {
-    for (int j = 1; j + 1 < size_.y(); ++j) {
-      for (int i = 1; i + 1 < size_.x(); ++i) {
-        const std::size_t v = index(i, j, k);
-        Eigen::Vector3d slope;
-        bool near = false;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const float before = share[v - stride[axis]], after = share[v + stride[axis]];
-          slope[static_cast<Eigen::Index>(axis)] = (after - before) / (2 * spacing[static_cast<Eigen::Index>(axis)]);
-          near = near || (before < 0.5F) != (share[v] < 0.5F) || (after < 0.5F) != (share[v] < 0.5F);
-        }
-        if (!near) continue;
-        const double steepness = slope.norm();
-        const double reach = spacing.maxCoeff();
-        const double distance = steepness > 0 ? std::min(std::abs(share[v] - 0.5) / steepness, reach) : reach / 2;
-        squared[v] = distance * distance;
-      }
-    }
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    const int u = (axis + 1) % 3, w = (axis + 2) % 3;
-    const auto length = static_cast<std::size_t>(size_[axis]);
-    std::vector<double> line(length), out(length), from(length + 1);
-    std::vector<int> at(length);
-    for (int b = 0; b < size_[w]; ++b) {
-      for (int a = 0; a < size_[u]; ++a) {
-        const std::size_t start = static_cast<std::size_t>(a) * stride[u] + static_cast<std::size_t>(b) * stride[w];
-        for (std::size_t q = 0; q < length; ++q) line[q] = squared[start + q * stride[axis]];
-        transform_line(line, spacing[axis], out, at, from);
-        for (std::size_t q = 0; q < length; ++q) squared[start + q * stride[axis]] = out[q];
-      }
-    }
-  }
-  distance_.resize(total);
-  for (std::size_t v = 0; v < total; ++v) {
-    distance_[v] = static_cast<float>(share[v] < 0.5F ? std::sqrt(squared[v]) : -std::sqrt(squared[v]));
-  }
+  const VoxelGrid grid{.size = size_, .stride = {1, index(0, 1, 0), index(0, 0, 1)}, .spacing = spacing};
+  distance_ = distance_to_faces(in, grid, pulse);
+  blur(distance_, grid, kStairPasses, pulse);
+  restore_volume(distance_, in, count, grid, pulse);
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d low = (box.min().array() - 1).cast<double>(), high = (box.max().array() + 1).cast<double>();
+    const Eigen::Vector3d low = (box.min().array() - 2).cast<double>(), high = (box.max().array() + 2).cast<double>();
     bounds_.extend(image.patient_from_voxel * Eigen::Vector3d((corner & 1) != 0 ? high.x() : low.x(),
                                                               (corner & 2) != 0 ? high.y() : low.y(),
                                                               (corner & 4) != 0 ? high.z() : low.z()));

@@ -38,6 +38,7 @@ constexpr double kNodes = 3e6;              // or as many of its box: finer wher
 // Isoperimetric quotient 36 pi V^2 / A^3 of a solid: a tube has 4.5 radius/length, a wall 14 thickness^2/area.
 constexpr double kLeastQuotient = 2e-3;
 constexpr double kSurfaceLattice = 2e6;  // cells
+constexpr int kSurfaceSteps = 3;         // to finer ones
 constexpr double kDebris = 4;            // surface cells by volume; smaller bubbles of an enclosure are no pieces
 
 struct ShapeOfOrgan {
@@ -188,10 +189,19 @@ void make_new_surface(const OrganParts& organ, const ImportSettings& settings, S
   const SolidShape whole = shape.pieces.front();
   // Finer where little of the box is filled, as long as the lattice is not too large.
   const Eigen::Vector3d size = whole.box.sizes();
-  const double cell = std::max(std::cbrt(size.prod() / kSurfaceLattice),
-                               std::min(size.norm(), 3.5 * std::cbrt(whole.volume)) / settings.surface_cells);
-  const TriangleMesh made =
-      mesh::boundary_surface(mesh::stuff(whole.distance, whole.box, cell, 2, mesh::Parts::all)).mesh;
+  const double finest = std::cbrt(size.prod() / kSurfaceLattice);
+  double cell = std::max(finest, std::min(size.norm(), 3.5 * std::cbrt(whole.volume)) / settings.surface_cells);
+  const auto surface_of = [&] {
+    return mesh::boundary_surface(mesh::stuff(whole.distance, whole.box, cell, 2, mesh::Parts::all)).mesh;
+  };
+  TriangleMesh made = surface_of();
+  if (organ.file->image) {  // whose volume is exact: what is a few voxels thick may need finer cells
+    for (int step = 0; step < kSurfaceSteps && 0.7 * cell > finest; ++step) {
+      if (std::abs(mesh::inspect(made).volume / whole.volume - 1) <= settings.volume_error) break;
+      cell *= 0.7;
+      made = surface_of();
+    }
+  }
   std::vector<TriangleMesh> surfaces = mesh::connected_pieces(made);
   std::erase_if(surfaces, [&](const TriangleMesh& piece) {
     return mesh::inspect(piece).volume < kDebris * cell * cell * cell;
