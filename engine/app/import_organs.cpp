@@ -124,7 +124,7 @@ void add_inside(WholeOrgan& whole, const std::vector<const import::OrganParts*>&
     notes.emplace_back("no labels are written: a tissue is not known");
     return;
   }
-  progress(whole.organ.id + ": labels");
+  progress(whole.organ.id + ": labels", 0);
   whole.labels = import::label_organ(whole.organ, row(whole.tissue), std::move(organs), table);
   whole.organ.report.labels = import::count_labels(*whole.labels, table);
 }
@@ -206,7 +206,9 @@ bool import_organs(const ImportOrgansSettings& settings, Observer& observer) {
   }
 
   bool all = true;
-  const import::ImportProgress show = [&](const std::string& task) { show_progress(observer, task, 0); };
+  const import::ImportProgress show = [&](const std::string& task, double share) {
+    show_progress(observer, task, share);
+  };
   const std::vector<import::OrganParts> organs = import::assign_parts(files, requests);
   for (const import::OrganParts& parts : organs) {
     if (is_carried(parts, organs)) continue;

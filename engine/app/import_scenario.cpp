@@ -29,9 +29,9 @@ void import_scenario(const std::vector<import::SourceFile>& files, const import:
                      const std::filesystem::path& folder, Observer& observer) {
   import::ScenarioFolder written;
   try {
-    written =
-        import::write_scenario(files, side, folder, readers::content_directory(), "stylet import " + build_name(),
-                               plan_motion, [&](const std::string& task) { show_progress(observer, task, 0); });
+    written = import::write_scenario(
+        files, side, folder, readers::content_directory(), "stylet import " + build_name(), plan_motion,
+        [&](const std::string& task, double share) { show_progress(observer, task, share); });
   } catch (...) {
     observer.task_done();
     throw;

@@ -35,8 +35,8 @@ struct Grid {
 /// neighbour (Danielsson 1980; off by a small fraction of the spacing where three points are about equally far).
 class NearestPoints {
 public:
-  explicit NearestPoints(const Grid& grid)
-      : grid_(grid), point_of_(grid.count(), kNone), squared_(grid.count(), kFar) {}
+  NearestPoints(const Grid& grid, const std::function<void()>& pulse)
+      : grid_(grid), pulse_(pulse), point_of_(grid.count(), kNone), squared_(grid.count(), kFar) {}
 
   void offer(std::size_t node, const Eigen::Vector3f& x, const Eigen::Vector3f& point) {
     const float squared = (x - point).squaredNorm();
@@ -54,6 +54,7 @@ public:
     const Eigen::Vector3i& n = grid_.size;
     for (const int up : {1, -1}) {
       for (int step = 0; step < n.z(); ++step) {
+        pulse_();
         const int k = up > 0 ? step : n.z() - 1 - step;
         if (k - up >= 0 && k - up < n.z()) {
           for (int j = 0; j < n.y(); ++j) {
@@ -104,16 +105,20 @@ private:
   }
 
   const Grid& grid_;
+  const std::function<void()>& pulse_;
   std::vector<Eigen::Vector3f> points_;
   std::vector<std::uint32_t> point_of_;  // [nodes] index into points_
   std::vector<float> squared_;           // [nodes] m^2
 };
 
 /// The nearest points of a surface, offered to the nodes around each triangle.
-NearestPoints nearest_on_surface(const mesh::TriangleMesh& soup, const Grid& grid) {
-  NearestPoints wall(grid);
+NearestPoints nearest_on_surface(const mesh::TriangleMesh& soup, const Grid& grid,
+                                 const std::function<void()>& pulse) {
+  NearestPoints wall(grid, pulse);
   const double band = kBand * static_cast<double>(grid.spacing);
+  std::size_t triangles = 0;
   for (const auto& [u, v, w] : soup.triangles) {
+    if (++triangles % 256 == 0) pulse();
     const Eigen::Vector3d& a = soup.vertices[u];
     const Eigen::Vector3d& b = soup.vertices[v];
     const Eigen::Vector3d& c = soup.vertices[w];
@@ -180,7 +185,8 @@ double nodes_to_look_at(const mesh::TriangleMesh& soup, double spacing) {
 
 }  // namespace
 
-EnclosedSolid::EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing, const Limits& limits)
+EnclosedSolid::EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing, const Limits& limits,
+                             const std::function<void()>& pulse)
     : gap_(std::max(gap, 2 * spacing)), spacing_(spacing) {
   for (const Eigen::Vector3d& vertex : soup.vertices) bounds_.extend(vertex);
   // The rim lies outside the ball around every triangle.
@@ -191,11 +197,11 @@ EnclosedSolid::EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double 
   origin_ = (bounds_.center() - spacing_ / 2 * (size_.cast<double>().array() - 1).matrix()).cast<float>();
   const Grid grid{.origin = origin_, .spacing = static_cast<float>(spacing_), .size = size_};
   const auto radius = static_cast<float>(gap_ / 2);
-  const NearestPoints wall = nearest_on_surface(soup, grid);
+  const NearestPoints wall = nearest_on_surface(soup, grid, pulse);
   const std::vector<char> outside = flood(wall, grid, radius);
 
   // Where the ball that stops at the wall touches the flooded side.
-  NearestPoints rim(grid);
+  NearestPoints rim(grid, pulse);
   for (int k = 0; k < size_.z(); ++k) {
     for (int j = 0; j < size_.y(); ++j) {
       for (int i = 0; i < size_.x(); ++i) {

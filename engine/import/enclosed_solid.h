@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace stylet::import {
@@ -30,7 +31,10 @@ public:
   /// @param soup     any triangles, not empty; not kept
   /// @param gap      at least 2 spacing, m
   /// @param spacing  between nodes, m; it grows, and the gap with it, until the limits hold
-  EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing, const Limits& limits);
+  /// @param pulse    called often meanwhile; may throw to end it
+  EnclosedSolid(
+      const mesh::TriangleMesh& soup, double gap, double spacing, const Limits& limits,
+      const std::function<void()>& pulse = [] {});
   EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing)
       : EnclosedSolid(soup, gap, spacing, Limits{}) {}
 

@@ -13,12 +13,13 @@ namespace stylet::import {
 namespace {
 
 constexpr int kMargin = 3;             // voxels around the labels
+constexpr float kShorter = 0.8F;       // is each further step
 constexpr int kStairPasses = 2;        // passes of [1 2 1] / 4, which take the stairs off
 constexpr int kWidePasses = 3;         // passes over what is missing, wide enough not to bring the stairs back
 constexpr int kRestoring = 24;         // steps at most
 constexpr double kRestored = 0.01;     // of the volume that lies elsewhere, where they end
 constexpr float kLongestStep = 0.25F;  // voxels by which the surface moves in one
-constexpr int kSamples = 4;            // of the distance in a voxel, along an axis
+constexpr int kSamples = 3;            // of the distance in half a voxel
 constexpr double kExactVolume = 2e-3;  // of the volume, by the last step
 constexpr double kFull = 1e9;          // squared distance of what has no other side, voxels^2
 
@@ -139,46 +140,45 @@ std::vector<float> distance_to_faces(const std::vector<char>& in, const VoxelGri
 
 /// The part of a voxel in which the distance, interpolated between the centres of voxels, is negative.
 float part_within(const std::vector<float>& distance, const VoxelGrid& grid, std::size_t v) {
-  constexpr int n = kSamples;
-  // Weights of the voxel before, this one and the next at the samples along an axis.
-  constexpr auto weights = [] {
-    std::array<std::array<float, 3>, n> w{};
-    for (int s = 0; s < n; ++s) {
-      const float x = (static_cast<float>(s) + 0.5F) / n - 0.5F;
-      w[static_cast<std::size_t>(s)] = {x < 0 ? -x : 0, x < 0 ? 1 + x : 1 - x, x < 0 ? 0 : x};
-    }
-    return w;
-  }();
-  std::array<std::array<std::array<float, n>, 3>, 3> rows;  // [z][y][sample along x]
-  float least = std::numeric_limits<float>::max(), most = -least;
-  for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t b = 0; b < 3; ++b) {
-      const float* at = &distance[v + b * grid.stride[1] + c * grid.stride[2] - grid.stride[1] - grid.stride[2]];
-      for (std::size_t s = 0; s < n; ++s) {
-        rows[c][b][s] = weights[s][0] * at[-1] + weights[s][1] * at[0] + weights[s][2] * at[1];
-        least = std::min(least, rows[c][b][s]);
-        most = std::max(most, rows[c][b][s]);
-      }
-    }
-  }
-  // A sample stands for the part of its cell within, were the surface a plane across it.
-  const float width = static_cast<float>(grid.spacing.mean()) / n;
-  if (least >= width / 2) return 0;
-  if (most <= -width / 2) return 1;
+  constexpr int n = kSamples;  // along an axis of an octant
+  const float here = distance[v];
   float sum = 0;
-  for (std::size_t s = 0; s < n; ++s) {
-    for (std::size_t t = 0; t < n; ++t) {
-      std::array<float, 3> column;
-      for (std::size_t c = 0; c < 3; ++c) {
-        column[c] = weights[t][0] * rows[c][0][s] + weights[t][1] * rows[c][1][s] + weights[t][2] * rows[c][2][s];
-      }
-      for (std::size_t u = 0; u < n; ++u) {
-        const float d = weights[u][0] * column[0] + weights[u][1] * column[1] + weights[u][2] * column[2];
-        sum += std::clamp(0.5F - d / width, 0.0F, 1.0F);
+  for (int octant = 0; octant < 8; ++octant) {
+    std::array<std::ptrdiff_t, 3> to;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto step = static_cast<std::ptrdiff_t>(grid.stride[axis]);
+      to[axis] = (octant >> axis & 1) != 0 ? step : -step;
+    }
+    std::array<float, 8> corner;
+    const float* const centre = &distance[v];
+    for (std::size_t c = 0; c < 8; ++c) {
+      corner[c] = centre[((c & 1) != 0 ? to[0] : 0) + ((c & 2) != 0 ? to[1] : 0) + ((c & 4) != 0 ? to[2] : 0)];
+    }
+    // A sample stands for the part of its cell within, were the surface a plane across it.
+    const float width =
+        std::max((std::abs(corner[1] - here) + std::abs(corner[2] - here) + std::abs(corner[4] - here)) / (2 * n),
+                 std::numeric_limits<float>::min());
+    const auto [least, most] = std::minmax_element(corner.begin(), corner.end());
+    if (*least >= width / 2) continue;
+    if (*most <= -width / 2) {
+      sum += n * n * n;
+      continue;
+    }
+    for (int k = 0; k < n; ++k) {
+      const float z = (static_cast<float>(k) + 0.5F) / (2 * n);
+      std::array<float, 4> face;
+      for (std::size_t c = 0; c < 4; ++c) face[c] = corner[c] + z * (corner[c + 4] - corner[c]);
+      for (int j = 0; j < n; ++j) {
+        const float y = (static_cast<float>(j) + 0.5F) / (2 * n);
+        const float low = face[0] + y * (face[2] - face[0]), high = face[1] + y * (face[3] - face[1]);
+        for (int i = 0; i < n; ++i) {
+          const float x = (static_cast<float>(i) + 0.5F) / (2 * n);
+          sum += std::clamp(0.5F - (low + x * (high - low)) / width, 0.0F, 1.0F);
+        }
       }
     }
   }
-  return sum / (n * n * n);
+  return sum / (8 * n * n * n);
 }
 
 /// Moves the surface until as much lies in it, near every place and in all, as there are voxels: smoothing takes from
@@ -208,22 +208,28 @@ void restore_volume(std::vector<float>& distance, const std::vector<char>& in, s
     });
     return sum;
   };
-  for (int step = 0; step < kRestoring; ++step) {
+  float longest = kLongestStep;
+  for (int step = 0; step < kRestoring; ++step, longest *= kShorter) {
     measure();
     blur(missing, grid, kWidePasses, pulse);
     double displaced = 0;
     for (const float m : missing) displaced += std::abs(static_cast<double>(m));
     if (displaced < kRestored * static_cast<double>(count)) break;
     for (std::size_t v = 0; v < distance.size(); ++v) {
-      if (area[v] > 1e-3F) distance[v] -= voxel * std::clamp(missing[v] / area[v], -kLongestStep, kLongestStep);
+      if (area[v] > 1e-3F) distance[v] -= voxel * std::clamp(missing[v] / area[v], -longest, longest);
     }
   }
   double faces = 0;
   for (const float a : area) faces += static_cast<double>(a);
+  // What a thread holds changes much faster than its faces tell: half as far at most where the last step went too
+  // far.
+  double last = 0, most = kLongestStep;
   for (int step = 0; step < kRestoring; ++step) {
     const double left = measure();
     if (std::abs(left) < kExactVolume * static_cast<double>(count)) break;
-    const auto offset = static_cast<float>(std::clamp(left / faces, -0.25, 0.25)) * voxel;
+    if (last * left < 0) most /= 2;
+    last = left;
+    const auto offset = static_cast<float>(std::clamp(left / faces, -most, most)) * voxel;
     for (float& d : distance) d -= offset;
   }
 }

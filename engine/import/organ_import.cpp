@@ -103,9 +103,9 @@ ShapeOfOrgan enclose(const OrganParts& organ, const TriangleMesh& soup, const Su
   std::shared_ptr<const EnclosedSolid> last;
   for (const double gap : gaps) {
     if (last && gap <= last->gap()) continue;
-    progress(fmt::format("{}: looking for its inside, gaps of {:g} mm closed", organ.id, gap * 1e3));
-    auto solid =
-        std::make_shared<const EnclosedSolid>(soup, gap, std::min(finest, std::max(gap, 4 * kFinestSpacing)));
+    const std::string task = fmt::format("{}: looking for its inside, gaps of {:g} mm closed", organ.id, gap * 1e3);
+    auto solid = std::make_shared<const EnclosedSolid>(soup, gap, std::min(finest, std::max(gap, 4 * kFinestSpacing)),
+                                                       EnclosedSolid::Limits{}, [&] { progress(task, 0); });
     if (settings.gap && has_inside(*solid)) return enclosed(solid, surface, report);
     if (last && has_inside(*last) && std::abs(solid->volume() / last->volume() - 1) < kConfirmed) {
       return enclosed(last, surface, report);
@@ -127,11 +127,13 @@ ShapeOfOrgan enclose(const OrganParts& organ, const TriangleMesh& soup, const Su
                   where, organ.id, describe(surface), last->gap() * 1e3, 2e3 * last->volume() / last->area()));
 }
 
-std::shared_ptr<const LabelSolid> solid_of_labels(const OrganParts& organ) {
+std::shared_ptr<const LabelSolid> solid_of_labels(const OrganParts& organ, const ImportProgress& progress) {
+  const std::string task = fmt::format("{}: distance to its voxels", organ.id);
   std::vector<int> labels;
   for (const SourcePart* part : organ.parts) labels.push_back(part->label);
   try {
-    return std::make_shared<const LabelSolid>(*organ.file->image, labels);
+    return std::make_shared<const LabelSolid>(*organ.file->image, labels, LabelSolid::kMostVoxels,
+                                              [&] { progress(task, 0); });
   } catch (const ContentError& error) {
     throw ContentError(fmt::format("{}: {}: {}", organ.parts.front()->place, organ.id, error.what()));
   }
@@ -139,7 +141,7 @@ std::shared_ptr<const LabelSolid> solid_of_labels(const OrganParts& organ) {
 
 ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& settings,
                                const ImportProgress& progress, ImportReport& report) {
-  progress(fmt::format("{}: welding {} parts", organ.id, organ.parts.size()));
+  progress(fmt::format("{}: welding {} parts", organ.id, organ.parts.size()), 0);
   const TriangleMesh soup = merged(organ);
   const std::string& where = organ.parts.front()->place;
   TriangleMesh clean = mesh::clean_surface(soup, where, &report.turned);
@@ -185,14 +187,21 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
 }
 
 /// The surface of the one piece there is; it may turn out to be several.
-void make_new_surface(const OrganParts& organ, const ImportSettings& settings, ShapeOfOrgan& shape) {
+void make_new_surface(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress,
+                      ShapeOfOrgan& shape) {
+  const std::string task = fmt::format("{}: new surface", organ.id);
   const SolidShape whole = shape.pieces.front();
   // Finer where little of the box is filled, as long as the lattice is not too large.
   const Eigen::Vector3d size = whole.box.sizes();
   const double finest = std::cbrt(size.prod() / kSurfaceLattice);
   double cell = std::max(finest, std::min(size.norm(), 3.5 * std::cbrt(whole.volume)) / settings.surface_cells);
   const auto surface_of = [&] {
-    return mesh::boundary_surface(mesh::stuff(whole.distance, whole.box, cell, 2, mesh::Parts::all)).mesh;
+    std::size_t distances = 0;
+    const mesh::SignedDistance watched = [&](const Eigen::Vector3d& x) {
+      if (++distances % 4096 == 0) progress(task, 0);
+      return whole.distance(x);
+    };
+    return mesh::boundary_surface(mesh::stuff(watched, whole.box, cell, 2, mesh::Parts::all)).mesh;
   };
   TriangleMesh made = surface_of();
   if (organ.file->image) {  // whose volume is exact: what is a few voxels thick may need finer cells
@@ -236,8 +245,7 @@ ShapeOfOrgan make_surface(const OrganParts& organ, const ImportSettings& setting
   report.parts = static_cast<int>(organ.parts.size());
   ShapeOfOrgan shape;
   if (organ.file->image) {
-    progress(fmt::format("{}: distance to its voxels", organ.id));
-    const std::shared_ptr<const LabelSolid> solid = solid_of_labels(organ);
+    const std::shared_ptr<const LabelSolid> solid = solid_of_labels(organ, progress);
     report.from = SolidFrom::labels;
     shape = {
         .pieces = {{.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
@@ -254,8 +262,7 @@ ShapeOfOrgan make_surface(const OrganParts& organ, const ImportSettings& setting
   }
   for (const SolidShape& piece : shape.pieces) report.volume += piece.volume;
   if (shape.surface.triangles.empty()) {
-    progress(fmt::format("{}: new surface", organ.id));
-    make_new_surface(organ, settings, shape);
+    make_new_surface(organ, settings, progress, shape);
   }
   out.surface = shape.surface;
   return shape;
@@ -299,7 +306,7 @@ mesh::FilledPieces fill_by_gmsh(const OrganParts& organ, const TriangleMesh& sur
       filled.volumes.push_back(0);
       if (pieces.size() > 1 && of_piece < kFewCells * filled.cell * filled.cell * filled.cell) continue;
       const physics::TetMesh mesh = gmsh_tetrahedra(
-          piece, {.cell = filled.cell, .program = settings.gmsh, .where = where}, [&] { progress(task); });
+          piece, {.cell = filled.cell, .program = settings.gmsh, .where = where}, [&] { progress(task, 0); });
       if (!mesh::inspect(mesh::boundary_surface(mesh).mesh).closed()) {
         throw ContentError(fmt::format("{}: the tetrahedra of Gmsh do not close; leave out --mesher gmsh", where));
       }
@@ -332,7 +339,9 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   ImportedOrgan out;
   const ShapeOfOrgan shape = make_surface(organ, settings, progress, out);
   ImportReport& report = out.report;
-  progress(fmt::format("{}: tetrahedra", organ.id));
+  const auto filling = [&](double cell, double share) {
+    progress(fmt::format("{}: tetrahedra, cells of {:.3g} mm", organ.id, cell * 1e3), share);
+  };
   mesh::FilledPieces filled = settings.mesher == Mesher::gmsh
                                   ? fill_by_gmsh(organ, out.surface, settings, progress)
                                   : mesh::fill_pieces(shape.pieces, {.cell = settings.cell,
@@ -340,7 +349,8 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
                                                                      .volume_error = settings.volume_error,
                                                                      .node_tolerance = 0.05,
                                                                      .grading = settings.grading,
-                                                                     .where = organ.parts.front()->place});
+                                                                     .where = organ.parts.front()->place,
+                                                                     .progress = filling});
   out.mesh = std::move(filled.mesh);
   report.cell = filled.cell;
   for (std::size_t p = 0; p < shape.pieces.size(); ++p) {

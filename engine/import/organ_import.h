@@ -90,8 +90,9 @@ struct ImportedOrgan {
   ImportReport report;
 };
 
-/// Called with what is being done.
-using ImportProgress = std::function<void(const std::string& task)>;
+/// Called often with what is being done and, where that is known, which part of it is done, 0 to 1. May throw to end
+/// it.
+using ImportProgress = std::function<void(const std::string& task, double share)>;
 
 /// The closed surface alone: `mesh` stays empty.
 /// @throws files::ContentError  no inside, and why

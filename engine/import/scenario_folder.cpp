@@ -91,8 +91,7 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
   std::vector<std::string> loading;
   content::Scene scene;
   try {
-    scene = readers::load_scene(
-        out.staged("scenario.json"), [&](const std::string& task, double) { progress(task); }, &loading);
+    scene = readers::load_scene(out.staged("scenario.json"), progress, &loading);
   } catch (const ContentError& error) {
     throw ContentError(in_place(error.what(), out));
   }

@@ -48,7 +48,7 @@ public:
     add_wall();
     for (Made& organ : made_) add_organ(organ);
     add_contacts();
-    progress_("looking for overlaps");
+    progress_("looking for overlaps", 0);
     survey();
     return std::move(scene_);
   }
@@ -122,7 +122,7 @@ private:
   }
 
   void place_needle() {
-    progress_("placing needle and probe");
+    progress_("placing needle and probe", 0);
     body_ = std::make_unique<Body>(made(scenario_.wall.skin).surface);
     scene_.cuts = body_->cuts();
     scene_.target = centre_of(made(scenario_.target).surface);
@@ -131,7 +131,7 @@ private:
 
   void add_wall() {
     const SideWall& wall = scenario_.wall;
-    progress_(wall.id);
+    progress_(wall.id, 0);
     for (std::size_t i = 0; i < wall.layers.size(); ++i) {
       check_tissue(wall.layers[i].pointer + (wall.layers[i].pointer == wall.pointer ? "" : "/tissue"),
                    wall.layers[i].tissue);

@@ -17,6 +17,9 @@ namespace {
 constexpr double kWarpLong = 0.24999;   // edges along an axis
 constexpr double kWarpShort = 0.41189;  // half diagonals of a cell
 
+constexpr int kSmallBlock = 4;   // cells along an axis of a block whose points are all measured
+constexpr double kFarBlock = 2;  // half diagonals from its middle to the surface: distances may be steeper than 1
+
 using Corners = std::array<int, 4>;
 
 // Body-centred cubic lattice: cell corners first, then cell centres.
@@ -122,10 +125,8 @@ public:
   Stuffing(const SignedDistance& distance, const Eigen::AlignedBox3d& box, double cell)
       : distance_(distance), lattice_(box, cell), value_(lattice_.size()), node_of_(lattice_.size(), -1) {
     position_.reserve(lattice_.size());
-    for (int p = 0; p < lattice_.size(); ++p) {
-      position_.push_back(lattice_.position(p));
-      value_[p] = distance_(position_.back());
-    }
+    for (int p = 0; p < lattice_.size(); ++p) position_.push_back(lattice_.position(p));
+    measure({0, 0, 0}, lattice_.cells());
     for_each_tet(lattice_, [&](const Corners& tet) {
       for (const int p : tet) {
         if (value_[p] < 0) {
@@ -146,6 +147,46 @@ public:
 private:
   bool inside(int p) const { return value_[p] < 0; }
   bool outside(int p) const { return value_[p] > 0; }
+
+  // The distance at the lattice points of a block of cells, corners on all its faces included. Where the surface is
+  // far from the block, only the sign counts, and that is the sign in its middle: a thin organ in a large box has few
+  // points near it.
+  void measure(const Eigen::Vector3i& first, const Eigen::Vector3i& last) {
+    const Eigen::Vector3i cells = last - first;
+    if (cells.minCoeff() <= 0) return;
+    const Eigen::Vector3d low = position_[lattice_.corner(first.x(), first.y(), first.z())];
+    const Eigen::Vector3d high = position_[lattice_.corner(last.x(), last.y(), last.z())];
+    if (cells.maxCoeff() > kSmallBlock) {
+      const double middle = distance_((low + high) / 2);
+      if (std::abs(middle) > kFarBlock * (high - low).norm() / 2) {
+        for_each_point(first, last, [&](int p) { value_[p] = middle; });
+        return;
+      }
+      Eigen::Index axis = 0;
+      cells.maxCoeff(&axis);
+      Eigen::Vector3i end = last, begin = first;
+      end[axis] = begin[axis] = first[axis] + cells[axis] / 2;
+      measure(first, end);
+      measure(begin, last);
+      return;
+    }
+    for_each_point(first, last, [&](int p) { value_[p] = distance_(position_[p]); });
+  }
+
+  template <typename Visit>
+  void for_each_point(const Eigen::Vector3i& first, const Eigen::Vector3i& last, Visit visit) const {
+    // A corner between two blocks belongs to the one that begins with it.
+    const Eigen::Vector3i& n = lattice_.cells();
+    const auto end = [&](int axis) { return last[axis] + (last[axis] == n[axis] ? 1 : 0); };
+    for (int k = first.z(); k < end(2); ++k) {
+      for (int j = first.y(); j < end(1); ++j) {
+        for (int i = first.x(); i < end(0); ++i) {
+          visit(lattice_.corner(i, j, k));
+          if (i < last.x() && j < last.y() && k < last.z()) visit(lattice_.centre(i, j, k));
+        }
+      }
+    }
+  }
 
   void find_cuts() {
     for (const Corners& tet : tets_) {

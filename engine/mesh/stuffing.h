@@ -16,7 +16,7 @@
 
 namespace stylet::mesh {
 
-/// Metres, negative inside, positive outside, Lipschitz constant about 1 near the surface.
+/// Metres, negative inside, positive outside, Lipschitz constant about 1 near the surface, below 2 everywhere.
 using SignedDistance = std::function<double(const Eigen::Vector3d&)>;
 
 /// Tetrahedra of {x : distance(x) < 0}, of its largest connected part unless all are asked for.

@@ -20,14 +20,45 @@ constexpr double kMostLatticePoints = 2e7;  // 1 GB of lattice and more: refuse 
 constexpr double kNodeExponent = -2.6;      // measured: nodes ~ cell^-2.6 on organs of 500 to 15 000 nodes
 constexpr int kSearchSteps = 5;
 constexpr int kVolumeSteps = 12;
-constexpr int kFewNodes = 600;               // where the search for a volume begins
-constexpr std::size_t kManyNodes = 200'000;  // and where it gives up
-constexpr int kSmoothing = 6;                // passes
-constexpr double kFewCells = 4;              // that a piece holds at least, by volume
+constexpr int kFewNodes = 600;   // where the search for a volume begins
+constexpr int kFewerSteps = 3;   // then back to a larger cell
+constexpr double kEnough = 0.5;  // of the error accepted; a better mesh has more nodes than were asked for
+constexpr int kSmoothing = 6;    // passes
+constexpr double kFewCells = 4;  // that a piece holds at least, by volume
 
 bool too_many_points(const SolidShape& solid, double cell) {
   return !(2 * ((solid.box.sizes() / cell).array() + 3).prod() < kMostLatticePoints);
 }
+
+/// What the search may cost, and whether it is still wanted.
+class Work {
+public:
+  explicit Work(const TetrahedraliseSettings& settings) : settings_(settings) {}
+
+  /// The same distance, counted.
+  SignedDistance counted(const SignedDistance& distance, double cell) {
+    return [this, &distance, cell](const Eigen::Vector3d& x) {
+      if (++distances_ % kOften == 0) look(cell);
+      return distance(x);
+    };
+  }
+  void at(int step, int steps) { share_ = static_cast<double>(step) / steps; }
+
+private:
+  void look(double cell) const {
+    if (settings_.progress) settings_.progress(cell, share_);
+    if (distances_ <= settings_.most_distances) return;
+    throw files::ContentError(
+        fmt::format("{}: takes more than {:.2g} looks at its surface, with a cell of {:.3g} mm at last: it is long, "
+                    "thin or ragged; give a larger cell, fewer nodes or a larger volume error, or leave it out",
+                    settings_.where, static_cast<double>(settings_.most_distances), cell * 1e3));
+  }
+
+  static constexpr std::size_t kOften = 4096;
+  const TetrahedraliseSettings& settings_;
+  std::size_t distances_ = 0;
+  double share_ = 0;
+};
 
 bool is_graded(const SolidShape& piece, const TetrahedraliseSettings& settings) {
   return settings.grading && piece.distance(settings.grading->target) < 0;
@@ -35,7 +66,7 @@ bool is_graded(const SolidShape& piece, const TetrahedraliseSettings& settings) 
 
 // The mesh of each piece; empty: it is left out.
 std::vector<physics::TetMesh> fill(std::span<const SolidShape> pieces, double cell, int smoothing,
-                                   const TetrahedraliseSettings& settings) {
+                                   const TetrahedraliseSettings& settings, Work& work) {
   std::vector<physics::TetMesh> meshes(pieces.size());
   for (std::size_t p = 0; p < pieces.size(); ++p) {
     const SolidShape& piece = pieces[p];
@@ -45,9 +76,9 @@ std::vector<physics::TetMesh> fill(std::span<const SolidShape> pieces, double ce
           fmt::format("{}: a cell of {:.3g} mm needs more than {:.2g} lattice points; choose a larger cell",
                       settings.where, cell * 1e3, kMostLatticePoints));
     }
-    meshes[p] = is_graded(piece, settings)
-                    ? stuff_graded(piece.distance, piece.box, cell, smoothing, *settings.grading)
-                    : stuff(piece.distance, piece.box, cell, smoothing);
+    const SignedDistance distance = work.counted(piece.distance, cell);
+    meshes[p] = is_graded(piece, settings) ? stuff_graded(distance, piece.box, cell, smoothing, *settings.grading)
+                                           : stuff(distance, piece.box, cell, smoothing);
     if (pieces.size() > 1 && 2 * tet_quality(meshes[p]).volume < piece.volume) meshes[p] = {};
   }
   return meshes;
@@ -66,7 +97,7 @@ double volume_of(std::span<const SolidShape> pieces) {
 }
 
 // A cell size whose mesh has about the wanted number of nodes: secant in log-log, started with the law above.
-double cell_for_nodes(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings) {
+double cell_for_nodes(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings, Work& work) {
   const double target = std::log(settings.target_nodes);
   // Two nodes a cell inside, and nearly as many again at the surface.
   double cell = std::cbrt(3.5 * volume_of(pieces) / settings.target_nodes);
@@ -76,7 +107,8 @@ double cell_for_nodes(std::span<const SolidShape> pieces, const TetrahedraliseSe
   double last_log_cell = 0;
   double last_log_nodes = 0;
   for (int step = 0; step < kSearchSteps; ++step) {
-    const std::size_t nodes = node_count(fill(pieces, cell, 0, settings));
+    work.at(step, kSearchSteps + 1);
+    const std::size_t nodes = node_count(fill(pieces, cell, 0, settings, work));
     const double log_nodes = std::log(std::max<double>(4, static_cast<double>(nodes)));
     const double log_cell = std::log(cell);
     if (std::abs(log_nodes - target) < best_error) {
@@ -106,26 +138,50 @@ double volume_missed(std::span<const SolidShape> pieces, const std::vector<physi
   return std::max(std::abs(filled / wanted - 1), left_out / (left_out + wanted));
 }
 
-// The largest cell whose mesh has the wanted volume: from few nodes on, at least a quarter smaller each time.
-double cell_for_volume(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings) {
+// The largest cell whose mesh has the wanted volume: from few nodes on, at least a quarter smaller each time, then
+// back where the last step went too far.
+double cell_for_volume(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings, Work& work) {
   double cell = std::cbrt(3.5 * volume_of(pieces) / kFewNodes);
   double missed = 1;
+  std::size_t nodes = 0;
+  // Smoothing costs volume too: with it.
+  const auto miss = [&](double of_cell) {
+    const std::vector<physics::TetMesh> meshes = fill(pieces, of_cell, kSmoothing, settings, work);
+    nodes = node_count(meshes);
+    return volume_missed(pieces, meshes);
+  };
+  double too_large = 0;
   for (int step = 0; step < kVolumeSteps; ++step) {
-    // Smoothing costs volume too: with it.
-    const std::vector<physics::TetMesh> meshes = fill(pieces, cell, kSmoothing, settings);
-    missed = volume_missed(pieces, meshes);
-    if (missed <= settings.volume_error) return cell;
+    work.at(step, kVolumeSteps + kFewerSteps);
+    missed = miss(cell);
+    if (missed <= settings.volume_error && nodes <= settings.most_nodes) {
+      if (too_large == 0) return cell;
+      for (int back = 0; back < kFewerSteps && missed < kEnough * settings.volume_error; ++back) {
+        work.at(kVolumeSteps + back, kVolumeSteps + kFewerSteps);
+        const double larger = std::sqrt(cell * too_large);
+        const double of_larger = miss(larger);
+        if (of_larger > settings.volume_error) {
+          too_large = larger;
+        } else {
+          cell = larger;
+          missed = of_larger;
+        }
+      }
+      return cell;
+    }
     // The error falls with the square of the cell, where the cell is small enough.
     const double next = cell * std::clamp(std::sqrt(settings.volume_error / missed), 0.5, 0.75);
     const bool too_many =
         std::any_of(pieces.begin(), pieces.end(), [&](const SolidShape& p) { return too_many_points(p, next); });
-    if (too_many || node_count(meshes) > kManyNodes) break;
+    if (too_many || nodes > settings.most_nodes) break;
+    too_large = cell;
     cell = next;
   }
   throw files::ContentError(fmt::format(
-      "{}: with a cell of {:.3g} mm the mesh still misses {:.0f} % of the volume, more than {:g} %: it is "
-      "thinner than that in places; choose a cell size yourself",
-      settings.where, cell * 1e3, 100 * missed, 100 * settings.volume_error));
+      "{}: with a cell of {:.3g} mm the mesh has {} nodes (accepted: {}) and misses {:.2g} % of the volume "
+      "(accepted: "
+      "{:g} %): it is thinner than that in places; give a cell size, a number of nodes or a larger volume error",
+      settings.where, cell * 1e3, nodes, settings.most_nodes, 100 * missed, 100 * settings.volume_error));
 }
 
 }  // namespace
@@ -138,10 +194,11 @@ void append(physics::TetMesh& to, const physics::TetMesh& from) {
 
 FilledPieces fill_pieces(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings) {
   FilledPieces filled;
+  Work work(settings);
   filled.cell = settings.cell > 0           ? settings.cell
-                : settings.target_nodes > 0 ? cell_for_nodes(pieces, settings)
-                                            : cell_for_volume(pieces, settings);
-  for (const physics::TetMesh& mesh : fill(pieces, filled.cell, kSmoothing, settings)) {
+                : settings.target_nodes > 0 ? cell_for_nodes(pieces, settings, work)
+                                            : cell_for_volume(pieces, settings, work);
+  for (const physics::TetMesh& mesh : fill(pieces, filled.cell, kSmoothing, settings, work)) {
     filled.volumes.push_back(tet_quality(mesh).volume);
     append(filled.mesh, mesh);
   }

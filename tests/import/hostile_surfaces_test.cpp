@@ -24,7 +24,7 @@ std::string verdict(const std::filesystem::path& path) {
     const std::vector<SourceFile> files{read_source(path, {})};
     bool told = !files[0].warnings.empty();
     for (const OrganParts& parts : assign_parts(files, {})) {
-      const ImportedOrgan organ = import_organ(parts, {}, [](const std::string&) {});
+      const ImportedOrgan organ = import_organ(parts, {}, [](const std::string&, double) {});
       EXPECT_EQ(organ.report.quality.inverted, 0) << path;
       EXPECT_GE(organ.report.quality.min_dihedral_deg, 12) << path;
       EXPECT_LT(std::abs(organ.report.volume_error()), 0.03) << path;

@@ -33,7 +33,7 @@ using mesh::test::append_flipped;
 using mesh::test::ball_volume;
 using mesh::test::icosphere;
 
-const ImportProgress kQuiet = [](const std::string&) {};
+const ImportProgress kQuiet = [](const std::string&, double) {};
 
 SourcePart part(const std::string& name, TriangleMesh mesh, const std::string& organ = {}) {
   SourcePart out{.name = name, .place = "test:" + name, .mesh = std::move(mesh), .organ = {}, .tissue = {}};

@@ -56,7 +56,7 @@ TEST(AssignParts, WhatLiesInsideStaysApartAndNamesItsOrgan) {
 TEST(OrganLabels, TetrahedraAndVoxelsSayWhatLiesInside) {
   const std::vector<SourceFile> files{liver_file()};
   const std::vector<OrganParts> parts = assign_parts(files, {});
-  const ImportProgress quiet = [](const std::string&) {};
+  const ImportProgress quiet = [](const std::string&, double) {};
   const ImportedOrgan liver = import_organ(parts[0], {}, quiet);
   std::vector<content::Tissue> tissues(4);
   const std::vector<double> young{0, 5e3, 1e3, 20e3};

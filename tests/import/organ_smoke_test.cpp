@@ -150,7 +150,7 @@ TEST_P(RealOrganInThePhysics, BearsItsWeightAndANeedle) {
   for (const OrganParts& parts : assign_parts(files, {})) {
     ImportedOrgan organ;
     try {
-      organ = import_organ(parts, {.target_nodes = 400}, [](const std::string&) {});
+      organ = import_organ(parts, {.target_nodes = 400}, [](const std::string&, double) {});
     } catch (const files::ContentError& error) {
       std::printf("  refused: %s\n", error.what());
       continue;

@@ -104,7 +104,7 @@ TEST(OrganFiles, ReportIsJsonWhateverThePartsAreCalled) {
   ASSERT_NE(files[0].parts[0].name.find('\xFF'), std::string::npos);
   const std::vector<OrganParts> organs = assign_parts(files, {});
   ASSERT_EQ(organs.size(), 1u);
-  const ImportedOrgan organ = import_organ(organs[0], {.cell = 0.02}, [](const std::string&) {});
+  const ImportedOrgan organ = import_organ(organs[0], {.cell = 0.02}, [](const std::string&, double) {});
   const nlohmann::json report = nlohmann::json::parse(report_json(organ, organs[0]));
   const auto part = report["source"]["parts"][0].get<std::string>();
   EXPECT_TRUE(part.starts_with("lobe \xEF\xBF\xBD")) << part;  // U+FFFD where no text was

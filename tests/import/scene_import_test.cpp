@@ -27,7 +27,7 @@ using mesh::test::icosphere;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-const ImportProgress kQuiet = [](const std::string&) {};
+const ImportProgress kQuiet = [](const std::string&, double) {};
 const std::filesystem::path kContent = std::filesystem::path(STYLET_SOURCE_DIR) / "content";
 const std::set<std::string> kTissues{"outside", "skin", "fat", "muscle", "liver", "bone", "tumour", "caval_blood"};
 
