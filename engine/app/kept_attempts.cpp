@@ -46,10 +46,11 @@ debrief::DebriefAttempt attempt_of(const std::string& folder, const session::Ses
 }
 
 std::string KeptAttempts::keep(recording::UnfinishedRecording& recording, const session::SessionReport& report,
-                               const training::TrainingReport& training) {
+                               const training::TrainingReport& training, const scanner::SavedImages& saved) {
   const std::string name = fmt::format("{}{}", kPrefix, next_number(folder_));
   files::OutputDirectory out(folder_ / name);
   session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
+  write_images(saved, out);
   recording.finish(out, "session.json");
   attempts_.push_back(attempt_of(name, report, training));
   return fmt::format("attempt {}: {}; it is kept in {}", attempts_.size(), verdict(attempts_.back()),
@@ -62,6 +63,7 @@ std::filesystem::path KeptAttempts::put_aside(const session::SessionReport& repo
   const std::filesystem::path aside = folder_ / name;
   std::vector<std::string> files{"session.rec", "force.csv", "force.png"};
   files.insert(files.end(), kDrawnFiles.begin(), kDrawnFiles.end());
+  for (const session::SavedImageFacts& image : report.saved_images) files.push_back(image.file);
   files.emplace_back("session.json");  // last: while it is there, so are they
   std::error_code error;
   std::filesystem::create_directories(aside, error);
@@ -102,6 +104,22 @@ nlohmann::ordered_json to_json(const std::vector<debrief::DebriefAttempt>& attem
     entry["failed_critical"] = attempt.score->failed_critical;
   }
   return list;
+}
+
+void write_images(const scanner::SavedImages& saved, const files::OutputDirectory& out) {
+  for (std::size_t i = 0; i < saved.size(); ++i) out.write(scanner::saved_image_name(i + 1), saved[i].png);
+}
+
+std::vector<session::SavedImageFacts> facts_of(const scanner::SavedImages& saved) {
+  std::vector<session::SavedImageFacts> facts;
+  for (const scanner::SavedImage& image : saved) {
+    facts.push_back({.file = scanner::saved_image_name(facts.size() + 1),
+                     .time_s = image.time_s,
+                     .depth = image.depth,
+                     .metres_per_pixel = image.metres_per_pixel,
+                     .distances = image.distances});
+  }
+  return facts;
 }
 
 nlohmann::ordered_json numbers_of(const session::SessionReport& report, const training::TrainingReport& training,

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "engine/debrief/debrief_data.h"
+#include "engine/files/output_directory.h"
 #include "engine/recording/unfinished_recording.h"
+#include "engine/scanner/saved_image.h"
 #include "engine/session/session_report.h"
 #include "engine/training/training_report.h"
 
@@ -28,10 +30,11 @@ public:
   /// @param folder  OUT
   explicit KeptAttempts(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// Moves the recording and its numbers there. @return what to tell the trainee, one line
+  /// Moves the recording and its numbers there, and the images that the trainee saved. @return what to tell the
+  /// trainee, one line
   /// @throws files::ContentError
   std::string keep(recording::UnfinishedRecording& recording, const session::SessionReport& report,
-                   const training::TrainingReport& training);
+                   const training::TrainingReport& training, const scanner::SavedImages& saved = {});
 
   /// Moves the results that lie in OUT there: the attempt they are of was over, and another begins.
   /// @return its folder. @throws files::ContentError
@@ -54,6 +57,11 @@ debrief::DebriefAttempt attempt_of(const std::string& folder, const session::Ses
 
 /// For session.json.
 nlohmann::ordered_json to_json(const std::vector<debrief::DebriefAttempt>& attempts);
+
+/// Stages the files of images that the trainee saved. @throws files::ContentError
+void write_images(const scanner::SavedImages& saved, const files::OutputDirectory& out);
+/// What session.json tells of them.
+std::vector<session::SavedImageFacts> facts_of(const scanner::SavedImages& saved);
 
 /// What session.json of an attempt holds. @param before  it, in the same session
 nlohmann::ordered_json numbers_of(const session::SessionReport& report, const training::TrainingReport& training,

@@ -66,12 +66,15 @@ void note_cut_off_sessions(const std::filesystem::path& folder, Observer& observ
 /// The numbers of a session, complete before anything is made of them.
 /// @throws files::ContentError
 void keep_numbers(const SessionSettings& settings, const recording::Recording& recording,
-                  const figures::ForceTrace& force, const SessionResult& result, const KeptAttempts& before,
-                  recording::UnfinishedRecording& file) {
+                  const figures::ForceTrace& force, const scanner::SavedImages& saved, const SessionResult& result,
+                  const KeptAttempts& before, recording::UnfinishedRecording& file) {
   files::OutputDirectory out(settings.out);
   debrief::write_force(out, recording, force);
   session::write_json(out.staged("session.json"), numbers_of(result.report, result.training, before));
-  out.supersede({kDrawnFiles.begin(), kDrawnFiles.end()});
+  write_images(saved, out);
+  std::vector<std::string> superseded{kDrawnFiles.begin(), kDrawnFiles.end()};
+  for (std::size_t n = 1; n <= scanner::kMostSavedImages; ++n) superseded.push_back(scanner::saved_image_name(n));
+  out.supersede(std::move(superseded));
   file.finish(out, "session.json");
 }
 
@@ -175,7 +178,8 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   live.start();
   link.start(observer);
   session::PictureWatch pictures;
-  const SessionParts parts{graphics, screen, headset, stylus, probe, course, link, pictures};
+  scanner::SavedImages saved;
+  const SessionParts parts{graphics, screen, headset, stylus, probe, course, link, pictures, saved};
   SessionShown end = show_to_end(live, scene, parts, settings.stereo, stylus.duration_s, observer);
   course.end(live);
   report.run = live.stop();
@@ -196,6 +200,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   report.closest_target_distance = live.closest_target_distance();
   report.probe = live.probe();
   if (const session::PictureSummary seen = pictures.summary(); seen.frames > 0) report.pictures = seen;
+  report.saved_images = facts_of(saved);
   report.state_hash = live.state_hash();
   const recording::Recording recording = recording::read_recording(file.path());
   if (!settings.record.empty()) write_hand(live, recording, stylus.hid, log, settings.record);
@@ -205,10 +210,10 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   report.needle_bent_deg = session::needle_bent_deg(recording.events);
   result.training = training::assess(trace.take(recording.events), scene);
   if (again) {
-    observer.note(Note::notice, before.keep(file, report, result.training));
+    observer.note(Note::notice, before.keep(file, report, result.training, saved));
     return {};
   }
-  keep_numbers(settings, recording, live.force(), result, before, file);
+  keep_numbers(settings, recording, live.force(), saved, result, before, file);
   footage.complete(result.training.trace, course.shown(),
                    recording.haptic.empty() ? 0 : recording.haptic.back().time_s);
 
@@ -316,6 +321,7 @@ SessionResult run_session(const SessionSettings& wanted, SessionObserver& observ
         observer.note(Note::notice, "once more from the start");
         continue;
       }
+      if (screen) screen->arrangement.scanner.apply(scanner::Freeze{false});
       if (done.after == AfterSession::leave) return *std::move(done.result);
       if (done.after == AfterSession::again)
         done.result->folder = before.put_aside(done.result->report, done.result->training);

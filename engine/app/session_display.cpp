@@ -78,7 +78,8 @@ std::unique_ptr<SessionWindow> open_session_window(session::LiveSession& live, c
                                                                .probe = &parts.probe,
                                                                .course = &parts.course,
                                                                .images = &parts.link,
-                                                               .pictures = &parts.pictures});
+                                                               .pictures = &parts.pictures,
+                                                               .saved = &parts.saved});
 }
 
 SessionShown show_to_end(session::LiveSession& live, const content::Scene& scene, const SessionParts& parts,

@@ -27,6 +27,7 @@ struct SessionParts {
   training::TrainingSession& course;
   LinkSession& link;
   session::PictureWatch& pictures;
+  scanner::SavedImages& saved;  ///< by the trainee
 };
 
 /// Of a window: what opens it anew where its device was lost.

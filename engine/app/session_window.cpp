@@ -48,7 +48,8 @@ SessionWindow::SessionWindow(Screen& screen, gpu::Device& device, const content:
                 .device = settings.stylus != nullptr ? settings.stylus->name() : "",
                 .course = settings.course,
                 .images = settings.images,
-                .pictures = settings.pictures}),
+                .pictures = settings.pictures,
+                .saved = settings.saved}),
       before_(std::chrono::steady_clock::now()) {}
 
 SessionWindow::~SessionWindow() {

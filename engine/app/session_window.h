@@ -32,6 +32,7 @@ struct SessionWindowSettings {
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
+  scanner::SavedImages* saved = nullptr;        ///< gets the ultrasound images that the trainee saves
 };
 
 /// Main thread.

@@ -94,13 +94,41 @@ DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, sessi
       camera_(settings.arrangement.camera.value_or(scene.camera)),
       home_(settings.arrangement.home) {
   scanner_.watch(settings.images);
+  scanner_.keep_images(settings.saved);
+  scanner_.speak(settings.texts);
   // Of a session in lockstep the same images come on every machine.
   if (device.identity().type == VK_PHYSICAL_DEVICE_TYPE_CPU && !session.lockstep())
     scanner_.limit_share(kUltrasoundShare);
 }
 
+view::Input DesktopView::point_at_image(view::Input input) {
+  using Act = scanner::Point::Act;
+  const picture::Pane& pane = image_place_;
+  const auto on_image = [&](double x, double y) {
+    return x >= pane.x && y >= pane.y && x < pane.x + pane.width && y < pane.y + pane.height;
+  };
+  const auto point = [&](Act act, double x, double y) {
+    const scanner::Point at{act, (x - pane.x) / std::max(pane.width, 1), (y - pane.y) / std::max(pane.height, 1)};
+    scanner_.apply(at, session_.time_s());
+  };
+  bool taken = pointing_;
+  for (const view::Press& press : input.presses) {
+    if (press.down && on_image(press.x, press.y)) {
+      pointing_ = taken = true;
+      point(Act::press, press.x, press.y);
+    } else if (!press.down && pointing_) {
+      pointing_ = false;
+      point(Act::release, press.x, press.y);
+    }
+  }
+  if (scanner_.calipers().under_way()) point(Act::move, input.pointer_x, input.pointer_y);
+  if (!input.left) pointing_ = false;  // let go where nobody saw it
+  if (taken) input.drag_x = input.drag_y = 0;
+  return input;
+}
+
 bool DesktopView::handle(const view::Input& input) {
-  const std::vector<Command> commands = commands_of(input);
+  const std::vector<Command> commands = commands_of(point_at_image(input));
   const auto ends = [](const Command& command) { return std::holds_alternative<EndSession>(command); };
   if (std::ranges::any_of(commands, ends)) return false;
   if (settings_.course != nullptr) {
@@ -120,13 +148,14 @@ bool DesktopView::handle(const view::Input& input) {
 
 void DesktopView::end(panels::Ending ending) {
   ending_ = std::move(ending);
-  scanner_.watch(nullptr);  // nobody watches what does not change
+  scanner_.watch(nullptr);        // nobody watches what does not change
+  scanner_.keep_images(nullptr);  // the results are complete
 }
 
 std::optional<EndWish> DesktopView::handle_at_end(const view::Input& input, const std::string& next) {
   next_ = next;
   std::optional<EndWish> wish = std::exchange(asked_at_end_, std::nullopt);
-  for (const Command& command : commands_of(input)) {
+  for (const Command& command : commands_of(point_at_image(input))) {
     if (std::holds_alternative<EndSession>(command)) wish = EndButton::leave;
     if (const auto* button = std::get_if<EndButton>(&command)) wish = *button;
     const auto* course = std::get_if<CourseButton>(&command);
@@ -245,7 +274,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
   if (shown) facts.ending = &*shown;
   scanner_place_ = panels_.layout(facts, width, height).ultrasound;
   const VkExtent3D screen = scanner_.screen().extent();
-  const picture::Pane pane =
+  const picture::Pane pane = image_place_ =
       picture::fitted(scanner_place_, static_cast<int>(screen.width), static_cast<int>(screen.height));
   renderer_->render(frame_, camera_,
                     {.plane = scanner_.in_view(),

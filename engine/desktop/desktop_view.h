@@ -49,6 +49,7 @@ struct DesktopSettings {
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
+  scanner::SavedImages* saved = nullptr;        ///< gets the images that the trainee saves
 };
 
 /// How many pixels of a frame are drawn: fewer where there would not be ten frames a second, all where there are
@@ -97,12 +98,15 @@ public:
   std::vector<gpu::Timestamps::Span> pass_times() const;
   /// Where it lies in the frame that was drawn.
   const picture::Pane& scanner_place() const { return scanner_place_; }
+  const scanner::LiveScanner& scanner() const { return scanner_; }
   const Panels& panels() const { return panels_; }
   Arrangement arrangement() const {
     return {.scanner = scanner_.console(), .camera = camera_, .home = home_, .panels = panels_};
   }
 
 private:
+  /// Hands the scanner what the pointer does on its image. @return the rest
+  view::Input point_at_image(view::Input input);
   /// What is neither of the course nor the end of the session.
   void apply(const Command& command);
   std::vector<Choice> end_choices();
@@ -124,8 +128,10 @@ private:
   std::optional<EndWish> asked_at_end_;    ///< on the panels
   std::vector<training::Action> actions_;  ///< asked for on the panels, not told to the course yet
   picture::Pane scanner_place_{};
-  double fits_for_s_ = 0;  ///< the size wanted has not been the renderer's for so long
-  bool imaged_ = false;    ///< for the last frame
+  picture::Pane image_place_{};  ///< of the scanner's screen within it
+  bool pointing_ = false;        ///< the left button was pressed on the image and is held
+  double fits_for_s_ = 0;        ///< the size wanted has not been the renderer's for so long
+  bool imaged_ = false;          ///< for the last frame
   state::FrameState frame_;
   content::Camera camera_;
   std::optional<content::Camera> home_;

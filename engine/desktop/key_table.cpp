@@ -127,6 +127,12 @@ void add_scanner(std::vector<KeyLine>& table) {
   add_switch(Key::p, SetPreset{}, "preset clinical / raw");
   add_switch(Key::space, Freeze{}, "freeze");
   add_switch(Key::c, Reset{}, "knobs as at first");
+  table.push_back({.section = KeySection::scanner, .pointer = "left button on its image", .does = "measure"});
+  table.push_back({.section = KeySection::scanner,
+                   .keys = {{Key::u, scanner::Command(RemoveMeasure{}), scanner::Command(RemoveMeasure{true})}},
+                   .does = "take the last measure away",
+                   .shifted = "all"});
+  add_switch(Key::f12, SaveImage{}, "save the image");
 }
 
 void add_panels(std::vector<KeyLine>& table) {

@@ -3,6 +3,7 @@
 
 #include "engine/ultrasound/presets.h"
 
+#include <cstdint>
 #include <optional>
 #include <variant>
 
@@ -50,8 +51,20 @@ struct Freeze {
 /// All as the probe's file has it, and live.
 struct Reset {};
 
+/// The pointer on the screen, whose left button sets the points of calipers.
+struct Point {
+  enum class Act : std::uint8_t { press, move, release };
+  Act act = Act::move;
+  double x = 0, y = 0;  ///< shares of the screen's width and height, from its upper left corner
+};
+struct RemoveMeasure {
+  bool all = false;  ///< else the newest
+};
+/// The screen as it is, among the results of the session.
+struct SaveImage {};
+
 using Command = std::variant<SetDepth, SetGain, SetFocus, SetFrequency, SetDynamicRange, SetPersistence, SetTgc,
-                             LevelTgc, SetPreset, Freeze, Reset>;
+                             LevelTgc, SetPreset, Freeze, Reset, Point, RemoveMeasure, SaveImage>;
 
 // How far a key press or a push of a thumb stick turns a knob.
 inline constexpr double kDepthStep = 0.010;       // m

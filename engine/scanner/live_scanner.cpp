@@ -1,8 +1,11 @@
 #include "engine/scanner/live_scanner.h"
 
 #include "engine/gpu/commands.h"
+#include "engine/picture/png_bytes.h"
 #include "engine/scanner/scanner_screen.h"
 #include "engine/view/offscreen.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
@@ -15,6 +18,7 @@ constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 constexpr double kDiagnosisPeriod = 0.25;  // s
 constexpr double kMessageTime = 4;         // s
+constexpr double kDrag = 5;                // pixels of the screen that make a drag of a click
 
 }  // namespace
 
@@ -46,9 +50,50 @@ void LiveScanner::say(const std::string& message, double time_s) {
 }
 
 void LiveScanner::apply(const Command& command, double time_s) {
+  if (const auto* at = std::get_if<Point>(&command)) return point(*at);
+  if (std::holds_alternative<SaveImage>(command)) return save_image(time_s);
+  if (const auto* remove = std::get_if<RemoveMeasure>(&command)) {
+    remove->all ? calipers_.clear() : calipers_.remove_last();
+    marked_ = true;
+    return;
+  }
+  const bool frozen = console_.frozen();
   console_.apply(command);
+  if (frozen && !console_.frozen()) calipers_.clear();  // what they measured is not there any more
   touched_ = true;
   say(console_.limited(), time_s);
+}
+
+void LiveScanner::point(const Point& point) {
+  if (images_ == 0) return;
+  const ultrasound::SectorGeometry& sector = imager_->geometry();
+  const Eigen::Vector2d uv(std::clamp(point.x, 0.0, 1.0) * kWidth - 0.5,
+                           std::clamp(point.y, 0.0, 1.0) * kHeight - 0.5);
+  const Eigen::Vector2d at = sector.position(uv);
+  marked_ = marked_ || point.act != Point::Act::move || calipers_.under_way();
+  switch (point.act) {
+    case Point::Act::press:
+      return calipers_.press(at);
+    case Point::Act::move:
+      return calipers_.move(at);
+    case Point::Act::release:
+      return calipers_.release(at, kDrag * sector.metres_per_pixel);
+  }
+}
+
+void LiveScanner::save_image(double time_s) {
+  if (saved_ == nullptr || images_ == 0) return say("no image can be saved now", time_s);
+  if (saved_->size() >= kMostSavedImages) {
+    return say(fmt::format("{} images are saved, no more are", kMostSavedImages), time_s);
+  }
+  picture::Picture picture = view::read_picture(device_, imager_->image());
+  compose(picture, "");
+  saved_->push_back({.png = picture::png_bytes(picture),
+                     .time_s = imaged_s_,
+                     .depth = imager_->controls().depth,
+                     .metres_per_pixel = imager_->geometry().metres_per_pixel,
+                     .distances = calipers_.distances()});
+  say(fmt::format("image saved as {}", saved_image_name(saved_->size())), time_s);
 }
 
 void LiveScanner::poll(double time_s) {
@@ -73,10 +118,14 @@ void LiveScanner::draw(const state::FrameState& state) {
   const bool first = images_ == 0;  // one that was frozen before has no image to keep
   const bool stands = state.time_s == imaged_s_;
   const bool due = state.time_s >= next_image_s_ || state.time_s < imaged_s_;
-  if (!touched_ && (console_.frozen() || stands || !due)) return;
-  if (!console_.frozen() || first) make_image(state);
-  make_screen(state);
-  touched_ = false;
+  const bool wanted = touched_ || (due && !stands);
+  const bool imaging = first || (!console_.frozen() && wanted);
+  if (imaging) make_image(state);
+  if (!imaging && !touched_ && !marked_) return;
+  touched_ = marked_ = false;
+  picture::Picture picture = view::read_picture(device_, imager_->image());
+  if (imaging && watcher_ != nullptr && !console_.frozen()) watcher_->imaged(state, imager_->geometry(), picture);
+  show(picture);
 }
 
 void LiveScanner::make_image(const state::FrameState& state) {
@@ -96,24 +145,30 @@ void LiveScanner::make_image(const state::FrameState& state) {
   cost_s_ = images_ > 1 ? cost_s_ + 0.3 * (cost_s - cost_s_) : cost_s;  // the first compiles the shaders
   ++images_;
   imaged_s_ = state.time_s;
+  probe_force_ = state.probe_force;
   // The rate holds on average; what was missed is not made up for.
   const bool in_time = state.time_s >= next_image_s_ && state.time_s < next_image_s_ + period_s();
   next_image_s_ = (in_time ? next_image_s_ : state.time_s) + period_s();
 }
 
-void LiveScanner::make_screen(const state::FrameState& state) {
+void LiveScanner::show(picture::Picture& bare) {
   note_ = message_.empty() ? diagnosis_ : message_;
-  picture::Picture picture = view::read_picture(device_, imager_->image());
-  if (watcher_ != nullptr && !console_.frozen()) watcher_->imaged(state, imager_->geometry(), picture);
-  draw_scanner_screen(picture,
+  compose(bare, texts_ != nullptr ? texts_->of(note_) : note_);
+  gpu::run_now(device_,
+               [&](gpu::Commands& commands) { commands.upload(screen_, std::as_bytes(std::span(bare.rgba))); });
+}
+
+void LiveScanner::compose(picture::Picture& bare, const std::string& note) const {
+  draw_scanner_screen(bare,
                       {.probe = scene_.probe.name,
                        .sector = imager_->geometry(),
                        .rate_hz = rate_hz(),
-                       .probe_force = state.probe_force,
-                       .note = note_},
+                       .probe_force = probe_force_,
+                       .note = note,
+                       .depth = imager_->controls().depth,
+                       .focus = imager_->controls().focus,
+                       .measures = calipers_.measures()},
                       console_, font_);
-  gpu::run_now(device_,
-               [&](gpu::Commands& commands) { commands.upload(screen_, std::as_bytes(std::span(picture.rgba))); });
 }
 
 render::PlaneTexture LiveScanner::in_view() const {

@@ -2,12 +2,15 @@
 #pragma once
 
 #include "engine/content/scene.h"
+#include "engine/content/texts.h"
 #include "engine/figures/canvas.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/image.h"
 #include "engine/picture/picture.h"
 #include "engine/readers/tissue_watch.h"
 #include "engine/render/renderer.h"
+#include "engine/scanner/calipers.h"
+#include "engine/scanner/saved_image.h"
 #include "engine/scanner/scanner_console.h"
 #include "engine/state/frame_state.h"
 #include "engine/ultrasound/imager.h"
@@ -40,6 +43,10 @@ public:
 
   /// @param time_s  of the session; so for all
   void apply(const Command& command, double time_s);
+  /// Where SaveImage puts its images from now on; null, as at first: nobody keeps them.
+  void keep_images(SavedImages* images) { saved_ = images; }
+  /// The language of what say() shows; null: English.
+  void speak(const content::Texts* texts) { texts_ = texts; }
   /// Shows a line at the bottom of the screen for a while; empty: takes it away.
   void say(const std::string& message, double time_s);
   /// With each frame: whether the tissue table was written, what the watcher wants.
@@ -68,13 +75,19 @@ public:
   /// Time the GPU spent on the passes of the image last made.
   std::vector<gpu::Timestamps::Span> pass_times() const { return imager_->pass_times(); }
   const ScannerConsole& console() const { return console_; }
+  /// Marks in the image plane. They go when the image goes on.
+  const Calipers& calipers() const { return calipers_; }
   /// The line at the bottom of the screen, empty: none.
   const std::string& note() const { return note_; }
 
 private:
   void make_imager();
   void make_image(const state::FrameState& state);
-  void make_screen(const state::FrameState& state);
+  void show(picture::Picture& bare);
+  /// The bare image with all that stands beside it.
+  void compose(picture::Picture& bare, const std::string& note) const;
+  void point(const Point& point);
+  void save_image(double time_s);
   double period_s() const;
 
   gpu::Device& device_;
@@ -90,7 +103,12 @@ private:
   std::string diagnosis_;
   double diagnosed_s_ = -1;
   std::string note_;
-  bool touched_ = true;  ///< since the screen was made
+  bool touched_ = true;  ///< since image and screen were made
+  bool marked_ = false;  ///< on the screen since it was made
+  Calipers calipers_;
+  double probe_force_ = 0;  ///< of the image, N
+  SavedImages* saved_ = nullptr;
+  const content::Texts* texts_ = nullptr;
   std::uint64_t images_ = 0;
   double imaged_s_ = -1;
   double next_image_s_ = 0;

@@ -47,10 +47,11 @@ void ScannerConsole::apply(const Command& command) {
           set_preset(c.to.value_or(raw ? ultrasound::Preset::clinical : ultrasound::Preset::raw));
         } else if constexpr (std::is_same_v<C, Freeze>)
           frozen_ = c.on.value_or(!frozen_);
-        else {
-          static_assert(std::is_same_v<C, Reset>);
+        else if constexpr (std::is_same_v<C, Reset>)
           *this = ScannerConsole(probe_);
-        }
+        else
+          static_assert(std::is_same_v<C, Point> || std::is_same_v<C, RemoveMeasure> || std::is_same_v<C, SaveImage>,
+                        "turns no knob");
       },
       command);
   limited_ = ultrasound::limit(controls_, probe_);

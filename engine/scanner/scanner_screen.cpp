@@ -13,6 +13,7 @@ constexpr figures::Colour kReading{206, 214, 220, 255};
 constexpr figures::Colour kFaint{130, 140, 148, 255};
 constexpr figures::Colour kFocus{240, 190, 70, 255};
 constexpr figures::Colour kNote{255, 196, 84, 255};
+constexpr figures::Colour kMeasure{120, 230, 140, 255};
 constexpr figures::Colour kShade{0, 0, 0, 200};
 
 /// Text heights follow the picture's.
@@ -20,19 +21,65 @@ double text_height(const picture::Picture& picture) {
   return std::clamp(picture.height / 34.0, 9.0, 22.0);
 }
 
+/// Numbers each so many mm, so that there are three at least; the marks between are the image's own.
+int numbered_mm(double depth) {
+  return depth > 0.1 ? 50 : depth > 0.04 ? 20 : 10;
+}
+
 void draw_scale(figures::Canvas& canvas, const picture::Picture& picture, const ScannerReadout& readout,
-                const ultrasound::ScannerControls& controls, const figures::Font& font) {
+                const figures::Font& font) {
   const double height = 0.8 * text_height(picture);
   const double right = picture.width - 16;
-  for (int mm = 0; mm <= controls.depth * 1e3 + 0.5; mm += 50) {
+  for (int mm = 0; mm <= readout.depth * 1e3 + 0.5; mm += numbered_mm(readout.depth)) {
     const double y = readout.sector.pixel({0, mm * 1e-3}).y() + 0.5;
     canvas.text(font, fmt::format("{}", mm), {right, y}, height, kFaint, figures::Align::right);
   }
-  const double focus = readout.sector.pixel({0, controls.focus}).y() + 0.5;
+  const double focus = readout.sector.pixel({0, readout.focus}).y() + 0.5;
   const double size = 0.35 * text_height(picture);
   const figures::PixelPoint tip{picture.width - 16.0, focus};
   for (double side : {-1.0, 1.0}) canvas.line(tip, {tip.x + 1.6 * size, focus + side * size}, 2, kFocus);
   canvas.line({tip.x + 1.6 * size, focus - size}, {tip.x + 1.6 * size, focus + size}, 2, kFocus);
+}
+
+void draw_mark(figures::Canvas& canvas, figures::PixelPoint at, double size, figures::Colour colour, double width) {
+  canvas.line({at.x - size, at.y}, {at.x + size, at.y}, width, colour);
+  canvas.line({at.x, at.y - size}, {at.x, at.y + size}, width, colour);
+}
+
+/// Dots from mark to mark: what lies under a line could not be judged.
+void draw_dots(figures::Canvas& canvas, figures::PixelPoint from, figures::PixelPoint to, double step) {
+  const double length = std::hypot(to.x - from.x, to.y - from.y);
+  for (double at = step; at < length - 0.5 * step; at += step) {
+    const double share = at / length;
+    canvas.disc({from.x + share * (to.x - from.x), from.y + share * (to.y - from.y)}, 0.9, kMeasure);
+  }
+}
+
+/// Marks, dots between them, and the distance beside the second, on the side where the first is not.
+void draw_measures(figures::Canvas& canvas, const picture::Picture& picture, const ScannerReadout& readout,
+                   const figures::Font& font) {
+  const double height = 0.9 * text_height(picture), size = 0.4 * text_height(picture);
+  const auto pixel = [&](const Eigen::Vector2d& xz) {
+    const Eigen::Vector2d uv = readout.sector.pixel(xz);
+    return figures::PixelPoint{uv.x() + 0.5, uv.y() + 0.5};
+  };
+  for (std::size_t i = 0; i < readout.measures.size(); ++i) {
+    const Measure& measure = readout.measures[i];
+    const figures::PixelPoint from = pixel(measure.from), to = pixel(measure.to);
+    draw_dots(canvas, from, to, 0.6 * height);
+    for (const figures::PixelPoint& at : {from, to}) {
+      draw_mark(canvas, at, size + 1, kShade, 4);
+      draw_mark(canvas, at, size, kMeasure, 1.6);
+    }
+    const std::string text =
+        readout.measures.size() > 1 ? fmt::format("{}: {}", i + 1, distance_text(measure)) : distance_text(measure);
+    const double wide = font.width(text, height), gap = 1.6 * size;
+    double left = to.x >= from.x ? to.x + gap : to.x - gap - wide;
+    left = std::clamp(left, 2.0, std::max(2.0, picture.width - wide - 2));
+    const double middle = std::clamp(to.y, height, picture.height - height);
+    canvas.fill({left - 2, middle - 0.6 * height, left + wide + 2, middle + 0.6 * height}, kShade);
+    canvas.text(font, text, {left, middle}, height, kMeasure);
+  }
 }
 
 /// Sliders from the top (near) down, gain to the right.
@@ -91,8 +138,9 @@ void draw_scanner_screen(picture::Picture& picture, const ScannerReadout& readou
   if (console.frozen()) {
     canvas.text(font, "FROZEN", {0.5 * picture.width, height}, height, kFocus, figures::Align::centre);
   }
-  draw_scale(canvas, picture, readout, controls, font);
+  draw_scale(canvas, picture, readout, font);
   draw_tgc(canvas, picture, console, font);
+  draw_measures(canvas, picture, readout, font);
   draw_note(picture, readout.note, font);
 }
 

@@ -125,6 +125,14 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
                      {"least_area_m2", probe.least_area}};
   }
   if (report.pictures) json["pictures"] = to_json(*report.pictures);
+  for (const SavedImageFacts& image : report.saved_images) {
+    nlohmann::ordered_json& entry = json["ultrasound_images"].emplace_back();
+    entry = {{"file", image.file},
+             {"time_s", image.time_s},
+             {"depth_m", image.depth},
+             {"m_per_pixel", image.metres_per_pixel},
+             {"distances_m", image.distances}};
+  }
   if (report.replay_identical) {
     json["replay"] = {{"identical", *report.replay_identical}, {"hashes_compared", report.replay_hashes}};
   }
@@ -199,6 +207,12 @@ std::string main_figures(const SessionReport& report) {
         "old\n",
         "pictures", pictures.frames_per_second, pictures.needle_age.median_s * 1e3, pictures.needle_age.p99_s * 1e3,
         pictures.images_per_second, pictures.ultrasound_age.median_s * 1e3);
+  }
+  for (std::size_t i = 0; i < report.saved_images.size(); ++i) {
+    const SavedImageFacts& image = report.saved_images[i];
+    text += fmt::format("  {:<16} {} of {:.1f} s", i == 0 ? "saved images" : "", image.file, image.time_s);
+    for (const double distance : image.distances) text += fmt::format(", {:.1f} mm", distance * 1e3);
+    text += '\n';
   }
   text += fmt::format("  {:<16} {}", "state hash", hash_text(report.state_hash));
   if (report.replay_identical) {

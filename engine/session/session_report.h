@@ -19,6 +19,15 @@
 
 namespace stylet::session {
 
+/// An ultrasound image that the trainee saved.
+struct SavedImageFacts {
+  std::string file{};               ///< in the results' folder
+  double time_s = 0;                ///< of the session, of what it shows
+  double depth = 0;                 ///< m
+  double metres_per_pixel = 0;      ///< of the body
+  std::vector<double> distances{};  ///< measured on it, m
+};
+
 struct SessionReport {
   std::string scenario{};
   std::string build{};
@@ -37,6 +46,7 @@ struct SessionReport {
   double closest_target_distance = 0;        ///< m; infinite without a target
   std::optional<ProbeSummary> probe{};       ///< not set: it was held in the air
   std::optional<PictureSummary> pictures{};  ///< not set: nothing was shown
+  std::vector<SavedImageFacts> saved_images{};
   std::uint64_t state_hash = 0;
   std::optional<bool> replay_identical{};  ///< not set: the recording was not replayed
   std::uint64_t replay_hashes = 0;         ///< compared

@@ -46,6 +46,7 @@ std::string key_name(Key key) {
 Input without_pointer(Input input) {
   input.drag_x = input.drag_y = input.orbit_x = input.orbit_y = input.advance = input.zoom = 0;
   input.slide_x = input.slide_y = input.turn_x = input.turn_y = 0;
+  input.presses.clear();
   return input;
 }
 

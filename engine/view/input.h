@@ -34,6 +34,12 @@ struct Stroke {
   bool repeated = false;
 };
 
+/// The left button goes down or up: a click that is over before the next poll is one too.
+struct Press {
+  bool down = false;
+  double x = 0, y = 0;  ///< pixels of the frame from its upper left corner
+};
+
 /// What happened since the last poll. Distances are fractions of the window's height, so they do not depend on its
 /// size.
 struct Input {
@@ -45,10 +51,11 @@ struct Input {
   double slide_x = 0, slide_y = 0;      ///< middle button held
   double turn_x = 0, turn_y = 0;        ///< the same with Shift held
   double pointer_x = 0, pointer_y = 0;  ///< pixels of the frame from its upper left corner
-  bool left = false, right = false;     ///< buttons held, for panels
+  bool left = false, right = false;     ///< buttons held, or pressed since the last poll, for panels
   bool shift = false;                   ///< held
   double wheel = 0;                     ///< notches, whatever is held
   std::vector<Stroke> strokes{};        ///< in order
+  std::vector<Press> presses{};         ///< in order
 };
 
 /// `input` without what the pointer did: it belongs to a panel.

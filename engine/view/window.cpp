@@ -189,6 +189,14 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
     (control ? input.zoom : input.advance) += notches;
     input.wheel += notches;
   });
+  glfwSetMouseButtonCallback(window_.get(), [](GLFWwindow* window, int button, int action, int) {
+    Window& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
+    Input& input = self.pending_;
+    const Eigen::Vector2d at = self.pointer();
+    if (button == GLFW_MOUSE_BUTTON_LEFT) input.presses.push_back({action == GLFW_PRESS, at.x(), at.y()});
+    if (button == GLFW_MOUSE_BUTTON_LEFT && action == GLFW_PRESS) input.left = true;
+    if (button == GLFW_MOUSE_BUTTON_RIGHT && action == GLFW_PRESS) input.right = true;
+  });
   glfwSetCursorPosCallback(window_.get(), [](GLFWwindow* window, double x, double y) {
     Window& self = *static_cast<Window*>(glfwGetWindowUserPointer(window));
     int width = 0, height = 1;
@@ -280,15 +288,20 @@ void Window::create_swapchain() {
   }
 }
 
+Eigen::Vector2d Window::pointer() const {
+  int width = 0, height = 0;
+  glfwGetWindowSize(window_.get(), &width, &height);
+  return {cursor_x_ * extent_.width / std::max(width, 1), cursor_y_ * extent_.height / std::max(height, 1)};
+}
+
 Input Window::poll() {
   glfwPollEvents();
   pending_.close = glfwWindowShouldClose(window_.get()) == GLFW_TRUE;
-  int width = 0, height = 0;
-  glfwGetWindowSize(window_.get(), &width, &height);
-  pending_.pointer_x = cursor_x_ * extent_.width / std::max(width, 1);
-  pending_.pointer_y = cursor_y_ * extent_.height / std::max(height, 1);
-  pending_.left = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
-  pending_.right = glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
+  const Eigen::Vector2d at = pointer();
+  pending_.pointer_x = at.x();
+  pending_.pointer_y = at.y();
+  pending_.left = pending_.left || glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+  pending_.right = pending_.right || glfwGetMouseButton(window_.get(), GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
   pending_.shift = glfwGetKey(window_.get(), GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
                    glfwGetKey(window_.get(), GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
   return std::exchange(pending_, Input{});

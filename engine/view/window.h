@@ -12,6 +12,8 @@
 #include "engine/view/input.h"
 #include "engine/view/overlay.h"
 
+#include <Eigen/Core>
+
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -105,6 +107,8 @@ public:
 
 private:
   struct Surface;
+  /// Pixels of the frame.
+  Eigen::Vector2d pointer() const;
   void create_swapchain();
   /// What a frame shows, and where.
   struct Frame {

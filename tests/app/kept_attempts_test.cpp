@@ -29,7 +29,9 @@ std::string keep(KeptAttempts& attempts, const fs::path& folder, double total) {
     writer.finish();
   }
   file.keep();
-  return attempts.keep(file, {.scenario = "liver_biopsy", .run = {.duration_s = 12}}, scored(total));
+  const scanner::SavedImages saved{{.png = "PNG", .time_s = 3, .depth = 0.12, .distances = {0.0234}}};
+  return attempts.keep(file, {.scenario = "liver_biopsy", .run = {.duration_s = 12}, .saved_images = facts_of(saved)},
+                       scored(total), saved);
 }
 
 TEST(KeptAttempts, LieInFoldersOfTheirOwnWithScoreAndRecording) {
@@ -49,6 +51,8 @@ TEST(KeptAttempts, LieInFoldersOfTheirOwnWithScoreAndRecording) {
   }
   const auto json = nlohmann::json::parse(std::ifstream(out / "attempt-6" / "session.json"));
   EXPECT_EQ(json["score"]["total"], 81);
+  EXPECT_TRUE(fs::exists(out / "attempt-6" / json["ultrasound_images"].at(0).at("file")));
+  EXPECT_EQ(json["ultrasound_images"][0]["distances_m"], nlohmann::json::array({0.0234}));
   const auto list = to_json(attempts.list());
   ASSERT_EQ(list.size(), 2U);
   EXPECT_EQ(list[0]["folder"], "attempt-5");

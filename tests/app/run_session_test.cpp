@@ -168,8 +168,8 @@ TEST_F(RunSession, TheWindowStaysWithTheScoreUntilTheTraineeLeaves) {
   wanted.view = SessionView::window;
   wanted.stylus = "mouse";
   wanted.lockstep = false;
-  // Start, finish; again; start, finish; leave.
-  Trainee trainee({"Return", "Return", "BackSpace", "Return", "Return", "q"});
+  // Start, save two images, finish; again; start, save one, finish; leave.
+  Trainee trainee({"Return", "F12", "F12", "Return", "BackSpace", "Return", "F12", "Return", "q"});
   const SessionResult result = run_session(wanted, trainee);
   ASSERT_FALSE(trainee.given_up());
   EXPECT_TRUE(trainee.waits);
@@ -183,6 +183,13 @@ TEST_F(RunSession, TheWindowStaysWithTheScoreUntilTheTraineeLeaves) {
   ASSERT_EQ(numbers["attempts_before"].size(), 1u);
   EXPECT_EQ(numbers["attempts_before"][0]["folder"], "attempt-1");
   EXPECT_THAT(read_text(result.folder / "debrief.html"), HasSubstr("attempt-1/debrief.html"));
+  ASSERT_EQ(numbers["ultrasound_images"].size(), 1u);
+  EXPECT_EQ(numbers["ultrasound_images"][0]["file"], "ultrasound-01.png");
+  for (const char* image :
+       {"out/ultrasound-01.png", "out/attempt-1/ultrasound-01.png", "out/attempt-1/ultrasound-02.png"}) {
+    EXPECT_TRUE(std::filesystem::exists(files_.folder / image)) << image;
+  }
+  EXPECT_FALSE(std::filesystem::exists(files_.folder / "out/ultrasound-02.png")) << "of the attempt before";
   for (const auto& folder : {trainee.behind.front().folder, result.folder}) {
     for (const char* name : {"session.rec", "session.json", "debrief.html"}) {
       EXPECT_TRUE(std::filesystem::exists(folder / name)) << folder / name;

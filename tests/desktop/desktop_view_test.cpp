@@ -142,6 +142,52 @@ TEST_F(Desktop, KeysLeadNeedleAndProbeAndEndTheSession) {
   EXPECT_FALSE(desktop.handle(input));
 }
 
+TEST_F(Desktop, TheLeftButtonMeasuresOnTheImageAndLeadsTheNeedleBesideIt) {
+  Running running(device);
+  haptic::MouseDevice led(workspace());
+  scanner::SavedImages saved;
+  DesktopView desktop(
+      device, small_scene(), running.live,
+      {.mouse = &led, .arrangement = {.scanner = scanner::ScannerConsole(small_scene().probe)}, .saved = &saved});
+  double now_s = 0;
+  const auto at = [&] {  // through one low-pass, then the other
+    led.read(now_s += 10);
+    return led.read(now_s += 10).position;
+  };
+  const auto measures = [&] { return desktop.scanner().calipers().distances(); };
+  const auto turn = [&](const view::Input& input) {
+    overlay.begin({.width = 1280, .height = 720});
+    EXPECT_TRUE(desktop.handle(input));
+    desktop.draw(1280, 720, 0.02);
+  };
+  turn({});
+  const picture::Pane place = desktop.scanner_place();
+  const double x = place.x + 0.5 * place.width, y = place.y + 0.5 * place.height;
+  const Eigen::Vector3d before = at();
+  // Dragged over the image, and a way beyond it, all within a frame and over several.
+  turn({.drag_x = 0.1, .pointer_x = x, .pointer_y = y, .left = true, .presses = {{true, x, y}}});
+  turn({.drag_x = -0.4, .pointer_x = x - 400, .pointer_y = y, .left = true});
+  turn({.drag_x = 0.3, .pointer_x = x, .pointer_y = y + 50, .presses = {{false, x, y + 50}}});
+  ASSERT_EQ(measures().size(), 1U);
+  const double per_pixel = measures()[0] / 50;
+  turn({.pointer_x = x, .pointer_y = y, .left = true, .presses = {{true, x, y}, {false, x, y}}});
+  turn({.pointer_x = x + 30, .pointer_y = y});
+  turn({.presses = {{true, x + 30, y + 40}, {false, x + 30, y + 40}}});
+  ASSERT_EQ(measures().size(), 2U);
+  EXPECT_NEAR(measures()[1], 50 * per_pixel, 1e-9) << "30, 40, 50 pixels";
+  EXPECT_EQ(at(), before) << "the needle stays";
+  turn({.drag_x = 0.1, .pointer_x = 100, .pointer_y = 360, .left = true, .presses = {{true, 90, 360}}});
+  EXPECT_NE(at(), before);
+  EXPECT_EQ(measures().size(), 2U);
+  turn({.strokes = {{.key = view::Key::f12}}});
+  ASSERT_EQ(saved.size(), 1U);
+  EXPECT_EQ(saved[0].distances, measures());
+  turn({.strokes = {{.key = view::Key::u}}});
+  EXPECT_EQ(measures().size(), 1U);
+  turn({.strokes = {{.key = view::Key::u, .shift = true}}});
+  EXPECT_TRUE(measures().empty());
+}
+
 TEST_F(Desktop, IsArrangedAsTheOneBeforeItWas) {
   Running running(device);
   view::Input input;
