@@ -77,6 +77,9 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
         return true;
       }
     }
+    if (settings.punctures != nullptr) {
+      if (const auto puncture = settings.punctures->take()) headset.vibrate(immersive::vibration_of(*puncture));
+    }
     if (frame->hands.panel_pressed) *settings.panel = next(*settings.panel);
     if (!frame->draw) {
       headset.end_frame(nullptr);
@@ -118,7 +121,9 @@ bool show_in_headset(headset::HeadsetRuntime& runtime, gpu::Device& device, cons
   std::optional<headset::Headset> headset;
   try {
     headset.emplace(runtime, device,
-                    headset::HeadsetSettings{.room_from_standing = immersive::standing_place(scene)});
+                    headset::HeadsetSettings{.room_from_standing = immersive::standing_place(scene),
+                                             .room_from_floor = immersive::floor_place(scene),
+                                             .left_handed = settings.left_handed});
   } catch (const headset::HeadsetError& error) {
     observer.note(Note::notice, fmt::format("{}: {}; {}", runtime.name(), error.what(), settings.if_lost));
     return false;

@@ -11,6 +11,7 @@
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
 #include "engine/session/picture_watch.h"
+#include "engine/session/puncture_watch.h"
 #include "engine/training/training_session.h"
 #include "haptic/hand_device.h"
 
@@ -23,14 +24,16 @@ namespace stylet::app {
 std::unique_ptr<headset::HeadsetRuntime> find_headset(const char* instead, Observer& observer);
 
 struct HeadsetSessionSettings {
-  haptic::HandDevice* hand = nullptr;           ///< led by the right controller
+  haptic::HandDevice* hand = nullptr;           ///< led by the controller of the hand with the needle
   const haptic::Device* stylus = nullptr;       ///< its coming and going is noted
-  session::HeldProbe* probe = nullptr;          ///< held by the left controller
+  session::HeldProbe* probe = nullptr;          ///< held by the other
   scanner::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< the menu button begins, pauses and resumes it
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
   immersive::PanelLevel* panel = nullptr;       ///< as it stands at the start, then as the trainee leaves it
+  session::PunctureWatch* punctures = nullptr;  ///< felt in the hand with the needle
+  bool left_handed = false;                     ///< the left hand holds the needle
   const char* if_lost = "";                     ///< what the session does then: "going on headless"
 };
 

@@ -84,6 +84,7 @@ void run_from_menu(const SessionSettings& settings, SessionObserver& observer,
     chosen.scenario = menu.scenario();
     chosen.stylus = menu.stylus();
     chosen.language = menu.language();
+    chosen.left_handed = menu.left_handed();
     chosen.view = menu.view() == "headset" ? SessionView::headset : SessionView::window;
     menu.say("");
     try {

@@ -94,9 +94,9 @@ std::optional<session::StartPose> drawn_start(const SessionSettings& settings, c
 }
 
 /// What the trainee presses, in words of what is in use.
-procedures::Controls controls_of(const Stylus& stylus, bool window, bool headset) {
+procedures::Controls controls_of(const Stylus& stylus, bool window, bool headset, bool left_handed) {
   if (!stylus.held()) return {};
-  if (headset) return {.begin = "the menu button", .act = "right trigger"};
+  if (headset) return {.begin = "the menu button", .act = left_handed ? "left trigger" : "right trigger"};
   if (!window) return {.begin = "button 1", .act = "button 1"};
   const std::string begin = desktop::key_of(desktop::CourseButton::next);
   const std::string act = desktop::key_of(desktop::CourseButton::sample);
@@ -145,9 +145,11 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   recording::UnfinishedRecording file(folder);
   session::HeldProbe probe(scene, start ? start->probe : content::ProbeMove{});
   training::TraceRecorder trace(scene, stylus.duration_s);
-  training::TrainingSession course(scene, {.automatic = !stylus.held() || !watched,
-                                           .controls = controls_of(stylus, screen != nullptr, headset != nullptr)});
+  training::TrainingSession course(
+      scene, {.automatic = !stylus.held() || !watched,
+              .controls = controls_of(stylus, screen != nullptr, headset != nullptr, settings.left_handed)});
   debrief::LiveFootage footage(scene);
+  session::PunctureWatch punctures;
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
@@ -156,7 +158,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
                              .build = build_name(),
                              .probe = watched || settings.link.wanted() ? &probe : nullptr,
                              .start_seed = start ? std::optional(start->seed) : std::nullopt,
-                             .listeners = {&trace, &course.watch(), &footage}});
+                             .listeners = {&trace, &course.watch(), &footage, &punctures}});
   footage.watch(live.frames());
   LinkSession link(settings.link, scene, live, {.probe = &probe, .needle = stylus.input.tracked});
   SessionResult result{.title = scene.name, .folder = folder};
@@ -179,7 +181,8 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   link.start(observer);
   session::PictureWatch pictures;
   scanner::SavedImages saved;
-  const SessionParts parts{graphics, screen, headset, stylus, probe, course, link, pictures, saved};
+  const SessionParts parts{
+      graphics, screen, headset, stylus, probe, course, link, pictures, punctures, saved, settings.left_handed};
   SessionShown end = show_to_end(live, scene, parts, settings.stereo, stylus.duration_s, observer);
   course.end(live);
   report.run = live.stop();
@@ -303,6 +306,7 @@ SessionResult run_session(const SessionSettings& wanted, SessionObserver& observ
   if (stylus != nullptr) check(settings, *stylus, screen != nullptr, headset != nullptr);  // loading takes seconds
   check_expert(settings.expert);
   if (screen) screen->texts = readers::find_texts(settings.language);
+  if (screen && settings.left_handed) screen->arrangement.panels.apply(desktop::PanelCommand::other_hand);
   station.screen = screen.get();
   station.headset = headset.get();
   while (true) {

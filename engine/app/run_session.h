@@ -26,6 +26,7 @@ struct SessionSettings {
   std::string stylus{};    ///< as of open_stylus(); empty: the default_stylus()
   SessionView view = SessionView::automatic;
   bool stereo = false;
+  bool left_handed = false;             ///< window mirrored; in a headset the left hand holds the needle
   bool lockstep = false;                ///< one thread, fixed schedule: the same bits every time
   std::string coupling{};               ///< empty: the scenario's
   double haptic_hz = 0;                 ///< 0: the scenario's

@@ -44,6 +44,8 @@ bool pass_in_headset(Shown& session) {
                           .images = &parts.link,
                           .pictures = &parts.pictures,
                           .panel = &session.panel,
+                          .punctures = &parts.punctures,
+                          .left_handed = parts.left_handed,
                           .if_lost = if_lost},
                          session.observer);
 }

@@ -11,6 +11,7 @@
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
 #include "engine/session/picture_watch.h"
+#include "engine/session/puncture_watch.h"
 #include "engine/training/training_session.h"
 
 #include <memory>
@@ -27,7 +28,9 @@ struct SessionParts {
   training::TrainingSession& course;
   LinkSession& link;
   session::PictureWatch& pictures;
+  session::PunctureWatch& punctures;
   scanner::SavedImages& saved;  ///< by the trainee
+  bool left_handed = false;
 };
 
 /// Of a window: what opens it anew where its device was lost.

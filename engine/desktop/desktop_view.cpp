@@ -199,7 +199,13 @@ void DesktopView::apply(const Command& command) {
     scanner_.say(done ? "" : "no skin there for the probe", session_.time_s());
   }
   if (const auto* knob = std::get_if<scanner::Command>(&command)) scanner_.apply(*knob, session_.time_s());
-  if (const auto* panels = std::get_if<PanelCommand>(&command)) panels_.apply(*panels);
+  if (const auto* panels = std::get_if<PanelCommand>(&command)) {
+    panels_.apply(*panels);
+    if (*panels == PanelCommand::other_hand && home_) {  // what the needle was beside now lies on it
+      if (camera_.eye == home_->eye && camera_.look_at == home_->look_at) camera_ = scene_.camera;
+      home_.reset();
+    }
+  }
   if (const auto* camera = std::get_if<view::CameraCommand>(&command)) {
     camera_ = view::after(*camera, camera_, home_.value_or(scene_.camera));
   }

@@ -144,6 +144,7 @@ void add_panels(std::vector<KeyLine>& table) {
                 {section, {{Key::f4, PanelCommand::toggle_instructor}}, "", "instructor"},
                 {section, {{Key::f5, PanelCommand::next_patient_view}}, "", "patient closed, opened, transparent"},
                 {section, {{Key::f6, PanelCommand::toggle_figures}}, "", "frames a second, delays"},
+                {section, {{Key::f10, PanelCommand::other_hand}}, "", "left-handed: mirrored"},
                 {section, {{Key::h, PanelCommand::toggle_help}}, "", "keys"}});
 }
 

@@ -67,6 +67,12 @@ Layout layout_of(int width, int height, double em, const OpenPanels& open) {
     layout.middle = pane(middle.x + (middle.width - wide) / 2, middle.y, wide, middle.height);
   }
   layout.needle = middle;
+  if (open.left_handed) {
+    for (picture::Pane* const pane : {&layout.ultrasound, &layout.course, &layout.force, &layout.scanner,
+                                      &layout.instructor, &layout.middle, &layout.needle}) {
+      if (pane->width > 0) pane->x = width - pane->x - pane->width;
+    }
+  }
   return layout;
 }
 

@@ -21,6 +21,7 @@ struct OpenPanels {
   bool instructor = false;
   bool briefing = false;
   bool ending = false;
+  bool left_handed = false;  ///< the scanner's image on the left, the rest on the right: the whole mirrored
 };
 
 /// Pixels of the window; a panel that is not open is empty. No two of them overlap, all lie inside the window.

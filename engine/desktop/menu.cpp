@@ -72,6 +72,8 @@ MenuWish Menu::draw(int width, int height, const content::Texts& texts) {
     choose("What leads the needle", styluses_, stylus_, texts);
     choose("Where it is seen", views_, view_, texts);
     if (languages_.size() > 1) choose("Language", languages_, language_, texts);
+    ImGui::Spacing();
+    ImGui::Checkbox((texts.of("Left-handed") + "###left-handed").c_str(), &left_handed_);
     if (!problem_.empty()) {
       ImGui::PushTextWrapPos(0);
       ImGui::TextColored({0.93F, 0.52F, 0.06F, 1}, "%s", problem_.c_str());

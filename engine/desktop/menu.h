@@ -38,10 +38,12 @@ public:
   const std::string& language() const { return languages_[language_].name; }
   void set_language(const std::string& name);
   const std::string& view() const { return views_[view_].name; }
+  bool left_handed() const { return left_handed_; }
 
 private:
   std::vector<MenuItem> scenarios_, styluses_, views_, languages_;
   std::size_t scenario_ = 0, stylus_ = 0, view_ = 0, language_ = 0;
+  bool left_handed_ = false;
   std::string problem_;
 };
 

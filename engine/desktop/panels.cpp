@@ -99,6 +99,8 @@ void draw_scanner(const scanner::ScannerConsole& console, Commands& commands) {
   if (ImGui::Button(raw ? "clinical (P)" : "raw (P)")) commands.push_back(scanner::SetPreset{});
   ImGui::SameLine();
   if (ImGui::Button("reset (C)")) commands.push_back(scanner::Reset{});
+  ImGui::SameLine();
+  if (ImGui::Button("save (F12)")) commands.push_back(scanner::SaveImage{});
 }
 
 /// A row of buttons that goes on in the next line where it is full. @return the choice whose button was pressed
@@ -170,6 +172,9 @@ void Panels::apply(PanelCommand command) {
     case PanelCommand::toggle_figures:
       figures_ = !figures_;
       break;
+    case PanelCommand::other_hand:
+      left_handed_ = !left_handed_;
+      break;
   }
 }
 
@@ -201,12 +206,13 @@ void Panels::draw_help(const DesktopFacts& facts, int width, int height) {
 
 OpenPanels Panels::open(const DesktopFacts& facts) const {
   const bool ending = facts.ending != nullptr;
-  if (hidden_) return {.force = false, .ending = ending};
+  if (hidden_) return {.force = false, .ending = ending, .left_handed = left_handed_};
   return {.force = force_,
           .scanner = scanner_,
           .instructor = instructor_,
           .briefing = !ending && !help_ && !facts.session.briefing.empty(),
-          .ending = ending};
+          .ending = ending,
+          .left_handed = left_handed_};
 }
 
 Layout Panels::layout(const DesktopFacts& facts, int width, int height) const {

@@ -43,6 +43,7 @@ enum class PanelCommand : std::uint8_t {
   toggle_help,
   next_patient_view,
   toggle_figures,
+  other_hand,
 };
 
 /// What was asked for on the panels since the frame before.
@@ -51,7 +52,7 @@ struct PanelInput {
   std::vector<scanner::Command> scanner{};  ///< by its sliders and buttons
 };
 
-/// Which panels are open.
+/// Which panels are open, and on which side.
 class Panels {
 public:
   void apply(PanelCommand command);
@@ -66,6 +67,7 @@ public:
   bool instructor() const { return instructor_; }
   bool help() const { return help_; }
   bool figures() const { return figures_; }
+  bool left_handed() const { return left_handed_; }
 
 private:
   OpenPanels open(const DesktopFacts& facts) const;
@@ -78,6 +80,7 @@ private:
   bool instructor_ = false;
   bool help_ = false;
   bool figures_ = false;
+  bool left_handed_ = false;
   PatientView patient_view_ = PatientView::window;
 };
 

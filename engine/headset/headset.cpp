@@ -3,7 +3,9 @@
 
 #include <openxr/openxr_platform.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace stylet::headset {
 
@@ -24,6 +26,14 @@ Eigen::Isometry3d upright(const Eigen::Isometry3d& pose) {
   return out;
 }
 
+bool knows_floor(XrSession session) {
+  std::uint32_t count = 0;
+  xr::check(xrEnumerateReferenceSpaces(session, 0, &count, nullptr), "xrEnumerateReferenceSpaces");
+  std::vector<XrReferenceSpaceType> types(count);
+  xr::check(xrEnumerateReferenceSpaces(session, count, &count, types.data()), "xrEnumerateReferenceSpaces");
+  return std::ranges::find(types, XR_REFERENCE_SPACE_TYPE_STAGE) != types.end();
+}
+
 }  // namespace
 
 Headset::Headset(HeadsetRuntime& runtime, gpu::Device& device, const HeadsetSettings& settings)
@@ -41,13 +51,18 @@ Headset::Headset(HeadsetRuntime& runtime, gpu::Device& device, const HeadsetSett
   create.systemId = runtime.system();
   xr::check(xrCreateSession(runtime.instance(), &create, &session_), "xrCreateSession");
   try {
-    // LOCAL is where the head was when the runtime started or was last recentred by its own button, level with the
-    // horizon; every runtime has it.
+    // STAGE lies on the floor, its middle somewhere: the head says where the trainee stands. LOCAL is where the head
+    // was when the runtime started or was last recentred by its own button, level with the horizon; every runtime has
+    // it.
+    if (settings.room_from_floor && knows_floor(session_)) {
+      room_from_local_ = *(room_from_floor_ = upright(*settings.room_from_floor));
+      recentre_ = true;
+    }
     XrReferenceSpaceCreateInfo space{XR_TYPE_REFERENCE_SPACE_CREATE_INFO};
-    space.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_LOCAL;
+    space.referenceSpaceType = room_from_floor_ ? XR_REFERENCE_SPACE_TYPE_STAGE : XR_REFERENCE_SPACE_TYPE_LOCAL;
     space.poseInReferenceSpace = xr::kIdentityPose;
     xr::check(xrCreateReferenceSpace(session_, &space, &local_), "xrCreateReferenceSpace");
-    controllers_.emplace(runtime.instance(), session_);
+    controllers_.emplace(runtime.instance(), session_, settings.left_handed);
     swapchain_.emplace(session_, device, runtime.eye_size());
   } catch (...) {
     controllers_.reset();
@@ -91,7 +106,8 @@ void Headset::handle(const XrEventDataBuffer& event) {
   if (event.type == XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING) {
     lose("the OpenXR runtime shuts down");
   } else if (event.type == XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING) {
-    look_at_size_ = true;  // the poses follow by themselves; what else the user changed may be the size
+    look_at_size_ = true;  // in LOCAL the poses follow by themselves; what else the user changed may be the size
+    if (room_from_floor_) recentre_ = true;
   } else if (event.type == XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED) {
     const auto& change = reinterpret_cast<const XrEventDataSessionStateChanged&>(event);
     if (change.session == session_) change_state(change.state);
@@ -186,7 +202,18 @@ HeadsetFrame Headset::start_frame() {
 }
 
 void Headset::place_room(const XrPosef& head) {
-  room_from_local_ = room_from_standing_ * upright(xr::pose(head)).inverse();
+  Eigen::Isometry3d from = upright(xr::pose(head));
+  if (room_from_floor_) from.translation().y() = 0;  // the head stays as high as it is
+  room_from_local_ = (room_from_floor_ ? *room_from_floor_ : room_from_standing_) * from.inverse();
+}
+
+void Headset::vibrate(const Vibration& vibration) {
+  if (phase_ != HeadsetPhase::running || !focused()) return;
+  try {
+    controllers_->vibrate(vibration);
+  } catch (const std::runtime_error& error) {
+    lose(error.what());
+  }
 }
 
 void Headset::end_frame(const gpu::Image* eyes) {

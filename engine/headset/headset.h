@@ -15,10 +15,14 @@
 
 namespace stylet::headset {
 
-/// Where the trainee stands: the head is here and looks along -Z when the session starts and after recentring. Only
-/// its place and its turn about +Y count: the horizon is never tilted.
+/// Where the trainee is and looks along -Z when the session starts and after recentring. Only place and turn about
+/// +Y count: the horizon is never tilted.
 struct HeadsetSettings {
-  Eigen::Isometry3d room_from_standing = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d room_from_standing = Eigen::Isometry3d::Identity();  ///< the head's
+  /// On the floor, under the head: where the runtime knows the floor of the trainee's own room (OpenXR's stage), that
+  /// is the floor here, and the head as high over it as it is. None: the head always begins at room_from_standing.
+  std::optional<Eigen::Isometry3d> room_from_floor{};
+  bool left_handed = false;  ///< the left hand holds the needle
 };
 
 /// An eye at the time its picture is shown. Axes of the eye: +X right, +Y up, -Z forward. The angles of the four
@@ -77,6 +81,10 @@ public:
   /// From now on the head, wherever it is, stands and faces as it did at the start. The only thing that moves the
   /// view besides the head.
   void recentre() { recentre_ = true; }
+  /// Lets the hand with the needle feel something; nothing unless focused.
+  void vibrate(const Vibration& vibration);
+  /// Whether the trainee stands on the floor.
+  bool on_floor() const { return room_from_floor_.has_value(); }
 
 private:
   void handle(const XrEventDataBuffer& event);
@@ -90,9 +98,10 @@ private:
   HeadsetRuntime& runtime_;
   gpu::Device& device_;
   Eigen::Isometry3d room_from_standing_;
+  std::optional<Eigen::Isometry3d> room_from_floor_;  ///< none: `local_` knows no floor
   Eigen::Isometry3d room_from_local_;
   XrSession session_ = XR_NULL_HANDLE;
-  XrSpace local_ = XR_NULL_HANDLE;
+  XrSpace local_ = XR_NULL_HANDLE;  ///< all poses are in it
   std::optional<HeadsetControllers> controllers_;
   std::optional<HeadsetSwapchain> swapchain_;
   XrSessionState state_ = XR_SESSION_STATE_UNKNOWN;

@@ -1,6 +1,8 @@
 #include "engine/headset/headset_controllers.h"
 
+#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stylet::headset {
@@ -17,15 +19,17 @@ XrPath path(XrInstance instance, const std::string& text) {
 
 }  // namespace
 
-HeadsetControllers::HeadsetControllers(XrInstance instance, XrSession session)
-    : instance_(instance), session_(session) {
+HeadsetControllers::HeadsetControllers(XrInstance instance, XrSession session, bool left_handed)
+    : instance_(instance), session_(session), left_handed_(left_handed) {
   XrActionSetCreateInfo set{XR_TYPE_ACTION_SET_CREATE_INFO};
   xr::put_text(set.actionSetName, "procedure");
   xr::put_text(set.localizedActionSetName, "Procedure");
   for (std::size_t i = 0; i < 2; ++i) paths_[i] = path(instance, kHands[i]);
   xr::check(xrCreateActionSet(instance, &set, &set_), "xrCreateActionSet");
   try {
-    grip_ = make(XR_ACTION_TYPE_POSE_INPUT, "hand", "Hand: the left holds the probe, the right the needle");
+    grip_ = make(XR_ACTION_TYPE_POSE_INPUT, "hand",
+                 left_handed ? "Hand: the right holds the probe, the left the needle"
+                             : "Hand: the left holds the probe, the right the needle");
     trigger_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "trigger", "Fire");
     squeeze_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "let_go", "Let go, to take hold elsewhere");
     menu_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "pause", "Pause");
@@ -33,6 +37,7 @@ HeadsetControllers::HeadsetControllers(XrInstance instance, XrSession session)
     panel_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "panel", "Panel, instructor's panel, none");
     freeze_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "freeze", "Freeze the ultrasound image");
     stick_ = make(XR_ACTION_TYPE_VECTOR2F_INPUT, "knobs", "Ultrasound: gain up and down, depth right and left");
+    touch_ = make(XR_ACTION_TYPE_VIBRATION_OUTPUT, "touch", "The needle goes through something");
     suggest("khr/simple_controller", {.trigger = "select/click", .menu = "menu/click", .panel = "select/click"},
             {.trigger = "select/click", .menu = "menu/click"});
     suggest("oculus/touch_controller",
@@ -84,7 +89,16 @@ XrAction HeadsetControllers::make(XrActionType type, const char* name, const cha
   return action;
 }
 
-void HeadsetControllers::suggest(const char* profile, const Inputs& left, const Inputs& right) {
+void HeadsetControllers::suggest(const char* profile, Inputs left, Inputs right) {
+  if (left_handed_) {
+    const auto swap_if_one = [](const char*& a, const char*& b) {
+      if ((*a == '\0') != (*b == '\0')) std::swap(a, b);
+    };
+    swap_if_one(left.freeze, right.freeze);
+    swap_if_one(left.stick, right.stick);
+    swap_if_one(left.panel, right.panel);
+    swap_if_one(left.recentre, right.recentre);
+  }
   std::vector<XrActionSuggestedBinding> bindings;
   for (const char* hand : kHands) {
     const Inputs& inputs = hand == kHands[0] ? left : right;
@@ -92,6 +106,7 @@ void HeadsetControllers::suggest(const char* profile, const Inputs& left, const 
       if (*input != '\0') bindings.push_back({action, path(instance_, std::string(hand) + "/input/" + input)});
     };
     bind(grip_, "grip/pose");
+    bindings.push_back({touch_, path(instance_, std::string(hand) + "/output/haptic")});
     bind(trigger_, inputs.trigger);
     bind(squeeze_, inputs.squeeze);
     bind(menu_, inputs.menu);
@@ -127,6 +142,18 @@ Eigen::Vector2f HeadsetControllers::stick(XrPath hand) const {
   return {state.currentState.x, state.currentState.y};
 }
 
+void HeadsetControllers::vibrate(const Vibration& vibration) const {
+  XrHapticVibration wanted{XR_TYPE_HAPTIC_VIBRATION};
+  wanted.amplitude = static_cast<float>(std::clamp(vibration.amplitude, 0.0, 1.0));
+  wanted.duration = static_cast<XrDuration>(vibration.duration_s * 1e9);
+  wanted.frequency = XR_FREQUENCY_UNSPECIFIED;
+  XrHapticActionInfo info{XR_TYPE_HAPTIC_ACTION_INFO};
+  info.action = touch_;
+  info.subactionPath = paths_[left_handed_ ? 0 : 1];
+  xr::check(xrApplyHapticFeedback(session_, &info, reinterpret_cast<const XrHapticBaseHeader*>(&wanted)),
+            "xrApplyHapticFeedback");
+}
+
 Hands HeadsetControllers::read(XrTime time, XrSpace base, const Eigen::Isometry3d& room_from_base) {
   const XrActiveActionSet active{set_, XR_NULL_PATH};
   XrActionsSyncInfo sync{XR_TYPE_ACTIONS_SYNC_INFO};
@@ -134,7 +161,7 @@ Hands HeadsetControllers::read(XrTime time, XrSpace base, const Eigen::Isometry3
   sync.activeActionSets = &active;
   const XrResult synced = xrSyncActions(session_, &sync);
   xr::check(synced, "xrSyncActions");
-  Hands hands;
+  Hands hands{.left_handed = left_handed_};
   if (synced == XR_SESSION_NOT_FOCUSED) return hands;
   for (std::size_t i = 0; i < 2; ++i) {
     Hand& hand = i == 0 ? hands.left : hands.right;

@@ -26,10 +26,20 @@ inline constexpr const char* kPanelButton = "A, X or pad";
 struct Hands {
   Hand left;
   Hand right;
+  bool left_handed = false;       ///< the left hand holds the needle, the right the probe
   bool menu_pressed = false;      ///< since the last frame, on either
   bool recentre_pressed = false;  ///< the same: thumb stick or pad, pushed
   bool panel_pressed = false;     ///< the same: kPanelButton
-  bool freeze_pressed = false;    ///< the same: left trigger
+  bool freeze_pressed = false;    ///< the same: trigger of the hand with the probe
+
+  const Hand& needle() const { return left_handed ? left : right; }
+  const Hand& probe() const { return left_handed ? right : left; }
+};
+
+/// Of a controller, by the frequency that it does best.
+struct Vibration {
+  double amplitude = 0;   ///< [0, 1]
+  double duration_s = 0;  ///< > 0
 };
 
 /// Actions of a session, bound to the controllers that runtimes know: Oculus Touch, Valve Index, HTC Vive, Windows
@@ -37,8 +47,9 @@ struct Hands {
 /// HTC's has one pad a hand and no stick: the right one recentres.
 class HeadsetControllers {
 public:
+  /// @param left_handed  what the right hand does the left one does, and the other way round
   /// @throws HeadsetError
-  HeadsetControllers(XrInstance instance, XrSession session);
+  HeadsetControllers(XrInstance instance, XrSession session, bool left_handed);
   ~HeadsetControllers();
   HeadsetControllers(const HeadsetControllers&) = delete;
   HeadsetControllers& operator=(const HeadsetControllers&) = delete;
@@ -46,6 +57,8 @@ public:
   /// State at `time`, poses in `base`, which stands in the room as `room_from_base` says. Hands are untracked while
   /// the session is not focused. @throws HeadsetError
   Hands read(XrTime time, XrSpace base, const Eigen::Isometry3d& room_from_base);
+  /// Lets the hand with the needle feel something. @throws HeadsetError
+  void vibrate(const Vibration& vibration) const;
 
 private:
   XrAction make(XrActionType type, const char* name, const char* title);
@@ -59,12 +72,13 @@ private:
     const char* freeze = "";
     const char* stick = "";
   };
-  void suggest(const char* profile, const Inputs& left, const Inputs& right);
+  void suggest(const char* profile, Inputs left, Inputs right);
   bool pressed(XrAction action, XrPath hand, bool only_new) const;
   Eigen::Vector2f stick(XrPath hand) const;
 
   XrInstance instance_;
   XrSession session_;
+  bool left_handed_;
   XrActionSet set_ = XR_NULL_HANDLE;
   std::array<XrPath, 2> paths_{};  // left, right
   XrAction grip_ = XR_NULL_HANDLE;
@@ -75,6 +89,7 @@ private:
   XrAction panel_ = XR_NULL_HANDLE;
   XrAction freeze_ = XR_NULL_HANDLE;
   XrAction stick_ = XR_NULL_HANDLE;
+  XrAction touch_ = XR_NULL_HANDLE;
   std::array<XrSpace, 2> grips_{};
 };
 

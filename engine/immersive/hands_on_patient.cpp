@@ -1,5 +1,8 @@
 #include "engine/immersive/hands_on_patient.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace stylet::immersive {
 
 namespace {
@@ -10,7 +13,15 @@ bool holds(const headset::Hand& hand) {
   return hand.tracked && !hand.squeeze;
 }
 
+constexpr double kFullForce = 3;  // N
+constexpr double kLeastAmplitude = 0.25;
+constexpr double kPulse = 0.04;  // s
+
 }  // namespace
+
+headset::Vibration vibration_of(const physics::Puncture& puncture) {
+  return {std::clamp(std::abs(puncture.force) / kFullForce, kLeastAmplitude, 1.0), kPulse};
+}
 
 HandsOnPatient::HandsOnPatient(const content::Scene& scene, haptic::HandDevice* needle, session::HeldProbe* probe)
     : patient_from_room_(scene.room_from_patient.inverse()), needle_(needle) {
@@ -19,16 +30,16 @@ HandsOnPatient::HandsOnPatient(const content::Scene& scene, haptic::HandDevice* 
 
 void HandsOnPatient::move(const headset::Hands& hands, double time_s) {
   if (needle_ != nullptr) {
-    const Eigen::Isometry3d hand = patient_from_room_ * hands.right.room_from_grip;
-    if (holds(hands.right))
+    const Eigen::Isometry3d hand = patient_from_room_ * hands.needle().room_from_grip;
+    if (holds(hands.needle()))
       needle_->follow(hand.translation(), Eigen::Quaterniond(hand.linear()));
     else
       needle_->release();
-    needle_->press(hands.right.trigger ? kButton0 : 0);
+    needle_->press(hands.needle().trigger ? kButton0 : 0);
   }
   if (probe_) {
-    const Eigen::Isometry3d hand = patient_from_room_ * hands.left.room_from_grip;
-    if (holds(hands.left))
+    const Eigen::Isometry3d hand = patient_from_room_ * hands.probe().room_from_grip;
+    if (holds(hands.probe()))
       probe_->follow(hand.translation(), Eigen::Quaterniond(hand.linear()), time_s);
     else
       probe_->release();

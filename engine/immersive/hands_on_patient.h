@@ -1,17 +1,22 @@
-// The controllers of a headset as what they hold: the needle in the right hand, the probe in the left.
+// The controllers of a headset as what they hold: the needle in one hand, the probe in the other.
 #pragma once
 
 #include "engine/content/scene.h"
 #include "engine/headset/headset_controllers.h"
 #include "engine/session/probe_hand.h"
 #include "haptic/hand_device.h"
+#include "physics/messages/messages.h"
 
 #include <optional>
 
 namespace stylet::immersive {
 
+/// What the hand with the needle is to feel of a puncture: more where the tip had to be pushed harder. Engineering
+/// values: full at 3 N, and never less than what is felt at all.
+headset::Vibration vibration_of(const physics::Puncture& puncture);
+
 /// Squeezed, or out of sight, a hand has let go: what it held stays, and is taken up again from wherever the hand is
-/// then. The trigger of the right hand is button 0 of the stylus. Thread: the display's.
+/// then. The trigger of the hand with the needle is button 0 of the stylus. Thread: the display's.
 class HandsOnPatient {
 public:
   /// @param needle  null: something else leads the needle

@@ -14,6 +14,9 @@ namespace stylet::immersive {
 /// Where the trainee's head is at the start: at the eye of the scene's camera, turned as it looks, in the room.
 Eigen::Isometry3d standing_place(const content::Scene& scene);
 
+/// Where the trainee stands on the floor of the room: beside the table, turned to the field.
+Eigen::Isometry3d floor_place(const content::Scene& scene);
+
 /// The eyes of a frame, for the renderer.
 std::array<render::EyeView, 2> eyes_in_patient(const content::Scene& scene, const headset::HeadsetFrame& frame);
 

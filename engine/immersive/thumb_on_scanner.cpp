@@ -22,7 +22,7 @@ ThumbOnScanner::Push ThumbOnScanner::direction(const Eigen::Vector2f& stick) {
 std::vector<scanner::Command> ThumbOnScanner::commands(const headset::Hands& hands, double time_s) {
   std::vector<scanner::Command> all;
   if (hands.freeze_pressed) all.emplace_back(scanner::Freeze{});
-  const Eigen::Vector2f& stick = hands.left.stick;
+  const Eigen::Vector2f& stick = hands.probe().stick;
   const float pushed = stick.cwiseAbs().maxCoeff();
   if (held_ != Push::none && (pushed < kLetGo || direction(stick) != held_)) held_ = Push::none;
   const bool taken = held_ == Push::none && pushed > kTaken;

@@ -1,5 +1,5 @@
-// The left thumb on the scanner's knobs: stick up and down turns the gain, right and left the depth; the trigger
-// freezes the image.
+// The thumb of the hand with the probe on the scanner's knobs: stick up and down turns the gain, right and left the
+// depth; the trigger freezes the image.
 #pragma once
 
 #include "engine/headset/headset_controllers.h"

@@ -288,9 +288,17 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
     barrel = part("barrel", SyringePart::barrel, SyringePart::barrel,
                   {{0.75F, 0.82F, 0.86F, 0.16F}, {0.15F, 0, 0, 0.8F}, {0.75F, 1.6F, 0, 0}, {kGlass, 0, 0, 0}});
   }
+  hand_base = syringe_base + static_cast<std::uint32_t>(syringe.vertex_count());
+  const std::uint32_t of_a_hand = RodMesh::index_count(kControllerParts);
+  const auto controller = [&](const char* name, std::uint32_t begin, const vec4& colour) {
+    return append(*this, name, hands.indices().subspan(begin, of_a_hand), hand_base,
+                  {colour, {0.45F, 0, 0, 0.3F}, {}, {kMatte, 0, 0, 0}});
+  };
+  hand_pieces = {controller("needle's controller", 0, {0.62F, 0.20F, 0.30F, 1}),
+                 controller("probe's controller", of_a_hand, {0.16F, 0.18F, 0.20F, 1})};
   if (layout != nullptr) {
     cable.emplace(*layout);
-    cable_base = syringe_base + static_cast<std::uint32_t>(syringe.vertex_count());
+    cable_base = hand_base + static_cast<std::uint32_t>(hands.vertex_count());
     cable_piece = append(*this, "cable", cable->indices(), cable_base,
                          {{0.060F, 0.064F, 0.070F, 1}, {0.55F, 0, 0, 0.2F}, {}, {kMatte, 0, 0, 0}});
   }

@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -30,8 +31,8 @@ struct Piece {
 };
 
 /// Rest geometry of a scene as the GPU holds it. Vertices [0, rest.size()) are placed by deform.comp: those of the
-/// scene, then room for those of a zone that is ablated. The needle's, the cores', the syringe's and the cable's
-/// follow and come from the host every frame.
+/// scene, then room for those of a zone that is ablated. The needle's, the cores', the syringe's, the controllers'
+/// and the cable's follow and come from the host every frame.
 struct Geometry {
   /// Of a zone: 10 cm of electrode make a tenth of it.
   static constexpr std::uint32_t kMostZoneVertices = 1 << 16;
@@ -68,14 +69,17 @@ struct Geometry {
   std::vector<Piece> syringe_pieces;  ///< fluid, seal, plunger and nozzle
   Piece barrel;
   std::uint32_t syringe_base = 0;  ///< its first vertex
-  std::optional<CableMesh> cable;  ///< of the probe; none without a room
+  RodMesh hands{2 * kControllerParts};
+  std::array<Piece, 2> hand_pieces;  ///< controllers: that of the needle, that of the probe
+  std::uint32_t hand_base = 0;       ///< their first vertex
+  std::optional<CableMesh> cable;    ///< of the probe; none without a room
   Piece cable_piece;
   std::uint32_t cable_base = 0;  ///< its first vertex
 
   /// Of everything.
   std::size_t vertex_count() const {
     return rest.size() + needle.vertex_count() + cores.vertex_count() + syringe.vertex_count() +
-           (cable ? cable->vertex_count() : 0);
+           hands.vertex_count() + (cable ? cable->vertex_count() : 0);
   }
   Piece first_cores(std::size_t count) const {
     Piece piece = core_piece;

@@ -214,6 +214,15 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
   if (cores_ > 0)
     commands.upload(drawn_, std::as_bytes(geometry_.cores.shape(core_rods(state.cores))),
                     geometry_.core_base * sizeof(DrawnVertex));
+  with_hands_ = {options.needle_hand.has_value(), options.probe_hand.has_value()};
+  if (with_hands_[0] || with_hands_[1]) {
+    std::vector<Rod> rods;
+    for (const auto& hand : {options.needle_hand, options.probe_hand}) {
+      const auto parts = controller_rods(hand.value_or(Eigen::Isometry3d::Identity()));
+      rods.insert(rods.end(), parts.begin(), parts.end());
+    }
+    commands.upload(drawn_, std::as_bytes(geometry_.hands.shape(rods)), geometry_.hand_base * sizeof(DrawnVertex));
+  }
   with_syringe_ = with_needle_ && state.syringe && geometry_.syringe.vertex_count() > 0;
   std::span<std::byte> syringe;
   if (with_syringe_)
@@ -350,6 +359,9 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
     vkCmdDrawIndexed(cmd, picture.index_count, 1, picture.first_index, 0, 0);
   }
   if (geometry_.cable) draw_piece(pass.pipelines.surface(kMatte), geometry_.cable_piece);
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (with_hands_[i]) draw_piece(pass.pipelines.surface(kMatte), geometry_.hand_pieces[i]);
+  }
   commands.bind(pass.pipelines.ground(), resources, SurfaceStyle{});
   vkCmdDraw(cmd, static_cast<std::uint32_t>(6 * ground_cells(settings_.width) * ground_cells(settings_.height)), 1, 0,
             0);

@@ -145,10 +145,11 @@ private:
   std::uint64_t submission_ = 0;
   std::optional<Casters> casters_;  ///< of the shadow map; none: it holds nothing yet
   std::uint64_t shadows_drawn_ = 0;
-  bool with_needle_ = false;   ///< of the last frame
-  bool with_syringe_ = false;  ///< the same
-  std::size_t cores_ = 0;      ///< the same
-  bool with_panel_ = false;    ///< the same
+  bool with_needle_ = false;          ///< of the last frame
+  bool with_syringe_ = false;         ///< the same
+  std::size_t cores_ = 0;             ///< the same
+  bool with_panel_ = false;           ///< the same
+  std::array<bool, 2> with_hands_{};  ///< the same: the controller of the needle, of the probe
   SeeThrough see_through_ = SeeThrough::window;
   std::optional<LabelPass> labels_;  ///< made when labels are asked for the first time
 };

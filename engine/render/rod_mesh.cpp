@@ -50,6 +50,15 @@ std::vector<Rod> core_rods(std::span<const state::CoreTrack> cores) {
   return rods;
 }
 
+std::array<Rod, kControllerParts> controller_rods(const Eigen::Isometry3d& patient_from_grip) {
+  const Eigen::Isometry3f pose = patient_from_grip.cast<float>();
+  const auto rod = [&](const Vector3f& from, const Vector3f& to, float radius) {
+    return Rod{pose * from, pose * to, radius};
+  };
+  return {rod({0, 0, 0.055F}, {0, 0, -0.045F}, 0.016F), rod({0, 0.004F, -0.045F}, {0, 0.004F, -0.068F}, 0.024F),
+          rod({0, -0.014F, -0.056F}, {0, -0.034F, -0.050F}, 0.006F)};
+}
+
 std::array<Rod, kSyringeParts> syringe_rods(const state::SyringeState& syringe, const Vector3f& hub,
                                             const Eigen::Quaternionf& orientation) {
   constexpr float kHub = 0.0225F, kNozzle = 0.011F, kWall = 0.0012F, kSeal = 0.006F;  // m

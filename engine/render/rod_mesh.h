@@ -1,4 +1,4 @@
-// Straight rods: the cores of a biopsy where they lay, the parts of a syringe.
+// Straight rods: the cores of a biopsy where they lay, the parts of a syringe, controllers in the hands.
 #pragma once
 
 #include "engine/state/frame_state.h"
@@ -46,6 +46,11 @@ private:
 
 /// The cores, as they lay.
 std::vector<Rod> core_rods(std::span<const state::CoreTrack> cores);
+
+/// A controller as a hand holds it, whoever made it: handle, head, trigger.
+inline constexpr std::size_t kControllerParts = 3;
+/// @param patient_from_grip  origin in the palm, -Z along the handle to the thumb
+std::array<Rod, kControllerParts> controller_rods(const Eigen::Isometry3d& patient_from_grip);
 
 /// Parts of a syringe on the needle's hub, in the order of the rods.
 enum class SyringePart : std::uint8_t { fluid, seal, stem, thumb_rest, nozzle, barrel };

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 
 namespace stylet::render {
@@ -40,6 +41,10 @@ struct ViewOptions {
   /// What the session's monitor shows, as `screen`; null: it is not in the room.
   const gpu::Image* panel = nullptr;
   SeeThrough see_through = SeeThrough::window;
+  /// Where the trainee's controllers are, patient frame, each by its grip (see controller_rods()); none: it is not
+  /// seen. That which leads the needle is pink as its hub.
+  std::optional<Eigen::Isometry3d> needle_hand{};
+  std::optional<Eigen::Isometry3d> probe_hand{};
   /// Pixels of a picture of one view that something opaque will lie on: they are not drawn, what they hold means
   /// nothing.
   VkRect2D hidden{};

@@ -133,10 +133,12 @@ void draw_scanner_screen(picture::Picture& picture, const ScannerReadout& readou
   line(fmt::format("DR {:.0f} dB", controls.dynamic_range_db), kReading);
   line(fmt::format("Persist {:.1f}", controls.persistence), kFaint);
   if (readout.rate_hz > 0) line(fmt::format("{:.0f} images/s", readout.rate_hz), kFaint);
-  canvas.text(font, fmt::format("{:.1f} N", std::max(0.0, readout.probe_force)), {picture.width - 16.0, height},
-              height, kFaint, figures::Align::right);
+  canvas.text(font, fmt::format("{:.1f} N", std::max(0.0, readout.probe_force)),
+              {picture.width - 16.0 - 2 * height, height}, height, kFaint, figures::Align::right);
   if (console.frozen()) {
-    canvas.text(font, "FROZEN", {0.5 * picture.width, height}, height, kFocus, figures::Align::centre);
+    const double half = 0.5 * font.width("FROZEN", 1.2 * height) + 0.5 * height;
+    canvas.fill({0.5 * picture.width - half, 0.2 * height, 0.5 * picture.width + half, 1.8 * height}, kShade);
+    canvas.text(font, "FROZEN", {0.5 * picture.width, height}, 1.2 * height, kFocus, figures::Align::centre);
   }
   draw_scale(canvas, picture, readout, font);
   draw_tgc(canvas, picture, console, font);

@@ -126,7 +126,7 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
   }
   if (report.pictures) json["pictures"] = to_json(*report.pictures);
   for (const SavedImageFacts& image : report.saved_images) {
-    nlohmann::ordered_json& entry = json["ultrasound_images"].emplace_back();
+    nlohmann::ordered_json& entry = json["saved_images"].emplace_back();
     entry = {{"file", image.file},
              {"time_s", image.time_s},
              {"depth_m", image.depth},

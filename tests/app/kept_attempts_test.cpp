@@ -51,8 +51,8 @@ TEST(KeptAttempts, LieInFoldersOfTheirOwnWithScoreAndRecording) {
   }
   const auto json = nlohmann::json::parse(std::ifstream(out / "attempt-6" / "session.json"));
   EXPECT_EQ(json["score"]["total"], 81);
-  EXPECT_TRUE(fs::exists(out / "attempt-6" / json["ultrasound_images"].at(0).at("file")));
-  EXPECT_EQ(json["ultrasound_images"][0]["distances_m"], nlohmann::json::array({0.0234}));
+  EXPECT_TRUE(fs::exists(out / "attempt-6" / json["saved_images"].at(0).at("file")));
+  EXPECT_EQ(json["saved_images"][0]["distances_m"], nlohmann::json::array({0.0234}));
   const auto list = to_json(attempts.list());
   ASSERT_EQ(list.size(), 2U);
   EXPECT_EQ(list[0]["folder"], "attempt-5");

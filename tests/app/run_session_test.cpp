@@ -183,8 +183,8 @@ TEST_F(RunSession, TheWindowStaysWithTheScoreUntilTheTraineeLeaves) {
   ASSERT_EQ(numbers["attempts_before"].size(), 1u);
   EXPECT_EQ(numbers["attempts_before"][0]["folder"], "attempt-1");
   EXPECT_THAT(read_text(result.folder / "debrief.html"), HasSubstr("attempt-1/debrief.html"));
-  ASSERT_EQ(numbers["ultrasound_images"].size(), 1u);
-  EXPECT_EQ(numbers["ultrasound_images"][0]["file"], "ultrasound-01.png");
+  ASSERT_EQ(numbers["saved_images"].size(), 1u);
+  EXPECT_EQ(numbers["saved_images"][0]["file"], "ultrasound-01.png");
   for (const char* image :
        {"out/ultrasound-01.png", "out/attempt-1/ultrasound-01.png", "out/attempt-1/ultrasound-02.png"}) {
     EXPECT_TRUE(std::filesystem::exists(files_.folder / image)) << image;

@@ -63,6 +63,28 @@ TEST(Layout, NoPanelLiesOnAnotherOrLeavesTheWindow) {
   }
 }
 
+TEST(Layout, ForLeftHandsIsTheMirrorImage) {
+  for (const auto& [width, height, content_scale] : kSizes) {
+    const double em = kFont * text_scale(width, height, content_scale);
+    for (int open = 0; open < 32; ++open) {
+      OpenPanels panels{.force = (open & 1) != 0,
+                        .scanner = (open & 2) != 0,
+                        .instructor = (open & 4) != 0,
+                        .briefing = (open & 8) != 0,
+                        .ending = (open & 16) != 0};
+      const auto right = shown(layout_of(width, height, em, panels));
+      panels.left_handed = true;
+      const auto left = shown(layout_of(width, height, em, panels));
+      ASSERT_EQ(left.size(), right.size());
+      for (std::size_t i = 0; i < left.size(); ++i) {
+        const picture::Pane &a = left[i].second, &b = right[i].second;
+        EXPECT_EQ(a.x, width - b.x - b.width) << left[i].first;
+        EXPECT_TRUE(a.y == b.y && a.width == b.width && a.height == b.height) << left[i].first;
+      }
+    }
+  }
+}
+
 TEST(Layout, LeavesEveryPanelRoomForWhatItSays) {
   for (const auto& [width, height, content_scale] : kSizes) {
     const double em = kFont * text_scale(width, height, content_scale);

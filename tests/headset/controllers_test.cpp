@@ -79,6 +79,50 @@ TEST_P(EveryController, ReportsItsPressedButtons) {
   rig.expect_clean();
 }
 
+TEST_P(EveryController, InLeftHandsIsTheOtherWayRound) {
+  HandScript left, right;
+  Rig rig({.controller = GetParam(), .left = [&](XrTime) { return left; }, .right = [&](XrTime) { return right; }},
+          {.left_handed = true});
+  rig.turn_until_focused();
+  const auto hands = [&] { return rig.turn()->hands; };
+  const bool simple = std::string(GetParam()) == "khr/simple_controller";
+  const bool vive = std::string(GetParam()) == "htc/vive_controller";
+  left.trigger = true;
+  headset::Hands now = hands();
+  EXPECT_TRUE(now.needle().trigger);
+  EXPECT_FALSE(now.probe().trigger);
+  EXPECT_FALSE(now.freeze_pressed || now.panel_pressed);
+  right.trigger = true;
+  now = hands();
+  EXPECT_TRUE(now.probe().trigger);
+  EXPECT_EQ(now.freeze_pressed, !simple);
+  EXPECT_EQ(now.panel_pressed, simple);
+  left.stick = {1, 0};
+  right.stick = {0.25F, -1};
+  EXPECT_EQ(hands().probe().stick, simple || vive ? Eigen::Vector2f::Zero() : Eigen::Vector2f(0.25F, -1));
+  EXPECT_TRUE(hands().needle().stick.isZero());
+  left.thumbstick = true;
+  EXPECT_EQ(hands().recentre_pressed, !simple);
+  rig.expect_clean();
+}
+
+TEST_P(EveryController, LetsTheHandWithTheNeedleFeel) {
+  for (const bool left_handed : {false, true}) {
+    Rig rig({.controller = GetParam()}, {.left_handed = left_handed});
+    rig.headset().vibrate({0.5, 0.04});
+    rig.turn_until_focused();
+    EXPECT_TRUE(mock::report().felt.empty()) << "nobody holds it yet";
+    rig.headset().vibrate({0.5, 0.04});
+    ASSERT_EQ(mock::report().felt.size(), 1U);
+    EXPECT_EQ(mock::report().felt[0].hand, left_handed ? 0 : 1);
+    EXPECT_EQ(mock::report().felt[0].amplitude, 0.5F);
+    EXPECT_EQ(mock::report().felt[0].duration, 40'000'000);
+    rig.headset().vibrate({7, 0.04});
+    EXPECT_EQ(mock::report().felt[1].amplitude, 1) << "all that it can";
+    rig.expect_clean();
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, EveryController,
                          testing::Values("khr/simple_controller", "oculus/touch_controller", "valve/index_controller",
                                          "htc/vive_controller", "microsoft/motion_controller"),

@@ -4,6 +4,8 @@
 #include "engine/immersive/session_panel.h"
 #include "engine/immersive/thumb_on_scanner.h"
 #include "engine/picture/picture.h"
+#include "engine/render/room_layout.h"
+#include "engine/session/puncture_watch.h"
 #include "engine/view/offscreen.h"
 #include "physics/messages/messages.h"
 #include "tests/headset/rig.h"
@@ -161,6 +163,61 @@ TEST(ImmersiveView, BothEyesSeeThePanelAtItsPlace) {
   rig.expect_clean();
 }
 
+/// How much of the picture of an eye is pink as the controller of the needle, and where.
+int pink_pixels(const mock::Submitted& frame, std::size_t eye, Eigen::Vector2d* centre) {
+  int count = 0;
+  *centre = Eigen::Vector2d::Zero();
+  for (std::uint32_t y = 0; y < frame.height; ++y) {
+    for (std::uint32_t x = 0; x < frame.width; ++x) {
+      const std::uint8_t* pixel = &frame.rgba[eye][4UL * (y * frame.width + x)];
+      if (pixel[0] < 40 || 10 * pixel[1] > 7 * pixel[0] || 10 * pixel[2] > 9 * pixel[0]) continue;
+      *centre += Eigen::Vector2d(x + 0.5, y + 0.5);
+      ++count;
+    }
+  }
+  if (count > 0) *centre /= count;
+  return count;
+}
+
+TEST(ImmersiveView, BothEyesSeeTheControllersWhereTheHandsAre) {
+  content::Scene scene = ball_scene({0.02, 0.05, 0.11}, 0.006);
+  scene.tissues[1].colour = {0.5F, 0.5F, 0.5F, 1};
+  for (const bool left_handed : {false, true}) {
+    mock::HandScript needle, probe;
+    needle.grip = mock::looking(0.3F, 0.5F, {0.05F, -0.04F, -0.4F});
+    probe.tracked = false;
+    Rig rig({.left = [&](XrTime) { return left_handed ? needle : probe; },
+             .right = [&](XrTime) { return left_handed ? probe : needle; }},
+            {.room_from_standing = immersive::standing_place(scene), .left_handed = left_handed});
+    {
+      immersive::ImmersiveView view(rig.device(), scene);
+      rig.turn_until_focused();
+      for (const bool tracked : {true, false}) {
+        needle.tracked = tracked;
+        rig.headset().poll();
+        const auto frame = rig.headset().begin_frame();
+        ASSERT_TRUE(frame.has_value());
+        rig.headset().end_frame(&view.draw(*frame, {}, {}));
+        const mock::Submitted& last = mock::report().last;
+        for (std::size_t eye = 0; eye < 2; ++eye) {
+          Eigen::Vector2d centre;
+          const int pink = pink_pixels(last, eye, &centre);
+          if (!tracked) {
+            EXPECT_EQ(pink, 0) << "a hand that nobody sees";
+            continue;
+          }
+          ASSERT_GT(pink, 100);
+          const Eigen::Translation3d aside((eye == 0 ? -0.5 : 0.5) * mock::script().eye_separation, 0, 0);
+          const Vector3d palm = isometry(needle.grip).translation();
+          EXPECT_LT((centre - expected(Eigen::Isometry3d(aside), last.fovs[eye], palm, last)).norm(), 20)
+              << "the palm lies in the middle of a controller, 40 cm away and 12 cm long";
+        }
+      }
+    }
+    rig.expect_clean();
+  }
+}
+
 TEST(ImmersiveView, DrawsInTheSizeThatTheRuntimeWants) {
   const content::Scene scene = ball_scene({0.02, 0.05, 0.11}, 0.006);
   Rig rig({.width = 96, .height = 80}, {.room_from_standing = immersive::standing_place(scene)});
@@ -292,6 +349,104 @@ TEST(ThumbOnScanner, TurnsAKnobOnceThenAgainWhileItIsHeld) {
   EXPECT_EQ(hold(-0.8F, 0.1F, 0.8), (Seen{"less deep", "less deep", "less deep"})) << "at once, after 0.5 s, 0.65 s";
   hands.freeze_pressed = true;
   EXPECT_EQ(hold(0, 0, 0.01), Seen{"freeze"});
+}
+
+TEST(HandsOnPatient, InLeftHandsTheNeedleIsInTheLeft) {
+  const content::Scene scene = flat_patient();
+  haptic::HandDevice needle({.start = {0.01, 0.02, 0.2}});
+  session::HeldProbe probe(scene);
+  mock::HandScript left, right;
+  Rig rig({.left = [&](XrTime) { return left; }, .right = [&](XrTime) { return right; }}, {.left_handed = true});
+  immersive::HandsOnPatient hands(scene, &needle, &probe);
+  double now_s = 0;
+  const auto turn = [&] {
+    hands.move(rig.turn()->hands, 0);
+    haptic::StylusSample sample;
+    for (int i = 0; i < 300; ++i) sample = needle.read(now_s += 0.001);
+    return sample;
+  };
+  rig.turn_until_focused();
+  turn();
+  left.grip.position = {0.01F, 0, 0};
+  left.trigger = true;
+  right.grip.position = {-0.02F, 0, 0};
+  const haptic::StylusSample moved = turn();
+  EXPECT_TRUE(moved.position.isApprox(Vector3d(0.02, 0.02, 0.2), 1e-6)) << moved.position.transpose();
+  EXPECT_EQ(moved.buttons, 1U);
+  physics::RigidPose pose;
+  for (int i = 0; i < 200; ++i) pose = probe.pose(0.02 * i);
+  EXPECT_NEAR(pose.position.x(), -0.02, 1e-4);
+  rig.expect_clean();
+}
+
+TEST(HandsOnPatient, FeelAPunctureMoreTheHarderTheTipWasPushed) {
+  session::PunctureWatch watch;
+  physics::NeedleState state;
+  EXPECT_FALSE(watch.take().has_value());
+  watch.haptic_stepped({}, state);
+  EXPECT_FALSE(watch.take().has_value());
+  state.puncture_count = 1;
+  state.last_puncture.force = 1.5;
+  watch.haptic_stepped({}, state);
+  watch.haptic_stepped({}, state);
+  const auto puncture = watch.take();
+  ASSERT_TRUE(puncture.has_value());
+  EXPECT_FALSE(watch.take().has_value()) << "once";
+  const double felt = immersive::vibration_of(*puncture).amplitude;
+  EXPECT_NEAR(felt, 0.5, 1e-12);
+  EXPECT_GT(immersive::vibration_of({.force = 2.5}).amplitude, felt);
+  EXPECT_EQ(immersive::vibration_of({.force = 9}).amplitude, 1);
+  EXPECT_GT(immersive::vibration_of({.force = 0.01}).amplitude, 0.1) << "or nobody feels it";
+}
+
+/// Middle of both eyes.
+Vector3d head_place(const headset::HeadsetFrame& frame) {
+  return (frame.eyes[0].room_from_eye.translation() + frame.eyes[1].room_from_eye.translation()) / 2;
+}
+
+TEST(Floor, IsThatOfTheTraineesRoomWhereTheRuntimeKnowsIt) {
+  const content::Scene scene = ball_scene({0.02, 0.05, 0.11}, 0.006);
+  const headset::HeadsetSettings settings{.room_from_standing = immersive::standing_place(scene),
+                                          .room_from_floor = immersive::floor_place(scene)};
+  // The stage lies aside of the head and is turned; the head is 1.7 m over it, then 1.2 m: who sits down.
+  XrPosef head = mock::looking(0.8F, -0.3F, {0.4F, 0.1F, -0.7F});
+  mock::Script script{.head = [&](XrTime) { return head; },
+                      .left = [&](XrTime) { return mock::HandScript{.grip = head}; },
+                      .stage = true,
+                      .local_from_stage = mock::looking(-0.5F, 0, {1, -1.6F, 2})};
+  Rig rig(script, settings);
+  const headset::HeadsetFrame first = rig.turn_until_focused();
+  EXPECT_TRUE(rig.headset().on_floor());
+  const render::RoomLayout layout = render::room_layout(scene);
+  const double floor = (scene.room_from_patient * layout.patient_from_table * Vector3d(0, 0, layout.floor_z)).y();
+  const Vector3d eye = scene.room_from_patient * layout.standing_camera().eye;
+  EXPECT_NEAR(head_place(first).y() - floor, 1.7, 1e-5) << "as tall as the trainee is";
+  EXPECT_NEAR(head_place(first).x(), eye.x(), 1e-5) << "beside the table";
+  EXPECT_NEAR(head_place(first).z(), eye.z(), 1e-5);
+  const Vector3d ahead = -first.eyes[0].room_from_eye.linear().col(2);
+  const Vector3d field = scene.room_from_patient * layout.standing_camera().look_at - eye;
+  EXPECT_LT(std::abs(std::remainder(std::atan2(ahead.x(), ahead.z()) - std::atan2(field.x(), field.z()), 2 * M_PI)),
+            1e-4)
+      << "turned to the field";
+  const double mattress = (scene.room_from_patient * layout.patient_from_table * Vector3d(0, 0, 0)).y() - floor;
+  EXPECT_TRUE(mattress > 0.75 && mattress < 1.05) << "a table is as high as a table: " << mattress;
+  head.position.y -= 0.5F;
+  const headset::HeadsetFrame sitting = *rig.turn();
+  EXPECT_NEAR(head_place(sitting).y() - floor, 1.2, 1e-5);
+  EXPECT_TRUE(sitting.hands.left.room_from_grip.translation().isApprox(head_place(sitting), 1e-5)) << "hands too";
+  rig.headset().recentre();
+  EXPECT_NEAR(head_place(*rig.turn()).y() - floor, 1.2, 1e-5) << "who is recentred does not grow";
+  rig.expect_clean();
+}
+
+TEST(Floor, IsMissedWhereTheRuntimeKnowsNone) {
+  const content::Scene scene = ball_scene({0.02, 0.05, 0.11}, 0.006);
+  Rig rig({},
+          {.room_from_standing = immersive::standing_place(scene), .room_from_floor = immersive::floor_place(scene)});
+  const headset::HeadsetFrame frame = rig.turn_until_focused();
+  EXPECT_FALSE(rig.headset().on_floor());
+  EXPECT_TRUE(head_place(frame).isApprox(scene.room_from_patient * scene.camera.eye, 1e-5)) << "at the scene's camera";
+  rig.expect_clean();
 }
 
 TEST(HandsOnPatient, ControllersMoveNeedleAndProbe) {

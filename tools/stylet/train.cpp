@@ -55,7 +55,8 @@ void print_folder(const app::SessionResult& result) {
       "{}{}"
       "  force.png        the force on the hand; force.csv has the numbers\n"
       "  session.json     what was measured\n"
-      "  session.rec      the recording; `stylet replay {}` runs it again{}\n",
+      "  session.rec      the recording; `stylet replay {}` runs it again{}\n"
+      "{}",
       folder,
       result.film_frames > 0
           ? fmt::format("  session.mp4      3-D view, ultrasound and force curve, {} frames\n", result.film_frames)
@@ -65,7 +66,10 @@ void print_folder(const app::SessionResult& result) {
                                  result.still_moment)
                    : "",
       recording,
-      result.film_frames > 0 ? "" : fmt::format(", `stylet replay {} --out FOLDER` makes a film", recording));
+      result.film_frames > 0 ? "" : fmt::format(", `stylet replay {} --out FOLDER` makes a film", recording),
+      result.report.saved_images.empty()
+          ? ""
+          : fmt::format("  ultrasound-*.png {} saved in the session\n", result.report.saved_images.size()));
 }
 
 int train(const TrainOptions& options) {
@@ -133,6 +137,9 @@ void add_train(CLI::App& app, int& exit_code) {
   add_link_options(*command, options->link);
   command->add_option("--language", session.language,
                       "Of the window: en, de, or another that content/texts has; default: that of the environment");
+  command->add_flag(
+      "--left-handed", session.left_handed,
+      "Mirrored: in the window the ultrasound is on the left; in a headset the left hand holds the needle");
   command->add_option("--gpu", session.gpu, "GPU by a part of its name or its number");
   command->footer(
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
@@ -154,7 +161,7 @@ void add_train(CLI::App& app, int& exit_code) {
       "image.\n"
       "In a headset: the menu button begins and pauses, the right trigger fires or heats, the left one freezes the\n"
       "image, the left stick turns gain and depth, A, X or the pad goes through the panel, the instructor's panel\n"
-      "with a transparent patient, and none.\n"
+      "with a transparent patient, and none. --left-handed: the other way round.\n"
       "Ctrl-C ends the session early; what happened until then is kept and drawn.\n"
       "Exit code 0: done; 1: the replay differs; 2: bad input.");
   command->callback([options, &exit_code] { exit_code = train(*options); });

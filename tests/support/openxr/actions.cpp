@@ -9,7 +9,7 @@ namespace stylet::mock_xr {
 namespace {
 
 /// What an input of a scripted hand is, whatever the controller calls it.
-enum class Input : std::uint8_t { none, grip, trigger, squeeze, menu, thumbstick, lower, stick };
+enum class Input : std::uint8_t { none, grip, trigger, squeeze, menu, thumbstick, lower, stick, haptic };
 
 struct Known {
   const char* input;
@@ -68,6 +68,10 @@ constexpr std::array kHands{"/user/hand/left", "/user/hand/right"};
 /// What the input at a path is on a controller; none: it has no such input.
 Input meaning(const std::string& profile, const std::string& path, int* hand) {
   for (int side = 0; side < 2; ++side) {
+    if (path == std::string(kHands[side]) + "/output/haptic") {  // every one of these profiles has it
+      *hand = side;
+      return Input::haptic;
+    }
     const std::string prefix = std::string(kHands[side]) + "/input/";
     if (path.rfind(prefix, 0) != 0) continue;
     *hand = side;
@@ -175,9 +179,10 @@ XrResult xrSuggestInteractionProfileBindings(XrInstance instance,
     int hand = 0;
     const Input input = meaning(*profile, *path, &hand);
     MOCK_REQUIRE(input != Input::none, XR_ERROR_PATH_UNSUPPORTED, *profile + " has no " + *path);
-    MOCK_REQUIRE(action->type == (input == Input::grip    ? XR_ACTION_TYPE_POSE_INPUT
-                                  : input == Input::stick ? XR_ACTION_TYPE_VECTOR2F_INPUT
-                                                          : XR_ACTION_TYPE_BOOLEAN_INPUT),
+    MOCK_REQUIRE(action->type == (input == Input::grip     ? XR_ACTION_TYPE_POSE_INPUT
+                                  : input == Input::stick  ? XR_ACTION_TYPE_VECTOR2F_INPUT
+                                  : input == Input::haptic ? XR_ACTION_TYPE_VIBRATION_OUTPUT
+                                                           : XR_ACTION_TYPE_BOOLEAN_INPUT),
                  XR_ERROR_PATH_UNSUPPORTED, *path + " is of another type");
     bindings[action->id].insert(binding.binding);
   }
@@ -290,6 +295,26 @@ XrResult xrGetActionStateVector2f(XrSession session, const XrActionStateGetInfo*
   return XR_SUCCESS;
 }
 
+XrResult xrApplyHapticFeedback(XrSession session, const XrHapticActionInfo* info, const XrHapticBaseHeader* haptic) {
+  MOCK_SESSION(found, session);
+  MOCK_STRUCT(info, XR_TYPE_HAPTIC_ACTION_INFO);
+  MOCK_OBJECT(Action, action, info->action);
+  MOCK_REQUIRE(found->attached.count(action->parent->id) == 1, XR_ERROR_ACTIONSET_NOT_ATTACHED, action->name);
+  MOCK_REQUIRE(action->type == XR_ACTION_TYPE_VIBRATION_OUTPUT, XR_ERROR_ACTION_TYPE_MISMATCH, action->name);
+  MOCK_STRUCT(haptic, XR_TYPE_HAPTIC_VIBRATION);
+  const auto& vibration = *reinterpret_cast<const XrHapticVibration*>(haptic);
+  MOCK_REQUIRE(vibration.amplitude >= 0 && vibration.amplitude <= 1, XR_ERROR_VALIDATION_FAILURE, "amplitude");
+  MOCK_REQUIRE(vibration.duration > 0 || vibration.duration == XR_MIN_HAPTIC_DURATION, XR_ERROR_VALIDATION_FAILURE,
+               "duration");
+  const std::string* hand = path_text(instance_of(found), info->subactionPath);
+  MOCK_REQUIRE(hand != nullptr, XR_ERROR_PATH_INVALID, "subaction path");
+  if (found->state != XR_SESSION_STATE_FOCUSED) return XR_SESSION_NOT_FOCUSED;
+  const int side = *hand == kHands[0] ? 0 : 1;
+  if (bound_to(instance_of(found), *action, side).empty()) return XR_SUCCESS;
+  runtime().report.felt.push_back({side, vibration.amplitude, vibration.duration});
+  return XR_SUCCESS;
+}
+
 }  // namespace
 
 PFN_xrVoidFunction action_function(const char* name) {
@@ -301,6 +326,7 @@ PFN_xrVoidFunction action_function(const char* name) {
   MOCK_ENTRY(xrSyncActions);
   MOCK_ENTRY(xrGetActionStateBoolean);
   MOCK_ENTRY(xrGetActionStateVector2f);
+  MOCK_ENTRY(xrApplyHapticFeedback);
   return nullptr;
 }
 

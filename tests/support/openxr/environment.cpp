@@ -11,6 +11,7 @@
 // menu=N       the left hand presses its menu button after N frames, and lets go two later
 // yaw=A, pitch=A  of the head, degrees; without: it looks down at the table
 // panel=N, panel2=N  the left, the right hand presses its lower button after N frames
+// stage=CM     the runtime knows the floor, so far below the head
 // errors=FILE  appends every call that was refused
 // left=FILE, right=FILE  a recent frame of an eye, as PPM
 //
@@ -70,6 +71,10 @@ const bool read_environment = [] {
     script.period = static_cast<XrDuration>(ms) * 1'000'000;
   } else {
     script.in_real_time = true;
+  }
+  if (const std::uint64_t cm = plan().number("stage"); cm != 0) {
+    script.stage = true;
+    script.local_from_stage.position.y = -0.01F * static_cast<float>(cm);
   }
   script.connected = plan().words.count("absent") == 0;
   if (const auto size = plan().words.find("size"); size != plan().words.end())

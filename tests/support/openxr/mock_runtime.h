@@ -47,6 +47,15 @@ struct Script {
   std::function<HandScript(XrTime)> left = [](XrTime) { return HandScript{}; };
   std::function<HandScript(XrTime)> right = [](XrTime) { return HandScript{}; };
   bool head_tracked = true;
+  bool stage = false;                                     ///< the runtime knows the floor
+  XrPosef local_from_stage{{0, 0, 0, 1}, {0, -1.5F, 0}};  ///< the stage's origin, on the floor
+};
+
+/// What a hand was made to feel.
+struct Felt {
+  int hand = 0;  ///< 0: left
+  float amplitude = 0;
+  XrDuration duration = 0;  ///< ns
 };
 
 /// A frame as xrEndFrame got it.
@@ -69,7 +78,8 @@ struct Report {
   std::uint64_t swapchains = 0;
   XrTime views_at = 0;  ///< time of the last xrLocateViews
   XrTime hands_at = 0;  ///< of the last xrLocateSpace of a hand
-  Submitted last;       ///< the last frame with a layer
+  std::vector<Felt> felt;
+  Submitted last;  ///< the last frame with a layer
 };
 
 /// Starts anew with this script, before the application makes its instance.

@@ -121,19 +121,22 @@ XrResult xrRequestExitSession(XrSession session) {
 XrResult xrEnumerateReferenceSpaces(XrSession session, std::uint32_t capacity, std::uint32_t* count,
                                     XrReferenceSpaceType* list) {
   MOCK_SESSION(found, session);
-  return give(__func__, std::vector{XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL}, capacity, count,
-              list);
+  std::vector types{XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL};
+  if (runtime().script.stage) types.push_back(XR_REFERENCE_SPACE_TYPE_STAGE);
+  return give(__func__, types, capacity, count, list);
 }
 
 XrResult xrCreateReferenceSpace(XrSession session, const XrReferenceSpaceCreateInfo* create, XrSpace* space) {
   MOCK_SESSION(found, session);
   MOCK_STRUCT(create, XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
-  MOCK_REQUIRE(create->referenceSpaceType == XR_REFERENCE_SPACE_TYPE_LOCAL, XR_ERROR_REFERENCE_SPACE_UNSUPPORTED,
-               "local only");
+  const bool stage = create->referenceSpaceType == XR_REFERENCE_SPACE_TYPE_STAGE;
+  MOCK_REQUIRE(create->referenceSpaceType == XR_REFERENCE_SPACE_TYPE_LOCAL || (stage && runtime().script.stage),
+               XR_ERROR_REFERENCE_SPACE_UNSUPPORTED, "local only, or a stage that the script has");
   MOCK_REQUIRE(is_unit(create->poseInReferenceSpace.orientation), XR_ERROR_POSE_INVALID, "no unit quaternion");
   auto made = std::make_unique<Space>();
   made->type = create->referenceSpaceType;
-  made->offset = create->poseInReferenceSpace;
+  made->offset =
+      stage ? runtime().script.local_from_stage * create->poseInReferenceSpace : create->poseInReferenceSpace;
   *space = handle_of<XrSpace>(runtime().add(std::move(made), found));
   return XR_SUCCESS;
 }
