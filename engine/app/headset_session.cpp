@@ -44,7 +44,7 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
                     session::LiveSession& session, scanner::LiveScanner& scanner,
                     const HeadsetSessionSettings& settings, Observer& observer) {
   immersive::ImmersiveView view(device, scene);
-  immersive::SessionPanel panel(device);
+  immersive::SessionPanel panel(device, settings.left_handed);
   panels::SessionWatch session_watch(scene);
   immersive::ThumbOnScanner knobs;
   immersive::HandsOnPatient hands(scene, settings.hand, settings.probe);

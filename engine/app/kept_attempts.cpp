@@ -1,5 +1,6 @@
 #include "engine/app/kept_attempts.h"
 
+#include "engine/app/saved_images.h"
 #include "engine/debrief/collect.h"
 #include "engine/files/error.h"
 #include "engine/files/output_directory.h"
@@ -104,22 +105,6 @@ nlohmann::ordered_json to_json(const std::vector<debrief::DebriefAttempt>& attem
     entry["failed_critical"] = attempt.score->failed_critical;
   }
   return list;
-}
-
-void write_images(const scanner::SavedImages& saved, const files::OutputDirectory& out) {
-  for (std::size_t i = 0; i < saved.size(); ++i) out.write(scanner::saved_image_name(i + 1), saved[i].png);
-}
-
-std::vector<session::SavedImageFacts> facts_of(const scanner::SavedImages& saved) {
-  std::vector<session::SavedImageFacts> facts;
-  for (const scanner::SavedImage& image : saved) {
-    facts.push_back({.file = scanner::saved_image_name(facts.size() + 1),
-                     .time_s = image.time_s,
-                     .depth = image.depth,
-                     .metres_per_pixel = image.metres_per_pixel,
-                     .distances = image.distances});
-  }
-  return facts;
 }
 
 nlohmann::ordered_json numbers_of(const session::SessionReport& report, const training::TrainingReport& training,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "engine/debrief/debrief_data.h"
-#include "engine/files/output_directory.h"
 #include "engine/recording/unfinished_recording.h"
 #include "engine/scanner/saved_image.h"
 #include "engine/session/session_report.h"
@@ -57,11 +56,6 @@ debrief::DebriefAttempt attempt_of(const std::string& folder, const session::Ses
 
 /// For session.json.
 nlohmann::ordered_json to_json(const std::vector<debrief::DebriefAttempt>& attempts);
-
-/// Stages the files of images that the trainee saved. @throws files::ContentError
-void write_images(const scanner::SavedImages& saved, const files::OutputDirectory& out);
-/// What session.json tells of them.
-std::vector<session::SavedImageFacts> facts_of(const scanner::SavedImages& saved);
 
 /// What session.json of an attempt holds. @param before  it, in the same session
 nlohmann::ordered_json numbers_of(const session::SessionReport& report, const training::TrainingReport& training,

@@ -7,6 +7,7 @@
 #include "engine/app/headset_session.h"
 #include "engine/app/hid_device.h"
 #include "engine/app/kept_attempts.h"
+#include "engine/app/saved_images.h"
 #include "engine/app/session_display.h"
 #include "engine/app/session_end.h"
 #include "engine/app/session_window.h"

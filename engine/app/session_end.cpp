@@ -2,6 +2,7 @@
 
 #include "engine/app/debrief_recording.h"
 #include "engine/app/expert_choice.h"
+#include "engine/app/saved_images.h"
 #include "engine/debrief/still_moment.h"
 #include "engine/files/child_process.h"
 #include "engine/files/error.h"
@@ -25,6 +26,7 @@ SessionEnd::SessionEnd(const SessionSettings& settings, const OverSession& sessi
             {.stills = {.film = {.stereo = settings.stereo}},
              .film = settings.film,
              .attempts = session.before.list(),
+             .saved = saved_pictures(out_.destination()),
              .metrics = result.training.metrics}) {}
 
 void SessionEnd::take_replay(const CheckedReplay& replay) {

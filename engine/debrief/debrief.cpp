@@ -107,6 +107,13 @@ DebriefData collect_all(const content::Scene& scene, const Recording& recording,
   return data;
 }
 
+/// Of the key moments and those that the trainee saved, as they came.
+std::vector<DebriefPicture> in_order(std::vector<DebriefPicture> pictures, const std::vector<DebriefPicture>& saved) {
+  pictures.insert(pictures.end(), saved.begin(), saved.end());
+  std::ranges::stable_sort(pictures, {}, &DebriefPicture::time_s);
+  return pictures;
+}
+
 }  // namespace
 
 void write_page(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
@@ -115,7 +122,7 @@ void write_page(const files::OutputDirectory& out, const content::Scene& scene, 
   KeyMomentPictures pictures(scene, device, recording, footage);
   while (pictures.draw_next()) {
   }
-  data.pictures = pictures.take();
+  data.pictures = in_order(pictures.take(), settings.saved);
   if (settings.film) data.film = film_of(footage.frames(), settings.stills.film);
   write_page_files(out, data);
 }
@@ -132,7 +139,7 @@ DebriefWork::Piece DebriefWork::after_page() const {
 
 void DebriefWork::write_page() {
   DebriefData data = collect_all(session_.scene, session_.recording, session_.footage, settings_);
-  data.pictures = pictures_;
+  data.pictures = in_order(pictures_, settings_.saved);
   if (film_frames_ > 0) data.film = film_of(session_.footage.frames(), settings_.stills.film);
   write_page_files(out_, data);
   out_.publish(kPageFiles);

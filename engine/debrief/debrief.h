@@ -22,6 +22,7 @@ struct DebriefSettings {
   bool film = true;                         ///< session.mp4 is made (or is there), and the page leads to it
   std::optional<Expert> expert{};           ///< to compare with
   std::vector<DebriefAttempt> attempts{};   ///< before this one
+  std::vector<DebriefPicture> saved{};      ///< that the trainee saved, shown with those of the key moments
   std::vector<training::Metric> metrics{};  ///< as the session set them; empty: measured on the trace
 };
 

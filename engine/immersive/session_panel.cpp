@@ -43,10 +43,11 @@ float height_left() {
 }
 
 /// Which button does what.
-void draw_help(bool briefing) {
+void draw_help(bool briefing, bool left_handed) {
   ImGui::SetCursorPosY(kHeight - kHelpLines * line() - padding());
-  ImGui::TextDisabled("right trigger: fire, heat   menu: %s", briefing ? "begin" : "pause");
-  ImGui::TextDisabled("left trigger: freeze   stick: gain, depth");
+  ImGui::TextDisabled("%s trigger: fire, heat   menu: %s", left_handed ? "left" : "right",
+                      briefing ? "begin" : "pause");
+  ImGui::TextDisabled("%s trigger: freeze   stick: gain, depth", left_handed ? "right" : "left");
   ImGui::TextDisabled("%s: panel, instructor, none", headset::kPanelButton);
 }
 
@@ -97,8 +98,9 @@ render::SeeThrough see_through(PanelLevel level) {
   return level == PanelLevel::instructor ? render::SeeThrough::glass : render::SeeThrough::window;
 }
 
-SessionPanel::SessionPanel(gpu::Device& device)
+SessionPanel::SessionPanel(gpu::Device& device, bool left_handed)
     : device_(device),
+      left_handed_(left_handed),
       picture_(device, {.width = kWidth,
                         .height = kHeight,
                         .format = VK_FORMAT_R8G8B8A8_SRGB,
@@ -119,12 +121,12 @@ void SessionPanel::draw(const panels::SessionFacts& facts, PanelLevel level, dou
   const bool briefing = !facts.briefing.empty();
   begin("course", 0, briefing ? 1.0F : 0.5F);
   draw_left(facts, level);
-  if (briefing) draw_help(briefing);
+  if (briefing) draw_help(briefing, left_handed_);
   ImGui::End();
   if (!briefing) {
     begin("needle", 0.5F, 1);
     draw_right(facts, level);
-    draw_help(briefing);
+    draw_help(briefing, left_handed_);
     ImGui::End();
   }
   gpu::Commands& commands = ring_.next();

@@ -27,7 +27,7 @@ render::SeeThrough see_through(PanelLevel level);
 class SessionPanel {
 public:
   /// @throws gpu::GpuError
-  explicit SessionPanel(gpu::Device& device);
+  explicit SessionPanel(gpu::Device& device, bool left_handed = false);
   ~SessionPanel();
   SessionPanel(const SessionPanel&) = delete;
   SessionPanel& operator=(const SessionPanel&) = delete;
@@ -42,6 +42,7 @@ public:
 
 private:
   gpu::Device& device_;
+  bool left_handed_;
   gpu::Image picture_;
   view::Overlay overlay_;
   gpu::FrameRing ring_;

@@ -1,6 +1,8 @@
 // What "Try again" leaves of the attempt before it.
 #include "engine/app/kept_attempts.h"
 
+#include "engine/app/saved_images.h"
+
 #include "engine/recording/recording_writer.h"
 #include "tests/support/temporary_folder.h"
 
@@ -29,7 +31,7 @@ std::string keep(KeptAttempts& attempts, const fs::path& folder, double total) {
     writer.finish();
   }
   file.keep();
-  const scanner::SavedImages saved{{.png = "PNG", .time_s = 3, .depth = 0.12, .distances = {0.0234}}};
+  const scanner::SavedImages saved{{.png = "\x89PNG", .time_s = 3, .depth = 0.12, .distances = {0.0234}}};
   return attempts.keep(file, {.scenario = "liver_biopsy", .run = {.duration_s = 12}, .saved_images = facts_of(saved)},
                        scored(total), saved);
 }
@@ -53,6 +55,17 @@ TEST(KeptAttempts, LieInFoldersOfTheirOwnWithScoreAndRecording) {
   EXPECT_EQ(json["score"]["total"], 81);
   EXPECT_TRUE(fs::exists(out / "attempt-6" / json["saved_images"].at(0).at("file")));
   EXPECT_EQ(json["saved_images"][0]["distances_m"], nlohmann::json::array({0.0234}));
+  const auto pictures = saved_pictures(out / "attempt-6");
+  ASSERT_EQ(pictures.size(), 1U);
+  EXPECT_EQ(pictures[0].time_s, 3);
+  EXPECT_EQ(pictures[0].caption, "measured 23.4 mm");
+  EXPECT_EQ(pictures[0].png, "\x89PNG");
+  std::ofstream(out / "attempt-6" / "ultrasound-01.png") << "<script>";
+  EXPECT_TRUE(saved_pictures(out / "attempt-6").empty()) << "no image";
+  for (const char* wrong : {"", "[]", R"({"saved_images": 3})", R"({"saved_images": [null, {"time_s": "now"}]})"}) {
+    std::ofstream(out / "attempt-5" / "session.json") << wrong;
+    EXPECT_TRUE(saved_pictures(out / "attempt-5").empty()) << wrong;
+  }
   const auto list = to_json(attempts.list());
   ASSERT_EQ(list.size(), 2U);
   EXPECT_EQ(list[0]["folder"], "attempt-5");

@@ -190,6 +190,8 @@ TEST_F(RunSession, TheWindowStaysWithTheScoreUntilTheTraineeLeaves) {
     EXPECT_TRUE(std::filesystem::exists(files_.folder / image)) << image;
   }
   EXPECT_FALSE(std::filesystem::exists(files_.folder / "out/ultrasound-02.png")) << "of the attempt before";
+  EXPECT_THAT(read_text(result.folder / "debrief.html"), HasSubstr("<b>Saved image 1</b>"));
+  EXPECT_THAT(read_text(files_.folder / "out/attempt-1/debrief.html"), HasSubstr("<b>Saved image 2</b>"));
   for (const auto& folder : {trainee.behind.front().folder, result.folder}) {
     for (const char* name : {"session.rec", "session.json", "debrief.html"}) {
       EXPECT_TRUE(std::filesystem::exists(folder / name)) << folder / name;

@@ -62,16 +62,18 @@ TEST(Menu, FitsWindowsOfEverySizeAndAnswersThePointer) {
     EXPECT_GE(window->Pos.y, 0);
     EXPECT_LE(window->Pos.y + window->Size.y, static_cast<float>(height));
     EXPECT_EQ(window->ScrollMax.y, 0) << width << ": all of it is seen";
-    bool started = false, headset = false;
+    bool started = false, headset = false, left_handed = false;
     for (float y = window->Pos.y; y < window->Pos.y + window->Size.y; y += 6) {
       const double x = window->Pos.x + 2 * ImGui::GetFontSize();
       frame(x, y);
       frame(x, y, true);
       started = frame(x, y) == MenuWish::start || started;
       headset = headset || chosen.view() == "headset";
+      left_handed = left_handed || chosen.left_handed();
     }
     EXPECT_TRUE(started) << width;
     EXPECT_TRUE(headset) << width;
+    EXPECT_TRUE(left_handed) << width;
     EXPECT_EQ(chosen.scenario(), "d") << "the last that the pointer came by";
   }
 }

@@ -288,6 +288,16 @@ TEST(SessionPanel, UpdatesItsValuesTenTimesASecond) {
   rig.expect_clean();
 }
 
+TEST(SessionPanel, NamesTheButtonsOfTheHandThatHasThem) {
+  PanelRig rig;
+  const picture::Picture right = rig.draw(immersive::PanelLevel::panel, 1);
+  rig.panel.reset();
+  rig.panel.emplace(rig.device(), true);
+  EXPECT_GT(changed(rig.draw(immersive::PanelLevel::panel, 1), right)[1], 50);
+  rig.panel.reset();
+  rig.expect_clean();
+}
+
 TEST(SessionPanel, ButtonGoesRound) {
   using immersive::PanelLevel;
   EXPECT_EQ(next(PanelLevel::panel), PanelLevel::instructor);
@@ -445,7 +455,8 @@ TEST(Floor, IsMissedWhereTheRuntimeKnowsNone) {
           {.room_from_standing = immersive::standing_place(scene), .room_from_floor = immersive::floor_place(scene)});
   const headset::HeadsetFrame frame = rig.turn_until_focused();
   EXPECT_FALSE(rig.headset().on_floor());
-  EXPECT_TRUE(head_place(frame).isApprox(scene.room_from_patient * scene.camera.eye, 1e-5)) << "at the scene's camera";
+  EXPECT_TRUE(head_place(frame).isApprox(scene.room_from_patient * scene.camera.eye, 1e-5))
+      << "at the scene's camera";
   rig.expect_clean();
 }
 
