@@ -321,12 +321,12 @@ SessionResult run_session(const SessionSettings& wanted, SessionObserver& observ
     KeptAttempts before(settings.out);
     Attempted done;
     do {
+      if (screen) screen->arrangement.scanner.apply(scanner::Freeze{false});  // of the attempt before
       done = attempt(settings, scene, station, next ? short_title(next->title) : "", before, observer);
       if (!done.result) {
         observer.note(Note::notice, "once more from the start");
         continue;
       }
-      if (screen) screen->arrangement.scanner.apply(scanner::Freeze{false});
       if (done.after == AfterSession::leave) return *std::move(done.result);
       if (done.after == AfterSession::again)
         done.result->folder = before.put_aside(done.result->report, done.result->training);

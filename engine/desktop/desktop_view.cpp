@@ -25,6 +25,8 @@ constexpr double kQuickFrame = 0.050;
 constexpr double kLookedAt = 1;  // s
 constexpr int kQuickLooks = 2;   // on end
 
+constexpr const char* kFrozenHint = "left button: measure from here to there     F12: save the image     Space: live";
+
 // Of the time, for ultrasound images where a processor draws both.
 constexpr double kUltrasoundShare = 0.4;
 
@@ -198,7 +200,7 @@ void DesktopView::apply(const Command& command) {
     const bool done = settings_.probe->apply(*probe, session_.time_s());
     scanner_.say(done ? "" : "no skin there for the probe", session_.time_s());
   }
-  if (const auto* knob = std::get_if<scanner::Command>(&command)) scanner_.apply(*knob, session_.time_s());
+  if (const auto* knob = std::get_if<scanner::Command>(&command)) turn(*knob);
   if (const auto* panels = std::get_if<PanelCommand>(&command)) {
     panels_.apply(*panels);
     if (*panels == PanelCommand::other_hand && home_) {  // what the needle was beside now lies on it
@@ -209,6 +211,12 @@ void DesktopView::apply(const Command& command) {
   if (const auto* camera = std::get_if<view::CameraCommand>(&command)) {
     camera_ = view::after(*camera, camera_, home_.value_or(scene_.camera));
   }
+}
+
+void DesktopView::turn(const scanner::Command& command) {
+  const bool frozen = scanner_.console().frozen();
+  scanner_.apply(command, session_.time_s());
+  if (!frozen && scanner_.console().frozen()) scanner_.say(kFrozenHint, session_.time_s());
 }
 
 void DesktopView::fit_renderer(int width, int height, double dt_s) {
@@ -294,7 +302,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
   const PanelInput asked = panels_.draw(facts, scanner_.console(), width, height);
   if (asked.choice && ending_ && *asked.choice < end_wishes_.size()) asked_at_end_ = end_wishes_[*asked.choice];
   if (asked.choice && *asked.choice < choices.size()) actions_.push_back(choices[*asked.choice].action);
-  for (const scanner::Command& command : asked.scanner) scanner_.apply(command, session_.time_s());
+  for (const scanner::Command& command : asked.scanner) turn(command);
 }
 
 void DesktopView::shown(double clock_s) {

@@ -109,6 +109,8 @@ private:
   view::Input point_at_image(view::Input input);
   /// What is neither of the course nor the end of the session.
   void apply(const Command& command);
+  /// A knob, with a word on what can be done with an image that was frozen just now.
+  void turn(const scanner::Command& command);
   std::vector<Choice> end_choices();
   void frame_needle(int width, int height);
   void fit_renderer(int width, int height, double dt_s);

@@ -179,6 +179,8 @@ TEST_F(Desktop, TheLeftButtonMeasuresOnTheImageAndLeadsTheNeedleBesideIt) {
   turn({.drag_x = 0.1, .pointer_x = 100, .pointer_y = 360, .left = true, .presses = {{true, 90, 360}}});
   EXPECT_NE(at(), before);
   EXPECT_EQ(measures().size(), 2U);
+  turn({.strokes = {{.key = view::Key::space}}});
+  EXPECT_NE(desktop.scanner().note().find("measure"), std::string::npos) << "says what can be done now";
   turn({.strokes = {{.key = view::Key::f12}}});
   ASSERT_EQ(saved.size(), 1U);
   EXPECT_EQ(saved[0].distances, measures());
@@ -186,6 +188,35 @@ TEST_F(Desktop, TheLeftButtonMeasuresOnTheImageAndLeadsTheNeedleBesideIt) {
   EXPECT_EQ(measures().size(), 1U);
   turn({.strokes = {{.key = view::Key::u, .shift = true}}});
   EXPECT_TRUE(measures().empty());
+}
+
+TEST_F(Desktop, IsMirroredForLeftHandsAndTheNeedleStaysInSight) {
+  Running running(device);
+  content::Scene scene = small_scene();
+  scene.camera.eye = {-0.1, -0.1, 0.6};  // from where the needle lies under the image on the right
+  scene.camera.look_at = {-0.1, -0.1, 0};
+  DesktopView desktop(device, scene, running.live,
+                      {.arrangement = {.scanner = scanner::ScannerConsole(scene.probe)}});
+  const auto turn = [&](const view::Input& input) {
+    overlay.begin({.width = 1280, .height = 720});
+    EXPECT_TRUE(desktop.handle(input));
+    desktop.draw(1280, 720, 0.02);
+  };
+  for (int i = 0; i < 200 && !desktop.arrangement().home; ++i) turn({});
+  const picture::Pane right = desktop.scanner_place();
+  const auto before = desktop.arrangement();
+  ASSERT_TRUE(before.home.has_value()) << "the needle is known";
+  turn({.strokes = {{.key = view::Key::f10}}});
+  EXPECT_EQ(desktop.scanner_place().x, 1280 - right.x - right.width);
+  const auto mirrored = desktop.arrangement();
+  EXPECT_TRUE(mirrored.panels.left_handed());
+  EXPECT_EQ(mirrored.camera->eye, mirrored.home->eye) << "a camera that nobody has turned follows";
+  EXPECT_NE(mirrored.home->eye, before.home->eye) << "the needle would lie under the image";
+  turn({.orbit_x = 0.1});
+  const auto turned = desktop.arrangement();
+  turn({.strokes = {{.key = view::Key::f10}}});
+  EXPECT_EQ(desktop.arrangement().camera->eye, turned.camera->eye) << "one that was turned stays";
+  EXPECT_EQ(desktop.arrangement().home->eye, before.home->eye);
 }
 
 TEST_F(Desktop, IsArrangedAsTheOneBeforeItWas) {
