@@ -163,7 +163,7 @@ TEST_F(OnDisplay, PanelsLieOverTheSceneInAWindowOfAnySize) {
       ImGui::SetNextWindowSize({100, 100});
       ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoDecoration);
       ImGui::End();
-      window.present(scene, nullptr, overlay);
+      window.present(scene, {scene, {window.width() - 60, 0, 60, 45}}, overlay);
     };
     const auto check = [&] {
       const picture::Picture shown = window.last_frame();
