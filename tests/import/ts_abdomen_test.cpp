@@ -88,8 +88,8 @@ TEST(TsAbdomen, BecomesAScenarioThatANeedleGoesInto) {
   const SideFile side = read_side_file(side_json);
   side_json.throw_problems();
   const support::TemporaryFolder folder;
-  const ScenarioFolder written =
-      write_scenario({read_source(source, {})}, side, folder / "out", kContent, "test", straight, [](const auto&) {});
+  const ScenarioFolder written = write_scenario({read_source(source, {})}, side, folder / "out", kContent, "test",
+                                                straight, [](const std::string&, double) {});
   EXPECT_THAT(written.warnings, IsEmpty());
 
   // What the report says against what is known of the source.
