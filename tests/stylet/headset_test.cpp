@@ -20,14 +20,16 @@ protected:
     small_.write();
   }
   /// @param runtime  a manifest; @param plan  of the mock runtime, tests/support/openxr/environment.cpp
-  Outcome train(const fs::path& runtime, const std::string& plan, const std::string& more) {
+  /// @param scenario  empty: the small one
+  Outcome train(const fs::path& runtime, const std::string& plan, const std::string& more,
+                const std::string& scenario = "") {
     setenv("XR_RUNTIME_JSON", runtime.c_str(), 1);
     setenv("STYLET_MOCK_OPENXR", fmt::format("{} errors={}", plan, refused().string()).c_str(), 1);
     // Where the test runs there may be a display, where it does not there is none.
     unsetenv("DISPLAY");
     unsetenv("WAYLAND_DISPLAY");
-    return run(
-        fmt::format("train {} --view headset --no-film --out {} {}", small_.path().string(), out().string(), more));
+    return run(fmt::format("train {} --view headset --no-film --out {} {}",
+                           scenario.empty() ? small_.path().string() : scenario, out().string(), more));
   }
   void expect_replay() const {
     const Outcome replayed = run("replay " + out().string());
@@ -96,6 +98,22 @@ TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
   EXPECT_GT(moved, 0.001);
   EXPECT_LT(moved, 0.1);
   expect_replay();
+}
+
+TEST_F(Headset, PuncturesAreFeltInTheHandWithTheNeedle) {
+  const fs::path felt = folder_ / "felt";
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "steady=20 size=96x80 stage=160 felt=" + felt.string(),
+                                "--lockstep --expert none --device recorded --left-handed --seconds 1.5", "tutorial");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(read_text(refused()), "");
+  const recording::Recording recording = recording::read_recording(out() / "session.rec");
+  const auto punctures = std::ranges::count(recording.events, "puncture", &recording::EventRecord::name);
+  ASSERT_GT(punctures, 0);
+  const std::string lines = read_text(felt);
+  const auto count = std::ranges::count(lines, '\n');
+  EXPECT_TRUE(count > 0 && count <= punctures) << lines << punctures << " punctures; those of one frame are one";
+  EXPECT_EQ(lines.find("right"), std::string::npos) << lines;
+  EXPECT_NE(lines.find("left 0."), std::string::npos) << lines;
 }
 
 TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {

@@ -12,6 +12,7 @@
 // yaw=A, pitch=A  of the head, degrees; without: it looks down at the table
 // panel=N, panel2=N  the left, the right hand presses its lower button after N frames
 // stage=CM     the runtime knows the floor, so far below the head
+// felt=FILE    appends "HAND AMPLITUDE" of every vibration
 // errors=FILE  appends every call that was refused
 // left=FILE, right=FILE  a recent frame of an eye, as PPM
 //
@@ -114,6 +115,15 @@ void follow_environment() {
     const auto file = plan().words.find(eye == 0 ? "left" : "right");
     if (file != plan().words.end() && report().last.layer && frame % 5 == 0)
       write_ppm(file->second, report().last, eye);
+  }
+  static std::size_t told = 0;
+  if (const auto felt = plan().words.find("felt"); felt != plan().words.end() && told < report().felt.size()) {
+    if (std::FILE* out = std::fopen(felt->second.c_str(), "a")) {
+      for (; told < report().felt.size(); ++told)
+        std::fprintf(out, "%s %.3f\n", report().felt[told].hand == 0 ? "left" : "right",
+                     report().felt[told].amplitude);
+      std::fclose(out);
+    }
   }
   static std::size_t written = 0;
   const auto errors = plan().words.find("errors");
