@@ -34,6 +34,9 @@ public:
     input.pointer_x = one_of(kMostWidth);
     input.pointer_y = one_of(kMostHeight);
     input.left = one_of(2) == 0;
+    for (int presses = one_of(4); presses > 0; --presses) {
+      input.presses.push_back({one_of(2) == 0, input.pointer_x - one_of(90), input.pointer_y - one_of(90)});
+    }
     input.wheel = one_of(3) - 1;
     input.drag_x = within(0.5), input.drag_y = within(0.5);
     input.orbit_x = within(3), input.orbit_y = within(3);
