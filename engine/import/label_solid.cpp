@@ -12,7 +12,11 @@
 namespace stylet::import {
 namespace {
 
-constexpr int kMargin = 3;             // voxels around the labels
+constexpr int kMargin = 3;  // voxels around the labels
+// A body's skin in 40 million voxels has 1.2 million faces. Of a sheet one voxel thick a voxel has two.
+constexpr std::size_t kMostFaces = 2'000'000;
+constexpr std::size_t kManyFaces = 200'000;
+constexpr double kFacesOfNoise = 1.5;  // a voxel, of so many
 constexpr float kShorter = 0.8F;       // is each further step
 constexpr int kStairPasses = 2;        // passes of [1 2 1] / 4, which take the stairs off
 constexpr int kWidePasses = 3;         // passes over what is missing, wide enough not to bring the stairs back
@@ -50,6 +54,15 @@ void transform_line(std::vector<double>& f, double step, std::vector<double>& ou
     const double d = step * (q - at[k]);
     out[q] = d * d + f[at[k]];
   }
+}
+
+/// Of voxels within to voxels without.
+std::size_t count_faces(const std::vector<char>& in, std::size_t row, std::size_t plane) {
+  std::size_t faces = 0;
+  for (std::size_t v = plane; v < in.size(); ++v) {
+    faces += (in[v] != in[v - 1] ? 1U : 0U) + (in[v] != in[v - row] ? 1U : 0U) + (in[v] != in[v - plane] ? 1U : 0U);
+  }
+  return faces;
 }
 
 struct VoxelGrid {
@@ -285,6 +298,14 @@ LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std
         if (wanted[image.labels[image_index(v.x(), v.y(), v.z())]]) in[index(i, j, k)] = 1;
       }
     }
+  }
+  if (const std::size_t faces = count_faces(in, index(0, 1, 0), index(0, 0, 1));
+      faces > kMostFaces ||
+      (faces > kManyFaces && static_cast<double>(faces) > kFacesOfNoise * static_cast<double>(count))) {
+    throw files::ContentError(fmt::format(
+        "its {} voxels have {} faces to others, as noise has and no organ; smooth the labels, take single "
+        "voxels out of them, or resample the volume to larger voxels",
+        count, faces));
   }
   const Eigen::Vector3d spacing = image.patient_from_voxel.linear().colwise().norm().transpose();
   const VoxelGrid grid{.size = size_, .stride = {1, index(0, 1, 0), index(0, 0, 1)}, .spacing = spacing};

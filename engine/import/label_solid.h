@@ -21,7 +21,8 @@ public:
   /// Voxels of the box around the labels, 17 bytes each while it is made: below 1 GB.
   static constexpr std::size_t kMostVoxels = 40'000'000;
   /// @param pulse  called often meanwhile; may throw to end it
-  /// @throws files::ContentError  none of the labels occurs; their box has more than `most_voxels`
+  /// @throws files::ContentError  none of the labels occurs; their box has more than `most_voxels`;
+  ///                            as many faces as noise
   LabelSolid(
       const LabelImage& image, std::span<const int> labels, std::size_t most_voxels = kMostVoxels,
       const std::function<void()>& pulse = [] {});

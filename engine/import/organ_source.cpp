@@ -22,7 +22,8 @@ namespace {
 using files::ContentError;
 
 constexpr std::size_t kFileBytes = 512u << 20;
-constexpr double kLargestOrgan = 3.0;  // m
+constexpr std::size_t kMostOrgans = 2000;  // without a request: a folder each
+constexpr double kLargestOrgan = 3.0;      // m
 
 std::string lower(std::string_view text) {
   std::string out(text);
@@ -181,6 +182,10 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
     const bool of_several_files = request.of_several_files;
     const auto [found, is_new] = index.try_emplace(id, organs.size());
     if (is_new) organs.push_back({.id = id, .file = &file, .parts = {}, .role = request.role, .body = request.body});
+    if (organs.size() > kMostOrgans && requests.empty()) {
+      throw ContentError(fmt::format("{}: {} parts make more than {} organs; choose some with --organ, or join them",
+                                     file.path.string(), file.parts.size(), kMostOrgans));
+    }
     OrganParts& organ = organs[found->second];
     if (organ.file != &file && of_several_files && !organ.file->image && !file.image) {
       const auto& others = organ.other_files;

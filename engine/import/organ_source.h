@@ -69,7 +69,7 @@ struct OrganParts {
 /// parts that are closed by themselves are an organ each, and the others of their file one together, named after the
 /// file.
 /// @throws files::ContentError  a pattern that fits nothing, with the names there are; an organ in two files
-/// where that was not allowed, or one of them a volume
+/// where that was not allowed, or one of them a volume; without requests: more than 2000 organs
 std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files, const std::vector<OrganRequest>& requests);
 
 }  // namespace stylet::import

@@ -151,6 +151,7 @@ double cell_for_volume(std::span<const SolidShape> pieces, const TetrahedraliseS
     return volume_missed(pieces, meshes);
   };
   double too_large = 0;
+  bool large_box = false;
   for (int step = 0; step < kVolumeSteps; ++step) {
     work.at(step, kVolumeSteps + kFewerSteps);
     missed = miss(cell);
@@ -173,9 +174,16 @@ double cell_for_volume(std::span<const SolidShape> pieces, const TetrahedraliseS
     const double next = cell * std::clamp(std::sqrt(settings.volume_error / missed), 0.5, 0.75);
     const bool too_many =
         std::any_of(pieces.begin(), pieces.end(), [&](const SolidShape& p) { return too_many_points(p, next); });
+    large_box = too_many;
     if (too_many || nodes > settings.most_nodes) break;
     too_large = cell;
     cell = next;
+  }
+  if (large_box) {
+    throw files::ContentError(fmt::format(
+        "{}: with a cell of {:.3g} mm the mesh still misses {:.0f} % of the volume (accepted: {:g} %), and its "
+        "box is too large for smaller ones: it is long and thin; split it into shorter parts, or leave it out",
+        settings.where, cell * 1e3, 100 * missed, 100 * settings.volume_error));
   }
   throw files::ContentError(fmt::format(
       "{}: with a cell of {:.3g} mm the mesh has {} nodes (accepted: {}) and misses {:.2g} % of the volume "

@@ -20,7 +20,9 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <numbers>
+#include <random>
 #include <sstream>
 #include <string_view>
 
@@ -383,6 +385,68 @@ INSTANTIATE_TEST_SUITE_P(
                             (std::hypot(i - 20.0, k - 20.0) < 1.5 && j > 20 && j < 38);
                    }}),
     [](const auto& shape) { return shape.param.name; });
+
+TEST(ImportOrgan, EndsInEveryPartOfTheWorkWhenAskedTo) {
+  TriangleMesh open = half_sphere(1);
+  append(open, half_sphere(-1));
+  open.triangles.pop_back();
+  for (Eigen::Vector3d& v : open.vertices) v *= 0.006 / kOrganRadius;
+  const SourceFile labels = labels_where(
+      {40, 40, 40}, 1e-3, [](int i, int j, int k) { return Eigen::Vector3d(i - 20, j - 20, k - 20).norm() < 15; });
+  struct Enough {};
+  for (const SourceFile& file : {labels, file_of({part("open", open)})}) {
+    const std::vector<SourceFile> files{file};
+    const OrganParts parts = assign_parts(files, {})[0];
+    // Millions of steps take seconds: it asks tens of times, in each of its tasks.
+    std::map<std::string, int> calls;
+    import_organ(parts, {.surface_cells = 40},
+                 [&](const std::string& task, double) { ++calls[task.substr(0, task.find(','))]; });
+    const auto called = [&](const std::string& task) { return calls[parts.id + ": " + task]; };
+    EXPECT_GE(called(file.image ? "distance to its voxels" : "looking for its inside"), 30);
+    EXPECT_GE(called("new surface"), 10);
+    EXPECT_GE(called("tetrahedra"), 1);
+    int all = 0;
+    for (const auto& [task, count] : calls) all += count;
+    for (const int after : {1, all / 3, all}) {
+      int count = 0;
+      EXPECT_THROW(import_organ(parts, {.surface_cells = 40},
+                                [&](const std::string&, double) {
+                                  if (++count == after) throw Enough();
+                                }),
+                   Enough);
+      EXPECT_EQ(count, after) << "nothing is done after that";
+    }
+  }
+}
+
+TEST(ImportOrgan, NoiseIsRefusedBeforeAnyWork) {
+  std::minstd_rand random(1);
+  const std::vector<SourceFile> files{
+      labels_where({64, 64, 64}, 1e-3, [&](int, int, int) { return random() % 2 == 0; })};
+  int calls = 0;
+  std::string said;
+  try {
+    import_organ(assign_parts(files, {})[0], {}, [&](const std::string&, double) { ++calls; });
+  } catch (const ContentError& error) {
+    said = error.what();
+  }
+  EXPECT_NE(said.find("as noise has"), std::string::npos) << said;
+  EXPECT_LT(calls, 5);
+}
+
+TEST(AssignParts, ThousandsOfOrgansAreRefusedUnlessChosen) {
+  std::vector<SourcePart> parts;
+  for (int p = 0; p < 2001; ++p) parts.push_back(part("bone_" + std::to_string(p), icosphere({0, 0, 0}, 0.01, 0)));
+  const std::vector<SourceFile> files{file_of(std::move(parts))};
+  try {
+    assign_parts(files, {});
+    FAIL() << "2001 folders";
+  } catch (const ContentError& error) {
+    EXPECT_STREQ(error.what(),
+                 "thing.glb: 2001 parts make more than 2000 organs; choose some with --organ, or join them");
+  }
+  EXPECT_EQ(assign_parts(files, {{.id = "bones", .patterns = {"bone_*"}}})[0].parts.size(), 2001u);
+}
 
 TEST(OrganFiles, HoldWhatWasMade) {
   const std::vector<SourceFile> files{file_of({part("ball", icosphere({0.1, 0, 0}, 0.04, 3))})};

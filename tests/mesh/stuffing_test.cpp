@@ -103,6 +103,30 @@ TEST(Stuffing, SharpEdgesAndThinPartsStayAboveTheAngleBound) {
   }
 }
 
+TEST(Stuffing, MeasuresLittleMoreThanTheSurfaceOfAThinThingInALargeBox) {
+  // A ring of 8 mm in a box of half a metre: 4 million lattice points, of which some hundred thousand lie near it.
+  constexpr double kCell = 4e-3;
+  const Eigen::AlignedBox3d box(Eigen::Vector3d::Constant(-0.25), Eigen::Vector3d::Constant(0.25));
+  const auto ring = [](const Eigen::Vector3d& x) {
+    return std::hypot(std::hypot(x.x(), x.y()) - 0.2, x.z()) - 0.008;
+  };
+  std::size_t asked = 0;
+  const physics::TetMesh mesh = stuff(
+      [&](const Eigen::Vector3d& x) {
+        ++asked;
+        return ring(x);
+      },
+      box, kCell, 0);
+  const double points = 2 * std::pow(0.5 / kCell, 3);
+  EXPECT_LT(static_cast<double>(asked), 0.12 * points);
+  // What lies deep inside or far outside has the sign of its neighbourhood: the same mesh as where every point is
+  // measured, which a distance that nowhere says "far" makes sure of.
+  const physics::TetMesh whole =
+      stuff([&](const Eigen::Vector3d& x) { return std::clamp(ring(x), -2 * kCell, 2 * kCell); }, box, kCell, 0);
+  EXPECT_TRUE(mesh.nodes == whole.nodes);
+  EXPECT_TRUE(mesh.tets == whole.tets);
+}
+
 TEST(Stuffing, SameInputGivesTheSameBits) {
   const physics::TetMesh a = stuff(sphere, kSphereBox, 0.011);
   const physics::TetMesh b = stuff(sphere, kSphereBox, 0.011);
@@ -180,6 +204,60 @@ TEST(Tetrahedralise, FindsTheCellForTheWantedNodes) {
     EXPECT_NEAR(static_cast<double>(mesh.nodes.size()), wanted, 0.1 * wanted);
     expect_sound(mesh, 2);
   }
+}
+
+TEST(Tetrahedralise, TurnsBackToALargerCellWhereTheVolumeIsBetterThanAsked) {
+  // 1.6 mm thick: a cell that finds little of it, and half that cell misses 5 % where 15 % are accepted.
+  constexpr double kThin = 0.0008;
+  const SolidShape ring{
+      .distance = [](const Eigen::Vector3d& x) { return std::hypot(std::hypot(x.x(), x.y()) - 0.02, x.z()) - kThin; },
+      .box = {Eigen::Vector3d(-0.0208, -0.0208, -kThin), Eigen::Vector3d(0.0208, 0.0208, kThin)},
+      .volume = 2 * std::numbers::pi * std::numbers::pi * 0.02 * kThin * kThin};
+  const FilledPieces filled = fill_pieces({&ring, 1}, {.target_nodes = 0, .volume_error = 0.15});
+  const double missed = std::abs(filled.volumes[0] / ring.volume - 1);
+  EXPECT_LE(missed, 0.15);
+  EXPECT_GT(missed, 0.075);
+  EXPECT_LT(filled.mesh.nodes.size(), 3000u) << "5656 without a step back";
+}
+
+TEST(Tetrahedralise, EndsWhereItTakesTooMuchOrIsAskedTo) {
+  const Solid ball(icosphere({0, 0, 0}, 0.05, 3));
+  const SolidShape shape{.distance = [&](const Eigen::Vector3d& x) { return ball.signed_distance(x); },
+                         .box = ball.bounds(),
+                         .volume = kSphereVolume};
+  const auto refusal = [&](const TetrahedraliseSettings& settings) -> std::string {
+    try {
+      fill_pieces({&shape, 1}, settings);
+    } catch (const files::ContentError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  // The ball's surface is that of a polyhedron, which misses this of it however many nodes there are.
+  const TetrahedraliseSettings precise{.target_nodes = 0, .volume_error = 1e-4, .where = "a.glb:liver"};
+  TetrahedraliseSettings few = precise;
+  few.most_nodes = 2000;
+  EXPECT_THAT(refusal(few),
+              testing::AllOf(testing::StartsWith("a.glb:liver: with a cell of"), testing::HasSubstr("accepted: 2000"),
+                             testing::HasSubstr("give a cell size")));
+  TetrahedraliseSettings cheap = precise;
+  cheap.most_distances = 100'000;
+  EXPECT_THAT(refusal(cheap),
+              testing::AllOf(testing::HasSubstr("more than 1e+05 looks"), testing::HasSubstr("give a larger cell")));
+  struct Enough {};
+  int calls = 0;
+  double last = 0;
+  TetrahedraliseSettings watched = precise;
+  watched.progress = [&](double cell, double share) {
+    EXPECT_GT(cell, 0);
+    EXPECT_GE(share, last);
+    EXPECT_LE(share, 1);
+    last = share;
+    if (++calls == 20) throw Enough();
+  };
+  EXPECT_THROW(fill_pieces({&shape, 1}, watched), Enough);
+  EXPECT_EQ(calls, 20);
+  EXPECT_GT(last, 0) << "a bar that moves";
 }
 
 TEST(Tetrahedralise, RefusesWhatHasNoSolid) {
