@@ -16,14 +16,53 @@ struct Level {
   std::set<std::string_view> keys;
 };
 
+/// Bytes of the UTF-8 character that a text begins with; 0: it is none.
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  const std::size_t length = first < 0x80   ? 1
+                             : first < 0xC2 ? 0
+                             : first < 0xE0 ? 2
+                             : first < 0xF0 ? 3
+                             : first < 0xF5 ? 4
+                                            : 0;
+  if (length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return 0;
+  }
+  const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
+  const bool surrogate = first == 0xED && byte(1) >= 0xA0;
+  const bool beyond = first == 0xF4 && byte(1) >= 0x90;
+  return overlong || surrogate || beyond ? 0 : length;
+}
+
+/// Whether a character does something to a terminal beyond standing there.
+bool acts(std::string_view character) {
+  if (character.size() == 1) return static_cast<unsigned char>(character[0]) < 0x20 || character[0] == 0x7F;
+  if (character.size() == 2) return character[0] == '\xC2' && static_cast<unsigned char>(character[1]) < 0xA0;
+  // U+2028 to 202E: separators, directions; U+2066 to 2069: directions.
+  return (character >= "\xE2\x80\xA8" && character <= "\xE2\x80\xAE") ||
+         (character >= "\xE2\x81\xA6" && character <= "\xE2\x81\xA9");
+}
+
 }  // namespace
 
-std::string printable(std::string text, std::size_t bytes) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) c = '?';
+std::string printable(std::string_view text, std::size_t bytes) {
+  std::string out;
+  std::size_t cut = 0;  // where there is room for the dots
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
+    text.remove_prefix(character.size());
+    if (length == 0 || acts(character)) {
+      out += '?';
+    } else {
+      out += character;
+    }
+    if (out.size() + 3 <= bytes) cut = out.size();
+    if (out.size() > bytes) return out.substr(0, cut) + "...";
   }
-  if (text.size() > bytes) text = text.substr(0, bytes - 3) + "...";
-  return text;
+  return out;
 }
 
 std::optional<JsonScanFinding> scan_json(std::string_view text, const JsonLimits& limits) {
@@ -33,6 +72,9 @@ std::optional<JsonScanFinding> scan_json(std::string_view text, const JsonLimits
     const char c = text[i];
     if ((c == ',' || c == '{' || c == '[') && ++values > limits.values) {
       return JsonScanFinding{i, fmt::format("has more than {} values; split the file", limits.values)};
+    }
+    if (c == '\0' && text.find_first_not_of(std::string_view("\0 \t\r\n", 5), i) != std::string_view::npos) {
+      return JsonScanFinding{i, "a NUL, where the parser stops, and more behind it; save it again as text"};
     }
     if (c == '"') {
       const std::size_t begin = i + 1;

@@ -21,8 +21,14 @@ struct JsonScanFinding {
 /// recursion.
 std::optional<JsonScanFinding> scan_json(std::string_view text, const JsonLimits& limits);
 
-/// Text of a file as a one-line message can show it: control characters replaced, shortened to `bytes`.
-std::string printable(std::string text, std::size_t bytes = 60);
+/// Text of a file as a line of a terminal can show it, shortened to `bytes`: a ? for what would act on the terminal,
+/// end the line or turn it round (control characters, of C1 and DEL too, separators of lines, directions of writing),
+/// and for bytes that are no UTF-8.
+std::string printable(std::string_view text, std::size_t bytes = 60);
+/// The same at any length.
+inline std::string one_line(std::string_view text) {
+  return printable(text, text.size() + 3);
+}
 
 /// "line:column" of a byte offset, both from 1.
 std::string line_and_column(std::string_view text, std::size_t offset);

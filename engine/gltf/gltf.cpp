@@ -2,6 +2,7 @@
 
 #include "engine/content/tissue_table.h"
 #include "engine/files/json_reader.h"
+#include "engine/files/json_scan.h"
 #include "engine/gltf/gltf_accessor.h"
 #include "engine/gltf/gltf_container.h"
 
@@ -35,7 +36,15 @@ public:
 
   GltfScene build() {
     for (const int root : roots()) walk(root);
-    if (scene_.organs.empty()) fail("scenes", "no node has triangles; export the organs as triangle meshes");
+    if (scene_.organs.empty()) {
+      const bool unplaced = !model_.meshes.empty() &&
+                            std::ranges::none_of(model_.nodes, [](const auto& node) { return node.mesh != -1; });
+      fail("scenes", unplaced
+                         ? fmt::format("the file has {} mesh(es), but no node that places one: give each a node, "
+                                       "or leave out \"scenes\"",
+                                       model_.meshes.size())
+                         : "no node has triangles; export the organs as triangle meshes");
+    }
     document_.throw_problems();
     return std::move(scene_);
   }
@@ -98,6 +107,7 @@ private:
         fail(place, fmt::format("the scene has more than {} nodes; split it", limits_.instances));
       const auto& node = model_.nodes[index];
       const Eigen::Affine3d patient_from_node = visit.patient_from_parent * transform(node, place);
+      check_volume(patient_from_node, place, "with its parents its transform");
       if (node.mesh != -1) add_organ(visit.node, patient_from_node);
       for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) {
         stack.push_back({*child, visit.depth + 1, patient_from_node});
@@ -132,12 +142,15 @@ private:
       }
       if (check(node.scale, 3, "scale")) out.scale(Eigen::Map<const Eigen::Vector3d>(node.scale.data()));
     }
-    const double volume = std::abs(out.linear().determinant());
-    if (!(volume > 1e-15 && volume < 1e15)) {
-      fail(place, fmt::format("its transform scales volumes by {:g}: singular or absurd; apply it and export again",
-                              volume));
-    }
+    check_volume(out, place, "its transform");
     return out;
+  }
+
+  void check_volume(const Eigen::Affine3d& transform, const std::string& place, const char* what) const {
+    const double volume = std::abs(transform.linear().determinant());
+    if (volume > 1e-15 && volume < 1e15) return;
+    fail(place,
+         fmt::format("{} scales volumes by {:g}: singular or absurd; apply it and export again", what, volume));
   }
 
   void add_organ(int node_index, const Eigen::Affine3d& patient_from_node) {
@@ -151,9 +164,7 @@ private:
     const auto& mesh = model_.meshes[node.mesh];
     organ.name = node.name.empty() ? mesh.name : node.name;  // tools that split a node name only the upper one
     if (organ.name.empty()) organ.name = fmt::format("node_{}", node_index);
-    for (char& c : organ.name) {
-      if (static_cast<unsigned char>(c) < 0x20) c = '?';
-    }
+    organ.name = files::one_line(organ.name);
     if (mesh.primitives.empty()) fail(fmt::format("meshes/{}/primitives", node.mesh), "is empty; export it again");
 
     int material = -1;

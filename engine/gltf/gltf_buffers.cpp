@@ -93,7 +93,7 @@ GltfBuffers::GltfBuffers(const files::JsonFile& document, std::span<const std::b
   for (std::size_t i = 0; i < list->size(); ++i) {
     const auto& json = (*list)[i];
     if (!json.is_object() || !json.contains("byteLength")) fail(i, "has no byteLength; export it again");
-    const double length = json["byteLength"].get<double>();  // a whole number: check_unsigned has looked
+    const double length = json["byteLength"].get<double>();  // a whole number: TypeCheck has looked
     Buffer& buffer = buffers_.emplace_back();
     buffer.length = length < 1e15 ? static_cast<std::size_t>(length) : std::numeric_limits<std::size_t>::max();
     const auto uri = json.find("uri");
@@ -133,7 +133,7 @@ std::vector<std::byte> GltfBuffers::load(std::size_t index, const std::string& u
   try {
     return as_vector(files::read_file(folder / name, max_bytes));
   } catch (const files::ContentError& error) {
-    fail(index, error.what());
+    fail(index, files::one_line(error.what()));
   }
 }
 

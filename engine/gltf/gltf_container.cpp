@@ -3,6 +3,8 @@
 #include "engine/gltf/draco_decoder.h"
 #include "engine/gltf/gltf_draco.h"
 
+#include "engine/files/json_scan.h"
+
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 #include <nlohmann/json.hpp>
@@ -141,27 +143,100 @@ void check_extensions(files::JsonFile& document) {
   }
 }
 
-/// tinygltf takes a negative or fractional offset, length, stride or count for an absent one.
-void check_unsigned(files::JsonFile& document) {
-  for (const char* list : {"bufferViews", "accessors", "buffers"}) {
-    const auto found = document.tree().find(list);
-    if (found == document.tree().end() || !found->is_array()) continue;
-    for (std::size_t i = 0; i < found->size(); ++i) {
-      if (!(*found)[i].is_object()) continue;
-      for (const char* key : {"byteOffset", "byteLength", "byteStride", "count"}) {
-        const auto value = (*found)[i].find(key);
-        if (value == (*found)[i].end() || value->is_number_unsigned()) continue;
-        // Some exporters write 12.0.
-        if (value->is_number_float() && value->get<double>() >= 0 &&
-            value->get<double>() == std::floor(value->get<double>())) {
-          continue;
-        }
-        throw files::ContentError(fmt::format("{}:/{}/{}/{}: is {}, expected a whole number from 0; export it again",
-                                              document.path().string(), list, i, key, value->dump().substr(0, 40)));
-      }
+/// tinygltf takes a value of another type, a negative or fractional number and what does not fit an int for an absent
+/// key, or wraps it.
+class TypeCheck {
+public:
+  explicit TypeCheck(const files::JsonFile& document) : document_(document) {}
+
+  void run() const {
+    const auto& json = document_.tree();
+    for (const char* list : {"scenes", "nodes", "meshes", "materials", "accessors", "bufferViews", "buffers"}) {
+      each(json, list, "", [&](const auto& object, const std::string& place) { look(list, object, place); });
+    }
+    index(json, "scene", "");
+  }
+
+private:
+  void look(std::string_view list, const nlohmann::json& object, const std::string& place) const {
+    if (!object.is_object()) fail(place, object, "an object");
+    if (list == "scenes") {
+      indices(object, "nodes", place);
+    } else if (list == "nodes") {
+      index(object, "mesh", place);
+      indices(object, "children", place);
+      for (const char* key : {"matrix", "translation", "rotation", "scale"}) numbers(object, key, place);
+    } else if (list == "meshes") {
+      each(object, "primitives", place,
+           [&](const auto& primitive, const std::string& at) { look_at(primitive, at); });
+    } else if (list == "accessors") {
+      for (const char* key : {"bufferView", "componentType"}) index(object, key, place);
+      for (const char* key : {"byteOffset", "count"}) size(object, key, place);
+      is(object, "type", place, "text", [](const auto& value) { return value.is_string(); });
+      is(object, "normalized", place, "true or false", [](const auto& value) { return value.is_boolean(); });
+      is(object, "sparse", place, "an object", [](const auto& value) { return value.is_object(); });
+    } else if (list == "bufferViews") {
+      index(object, "buffer", place);
+      for (const char* key : {"byteOffset", "byteLength", "byteStride"}) size(object, key, place);
+    } else if (list == "buffers") {
+      size(object, "byteLength", place);
     }
   }
-}
+
+  void look_at(const nlohmann::json& primitive, const std::string& place) const {
+    if (!primitive.is_object()) fail(place, primitive, "an object");
+    for (const char* key : {"indices", "material", "mode"}) index(primitive, key, place);
+    is(primitive, "attributes", place, "an object", [](const auto& value) { return value.is_object(); });
+    if (primitive.contains("attributes")) index(primitive["attributes"], "POSITION", place + "/attributes");
+  }
+
+  template <typename Is>
+  void is(const nlohmann::json& object, const char* key, const std::string& place, const char* expected,
+          Is good) const {
+    const auto found = object.find(key);
+    if (found != object.end() && !good(*found)) fail(fmt::format("{}/{}", place, key), *found, expected);
+  }
+  template <typename Visit>
+  void each(const nlohmann::json& object, const char* key, const std::string& place, Visit visit) const {
+    is(object, key, place, "a list", [](const auto& value) { return value.is_array(); });
+    const auto found = object.find(key);
+    if (found == object.end()) return;
+    for (std::size_t i = 0; i < found->size(); ++i) visit((*found)[i], fmt::format("{}/{}/{}", place, key, i));
+  }
+  // Some exporters write 12.0.
+  static bool is_whole(const nlohmann::json& value, double most) {
+    if (!value.is_number() || value.is_number_integer() != value.is_number_unsigned()) return false;
+    const double number = value.get<double>();
+    return number >= 0 && number <= most && number == std::floor(number);
+  }
+  void index(const nlohmann::json& object, const char* key, const std::string& place) const {
+    is(object, key, place, kIndex, [](const auto& value) { return is_whole(value, kMostIndex); });
+  }
+  void size(const nlohmann::json& object, const char* key, const std::string& place) const {
+    is(object, key, place, kSize, [](const auto& value) { return is_whole(value, kMostBytes); });
+  }
+  void indices(const nlohmann::json& object, const char* key, const std::string& place) const {
+    each(object, key, place, [&](const auto& value, const std::string& at) {
+      if (!is_whole(value, kMostIndex)) fail(at, value, kIndex);
+    });
+  }
+  void numbers(const nlohmann::json& object, const char* key, const std::string& place) const {
+    each(object, key, place, [&](const auto& value, const std::string& at) {
+      if (!value.is_number()) fail(at, value, "a number");
+    });
+  }
+  [[noreturn]] void fail(const std::string& place, const nlohmann::json& value, const char* expected) const {
+    const std::string text = value.is_structured() ? (value.is_array() ? "a list" : "an object") : value.dump();
+    throw files::ContentError(fmt::format("{}:{}: is {}, expected {}; export it again", document_.path().string(),
+                                          place, files::printable(text.substr(0, 40)), expected));
+  }
+
+  static constexpr double kMostIndex = 2147483647;        // an int
+  static constexpr double kMostBytes = 9007199254740992;  // exact in a double
+  static constexpr const char* kIndex = "a whole number from 0 to 2147483647";
+  static constexpr const char* kSize = "a whole number from 0 to 9007199254740992";
+  const files::JsonFile& document_;
+};
 
 /// The parser gets no extras and extensions: it knows none that matter here, and blows them up tenfold in memory.
 /// Some exporters write 12.0 where it wants 12.
@@ -238,10 +313,9 @@ void place_unplaced(tinygltf::Model& model) {
 }
 
 std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  std::replace(text.begin(), text.end(), '\n', ' ');
   while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text.size() > 200 ? text.substr(0, 197) + "..." : text;
+  return files::printable(text, 200);
 }
 
 }  // namespace
@@ -260,7 +334,7 @@ GltfContainer::GltfContainer(std::span<const std::byte> bytes, const fs::path& n
                                                                   .duplicate_keys = true});
   check_version(*document_);
   check_extensions(*document_);
-  check_unsigned(*document_);
+  TypeCheck(*document_).run();
   buffers_ = std::make_unique<GltfBuffers>(*document_, chunks.binary, limits.file_bytes);
 
   tinygltf::TinyGLTF parser;

@@ -3,8 +3,14 @@
 #include "engine/gltf/draco_decoder.h"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
+#include <array>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace stylet::gltf {
@@ -37,6 +43,7 @@ struct Job {
   DracoMesh mesh;
   std::size_t mesh_index;
   std::size_t primitive_index;
+  Eigen::AlignedBox3d declared{};  // of its positions; empty: not said
 };
 
 /// `count` of an accessor of this type. What the decoder gives is held against it.
@@ -87,6 +94,38 @@ DracoMesh compressed_mesh(const nlohmann::json& geometry, const nlohmann::json& 
   return mesh;
 }
 
+/// Three numbers of an accessor; empty where they are not there.
+std::optional<Eigen::Vector3d> corner(const nlohmann::json& accessor, const char* key) {
+  const nlohmann::json& list = member(accessor, key);
+  if (!list.is_array() || list.size() != 3) return std::nullopt;
+  Eigen::Vector3d out;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!list[i].is_number()) return std::nullopt;
+    out[static_cast<Eigen::Index>(i)] = list[i].get<double>();
+  }
+  return out;
+}
+
+/// Damaged Draco data decode to noise more often than not: positions must lie where their accessors say.
+void check_ranges(const std::vector<Job>& jobs, std::span<const std::byte> plain, const std::string& file) {
+  std::size_t offset = 0;
+  for (const Job& job : jobs) {
+    const double slack = 0.01 * job.declared.diagonal().norm();  // rounding of the compression
+    for (std::size_t v = 0; v < job.mesh.vertices && !job.declared.isEmpty(); ++v) {
+      std::array<float, 3> x;
+      std::memcpy(x.data(), plain.data() + offset + 12 * v, sizeof x);
+      const Eigen::Vector3d p(x[0], x[1], x[2]);
+      if (p.allFinite() && job.declared.exteriorDistance(p) <= slack) continue;
+      fail(
+          file, job.mesh.place,
+          fmt::format("its Draco data put vertex {} at ({:g}, {:g}, {:g}), outside min and max of its accessor: they "
+                      "are damaged; export it again",
+                      v, p.x(), p.y(), p.z()));
+    }
+    offset += 12 * job.mesh.vertices + 4 * job.mesh.indices;
+  }
+}
+
 /// Appends a buffer view and an accessor on it. @returns the accessor
 std::size_t add_accessor(nlohmann::json& geometry, std::size_t buffer, std::size_t offset, std::size_t bytes,
                          nlohmann::json accessor) {
@@ -102,7 +141,9 @@ void decompress(const std::vector<Job>& jobs, const std::string& file, nlohmann:
   std::vector<DracoMesh> meshes;
   meshes.reserve(jobs.size());
   for (const Job& job : jobs) meshes.push_back(job.mesh);
-  const std::size_t buffer = buffers.add(decode_draco(meshes, file));
+  std::vector<std::byte> plain = decode_draco(meshes, file);
+  check_ranges(jobs, plain, file);
+  const std::size_t buffer = buffers.add(std::move(plain));
   std::size_t offset = 0;
   for (const Job& job : jobs) {
     nlohmann::json& primitive = geometry["meshes"][job.mesh_index]["primitives"][job.primitive_index];
@@ -137,7 +178,12 @@ void decompress_draco(const files::JsonFile& document, nlohmann::json& geometry,
       // Else the extension is an offer, and the plain triangles are there too.
       if (!member(position, "bufferView").is_null()) continue;
       const std::string place = fmt::format("meshes/{}/primitives/{}", m, p);
-      jobs.push_back({compressed_mesh(geometry, primitive, extension, buffers, limits.elements, file, place), m, p});
+      jobs.push_back(
+          {compressed_mesh(geometry, primitive, extension, buffers, limits.elements, file, place), m, p, {}});
+      const auto least = corner(position, "min"), most = corner(position, "max");
+      if (least && most && (least->array() <= most->array()).all()) {
+        jobs.back().declared = Eigen::AlignedBox3d(*least, *most);
+      }
       elements += jobs.back().mesh.vertices + jobs.back().mesh.indices;
       compressed += jobs.back().mesh.compressed.size();
       if (compressed > kCompressedBytes) {

@@ -2,6 +2,7 @@
 
 #include "engine/files/error.h"
 #include "engine/files/json_reader.h"
+#include "engine/files/json_scan.h"
 #include "engine/import/obj.h"
 #include "engine/import/stl.h"
 #include "engine/mesh/surface_mesh.h"
@@ -81,9 +82,7 @@ SourceFile from_surfaces(SurfaceFile&& surfaces, const std::filesystem::path& pa
   const Eigen::Affine3d patient = patient_from_file(axes, unit);
   Eigen::AlignedBox3d box;
   for (SourceSurface& surface : surfaces.surfaces) {
-    for (char& c : surface.name) {
-      if (static_cast<unsigned char>(c) < 0x20) c = '?';
-    }
+    surface.name = files::one_line(surface.name);
     for (Eigen::Vector3d& vertex : surface.mesh.vertices) box.extend(vertex = patient * vertex);
     file.parts.push_back({.name = surface.name,
                           .place = fmt::format("{}:{}", path.string(), surface.name),

@@ -1,4 +1,5 @@
 #include "engine/files/json_reader.h"
+#include "engine/files/json_scan.h"
 
 #include "tests/gltf/glb.h"
 #include "tests/support/temporary_folder.h"
@@ -57,6 +58,27 @@ TEST(JsonReader, SyntaxErrorGivesLineAndColumn) {
   EXPECT_EQ(parse_error("{\"a\": -Infinity}"), "a.json:1:8: Infinity is no number in JSON; write a finite number");
   EXPECT_THAT(parse_error("{\"a\" 1}"), testing::HasSubstr("expected ':'")) << "the end is what helps";
   EXPECT_THAT(parse_error("{\"a\": \"open"), StartsWith("a.json:1:"));
+}
+
+TEST(JsonReader, WhatFollowsANulIsNotPassedOver) {
+  // Padding of a GLB's chunk is harmless.
+  EXPECT_THAT(parse_error(std::string("{\"format\": \"stylet-test\", \"version\": 1}\0\0 \0", 44)), "no error");
+  EXPECT_THAT(parse_error(std::string("{\"format\": \"stylet-test\", \"version\": 1}\0{}", 43)),
+              StartsWith("a.json:1:40: a NUL"));
+}
+
+TEST(Printable, NothingActsOnATerminal) {
+  EXPECT_EQ(one_line("Leber, Größe 3 \xE2\x89\xA4 4"), "Leber, Größe 3 \xE2\x89\xA4 4");
+  EXPECT_EQ(one_line("a\x1B[2Jb\r\nc\x7F"), "a?[2Jb??c?");
+  EXPECT_EQ(one_line("\xC2\x9B"
+                     "31m\xC2\x85"),
+            "?31m?")
+      << "C1: CSI, next line";
+  EXPECT_EQ(one_line("x\xE2\x80\xAEtxt.exe\xE2\x80\xA8\xE2\x81\xA6"), "x?txt.exe??") << "turned round, separated";
+  EXPECT_EQ(one_line("caf\xE9 \xC0\x80 \xED\xA0\x80 \xF5"), "caf? ?? ??? ?") << "no UTF-8";
+  EXPECT_EQ(printable("0123456789", 10), "0123456789");
+  EXPECT_EQ(printable("01234567890", 10), "0123456...");
+  EXPECT_EQ(printable("01234\xC3\xA4\xC3\xA4\xC3\xA4", 10), "01234\xC3\xA4...") << "no character is cut in two";
 }
 
 TEST(JsonReader, EveryMessageIsOneLine) {

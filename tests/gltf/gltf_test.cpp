@@ -281,6 +281,8 @@ constexpr Defect kDefects[] = {
     {"AccessorView", [](Glb& g) { g.json["accessors"][0]["bufferView"] = 99; }, ":/accessors/0/bufferView: is 99"},
     {"AccessorOffset", [](Glb& g) { g.json["accessors"][0]["byteOffset"] = 4; }, "leave their view"},
     {"AccessorOffsetHuge", [](Glb& g) { g.json["accessors"][0]["byteOffset"] = 9223372036854775807LL; },
+     ":/accessors/0/byteOffset: is 9223372036854775807, expected"},
+    {"AccessorOffsetLarge", [](Glb& g) { g.json["accessors"][0]["byteOffset"] = 9007199254740992LL; },
      "leave their view"},
     {"ViewBuffer", [](Glb& g) { g.json["bufferViews"][0]["buffer"] = 5; }, ":/bufferViews/0/buffer: is 5"},
     {"ViewTooLong", [](Glb& g) { g.json["bufferViews"][0]["byteLength"] = 100000; }, ":/bufferViews/0"},
@@ -302,6 +304,40 @@ constexpr Defect kDefects[] = {
        g.json["extras"] = deep;
      },
      "nested deeper than 128 levels"},
+    {"IndicesAsText", [](Glb& g) { g.json["meshes"][0]["primitives"][0]["indices"] = "1"; },
+     ":/meshes/0/primitives/0/indices: is \"1\", expected a whole number"},
+    {"ViewThatWraps", [](Glb& g) { g.json["accessors"][0]["bufferView"] = 4294967296.0; },
+     ":/accessors/0/bufferView: is 4294967296.0, expected a whole number from 0 to 2147483647"},
+    {"OffsetBeyondAll", [](Glb& g) { g.json["bufferViews"][0]["byteOffset"] = 1e19; },
+     ":/bufferViews/0/byteOffset: is 1e+19, expected a whole number"},
+    {"PositionNegative", [](Glb& g) { g.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = -1; },
+     ":/meshes/0/primitives/0/attributes/POSITION: is -1"},
+    {"MeshAsText", [](Glb& g) { g.json["nodes"][0]["mesh"] = "0"; }, ":/nodes/0/mesh: is \"0\""},
+    {"ChildrenAsText", [](Glb& g) { g.json["nodes"][0]["children"] = "1"; },
+     ":/nodes/0/children: is \"1\", expected a list"},
+    {"ScaleAsText",
+     [](Glb& g) {
+       g.json["nodes"][0]["scale"] = {"1", 1, 1};
+     },
+     ":/nodes/0/scale/0: is \"1\", expected a number"},
+    {"NodesAsText", [](Glb& g) { g.json["nodes"] = "none"; }, ":/nodes: is \"none\", expected a list"},
+    {"MeshesAsObject", [](Glb& g) { g.json["meshes"] = json::object(); }, ":/meshes: is an object, expected a list"},
+    {"SceneAsText", [](Glb& g) { g.json["scene"] = "0"; }, ":/scene: is \"0\""},
+    {"PrimitiveAsNumber", [](Glb& g) { g.json["meshes"][0]["primitives"] = {7}; },
+     ":/meshes/0/primitives/0: is 7, expected an object"},
+    {"ScalesThatUnderflowTogether",
+     [](Glb& g) {
+       g.json["nodes"][0]["scale"] = {1e-4, 1e-4, 1e-4};
+       g.json["nodes"].push_back({{"children", {0}}, {"scale", {1e-4, 1e-4, 1e-4}}});
+       g.json["scenes"][0]["nodes"] = {1};
+     },
+     ":/nodes/0: with its parents its transform scales volumes by 1e-24"},
+    {"MeshesWithoutNodes",
+     [](Glb& g) {
+       g.json.erase("nodes");
+       g.json["scenes"][0]["nodes"] = json::array();
+     },
+     ":/scenes: the file has 1 mesh(es), but no node that places one"},
     {"TraversingUri",
      [](Glb& g) {
        g.json["buffers"] = {{{"byteLength", 4}, {"uri", "../../../../../../etc/passwd"}}};
@@ -322,14 +358,19 @@ constexpr Defect kDefects[] = {
        g.json["buffers"] = {{{"byteLength", 4}, {"uri", "file:///etc/passwd"}}};
      },
      "a.glb:/buffers/0: file:///etc/passwd is no file"},
-    {"EndlessUri",
-     [](Glb& g) {
-       g.json["buffers"] = {{{"byteLength", 4}, {"uri", "/dev/zero"}}};
-     },
+    {"EndlessUri", [](Glb& g) { g.json["buffers"] = {{{"byteLength", 4}, {"uri", "/dev/zero"}}}; },
      "is not in the folder of the glTF file"}};
 
 INSTANTIATE_TEST_SUITE_P(Each, GltfDefect, ::testing::ValuesIn(kDefects),
                          [](const auto& test) { return std::string(test.param.name); });
+
+TEST(Gltf, NamesDoNothingToATerminal) {
+  Glb glb = one_tetrahedron();
+  glb.json["nodes"][0]["name"] = "liver\x1B[2J\nstylet: all is well\u009B31m";
+  EXPECT_EQ(read(glb.bytes()).organs[0].name, "liver?[2J?stylet: all is well?31m");
+  glb.json["buffers"] = {{{"byteLength", 4}, {"uri", "gone\x1B[2J\u009B.bin"}}};
+  EXPECT_THAT(gltf_error(glb.bytes()), ::testing::AllOf(HasSubstr("gone?[2J?.bin"), Not(HasSubstr("\x1B"))));
+}
 
 TEST(Gltf, WhatTrianglesDoNotNeedIsNotLookedAt) {
   Glb glb = one_tetrahedron();

@@ -2,6 +2,7 @@
 #include "engine/app/import_organs.h"
 
 #include "engine/files/error.h"
+#include "engine/files/json_scan.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/terminal.h"
 
@@ -84,7 +85,7 @@ SourceSettings source_settings(const ImportOptions& options) {
 
 void print_parts(const std::vector<import::SourceFile>& files) {
   for (const import::SourceFile& file : files) {
-    fmt::print("{} ({}), {} part(s)\n", file.path.string(), file.format, file.parts.size());
+    fmt::print("{} ({}), {} part(s)\n", files::one_line(file.path.string()), file.format, file.parts.size());
     for (const std::string& assumption : file.assumptions) fmt::print("  {}\n", assumption);
     fmt::print("  {:<40} {:>9} {:>22}  {}\n", "part", "triangles", "size, mm", "organ");
     const auto voxels = file.image ? file.image->counts() : std::map<std::uint16_t, std::size_t>{};
@@ -99,7 +100,8 @@ void print_parts(const std::vector<import::SourceFile>& files) {
       for (const Eigen::Vector3d& v : part.mesh.vertices) box.extend(v);
       const Eigen::Vector3d size = box.sizes() * 1e3;
       fmt::print("  {:<40} {:>9} {:>22}  {}\n", part.name, part.mesh.triangles.size(),
-                 fmt::format("{:.0f} x {:.0f} x {:.0f}", size.x(), size.y(), size.z()), part.organ.id);
+                 fmt::format("{:.0f} x {:.0f} x {:.0f}", size.x(), size.y(), size.z()),
+                 files::one_line(part.organ.id));
     }
   }
 }

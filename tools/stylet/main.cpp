@@ -1,5 +1,6 @@
 // The `stylet` command.
 #include "engine/app/observer.h"
+#include "engine/files/json_scan.h"
 #include "physics/tissue/blas.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
@@ -107,7 +108,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::fputs("stylet: out of memory; close other programs or use a smaller scenario\n", stderr);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "stylet: %s\n", error.what());
+    std::fprintf(stderr, "stylet: %s\n", stylet::files::one_line(error.what()).c_str());
   }
   return stylet::tools::kExitBadInput;
 }

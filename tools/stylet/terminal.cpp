@@ -1,5 +1,6 @@
 #include "tools/stylet/terminal.h"
 
+#include "engine/files/json_scan.h"
 #include "tools/stylet/interrupt.h"
 
 #include <unistd.h>
@@ -22,6 +23,7 @@ void Terminal::progress(const std::string& task, double share) {
   if (task != task_) {
     task_done();
     task_ = task;
+    shown_ = files::one_line(task);
     started_ = now;
   } else if (now - drawn_ < std::chrono::milliseconds(100)) {
     return;
@@ -29,7 +31,7 @@ void Terminal::progress(const std::string& task, double share) {
   drawn_ = now;
   if (!is_terminal_) return;
   const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * 30);
-  say(stderr, "\r{:<34} [{:<30}] {:3.0f} %", task_, std::string(static_cast<std::size_t>(filled), '='),
+  say(stderr, "\r{:<34} [{:<30}] {:3.0f} %", shown_, std::string(static_cast<std::size_t>(filled), '='),
       std::clamp(share, 0.0, 1.0) * 100);
   std::fflush(stderr);
 }
@@ -38,14 +40,15 @@ void Terminal::task_done() {
   if (task_.empty()) return;
   const double seconds = std::chrono::duration<double>(Clock::now() - started_).count();
   if (is_terminal_) {
-    say(stderr, "\r{:<34} {:5.1f} s{:>35}\n", task_, seconds, "");
+    say(stderr, "\r{:<34} {:5.1f} s{:>35}\n", shown_, seconds, "");
   } else if (seconds >= kWorthALine) {
-    say(stderr, "{:<34} {:5.1f} s\n", task_, seconds);
+    say(stderr, "{:<34} {:5.1f} s\n", shown_, seconds);
   }
   task_.clear();
 }
 
-void Terminal::note(app::Note kind, const std::string& text) {
+void Terminal::note(app::Note kind, const std::string& raw) {
+  const std::string text = files::one_line(raw);          // names in it are of files of others
   if (is_terminal_ && !task_.empty()) say(stderr, "\n");  // the line of the task stays
   if (kind == app::Note::info) {
     say(stdout, "{}\n", text);

@@ -40,6 +40,7 @@ private:
   using Clock = std::chrono::steady_clock;
   bool is_terminal_;
   std::string task_;
+  std::string shown_;  // of the task, fit for a terminal
   Clock::time_point started_;
   Clock::time_point drawn_;
 };

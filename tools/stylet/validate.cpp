@@ -1,6 +1,7 @@
 // `stylet validate`: all problems of files at once.
 #include "engine/app/validate.h"
 
+#include "engine/files/json_scan.h"
 #include "tools/reference/reference_insertion.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/terminal.h"
@@ -28,7 +29,7 @@ int validate(const std::vector<std::string>& paths) {
     for (const std::filesystem::path& file : app::files_to_validate(path, kOtherFormats)) {
       const app::Verdict verdict = app::validate(file, kOtherFormats);
       for (const std::string& warning : verdict.warnings) terminal.note(app::Note::warning, warning);
-      for (const std::string& problem : verdict.problems) fmt::print("{}\n", problem);
+      for (const std::string& problem : verdict.problems) fmt::print("{}\n", files::one_line(problem));
       fmt::print("{}: {}\n", file.string(),
                  verdict.sound() ? "sound" : fmt::format("{} problem(s)", verdict.problems.size()));
       if (verdict.sound()) fmt::print("{}", verdict.summary);
