@@ -73,10 +73,9 @@ fs::path find_scenario(const std::string& path_or_name) {
     if (entry.unreadable_because.empty()) names.insert(entry.name);
   }
   const std::string close = files::nearest(path_or_name, names);
-  throw files::ContentError(
-      fmt::format("{}: there is no such file or scenario; {}: {}", path_or_name,
-                  close.empty() ? "name one of" : fmt::format("did you mean {}? There are", close),
-                  fmt::join(names, ", ")));
+  throw files::ContentError(fmt::format(
+      "{}: there is no such file or scenario; {}: {}", path_or_name,
+      close.empty() ? "name one of" : fmt::format("did you mean {}? There are", close), fmt::join(names, ", ")));
 }
 
 }  // namespace stylet::readers
