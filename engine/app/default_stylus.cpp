@@ -12,7 +12,11 @@ using haptic::hid::DeviceKind;
 
 Stylus open_stylus_or_default(const std::string& device, ShownIn shown, const content::Scene& scene,
                               haptic::hid::ReportLog* log, const session::StartPose* start, Observer& observer) {
-  if (!device.empty()) return open_stylus(device, scene, log, start);
+  if (!device.empty()) {
+    Stylus stylus = open_stylus(device, scene, log, start);
+    if (!stylus.warning.empty()) observer.note(Note::warning, stylus.warning);
+    return stylus;
+  }
   const bool in_window = shown == ShownIn::window;
   // Of a scenario that says not where a needle starts only a motion can be shown.
   const bool can_be_held = !scene.targets.empty() && !scene.motion.stylus.empty();

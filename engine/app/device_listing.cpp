@@ -148,7 +148,7 @@ void describe_motion(const hid::StylusMap& map, const hid::DeviceProfile& profil
   }
 }
 
-void describe_force(const hid::ForceOutput& output, const hid::DeviceProfile& profile, json& out, std::string& text) {
+void describe_force(const hid::ForceOutput& output, json& out, std::string& text) {
   if (output.way() == hid::ForceOutput::Way::kNone) return;
   const bool sample = output.way() == hid::ForceOutput::Way::kForceSample;
   const char* way = sample ? "PID Download Force Sample" : "PID constant force";
@@ -165,16 +165,22 @@ void describe_force(const hid::ForceOutput& output, const hid::DeviceProfile& pr
   text += fmt::format(
       "  {:<11}{:.3g} N, {:.3g} N for ever, {:.0f} N/m and {:.3g} N s/m at 1 kHz{}\n", "limits", limits.max_force_n,
       limits.continuous_force_n, limits.max_stiffness_n_per_m, limits.max_damping_n_s_per_m,
-      profile.force_timeout_s > 0
-          ? fmt::format("; drops the force {:.0f} ms after the host falls silent", profile.force_timeout_s * 1e3)
+      output.held_s() > 0
+          ? fmt::format("; drops the force {:.0f} ms after the host falls silent", output.held_s() * 1e3)
           : "; does NOT drop the force by itself");
+  if (!output.lets_go()) {
+    text += fmt::format(
+        "  {:<11}its force would stay on if the computer stopped: used only by name, --device hid:VID:PID\n",
+        "warning");
+  }
   out["force"] = {{"way", way},
                   {"axes", std::move(axes)},
                   {"max_force_n", limits.max_force_n},
                   {"continuous_force_n", limits.continuous_force_n},
                   {"max_stiffness_n_per_m", limits.max_stiffness_n_per_m},
                   {"max_damping_n_s_per_m", limits.max_damping_n_s_per_m},
-                  {"timeout_ms", profile.force_timeout_s * 1e3}};
+                  {"timeout_ms", output.held_s() * 1e3},
+                  {"by_name_only", !output.lets_go()}};
 }
 
 }  // namespace
@@ -209,7 +215,7 @@ json describe_device(const ListedDevice& device, std::span<const std::uint8_t> d
       text += fmt::format("  {}{}\n", kind_words(kind, output.limits().renders_force),
                           profile.name.empty() ? "" : fmt::format("; profile \"{}\"", profile.name));
       describe_motion(map, profile, out, text);
-      describe_force(output, profile, out, text);
+      describe_force(output, out, text);
     }
     for (const hid::DescriptorWarning& warning : parsed.warnings) {
       out["warnings"].push_back(fmt::format("byte {}: {}", warning.byte_offset, warning.text));

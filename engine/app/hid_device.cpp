@@ -60,7 +60,8 @@ struct Candidate {
   DeviceProfile profile;
   DeviceKind kind = DeviceKind::kUnusable;
   int rank = 0;
-  std::string reason;  ///< why it cannot be used
+  bool lets_go = true;  ///< of the force, when the host dies
+  std::string reason;   ///< why it cannot be used
 };
 
 Candidate candidate(const HidDeviceSummary& device, const std::vector<DeviceProfile>& profiles) {
@@ -74,6 +75,7 @@ Candidate candidate(const HidDeviceSummary& device, const std::vector<DeviceProf
     const haptic::hid::ForceOutput output(descriptor, found.profile);
     found.kind = map.kind();
     found.rank = rank(map.kind(), output.way() != haptic::hid::ForceOutput::Way::kNone);
+    found.lets_go = output.lets_go();
     found.reason = map.reason();
   } catch (const std::exception& error) {
     found.reason = error.what();
@@ -140,6 +142,13 @@ HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked)
         choice.vendor_id == 0 || (device.vendor_id == choice.vendor_id && device.product_id == choice.product_id);
     if (!meant || !seen.insert(device.path).second) continue;
     const Candidate found = candidate(device, profiles);
+    if (found.rank > 0 && !found.lets_go && choice.vendor_id == 0) {
+      reasons += fmt::format(
+          "; {} {}: its force would stay on if the computer stopped; {:04x}:{:04x} by name uses it all "
+          "the same",
+          device.path, device.product, device.vendor_id, device.product_id);
+      continue;
+    }
     if (found.rank == 0) reasons += fmt::format("; {} {}: {}", device.path, device.product, found.reason);
     if (found.rank > best.rank) best = found;
   }

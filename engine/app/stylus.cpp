@@ -109,7 +109,13 @@ Stylus open_hid(const StylusOpening& opening) {
   const HidChoice choice = parse_hid_id(opening.argument, "--device hid:" + opening.argument);
   auto device = open_hid_stylus(choice, opening.scene, way.tip, way.aim, opening.log);
   readers::RawReports reports{.device = device->name(), .report_descriptor = device->report_descriptor()};
-  return {.device = std::move(device), .hid = std::move(reports)};
+  std::string warning;
+  if (!device->lets_go()) {
+    warning = device->name() +
+              ": its force stays on if this computer stops (it has neither effects that end nor a time-out); "
+              "be ready to switch it off";
+  }
+  return {.device = std::move(device), .hid = std::move(reports), .warning = std::move(warning)};
 }
 
 void find_recorded_file(const std::string& file) {

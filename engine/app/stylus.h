@@ -72,6 +72,7 @@ struct Stylus {
   bool own_motion = false;  ///< it plays the scenario's motion
   StylusInput input{};
   readers::RawReports hid{};  ///< of a HID device: which, and what its reports mean; its reports are in the log
+  std::string warning{};      ///< for who holds it, one line; empty: none
   const StylusKind* kind = nullptr;  ///< set by open_stylus()
 
   bool held() const { return kind->held; }

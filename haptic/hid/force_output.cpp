@@ -84,6 +84,7 @@ ForceOutput::ForceOutput(const ReportDescriptor& descriptor, const DeviceProfile
       torque_from_device_(profile.rotation_from_report.transpose()),
       force_sign_(profile.force_sign),
       limits_(profile.limits.value_or(DeviceLimits{})),
+      force_timeout_s_(profile.force_timeout_s),
       descriptor_(descriptor) {
   full_scale_ = profile.full_scale_force_n > 0 ? profile.full_scale_force_n : limits_.max_force_n;
   if (profile.unusable.empty()) find_force_sample(descriptor);
@@ -153,6 +154,16 @@ void ForceOutput::find_constant_force(const ReportDescriptor& descriptor) {
                      .range = full_scale_,
                      .scale = full_scale_ / static_cast<double>(magnitude->logical_max)});
   }
+  if (const Field* duration = effect.find(u::kDuration); duration != nullptr) {
+    const Conversion conversion = conversion_of(*duration);
+    const double tick = conversion.dimension == kSeconds && conversion.scale > 0 ? conversion.scale : 1e-3;  // PID's
+    const auto ticks = static_cast<std::int64_t>(std::floor(kEffectDuration / tick * (1 + 1e-9)));
+    // Above the range, or all ones, is what PID calls infinite.
+    if (ticks > 0 && ticks >= duration->logical_min && ticks <= duration->logical_max) {
+      effect_ticks_ = ticks;
+      effect_s_ = static_cast<double>(ticks) * tick;
+    }
+  }
   force_ = layout(descriptor, *magnitude);
   block_index_ = *constant.find(u::kEffectBlockIndex);
   way_ = Way::kConstantForce;
@@ -176,7 +187,14 @@ void ForceOutput::find_controls(const ReportDescriptor& descriptor) {
   }
 }
 
+double ForceOutput::held_s() const {
+  const double timeout = force_timeout_s_;
+  if (way_ != Way::kConstantForce || effect_s_ == 0) return timeout;
+  return timeout > 0 ? std::min(effect_s_, timeout) : effect_s_;
+}
+
 std::string ForceOutput::start(const ReportPort& port) {
+  renewals_.clear();
   for (const ReportType type : {ReportType::kFeature, ReportType::kOutput}) {
     Writer gain(descriptor_, type, u::kDeviceGainReport);
     const Field* field = gain.find(u::kDeviceGain);
@@ -210,7 +228,7 @@ std::string ForceOutput::start(const ReportPort& port) {
     Writer effect(descriptor_, ReportType::kOutput, u::kSetEffect);
     effect.put(u::kEffectBlockIndex, axis.block);
     effect.choose(u::kConstantForce, u::kEffectType);
-    effect.put(u::kDuration, -1);  // all ones: for ever
+    effect.put(u::kDuration, effect_ticks_ > 0 ? effect_ticks_ : -1);  // all ones: for ever
     if (const Field* gain = effect.find(u::kEffectGain); gain != nullptr) effect.put(gain, gain->logical_max);
     effect.put(effect.find(u::kX + static_cast<Usage>(axis.index), u::kAxesEnable), 1);
     effect.put(u::kDirectionEnable, 1);
@@ -229,6 +247,7 @@ std::string ForceOutput::start(const ReportPort& port) {
     operation.choose(u::kEffectStart, u::kEffectOperation);
     operation.put(u::kLoopCount, 1);
     if (!port.write(operation.bytes())) return "the device does not start an effect (PID Effect Operation)";
+    if (effect_ticks_ > 0) renewals_.push_back(operation.bytes());
   }
   return {};
 }

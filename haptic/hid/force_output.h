@@ -37,6 +37,10 @@ public:
     std::uint8_t block = 0;  ///< of the effect, once start() has made it
   };
 
+  static constexpr double kMostHeld = 0.020;  ///< s after its host died that a device may push: haptic/README.md
+  /// s that a constant force lasts unless it is started again; 2 ms are left for a firmware that counts them whole.
+  static constexpr double kEffectDuration = 0.018;
+
   /// Not for running loops.
   ForceOutput(const ReportDescriptor& descriptor, const DeviceProfile& profile);
 
@@ -45,9 +49,23 @@ public:
   /// The profile's data sheet, or the defaults, with the force no higher than the reports can carry.
   const DeviceLimits& limits() const { return limits_; }
 
-  /// Gains, effects and all else that comes before the first force; the motors stay off. Waits for the bus.
+  /// How long the device pushes on, s, when its host falls silent: until the effects run out, or the firmware's own
+  /// time-out (DeviceProfile). 0: for ever.
+  double held_s() const;
+  /// Whether a host that dies leaves a force no longer than kMostHeld.
+  bool lets_go() const { return way_ == Way::kNone || (held_s() > 0 && held_s() <= kMostHeld); }
+
+  /// Gains, effects and all else that comes before the first force; the motors stay off. Where it fails, constant
+  /// forces are not to be written. Waits for the bus.
   /// @return what failed, one line; empty: nothing
   std::string start(const ReportPort& port);
+
+  /// Effects to be started again every renew_s() while forces are written: each report of a force changes the size of
+  /// an effect, and does not make it last. None for samples, and before start().
+  int renewal_count() const { return static_cast<int>(renewals_.size()); }
+  double renew_s() const { return effect_s_ / 3; }  // one may be late by two thirds
+  /// @realtime the bytes of report `index`, as start() made them
+  std::span<const std::uint8_t> renewal(int index) const { return renewals_[static_cast<std::size_t>(index)]; }
 
   /// How many reports a force takes: one sample, or one for each effect.
   int report_count() const;
@@ -90,7 +108,11 @@ private:
   DeviceLimits limits_;
   std::vector<Axis> axes_;
   Layout force_;
-  Field block_index_{};  // of Set Constant Force
+  Field block_index_{};            // of Set Constant Force
+  double effect_s_ = 0;            // that an effect lasts; 0: for ever
+  std::int64_t effect_ticks_ = 0;  // the same in units of its Duration
+  double force_timeout_s_ = 0;     // of the profile
+  std::vector<std::vector<std::uint8_t>> renewals_;
   std::size_t max_bytes_ = 0;
   std::array<Control, 4> controls_{};
   Layout control_;

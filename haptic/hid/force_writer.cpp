@@ -49,6 +49,11 @@ bool ForceWriter::write(const Eigen::Vector3d& force, const Eigen::Vector3d& tor
     const std::size_t size = output_.encode(k, force, torque, report_);
     all = size != 0 && transport_.write(std::span(report_).first(size)) && all;
   }
+  if (output_.renewal_count() == 0) return all;
+  const std::int64_t now_ns = MonotonicClock().now_ns();
+  if (static_cast<double>(now_ns - renewed_ns_) * 1e-9 < output_.renew_s()) return all;
+  renewed_ns_ = now_ns;
+  for (int k = 0; k < output_.renewal_count(); ++k) all = transport_.write(output_.renewal(k)) && all;
   return all;
 }
 
@@ -64,11 +69,12 @@ void ForceWriter::run(const std::stop_token& stop, int fifo_priority) {
   const auto count = [this](bool done) {
     if (!done) counters_.failed.fetch_add(1, std::memory_order_relaxed);
   };
-  count(output_
-            .start({.write = [this](auto bytes) { return transport_.write(bytes); },
-                    .set_feature = [this](auto bytes) { return transport_.set_feature(bytes); },
-                    .get_feature = [this](auto bytes) { return transport_.get_feature(bytes); }})
-            .empty());
+  const std::string refused =
+      output_.start({.write = [this](auto bytes) { return transport_.write(bytes); },
+                     .set_feature = [this](auto bytes) { return transport_.set_feature(bytes); },
+                     .get_feature = [this](auto bytes) { return transport_.get_feature(bytes); }});
+  count(refused.empty());
+  if (!refused.empty() && output_.way() == ForceOutput::Way::kConstantForce) return;  // it may be one without an end
   count(write(none, none));  // before the motors are on, what they will give
   bool enabled = write(DeviceControl::kEnableActuators);
   count(enabled);

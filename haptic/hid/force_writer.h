@@ -52,7 +52,8 @@ struct ForceCounters {
 };
 
 /// From construction to destruction the motors are on; zero and off is the last that goes out. Without an order for
-/// kSilence the force is zero: the loop that should give them is gone.
+/// kSilence the force is zero: the loop that should give them is gone. Effects of a device without a time-out of its
+/// own are started again while orders come, and run out when this process does not.
 class ForceWriter {
 public:
   static constexpr double kSilence = 0.020;  ///< s
@@ -74,6 +75,7 @@ private:
   ForceSlot& slot_;
   ForceCounters& counters_;
   std::vector<std::uint8_t> report_;
+  std::int64_t renewed_ns_ = 0;
   std::jthread thread_;
 };
 

@@ -47,6 +47,7 @@ HidStylus::HidStylus(const HidStylusSettings& settings) : settings_(settings), n
   std::unique_ptr<Link> link = open(settings.device.path);
   descriptor_ = link->report_descriptor;
   kind_ = link->map.kind();
+  lets_go_ = link->output.lets_go();
   limits_ = limits_in_patient_frame(link->output.limits(), settings.workspace.scale);
   follower_ = std::make_unique<HandFollower>(FollowSettings{.kind = kind_,
                                                             .workspace = settings.workspace,

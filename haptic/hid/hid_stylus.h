@@ -50,6 +50,8 @@ public:
   std::string name() const override { return name_; }
   DeviceLimits limits() const override { return limits_; }
   DeviceKind kind() const { return kind_; }
+  /// ForceOutput::lets_go(): a host that dies leaves no force.
+  bool lets_go() const { return lets_go_; }
   /// As it was when the stylus was made.
   const std::vector<std::uint8_t>& report_descriptor() const { return descriptor_; }
   /// @realtime reads the clock; no other system call
@@ -77,6 +79,7 @@ private:
   std::string name_;
   std::vector<std::uint8_t> descriptor_;
   DeviceKind kind_ = DeviceKind::kUnusable;
+  bool lets_go_ = true;
   DeviceLimits limits_;
   std::unique_ptr<HandFollower> follower_;  // haptic thread's
   std::uint64_t orders_ = 0;                // haptic thread's

@@ -2,6 +2,7 @@
 
 #include "haptic/output_guard.h"
 #include "tests/support/hid/mock_hid_node.h"
+#include "tests/support/hid/pid_stick.h"
 #include "tests/support/hid/stylus_firmware.h"
 
 #include <gtest/gtest.h>
@@ -168,26 +169,30 @@ TEST_F(HidStylusTest, LoopThatStopsLeavesNoForce) {
   EXPECT_TRUE(firmware.enabled());
 }
 
-// Its own process, so that it can be killed: pushes with 1 N until then.
+// Its own process, so that it can be killed: pushes to the right and up until then.
 TEST(HidHost, DISABLED_PushesUntilKilled) {
   const std::vector<HidDeviceSummary> devices = list_hid_devices();
   ASSERT_FALSE(devices.empty());
   HidStylus stylus({.device = devices[0], .fifo_priority = 0});
   while (true) {
     stylus.read(0);
-    stylus.write({0, 1, 0}, Vector3d::Zero());
+    stylus.write({1, 1, 0}, Vector3d::Zero());
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }
 
-TEST_F(HidStylusTest, KilledHostLeavesNoForceAfter20Milliseconds) {
+/// That process.
+pid_t push_until_killed() {
   const pid_t host = fork();
+  if (host != 0) return host;
+  execl("/proc/self/exe", "host", "--gtest_also_run_disabled_tests", "--gtest_brief=1",
+        "--gtest_filter=HidHost.DISABLED_PushesUntilKilled", nullptr);
+  _exit(127);
+}
+
+TEST_F(HidStylusTest, KilledHostLeavesNoForceAfter20Milliseconds) {
+  const pid_t host = push_until_killed();
   ASSERT_GE(host, 0);
-  if (host == 0) {
-    execl("/proc/self/exe", "host", "--gtest_also_run_disabled_tests", "--gtest_brief=1",
-          "--gtest_filter=HidHost.DISABLED_PushesUntilKilled", nullptr);
-    _exit(127);
-  }
   const bool pushed = node.wait([&] { return firmware.applied_force().norm() > 0.9; });
   ASSERT_EQ(kill(host, SIGKILL), 0);
   ASSERT_EQ(waitpid(host, nullptr, 0), host);
@@ -282,6 +287,83 @@ TEST_F(HidStylusTest, RefusedWritesAreCountedAndPosesGoOn) {
   EXPECT_TRUE(sample.valid);
   node.fail_writes(0);
   EXPECT_TRUE(step_until([&] { return applied().norm() > 0.9; }));
+}
+
+TEST(PidForce, LetsGoByItsEffectsOrByItsProfileOrIsTold) {
+  const auto held = [](bool endless, double timeout_s) {
+    return ForceOutput(parse_report_descriptor(support::PidStick(endless).descriptor()),
+                       {.full_scale_force_n = 10, .force_timeout_s = timeout_s});
+  };
+  EXPECT_EQ(held(false, 0).way(), ForceOutput::Way::kConstantForce);
+  EXPECT_DOUBLE_EQ(held(false, 0).held_s(), 0.018);
+  EXPECT_DOUBLE_EQ(held(false, 0.010).held_s(), 0.010);
+  EXPECT_TRUE(held(false, 0).lets_go());
+  EXPECT_EQ(held(true, 0).way(), ForceOutput::Way::kConstantForce);
+  EXPECT_EQ(held(true, 0).held_s(), 0);
+  EXPECT_FALSE(held(true, 0).lets_go());
+  EXPECT_TRUE(held(true, 0.020).lets_go());
+  EXPECT_FALSE(held(true, 0.500).lets_go()) << "it lets go, but late";
+}
+
+/// A joystick with PID constant forces on the mocked bus.
+class PidStickTest : public testing::Test {
+protected:
+  double pushed_right() const {
+    return node.with_device([&] { return stick.applied(0); });
+  }
+
+  MockHidBus bus;
+  support::PidStick stick;
+  MockHidNode node{bus, stick};
+};
+
+TEST_F(PidStickTest, KilledHostLeavesNoForceAfter20Milliseconds) {
+  const pid_t host = push_until_killed();
+  ASSERT_GE(host, 0);
+  const bool pushed = node.wait([&] { return stick.applied(0) > 0.1; });
+  ASSERT_EQ(kill(host, SIGKILL), 0);
+  ASSERT_EQ(waitpid(host, nullptr, 0), host);
+  ASSERT_TRUE(pushed);
+  ASSERT_TRUE(node.wait([&] { return stick.applied(0) == 0; })) << "it pushes for ever";
+  node.with_device([&] {
+    EXPECT_TRUE(stick.enabled());  // the host said no good-bye
+    EXPECT_LE(stick.ran_out_ns() - stick.last_report_ns(), 20'000'000);
+  });
+}
+
+TEST_F(PidStickTest, ItsForceDoesNotRunOutWhileTheHostLives) {
+  HidStylus stylus({.device = list_hid_devices().at(0), .fifo_priority = 0});
+  EXPECT_TRUE(stylus.lets_go());
+  const auto push_for = [&](int starts) {
+    const int before = node.with_device([&] { return stick.starts(); });
+    for (int k = 0; k < 10'000 && node.with_device([&] { return stick.starts(); }) < before + starts; ++k) {
+      stylus.read(0);
+      stylus.write({1, 0, 0}, Vector3d::Zero());
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  };
+  bool held = false;
+  for (int attempt = 0; attempt < 30 && !held; ++attempt) {  // a busy machine spoils some
+    push_for(4);
+    const int run_out = node.with_device([&] { return stick.times_run_out(); });
+    push_for(20);  // of two axes: 60 ms, three times as long as an effect lasts
+    held = node.with_device([&] { return stick.times_run_out(); }) == run_out && pushed_right() > 0.1;
+  }
+  EXPECT_TRUE(held);
+}
+
+TEST_F(PidStickTest, EndsWithZeroForceAndMotorsOff) {
+  {
+    HidStylus stylus({.device = list_hid_devices().at(0), .fifo_priority = 0});
+    for (int k = 0; k < 10'000 && pushed_right() < 0.1; ++k) {
+      stylus.read(0);
+      stylus.write({1, 0, 0}, Vector3d::Zero());
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_GT(pushed_right(), 0.1);
+  }
+  EXPECT_EQ(pushed_right(), 0);
+  EXPECT_FALSE(node.with_device([&] { return stick.enabled(); }));
 }
 
 }  // namespace

@@ -287,6 +287,7 @@ struct PidFirmware {
     bool constant = false;
     bool started = false;
     int magnitude = 0;
+    int duration_ms = 0;
   };
   std::vector<Effect> effects{};
   int controls = 0;
@@ -314,7 +315,8 @@ struct PidFirmware {
     const auto effect = [&]() -> Effect& { return effects.at(bytes[1] - 1U); };
     switch (bytes[0]) {
       case 1:  // Set Effect
-        effect().constant = bytes[2] == 1 && bytes[3] == 0xFF && bytes[11] == 255;
+        effect().constant = bytes[2] == 1 && bytes[11] == 255;
+        effect().duration_ms = bytes[3] | bytes[4] << 8;
         effect().axis = (bytes[13] & 3) == 1 ? 0 : (bytes[13] & 3) == 2 ? 1 : -1;
         return true;
       case 5:
@@ -358,8 +360,17 @@ TEST(ForceOutput, PidDevicesGetOneConstantForceForEachAxis) {
   for (int axis = 0; axis < 2; ++axis) {
     EXPECT_TRUE(firmware.effects[axis].constant && firmware.effects[axis].started);
     EXPECT_EQ(firmware.effects[axis].axis, axis);
+    EXPECT_EQ(firmware.effects[axis].duration_ms, 18) << "gone 20 ms after a host that dies";
     EXPECT_EQ(firmware.effects[axis].magnitude, axis == 0 ? 6553 : -3277);
   }
+  EXPECT_TRUE(output.lets_go());
+  ASSERT_EQ(output.renewal_count(), 2);
+  for (int k = 0; k < 2; ++k) {
+    firmware.effects[k].started = false;
+    ASSERT_TRUE(firmware.write(output.renewal(k)));
+    EXPECT_TRUE(firmware.effects[k].started);
+  }
+  EXPECT_LT(output.renew_s(), 0.018 / 2) << "one may be late";
   send({50, 0, std::nan("")});
   EXPECT_EQ(firmware.effects[0].magnitude, 0);
   const std::size_t size = output.encode(DeviceControl::kEnableActuators, out);

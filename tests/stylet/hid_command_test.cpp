@@ -259,6 +259,28 @@ TEST_F(HidCommand, AFileAtItsLimitEndsTheSessionWithoutForceAndKeepsTheRecording
   EXPECT_THAT(replayed.output, HasSubstr("identical"));
 }
 
+TEST_F(HidCommand, AStickWhoseEffectsHaveNoEndIsUsedByNameOnly) {
+  const Outcome safe = run_with("--stick", "devices");
+  EXPECT_THAT(safe.output, HasSubstr("drops the force 18 ms after the host falls silent")) << safe.output;
+  const Outcome list = run_with("--endless", "devices");
+  EXPECT_THAT(list.output, HasSubstr("its force would stay on if the computer stopped: used only by name"));
+  readers::test::SmallScenario small;
+  small.scenario["labels"]["spacing_mm"] = 4;
+  const std::string train =
+      fmt::format("train {} --view headless --expert none --no-film --seconds 0.3 --out '{}' --device ",
+                  small.write().string(), (folder_ / "out").string());
+  expect_refused(run_with("--endless", train + "hid"),
+                 {"--device hid: nothing that can lead a needle", "would stay on", "1209:0001 by name"});
+  const Outcome named = run_with("--endless", train + "hid:1209:0001");
+  EXPECT_EQ(named.exit_code, 0) << named.output;
+  EXPECT_THAT(named.output, HasSubstr("stylet: warning: Mocked stylus (1209:0001): its force stays on"));
+  EXPECT_THAT(named.output, HasSubstr("motors off; force now 0.000"));
+  const Outcome unasked = run_with("--stick", train + "hid");
+  EXPECT_EQ(unasked.exit_code, 0) << unasked.output;
+  EXPECT_THAT(unasked.output, HasSubstr("motors off; force now 0.000"));
+  EXPECT_EQ(unasked.output.find("warning"), std::string::npos) << unasked.output;
+}
+
 TEST_F(HidCommand, InAWindowAStylusLeadsTheNeedleUnasked) {
   if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
   readers::test::SmallScenario small;

@@ -1,5 +1,6 @@
 // Runs a command that finds a device plugged in, and says what it did: see kUsage.
 #include "tests/support/hid/mock_hid_node.h"
+#include "tests/support/hid/pid_stick.h"
 #include "tests/support/hid/preload.h"
 #include "tests/support/hid/stylus_firmware.h"
 
@@ -30,13 +31,17 @@ constexpr const char* kUsage =
     "  --corners     the hand waits at its rest place until somebody opens the device, and then goes to the corners\n"
     "                that `stylet devices --calibrate` asks for; else it goes down 50 mm and up again\n"
     "  --refuse      nobody may open the device\n"
-    "  --vendor      a device of the vendor's own reports instead of a stylus\n";
+    "  --vendor      a device of the vendor's own reports instead of a stylus\n"
+    "  --stick       a joystick with PID constant forces instead\n"
+    "  --endless     the same, and its effects have no end\n";
 
 struct Options {
   double rate_hz = 1000;
   bool corners = false;
   bool refuse = false;
   bool vendor = false;
+  bool stick = false;
+  bool endless = false;
 };
 
 /// Every 8 s, along the axes of the reports.
@@ -99,6 +104,9 @@ char** parse(char** arguments, Options& options) {
       options.refuse = true;
     } else if (name == "--vendor") {
       options.vendor = true;
+    } else if (name == "--stick" || name == "--endless") {
+      options.stick = true;
+      options.endless = name == "--endless";
     } else if (name == "--rate" && arguments[1] != nullptr) {
       options.rate_hz = std::atof(*++arguments);
     } else {
@@ -125,7 +133,10 @@ int main(int, char** argv) {
     if (!opened) begin_s = time_s;
     return to_the_corners(time_s - begin_s);
   });
-  MockFirmware& device = options.vendor ? static_cast<MockFirmware&>(vendor) : firmware;
+  PidStick stick(options.endless);
+  MockFirmware& device = options.vendor  ? static_cast<MockFirmware&>(vendor)
+                         : options.stick ? static_cast<MockFirmware&>(stick)
+                                         : firmware;
   MockHidNode node(bus, device, {.rate_hz = options.rate_hz, .fifo_priority = 85});
   if (options.refuse) node.refuse_open(EACCES);
   const std::jthread watch([&](const std::stop_token& stop) {
@@ -137,6 +148,14 @@ int main(int, char** argv) {
   const int status = run(command);
   const std::uint64_t sent = node.sent();
   const std::uint64_t dropped = node.dropped();
+  if (options.stick) {
+    node.with_device([&] {
+      fmt::print("mock_stylus: effects started {} times, ran out {} times; motors {}; force now {:.3f}\n",
+                 stick.starts(), stick.times_run_out(), stick.enabled() ? "on" : "off",
+                 std::hypot(stick.applied(0), stick.applied(1)));
+    });
+    return status;
+  }
   node.with_device([&] {
     double peak = 0;
     for (const FirmwareEvent& event : firmware.events()) peak = std::max(peak, event.force.norm());
