@@ -177,7 +177,7 @@ Names usage_names() {
 
 constexpr struct {
   Key usage = key::choice("usage", usage_names, "what it is; x to rz are forces and torques in output reports");
-  Key bit = key::integer("bit", {0, 8 * 4096}, "of its first bit, after the id");
+  Key bit = key::integer("bit", {0, 8 * 16384}, "of its first bit, after the id");
   Key bits = key::integer("bits", {1, 32}, "wide");
   Key is_signed = key::boolean("signed", "two's complement").otherwise(false);
   Key logical =
@@ -194,7 +194,7 @@ constexpr struct {
 constexpr struct {
   Key type = key::choice("type", files::one_of<"input", "output">, "which way it goes").otherwise("input");
   Key id = key::integer("id", {0, 255}, "0: not numbered");
-  Key bytes = key::integer("bytes", {2, 4096}, "with the id, where there is one");
+  Key bytes = key::integer("bytes", {2, 16384}, "with the id, where there is one");
   Key fields = key::objects("fields", table_of<kField>, "what its bits are");
 } kReport;
 

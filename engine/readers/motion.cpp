@@ -26,7 +26,7 @@ constexpr std::size_t kPoseNumbers = 8;
 constexpr std::string_view kFrames[] = {"patient", "hand", "tablet"};  // of MotionFrame
 constexpr double kLongest = 24 * 3600;                                 ///< s
 constexpr double kFarthest = 100;                                      ///< m
-constexpr std::size_t kLongestReport = 4096;                           ///< bytes, and of a report descriptor
+constexpr std::size_t kLongestReport = 16384;                          ///< bytes, and of a report descriptor
 
 constexpr struct {
   Key stylus = key::rows("stylus", {kPoseNumbers, kPoseNumbers + 1}, {},
@@ -40,7 +40,7 @@ constexpr struct {
                           "what the HID device sent: [t, \"bytes in hexadecimal\"], times not decreasing")
                     .optional()
                     .schema(R"({"items": {"items": null, "prefixItems":
-                      [{"type": "number"}, {"type": "string", "pattern": "^([0-9a-fA-F]{2}){1,4096}$"}]}})");
+                      [{"type": "number"}, {"type": "string", "pattern": "^([0-9a-fA-F]{2}){1,16384}$"}]}})");
 } kTracks;
 
 constexpr struct {

@@ -1,6 +1,8 @@
 // One HID device held open through hidapi: reports in, reports out, and words for what fails.
 #pragma once
 
+#include "haptic/hid/report_descriptor.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -20,7 +22,7 @@ public:
 };
 
 /// Larger than any report with its id, so that hidapi never cuts one short.
-inline constexpr std::size_t kReadBuffer = 4097;
+inline constexpr std::size_t kReadBuffer = kMaxReportBytes + 1;
 
 /// The report descriptor of a device by its hidapi path, a node such as /dev/hidraw0 or of libusb such as 1-1:1.0,
 /// from sysfs: needs no permission on the device. Of libusb's only while nobody has it open.

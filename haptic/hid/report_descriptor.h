@@ -119,7 +119,7 @@ struct ReportDescriptor {
 
 /// Limits, those of the Linux kernel where it has one (include/linux/hid.h).
 inline constexpr std::size_t kMaxDescriptorBytes = 4096;
-inline constexpr std::size_t kMaxReportBytes = 4096;  ///< with the id; as the kernel's for devices made in user space
+inline constexpr std::size_t kMaxReportBytes = 16384;  ///< with the id; as Linux
 inline constexpr std::uint32_t kMaxFieldBits = 256;
 inline constexpr std::uint32_t kMaxUsagesPerItem = 12288;
 inline constexpr std::size_t kMaxPushDepth = 4;

@@ -144,7 +144,8 @@ TEST_F(HidTransportTest, ShortAndLongReportsComeAsTheyAre) {
   MockHidNode node(bus, firmware, {.streaming = false});
   HidTransport transport("/dev/hidraw0");
   ASSERT_EQ(transport.read(buffer, 0), 0);
-  for (const std::size_t size : {std::size_t{1}, std::size_t{4}, std::size_t{200}, std::size_t{4096}}) {
+  for (const std::size_t size :
+       {std::size_t{1}, std::size_t{4}, std::size_t{200}, std::size_t{4096}, std::size_t{16'384}}) {
     node.inject(std::vector<std::uint8_t>(size, 9));
     EXPECT_EQ(transport.read(buffer, 1000), static_cast<int>(size));
   }

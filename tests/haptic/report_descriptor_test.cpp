@@ -160,8 +160,11 @@ TEST(ReportDescriptor, IsRefusedAtTheByteThatIsWrong) {
   EXPECT_EQ(refusal({0x76, 0x01, 0x01}), "0: Report Size 257 is above 256 bits");
   EXPECT_EQ(refusal({0x96, 0x01, 0x30}), "0: Report Count 12289 is above 12288");
   EXPECT_EQ(refusal({0x15, 0x05, 0x25, 0x04, 0x81, 0x02}), "4: Logical Maximum 4 is below Logical Minimum 5");
-  EXPECT_EQ(refusal({0x85, 0x09, 0x76, 0x00, 0x01, 0x95, 0x7F, 0xB1, 0x02, 0x81, 0x02, 0x81, 0x02}),
-            "11: input report 9 is longer than 4096 bytes");
+  // Of 4064 bytes each: four inputs fit.
+  Bytes longest{0x85, 0x09, 0x76, 0x00, 0x01, 0x95, 0x7F, 0xB1, 0x02, 0x81, 0x02, 0x81, 0x02, 0x81, 0x02, 0x81, 0x02};
+  EXPECT_EQ(parse_report_descriptor(longest).report(ReportType::kInput, 9)->bytes(), 16'257U);
+  longest.insert(longest.end(), {0x81, 0x02});
+  EXPECT_EQ(refusal(longest), "17: input report 9 is longer than 16384 bytes");
   EXPECT_EQ(refusal({0xA9, 0x01, 0xA9, 0x01}), "2: a Delimiter inside a Delimiter");
   EXPECT_EQ(refusal({0xA9, 0x00}), "0: a Delimiter is closed that was not opened");
   EXPECT_EQ(refusal({0xA9, 0x01}), "2: a Delimiter is still open at the end");

@@ -51,7 +51,7 @@ TEST(Motion, RawReportsAndTheirDeviceAreReadBack) {
                    {1, {{1e-7, 0, 0}, Eigen::Quaterniond::Identity()}, 0}};
   const RawReports raw{.device = "A stylus",
                        .report_descriptor = {0x05, 0x01},
-                       .reports = {{0.001, {1, 0xFF, 0}}, {0.001, {9}}, {0.002, std::vector<std::uint8_t>(4096, 7)}}};
+                       .reports = {{0.001, {1, 0xFF, 0}}, {0.001, {9}}, {0.002, std::vector<std::uint8_t>(16384, 7)}}};
   support::TemporaryFolder folder;
   write_motion(motion, "raw", folder.path() / "m.json", 9, raw);
   RawReports back;
@@ -91,9 +91,9 @@ TEST(Motion, BadReportsAreRefusedAtTheirPlace) {
     return motion_error("[[0,0,0,0,1,0,0,0], [1,0,0,0,1,0,0,0]], \"reports\": " + reports);
   };
   EXPECT_THAT(error("[[0, \"01\"], [-1, \"01\"]]"), HasSubstr("/tracks/reports/1: time -1 s comes before 0 s"));
-  EXPECT_THAT(error("[[0, \"1\"]]"), HasSubstr("/tracks/reports/0: report is not 1 to 4096 bytes"));
-  EXPECT_THAT(error("[[0, \"0x\"]]"), HasSubstr("/tracks/reports/0: report is not 1 to 4096 bytes"));
-  EXPECT_THAT(error("[[0, \"\"]]"), HasSubstr("/tracks/reports/0: report is not 1 to 4096 bytes"));
+  EXPECT_THAT(error("[[0, \"1\"]]"), HasSubstr("/tracks/reports/0: report is not 1 to 16384 bytes"));
+  EXPECT_THAT(error("[[0, \"0x\"]]"), HasSubstr("/tracks/reports/0: report is not 1 to 16384 bytes"));
+  EXPECT_THAT(error("[[0, \"\"]]"), HasSubstr("/tracks/reports/0: report is not 1 to 16384 bytes"));
   EXPECT_THAT(error("[[0]]"), HasSubstr("/tracks/reports/0: is not [t, "));
   EXPECT_EQ(error("[[0, \"01fF\"], [0, \"02\"]]"), "no error");
 }
