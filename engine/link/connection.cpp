@@ -73,6 +73,11 @@ void Connection::receive(std::vector<ReceivedTransform>& transforms, Clock::time
   }
 }
 
+void Connection::make_room(Clock::time_point now) {
+  const std::chrono::duration<double> silence = now - last_received_;
+  end(fmt::format("it said nothing for {:.0f} s, and its place was wanted", silence.count()));
+}
+
 void Connection::expire(Clock::time_point now, Clock::duration patience) {
   if (ended_) return;
   const double seconds = std::chrono::duration<double>(patience).count();

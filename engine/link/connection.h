@@ -45,6 +45,10 @@ public:
   /// Ends it where the peer stopped in the middle: took nothing, or sent half a message.
   void expire(Clock::time_point now, Clock::duration patience);
 
+  /// Ends it where it has said nothing for so long: a newcomer wants its place.
+  void make_room(Clock::time_point now);
+  Clock::time_point last_received() const { return last_received_; }
+
   bool has_ended() const { return ended_; }
   /// Why, where it was not in order.
   const std::string& problem() const { return problem_; }

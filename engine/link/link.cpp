@@ -113,7 +113,7 @@ void Link::wait_for_peers() {
 
 void Link::let_in(Clock::time_point now) {
   while (std::optional<Accepted> peer = accept_from(listening_)) {
-    if (clients_.size() == kMostClients) {
+    if (clients_.size() == kMostClients && !make_room(now)) {
       ++report_.refused;
       continue;
     }
@@ -122,6 +122,14 @@ void Link::let_in(Clock::time_point now) {
     next_status_ = now;  // a newcomer hears at once that it is connected
   }
   client_count_.store(static_cast<int>(clients_.size()), std::memory_order_relaxed);
+}
+
+bool Link::make_room(Clock::time_point now) {
+  const auto longest = std::ranges::min_element(clients_, {}, &Connection::last_received);
+  if (now - longest->last_received() < seconds(settings_.idle_s)) return false;
+  longest->make_room(now);
+  remove_ended();
+  return true;
 }
 
 Bulletin& Link::post(Topic topic) {
@@ -221,8 +229,16 @@ void Link::add_problem(std::string line) {
 
 void Link::drop_silent_peers(Clock::time_point now) {
   const Clock::duration patience = seconds(settings_.patience_s);
-  for (Connection& client : clients_) {
-    client.expire(now, patience);
+  for (Connection& client : clients_) client.expire(now, patience);
+  remove_ended();
+  client_count_.store(static_cast<int>(clients_.size()), std::memory_order_relaxed);
+  if (!source_) return;
+  if (source_->connection()) source_->connection()->expire(now, patience);
+  if (std::string line = source_->take_leave(now); !line.empty()) add_problem(std::move(line));
+}
+
+void Link::remove_ended() {
+  for (const Connection& client : clients_) {
     if (!client.has_ended()) continue;
     if (!client.problem().empty()) add_problem(fmt::format("client {}: {}", client.name(), client.problem()));
     add_counts(client);
@@ -232,10 +248,6 @@ void Link::drop_silent_peers(Clock::time_point now) {
     std::erase_if(asked_, [&](const Asked& asked) { return asked.client == client.name(); });
   }
   std::erase_if(clients_, [](const Connection& client) { return client.has_ended(); });
-  client_count_.store(static_cast<int>(clients_.size()), std::memory_order_relaxed);
-  if (!source_) return;
-  if (source_->connection()) source_->connection()->expire(now, patience);
-  if (std::string line = source_->take_leave(now); !line.empty()) add_problem(std::move(line));
 }
 
 std::vector<std::string> summary(const LinkReport& report) {
@@ -252,8 +264,8 @@ std::vector<std::string> summary(const LinkReport& report) {
     lines.push_back(fmt::format("OpenIGTLink: connected {} times to the source", report.source_connections));
   }
   if (report.refused > 0) {
-    lines.push_back(
-        fmt::format("OpenIGTLink: {} clients refused, there were {}", report.refused, Link::kMostClients));
+    lines.push_back(fmt::format("OpenIGTLink: {} clients refused, there were {} that were not idle", report.refused,
+                                Link::kMostClients));
   }
   for (const std::string& problem : report.problems) lines.push_back("OpenIGTLink: " + problem + "; closed");
   if (report.more_problems > 0) lines.push_back(fmt::format("OpenIGTLink: {} more like these", report.more_problems));

@@ -24,6 +24,7 @@ struct LinkSettings {
   std::optional<Endpoint> source{};  ///< a server that transforms are taken from as well
   double transform_hz = 50;
   double patience_s = 5;  ///< with a peer that stops in the middle of a message
+  double idle_s = 30;     ///< without a word from a client, after which it makes room for a newcomer
 };
 
 /// Moved by transforms that come in; null: those are passed over.
@@ -43,7 +44,7 @@ struct LinkImage {
 
 struct LinkReport {
   std::uint64_t clients = 0;  ///< that came
-  std::uint64_t refused = 0;  ///< beyond Link::kMostClients at a time
+  std::uint64_t refused = 0;  ///< beyond Link::kMostClients at a time, none of them idle
   std::array<Connection::Counts, kTopics> counts{};
   std::uint64_t taken = 0;        ///< transforms that moved probe or needle
   std::uint64_t passed_over = 0;  ///< with other names
@@ -83,12 +84,17 @@ public:
   /// Ends the thread and every connection. May be called twice.
   const LinkReport& stop();
 
+  /// One more is refused, unless one of them is idle: who only listens is that, and keeps its place while nobody else
+  /// wants it.
   static constexpr int kMostClients = 8;
 
 private:
   void run(const std::stop_token& stop);
   void wait_for_peers();
   void let_in(Clock::time_point now);
+  /// Takes the place of the client that has been silent longest, where that is long. @return false: none has
+  bool make_room(Clock::time_point now);
+  void remove_ended();
   void post(Clock::time_point now);
   Bulletin& post(Topic topic);
   void take_in();

@@ -173,8 +173,22 @@ TEST(Link, AClientComesBackAndThreeAreServedAtOnce) {
   EXPECT_TRUE(report.problems.empty()) << report.problems.front();
 }
 
-TEST(Link, EightClientsAreServedAndTheNinthIsRefused) {
-  Room room;
+/// Does what clients ask for until it goes: "yes" is done, all else is not.
+std::jthread operate(Link& link) {
+  return std::jthread([&link](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      while (const auto request = link.commands().next()) {
+        link.commands().answer({request->number, request->text == "yes", "because " + request->text});
+      }
+      std::this_thread::yield();
+    }
+  });
+}
+
+TEST(Link, EightClientsAreServedAndTheNinthIsRefusedWhileNoneIsIdle) {
+  LinkSettings settings = kAnyPort;
+  settings.idle_s = 600;  // however slow this machine is
+  Room room(settings);
   std::array<IgtlClient, Link::kMostClients> clients;
   for (IgtlClient& client : clients) {
     ASSERT_TRUE(client.connect(room.link.port()));
@@ -187,6 +201,33 @@ TEST(Link, EightClientsAreServedAndTheNinthIsRefused) {
   const LinkReport& report = room.link.stop();
   EXPECT_EQ(report.clients, 8U);
   EXPECT_EQ(report.refused, 1U);
+}
+
+TEST(Link, TheClientSilentLongestMakesRoomForTheNinth) {
+  LinkSettings settings = kAnyPort;
+  settings.idle_s = 0;
+  Room room(settings);
+  const std::jthread operator_thread = operate(room.link);
+  std::array<IgtlClient, Link::kMostClients> clients;
+  for (IgtlClient& client : clients) {
+    ASSERT_TRUE(client.connect(room.link.port()));
+    EXPECT_EQ(client.receive("Stylet").type, "STATUS");
+  }
+  auto word = igtl::StringMessage::New();
+  word->SetDeviceName("CMD_1");
+  word->SetString("yes");
+  ASSERT_TRUE(clients[0].send(*word));
+  ASSERT_EQ(clients[0].receive("ACK_1").type, "STRING") << "the first is heard, the second is silent longest";
+  IgtlClient ninth;
+  ASSERT_TRUE(ninth.connect(room.link.port()));
+  EXPECT_EQ(ninth.receive("Stylet").type, "STATUS");
+  EXPECT_TRUE(clients[1].is_closed());
+  for (const int k : {0, 2, 7}) EXPECT_EQ(clients[k].receive("ProbeToReference").type, "TRANSFORM") << k;
+  const LinkReport& report = room.link.stop();
+  EXPECT_EQ(report.clients, 9U);
+  EXPECT_EQ(report.refused, 0U);
+  ASSERT_EQ(report.problems.size(), 1U);
+  EXPECT_NE(report.problems[0].find("said nothing for"), std::string::npos) << report.problems[0];
 }
 
 TEST(Link, ASlowClientGetsTheNewestImagesAndDelaysNoOther) {
@@ -388,18 +429,6 @@ TEST(Link, WhatIsNoMessageClosesItsClientAndNothingElse) {
   }
   EXPECT_EQ(report.taken, 0U);
   EXPECT_EQ(summary(report).size(), 2 + bad.size());
-}
-
-/// Does what clients ask for until it goes: "yes" is done, all else is not.
-std::jthread operate(Link& link) {
-  return std::jthread([&link](const std::stop_token& stop) {
-    while (!stop.stop_requested()) {
-      while (const auto request = link.commands().next()) {
-        link.commands().answer({request->number, request->text == "yes", "because " + request->text});
-      }
-      std::this_thread::yield();
-    }
-  });
 }
 
 TEST(Link, CommandsAreDoneAndAnsweredToTheClientThatAsked) {
