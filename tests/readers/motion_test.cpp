@@ -49,9 +49,10 @@ TEST(Motion, RawReportsAndTheirDeviceAreReadBack) {
   content::Motion motion;
   motion.stylus = {{0, {{0, 0, 0}, Eigen::Quaterniond::Identity()}, 0},
                    {1, {{1e-7, 0, 0}, Eigen::Quaterniond::Identity()}, 0}};
-  const RawReports raw{.device = "A stylus",
-                       .report_descriptor = {0x05, 0x01},
-                       .reports = {{0.001, {1, 0xFF, 0}}, {0.001, {9}}, {0.002, std::vector<std::uint8_t>(16384, 7)}}};
+  const RawReports raw{
+      .device = "A stylus",
+      .report_descriptor = {0x05, 0x01},
+      .reports = {{0.001, {1, 0xFF, 0}}, {0.001, {9}}, {0.002, std::vector<std::uint8_t>(16384, 7)}}};
   support::TemporaryFolder folder;
   write_motion(motion, "raw", folder.path() / "m.json", 9, raw);
   RawReports back;
