@@ -64,6 +64,16 @@ void note_cut_off_sessions(const std::filesystem::path& folder, Observer& observ
   }
 }
 
+/// The folder for the results, which can be written to, and has room for each of them: what a hand has done for half
+/// an hour must not be lost to a name that was taken all the while. @throws files::ContentError
+std::filesystem::path room_for_results(const std::filesystem::path& folder) {
+  const files::OutputDirectory out(folder);
+  std::vector<std::string> names{"session.rec", "session.json", "force.csv", "force.png"};
+  names.insert(names.end(), kDrawnFiles.begin(), kDrawnFiles.end());
+  out.require_places(names);
+  return out.destination();
+}
+
 /// The numbers of a session, complete before anything is made of them.
 /// @throws files::ContentError
 void keep_numbers(const SessionSettings& settings, const recording::Recording& recording,
@@ -141,7 +151,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
         observer);
   }
   Graphics& graphics = *station.graphics;
-  const std::filesystem::path folder = files::OutputDirectory(settings.out).destination();  // can be written
+  const std::filesystem::path folder = room_for_results(settings.out);
   note_cut_off_sessions(folder, observer);
   recording::UnfinishedRecording file(folder);
   session::HeldProbe probe(scene, start ? start->probe : content::ProbeMove{});

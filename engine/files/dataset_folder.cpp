@@ -68,7 +68,7 @@ DatasetFolder::DatasetFolder(fs::path folder, const nlohmann::ordered_json& mani
         fmt::format("{}: {}; give the same scenario, options and program again, or another folder with --out",
                     file.string(), what));
   }
-  write("manifest.json", manifest.dump(1) + "\n");
+  write("manifest.json", manifest.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 void DatasetFolder::write(const std::string& name, const std::string& bytes) const {
@@ -109,7 +109,7 @@ void DatasetFolder::put(std::uint64_t frame, const std::vector<FrameFile>& files
     write(name, file.bytes);
     about["files"][file.name] = {{"name", name}, {"crc32c", checksum(file.bytes)}};
   }
-  write(about_name(frame), about.dump(1) + "\n");
+  write(about_name(frame), about.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 std::uint64_t DatasetFolder::count(std::uint64_t end) const {

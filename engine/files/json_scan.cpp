@@ -47,6 +47,15 @@ bool acts(std::string_view character) {
 
 }  // namespace
 
+bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    if (length == 0) return false;
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
 std::string printable(std::string_view text, std::size_t bytes) {
   std::string out;
   std::size_t cut = 0;  // where there is room for the dots

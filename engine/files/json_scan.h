@@ -21,6 +21,9 @@ struct JsonScanFinding {
 /// recursion.
 std::optional<JsonScanFinding> scan_json(std::string_view text, const JsonLimits& limits);
 
+/// JSON has no other text: a path of Linux may be any bytes.
+bool is_utf8(std::string_view text);
+
 /// Text of a file as a line of a terminal can show it, shortened to `bytes`: a ? for what would act on the terminal,
 /// end the line or turn it round (control characters, of C1 and DEL too, separators of lines, directions of writing),
 /// and for bytes that are no UTF-8.

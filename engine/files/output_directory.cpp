@@ -72,6 +72,13 @@ void OutputDirectory::write(const fs::path& name, std::string_view bytes) const 
   }
 }
 
+void OutputDirectory::require_places(const std::vector<std::string>& names) const {
+  std::error_code none;
+  for (const std::string& name : names) {
+    if (fs::is_directory(destination_ / name, none)) refuse(destination_ / name, "a folder of this name is there");
+  }
+}
+
 void OutputDirectory::keep_only(std::initializer_list<std::string_view> names) {
   std::vector<fs::path> unwanted;
   for (const auto& entry : fs::directory_iterator(staging_)) {

@@ -25,6 +25,9 @@ public:
   /// Stages a file. @throws files::ContentError  it cannot be written
   void write(const std::filesystem::path& name, std::string_view bytes) const;
   const std::filesystem::path& destination() const { return destination_; }
+  /// Whether commit() will find room for files of these names: a folder of such a name stands in the way.
+  /// @throws files::ContentError  it does
+  void require_places(const std::vector<std::string>& names) const;
   /// Drops the staged files but those named.
   void keep_only(std::initializer_list<std::string_view> names);
   /// Names of files of an earlier result: commit() removes from the destination those that were not staged again.

@@ -69,6 +69,17 @@ RecordingHeader parse_header(std::string_view text, const std::string& name, std
   RecordingHeader header;
   header.build = string_at("build");
   header.scenario = string_at("scenario");
+  // Of a path that is no UTF-8, which `scenario` has but for people.
+  if (const auto bytes = json.find("scenario_bytes"); bytes != json.end()) {
+    header.scenario.clear();
+    if (!bytes->is_array()) refuse(name, offset, "the header's scenario_bytes is not a list");
+    for (const auto& byte : *bytes) {
+      if (!byte.is_number_unsigned() || byte.get<std::uint64_t>() > 0xFF) {
+        refuse(name, offset, "the header's scenario_bytes holds something that is no byte");
+      }
+      header.scenario += static_cast<char>(byte.get<std::uint64_t>());
+    }
+  }
   const std::string hash = string_at("scenario_hash");
   try {
     std::size_t used = 0;

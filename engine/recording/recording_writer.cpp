@@ -1,6 +1,7 @@
 #include "engine/recording/recording_writer.h"
 
 #include "engine/files/error.h"
+#include "engine/files/json_scan.h"
 #include "engine/recording/recording_format.h"
 
 #include <fcntl.h>
@@ -148,6 +149,10 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& path, const Record
   json["endianness"] = "little";
   json["build"] = header.build;
   json["scenario"] = header.scenario;
+  if (!files::is_utf8(header.scenario)) {
+    json["scenario_bytes"] = nlohmann::ordered_json::array();
+    for (const char c : header.scenario) json["scenario_bytes"].push_back(static_cast<unsigned char>(c));
+  }
   json["scenario_hash"] = fmt::format("{:016x}", header.scenario_hash);
   json["settings"] = settings;
   const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);

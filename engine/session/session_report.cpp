@@ -142,7 +142,7 @@ nlohmann::ordered_json to_json(const SessionReport& report) {
 
 void write_json(const std::filesystem::path& path, const nlohmann::ordered_json& json) {
   std::ofstream file(path);
-  file << json.dump(2) << '\n';
+  file << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
   file.close();
   if (!file) {
     throw files::ContentError(

@@ -3,6 +3,7 @@
 
 #include "engine/app/debrief_recording.h"
 #include "engine/app/replay.h"
+#include "engine/files/error.h"
 #include "tests/readers/small_scenario.h"
 #include "tests/support/x_keyboard.h"
 
@@ -91,6 +92,42 @@ TEST_F(RunSession, LeavesItsResultsAndReplays) {
   EXPECT_TRUE(replay.run());
   EXPECT_EQ(replay.state_hash(), result.report.state_hash);
   EXPECT_THAT(again.notes.front(), HasSubstr("session.rec: "));
+}
+
+TEST_F(RunSession, APathThatIsNoUtf8WorksFromStartToDebrief) {
+  const std::filesystem::path folder = files_.folder / "caf\xE9";
+  const std::filesystem::path content = files_.path().parent_path();
+  std::filesystem::create_directory(folder);
+  for (const auto& entry : std::filesystem::directory_iterator(content)) {
+    if (entry.path() != folder) std::filesystem::copy(entry, folder / entry.path().filename());
+  }
+  SessionSettings session = settings();
+  session.scenario = (folder / files_.path().filename()).string();
+  session.out = folder / "out";
+  session.seconds = 0.1;
+  Listener listener;
+  const SessionResult result = run_session(session, listener);
+  EXPECT_TRUE(result.drawn) << result.not_drawn_because;
+  EXPECT_TRUE(result.identical());
+  Listener again;
+  debrief_recording({.recording = result.folder.string(), .expert = "none", .out = folder / "again"}, again);
+  EXPECT_TRUE(std::filesystem::exists(folder / "again" / "debrief.html"));
+}
+
+TEST_F(RunSession, ANameThatIsTakenIsToldBeforeTheSession) {
+  for (const char* name : {"session.json", "session.rec", "debrief.html", "force.csv"}) {
+    SessionSettings session = settings();
+    session.out = files_.folder / (std::string("out_") + name);
+    std::filesystem::create_directories(session.out / name);
+    Listener listener;
+    try {
+      run_session(session, listener);
+      ADD_FAILURE() << name;
+    } catch (const files::ContentError& error) {
+      EXPECT_THAT(error.what(), HasSubstr((session.out / name).string() + ": cannot write results here (a folder"));
+    }
+    EXPECT_EQ(listener.session_steps, 0) << "nothing was done that could be lost";
+  }
 }
 
 TEST_F(RunSession, EndsEarlyWhereItsObserverAsksForIt) {
