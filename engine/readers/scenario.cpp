@@ -15,6 +15,7 @@
 #include "engine/readers/motion_file.h"
 #include "engine/readers/patient_procedure.h"
 #include "engine/readers/scenario_file.h"
+#include "engine/readers/scene_organs.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -225,8 +226,10 @@ std::vector<content::Forbidden> build_forbidden(const ScenarioFile& scenario, co
 }
 
 /// Everything load_scene() and validate() do. Steps that need sound input are left out after a problem.
+/// @param ids  gets the organ of every surface; may be null
 std::optional<content::Scene> assemble(const std::filesystem::path& path, const LoadProgress& progress,
-                                       Problems& problems, Problems& warnings) {
+                                       Problems& problems, Problems& warnings,
+                                       std::vector<std::string>* ids = nullptr) {
   const auto report = [&](const std::string& doing, double share) {
     if (progress) progress(doing, share);
   };
@@ -272,6 +275,7 @@ std::optional<content::Scene> assemble(const std::filesystem::path& path, const 
 
   report("embedding the surfaces", 0.7);
   for (const Organ& organ : organs) {
+    if (ids != nullptr) ids->push_back(organ.id);
     scene.surfaces.push_back(
         build_surface(organ, body_index(scenario, organ.body), breathes(scenario, organ), scene.bodies, problems));
   }
@@ -361,12 +365,14 @@ const std::map<std::string_view, Check> kChecks{
 
 }  // namespace
 
-content::Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress,
-                          std::vector<std::string>* warnings) {
+namespace {
+
+content::Scene whole_scene(const std::filesystem::path& scenario, const LoadProgress& progress,
+                           std::vector<std::string>* warnings, std::vector<std::string>* organs) {
   Problems problems;
   Problems unwanted;
   std::optional<content::Scene> scene =
-      assemble(scenario, progress, problems, warnings != nullptr ? *warnings : unwanted);
+      assemble(scenario, progress, problems, warnings != nullptr ? *warnings : unwanted, organs);
   if (!problems.empty()) {
     throw files::ContentError(problems.size() == 1
                                   ? problems.front()
@@ -374,6 +380,18 @@ content::Scene load_scene(const std::filesystem::path& scenario, const LoadProgr
                                                 problems.size() - 1, scenario.string()));
   }
   return std::move(*scene);
+}
+
+}  // namespace
+
+content::Scene load_scene(const std::filesystem::path& scenario, const LoadProgress& progress,
+                          std::vector<std::string>* warnings) {
+  return whole_scene(scenario, progress, warnings, nullptr);
+}
+
+content::Scene load_scene_with_organs(const std::filesystem::path& scenario, const LoadProgress& progress,
+                                      std::vector<std::string>& warnings, std::vector<std::string>& organs) {
+  return whole_scene(scenario, progress, &warnings, &organs);
 }
 
 std::string format_of(const std::filesystem::path& path) {

@@ -23,6 +23,7 @@ void add_render(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_debrief(CLI::App& app, int& exit_code);
 void add_import(CLI::App& app, int& exit_code);
+void add_author(CLI::App& app, int& exit_code);
 void add_validate(CLI::App& app, int& exit_code);
 void add_devices(CLI::App& app);
 void add_schema(CLI::App& app);

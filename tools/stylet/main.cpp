@@ -38,6 +38,7 @@ constexpr const char* kFooter =
     "  stylet debrief out/demo --out out/debrief       write the debrief of a session again\n"
     "  stylet render liver_biopsy --out frames         deterministic PNG frames, no display needed\n"
     "  stylet import liver.stl --out organs            a mesh becomes an organ with tetrahedra\n"
+    "  stylet author my_content/scenarios/liver_biopsy.json   edit a scenario with the mouse\n"
     "  stylet validate content/scenarios/liver_biopsy.json\n"
     "  stylet schema scenario                          the keys of a scenario\n"
     "  stylet bench paper                              the paper's tables and figures next to ours\n"
@@ -72,6 +73,7 @@ int run(int argc, char** argv) {
   tools::add_replay(app, exit_code);
   tools::add_debrief(app, exit_code);
   tools::add_import(app, exit_code);
+  tools::add_author(app, exit_code);
   tools::add_validate(app, exit_code);
   tools::add_schema(app);
   tools::add_devices(app);
