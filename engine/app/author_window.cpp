@@ -38,7 +38,7 @@ constexpr double kZoom = 0.9;                               // a notch
 constexpr double kDeeper = 0.001, kLarger = 0.001;          // m a notch, a key
 constexpr double kLeastRadius = 0.0005, kMostRadius = 0.2;  // m, as the format has it
 constexpr double kBeforeSkin = 0.004;                       // m from the tip, as it is shown, to the entry
-constexpr double kWall = 0.035;  // m below the skin that a click at an organ goes through: layers of the wall
+constexpr float kCover = 0.5F;                              // opacity up to which a tissue is a cover
 
 std::string chosen_language(const AuthorSettings& settings) {
   return settings.language.empty() ? readers::language_of_environment() : settings.language;
@@ -145,20 +145,29 @@ private:
     return surfaces;
   }
 
-  /// The first organ behind what covers the body there.
+  /// The first organ behind what is only seen as a cover, as skin, fat and muscle are; else the first of those.
   std::optional<author::Chord> organ_under(const author::Ray& ray) const {
-    const std::vector<author::Chord> all = author::chords(scene_, ray);
-    const auto skin = author::skin_under(scene_.labels, ray);
-    const double deep = skin ? (skin->point - ray.from).dot(ray.along) : 0;
-    for (const author::Chord& chord : all) {
+    std::optional<author::Chord> cover;
+    for (const author::Chord& chord : author::chords(scene_, ray)) {
       const content::Surface& surface = scene_.surfaces[chord.surface];
-      if (chord.to <= chord.from || surface.role == content::SurfaceRole::visual) continue;
-      // Layers of the wall begin at the skin, organs below it; a body without a wall is an organ itself.
-      const bool wall = surface.body >= 0 && surface.body == scene_.probe.presses;
-      if (wall && chord.from < deep + kWall) continue;
-      return chord;
+      const float opacity = scene_.tissues[static_cast<std::size_t>(surface.tissue)].colour[3];
+      if (chord.to <= chord.from || surface.role == content::SurfaceRole::visual || opacity == 0) continue;
+      if (opacity > kCover) return chord;
+      if (!cover) cover = chord;
     }
-    return {};
+    return cover;
+  }
+
+  void toggle(const std::string& id) {
+    std::vector<std::string> list = forbidden_;
+    if (const auto at = std::ranges::find(list, id); at != list.end()) {
+      list.erase(at);
+    } else if (list.size() < content::kMaxForbidden) {
+      list.push_back(id);
+    } else {
+      return say(fmt::format("{} organs are the most that can be forbidden", content::kMaxForbidden));
+    }
+    draft_.set_forbidden(list);
   }
 
   void click(const author::Ray& ray, bool shift) {
@@ -183,16 +192,21 @@ private:
         return draft_.set_probe(probe_at(*skin));
       case AuthorTool::forbidden: {
         if (!organ) return say("There is no organ");
-        std::vector<std::string> list = forbidden_;
-        const std::string& id = organs_[organ->surface];
-        if (const auto at = std::ranges::find(list, id); at != list.end()) {
-          list.erase(at);
-        } else if (list.size() < content::kMaxForbidden) {
-          list.push_back(id);
-        }
-        return draft_.set_forbidden(list);
+        return toggle(organs_[organ->surface]);
       }
     }
+  }
+
+  /// Of the organs that have an inside, each once.
+  std::vector<std::string> ids() const {
+    std::vector<std::string> ids;
+    for (std::size_t i = 0; i < organs_.size(); ++i) {
+      if (scene_.surfaces[i].role != content::SurfaceRole::visual &&
+          std::ranges::find(ids, organs_[i]) == ids.end()) {
+        ids.push_back(organs_[i]);
+      }
+    }
+    return ids;
   }
 
   void say(std::string text) { said_ = std::move(text); }
@@ -299,6 +313,7 @@ private:
     }
     desktop::AuthorFacts out{.title = scene_.name,
                              .tool = tool_,
+                             .organs = ids(),
                              .forbidden = forbidden_,
                              .said = said_,
                              .changed = draft_.changed(),
@@ -408,7 +423,9 @@ private:
     }
     const desktop::AuthorFacts shown = facts();
     AuthorTool tool = tool_;
-    act(desktop::draw_author(shown, camera_, width, height, texts, tool));
+    std::string toggled;
+    act(desktop::draw_author(shown, camera_, width, height, texts, tool, toggled));
+    if (!toggled.empty()) toggle(toggled);
     tool_ = tool;
     if (draft_.text() != text || draft_.entry() != entry) take_draft();
     if (!draft_.changed()) leaving_ = false;

@@ -66,7 +66,7 @@ AuthorWish author_keys(const view::Input& input, bool leaving, AuthorTool& tool)
 }
 
 AuthorWish draw_author(const AuthorFacts& facts, const content::Camera& camera, int width, int height,
-                       const content::Texts& texts, AuthorTool& tool) {
+                       const content::Texts& texts, AuthorTool& tool, std::string& toggled) {
   AuthorWish wish = AuthorWish::nothing;
   for (const AuthorMark& mark : facts.marks) draw_mark(mark, camera, width, height, texts);
   const float wide = std::min(kPanelWidth * em(), 0.4F * static_cast<float>(width));
@@ -93,6 +93,14 @@ AuthorWish draw_author(const AuthorFacts& facts, const content::Camera& camera, 
       for (const std::string& organ : facts.forbidden) list += (list.empty() ? "" : ", ") + organ;
       ImGui::Text("%s: %s", texts.of("Forbidden").c_str(), list.c_str());
     }
+    if (tool == AuthorTool::forbidden &&
+        ImGui::BeginChild("organs", {0, std::min(9.0F * em(), 0.3F * static_cast<float>(height))}, true)) {
+      for (const std::string& organ : facts.organs) {
+        bool on = std::ranges::find(facts.forbidden, organ) != facts.forbidden.end();
+        if (ImGui::Checkbox(organ.c_str(), &on)) toggled = organ;
+      }
+    }
+    if (tool == AuthorTool::forbidden) ImGui::EndChild();
     ImGui::Separator();
     button("Camera starts here (C)", AuthorWish::camera, true);
     button("Undo (Z)", AuthorWish::undo, facts.can_undo);

@@ -28,9 +28,10 @@ struct AuthorFacts {
   std::string title{};
   AuthorTool tool = AuthorTool::target;
   std::vector<AuthorMark> marks{};
-  std::vector<std::string> problems{};  ///< all, one line each
-  std::vector<std::string> forbidden{};
-  std::string said{};  ///< what the last action came to
+  std::vector<std::string> problems{};   ///< all, one line each
+  std::vector<std::string> organs{};     ///< ids
+  std::vector<std::string> forbidden{};  ///< those of them
+  std::string said{};                    ///< what the last action came to
   bool changed = false;
   bool can_undo = false;
   bool can_redo = false;
@@ -42,7 +43,8 @@ struct AuthorFacts {
 AuthorWish author_keys(const view::Input& input, bool leaving, AuthorTool& tool);
 
 /// Marks over a picture of `camera`, and the panel on the left. @return what its buttons asked for
+/// @param[out] toggled  an organ that is to be forbidden, or no longer
 AuthorWish draw_author(const AuthorFacts& facts, const content::Camera& camera, int width, int height,
-                       const content::Texts& texts, AuthorTool& tool);
+                       const content::Texts& texts, AuthorTool& tool, std::string& toggled);
 
 }  // namespace stylet::desktop

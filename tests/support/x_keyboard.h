@@ -1,4 +1,5 @@
-// Keys for the window of this process, as an X server sends them; libX11 is loaded where there is a display.
+// Keys and clicks for the window of this process, as an X server sends them; libX11 is loaded where there is a
+// display.
 #pragma once
 
 #include <dlfcn.h>
@@ -34,7 +35,21 @@ public:
     return true;
   }
 
+  /// Moves the pointer there, and presses or releases the left button. Pixels of the window.
+  /// @return false: there is no window yet
+  bool move(int x, int y) { return point(6, x, y, 0, 0); }
+  bool button(int x, int y, bool down) { return point(down ? 4 : 5, x, y, 1, down ? 0 : 1U << 8); }
+
 private:
+  /// MotionNotify 6, ButtonPress 4, ButtonRelease 5: laid out as XKeyEvent.
+  bool point(int type, int x, int y, unsigned int code, unsigned int state) {
+    const unsigned long window = our_window();
+    if (window == 0) return false;
+    send(window, type, code, x, y, state);
+    find<int (*)(void*, int)>("XSync")(display_, 0);
+    return true;
+  }
+
   /// XKeyEvent of Xlib.h.
   struct KeyEvent {
     int type;
@@ -72,7 +87,7 @@ private:
     return found;
   }
 
-  void send(unsigned long window, int type, unsigned int code) {
+  void send(unsigned long window, int type, unsigned int code, int x = 1, int y = 1, unsigned int state = 0) {
     std::array<long, 24> event{};  // XEvent
     const KeyEvent key{.type = type,
                        .serial = 0,
@@ -82,15 +97,16 @@ private:
                        .root = find<unsigned long (*)(void*)>("XDefaultRootWindow")(display_),
                        .subwindow = 0,
                        .time = ++time_ * 100,
-                       .x = 1,
-                       .y = 1,
-                       .x_root = 1,
-                       .y_root = 1,
-                       .state = 0,
+                       .x = x,
+                       .y = y,
+                       .x_root = x,
+                       .y_root = y,
+                       .state = state,
                        .keycode = code,
                        .same_screen = 1};
     std::memcpy(event.data(), &key, sizeof(key));
-    find<int (*)(void*, unsigned long, int, long, void*)>("XSendEvent")(display_, window, 0, 3, event.data());
+    find<int (*)(void*, unsigned long, int, long, void*)>("XSendEvent")(display_, window, 0,
+                                                                        type < 4 ? 3 : 4 | 8 | 64, event.data());
   }
 
   void* library_ = nullptr;

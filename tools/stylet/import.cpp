@@ -83,24 +83,54 @@ SourceSettings source_settings(const ImportOptions& options) {
   return settings;
 }
 
+/// Patient frame, with the voxels' own extent.
+struct LabelBox {
+  Eigen::AlignedBox3d box{};
+  std::size_t voxels = 0;
+};
+
+std::map<int, LabelBox> label_boxes(const import::LabelImage& image) {
+  std::map<int, LabelBox> boxes;
+  const Eigen::Vector3d half = 0.5 * image.patient_from_voxel.linear().cwiseAbs().rowwise().sum();
+  std::size_t i = 0;
+  for (int z = 0; z < image.size.z(); ++z) {
+    for (int y = 0; y < image.size.y(); ++y) {
+      for (int x = 0; x < image.size.x(); ++x, ++i) {
+        if (image.labels[i] == 0) continue;
+        LabelBox& label = boxes[image.labels[i]];
+        const Eigen::Vector3d at = image.patient_from_voxel * Eigen::Vector3d(x, y, z);
+        label.box.extend(at - half);
+        label.box.extend(at + half);
+        ++label.voxels;
+      }
+    }
+  }
+  return boxes;
+}
+
 void print_parts(const std::vector<import::SourceFile>& files) {
   for (const import::SourceFile& file : files) {
     fmt::print("{} ({}), {} part(s)\n", files::one_line(file.path.string()), file.format, file.parts.size());
     for (const std::string& assumption : file.assumptions) fmt::print("  {}\n", assumption);
-    fmt::print("  {:<40} {:>9} {:>22}  {}\n", "part", "triangles", "size, mm", "organ");
-    const auto voxels = file.image ? file.image->counts() : std::map<std::uint16_t, std::size_t>{};
+    const bool labels = file.image.has_value();
+    fmt::print("  {:<40} {:>9} {:>10} {:>22} {:>24}  {}\n", "part", labels ? "voxels" : "triangles",
+               labels ? "ml" : "", "size, mm", "middle, m", labels ? "" : "organ");
+    const auto boxes = file.image ? label_boxes(*file.image) : std::map<int, LabelBox>{};
     for (const import::SourcePart& part : file.parts) {
-      if (part.label >= 0) {
-        const double voxel = std::abs(file.image->patient_from_voxel.linear().determinant());
-        const std::size_t count = voxels.at(static_cast<std::uint16_t>(part.label));
-        fmt::print("  {:<40} {:>9} {:>19.4g} ml\n", part.name, count, 1e6 * voxel * static_cast<double>(count));
-        continue;
-      }
       Eigen::AlignedBox3d box;
       for (const Eigen::Vector3d& v : part.mesh.vertices) box.extend(v);
-      const Eigen::Vector3d size = box.sizes() * 1e3;
-      fmt::print("  {:<40} {:>9} {:>22}  {}\n", part.name, part.mesh.triangles.size(),
+      std::size_t count = part.mesh.triangles.size();
+      std::string volume;
+      if (part.label >= 0) {
+        box = boxes.at(part.label).box;
+        count = boxes.at(part.label).voxels;
+        const double voxel = std::abs(file.image->patient_from_voxel.linear().determinant());
+        volume = fmt::format("{:.4g}", 1e6 * voxel * static_cast<double>(count));
+      }
+      const Eigen::Vector3d size = box.sizes() * 1e3, middle = box.center();
+      fmt::print("  {:<40} {:>9} {:>10} {:>22} {:>24}  {}\n", files::one_line(part.name), count, volume,
                  fmt::format("{:.0f} x {:.0f} x {:.0f}", size.x(), size.y(), size.z()),
+                 fmt::format("{:.3f}, {:.3f}, {:.3f}", middle.x(), middle.y(), middle.z()),
                  files::one_line(part.organ.id));
     }
   }
@@ -148,7 +178,8 @@ void add_import(CLI::App& app, int& exit_code) {
       "--side", options->side, "Side file (JSON): which parts make which organs, and how they become a scenario");
   command->add_option("--out", options->out,
                       "Folder for the results: one folder an organ; of a scenario, the folder itself");
-  command->add_flag("--list", options->list, "Only list the parts of the files");
+  command->add_flag("--list", options->list,
+                    "Only list the parts of the files: size, and where each is (patient frame)");
   command
       ->add_option("--organ", options->organs,
                    "ID=PATTERN[,PATTERN...]: the parts whose names fit (* and ?) make the organ ID; may be repeated")

@@ -1,0 +1,126 @@
+// An author at the window, by mouse and keys.
+#include "engine/app/author_window.h"
+
+#include "engine/app/run_session.h"
+#include "engine/app/validate.h"
+#include "tests/readers/small_scenario.h"
+#include "tests/support/x_keyboard.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <vector>
+
+namespace stylet::app {
+namespace {
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Does the next thing every few frames.
+class Hands final : public SessionObserver {
+public:
+  using Deed = std::function<bool(support::XKeyboard&)>;
+  void click(int x, int y) {
+    for (const bool down : {true, false}) {
+      deeds.emplace_back([=](support::XKeyboard& x11) { return x11.move(x, y); });
+      deeds.emplace_back([=](support::XKeyboard& x11) { return x11.button(x, y, down); });
+    }
+  }
+  void key(const std::string& name) {
+    deeds.emplace_back([=](support::XKeyboard& x11) { return x11.press(name); });
+  }
+  bool stop_requested() override {
+    if (++frames_ > 4000) return true;
+    if (frames_ % 6 == 0 && done_ < deeds.size() && deeds[done_](x11_)) ++done_;
+    return stops && done_ == deeds.size();
+  }
+  void note(Note, const std::string& text) override { notes.push_back(text); }
+  bool given_up() const { return frames_ > 4000; }
+
+  std::vector<Deed> deeds;
+  std::vector<std::string> notes;
+  bool stops = false;  ///< asks for the end after the last
+
+private:
+  support::XKeyboard x11_;
+  std::size_t done_ = 0;
+  int frames_ = 0;
+};
+
+class AuthorWindow : public ::testing::Test {
+protected:
+  AuthorWindow() {
+    // Seen from the front, the ball of liver in the middle.
+    files_.scenario["camera"] = {{"eye", {0.1, 0.0, 0.4}}, {"look_at", {0.1, 0, 0}}, {"up", {0, 1, 0}}};
+    files_.write();
+  }
+  readers::test::SmallScenario files_;
+};
+
+TEST_F(AuthorWindow, AScenarioPutWithTheMouseIsSavedSoundAndTrained) {
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
+  Hands hands;
+  hands.click(640, 330);  // an organ: the target
+  hands.key("2");
+  hands.click(700, 330);  // skin: the entry
+  hands.key("3");
+  hands.click(640, 420);  // skin: the probe
+  hands.key("c");
+  hands.key("s");
+  hands.key("q");
+  EXPECT_TRUE(author_scenario({.scenario = files_.path().string(), .language = "en"}, hands));
+  ASSERT_FALSE(hands.given_up());
+  const auto saved = nlohmann::json::parse(text_of(files_.path()));
+  const auto target = saved["targets"][0]["centre"];
+  EXPECT_FALSE(saved["targets"][0].contains("organ"));
+  EXPECT_NEAR(target[0], 0.1, 2e-3) << "in the middle of the window";
+  EXPECT_GT(target[1], 0.0) << "above its middle";
+  EXPECT_NEAR(target[2], 0.0, 8e-3) << "in the middle of the organ";
+  EXPECT_LT(saved["probe"]["position"][1].get<double>(), -0.01);
+  EXPECT_EQ(saved["motion"], "scenario_motion.json");
+  EXPECT_EQ(saved["camera"]["vertical_fov_deg"], 35);
+  EXPECT_EQ(saved["bodies"], files_.scenario["bodies"]);
+  const Verdict verdict = validate(files_.path(), {});
+  EXPECT_TRUE(verdict.sound());
+  EXPECT_TRUE(verdict.warnings.empty()) << verdict.warnings.front();
+  Hands trainee;
+  const SessionResult result = run_session({.scenario = files_.path().string(),
+                                            .view = SessionView::headless,
+                                            .lockstep = true,
+                                            .seconds = 0.3,
+                                            .expert = "none",
+                                            .film = false,
+                                            .out = files_.folder / "out"},
+                                           trainee);
+  EXPECT_NEAR(result.report.run.duration_s, 0.3, 0.05);
+}
+
+TEST_F(AuthorWindow, WhatIsNotSavedIsKeptWhenTheWindowIsTakenAway) {
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
+  const std::string before = text_of(files_.path());
+  Hands hands;
+  hands.stops = true;
+  hands.click(640, 330);
+  hands.key("z");
+  hands.key("Z");  // shifted keys come without their modifier: undone once more, which is nothing
+  hands.click(640, 340);
+  hands.key("q");  // asks, and stays
+  hands.key("q");
+  author_scenario({.scenario = files_.path().string(), .language = "de"}, hands);
+  EXPECT_EQ(text_of(files_.path()), before);
+  const auto kept = files_.folder.path() / "scenario_unsaved.json";
+  ASSERT_TRUE(std::filesystem::exists(kept));
+  EXPECT_TRUE(nlohmann::json::parse(text_of(kept))["targets"][0].contains("centre"));
+  EXPECT_THAT(hands.notes, ::testing::Contains(::testing::HasSubstr("scenario_unsaved.json")));
+}
+
+}  // namespace
+}  // namespace stylet::app
