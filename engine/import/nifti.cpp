@@ -1,6 +1,7 @@
 #include "engine/import/nifti.h"
 
 #include "engine/files/error.h"
+#include "engine/files/json_scan.h"
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -20,7 +22,8 @@ using files::ContentError;
 
 constexpr std::size_t kHeader1 = 348;
 constexpr std::size_t kHeader2 = 540;
-constexpr double kMostExtent = 5;  // m
+constexpr double kMostExtent = 5;                 // m
+constexpr std::size_t kMostExtension = 1u << 20;  // of the header, that names of labels are looked for in
 
 /// The bytes of a file from front to back, inflated where it is gzipped.
 class ByteStream {
@@ -206,6 +209,27 @@ void read_labels(ByteStream& stream, const Header& header, const std::string& fi
   }
 }
 
+/// Names of labels in a header extension, as Connectome Workbench and TotalSegmentator write them:
+/// <Label Key="5" ...><![CDATA[liver]]></Label>. What is not of this form is passed over.
+std::map<int, std::string> label_names(std::string_view xml) {
+  std::map<int, std::string> names;
+  for (std::size_t at = xml.find("<Label "); at != std::string_view::npos; at = xml.find("<Label ", at + 1)) {
+    const std::size_t head = xml.find('>', at), end = xml.find("</Label>", at);
+    const std::size_t key = xml.find("Key=\"", at);
+    if (end == std::string_view::npos || head > end || key == std::string_view::npos || key > head) continue;
+    int label = 0;
+    const char* digits = xml.data() + key + 5;
+    if (std::from_chars(digits, xml.data() + head, label).ec != std::errc{}) continue;
+    std::string_view name = xml.substr(head + 1, end - head - 1);
+    constexpr std::string_view kOpen = "<![CDATA[", kClose = "]]>";
+    if (name.starts_with(kOpen) && name.ends_with(kClose)) {
+      name = name.substr(kOpen.size(), name.size() - kOpen.size() - kClose.size());
+    }
+    if (!name.empty() && label > 0) names[label] = files::printable(std::string(name));
+  }
+  return names;
+}
+
 }  // namespace
 
 std::map<std::uint16_t, std::size_t> LabelImage::counts() const {
@@ -293,7 +317,10 @@ LabelImage read_nifti_labels(std::span<const std::byte> bytes, const std::filesy
   if (!(offset >= static_cast<double>(header_bytes) && offset < 1e8)) {
     throw ContentError(fmt::format("{}: its data begin at byte {:g}; the file is damaged", file, offset));
   }
-  stream.skip(static_cast<std::size_t>(offset) - header_bytes);
+  std::string extension(std::min(static_cast<std::size_t>(offset) - header_bytes, kMostExtension), '\0');
+  stream.read(std::as_writable_bytes(std::span(extension)));
+  image.names = label_names(extension);
+  stream.skip(static_cast<std::size_t>(offset) - header_bytes - extension.size());
   image.labels.resize(static_cast<std::size_t>(voxels));
   switch (header.datatype()) {
     case 2:

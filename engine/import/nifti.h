@@ -19,7 +19,8 @@ struct LabelImage {
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   Eigen::Affine3d patient_from_voxel = Eigen::Affine3d::Identity();  ///< metres
   std::vector<std::uint16_t> labels;
-  std::vector<std::string> warnings;  ///< one line each: what was assumed
+  std::map<int, std::string> names{};  ///< of labels, where the file has them: a table of its header extension
+  std::vector<std::string> warnings;   ///< one line each: what was assumed
 
   /// Voxels of each label that occurs, 0 included.
   std::map<std::uint16_t, std::size_t> counts() const;

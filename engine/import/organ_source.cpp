@@ -100,9 +100,13 @@ SourceFile from_surfaces(SurfaceFile&& surfaces, const std::filesystem::path& pa
 
 SourceFile from_labels(LabelImage&& image, const std::filesystem::path& path) {
   SourceFile file{.path = path, .format = "NIfTI", .parts = {}, .image = {}, .assumptions = {}, .warnings = {}};
+  std::set<std::string> used;
   for (const auto& [label, voxels] : image.counts()) {
     if (label == 0) continue;  // background
-    const std::string name = fmt::format("label_{}", label);
+    const auto named = image.names.find(label);
+    const std::string name = named != image.names.end() && used.insert(named->second).second
+                                 ? named->second
+                                 : fmt::format("label_{}", label);
     file.parts.push_back({.name = name,
                           .place = fmt::format("{}:{}", path.string(), name),
                           .mesh = {},
@@ -202,7 +206,8 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
       bool fitted = false;
       for (const SourceFile& file : files) {
         for (const SourcePart& part : file.parts) {
-          if (!fits(pattern, part.name)) continue;
+          const bool by_number = part.label >= 0 && fits(pattern, fmt::format("label_{}", part.label));
+          if (!by_number && !fits(pattern, part.name)) continue;
           add(file, request, part);
           fitted = true;
         }

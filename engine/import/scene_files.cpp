@@ -58,6 +58,57 @@ Json camera_json(const ImportedScene& imported) {
           {"vertical_fov_deg", 28.5}};
 }
 
+/// What a biopsy is trained and scored by where nobody has said it: engineering values, as the shipped liver biopsy
+/// has them. Forbidden is what bleeds or leaks.
+void propose_exercise(const ImportedScene& imported, const SideScenario& scenario, Json& json) {
+  constexpr const char* kProposed = "proposed by the import: engineering value";
+  constexpr std::size_t kMostForbidden = 32;  // content::kMaxForbidden
+  Json forbidden = Json::array();
+  for (const SceneOrgan& organ : imported.organs) {
+    const bool leaks = organ.role == "vessel" || organ.tissue == "bile" || organ.tissue == "bowel" ||
+                       organ.tissue == "outside" || organ.tissue.starts_with("kidney") ||
+                       organ.tissue == "pancreas" || organ.tissue == "spleen";
+    const bool meant = organ.id == scenario.target || organ.role == "visual" || organ.role == "ignore";
+    const bool carries_target = std::ranges::any_of(imported.organs, [&](const SceneOrgan& other) {
+      return other.id == scenario.target && other.body == organ.id;
+    });
+    if (leaks && !meant && !carries_target && organ.id != scenario.wall.skin && forbidden.size() < kMostForbidden) {
+      forbidden.push_back(organ.id);
+    }
+  }
+  if (!forbidden.empty()) json["forbidden"] = std::move(forbidden);
+  const auto criterion = [&](const char* metric, double full, double zero, double weight, bool critical) {
+    Json row{{"metric", metric}, {"full", full}, {"zero", zero}, {"weight", weight}};
+    if (critical) row["critical"] = true;
+    row["source"] = kProposed;
+    return row;
+  };
+  json["pass_mark"] = 70;
+  json["scoring"] =
+      Json::array({criterion("tumour_content", 80, 30, 5, true), criterion("punctures", 1, 4, 2, false),
+                   criterion("skin_contacts", 1, 5, 1, false), criterion("out_of_plane_time", 0.5, 5, 2, false),
+                   criterion("angle_error", 5, 20, 1, false), criterion("time_in_tissue", 30, 180, 1, false)});
+  if (json.contains("forbidden")) json["scoring"].push_back(criterion("forbidden_hits", 0, 1, 2, true));
+  const double deep_mm = 1e3 * (imported.target - imported.entry).norm();
+  std::string way;
+  for (const PathPiece& piece : imported.path) {
+    if (way.empty() || !way.ends_with(piece.organ)) way += (way.empty() ? "" : ", ") + piece.organ;
+  }
+  json["briefing"] = {
+      {"goal", fmt::format("Bring the needle's tip to the {} and take one core of it.", scenario.target)},
+      {"steps", Json::array({fmt::format("Find the {} in the image, {:.0f} mm from the skin on a straight way.",
+                                         scenario.target, deep_mm),
+                             "Go in with the needle in the plane of the image, and keep the tip in sight.",
+                             "Stop where the needle enters it: fired, it shoots 22 mm ahead. Fire, then finish."})}};
+  if (!way.empty()) json["briefing"]["anatomy"] = "On the straight way: " + way + ".";
+  json["sampling"] = {{"kind", "biopsy"}, {"throw_mm", 22}, {"bore_mm", 1.1}};
+  json["hints"] = Json::array(
+      {{{"when", {{"probe_lifted", true}}}, {"text", "The probe has lost the skin: press it on gently."}},
+       {{"when", {{"stage", "procedure"}, {"force_n", {6, 100}}}}, {"text", "You push hard: are you on a rib?"}},
+       {{"when", {{"stage", "procedure"}, {"tip_inside", true}, {"off_plane_mm", {3, 1000}}}},
+        {"text", "The tip is out of the image: turn the probe until you see it before you go on."}}});
+}
+
 std::string list(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
@@ -100,6 +151,7 @@ std::string scenario_json(const ImportedScene& imported, const SideFile& side) {
   json["labels"] = {{"spacing_mm", rounded(scenario.label_spacing * 1e3)}};
   json["targets"] = Json::array({{{"name", scenario.target}, {"organ", scenario.target}}});
   json["camera"] = camera_json(imported);
+  propose_exercise(imported, scenario, json);
   json["rates"] = {{"haptic_hz", 1000}, {"simulation_hz", 50}};
   json["coupling"] = "stylet";
   json["contact_spacing_mm"] = 10;

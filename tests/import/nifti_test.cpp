@@ -305,5 +305,20 @@ TEST(Nifti, RefusesWhatIsWrongInOneLine) {
   EXPECT_NE(refusal(good, few).find("5 different values"), std::string::npos);
 }
 
+TEST(Nifti, LabelsHaveTheNamesOfTheTableInTheHeader) {
+  Volume volume;
+  volume.set<float>(108, 672);
+  std::string bytes = volume.with_voxels<std::uint8_t>(2);
+  std::string table =
+      "<LabelTable><Label Key=\"1\" Red=\"0\"><![CDATA[liver]]></Label><Label Key=\"2\">spleen</Label>"
+      "<Label Key=\"x\">no</Label><Label Key=\"3\"></Label><Label Key=\"4\"><![CDATA[spleen]]></Label><Label "
+      "Key=\"7\"";
+  table.resize(320, ' ');
+  bytes.insert(352, table);
+  const LabelImage image = read_nifti_labels(bytes_of(bytes), "named.nii");
+  EXPECT_EQ(image.names, (std::map<int, std::string>{{1, "liver"}, {2, "spleen"}, {4, "spleen"}}));
+  EXPECT_EQ(image.labels[1], 1) << "voxels begin behind it";
+}
+
 }  // namespace
 }  // namespace stylet::import
