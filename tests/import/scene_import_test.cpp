@@ -253,6 +253,11 @@ TEST(WriteScenario, LeavesASoundFolderOfTheSameBytesEachTime) {
   const SideFile side = side_file(coarse);
   const ScenarioFolder written = write_scenario(torso(), side, folder / "a", kContent, "test", still, kQuiet);
   EXPECT_THAT(readers::validate(folder / "a/scenario.json"), IsEmpty());
+  const nlohmann::json scenario = nlohmann::json::parse(bytes_of(folder / "a/scenario.json"));
+  EXPECT_EQ(scenario["sampling"]["kind"], "biopsy") << "proposed, as scoring, briefing and hints are";
+  EXPECT_EQ(scenario["scoring"][0]["metric"], "tumour_content");
+  EXPECT_THAT(scenario["briefing"]["goal"].get<std::string>(), HasSubstr("lesion"));
+  EXPECT_FALSE(scenario["hints"].empty());
   ASSERT_EQ(written.bodies.size(), 2u);
   for (const BodyAccount& body : written.bodies) {
     std::printf("  %s: %zu nodes, %.2f %%, %.1f degrees\n", body.name.c_str(), body.nodes,
