@@ -44,7 +44,7 @@ void main() {
     above += fresh * (level - above);
     if (haze < kLeastHaze * level) continue;
     // Fixed to the probe and smeared along the face.
-    uint texel = speckle_texel(speckle_lattice(vec3(0.2 * sample_position(l, s).x, 0.0, range)));
+    uint texel = speckle_texel(grain_lattice(vec3(0.2 * sample_position(l, s).x, 0.0, range)));
     for (int k = 0; k < kLooks; ++k) {
       echo[index + k * polar_size()] += haze * 0.70710678 * speckle_of_look(uint(k), texel);
     }

@@ -67,6 +67,6 @@ uint hash(uint x) {
 }
 
 float elevation_sigma(float range) {
-  float defocus = (range - kElevationFocus) / kElevationFieldDepth;
-  return 0.42466090 * kElevationFwhm * sqrt(1.0 + defocus * defocus);
+  float defocus = (range - frame.elevation_focus) / frame.elevation_field_depth;
+  return 0.42466090 * frame.elevation_width * sqrt(1.0 + defocus * defocus);
 }

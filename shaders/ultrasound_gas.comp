@@ -94,7 +94,7 @@ void main() {
     off = (behind - rings * kRingSpacing) / kRingWidth;
     float ringing = gas.ring_down > 0.0 && rings > 0.5 ? kRing * bubbles * pow(gas.ring_down, rings) * exp(-0.5 * off * off) : 0.0;
     float dirty = (gas.ring_down > 0.0 ? kDirty : kDirtySmooth * kDirty) * on_the_way * exp(-behind / kDirtyLength);
-    uint texel = speckle_texel(speckle_lattice(vec3(from, range)));
+    uint texel = speckle_texel(grain_lattice(vec3(from, range)));
     for (int k = 0; k < kLooks; ++k) {
       int at = index + k * polar_size();
       vec2 shown = mirror * echo[image + k * polar_size()] + vec2(surface * (again + ringing), 0.0) +

@@ -3,6 +3,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/ultrasound_common.glsl"
+#define SPECKLE_BINDING 6
+#include "shaders/ultrasound_speckle.glsl"
 
 layout(local_size_x = kTile, local_size_y = kTile) in;
 layout(std430, binding = 1) readonly buffer Needle {
@@ -24,8 +26,8 @@ layout(std430, binding = 4) buffer Loss {
 /// Sum of the echoes of the wires: no tip, no copies, no shadow, the same under every angle.
 float wire_echo(vec2 at, vec2 beam, float range) {
   float pitch = !kConvex ? frame.line_pitch : (frame.face_radius + range) * frame.line_pitch;
-  vec3 scale = 1.0 / vec3(max(kWireWidth, kWirePitches * pitch), elevation_sigma(range),
-                          max(kWireWidth, kWirePitches * frame.sample_pitch));
+  vec3 scale = 1.0 / vec3(max(kWireWidth / frame.grain, kWirePitches * pitch), elevation_sigma(range),
+                          max(kWireWidth / frame.grain, kWirePitches * frame.sample_pitch));
   float sum = 0.0;
   for (int i = 0; i < unforeseen(frame.wires); ++i) {
     vec3 to_p = vec3(at.x, 0.0, at.y) - wires[i].from.xyz;
@@ -40,6 +42,40 @@ float wire_echo(vec2 at, vec2 beam, float range) {
   return sum;
 }
 
+/// The point of the shaft that shows most at (x, z): the nearest, lengths counted in standard deviations of the echo.
+struct Nearest {
+  float distance2;
+  float from_tip;
+  float along;  // cosine between beam and shaft
+};
+
+/// @param scale  1 / standard deviation across the beam, out of the plane, along the beam
+Nearest nearest_point(vec2 p, vec2 beam, vec3 scale, int segments) {
+  Nearest found = Nearest(1e9, 0.0, 0.0);
+  for (int i = 0; i < segments; ++i) {
+    vec4 from = needle[i].from;
+    vec4 axis = needle[i].to - from;  // w: length
+    vec3 to_p = vec3(p.x, 0.0, p.y) - from.xyz;
+    vec3 scaled = scale * vec3(to_p.x * beam.y - to_p.z * beam.x, to_p.y, to_p.x * beam.x + to_p.z * beam.y);
+    float with_beam = axis.x * beam.x + axis.z * beam.y;
+    vec3 scaled_axis = scale * vec3(axis.x * beam.y - axis.z * beam.x, axis.y, with_beam);
+    float t = clamp(dot(scaled, scaled_axis) / dot(scaled_axis, scaled_axis), 0.0, 1.0);
+    vec3 away = scaled - t * scaled_axis;
+    float distance2 = dot(away, away);
+    if (distance2 < found.distance2) found = Nearest(distance2, from.w + t * axis.w, with_beam / axis.w);
+  }
+  return found;
+}
+
+/// Share of the echo of a shaft square to the beam: mirror-like, and of the tip.
+float mirror_law(Nearest at, vec2 beam) {
+  float sin2 = max(1.0 - at.along * at.along, 0.0);
+  float tip = exp(-at.from_tip * at.from_tip / (kTipLength * kTipLength));
+  float facing = beam.x * frame.bevel.x + beam.y * frame.bevel.z;
+  return kNeedleMirror * sin2 * sin2 * sin2 * sin2 + kNeedleFloor +
+         tip * (kTipFloor + kBevelFlash * mix(0.5 * sin2, facing * facing, frame.bevel.w));
+}
+
 void main() {
   uint tile = tiles[gl_WorkGroupID.x];
   int l = int(tile % uint(frame.tile_columns)) * kTile + int(gl_LocalInvocationID.x);
@@ -48,50 +84,38 @@ void main() {
   int segments = unforeseen(frame.needle_segments);
   vec2 at = sample_position(l, s);
   vec2 beam = line_direction(l);
-  float sigma = elevation_sigma(sample_range(s));
-  float amplitude = 0.0;
+  float mirror = 0.0;
+  float rough = 0.0;
   float shadow = 0.0;
-  float gain = 1.0;
-  for (int n = 0; segments > 0 && n <= kReverberations; ++n) {
-    // The echo comes from the near side of the shaft; copy n arrives later.
-    vec2 p = at + (frame.needle_radius - float(n) * kReverberationSpacing) * beam;
-    // The point of the shaft that shows most here: the nearest, lengths counted in standard deviations of the echo across
-    // the shaft (in the plane) and of the beam (out of it).
-    vec3 scale = vec3(1.0 / kNeedleWidth, 1.0 / sigma, 1.0 / kNeedleWidth);
-    float nearest2 = 1e9;
-    float from_tip = 0.0;
-    float along = 0.0;
-    for (int i = 0; i < segments; ++i) {
-      vec4 from = needle[i].from;
-      vec4 axis = needle[i].to - from;  // w: length
-      vec3 to_p = scale * (vec3(p.x, 0.0, p.y) - from.xyz);
-      vec3 scaled_axis = scale * axis.xyz;
-      float t = clamp(dot(to_p, scaled_axis) / dot(scaled_axis, scaled_axis), 0.0, 1.0);
-      vec3 away = to_p - t * scaled_axis;
-      float distance2 = dot(away, away);
-      if (distance2 < nearest2) {
-        nearest2 = distance2;
-        from_tip = from.w + t * axis.w;
-        along = dot(beam, axis.xz) / axis.w;
-      }
-    }
-    float profile = exp(-0.5 * nearest2);
-    float sin2 = max(1.0 - along * along, 0.0);
-    float sin6 = sin2 * sin2 * sin2;
-    if (n == 0) {
-      float tip = exp(-from_tip * from_tip / (kTipLength * kTipLength));
-      float law = kNeedleMirror * sin6 + kNeedleRough * sin2 + kNeedleFloor;
-      amplitude = profile * (law * (1.0 + kTipGain * tip) + kTipFloor * tip);
-      shadow = profile;
-      gain = kReverberationGain;
-    } else {
-      amplitude += gain * profile * sin6;
+  uint texel = 0u;
+  if (segments > 0) {
+    float sigma = elevation_sigma(sample_range(s));
+    float width = kNeedleWidth / frame.grain;
+    vec3 scale = 1.0 / vec3(width, sigma, width);
+    // The echo comes from the near side of the shaft.
+    vec2 p = at + frame.needle_radius * beam;
+    Nearest shaft = nearest_point(p, beam, scale, segments);
+    float profile = exp(-0.5 * shaft.distance2);
+    float sin2 = max(1.0 - shaft.along * shaft.along, 0.0);
+    mirror = profile * mirror_law(shaft, beam);
+    rough = profile * kNeedleRough * sin2;
+    texel = speckle_texel(grain_lattice(vec3(shaft.from_tip, 0.0, 0.0)));
+    shadow = profile;
+    Nearest lobe = nearest_point(p, beam, vec3(1.0 / kSideLobeWidth, scale.yz), segments);
+    mirror += kSideLobe * exp(-0.5 * lobe.distance2) * mirror_law(lobe, beam);
+    // Copies arrive later. Those of a shaft that does not face the beam go elsewhere.
+    float gain = kReverberationGain * sin2 * sin2 * sin2 * sin2;
+    for (int n = 1; n <= kReverberations && kNeedleGain * gain > kLeastReverberation; ++n) {
+      Nearest copy = nearest_point(p - 2.0 * float(n) * frame.needle_radius * beam, beam, scale, segments);
+      mirror += gain * exp(-0.5 * copy.distance2);
       gain *= kReverberationDecay;
     }
   }
   int index = polar_index(l, s);
-  float echoes = kNeedleGain * amplitude + wire_echo(at, beam, sample_range(s));
-  for (int k = 0; k < kLooks; ++k) echo[index + k * polar_size()].x += echoes;
+  float echoes = kNeedleGain * mirror + wire_echo(at, beam, sample_range(s));
+  for (int k = 0; k < kLooks; ++k) {
+    echo[index + k * polar_size()] += vec2(echoes, 0.0) + kNeedleGain * rough * 0.70710678 * speckle_of_look(uint(k), texel);
+  }
   // The profile integrates to sqrt(2 pi) sigma across the shaft.
-  loss[index] += kNeedleShadow * shadow * frame.sample_pitch / (2.5066283 * kNeedleWidth);
+  loss[index] += kNeedleShadow * shadow * frame.sample_pitch * frame.grain / (2.5066283 * kNeedleWidth);
 }

@@ -35,13 +35,13 @@ STYLET_SHARED float kFillerAttenuation = 0.63f;     // dB/cm/MHz, fat; Duck, Phy
 STYLET_SHARED float kAxialFwhm0 = 0.50e-3f;      // 2.3 cycles at 3.5 MHz: n lambda / 2
 STYLET_SHARED float kAxialFwhmSlope = 1.8e-3f;   // m per m: the pulse loses its high frequencies with depth
 STYLET_SHARED float kLateralLambdas = 1.15f;     // lateral width = 1.15 lambda F#, between 1 and 1.2 for usual apodisation
-STYLET_SHARED float kMinFNumber = 2.2f;          // aperture grows with depth at this F# ...
+STYLET_SHARED float kMinFNumber = 2.2f;          // of a convex array; aperture grows with depth at the probe's F# ...
 STYLET_SHARED float kMaxAperture = 0.038f;       // ... until the array is used up
 STYLET_SHARED float kLateralFocus = 0.075f;      // transmit focus and the depth of field around it
-STYLET_SHARED float kLateralFieldDepth = 0.090f;
+STYLET_SHARED float kLateralFieldDepth = 0.090f; // at kMinFNumber; it goes with the square of F#
 STYLET_SHARED float kLateralDefocus = 0.35f;
+// The slice of the probe that the next ones and the speckle field are made for; of a finer one they are as much finer.
 STYLET_SHARED float kElevationFwhm = 3.0e-3f;    // fixed lens of a convex abdominal array: 2.5-4 mm at its focus
-STYLET_SHARED float kElevationFocus = 0.070f;
 STYLET_SHARED float kElevationFieldDepth = 0.055f;
 STYLET_SHARED int kMaxPlanes = 13;               // sub-planes summed across the slice thickness, an odd number
 STYLET_SHARED float kElevationReach = 2.2f;      // standard deviations that they cover on either side ...
@@ -125,18 +125,22 @@ STYLET_SHARED float kMostDose = 8.0f;            // that a texel of the zone hol
 
 // ---- needle: authored law, monotone in the beam-needle angle as measured by Nichols et al., AJR 180 (2003) and ------
 // ---- Hopkins & Bradley, Anaesthesia and Intensive Care 29 (2001) ------------------------------------------------------
-STYLET_SHARED float kNeedleGain = 42.0f;
-STYLET_SHARED float kNeedleMirror = 1.0f;        // * sin^6 of the angle between beam and shaft
-STYLET_SHARED float kNeedleRough = 0.030f;       // * sin^2
-STYLET_SHARED float kNeedleFloor = 0.008f;
+STYLET_SHARED float kNeedleGain = 34.0f;      // square to the beam over liver, 31 dB: white (kWhiteOverLiverDb) only within 40 degrees of that
+STYLET_SHARED float kNeedleMirror = 1.0f;        // * sin^8 of the angle between beam and shaft: -4 dB at 20 degrees from square, -10
+                                                 // at 30, -24 at 45, -48 at 60
+STYLET_SHARED float kNeedleRough = 0.040f;       // * sin^2, random along the shaft: at steep angles it breaks up and drops out
+STYLET_SHARED float kNeedleFloor = 0.004f;
 STYLET_SHARED float kNeedleWidth = 0.40e-3f;     // standard deviation of the echo across the shaft
-STYLET_SHARED float kTipGain = 1.6f;             // the bevel scatters: brightening near the tip ...
-STYLET_SHARED float kTipLength = 1.5e-3f;
-STYLET_SHARED float kTipFloor = 0.25f;           // ... and a point seen under every angle
-STYLET_SHARED int kReverberations = 3;           // copies behind the shaft
-STYLET_SHARED float kReverberationGain = 0.10f;
-STYLET_SHARED float kReverberationDecay = 0.55f;
-STYLET_SHARED float kReverberationSpacing = 1.1e-3f;
+STYLET_SHARED float kTipLength = 1.5e-3f;        // over which the tip shows (engineering values from here on) ...
+STYLET_SHARED float kTipFloor = 0.12f;           // ... as a point seen under every angle ...
+STYLET_SHARED float kBevelFlash = 0.35f;         // ... and by the bevel's edges, most with its face to the beam or away from it, as
+                                                 // Hopkins & Bradley saw: * sin^2 (beam, shaft) cos^2 (roll); a tip without: its mean
+STYLET_SHARED int kReverberations = 3;           // copies behind the shaft: to and fro in it, 2 diameters / c apart in time
+STYLET_SHARED float kReverberationGain = 0.18f;  // first copy: -15 dB, ...
+STYLET_SHARED float kReverberationDecay = 0.55f; // ... and each 5 dB less: the tail fades
+STYLET_SHARED float kLeastReverberation = 0.03f; // over liver, -30 dB: copies below are not made
+STYLET_SHARED float kSideLobe = 0.02f;           // -34 dB of needle and tip, seen as an arc beside them where all else is dark ...
+STYLET_SHARED float kSideLobeWidth = 3.0e-3f;    // ... standard deviation along the arc, m
 STYLET_SHARED float kNeedleShadow = 0.20f;       // nepers lost behind the shaft: 18 % of the amplitude
 
 // ---- wires: targets that the beam does not resolve ---------------------------------------------------------------------
@@ -202,6 +206,7 @@ struct STYLET_UNIFORM FrameConstants {
   vec4 elevation;
   vec4 axial;
   vec4 breath;  // xyz: motion of rigid organs that go with the breath; w: body that owns their voxels, -1: none do
+  vec4 bevel;        // xyz: the side that the bevel's face looks to, probe frame; w: 0, the tip has no bevel
   vec4 tgc_sliders[2];  // dB at the middle of each eighth of the depth
   // scan: convex of radius `face_radius`, or linear when it is 0
   float face_radius;
@@ -229,6 +234,11 @@ struct STYLET_UNIFORM FrameConstants {
   int needle_segments;
   int wires;
   float needle_radius;
+  // slice: thickness where it is thinnest and depth of that, and the distance from there to sqrt(2) of it, m
+  float elevation_width;
+  float elevation_focus;
+  float elevation_field_depth;
+  float grain;           // times that speckle is finer than kSpeckleFwhm
   // receiver and display
   float tgc;            // dB a metre
   float noise;          // amplitude before the depth gain

@@ -8,6 +8,11 @@ vec3 speckle_lattice(vec3 x) {
               kSpeckleZ0 * x.x + kSpeckleZ1 * x.y + kSpeckleZ2 * x.z) * (1.0 / kSpeckleSpacing);
 }
 
+/// The same to the lattice of the looks, which is as fine as the probe.
+vec3 grain_lattice(vec3 x) {
+  return frame.grain * speckle_lattice(x);
+}
+
 /// Place of the texel that holds a point of the lattice, in a field of a look: bricks of 4 x 4 x 4, two cache lines each.
 uint speckle_texel(vec3 lattice) {
   ivec3 cell = ivec3(floor(lattice));

@@ -130,7 +130,8 @@ void main() {
   vec3 lattice = speckle_lattice(position);
   int weights = s * kElevationRow;
   vec3 plane_step = texelFetch(elevation, weights + kElevationRow - 1).x * across;
-  vec3 lattice_step = speckle_lattice(plane_step);
+  vec3 grain = frame.grain * lattice;
+  vec3 grain_step = grain_lattice(plane_step);
   vec3 voxel_step = plane_step / frame.label_spacing;
   int last_plane = frame.planes / 2;
   vec2 sum0 = vec2(0.0);
@@ -141,7 +142,7 @@ void main() {
   bool clear = float(clearance_of(here)) > 1.0 + max(reach.x, max(reach.y, reach.z));
   float level = 0.70710678 * tissues[tissue].backscatter;
   for (int plane = clear ? -last_plane : last_plane + 1; plane <= last_plane; ++plane) {
-    uint texel = speckle_texel(lattice + float(plane) * lattice_step);
+    uint texel = speckle_texel(grain + float(plane) * grain_step);
     float w = level * texelFetch(elevation, weights + abs(plane)).x;
     sum0 += w * speckle_of_look(0u, texel);
     if (kLooks > 1) sum1 += w * speckle_of_look(1u, texel);
@@ -150,7 +151,7 @@ void main() {
   // Elsewhere the label of each scatterer is drawn from the eight around it (stochastic trilinear interpolation), by
   // bits that belong to its place in the tissue.
   for (int plane = clear ? last_plane + 1 : -last_plane; plane <= last_plane; ++plane) {
-    uint texel = speckle_texel(lattice + float(plane) * lattice_step);
+    uint texel = speckle_texel(grain + float(plane) * grain_step);
     uint bits = hash(texel);
     vec3 jitter = vec3(bits & 1023u, (bits >> 10) & 1023u, (bits >> 20) & 1023u) / 1024.0;
     uint word = voxel_at(ivec3(floor(voxel + float(plane) * voxel_step + jitter)));
@@ -165,7 +166,7 @@ void main() {
     float patches = slow_pair(slow_texel(lattice)).y;
     float tissue_gain = exp(kCoagulatedEcho * heated.y + kRimEcho * heated.z);
     float bubbles = 0.70710678 * kBubbleEcho * heated.x * exp(kBubblePatches * patches);
-    uint texel = speckle_texel(lattice);
+    uint texel = speckle_texel(grain);
     sum0 = tissue_gain * sum0 + bubbles * speckle_of_look(0u, texel);
     if (kLooks > 1) sum1 = tissue_gain * sum1 + bubbles * speckle_of_look(1u, texel);
     if (kLooks > 2) sum2 = tissue_gain * sum2 + bubbles * speckle_of_look(2u, texel);

@@ -154,7 +154,11 @@ struct Probe {
   // What a scanner starts with and its knobs change.
   double lowest_frequency_hz = 2e6;  ///< band
   double highest_frequency_hz = 5e6;
-  double focus = 0.075;               ///< m below the face
+  double focus = 0.075;  ///< m below the face
+  // What the array and its lens are: how sharp it can be.
+  double f_number = 2.2;              ///< least depth over width of the receiving aperture
+  double elevation_width = 3e-3;      ///< thickness of the slice where it is thinnest, full width at half maximum, m
+  double elevation_focus = 0.070;     ///< m below the face: where that is
   std::array<double, 8> tgc_db{};     ///< sliders, nearest first
   std::optional<double> persistence;  ///< share of the frame before; default: the preset's
   std::string preset = "clinical";    ///< or raw

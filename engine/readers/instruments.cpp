@@ -45,6 +45,15 @@ constexpr struct {
                                      "alone")
                             .optional();
   Key focus = key::number("focus_mm", "mm", {5, 400}, "transmit focus below the face").otherwise(75);
+  Key f_number =
+      key::number("f_number", "", {0.8, 6}, "least depth over width of the receiving aperture").otherwise(2.2);
+  Key elevation_width = key::number("elevation_width_mm", "mm", {0.75, 10},
+                                    "thickness of the slice where it is thinnest, full width at half maximum of the "
+                                    "amplitude; speckle is as fine as it allows")
+                            .otherwise(3);
+  Key elevation_focus =
+      key::number("elevation_focus_mm", "mm", {5, 400}, "where that is, below the face: the lens's focus")
+          .otherwise(70);
   Key scan_lines = key::integer("scan_lines", {16, 1024}, "of an image").otherwise(192);
   Key samples = key::integer("samples", {64, 4096}, "along a line").otherwise(512);
   Key dynamic_range = key::number("dynamic_range_db", "dB", {20, 120}, "shown").otherwise(60);
@@ -137,6 +146,9 @@ content::Probe read_probe(files::JsonFile& file) {
   });
   probe.depth = root.number(kProbeKeys.depth) * 1e-3;
   probe.frequency_hz = root.number(kProbeKeys.frequency) * 1e6;
+  probe.f_number = root.number(kProbeKeys.f_number);
+  probe.elevation_width = root.number(kProbeKeys.elevation_width) * 1e-3;
+  probe.elevation_focus = root.number(kProbeKeys.elevation_focus) * 1e-3;
   probe.scan_lines = root.integer(kProbeKeys.scan_lines);
   probe.samples = root.integer(kProbeKeys.samples);
   probe.dynamic_range_db = root.number(kProbeKeys.dynamic_range);

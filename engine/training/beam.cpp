@@ -19,7 +19,7 @@ double range(const content::Probe& probe, const Eigen::Vector3d& point) {
 }  // namespace
 
 bool in_plane(const content::Probe& probe, const Eigen::Vector3d& point) {
-  return std::abs(point.y()) < ultrasound::elevation_fwhm(range(probe, point)) / 2;
+  return std::abs(point.y()) < ultrasound::elevation_fwhm(probe, range(probe, point)) / 2;
 }
 
 bool in_beam(const content::Probe& probe, const Eigen::Vector3d& point) {

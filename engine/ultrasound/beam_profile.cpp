@@ -10,16 +10,17 @@ namespace {
 const double kSigmaOfFwhm = 1.0 / (2.0 * std::sqrt(2.0 * std::log(2.0)));
 
 /// Autocorrelation of the speckle field at a distance.
-double speckle_correlation(double distance) {
-  const double sigma = kSigmaOfFwhm * double(kSpeckleFwhm);
+/// @param field_fwhm  of it
+double speckle_correlation(double distance, double field_fwhm) {
+  const double sigma = kSigmaOfFwhm * field_fwhm;
   return std::exp(-0.5 * distance * distance / (sigma * sigma));
 }
 
-/// The field is already correlated over kSpeckleFwhm. A Gaussian kernel of amplitude FWHM a gives white noise an
+/// The field is already correlated over its width. A Gaussian kernel of amplitude FWHM a gives white noise an
 /// autocorrelation of FWHM a sqrt(2), and correlations of Gaussians add in quadrature; a kernel never gets narrower
 /// than 60 % of the beam, since interfaces need it too.
-double kernel_fwhm(double beam_fwhm) {
-  const double quadrature = beam_fwhm * beam_fwhm - 0.5 * double(kSpeckleFwhm) * double(kSpeckleFwhm);
+double kernel_fwhm(double beam_fwhm, double field_fwhm) {
+  const double quadrature = beam_fwhm * beam_fwhm - 0.5 * field_fwhm * field_fwhm;
   return std::sqrt(std::max(quadrature, 0.36 * beam_fwhm * beam_fwhm));
 }
 
@@ -30,7 +31,8 @@ constexpr double kCutOff = 2.9;
 class Kernel {
 public:
   /// @param taps  of one side, centre included
-  Kernel(std::size_t taps, double fwhm, double pitch) : pitch_(pitch), weights_(taps), products_(2 * taps - 1, 0.0) {
+  Kernel(std::size_t taps, double fwhm, double pitch, double field_fwhm)
+      : pitch_(pitch), field_fwhm_(field_fwhm), weights_(taps), products_(2 * taps - 1, 0.0) {
     const double sigma = kSigmaOfFwhm * fwhm;
     const int count = static_cast<int>(taps);
     for (int i = 0; i < count; ++i) {
@@ -44,9 +46,10 @@ public:
 
   /// Covariance of the filtered field, of variance 1 before, with itself `lag` samples away.
   double covariance(int lag) const {
-    double sum = products_[0] * speckle_correlation(lag * pitch_);
+    double sum = products_[0] * speckle_correlation(lag * pitch_, field_fwhm_);
     for (int k = 1; k < static_cast<int>(products_.size()); ++k) {
-      sum += products_[k] * (speckle_correlation((k - lag) * pitch_) + speckle_correlation((k + lag) * pitch_));
+      sum += products_[k] * (speckle_correlation((k - lag) * pitch_, field_fwhm_) +
+                             speckle_correlation((k + lag) * pitch_, field_fwhm_));
     }
     return sum;
   }
@@ -59,6 +62,7 @@ public:
 
 private:
   double pitch_;
+  double field_fwhm_;
   std::vector<double> weights_;
   std::vector<double> products_;  ///< sum of weights [i] * [i + k] over all taps of both sides
 };
@@ -66,17 +70,17 @@ private:
 /// Weights at multiples of `pitch`, one side, that give the speckle the correlation which the beam would give it,
 /// half a width away. Fitted, not computed as for kernel_fwhm(): where samples lie further apart than the field is
 /// correlated over (192 lines), it adds less than in quadrature.
-void fit(std::span<float> weights, double beam_fwhm, double pitch) {
+void fit(std::span<float> weights, double beam_fwhm, double pitch, double field_fwhm) {
   const int lag = std::max(1, static_cast<int>(std::lround(0.5 * beam_fwhm / pitch)));
   const double wanted = std::exp(-2 * std::log(2.0) * std::pow(lag * pitch / beam_fwhm, 2));
   double low = 0.6 * beam_fwhm, high = 1.6 * beam_fwhm;
   constexpr int kHalvings = 12;  // to a part in 4000
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = 0.5 * (low + high);
-    const Kernel kernel(weights.size(), middle, pitch);
+    const Kernel kernel(weights.size(), middle, pitch, field_fwhm);
     (kernel.covariance(lag) < wanted * kernel.covariance(0) ? low : high) = middle;
   }
-  Kernel(weights.size(), low, pitch).write(weights);
+  Kernel(weights.size(), low, pitch, field_fwhm).write(weights);
 }
 
 }  // namespace
@@ -85,16 +89,24 @@ double axial_fwhm(double range, double wavelength) {
   return kAxialFwhm0 * wavelength / kReferenceWavelength + kAxialFwhmSlope * range;
 }
 
-double lateral_fwhm(double range, double wavelength, double focus) {
-  const double f_number = std::max<double>(kMinFNumber, (range + 0.004) / kMaxAperture);
-  const double defocus = (range - focus) / kLateralFieldDepth;
-  return kLateralLambdas * wavelength * f_number * std::sqrt(1 + kLateralDefocus * defocus * defocus);
+double lateral_fwhm(double range, double wavelength, double focus, double f_number) {
+  const double here = std::max<double>(f_number, (range + 0.004) / kMaxAperture);
+  const double opening = f_number / kMinFNumber;
+  const double defocus = (range - focus) / (kLateralFieldDepth * opening * opening);
+  return kLateralLambdas * wavelength * here * std::sqrt(1 + kLateralDefocus * defocus * defocus);
 }
 
-BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength, double focus, int planes) {
+double speckle_grain(const content::Probe& probe) {
+  return kElevationFwhm / probe.elevation_width;
+}
+
+BeamProfile BeamProfile::of(const ScanGeometry& scan, const content::Probe& probe, double wavelength, double focus,
+                            int planes) {
   BeamProfile beam;
-  const double reach = kElevationReach * kSigmaOfFwhm * double(kElevationFwhm);
-  const double focal_spacing = std::min<double>(kElevationSpacing, 2 * reach / std::max(planes - 1, 1));
+  const double reach = kElevationReach * kSigmaOfFwhm * probe.elevation_width;
+  const double grain = speckle_grain(probe);
+  const double field = kSpeckleFwhm / grain;
+  const double focal_spacing = std::min<double>(kElevationSpacing / grain, 2 * reach / std::max(planes - 1, 1));
   beam.lateral.resize(static_cast<std::size_t>(scan.samples) * kLateralTaps);
   beam.axial.resize(static_cast<std::size_t>(scan.samples) * kAxialTaps);
   beam.elevation.resize(static_cast<std::size_t>(scan.samples) * kElevationRow);
@@ -103,12 +115,14 @@ BeamProfile BeamProfile::of(const ScanGeometry& scan, double wavelength, double 
     const auto row = [s](std::vector<float>& table, int taps) {
       return std::span<float>(table).subspan(static_cast<std::size_t>(s) * taps, taps);
     };
-    fit(row(beam.lateral, kLateralTaps), lateral_fwhm(r, wavelength, focus), scan.lateral_pitch(r));
-    fit(row(beam.axial, kAxialTaps), axial_fwhm(r, wavelength), scan.sample_pitch);
-    const double width = elevation_fwhm(r);
-    const double spacing = std::min<double>(focal_spacing * width / kElevationFwhm, kMostElevationSpacing);
+    fit(row(beam.lateral, kLateralTaps), lateral_fwhm(r, wavelength, focus, probe.f_number), scan.lateral_pitch(r),
+        field);
+    fit(row(beam.axial, kAxialTaps), axial_fwhm(r, wavelength), scan.sample_pitch, field);
+    const double width = elevation_fwhm(probe, r);
+    const double spacing =
+        std::min<double>(focal_spacing * width / probe.elevation_width, kMostElevationSpacing / grain);
     const std::span<float> planes_here = row(beam.elevation, kElevationRow);
-    Kernel(static_cast<std::size_t>(planes / 2 + 1), kernel_fwhm(width), spacing)
+    Kernel(static_cast<std::size_t>(planes / 2 + 1), kernel_fwhm(width, field), spacing, field)
         .write(planes_here.first(kElevationRow - 1));
     planes_here.back() = static_cast<float>(spacing);
   }

@@ -20,7 +20,11 @@ inline constexpr double kReferenceWavelength = 1540 / 3.5e6;
 /// Full widths at half maximum of the amplitude, m.
 double axial_fwhm(double range, double wavelength = kReferenceWavelength);
 /// @param focus  of the transmitted beam, m
-double lateral_fwhm(double range, double wavelength, double focus = kLateralFocus);
+/// @param f_number  least depth over width of the receiving aperture
+double lateral_fwhm(double range, double wavelength, double focus = kLateralFocus, double f_number = kMinFNumber);
+/// Times that the speckle of a probe is finer than kSpeckleFwhm: as its slice is thinner than kElevationFwhm, so that
+/// as many sub-planes fill it.
+double speckle_grain(const content::Probe& probe);
 // elevation_fwhm(): slice_thickness.h
 
 /// Weights of one side, centre first, by sample. A weight of zero ends the sum: none beyond it counts.
@@ -33,7 +37,8 @@ struct BeamProfile {
   /// @param wavelength  m
   /// @param focus       m
   /// @param planes      sub-planes across the slice thickness: odd, at most kMaxPlanes
-  static BeamProfile of(const ScanGeometry& scan, double wavelength, double focus, int planes);
+  static BeamProfile of(const ScanGeometry& scan, const content::Probe& probe, double wavelength, double focus,
+                        int planes);
 };
 
 }  // namespace stylet::ultrasound

@@ -122,7 +122,7 @@ Imager::Passes::Passes(gpu::Device& device_, const content::Scene& scene, const 
                         {14, Slot::texel_buffer}})),
       interfaces(device, ultrasound_interface_comp,
                  interface(model, 6, {{1, Slot::texel_buffer}, {2, Slot::texel_buffer}, {6, Slot::uniform_buffer}})),
-      needle(device, ultrasound_needle_comp, interface(model, 5)),
+      needle(device, ultrasound_needle_comp, interface(model, 6, {{6, Slot::texel_buffer}})),
       gas(device, ultrasound_gas_comp, interface(model, 6, {{1, Slot::texel_buffer}, {6, Slot::uniform_buffer}})),
       attenuate(device, ultrasound_attenuate_comp, interface(model, 3, {{1, Slot::texel_buffer}})),
       lateral(device, ultrasound_lateral_comp, interface(model, 3, {{2, Slot::texel_buffer}})),
@@ -227,7 +227,7 @@ void Imager::Passes::record(gpu::Commands& commands, const state::FrameState& st
   if (!model.thin_tiles().empty()) {
     commands.dispatch(needle,
                       {read(0, frame), read(1, segments.buffer()), read(2, wires.buffer()), write(3, echo),
-                       write(4, loss), read(5, thin_tiles.buffer())},
+                       write(4, loss), read(5, thin_tiles.buffer()), read(6, speckle)},
                       {static_cast<std::uint32_t>(model.thin_tiles().size()), 1, 1});
   }
   times.mark(commands, "needle");

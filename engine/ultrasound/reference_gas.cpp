@@ -99,7 +99,7 @@ void ReferenceImager::add_gas(int l) {
                               : 0.0F;
     const float dirty =
         (gas.ring_down > 0 ? kDirty : kDirtySmooth * kDirty) * on_the_way * std::exp(-behind / kDirtyLength);
-    const std::size_t speckle = SpeckleField::texel(cell_at({from.x(), from.y(), range}));
+    const std::size_t speckle = SpeckleField::texel(grain_at({from.x(), from.y(), range}));
     for (int k = 0; k < looks_; ++k) {
       const Complex own = s <= front + margin ? echo_[k][here] : Complex(0);
       echo_[k][here] = own + mirror * echo_[k][image] + surface * (again + ringing) +

@@ -179,7 +179,7 @@ void ReferenceImager::make_echoes() {
       Complex sum[kMaxLooks] = {};
       for (int off = -(c.planes / 2); off <= c.planes / 2; ++off) {
         const Eigen::Vector3f x = rest.position + static_cast<float>(off) * plane_spacing * rest.slope;
-        const std::size_t texel = SpeckleField::texel(cell_at(x));
+        const std::size_t texel = SpeckleField::texel(grain_at(x));
         const std::uint32_t bits = hash(static_cast<std::uint32_t>(texel));
         const Eigen::Vector3f jitter(static_cast<float>(bits & 1023U), static_cast<float>((bits >> 10U) & 1023U),
                                      static_cast<float>((bits >> 20U) & 1023U));
@@ -195,7 +195,7 @@ void ReferenceImager::make_echoes() {
         const float patches = model_.speckle().slow(SpeckleField::slow_texel(cell)).imag();
         const float gain = std::exp(kCoagulatedEcho * heated.dead + kRimEcho * heated.rim);
         const float bubbles = 0.70710678F * kBubbleEcho * heated.gas * std::exp(kBubblePatches * patches);
-        const std::size_t texel = SpeckleField::texel(cell);
+        const std::size_t texel = SpeckleField::texel(grain_at(rest.position));
         for (int k = 0; k < looks_; ++k) sum[k] = gain * sum[k] + bubbles * model_.speckle().look(k, texel);
         heat_loss = kBubbleLoss * heated.gas + kCoagulatedLoss * heated.dead;
       }
@@ -250,53 +250,69 @@ void ReferenceImager::each_thin_sample(Visit&& visit) const {
   }
 }
 
+ReferenceImager::Nearest ReferenceImager::nearest_point(const Eigen::Vector2f& p, const Eigen::Vector2f& beam,
+                                                        const Eigen::Vector3f& scale) const {
+  // Across the beam, out of the plane, along the beam.
+  const auto scaled = [&](const Eigen::Vector3f& v) -> Eigen::Vector3f {
+    return scale.cwiseProduct(
+        Eigen::Vector3f(v.x() * beam.y() - v.z() * beam.x(), v.y(), v.x() * beam.x() + v.z() * beam.y()));
+  };
+  Nearest found;
+  for (const NeedleSegment& segment : model_.needle()) {
+    const Eigen::Vector3f axis = xyz(segment.to) - xyz(segment.from);
+    const float length = segment.to.w - segment.from.w;
+    const Eigen::Vector3f to_p = scaled(Eigen::Vector3f(p.x(), 0, p.y()) - xyz(segment.from));
+    const Eigen::Vector3f scaled_axis = scaled(axis);
+    const float t = std::clamp(to_p.dot(scaled_axis) / scaled_axis.squaredNorm(), 0.0F, 1.0F);
+    const float distance2 = (to_p - t * scaled_axis).squaredNorm();
+    if (distance2 < found.distance2) {
+      found = {distance2, segment.from.w + t * length, beam.dot(Eigen::Vector2f(axis.x(), axis.z())) / length};
+    }
+  }
+  return found;
+}
+
+/// Share of the echo of a shaft square to the beam: mirror-like, and of the tip.
+float ReferenceImager::mirror_law(const Nearest& at, const Eigen::Vector2f& beam) const {
+  const vec4& bevel = model_.constants().bevel;
+  const float sin2 = std::max(1 - at.along * at.along, 0.0F);
+  const float tip = std::exp(-at.from_tip * at.from_tip / (kTipLength * kTipLength));
+  const float facing = beam.x() * bevel.x + beam.y() * bevel.z;
+  return kNeedleMirror * std::pow(sin2, 4.0F) + kNeedleFloor +
+         tip * (kTipFloor + kBevelFlash * (bevel.w > 0 ? facing * facing : 0.5F * sin2));
+}
+
 void ReferenceImager::add_needle() {
   const FrameConstants& c = model_.constants();
   if (c.needle_segments == 0) return;
   each_thin_sample([&](int l, int s) {
     const float range = (static_cast<float>(s) + 0.5F) * c.sample_pitch;
-    const float sigma = static_cast<float>(elevation_fwhm(range)) * 0.42466090F;
-    const Eigen::Vector2f at = model_.scan().position(l, s).cast<float>();
+    const float sigma = static_cast<float>(elevation_fwhm(model_.scene().probe, range)) * 0.42466090F;
+    const float width = kNeedleWidth / c.grain;
+    const Eigen::Vector3f scale(1 / width, 1 / sigma, 1 / width);
     const Eigen::Vector2f beam = model_.scan().direction(l).cast<float>();
-    float amplitude = 0;
-    float shadow = 0;
-    for (int n = 0; n <= kReverberations; ++n) {
-      // The echo comes from the near side of the shaft; copy n arrives later.
-      const Eigen::Vector2f p = at + (c.needle_radius - static_cast<float>(n) * kReverberationSpacing) * beam;
-      // The point of the shaft that shows most here: the nearest, lengths counted in standard deviations of the
-      // echo across the shaft (in the plane) and of the beam (out of it).
-      const Eigen::Vector3f scale(1 / kNeedleWidth, 1 / sigma, 1 / kNeedleWidth);
-      float nearest2 = std::numeric_limits<float>::max();
-      float from_tip = 0;
-      float along = 0;
-      for (const NeedleSegment& segment : model_.needle()) {
-        const Eigen::Vector3f axis = xyz(segment.to) - xyz(segment.from);
-        const float length = segment.to.w - segment.from.w;
-        const Eigen::Vector3f to_p = scale.cwiseProduct(Eigen::Vector3f(p.x(), 0, p.y()) - xyz(segment.from));
-        const Eigen::Vector3f scaled_axis = scale.cwiseProduct(axis);
-        const float t = std::clamp(to_p.dot(scaled_axis) / scaled_axis.squaredNorm(), 0.0F, 1.0F);
-        const float distance2 = (to_p - t * scaled_axis).squaredNorm();
-        if (distance2 < nearest2) {
-          nearest2 = distance2;
-          from_tip = segment.from.w + t * length;
-          along = beam.dot(Eigen::Vector2f(axis.x(), axis.z())) / length;
-        }
-      }
-      const float profile = std::exp(-0.5F * nearest2);
-      const float sin2 = std::max(1 - along * along, 0.0F);
-      const float sin6 = sin2 * sin2 * sin2;
-      if (n == 0) {
-        const float tip = std::exp(-from_tip * from_tip / (kTipLength * kTipLength));
-        const float law = kNeedleMirror * sin6 + kNeedleRough * sin2 + kNeedleFloor;
-        amplitude = profile * (law * (1 + kTipGain * tip) + kTipFloor * tip);
-        shadow = profile;
-      } else {
-        amplitude += kReverberationGain * std::pow(kReverberationDecay, static_cast<float>(n - 1)) * profile * sin6;
-      }
+    // The echo comes from the near side of the shaft.
+    const Eigen::Vector2f p = model_.scan().position(l, s).cast<float>() + c.needle_radius * beam;
+    const Nearest shaft = nearest_point(p, beam, scale);
+    const float profile = std::exp(-0.5F * shaft.distance2);
+    const float sin2 = std::max(1 - shaft.along * shaft.along, 0.0F);
+    float mirror = profile * mirror_law(shaft, beam);
+    const float rough = profile * kNeedleRough * sin2;
+    const Nearest lobe = nearest_point(p, beam, {1 / kSideLobeWidth, scale.y(), scale.z()});
+    mirror += kSideLobe * std::exp(-0.5F * lobe.distance2) * mirror_law(lobe, beam);
+    // Copies arrive later. Those of a shaft that does not face the beam go elsewhere.
+    float gain = kReverberationGain * std::pow(sin2, 4.0F);
+    for (int n = 1; n <= kReverberations && kNeedleGain * gain > kLeastReverberation; ++n) {
+      const Nearest copy = nearest_point(p - 2 * static_cast<float>(n) * c.needle_radius * beam, beam, scale);
+      mirror += gain * std::exp(-0.5F * copy.distance2);
+      gain *= kReverberationDecay;
     }
-    for (int k = 0; k < looks_; ++k) echo_[k][index(l, s)] += kNeedleGain * amplitude;
+    const std::size_t texel = SpeckleField::texel(grain_at({shaft.from_tip, 0, 0}));
+    for (int k = 0; k < looks_; ++k) {
+      echo_[k][index(l, s)] += kNeedleGain * (mirror + rough * 0.70710678F * model_.speckle().look(k, texel));
+    }
     // The profile integrates to sqrt(2 pi) sigma across the shaft.
-    loss_[index(l, s)] += kNeedleShadow * shadow * c.sample_pitch / (2.5066283F * kNeedleWidth);
+    loss_[index(l, s)] += kNeedleShadow * profile * c.sample_pitch / (2.5066283F * width);
   });
 }
 
@@ -305,10 +321,13 @@ void ReferenceImager::add_wires() {
   if (c.wires == 0) return;
   each_thin_sample([&](int l, int s) {
     const double range = model_.scan().range(s);
-    const auto width = [](double pitch) { return std::max(kWireWidth, kWirePitches * static_cast<float>(pitch)); };
+    const auto width = [&c](double pitch) {
+      return std::max(kWireWidth / c.grain, kWirePitches * static_cast<float>(pitch));
+    };
     const Eigen::Array3f scale =
         1 / Eigen::Array3f(width(model_.scan().lateral_pitch(range)),
-                           static_cast<float>(elevation_fwhm(range)) * 0.42466090F, width(c.sample_pitch));
+                           static_cast<float>(elevation_fwhm(model_.scene().probe, range)) * 0.42466090F,
+                           width(c.sample_pitch));
     const Eigen::Vector2f at = model_.scan().position(l, s).cast<float>();
     const Eigen::Vector2f beam = model_.scan().direction(l).cast<float>();
     // Across the beam, out of the plane, along the beam.
@@ -357,7 +376,7 @@ void ReferenceImager::attenuate() {
       if (haze < kLeastHaze * level) continue;
       // Fixed to the probe and smeared along the face.
       const Eigen::Vector2f p = model_.scan().position(l, s).cast<float>();
-      const std::size_t texel = SpeckleField::texel(cell_at({0.2F * p.x(), 0.0F, range}));
+      const std::size_t texel = SpeckleField::texel(grain_at({0.2F * p.x(), 0.0F, range}));
       for (int k = 0; k < looks_; ++k) {
         echo_[k][i] += haze * 0.70710678F * model_.speckle().look(k, texel);
       }

@@ -16,6 +16,7 @@
 #include <array>
 #include <complex>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace stylet::ultrasound {
@@ -58,6 +59,12 @@ private:
   struct Mix {
     float log_impedance, loss;
   };
+  /// The point of the shaft that shows most somewhere.
+  struct Nearest {
+    float distance2 = std::numeric_limits<float>::max();  ///< in standard deviations of the echo
+    float from_tip = 0;                                   ///< m
+    float along = 0;                                      ///< cosine between beam and shaft
+  };
 
   void slice();
   void follow_breath();
@@ -65,6 +72,8 @@ private:
   void make_echoes();
   template <typename Visit>
   void each_thin_sample(Visit&& visit) const;
+  Nearest nearest_point(const Eigen::Vector2f& p, const Eigen::Vector2f& beam, const Eigen::Vector3f& scale) const;
+  float mirror_law(const Nearest& at, const Eigen::Vector2f& beam) const;
   void add_needle();
   void add_wires();
   void find_gas();
@@ -84,6 +93,10 @@ private:
   static Eigen::Vector3f lattice_at(const Eigen::Vector3f& rest);  ///< speckle lattice, texels
   static Eigen::Vector3i cell_at(const Eigen::Vector3f& rest) {
     return lattice_at(rest).array().floor().matrix().cast<int>();
+  }
+  /// The same in the lattice of the looks.
+  Eigen::Vector3i grain_at(const Eigen::Vector3f& rest) const {
+    return (model_.constants().grain * lattice_at(rest)).array().floor().matrix().cast<int>();
   }
   /// Texel of the slow fields for tissue of row `tissue`.
   std::size_t slow_texel(const Eigen::Vector3f& rest, int tissue) const;

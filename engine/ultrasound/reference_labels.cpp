@@ -9,7 +9,8 @@ namespace stylet::ultrasound {
 bool ReferenceImager::on_needle(const Eigen::Vector2f& p, float range) const {
   const FrameConstants& c = model_.constants();
   const float radius = std::max(c.needle_radius, 0.75F * c.pixel);
-  const Eigen::Vector3f scale(1 / radius, 2 / static_cast<float>(elevation_fwhm(range)), 1 / radius);
+  const Eigen::Vector3f scale(1 / radius, 2 / static_cast<float>(elevation_fwhm(model_.scene().probe, range)),
+                              1 / radius);
   for (int i = 0; i < c.needle_segments; ++i) {
     const NeedleSegment& segment = model_.needle()[i];
     const Eigen::Vector3f from(segment.from.x, segment.from.y, segment.from.z);

@@ -13,6 +13,7 @@ namespace stylet::ultrasound {
 namespace {
 
 constexpr double kNoEcho = 5.5;         ///< standard deviations of a profile beyond which it is nothing: -131 dB
+constexpr double kLobeEnd = 2.2;        ///< standard deviations of a side lobe beyond which it is below -55 dB
 constexpr double kSpeedOfSound = 1540;  ///< m/s, what every scanner assumes
 
 double amplitude(double db) {
@@ -128,6 +129,10 @@ ScanModel::ScanModel(const content::Scene& scene, const ImagerSettings& settings
   c.noise = static_cast<float>(amplitude(settings.noise_db));
   c.gradient_reach = std::max(kGradientReach, 0.5F * labels.spacing);
   c.planes = settings.planes;
+  c.elevation_width = static_cast<float>(scene.probe.elevation_width);
+  c.elevation_focus = static_cast<float>(scene.probe.elevation_focus);
+  c.elevation_field_depth = static_cast<float>(elevation_field_depth(scene.probe));
+  c.grain = static_cast<float>(speckle_grain(scene.probe));
   c.haze = settings.haze ? 1.0F : 0.0F;
   c.tick_pitch = settings.depth_scale ? 0.010F : 0.0F;
   limit(controls_, scene.probe);
@@ -177,7 +182,7 @@ void ScanModel::make_geometry() {
   probe.depth = controls_.depth;
   scan_ = ScanGeometry::of(probe, settings_.line_oversampling);
   sector_ = SectorGeometry::fit(scan_, settings_.width, settings_.height);
-  beam_ = BeamProfile::of(scan_, kSpeedOfSound / controls_.frequency_hz, controls_.focus, settings_.planes);
+  beam_ = BeamProfile::of(scan_, probe, kSpeedOfSound / controls_.frequency_hz, controls_.focus, settings_.planes);
   slice_ = PlaneSlice(scan_, scene_.bodies);
   FrameConstants& c = constants_;
   c.face_radius = static_cast<float>(scan_.face_radius);
@@ -335,7 +340,7 @@ void ScanModel::mark_tiles(const Eigen::Vector3f& a, const Eigen::Vector3f& b, d
 
 /// Further out of the plane nothing shows, m.
 float ScanModel::slice_reach() const {
-  return 2.2F * static_cast<float>(elevation_fwhm(scan_.range(scan_.samples)));
+  return 2.2F * static_cast<float>(elevation_fwhm(scene_.probe, scan_.range(scan_.samples)));
 }
 
 void ScanModel::place_thin(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient) {
@@ -349,7 +354,8 @@ void ScanModel::place_thin(const state::FrameState& state, const Eigen::Isometry
 }
 
 void ScanModel::place_needle(const state::FrameState& state, const Eigen::Isometry3f& probe_from_patient) {
-  const double margin = kNoEcho * kNeedleWidth + constants_.needle_radius;
+  const double margin = kNoEcho * kNeedleWidth / constants_.grain + constants_.needle_radius;
+  const double across = std::max<double>(margin, kLobeEnd * kSideLobeWidth);
   needle_.clear();
   float from_tip = 0;
   for (std::size_t i = state.needle_positions.size(); i-- > 1;) {
@@ -358,9 +364,14 @@ void ScanModel::place_needle(const state::FrameState& state, const Eigen::Isomet
     const float length = (b - a).norm();
     if (!out_of_slice(a, b) && std::isfinite(length) && length > 1e-6F) {
       needle_.push_back({as_vec4(a, from_tip), as_vec4(b, from_tip + length)});
-      mark_tiles(a, b, margin, margin, margin + kReverberations * kReverberationSpacing);
+      mark_tiles(a, b, across, margin, margin + 2 * kReverberations * constants_.needle_radius);
     }
     from_tip += length;
+  }
+  constants_.bevel = {0, 0, 0, 0};
+  if (!state.needle_orientations.empty() && scene_.needle.bevel_force_ratio > 0) {
+    const Eigen::Vector3f side = state.needle_orientations.back() * Eigen::Vector3f::UnitX();
+    constants_.bevel = as_vec4(probe_from_patient.linear() * side, 1);
   }
   constants_.needle_segments = static_cast<int>(needle_.size());
 }
@@ -373,8 +384,8 @@ bool ScanModel::out_of_slice(const Eigen::Vector3f& a, const Eigen::Vector3f& b)
 float ScanModel::wire_amplitude(const content::Wire& wire, const Eigen::Vector3f& at) const {
   const Eigen::Vector2d place = scan_.line_and_sample(Eigen::Vector2d(at.x(), at.z()));
   const int sample = static_cast<int>(std::clamp(std::round(place.y()), 0.0, scan_.samples - 1.0));
-  const auto response = [sample](const std::vector<float>& table, int taps, double pitch) {
-    const double width = std::max<double>(kWireWidth, kWirePitches * pitch) / pitch;
+  const auto response = [this, sample](const std::vector<float>& table, int taps, double pitch) {
+    const double width = std::max<double>(kWireWidth / constants_.grain, kWirePitches * pitch) / pitch;
     const float* weights = table.data() + static_cast<std::size_t>(sample) * taps;
     double sum = weights[0];
     for (int i = 1; i < taps; ++i) sum += 2 * weights[i] * std::exp(-0.5 * i * i / (width * width));
@@ -388,8 +399,9 @@ float ScanModel::wire_amplitude(const content::Wire& wire, const Eigen::Vector3f
 void ScanModel::place_wires(const Eigen::Isometry3f& probe_from_patient) {
   wires_.clear();
   const double deepest = scan_.range(scan_.samples);
-  const double across = kNoEcho * std::max<double>(kWireWidth, kWirePitches * scan_.lateral_pitch(deepest));
-  const double along = kNoEcho * std::max<double>(kWireWidth, kWirePitches * scan_.sample_pitch);
+  const double across =
+      kNoEcho * std::max<double>(kWireWidth / constants_.grain, kWirePitches * scan_.lateral_pitch(deepest));
+  const double along = kNoEcho * std::max<double>(kWireWidth / constants_.grain, kWirePitches * scan_.sample_pitch);
   for (const content::Wire& wire : scene_.wires) {
     const Eigen::Vector3f a = probe_from_patient * wire.from.cast<float>();
     const Eigen::Vector3f b = probe_from_patient * wire.to.cast<float>();

@@ -149,6 +149,171 @@ TEST(Needle, FadesOutOfThePlane) {
   EXPECT_LT(level(0.004F), in_plane - 25);
 }
 
+/// The shipped linear probe.
+content::Scene with_linear_probe(content::Scene scene) {
+  content::Probe& probe = scene.probe;
+  probe.convex = false;
+  probe.width = 0.040;
+  probe.depth = 0.070;
+  probe.frequency_hz = 6e6;
+  probe.focus = 0.035;
+  probe.f_number = 1.5;
+  probe.elevation_width = 1.5e-3;
+  probe.elevation_focus = 0.022;
+  return scene;
+}
+
+// Theory: the pulse is c n / (2 f) long, n = 2.3 cycles; the beam is lambda F# wide.
+TEST(Speckle, OfALinearProbeIsAsFineAsItsPulseAndItsAperture) {
+  const content::Scene scene = with_linear_probe(uniform(test::kBackground));
+  PhantomImage image(scene);
+  image.make();
+  const ScanGeometry& scan = image.imager().scan();
+  for (const double range : {0.010, 0.022, 0.035, 0.050}) {
+    const int first = int((range - 0.006) / scan.sample_pitch), rows = int(0.012 / scan.sample_pitch), edge = 12;
+    Eigen::MatrixXd envelope(rows, scan.lines - 2 * edge);
+    for (int s = 0; s < rows; ++s) {
+      for (int l = 0; l < envelope.cols(); ++l) envelope(s, l) = image.amplitude(l + edge, first + s);
+    }
+    const Eigen::MatrixXd intensity = reference::without_depth_trend(envelope).cwiseAbs2();
+    const double axial = reference::speckle_width(intensity, reference::Axis::axial) * scan.sample_pitch;
+    const double lateral = reference::speckle_width(intensity, reference::Axis::lateral) * scan.line_pitch;
+    const double wavelength = 1540 / 6e6, pulse = 2.3 * wavelength / 2;
+    const double beam = lateral_fwhm(range, wavelength, scene.probe.focus, scene.probe.f_number);
+    std::printf("%.0f mm: axial %.3f mm (pulse %.3f), lateral %.3f mm (beam %.3f), slice %.2f mm\n", 1e3 * range,
+                1e3 * axial, 1e3 * pulse, 1e3 * lateral, 1e3 * beam, 1e3 * elevation_fwhm(scene.probe, range));
+    EXPECT_LE(axial, 0.40e-3);
+    EXPECT_GE(axial, 0.95 * pulse);
+    EXPECT_NEAR(axial, axial_fwhm(range, wavelength), 0.2 * axial_fwhm(range, wavelength));
+    EXPECT_NEAR(lateral, beam, 0.2 * beam);
+  }
+}
+
+/// A needle of 80 mm about (0, 0, depth), so many degrees from square to the beam there.
+void turn_needle(state::FrameState& state, double degrees, float depth = 0.060F) {
+  const double a = degrees * double(EIGEN_PI) / 180;
+  const Eigen::Vector3f axis(static_cast<float>(std::cos(a)), 0, static_cast<float>(std::sin(a)));
+  const Eigen::Vector3f middle(0, 0, depth);
+  test::place_needle(state, middle - 0.04F * axis, middle + 0.04F * axis);
+}
+
+TEST(Needle, DropsOutAsItsAngleToTheBeamGetsSteep) {
+  PhantomImage image(uniform(test::kFluid));
+  const auto level = [&](double degrees) {
+    turn_needle(image.state(), degrees);
+    image.make();
+    const double slope = std::tan(degrees * double(EIGEN_PI) / 180),
+                 across = std::cos(degrees * double(EIGEN_PI) / 180);
+    return decibels(image.power([&](const Eigen::Vector2d& p) {
+      return std::abs(p.x()) < 0.006 && std::abs((p.y() - 0.060 - slope * p.x()) * across + 0.635e-3) < 0.4e-3;
+    }));
+  };
+  const double square = level(0);
+  double before = square + 1e-9;
+  for (const double degrees : cases({10.0, 20.0, 30.0, 45.0, 60.0})) {
+    const double now = level(degrees);
+    std::printf("%.0f degrees: %.1f dB\n", degrees, now - square);
+    EXPECT_LT(now, before) << degrees;
+    if (degrees == 20) EXPECT_NEAR(now - square, -4.3, 3);
+    if (degrees == 45) EXPECT_LT(now - square, -20);
+    if (degrees == 60) EXPECT_LT(now - square, -33);
+    before = now;
+  }
+}
+
+// Sound goes to and fro within the shaft: copies 2 d / c apart in time, one diameter in the image.
+TEST(Needle, HasACometTailOfItsDiameterWhereItIsSquareToTheBeam) {
+  const content::Scene scene = with_linear_probe(uniform(test::kFluid));
+  PhantomImage image(scene);
+  const auto profile = [&](double degrees) {
+    turn_needle(image.state(), degrees, 0.030F);
+    image.make();
+    std::vector<double> along;
+    for (int s = 0; s < image.imager().scan().samples; ++s) {
+      along.push_back(image.amplitude(image.imager().scan().lines / 2, s));
+    }
+    return along;
+  };
+  const std::vector<double> along = profile(0);
+  const auto top = static_cast<int>(std::ranges::max_element(along) - along.begin());
+  std::vector<int> peaks;
+  for (int s = top; s + 1 < static_cast<int>(along.size()) && peaks.size() <= kReverberations; ++s) {
+    if (along[s] > along[s - 1] && along[s] >= along[s + 1] && along[s] > 1e-3 * along[top]) peaks.push_back(s);
+  }
+  ASSERT_EQ(peaks.size(), kReverberations + 1U);
+  for (std::size_t i = 1; i < peaks.size(); ++i) {
+    const double spacing = (peaks[i] - peaks[i - 1]) * image.imager().scan().sample_pitch;
+    std::printf("copy %zu: %.2f mm behind the one before, %.1f dB\n", i, 1e3 * spacing,
+                20 * std::log10(along[peaks[i]] / along[top]));
+    EXPECT_NEAR(spacing, scene.needle.outer_diameter, image.imager().scan().sample_pitch);
+    EXPECT_LT(along[peaks[i]], 0.75 * along[peaks[i - 1]]);
+  }
+  // At a slant its echoes go elsewhere.
+  const std::vector<double> slanted = profile(50);
+  const double tail = slanted[peaks[1]] / along[peaks[1]];
+  EXPECT_LT(tail, 0.1);
+}
+
+TEST(Needle, TipIsBrightestWithItsBevelToTheBeam) {
+  content::Scene scene = uniform(test::kFluid);
+  scene.needle.bevel_force_ratio = 0.1;
+  PhantomImage image(scene);
+  const Eigen::Vector3f tip(0, 0, 0.060F), axis = Eigen::Vector3f(1, 0, 1).normalized();
+  const auto level = [&](double roll) {
+    test::place_needle(image.state(), tip - 0.05F * axis, tip);
+    Eigen::Matrix3f turned;
+    turned.col(2) = axis;
+    turned.col(0) = Eigen::AngleAxisf(static_cast<float>(roll), axis) * Eigen::Vector3f(1, 0, -1).normalized();
+    turned.col(1) = turned.col(2).cross(turned.col(0));
+    for (Eigen::Quaternionf& q : image.state().needle_orientations) q = Eigen::Quaternionf(turned);
+    image.make();
+    return decibels(
+        image.power([&](const Eigen::Vector2d& p) { return (p - Eigen::Vector2d(0, 0.0594)).norm() < 1e-3; }));
+  };
+  const double up = level(0), aslant = level(double(EIGEN_PI) / 4), aside = level(double(EIGEN_PI) / 2),
+               down = level(double(EIGEN_PI));
+  std::printf("bevel to the beam %.1f, at 45 degrees %.1f, aside %.1f, away %.1f dB\n", up, aslant, aside, down);
+  EXPECT_GT(up, aslant + 1);
+  EXPECT_GT(aslant, aside + 1);
+  EXPECT_GT(up, aside + 4);
+  EXPECT_NEAR(down, up, 0.1);
+}
+
+TEST(Needle, HasSideLobesBesideItAtItsRange) {
+  PhantomImage image(uniform(test::kFluid));
+  test::place_needle(image.state(), {0, -0.028F, 0.060F}, {0, 0.028F, 0.060F});
+  image.make();
+  const auto level = [&](double across, double behind) {
+    const double a = across / 0.120;
+    const Eigen::Vector2d at =
+        (0.1194 + behind) * Eigen::Vector2d(std::sin(a), std::cos(a)) - Eigen::Vector2d(0, 0.060);
+    return decibels(image.power([&](const Eigen::Vector2d& p) { return (p - at).norm() < 1e-3; }));
+  };
+  const double needle = level(0, 0), near = level(0.003, 0), far = level(0.006, 0);
+  std::printf("arc 3 mm beside the needle %.1f dB, 6 mm %.1f, behind it %.1f\n", near - needle, far - needle,
+              level(0.003, 0.003) - needle);
+  EXPECT_NEAR(near - needle, -35, 5);
+  EXPECT_LT(far, near - 4);
+  EXPECT_LT(level(0.003, 0.003), near - 15);
+}
+
+TEST(Needle, IsWhiteOnlyNearSquareToTheBeam) {
+  PhantomImage image(with_linear_probe(uniform(test::kBackground)));
+  const auto white = [&](double degrees) {
+    turn_needle(image.state(), degrees, 0.030F);
+    image.state().needle_positions.back() = {0, 0, 0.030F};  // the tip in the picture
+    for (std::size_t i = 0; i + 1 < image.state().needle_positions.size(); ++i) {
+      image.state().needle_positions[i] =
+          image.state().needle_positions[0] +
+          (image.state().needle_positions.back() - image.state().needle_positions[0]) *
+              (static_cast<float>(i) / static_cast<float>(image.state().needle_positions.size() - 1));
+    }
+    return std::ranges::count(image.picture(), std::uint8_t{255});
+  };
+  EXPECT_GT(white(0), 0);
+  for (const double degrees : cases({40.0, 50.0, 60.0})) EXPECT_EQ(white(degrees), 0) << degrees;
+}
+
 TEST(Contact, WithoutItTheImageIsDark) {
   content::Scene scene = test::block_phantom(
       [](const Eigen::Vector3f& p) { return p.z() < 0.003F ? test::kOutside : test::kBackground; });

@@ -76,8 +76,9 @@ TEST(SectorGeometry, ShowsEverySampleAndUsesThePicture) {
 TEST(BeamProfile, WidensWithDepthBeyondTheFocusAndNarrowsTowardsIt) {
   const double wavelength = 1540 / 3.5e6;
   EXPECT_LT(lateral_fwhm(0.070, wavelength), lateral_fwhm(0.150, wavelength));
-  EXPECT_LT(elevation_fwhm(0.070), elevation_fwhm(0.010));
-  EXPECT_LT(elevation_fwhm(0.070), elevation_fwhm(0.150));
+  const content::Probe probe;
+  EXPECT_LT(elevation_fwhm(probe, 0.070), elevation_fwhm(probe, 0.010));
+  EXPECT_LT(elevation_fwhm(probe, 0.070), elevation_fwhm(probe, 0.150));
   EXPECT_LT(axial_fwhm(0.02), axial_fwhm(0.15));
   // F/2.2 at 3.5 MHz resolves about a millimetre.
   EXPECT_NEAR(lateral_fwhm(0.070, wavelength), 1.11e-3, 0.02e-3);
@@ -214,7 +215,7 @@ TEST(ScanModel, ListsEveryTileThatANeedleReaches) {
       const Eigen::Vector2d back = model.scan().direction(l);
       bool reached = false;
       for (int copy = 0; copy <= kReverberations; ++copy) {
-        const Eigen::Vector2d p = model.scan().position(l, s) - copy * double(kReverberationSpacing) * back;
+        const Eigen::Vector2d p = model.scan().position(l, s) - copy * scene.needle.outer_diameter * back;
         const double t = std::clamp((p - hub).dot(tip - hub) / (tip - hub).squaredNorm(), 0.0, 1.0);
         reached = reached || (p - hub - t * (tip - hub)).norm() < reach;
       }

@@ -39,7 +39,7 @@ double intensity_correlation(const PhantomScan& phantom, const Eigen::MatrixXd& 
 
 /// Two Gaussian slices at a distance, sensitivity of `depth`.
 double elevation_theory(double distance, double depth) {
-  const double s = ultrasound::elevation_fwhm(depth) / std::sqrt(8 * std::numbers::ln2);
+  const double s = ultrasound::elevation_fwhm(content::Probe{}, depth) / std::sqrt(8 * std::numbers::ln2);
   return std::exp(-0.5 * distance * distance / (s * s));
 }
 
