@@ -14,7 +14,8 @@ struct MouseWorkspace {
   Eigen::Vector3d axis = -Eigen::Vector3d::UnitZ();  ///< from hub to tip; normalised by the device
   Eigen::Vector3d right = Eigen::Vector3d::UnitX();  ///< mouse to the right; its part across the axis is used
   double needle_length = 0.150;                      ///< m
-  double min_depth = -0.05;                          ///< of the tip below the entry along the axis, m
+  double start_depth = -0.05;                        ///< of the tip below the entry along the axis, m
+  double min_depth = -0.10;                          ///< the same, of the most drawn back
   double max_depth = 0.14;
   double max_lateral = 0.04;   ///< of the point it pivots about from the entry, m
   double max_tilt = 1.0;       ///< of the needle from the axis, each way, rad
@@ -29,6 +30,17 @@ struct NeedleMove {
   double advance_m = 0;
 };
 
+/// What a NeedleMove does to the needle as it is held now, by derivatives; patient frame.
+struct NeedleMotion {
+  Eigen::Vector3d hub = Eigen::Vector3d::Zero();     ///< where it goes to, m
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();  ///< of the straight needle there, m
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();   ///< of all of it, m/m
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  Eigen::Vector3d advance = Eigen::Vector3d::Zero();
+  Eigen::Vector3d tilt_right = Eigen::Vector3d::Zero();  ///< of the hub, m/rad
+  Eigen::Vector3d tilt_up = Eigen::Vector3d::Zero();
+};
+
 /// The window thread calls move(), advance() and press() as events come (some 60 Hz, in steps); the haptic thread
 /// reads a smooth pose: each coordinate goes through two first-order low-passes in series, so that a jump of the
 /// mouse becomes a motion with continuous velocity. The threads share seven atomics; neither waits for the other.
@@ -39,6 +51,8 @@ public:
 
   /// Window thread: what the four below do.
   void lead(const NeedleMove& by);
+  /// Window thread: where the goals are and what lead() would do to them.
+  NeedleMotion motion() const;
   /// Window thread: moves the hub by so many metres to the right and towards `axis x right`.
   void move(double right_m, double up_m);
   /// Window thread: tilts the needle about where it meets the skin: the hub goes right and towards `axis x right`,
@@ -58,6 +72,9 @@ public:
   void write(const Eigen::Vector3d&, const Eigen::Vector3d&) override {}
 
 private:
+  /// Of the needle's frame, from untilted.
+  Eigen::Quaterniond tilted(double right_rad, double up_rad) const;
+
   MouseWorkspace workspace_;
   DeviceLimits limits_;
   Eigen::Vector3d up_;

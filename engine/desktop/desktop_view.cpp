@@ -3,6 +3,7 @@
 #include "engine/desktop/framing.h"
 #include "engine/desktop/input_commands.h"
 #include "engine/desktop/key_table.h"
+#include "engine/desktop/screen_move.h"
 
 #include <fmt/format.h>
 
@@ -193,7 +194,7 @@ std::vector<Choice> DesktopView::end_choices() {
 
 void DesktopView::apply(const Command& command) {
   if (const auto* move = std::get_if<haptic::NeedleMove>(&command); move != nullptr && settings_.mouse != nullptr) {
-    settings_.mouse->lead(*move);
+    settings_.mouse->lead(as_on_screen(*move, settings_.mouse->motion(), camera_));
   }
   if (const auto* probe = std::get_if<session::ProbeCommand>(&command);
       probe != nullptr && settings_.probe != nullptr) {

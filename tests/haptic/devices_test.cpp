@@ -242,7 +242,7 @@ TEST(MouseDevice, StaysInItsWorkspace) {
 TEST(MouseDevice, TiltsAboutTheSkinAndTurnsAboutItsAxis) {
   MouseWorkspace workspace;
   workspace.entry = {0.1, 0.2, 0.3};
-  workspace.min_depth = -0.02;
+  workspace.start_depth = -0.02;
   MouseDevice mouse(workspace);
   double now_s = 0;
   const auto settled = [&] {  // through one low-pass, then the other
