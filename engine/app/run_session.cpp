@@ -155,12 +155,17 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   note_cut_off_sessions(folder, observer);
   recording::UnfinishedRecording file(folder);
   session::HeldProbe probe(scene, start ? start->probe : content::ProbeMove{});
+  session::HeldBreath breath(scene.breathing);
+  // Who leads the needle before a keyboard asks for it; other sessions have the scene's holds.
+  const bool asks = stylus.held() && screen != nullptr && headset == nullptr && breath.breathes();
   training::TraceRecorder trace(scene, stylus.duration_s);
   training::TrainingSession course(
       scene, {.automatic = !stylus.held() || !watched,
               .controls = controls_of(stylus, screen != nullptr, headset != nullptr, settings.left_handed)});
   debrief::LiveFootage footage(scene);
   session::PunctureWatch punctures;
+  std::vector<session::StepListener*> listeners{&trace, &course.watch(), &footage, &punctures};
+  if (asks) listeners.push_back(&breath);
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
@@ -169,7 +174,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
                              .build = build_name(),
                              .probe = watched || settings.link.wanted() ? &probe : nullptr,
                              .start_seed = start ? std::optional(start->seed) : std::nullopt,
-                             .listeners = {&trace, &course.watch(), &footage, &punctures}});
+                             .listeners = listeners});
   footage.watch(live.frames());
   LinkSession link(settings.link, scene, live, {.probe = &probe, .needle = stylus.input.tracked});
   SessionResult result{.title = scene.name, .folder = folder};
@@ -192,8 +197,8 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   link.start(observer);
   session::PictureWatch pictures;
   scanner::SavedImages saved;
-  const SessionParts parts{
-      graphics, screen, headset, stylus, probe, course, link, pictures, punctures, saved, settings.left_handed};
+  const SessionParts parts{graphics, screen, headset,  stylus,    probe, asks ? &breath : nullptr,
+                           course,   link,   pictures, punctures, saved, settings.left_handed};
   SessionShown end = show_to_end(live, scene, parts, settings.stereo, stylus.duration_s, observer);
   course.end(live);
   report.run = live.stop();

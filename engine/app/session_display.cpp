@@ -78,6 +78,7 @@ std::unique_ptr<SessionWindow> open_session_window(session::LiveSession& live, c
                                                                .mouse = parts.stylus.input.mouse,
                                                                .stylus = parts.stylus.device.get(),
                                                                .probe = &parts.probe,
+                                                               .breath = parts.breath,
                                                                .course = &parts.course,
                                                                .images = &parts.link,
                                                                .pictures = &parts.pictures,

@@ -8,6 +8,7 @@
 #include "engine/app/stylus.h"
 #include "engine/content/scene.h"
 #include "engine/headset/headset_runtime.h"
+#include "engine/session/held_breath.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
 #include "engine/session/picture_watch.h"
@@ -25,6 +26,7 @@ struct SessionParts {
   headset::HeadsetRuntime* headset;  ///< null: no headset
   Stylus& stylus;
   session::HeldProbe& probe;
+  session::HeldBreath* breath;  ///< null: the scene's
   training::TrainingSession& course;
   LinkSession& link;
   session::PictureWatch& pictures;

@@ -43,6 +43,7 @@ SessionWindow::SessionWindow(Screen& screen, gpu::Device& device, const content:
                {.stereo = settings.stereo,
                 .mouse = settings.mouse,
                 .probe = settings.probe,
+                .breath = settings.breath,
                 .arrangement = screen.arrangement,
                 .texts = &screen.texts,
                 .device = settings.stylus != nullptr ? settings.stylus->name() : "",

@@ -9,6 +9,7 @@
 #include "engine/desktop/desktop_view.h"
 #include "engine/gpu/device.h"
 #include "engine/scanner/live_scanner.h"
+#include "engine/session/held_breath.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
 #include "engine/session/picture_watch.h"
@@ -26,9 +27,10 @@ bool has_display();
 
 struct SessionWindowSettings {
   bool stereo = false;
-  haptic::MouseDevice* mouse = nullptr;         ///< fed with drags and wheel when the mouse is the stylus
-  const haptic::Device* stylus = nullptr;       ///< its coming and going is noted; null: the session is over
-  session::HeldProbe* probe = nullptr;          ///< moved by keys and the middle button
+  haptic::MouseDevice* mouse = nullptr;    ///< fed with drags and wheel when the mouse is the stylus
+  const haptic::Device* stylus = nullptr;  ///< its coming and going is noted; null: the session is over
+  session::HeldProbe* probe = nullptr;     ///< moved by keys and the middle button
+  session::HeldBreath* breath = nullptr;   ///< held when a key or a button asks for it; null: as the scene has it
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown

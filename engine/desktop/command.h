@@ -15,6 +15,9 @@ namespace stylet::desktop {
 
 struct EndSession {};
 
+/// The patient is to hold the breath, or to breathe on.
+struct HoldBreath {};
+
 /// When the session is over; CourseButton::again does it once more.
 enum class EndButton : std::uint8_t {
   next,     ///< scenario
@@ -23,7 +26,7 @@ enum class EndButton : std::uint8_t {
   leave,
 };
 
-using Command = std::variant<EndSession, EndButton, CourseButton, haptic::NeedleMove, session::ProbeCommand,
-                             scanner::Command, PanelCommand, view::CameraCommand>;
+using Command = std::variant<EndSession, HoldBreath, EndButton, CourseButton, haptic::NeedleMove,
+                             session::ProbeCommand, scanner::Command, PanelCommand, view::CameraCommand>;
 
 }  // namespace stylet::desktop

@@ -53,6 +53,7 @@ void add_session(std::vector<KeyLine>& table) {
   const auto section = KeySection::session;
   table.insert(table.end(), {{section, {{Key::enter, CourseButton::next}}, "", "start, finish"},
                              {section, {{Key::t, CourseButton::sample}}, "", "fire, heat or draw"},
+                             {section, {{Key::f8, HoldBreath{}}}, "", "patient holds the breath, breathes on"},
                              {section, {{Key::x, CourseButton::pause}}, "", "pause, go on"},
                              {section, {{Key::backspace, CourseButton::again}}, "", "try again"},
                              {section, {{Key::q, EndSession{}}}, "", "end of the session"},
@@ -232,6 +233,10 @@ std::string key_of(CourseButton button) {
 
 std::string key_of(EndButton button) {
   return button == EndButton::leave ? "Q" : key_of_button(button);
+}
+
+std::string key_of_breath() {
+  return view::key_name(Key::f8);
 }
 
 std::vector<std::string> help_lines(KeySection section) {

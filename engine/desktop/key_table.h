@@ -37,6 +37,7 @@ std::span<const KeyLine> key_table();
 /// As the keyboard calls it: "Enter".
 std::string key_of(CourseButton button);
 std::string key_of(EndButton button);
+std::string key_of_breath();
 /// A section for the screen: its name, then its keys and what they do.
 std::vector<std::string> help_lines(KeySection section);
 /// All of it for the README, a line each.

@@ -115,6 +115,7 @@ void draw_course(const SessionFacts& facts, float width) {
   ImGui::TextDisabled("%s%s", clock(facts.time_s).c_str(), facts.paused ? "  paused: no force" : "");
   ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + width * em());
   ImGui::TextUnformatted(facts.prompt.c_str());
+  if (!facts.breath.empty()) ImGui::TextColored(kAxial, "%s", facts.breath.c_str());
   if (!facts.hint.empty()) ImGui::TextColored(kHint, "%s", facts.hint.c_str());
   ImGui::PopTextWrapPos();
 }

@@ -45,7 +45,7 @@ SessionFacts facts_of(const content::Scene& scene, const training::TrainingSessi
 }
 
 void translate(SessionFacts& facts, const content::Texts& texts) {
-  for (std::string* text : {&facts.title, &facts.stage, &facts.hint, &facts.tissue}) {
+  for (std::string* text : {&facts.title, &facts.stage, &facts.hint, &facts.breath, &facts.tissue}) {
     *text = texts.of(*text);
   }
   facts.prompt = translated_prompt(facts.prompt, texts);

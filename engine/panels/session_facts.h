@@ -28,6 +28,7 @@ struct SessionFacts {
   std::string stage{};                  ///< "procedure"
   std::string prompt{};                 ///< what to do now, some lines
   std::string hint{};                   ///< for learners; empty: none
+  std::string breath{};                 ///< what the patient does with it when asked; empty: nothing
   std::vector<std::string> briefing{};  ///< paragraphs, shown before the start
   double time_s = 0;
   bool paused = false;

@@ -21,6 +21,7 @@ using format::RecordType;
 
 constexpr int kMaxHeaderDepth = 32;
 constexpr double kMostCavityShare = 10;  // of its volume at rest
+constexpr double kMostInspiration = 10;  // a scenario has 2 at most
 
 [[noreturn]] void refuse(const std::string& name, std::uint64_t offset, const std::string& what) {
   throw ContentError(fmt::format("{}: byte {}: {}; record the session again", name, offset, what));
@@ -98,9 +99,9 @@ std::pair<std::size_t, std::size_t> payload_sizes(std::uint8_t type, std::uint64
     case RecordType::haptic_step:
       return {format::kHapticStepBytes, format::kHapticStepBytes};
     case RecordType::simulation_step:
-      if (version == 1) return {format::kSimulationStepBytes, format::kSimulationStepBytes};
-      return {format::kSimulationStepBytes + format::kCavityBytes,
-              format::kSimulationStepBytes + format::kCavityBytes};
+      if (version == 1) return {format::kSimulationStepBytes1, format::kSimulationStepBytes1};
+      if (version == 2) return {format::kSimulationStepBytes2, format::kSimulationStepBytes2};
+      return {format::kSimulationStepBytes, format::kSimulationStepBytes};
     case RecordType::hash:
       return {format::kHashBytes, format::kHashBytes};
     case RecordType::event:
@@ -159,6 +160,10 @@ bool take_record(RecordType type, std::span<const std::uint8_t> payload, std::ui
           share = in.get<double>();
           if (!(share >= 0 && share <= kMostCavityShare)) return false;
         }
+      }
+      if (version > 2) {
+        r.inspiration = in.get<double>();
+        if (!(r.inspiration >= -1 && r.inspiration <= kMostInspiration)) return false;
       }
       if (!is_time(r.time_s)) return false;
       out.simulation.push_back(r);

@@ -8,7 +8,7 @@
 // two loops' records are interleaved as they were drained. The last record of a whole recording is `end`.
 //
 // Version 2 has typed fields in its events where version 1 has one text, and the volumes of cavities in its
-// simulation steps.
+// simulation steps. Version 3 has the breath in its simulation steps: it is held when a trainee asks for it.
 #pragma once
 
 #include "engine/recording/event.h"
@@ -25,7 +25,7 @@
 namespace stylet::recording {
 
 /// Files of this version are written, those up to it are read.
-inline constexpr std::uint64_t kRecordingVersion = 2;
+inline constexpr std::uint64_t kRecordingVersion = 3;
 
 /// What the recording was made with.
 struct RecordingHeader {
@@ -64,6 +64,7 @@ struct SimulationStepRecord {
   std::uint64_t factor_epoch = 0;  ///< factorisation in use
   physics::RigidPose probe;
   CavityShares cavity_shares = full_cavities();
+  double inspiration = -1;  ///< share of a full one; negative, in versions 1 and 2: as the scene breathes
 };
 
 enum class LoopName : std::uint8_t { haptic, simulation };

@@ -27,10 +27,11 @@ inline constexpr std::size_t kChecksumBytes = 4;
 inline constexpr std::size_t kMaxPayload = 4096;
 inline constexpr std::size_t kMaxRecord = kFrontBytes + kMaxPayload + kChecksumBytes;
 
-/// Payloads of fixed size; a simulation step is longer by its cavities, an event by its texts and fields.
+/// Payloads of fixed size; an event is longer by its texts and fields.
 inline constexpr std::size_t kHapticStepBytes = 8 + 8 + 8 + 7 * 8 + 4 + 1 + 8;
-inline constexpr std::size_t kSimulationStepBytes = 8 + 8 + 8 + 1 + 1 + 8 + 7 * 8;
-inline constexpr std::size_t kCavityBytes = 8 * physics::kMaxCavities;
+inline constexpr std::size_t kSimulationStepBytes1 = 8 + 8 + 8 + 1 + 1 + 8 + 7 * 8;  // of version 1
+inline constexpr std::size_t kSimulationStepBytes2 = kSimulationStepBytes1 + 8 * physics::kMaxCavities;
+inline constexpr std::size_t kSimulationStepBytes = kSimulationStepBytes2 + 8;  // cavities, breath
 inline constexpr std::size_t kHashBytes = 1 + 1 + 8 + 8;
 inline constexpr std::size_t kMinEventBytes = 8 + 8 + 2 + 1;  // of version 2: name and number of fields
 inline constexpr std::size_t kEventBytes1 = 8 + 8 + 2 + 2;    // of version 1: name and text

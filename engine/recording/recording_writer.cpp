@@ -76,6 +76,7 @@ void RecordingChannel::add(const SimulationStepRecord& r) {
   bytes.put(r.factor_taken), bytes.put(r.factor_requested), bytes.put(r.factor_epoch);
   bytes.put(r.probe.position), bytes.put(r.probe.orientation);
   for (const double share : r.cavity_shares) bytes.put(share);
+  bytes.put(r.inspiration);
   push(bytes.finish());
 }
 

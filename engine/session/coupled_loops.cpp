@@ -207,22 +207,28 @@ physics::SimulationReport CoupledLoops::simulation_step(double time_s, const phy
 physics::SimulationReport CoupledLoops::simulation_step(double time_s, const physics::NeedleState& needle,
                                                         const physics::RigidPose& probe, bool take, bool request,
                                                         physics::TissuePatch& out,
-                                                        const recording::CavityShares* cavities) {
-  recording::CavityShares shares = cavities != nullptr ? *cavities : recording::full_cavities();
+                                                        const recording::SimulationStepRecord* recorded) {
+  recording::CavityShares shares = recorded != nullptr ? recorded->cavity_shares : recording::full_cavities();
   const std::span used = std::span(shares).first(scene_.cavities.size());
-  if (cavities == nullptr && !used.empty()) {
-    for (StepListener* listener : listeners_) listener->fill_cavities(used);
+  std::optional<double> breath;
+  if (recorded != nullptr) {
+    if (recorded->inspiration >= 0) breath = recorded->inspiration;
+  } else {
+    for (StepListener* listener : listeners_) {
+      if (!used.empty()) listener->fill_cavities(used);
+      if (const auto asked = listener->inspiration(time_s)) breath = asked;
+    }
   }
-  const physics::SimulationReport report =
-      simulation_.step({.needle = &needle,
-                        .time_s = time_s,
-                        .take_factorisation = take,
-                        .request_factorisation = request,
-                        .stale_turn = cavities == nullptr ? stale_turn_ : 0,
-                        .probe = &probe,
-                        .held_amplitude = content::inspiration(scene_.breathing, time_s),
-                        .cavity_shares = used},
-                       out);
+  const double inspiration = breath ? *breath : content::inspiration(scene_.breathing, time_s);
+  const physics::SimulationReport report = simulation_.step({.needle = &needle,
+                                                             .time_s = time_s,
+                                                             .take_factorisation = take,
+                                                             .request_factorisation = request,
+                                                             .stale_turn = recorded == nullptr ? stale_turn_ : 0,
+                                                             .probe = &probe,
+                                                             .held_amplitude = inspiration,
+                                                             .cavity_shares = used},
+                                                            out);
   const recording::SimulationStepRecord record{.step = ++simulation_steps_,
                                                .time_s = time_s,
                                                .needle_step = report.needle_step,
@@ -230,7 +236,8 @@ physics::SimulationReport CoupledLoops::simulation_step(double time_s, const phy
                                                .factor_requested = report.factorisation_requested,
                                                .factor_epoch = report.factor_epoch,
                                                .probe = probe,
-                                               .cavity_shares = shares};
+                                               .cavity_shares = shares,
+                                               .inspiration = inspiration};
   for (StepListener* listener : listeners_) {
     listener->simulation_stepped(record, report, simulation_.tissue(), needle);
   }

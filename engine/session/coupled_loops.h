@@ -10,6 +10,7 @@
 #include "physics/loops/simulation_loop.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,9 @@ public:
   virtual ~StepListener() = default;
   /// Before a simulation step that is no replay's: how full the scene's cavities are to be. Simulation thread.
   virtual void fill_cavities(std::span<double> /*shares*/) {}
+  /// Before a simulation step that is no replay's: share of a full inspiration, of a patient who listens; none: as
+  /// the scene breathes. Simulation thread.
+  virtual std::optional<double> inspiration(double /*time_s*/) { return std::nullopt; }
   /// @realtime
   virtual void haptic_stepped(const recording::HapticStepRecord&, const physics::NeedleState&) {}
   virtual void simulation_stepped(const recording::SimulationStepRecord&, const physics::SimulationReport&,
@@ -64,11 +68,11 @@ public:
                                             bool request, physics::TissuePatch& out);
 
   /// The same with the probe elsewhere: in a hand, or as recorded.
-  /// @param cavities  as recorded; null: as the listeners want them
+  /// @param recorded  cavities and breath are this step's; null: as the listeners want them
   physics::SimulationReport simulation_step(double time_s, const physics::NeedleState& needle,
                                             const physics::RigidPose& probe, bool take, bool request,
                                             physics::TissuePatch& out,
-                                            const recording::CavityShares* cavities = nullptr);
+                                            const recording::SimulationStepRecord* recorded = nullptr);
 
   physics::TissuePatch make_patch() const { return simulation_.make_patch(); }
   /// State of the needle: haptic thread, or when that stands still.

@@ -1,7 +1,5 @@
 #include "engine/session/frame_publisher.h"
 
-#include "engine/content/breathing.h"
-
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -95,8 +93,7 @@ void FramePublisher::simulation_stepped(const recording::SimulationStepRecord& r
     frame_.needle_orientations[i] = needle.orientations[i].cast<float>();
   }
   show_probe(record.probe, report.probe);
-  frame_.breath =
-      (content::inspiration(scene_.breathing, record.time_s) * scene_.breathing.rigid_motion).cast<float>();
+  frame_.breath = (record.inspiration * scene_.breathing.rigid_motion).cast<float>();
   frame_.force = needle.wrench.force.cast<float>();
   frame_.force_clipped = record.time_s - clipped_s_.load(std::memory_order_relaxed) < kClippedShown ? 1.0F : 0.0F;
   frame_.insertion_depth = static_cast<float>(insertion_depth(scene_.needle, needle));

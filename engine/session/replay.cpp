@@ -94,9 +94,8 @@ ReplayResult replay(const recording::Recording& recording, CoupledLoops& loops, 
                              record.needle_step));
     }
     const std::int64_t start = clock.now_ns();
-    const physics::SimulationReport report =
-        loops.simulation_step(record.time_s, needle->second, record.probe, record.factor_taken,
-                              record.factor_requested, patch, &record.cavity_shares);
+    const physics::SimulationReport report = loops.simulation_step(
+        record.time_s, needle->second, record.probe, record.factor_taken, record.factor_requested, patch, &record);
     simulation_time.add(clock.now_ns() - start);
     if (report.factorisation_requested) loops.worker().step();
     if (--wanted[record.needle_step] == 0) kept.erase(needle);

@@ -1,6 +1,7 @@
 // A running session on a desktop without a window: what its input does.
 #include "engine/desktop/desktop_view.h"
 #include "engine/desktop/framing.h"
+#include "engine/recording/recording.h"
 
 #include "tests/desktop/running.h"
 
@@ -10,6 +11,8 @@
 #include <atomic>
 #include <cstdlib>
 #include <limits>
+#include <string>
+#include <vector>
 
 namespace stylet::desktop {
 namespace {
@@ -241,6 +244,33 @@ TEST_F(Desktop, ADragMovesTheNeedleThatWayOnTheScreenFromAnySide) {
     EXPECT_GT(went.dot(drag.normalized()), 0.94 * went.norm()) << "side " << side << ": " << went.transpose();
     EXPECT_GT(went.norm(), 0.5) << "pixels, side " << side;
   }
+}
+
+TEST_F(Desktop, AKeyAsksForTheBreathToBeHeldAndLetsItGo) {
+  using State = session::HeldBreath::State;
+  Running running(device);
+  session::HeldBreath breath({.amplitude = 1, .period = 1});
+  DesktopView desktop(device, small_scene(), running.live,
+                      {.breath = &breath, .arrangement = {.scanner = scanner::ScannerConsole(small_scene().probe)}});
+  view::Input f8;
+  f8.strokes = {{.key = view::Key::f8}};
+  EXPECT_TRUE(desktop.handle(f8));
+  EXPECT_EQ(breath.state(), State::breathing_out);
+  for (int i = 0; i < 60; ++i) breath.inspiration(0.02 * i);
+  EXPECT_TRUE(desktop.handle({}));
+  EXPECT_EQ(breath.state(), State::held);
+  f8.strokes[0].repeated = true;
+  EXPECT_TRUE(desktop.handle(f8));
+  EXPECT_EQ(breath.state(), State::held) << "a key that is held asks once";
+  f8.strokes[0].repeated = false;
+  EXPECT_TRUE(desktop.handle(f8));
+  EXPECT_EQ(breath.state(), State::breathing);
+  running.stop();
+  std::vector<std::string> names;
+  for (const recording::EventRecord& event : recording::read_recording(running.folder / "session.rec").events) {
+    if (event.name.starts_with("breath")) names.push_back(event.name);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"breath_out", "breath_held", "breathing"}));
 }
 
 TEST_F(Desktop, IsArrangedAsTheOneBeforeItWas) {

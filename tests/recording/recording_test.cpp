@@ -41,7 +41,8 @@ SimulationStepRecord simulation_step(std::uint64_t k) {
           .factor_taken = k % 2 == 1,
           .factor_requested = k % 4 == 2,
           .factor_epoch = k / 2,
-          .probe = {.position = {0.05, 0.06, 0.07}, .orientation = Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5)}};
+          .probe = {.position = {0.05, 0.06, 0.07}, .orientation = Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5)},
+          .inspiration = 0.25 * static_cast<double>(k % 4)};
 }
 
 RecordingHeader header() {
@@ -112,6 +113,7 @@ TEST_F(RecordingFile, ComesBackBitForBit) {
     EXPECT_EQ(a.factor_epoch, b.factor_epoch);
     EXPECT_EQ(a.probe.position, b.probe.position);
     EXPECT_EQ(a.probe.orientation.coeffs(), b.probe.orientation.coeffs());
+    EXPECT_EQ(a.inspiration, b.inspiration);
   }
   ASSERT_EQ(r.hashes.size(), 11u);
   EXPECT_EQ(r.hashes[3].hash, 51u);
@@ -303,7 +305,7 @@ TEST(RecordingHeader, BadHeadersAreRefusedInOneLine) {
   const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
   for (const std::string& bad :
        {std::string(), std::string("{}"), std::string("[]"), std::string("nonsense"), header_with("[]"),
-        header_with("{}", "3"), header_with("{}", "-1"), header_with("{}", "\"1\""),
+        header_with("{}", "4"), header_with("{}", "-1"), header_with("{}", "\"1\""),
         header_with("{\"a\":" + deep + "}"), deep, std::string(200'000, '['), header_with("{\"a\":\"\xff\"}")}) {
     try {
       parse_recording(with_header(bad), "x");
@@ -320,7 +322,7 @@ TEST(RecordingHeader, ALaterVersionIsRefusedWithItsNumber) {
     parse_recording(with_header(R"({"format":"stylet-recording","version":7})"), "x");
     FAIL();
   } catch (const ContentError& error) {
-    EXPECT_NE(std::string(error.what()).find("of version 7, and this program reads up to 2"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("of version 7, and this program reads up to 3"), std::string::npos)
         << error.what();
   }
 }
