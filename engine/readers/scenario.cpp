@@ -225,6 +225,46 @@ std::vector<content::Forbidden> build_forbidden(const ScenarioFile& scenario, co
   return forbidden;
 }
 
+bool holds(const physics::TetMesh& mesh, const Eigen::Vector3d& x) {
+  return std::ranges::any_of(mesh.tets, [&](const auto& tet) {
+    const Eigen::Vector3d& a = mesh.nodes[tet[0]];
+    Eigen::Matrix3d edges;
+    for (int i = 0; i < 3; ++i) edges.col(i) = mesh.nodes[tet[i + 1]] - a;
+    const Eigen::Vector3d weights = edges.inverse() * (x - a);
+    return weights.minCoeff() >= 0 && weights.sum() <= 1;
+  });
+}
+
+/// A target that no needle reaches, or that stays behind when what it seems to lie in moves.
+void warn_of_targets_outside(const ScenarioFile& scenario, const std::vector<Organ>& organs,
+                             const content::Scene& scene, Problems& warnings) {
+  for (std::size_t t = 0; t < scene.targets.size(); ++t) {
+    const TargetRequest& request = scenario.targets[t];
+    const Eigen::Vector3d& centre = scene.targets[t].centre;
+    const Organ* organ = request.organ.empty() ? nullptr : find_organ(organs, request.organ);
+    const int body = organ == nullptr ? -1 : body_index(scenario, organ->body);
+    const auto warn = [&](const std::string& what) {
+      warnings.push_back(fmt::format("{}:{}: its middle at ({:.1f}, {:.1f}, {:.1f}) mm {}", scenario.path.string(),
+                                     request.pointer, centre.x() * 1e3, centre.y() * 1e3, centre.z() * 1e3, what));
+    };
+    const Eigen::Vector3i voxel =
+        ((centre.cast<float>() - scene.labels.origin) / scene.labels.spacing).array().round().cast<int>();
+    const auto& size = scene.labels.size;
+    const bool in_volume = (voxel.array() >= 0).all() && (voxel.array() < size.array()).all();
+    const auto index = [&] {
+      return static_cast<std::size_t>(voxel.x()) +
+             static_cast<std::size_t>(size.x()) *
+                 (static_cast<std::size_t>(voxel.y()) +
+                  static_cast<std::size_t>(size.y()) * static_cast<std::size_t>(voxel.z()));
+    };
+    if (!in_volume || scene.labels.labels[index()] == 0) {
+      warn("lies outside the patient; move it into an organ");
+    } else if (body >= 0 && !holds(scene.bodies[static_cast<std::size_t>(body)].mesh, centre)) {
+      warn(fmt::format("lies outside {}, which is to carry it; move it, or name another body", organ->body));
+    }
+  }
+}
+
 /// Everything load_scene() and validate() do. Steps that need sound input are left out after a problem.
 /// @param ids  gets the organ of every surface; may be null
 std::optional<content::Scene> assemble(const std::filesystem::path& path, const LoadProgress& progress,
@@ -291,6 +331,7 @@ std::optional<content::Scene> assemble(const std::filesystem::path& path, const 
   scene.probe.pose = scenario.probe_pose;
   scene.probe.presses = scenario.probe_presses;
   scene.probe.gel = scenario.probe_gel;
+  warn_of_targets_outside(scenario, organs, scene, warnings);
   if (const std::string odd = content::odd_probe_placement(scene.probe, scene.labels); !odd.empty()) {
     warnings.push_back(fmt::format("{}:/probe: {}", scenario.path.string(), odd));
   }

@@ -524,6 +524,23 @@ TEST(Scenario, APieceThatDoesNotMoveWarns) {
   EXPECT_THAT(warnings, ElementsAre(HasSubstr("of several pieces the largest moves")));
 }
 
+TEST(Scenario, ATargetOutsideTheBodyWarnsWithItsPlace) {
+  SmallScenario small;
+  const auto warnings_of = [&] {
+    std::vector<std::string> warnings;
+    EXPECT_THAT(validate(small.write(), nullptr, &warnings), IsEmpty());
+    return warnings;
+  };
+  EXPECT_THAT(warnings_of(), IsEmpty());
+  small.scenario["targets"] = {{{"name", "inside"}, {"centre", {0.11, 0, 0}}, {"radius_mm", 5}},
+                               {{"name", "beside"}, {"centre", {0.2, 0, 0}}, {"radius_mm", 5}},
+                               {{"name", "far"}, {"centre", {4, 0, 0}}, {"radius_mm", 5}}};
+  EXPECT_THAT(warnings_of(),
+              ElementsAre(HasSubstr("scenario.json:/targets/1: its middle at (200.0, 0.0, 0.0) mm lies "
+                                    "outside the patient"),
+                          HasSubstr("scenario.json:/targets/2: its middle at (4000.0")));
+}
+
 TEST(Scenario, AProbeThatIsNotOnTheSkinWarnsWithItsDistance) {
   SmallScenario small;  // the skin: a ball of 50 mm round (100, 0, 0) mm, and one of 20 mm below it
   const auto warning = [&](const json& position, const json& axis) {
