@@ -436,7 +436,7 @@ content::Criterion read_criterion(files::JsonObject& object) {
   criterion.metric = object.text(kCriterion.metric);
   const Names metrics = metric_names();
   const std::set<std::string> names(metrics.begin(), metrics.end());
-  if (!criterion.metric.empty() && !names.contains(criterion.metric)) {
+  if (object.has(kCriterion.metric) && !names.contains(criterion.metric)) {
     const std::string close = files::nearest(criterion.metric, names);
     object.problem(kCriterion.metric, fmt::format("\"{}\" is no metric; {}", criterion.metric,
                                                   close.empty() ? "content/README.md lists them"

@@ -213,7 +213,9 @@ TEST_F(Installed, OtherShellsCompleteToo) {
   EXPECT_THAT(read_text(zsh()), ::testing::StartsWith("#compdef stylet\n"));
   EXPECT_THAT(read_text(fish()), HasSubstr("complete -c stylet "));
   const std::string path = fmt::format("PATH='{}':$PATH ASAN_OPTIONS=detect_leaks=0", (prefix() / "bin").string());
-  if (is_there("zsh")) EXPECT_EQ(shell(fmt::format("zsh -n '{}' 2>&1", zsh().string())).output, "");
+  if (is_there("zsh")) {
+    EXPECT_EQ(shell(fmt::format("zsh -n '{}' 2>&1", zsh().string())).output, "");
+  }
   if (is_there("fish")) {
     const Outcome words =
         shell(fmt::format("{} HOME='{}' fish --no-config -c \"source '{}'; complete -C 'stylet train li'\" 2>&1",

@@ -214,9 +214,15 @@ TEST(Needle, DropsOutAsItsAngleToTheBeamGetsSteep) {
     const double now = level(degrees);
     std::printf("%.0f degrees: %.1f dB\n", degrees, now - square);
     EXPECT_LT(now, before) << degrees;
-    if (degrees == 20) EXPECT_NEAR(now - square, -4.3, 3);
-    if (degrees == 45) EXPECT_LT(now - square, -20);
-    if (degrees == 60) EXPECT_LT(now - square, -33);
+    if (degrees == 20) {
+      EXPECT_NEAR(now - square, -4.3, 3);
+    }
+    if (degrees == 45) {
+      EXPECT_LT(now - square, -20);
+    }
+    if (degrees == 60) {
+      EXPECT_LT(now - square, -33);
+    }
     before = now;
   }
 }
