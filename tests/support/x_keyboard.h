@@ -3,6 +3,7 @@
 #pragma once
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdint>
@@ -67,7 +68,24 @@ private:
     return reinterpret_cast<Function>(dlsym(library_, name));
   }
 
-  /// The child of the root that has the title of a session's window.
+  /// A window says whose it is: others of the tests beside this one have some on the same display.
+  bool is_ours(unsigned long window) const {
+    constexpr unsigned long kCardinal = 6;
+    const unsigned long pid_name =
+        find<unsigned long (*)(void*, const char*, int)>("XInternAtom")(display_, "_NET_WM_PID", 0);
+    unsigned long type = 0, count = 0, left = 0;
+    int format = 0;
+    unsigned char* data = nullptr;
+    find<int (*)(void*, unsigned long, unsigned long, long, long, int, unsigned long, unsigned long*, int*,
+                 unsigned long*, unsigned long*, unsigned char**)>("XGetWindowProperty")(
+        display_, window, pid_name, 0, 1, 0, kCardinal, &type, &format, &count, &left, &data);
+    long pid = 0;  // Xlib gives 32 bits as a long
+    if (data != nullptr && format == 32 && count == 1) std::memcpy(&pid, data, sizeof(pid));
+    if (data != nullptr) find<int (*)(void*)>("XFree")(data);
+    return pid == getpid();
+  }
+
+  /// The child of the root that has the title of a session's window, and is of this process.
   unsigned long our_window() const {
     if (display_ == nullptr) return 0;
     unsigned long root = 0, parent = 0, *children = nullptr;
@@ -80,7 +98,7 @@ private:
       char* name = nullptr;
       find<int (*)(void*, unsigned long, char**)>("XFetchName")(display_, children[i], &name);
       if (name == nullptr) continue;
-      if (std::string(name).starts_with("Stylet")) found = children[i];
+      if (std::string(name).starts_with("Stylet") && is_ours(children[i])) found = children[i];
       find<int (*)(void*)>("XFree")(name);
     }
     if (children != nullptr) find<int (*)(void*)>("XFree")(children);
