@@ -457,9 +457,8 @@ TEST_F(Command, TrainLeavesACompleteResultThatReplays) {
   const Outcome trained = run(fmt::format("train {} --view headless --expert none --device recorded:{} --out {}",
                                           default_scenario(), motion.string(), out().string()));
   ASSERT_EQ(trained.exit_code, 0) << trained.output;
-  for (const char* name :
-       {"view.png", "ultrasound.png", "session.png", "session.mp4", "force.csv", "force.png", "session.rec",
-        "session.json", "debrief.html", "debrief.json", "debrief.csv"}) {
+  for (const char* name : {"view.png", "ultrasound.png", "session.png", "session.mp4", "force.csv", "force.png",
+                           "session.rec", "session.json", "debrief.html", "debrief.json", "debrief.csv"}) {
     EXPECT_GT(fs::file_size(out() / name), 500u) << name;
   }
   const std::string path = read_text(out() / "path.csv");
