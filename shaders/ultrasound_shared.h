@@ -133,8 +133,8 @@ STYLET_SHARED float kNeedleFloor = 0.004f;
 STYLET_SHARED float kNeedleWidth = 0.40e-3f;     // standard deviation of the echo across the shaft
 STYLET_SHARED float kTipLength = 1.5e-3f;        // over which the tip shows (engineering values from here on) ...
 STYLET_SHARED float kTipFloor = 0.12f;           // ... as a point seen under every angle ...
-STYLET_SHARED float kBevelFlash = 0.35f;         // ... and by the bevel's edges, most with its face to the beam or away from it, as
-                                                 // Hopkins & Bradley saw: * sin^2 (beam, shaft) cos^2 (roll); a tip without: its mean
+STYLET_SHARED float kBevelFlash = 0.35f;         // ... and by the bevel's edges, most with its face to the beam or away from it; a
+                                                 // law of ours: * sin^2 (beam, shaft) cos^2 (roll); a tip without: its mean
 STYLET_SHARED int kReverberations = 3;           // copies behind the shaft: to and fro in it, 2 diameters / c apart in time
 STYLET_SHARED float kReverberationGain = 0.18f;  // first copy: -15 dB, ...
 STYLET_SHARED float kReverberationDecay = 0.55f; // ... and each 5 dB less: the tail fades
