@@ -5,6 +5,7 @@
 #include "physics/loops/tissue_patch.h"
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/inversion.h"
+#include "physics/tissue/quadratic.h"
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +44,8 @@ std::vector<TissueModel> models_of(std::vector<SimulationBody>& bodies, const Si
     if (body.load.size() > 0 && (body.load.cols() != nodes || !body.load.allFinite())) {
       throw std::invalid_argument("simulation: a load must be finite and of all " + std::to_string(nodes) + " nodes");
     }
-    models.emplace_back(std::move(body.mesh), body.tet_materials, body.fixed_nodes, body.damping_time_s);
+    models.emplace_back(std::move(body.mesh), body.tet_materials, body.fixed_nodes, body.damping_time_s,
+                        body.element);
   }
   return models;
 }
@@ -94,7 +96,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
     bodies_.push_back(
         {.free_positions = Eigen::Matrix3Xd(3, kMaxPatchNodes),
          .trial = tissue_.positions[b],
-         .rotations = {model.tets.size(), Eigen::Quaterniond::Identity()},
+         .rotations = {static_cast<std::size_t>(model.point_count()), Eigen::Quaterniond::Identity()},
          .nodal_force = Eigen::Matrix3Xd::Zero(3, model.node_count()),
          .internal_force = Eigen::VectorXd::Zero(model.dof_count()),
          .needle_force = Eigen::VectorXd::Zero(model.dof_count()),
@@ -627,10 +629,11 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, const N
     if (bodies_[b].squeezed > 0) {
       find_squeezed(models_[b], tissue_.positions[b], bodies_[b].rest_size, body.squeezed);
     }
+    if (models_[b].is_quadratic()) find_cofactors(models_[b], tissue_.positions[b], body.cofactors);
     name_nodes(b, needle, body);
     const FactorisedTissue::Body& in_use = worker_.latest().bodies[b];
     needed = needed || !covers(in_use.trailing_nodes, body, models_[b]) ||
-             !nearly_of(in_use, bodies_[b].rotations, body.squeezed, input.stale_turn);
+             !nearly_of(in_use, bodies_[b].rotations, body.squeezed, body.cofactors, input.stale_turn);
   }
   if (!needed) return;
   for (std::size_t b = 0; b < models_.size(); ++b) request.bodies[b].rotations = bodies_[b].rotations;

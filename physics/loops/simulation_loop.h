@@ -37,6 +37,7 @@ struct SimulationBody {
   std::vector<Eigen::Vector3d> held_motion{};
   Eigen::Matrix3Xd load{};                   ///< [3 x nodes] constant forces, weight; N. Empty: none
   std::vector<std::vector<int>> cavities{};  ///< tetrahedra of each cavity full of fluid
+  Element element = Element::linear;         ///< quadratic: a run of eight tetrahedra is one (refinement.h)
 };
 
 struct SimulationLoopSettings {
@@ -149,7 +150,7 @@ private:
   struct BodyState {
     Eigen::Matrix3Xd free_positions;            // [3 x isolated] p_free, all needle force removed
     Eigen::Matrix3Xd trial;                     // scratch: corrected positions not yet accepted
-    std::vector<Eigen::Quaterniond> rotations;  // [tets] rest -> now
+    std::vector<Eigen::Quaterniond> rotations;  // [points] rest -> now
     Eigen::Matrix3Xd nodal_force;               // scratch: F_int at all nodes
     Eigen::VectorXd internal_force;             // [free DOFs] F_int at the current positions
     Eigen::VectorXd needle_force;               // [free DOFs] H^T lambda

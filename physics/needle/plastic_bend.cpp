@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kRounding = 1e-12;  // of the moment: what a yielding end is beyond its strength by rounding alone
+constexpr double kMomentRounding = 1e-12;  // of the moment: what a yielding end is beyond its strength by rounding alone
 constexpr int kMostSweeps = 40;      // each gains a factor of four
 constexpr double kTube = 0.16;       // fit to tubes of any wall
 
@@ -63,7 +63,7 @@ void flow(const BendingStrength& strength, const std::array<Vector2d, 2>& rotati
       const Vector2d trial = moment(end, start[end]);
       const double size = trial.norm();
       double gamma = 0;
-      if (size > (1 + kRounding) * carried(strength, path[end], half)) {
+      if (size > (1 + kMomentRounding) * carried(strength, path[end], half)) {
         gamma = std::max(0.0, yielded_path(strength, size, near, path[end], half) - path[end]);
       }
       bend.yields[end] = gamma > 0;
@@ -71,7 +71,7 @@ void flow(const BendingStrength& strength, const std::array<Vector2d, 2>& rotati
       change = std::max(change, std::abs(gamma - flowed[end]) * near);
       flowed[end] = gamma;
     }
-    if (change <= kRounding * strength.first) break;
+    if (change <= kMomentRounding * strength.first) break;
   }
   for (std::size_t end = 0; end < 2; ++end) {
     if (!bend.yields[end]) continue;

@@ -1,6 +1,8 @@
 #include "physics/tissue/cavity.h"
 
 #include "physics/tissue/corotational.h"
+#include "physics/tissue/quadratic.h"
+#include "physics/tissue/refinement.h"
 
 #include <Eigen/LU>
 
@@ -27,6 +29,15 @@ Cavity::Cavity(const TissueModel& model, std::vector<int> tets) : tets_(std::mov
     throw std::invalid_argument("cavity: its " + std::to_string(tets_.size()) +
                                 " tetrahedra must be different ones of the body");
   }
+  if (model.is_quadratic()) {
+    for (std::size_t i = 0; i < tets_.size(); ++i) {
+      const int of_run = static_cast<int>(i % kTetsOfRefined);
+      if (tets_.size() % kTetsOfRefined != 0 || tets_[i] % kTetsOfRefined != of_run) {
+        throw std::invalid_argument("cavity: it must be of whole quadratic elements, eight tetrahedra each");
+      }
+      if (of_run == 0) elements_.push_back(tets_[i] / kTetsOfRefined);
+    }
+  }
   for (const int t : tets_) rest_volume_ += model.tets[t].volume;
   full_volume_ = rest_volume_;
 }
@@ -50,12 +61,19 @@ CavityState Cavity::state(const TissueModel& model, const Eigen::Matrix3Xd& posi
                           std::span<const Eigen::Quaterniond> rotations) const {
   CavityState state;
   double work = 0;  // sum V sigma : S = dU / d ln s of all lengths of the cavity times s, = -3 p v
-  for (const int t : tets_) {
-    const TetRest& rest = model.tets[t];
-    const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
-    const CorotatedStress local = corotated_stress(rest, f, rotations[t].toRotationMatrix(), size_);
-    state.volume += rest.volume * f.determinant();
-    work += rest.volume * local.stress.cwiseProduct(local.stretch).sum();
+  for (const int e : elements_) {
+    const ElementWork of_element = work_of(model, positions, rotations, e, size_);
+    state.volume += of_element.volume;
+    work += of_element.work;
+  }
+  if (elements_.empty()) {
+    for (const int t : tets_) {
+      const TetRest& rest = model.tets[t];
+      const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
+      const CorotatedStress local = corotated_stress(rest, f, rotations[t].toRotationMatrix(), size_);
+      state.volume += rest.volume * f.determinant();
+      work += rest.volume * local.stress.cwiseProduct(local.stretch).sum();
+    }
   }
   if (state.volume > 0) state.pressure = -work / (3 * state.volume);
   return state;

@@ -24,7 +24,9 @@ struct CavityState {
 
 class Cavity {
 public:
-  /// @throws std::invalid_argument if there are no tetrahedra, or one twice or not of the model
+  /// @throws std::invalid_argument if there are no tetrahedra, one twice or not of the model, or a part of a
+  /// quadratic
+  ///         element
   Cavity(const TissueModel& model, std::vector<int> tets);
 
   const std::vector<int>& tets() const { return tets_; }
@@ -43,8 +45,9 @@ public:
 
 private:
   std::vector<int> tets_;
-  double rest_volume_ = 0;  // m^3
-  double full_volume_ = 0;  // when last full, m^3
+  std::vector<int> elements_;  // quadratic ones
+  double rest_volume_ = 0;     // m^3
+  double full_volume_ = 0;     // when last full, m^3
   double size_ = 1;
 };
 

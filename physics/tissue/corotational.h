@@ -1,6 +1,7 @@
 // Corotational linear elasticity on tetrahedra: rotations, internal forces, energy.
 #pragma once
 
+#include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -10,23 +11,18 @@
 
 namespace stylet::physics {
 
-/// Rotation R closest to F: maximises tr(R^T F) over SO(3)   (physics/README.md eq. 1)
-/// Newton from a warm start, quadratic; a signed SVD where F is inverted, degenerate or far from the start. For an
-/// inverted F the smallest stretch counts as negative, so the forces turn the element back.
-Eigen::Quaterniond closest_rotation(const Eigen::Matrix3d& f, const Eigen::Quaterniond& warm_start);
-
 /// Deformation gradient F of a tetrahedron, -.
 Eigen::Matrix3d deformation_gradient(const TissueModel& model, const Eigen::Matrix3Xd& positions, int tet);
 
 /// Brings the rotations to `positions`; returns the number of inverted tetrahedra (det F <= 0).
 /// @param positions           [3 x nodes], m
-/// @param[in,out] rotations   [tets] rest -> deformed, warm start
+/// @param[in,out] rotations   [points] rest -> deformed, warm start
 int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<Eigen::Quaterniond> rotations);
 
 /// F_int(p) = dU/dp = sum R K0 (R^T x - X)   (eq. 3), and of the barrier (eq. 40). Equilibrium is F_int(p) = external
 /// force. Returns the number of tetrahedra in the barrier or beyond it.
-/// @param rotations    [tets] of these very positions (update_rotations)
+/// @param rotations    [points] of these very positions (update_rotations)
 /// @param rest_size    [tets] edge without stress over that at rest (eq. 34); empty: 1
 /// @param with_barrier false: at given rotations linear in the positions
 /// @param[out] forces  [3 x nodes], N; at fixed nodes minus the reaction of the support

@@ -28,7 +28,8 @@ FactorisationRequest sized_request(std::span<const TissueModel> models) {
   FactorisationRequest request;
   for (const TissueModel& model : models) {
     FactorisationRequest::Body body;
-    body.rotations.assign(model.tet_count(), Eigen::Quaterniond::Identity());
+    body.rotations.assign(model.point_count(), Eigen::Quaterniond::Identity());
+    if (model.is_quadratic()) body.cofactors.assign(model.point_count(), Eigen::Matrix3d::Identity());
     request.bodies.push_back(std::move(body));
   }
   return request;
@@ -39,7 +40,7 @@ FactorisedTissue factorised_at_rest(std::span<const TissueModel> models, std::sp
   FactorisedTissue result;
   result.bodies.reserve(models.size());
   for (std::size_t b = 0; b < models.size(); ++b) {
-    const std::vector<Eigen::Quaterniond> rest(models[b].tets.size(), Eigen::Quaterniond::Identity());
+    const std::vector<Eigen::Quaterniond> rest(models[b].point_count(), Eigen::Quaterniond::Identity());
     Factorisation factor(patterns[b], workspace);
     std::vector<double> values(patterns[b].nonzeros());
     patterns[b].assemble(models[b], rest, damping_scale(models[b], dt), values);
@@ -47,11 +48,14 @@ FactorisedTissue factorised_at_rest(std::span<const TissueModel> models, std::sp
       throw std::invalid_argument("tissue: body " + std::to_string(b) +
                                   " can move freely; fix more of its nodes, at least three that are not on one line");
     }
-    result.bodies.push_back({.factor = std::move(factor),
-                             .trailing_nodes = {},
-                             .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes + kMaxContactNodes),
-                             .rotations = rest,
-                             .squeezed = {}});
+    result.bodies.push_back(
+        {.factor = std::move(factor),
+         .trailing_nodes = {},
+         .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes + kMaxContactNodes),
+         .rotations = rest,
+         .squeezed = {},
+         .cofactors = std::vector<Eigen::Matrix3d>(models[b].is_quadratic() ? models[b].point_count() : 0,
+                                                   Eigen::Matrix3d::Identity())});
   }
   return result;
 }
@@ -106,10 +110,13 @@ bool covers(std::span<const int> trailing_nodes, const FactorisationRequest::Bod
 }
 
 bool nearly_of(const FactorisedTissue::Body& factor, std::span<const Eigen::Quaterniond> rotations,
-               std::span<const SqueezedTet> squeezed, double turn) {
+               std::span<const SqueezedTet> squeezed, std::span<const Eigen::Matrix3d> cofactors, double turn) {
   const double least = std::cos(0.5 * turn);
   for (std::size_t t = 0; t < rotations.size(); ++t) {
     if (std::abs(rotations[t].dot(factor.rotations[t])) < least) return false;
+  }
+  for (std::size_t p = 0; p < cofactors.size(); ++p) {
+    if ((cofactors[p] - factor.cofactors[p]).norm() > turn * factor.cofactors[p].norm()) return false;
   }
   // Of V psi'' (dJ/dp)(dJ/dp)^T its root: it changes by the angle where it turns, as the rest of the matrix does.
   const auto root = [](const SqueezedTet& tet) -> Eigen::Matrix3d { return std::sqrt(tet.curvature) * tet.cofactor; };
@@ -150,12 +157,14 @@ bool FactorisationWorker::step() {
       if (!factorised) break;
       body.trailing_nodes = corridors_[b];
     }
-    patterns_[b].assemble(models_[b], wanted.rotations, damping_scale(models_[b], dt_), values_[b], wanted.squeezed);
+    patterns_[b].assemble(models_[b], wanted.rotations, damping_scale(models_[b], dt_), values_[b], wanted.squeezed,
+                          wanted.cofactors);
     factorised = body.factor.factorise(patterns_[b], values_[b], workspace_);
     if (!factorised) break;
     body.isolated.reset(body.trailing_nodes, models_[b], body.factor);
     body.rotations = wanted.rotations;
     body.squeezed = wanted.squeezed;
+    body.cofactors = wanted.cofactors;
   }
   if (factorised) {
     result.epoch = request.epoch;

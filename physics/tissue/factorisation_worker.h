@@ -19,8 +19,9 @@ namespace stylet::physics {
 /// What the simulation asks for: the system matrices at a state.
 struct FactorisationRequest {
   struct Body {
-    std::vector<Eigen::Quaterniond> rotations;  ///< [tets] rest -> then
+    std::vector<Eigen::Quaterniond> rotations;  ///< [points] rest -> then
     std::vector<SqueezedTet> squeezed;          ///< then
+    std::vector<Eigen::Matrix3d> cofactors;     ///< [points] then, of quadratic elements
     std::vector<int> isolated_nodes;            ///< now: will be among the factor's trailing nodes
     std::vector<int> foreseen_nodes;            ///< isolated soon, the likeliest first
     std::vector<int> contact_nodes;  ///< in touch with another body or the probe, or nearly; kMaxContactNodes count
@@ -36,8 +37,9 @@ struct FactorisedTissue {
     Factorisation factor;
     std::vector<int> trailing_nodes;            ///< eliminated last: isolated and foreseen in some request
     IsolatedDofs isolated;                      ///< knows those; whoever holds the value may add more (its own slot)
-    std::vector<Eigen::Quaterniond> rotations;  ///< [tets] of the matrix: as requested
+    std::vector<Eigen::Quaterniond> rotations;  ///< [points] of the matrix: as requested
     std::vector<SqueezedTet> squeezed;          ///< the same
+    std::vector<Eigen::Matrix3d> cofactors;     ///< the same
   };
   std::uint64_t epoch = 0;
   std::vector<Body> bodies;
@@ -46,11 +48,11 @@ struct FactorisedTissue {
 /// Whether the trailing nodes are all that a request must have: isolated, the nearer half of the foreseen, pressed.
 bool covers(std::span<const int> trailing_nodes, const FactorisationRequest::Body& request, const TissueModel& model);
 
-/// Whether the matrix of a factor is still that of a state, nearly: no tetrahedron has turned by more than `turn`,
-/// and what the barrier adds has changed by no more than that share.
+/// Whether the matrix of a factor is still that of a state, nearly: no point has turned by more than `turn`, and what
+/// the barrier adds, and cof F of quadratic elements, have changed by no more than that share.
 /// @param turn  rad
 bool nearly_of(const FactorisedTissue::Body& factor, std::span<const Eigen::Quaterniond> rotations,
-               std::span<const SqueezedTet> squeezed, double turn);
+               std::span<const SqueezedTet> squeezed, std::span<const Eigen::Matrix3d> cofactors, double turn);
 
 /// Between the simulation thread (request, update, latest) and the worker thread (step). No locks.
 /// The nodes eliminated last are chosen anew, with another symbolic analysis, only when they lack an isolated node,

@@ -1,6 +1,7 @@
 #include "physics/tissue/inversion.h"
 
 #include "physics/tissue/corotational.h"
+#include "physics/tissue/quadratic.h"
 
 #include <Eigen/LU>
 
@@ -82,6 +83,10 @@ Barrier barrier(const TetRest& rest, double j) {
 void find_squeezed(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::span<const double> rest_size,
                    std::vector<SqueezedTet>& found) {
   found.clear();
+  if (model.is_quadratic()) {
+    find_squeezed_points(model, positions, rest_size, found);
+    return;
+  }
   for (int t = 0; t < model.tet_count(); ++t) {
     if (!rest_size.empty() && rest_size[t] != 1) continue;
     const Eigen::Matrix3d f = deformation_gradient(model, positions, t);

@@ -31,7 +31,7 @@ Eigen::Matrix3d cofactor(const Eigen::Matrix3d& f);
 
 /// A tetrahedron in the barrier, as the stiffness needs it: psi'' and d J / dF where it is now.
 struct SqueezedTet {
-  int tet = 0;
+  int tet = 0;           ///< of quadratic elements: point
   double curvature = 0;  ///< psi'', Pa
   Eigen::Matrix3d cofactor = Eigen::Matrix3d::Identity();
 };

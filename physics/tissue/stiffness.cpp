@@ -1,22 +1,29 @@
 #include "physics/tissue/stiffness.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace stylet::physics {
 namespace {
 
-constexpr std::array<std::pair<int, int>, 10> kPairs{
-    {{0, 0}, {1, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}, {3, 0}, {3, 1}, {3, 2}, {3, 3}}};
+constexpr std::size_t kPairs = 10;           // of a tetrahedron's nodes
+constexpr std::size_t kQuadraticPairs = 55;  // of a quadratic one's
+
+std::span<const int> nodes_of(const TissueModel& model, std::size_t element) {
+  if (model.is_quadratic()) return model.quadratics[element].nodes;
+  return model.mesh.tets[element];
+}
 
 }  // namespace
 
 StiffnessPattern::StiffnessPattern(const TissueModel& model) {
   // Free neighbours with a larger index, per free node: the blocks below the diagonal of its three columns.
   std::vector<std::vector<int>> below(static_cast<std::size_t>(model.free_node_count));
-  for (const auto& tet : model.mesh.tets) {
-    for (const int n : tet) {
-      for (const int m : tet) {
+  const std::size_t elements = model.is_quadratic() ? model.quadratics.size() : model.mesh.tets.size();
+  for (std::size_t e = 0; e < elements; ++e) {
+    for (const int n : nodes_of(model, e)) {
+      for (const int m : nodes_of(model, e)) {
         const int i = model.free_index[n];
         const int j = model.free_index[m];
         if (j >= 0 && i > j) below[j].push_back(i);
@@ -37,39 +44,48 @@ StiffnessPattern::StiffnessPattern(const TissueModel& model) {
     }
   }
 
-  scatter_.resize(model.mesh.tets.size());
-  for (std::size_t t = 0; t < model.mesh.tets.size(); ++t) {
-    for (std::size_t k = 0; k < kPairs.size(); ++k) {
-      const auto free = [&](int a) { return model.free_index[model.mesh.tets[t][a]]; };
-      BlockAddress& address = scatter_[t][k];
-      address.row = kPairs[k].first;
-      address.column = kPairs[k].second;
-      if (free(address.row) < free(address.column)) std::swap(address.row, address.column);
-      const int i = free(address.row);
-      const int j = free(address.column);
-      if (i < 0 || j < 0) continue;
-      const auto& list = below[j];
-      const auto rank = static_cast<int>(std::lower_bound(list.begin(), list.end(), i) - list.begin());
-      for (int c = 0; c < 3; ++c) {
-        const int start = column_start_[3 * j + c];
-        // Diagonal block: its first entry is (c, c). Others come after the 3 - c entries of the diagonal block.
-        address.start[c] = i == j ? start - c : start + (3 - c) + 3 * rank;
+  scatter_.reserve(elements * (model.is_quadratic() ? kQuadraticPairs : kPairs));
+  for (std::size_t e = 0; e < elements; ++e) {
+    const std::span<const int> nodes = nodes_of(model, e);
+    for (int row = 0; row < static_cast<int>(nodes.size()); ++row) {
+      for (int column = 0; column <= row; ++column) {
+        BlockAddress& address = scatter_.emplace_back(BlockAddress{.row = row, .column = column});
+        int i = model.free_index[nodes[static_cast<std::size_t>(row)]];
+        int j = model.free_index[nodes[static_cast<std::size_t>(column)]];
+        if (i < j) {
+          std::swap(i, j);
+          std::swap(address.row, address.column);
+        }
+        if (j < 0) continue;
+        const auto& list = below[j];
+        const auto rank = static_cast<int>(std::lower_bound(list.begin(), list.end(), i) - list.begin());
+        for (int c = 0; c < 3; ++c) {
+          const int start = column_start_[3 * j + c];
+          // Diagonal block: its first entry is (c, c). Others come after the 3 - c entries of the diagonal block.
+          address.start[c] = i == j ? start - c : start + (3 - c) + 3 * rank;
+        }
       }
     }
   }
 }
 
 void StiffnessPattern::assemble(const TissueModel& model, std::span<const Eigen::Quaterniond> rotations, double scale,
-                                std::span<double> values, std::span<const SqueezedTet> squeezed) const {
+                                std::span<double> values, std::span<const SqueezedTet> squeezed,
+                                std::span<const Eigen::Matrix3d> cofactors) const {
   std::fill(values.begin(), values.end(), 0.0);
-  for (std::size_t t = 0; t < scatter_.size(); ++t) {
+  if (model.is_quadratic()) {
+    assemble_quadratic(model, rotations, scale, values, squeezed, cofactors);
+    return;
+  }
+  const auto blocks_of = [&](std::size_t tet) { return std::span(scatter_).subspan(kPairs * tet, kPairs); };
+  for (std::size_t t = 0; t < model.tets.size(); ++t) {
     const TetRest& rest = model.tets[t];
     // K_ab = V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I) with rotated gradients g = R grad N: R K0 R^T
     // without ever forming K0.
     const Eigen::Matrix<double, 3, 4> g = rotations[t].toRotationMatrix() * rest.gradients;
     const double lambda = scale * rest.volume * rest.lambda;
     const double mu = scale * rest.volume * rest.mu;
-    for (const BlockAddress& address : scatter_[t]) {
+    for (const BlockAddress& address : blocks_of(t)) {
       if (address.start[0] < 0) continue;
       const Eigen::Vector3d a = g.col(address.row);
       const Eigen::Vector3d b = g.col(address.column);
@@ -86,12 +102,66 @@ void StiffnessPattern::assemble(const TissueModel& model, std::span<const Eigen:
     // V psi'' (dJ/dp)(dJ/dp)^T: positive semidefinite, of rank one.
     const TetRest& rest = model.tets[tet.tet];
     const Eigen::Matrix<double, 3, 4> g = tet.cofactor * rest.gradients;
-    for (const BlockAddress& address : scatter_[tet.tet]) {
+    for (const BlockAddress& address : blocks_of(static_cast<std::size_t>(tet.tet))) {
       if (address.start[0] < 0) continue;
       const Eigen::Vector3d a = scale * rest.volume * tet.curvature * g.col(address.row);
       for (int c = 0; c < 3; ++c) {
         double* const column = values.data() + address.start[c];
         for (int r = address.row != address.column ? 0 : c; r < 3; ++r) column[r] += a[r] * g(c, address.column);
+      }
+    }
+  }
+}
+
+void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<const Eigen::Quaterniond> rotations,
+                                          double scale, std::span<double> values,
+                                          std::span<const SqueezedTet> squeezed,
+                                          std::span<const Eigen::Matrix3d> cofactors) const {
+  using Gradients = Eigen::Matrix<double, 3, 10>;
+  auto next_squeezed = squeezed.begin();
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+    const QuadraticRest& rest = model.quadratics[e];
+    // K_ab = sum over points of V mu (g_b g_a^T + (g_a . g_b) I), g = R grad N, and of the volume lambda/V c_a c_b^T,
+    // c = sum V cof F grad N   (eq. 44).
+    std::array<Gradients, 4> turned;
+    std::array<double, 4> mu{};
+    Gradients volume = Gradients::Zero();
+    // Of a squeezed point V psi'' (dJ/dp)(dJ/dp)^T.
+    std::array<Gradients, 4> barriers;
+    std::size_t barrier_count = 0;
+    for (std::size_t p = 0; p < 4; ++p) {
+      const auto lane = static_cast<Eigen::Index>(p);
+      Gradients g;
+      for (std::size_t a = 0; a < 10; ++a) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          g(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) = rest.gradients[a][i][lane];
+        }
+      }
+      turned[p] = rotations[4 * e + p].toRotationMatrix() * g;
+      mu[p] = scale * rest.volume[lane] * rest.mu[lane];
+      volume += rest.volume[lane] * (cofactors.empty() ? turned[p] : Gradients(cofactors[4 * e + p] * g));
+      if (next_squeezed == squeezed.end() || next_squeezed->tet != static_cast<int>(4 * e + p)) continue;
+      barriers[barrier_count++] =
+          std::sqrt(scale * rest.volume[lane] * next_squeezed->curvature) * (next_squeezed->cofactor * g);
+      ++next_squeezed;
+    }
+    const double lambda = scale * rest.lambda / rest.volume.sum();
+    for (const BlockAddress& address : std::span(scatter_).subspan(kQuadraticPairs * e, kQuadraticPairs)) {
+      if (address.start[0] < 0) continue;
+      Eigen::Matrix3d block = lambda * volume.col(address.row) * volume.col(address.column).transpose();
+      for (std::size_t p = 0; p < 4; ++p) {
+        const Eigen::Vector3d a = mu[p] * turned[p].col(address.row);
+        const Eigen::Vector3d b = turned[p].col(address.column);
+        block += b * a.transpose();
+        block.diagonal().array() += a.dot(b);
+      }
+      for (std::size_t k = 0; k < barrier_count; ++k) {
+        block += barriers[k].col(address.row) * barriers[k].col(address.column).transpose();
+      }
+      const bool below_diagonal = address.row != address.column;
+      for (int c = 0; c < 3; ++c) {
+        double* const column = values.data() + address.start[c];
+        for (int r = below_diagonal ? 0 : c; r < 3; ++r) column[r] += block(r, c);
       }
     }
   }

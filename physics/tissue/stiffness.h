@@ -24,23 +24,28 @@ public:
   std::span<const int> rows() const { return rows_; }                  ///< [nonzeros]
 
   /// A = (1 + damping_time / h) K, K = sum R K0 R^T over the tetrahedra   (physics/README.md eq. 4, 5, 38)
-  /// @param rotations    [tets] rest -> deformed
+  /// @param rotations    [points] rest -> deformed
   /// @param scale        1 + damping_time / h
   /// @param[out] values  overwritten [nonzeros], N/m
   /// @param squeezed     of the same state: those whose barrier adds to K
+  /// @param cofactors    of quadratic elements [points], of the same state; empty: the rotations, as without stretch
   void assemble(const TissueModel& model, std::span<const Eigen::Quaterniond> rotations, double scale,
-                std::span<double> values, std::span<const SqueezedTet> squeezed = {}) const;
+                std::span<double> values, std::span<const SqueezedTet> squeezed = {},
+                std::span<const Eigen::Matrix3d> cofactors = {}) const;
 
 private:
-  /// Where the 3x3 block of a pair of a tetrahedron's nodes is: row r of column c at start[c] + r.
+  void assemble_quadratic(const TissueModel& model, std::span<const Eigen::Quaterniond> rotations, double scale,
+                          std::span<double> values, std::span<const SqueezedTet> squeezed,
+                          std::span<const Eigen::Matrix3d> cofactors) const;
+  /// Where the 3x3 block of a pair of an element's nodes is: row r of column c at start[c] + r.
   struct BlockAddress {
-    int row = 0;                           // of the tetrahedron's nodes, the one with the larger free index
+    int row = 0;                           // of the element's nodes, the one with the larger free index
     int column = 0;                        // the other
     std::array<int, 3> start{-1, -1, -1};  // -1: one of them is fixed
   };
   std::vector<int> column_start_;
   std::vector<int> rows_;
-  std::vector<std::array<BlockAddress, 10>> scatter_;  // [tets], all pairs of nodes
+  std::vector<BlockAddress> scatter_;  // [elements x pairs of an element's nodes]
 };
 
 }  // namespace stylet::physics

@@ -1,5 +1,7 @@
 #include "physics/tissue/tissue_model.h"
 
+#include "physics/tissue/quadratic.h"
+
 #include <Eigen/LU>
 
 #include <stdexcept>
@@ -68,7 +70,7 @@ TetMesh checked(TetMesh mesh, std::span<const ElasticMaterial> materials, std::s
 }  // namespace
 
 TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet_materials,
-                         std::span<const int> fixed_nodes, double damping_time)
+                         std::span<const int> fixed_nodes, double damping_time, Element element)
     : mesh(checked(std::move(rest_mesh), tet_materials, fixed_nodes, damping_time)),
       topology(mesh),
       materials(tet_materials.begin(), tet_materials.end()),
@@ -76,6 +78,7 @@ TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet
       damping_time_s(damping_time) {
   tets.reserve(mesh.tets.size());
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) tets.push_back(make_rest(mesh, t, materials[t]));
+  if (element == Element::quadratic) quadratics = quadratic_elements(mesh, materials);
 
   for (const int n : fixed_nodes) free_index[n] = -1;
   for (int& index : free_index) {

@@ -6,10 +6,17 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <span>
 #include <vector>
 
 namespace stylet::physics {
+
+/// What a displacement is made of.
+enum class Element {
+  linear,     ///< in each tetrahedron
+  quadratic,  ///< in each eight of them that were one
+};
 
 /// Rest shape and material of one tetrahedron (physics/README.md eq. 1).
 struct TetRest {
@@ -19,24 +26,38 @@ struct TetRest {
   double mu = 0;                          ///< shear modulus, Pa
 };
 
+/// Rest shape and material of a quadratic tetrahedron (eq. 42); of its four points one a lane.
+struct QuadraticRest {
+  std::array<int, 10> nodes{};                                ///< corners, then the middles of kTetEdges
+  std::array<std::array<Eigen::Array4d, 3>, 10> gradients{};  ///< [node][axis] of the shape functions, 1/m
+  Eigen::Array4d volume = Eigen::Array4d::Zero();             ///< of a point, m^3
+  Eigen::Array4d mu = Eigen::Array4d::Zero();                 ///< shear modulus, Pa
+  double lambda = 0;                                          ///< first Lame parameter, Pa
+};
+
 /// Constant model of a body; shared, read-only, by the simulation loop and the factorisation worker.
 /// Degrees of freedom are those of the free nodes only: DOF 3 * free_index[node] + axis.
 struct TissueModel {
   /// @param tet_materials  one a tetrahedron
   /// @param fixed_nodes    held at rest (Dirichlet), ascending, at least three
+  /// @param element        quadratic: of each eight tetrahedra, as refined() makes them
   /// @throws std::invalid_argument if sizes disagree, an index is out of range, a tetrahedron is not positively
-  ///         oriented, or a material is out of range
+  ///         oriented, a material is out of range, or the tetrahedra make no quadratic elements
   TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet_materials, std::span<const int> fixed_nodes,
-              double damping_time_s = 0);
+              double damping_time_s = 0, Element element = Element::linear);
 
   int node_count() const { return static_cast<int>(mesh.nodes.size()); }
   int tet_count() const { return static_cast<int>(mesh.tets.size()); }
   int dof_count() const { return 3 * free_node_count; }
+  bool is_quadratic() const { return !quadratics.empty(); }
+  /// Where strain is measured: tetrahedra, or four points of each quadratic element.
+  int point_count() const { return is_quadratic() ? 4 * static_cast<int>(quadratics.size()) : tet_count(); }
 
   TetMesh mesh;
   TetTopology topology;
   std::vector<ElasticMaterial> materials;  ///< [tets]
   std::vector<TetRest> tets;               ///< [tets]
+  std::vector<QuadraticRest> quadratics;   ///< [tets / 8]; empty: the tetrahedra themselves are the elements
   std::vector<int> free_index;             ///< [nodes] index among the free nodes, -1 where fixed
   int free_node_count = 0;
   double damping_time_s = 0;  ///< Kelvin-Voigt: B = damping_time K (eq. 5)

@@ -1,5 +1,7 @@
 #include "tests/validation/static_body.h"
 
+#include "physics/tissue/quadratic.h"
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -18,7 +20,7 @@ constexpr int kRenewal = 10;  // iterations after which a new factor has paid fo
 StaticBody::StaticBody(physics::TissueModel rest)
     : positions(physics::rest_positions(rest)),
       model_(std::move(rest)),
-      rotations_(model_.tets.size(), Eigen::Quaterniond::Identity()),
+      rotations_(model_.point_count(), Eigen::Quaterniond::Identity()),
       pattern_(model_),
       factor_(pattern_, workspace_),
       values_(pattern_.nonzeros()) {}
@@ -37,7 +39,9 @@ double StaticBody::energy() {
 
 void StaticBody::factorise() {
   inverted_ = physics::update_rotations(model_, positions, rotations_);
-  pattern_.assemble(model_, rotations_, 1, values_);
+  std::vector<Eigen::Matrix3d> cofactors(model_.is_quadratic() ? model_.point_count() : 0);
+  physics::find_cofactors(model_, positions, cofactors);
+  pattern_.assemble(model_, rotations_, 1, values_, {}, cofactors);
   if (!factor_.factorise(pattern_, values_, workspace_))
     throw std::runtime_error("stiffness is not positive definite");
 }

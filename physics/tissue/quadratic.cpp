@@ -1,0 +1,331 @@
+#include "physics/tissue/quadratic.h"
+
+#include "physics/tissue/refinement.h"
+
+#include <Eigen/LU>
+
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace stylet::physics {
+namespace {
+
+// Four points, exact for quadratic integrands.
+constexpr double kNear = 0.58541019662496845446;
+constexpr double kFar = 0.13819660112501051518;
+
+using Gradients = Eigen::Matrix<double, 3, 10>;
+
+[[noreturn]] void refuse(std::size_t element, const std::string& what) {
+  throw std::invalid_argument("tissue model: quadratic element " + std::to_string(element) + " " + what);
+}
+
+/// Gradients of the shape functions in the element's own coordinates xi_k = L_(k + 1), at barycentric L.
+Gradients natural_gradients(const Eigen::Vector4d& l) {
+  Eigen::Matrix<double, 4, 10> by_barycentric = Eigen::Matrix<double, 4, 10>::Zero();
+  for (int a = 0; a < 4; ++a) by_barycentric(a, a) = 4 * l[a] - 1;
+  for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+    const auto [a, b] = kTetEdges[e];
+    by_barycentric(a, static_cast<Eigen::Index>(e) + 4) = 4 * l[b];
+    by_barycentric(b, static_cast<Eigen::Index>(e) + 4) = 4 * l[a];
+  }
+  return by_barycentric.bottomRows<3>().rowwise() - by_barycentric.row(0);
+}
+
+std::array<int, 10> nodes_of(const TetMesh& mesh, std::size_t element) {
+  const std::size_t first = kTetsOfRefined * element;
+  std::array<int, 10> nodes{};
+  for (std::size_t i = 0; i < 4; ++i) nodes[i] = mesh.tets[first + i][i];
+  for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+    const auto i = static_cast<std::size_t>(kTetEdges[e].first);
+    const auto j = static_cast<std::size_t>(kTetEdges[e].second);
+    nodes[4 + e] = mesh.tets[first + i][j];
+    if (mesh.tets[first + j][i] != nodes[4 + e]) refuse(element, "is no refined tetrahedron");
+  }
+  return nodes;
+}
+
+/// F of an element's points.
+LaneMatrix deformation_gradients(const QuadraticRest& rest, const Eigen::Matrix3Xd& positions) {
+  LaneMatrix f;
+  for (auto& row : f) row.fill(Lanes::Zero());
+  for (std::size_t a = 0; a < rest.nodes.size(); ++a) {
+    const auto& x = positions.col(rest.nodes[a]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) f[i][j] += x[static_cast<Eigen::Index>(i)] * rest.gradients[a][j];
+    }
+  }
+  return f;
+}
+
+LaneMatrix cofactors_of(const LaneMatrix& f) {
+  LaneMatrix c;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t i1 = (i + 1) % 3;
+      const std::size_t i2 = (i + 2) % 3;
+      const std::size_t j1 = (j + 1) % 3;
+      const std::size_t j2 = (j + 2) % 3;
+      c[i][j] = f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1];
+    }
+  }
+  return c;
+}
+
+Eigen::Matrix3d of_lane(const LaneMatrix& m, int lane) {
+  Eigen::Matrix3d result;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      result(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = m[i][j][lane];
+    }
+  }
+  return result;
+}
+
+/// Rotations of an element's points, [row][column].
+LaneMatrix rotations_of(std::span<const Eigen::Quaterniond> rotations, std::size_t element) {
+  Lanes x;
+  Lanes y;
+  Lanes z;
+  Lanes w;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Eigen::Vector4d& q = rotations[kLanes * element + static_cast<std::size_t>(lane)].coeffs();
+    x[lane] = q[0];
+    y[lane] = q[1];
+    z[lane] = q[2];
+    w[lane] = q[3];
+  }
+  return {{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+           {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+           {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
+}
+
+/// S = sym(R^T F).
+LaneMatrix stretch_of(const LaneMatrix& r, const LaneMatrix& f) {
+  LaneMatrix m;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) m[i][j] = r[0][i] * f[0][j] + r[1][i] * f[1][j] + r[2][i] * f[2][j];
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < i; ++j) m[i][j] = m[j][i] = 0.5 * (m[i][j] + m[j][i]);
+  }
+  return m;
+}
+
+Lanes trace(const LaneMatrix& m) {
+  return m[0][0] + m[1][1] + m[2][2];
+}
+
+/// Edge without stress over that at rest.
+double size_of(std::span<const double> rest_size, std::size_t element) {
+  return rest_size.empty() ? 1 : rest_size[kTetsOfRefined * element];
+}
+
+double cubed(double size) {
+  return size * size * size;
+}
+
+TetRest lame_of(const QuadraticRest& rest, int point) {
+  return {.gradients = {}, .volume = rest.volume[point], .lambda = rest.lambda, .mu = rest.mu[point]};
+}
+
+int inverted_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element) {
+  int inverted = 0;
+  for (std::size_t t = kTetsOfRefined * element; t < kTetsOfRefined * (element + 1); ++t) {
+    const auto& n = model.mesh.tets[t];
+    const Eigen::Vector3d origin = positions.col(n[0]);
+    const Eigen::Vector3d a = positions.col(n[1]) - origin;
+    const Eigen::Vector3d b = positions.col(n[2]) - origin;
+    if (!(a.cross(b).dot(positions.col(n[3]) - origin) > 0)) ++inverted;
+  }
+  return inverted;
+}
+
+}  // namespace
+
+std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<const ElasticMaterial> materials) {
+  if (mesh.tets.size() % kTetsOfRefined != 0) {
+    throw std::invalid_argument("tissue model: " + std::to_string(mesh.tets.size()) +
+                                " tetrahedra are no quadratic elements: those come in eights");
+  }
+  std::array<Gradients, kLanes> natural;
+  for (int p = 0; p < kLanes; ++p) {
+    Eigen::Vector4d l = Eigen::Vector4d::Constant(kFar);
+    l[p] = kNear;
+    natural[static_cast<std::size_t>(p)] = natural_gradients(l);
+  }
+  std::vector<QuadraticRest> elements(mesh.tets.size() / kTetsOfRefined);
+  for (std::size_t e = 0; e < elements.size(); ++e) {
+    QuadraticRest& rest = elements[e];
+    rest.nodes = nodes_of(mesh, e);
+    Gradients x;
+    for (int a = 0; a < 10; ++a) x.col(a) = mesh.nodes[rest.nodes[static_cast<std::size_t>(a)]];
+    double lambda = 0;
+    for (int p = 0; p < kLanes; ++p) {
+      const Gradients& local = natural[static_cast<std::size_t>(p)];
+      const Eigen::Matrix3d jacobian = x * local.transpose();
+      const double determinant = jacobian.determinant();
+      if (!(determinant > 0)) refuse(e, "is not positively oriented");
+      const Gradients gradients = jacobian.inverse().transpose() * local;
+      for (std::size_t a = 0; a < 10; ++a) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          rest.gradients[a][i][p] = gradients(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a));
+        }
+      }
+      rest.volume[p] = determinant / 24;
+      rest.mu[p] = 0;
+      for (const std::size_t near : {0U, 4U}) {
+        const ElasticMaterial& m = materials[kTetsOfRefined * e + near + static_cast<std::size_t>(p)];
+        rest.mu[p] += 0.5 * m.young_modulus / (2 * (1 + m.poisson_ratio));
+        lambda += 0.5 * rest.volume[p] * m.young_modulus * m.poisson_ratio /
+                  ((1 + m.poisson_ratio) * (1 - 2 * m.poisson_ratio));
+      }
+    }
+    rest.lambda = lambda / rest.volume.sum();
+  }
+  return elements;
+}
+
+int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                               std::span<Eigen::Quaterniond> rotations) {
+  int inverted = 0;
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+    const LaneMatrix f = deformation_gradients(model.quadratics[e], positions);
+    const std::span<Eigen::Quaterniond> of_points = rotations.subspan(kLanes * e, kLanes);
+    std::array<Lanes, 4> q;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const auto& start = of_points[static_cast<std::size_t>(lane)].coeffs();
+      for (std::size_t i = 0; i < 4; ++i) q[i][lane] = start[static_cast<Eigen::Index>(i)];
+    }
+    const Lanes j = determinant(f);
+    const bool upright = (j > 0).all();
+    if (upright && closest_rotations(f, q)) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        of_points[static_cast<std::size_t>(lane)].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
+      }
+    } else {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        auto& rotation = of_points[static_cast<std::size_t>(lane)];
+        rotation = closest_rotation(of_lane(f, lane), rotation);
+        if (!(j[lane] > 0)) ++inverted;
+      }
+    }
+    inverted += inverted_tets(model, positions, e);
+  }
+  return inverted;
+}
+
+void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                    std::span<Eigen::Matrix3d> cofactors) {
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+    const LaneMatrix c = cofactors_of(deformation_gradients(model.quadratics[e], positions));
+    for (int lane = 0; lane < kLanes; ++lane)
+      cofactors[kLanes * e + static_cast<std::size_t>(lane)] = of_lane(c, lane);
+  }
+}
+
+void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                          std::span<const double> rest_size, std::vector<SqueezedTet>& found) {
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+    if (size_of(rest_size, e) != 1) continue;
+    const LaneMatrix f = deformation_gradients(model.quadratics[e], positions);
+    const Lanes j = determinant(f);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const double curvature = barrier(lame_of(model.quadratics[e], lane), j[lane]).curvature;
+      if (curvature > 0) {
+        found.push_back({.tet = kLanes * static_cast<int>(e) + lane,
+                         .curvature = curvature,
+                         .cofactor = cofactor(of_lane(f, lane))});
+      }
+    }
+  }
+}
+
+int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                     std::span<const double> rest_size, bool linearised) {
+  int squeezed = 0;
+  forces.setZero();
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+    const QuadraticRest& rest = model.quadratics[e];
+    const LaneMatrix f = deformation_gradients(rest, positions);
+    const LaneMatrix r = rotations_of(rotations, e);
+    const LaneMatrix s = stretch_of(r, f);
+    const LaneMatrix& volume_gradient = linearised ? r : cofactors_of(f);
+    const double size = size_of(rest_size, e);
+    const Lanes j = determinant(f);
+    const Lanes dilatation = linearised ? Lanes(trace(s) - 2) : j;
+    Lanes tension =
+        rest.volume * (rest.lambda * ((rest.volume * dilatation).sum() / rest.volume.sum() - cubed(size)));
+    if (!linearised && size == 1 && (j < kSqueezed).any()) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (!(j[lane] < kSqueezed)) continue;
+        tension[lane] += rest.volume[lane] * barrier(lame_of(rest, lane), j[lane]).slope;
+        ++squeezed;
+      }
+    }
+    // First Piola-Kirchhoff stress times volume, 2 mu R (S - g I) + lambda (J - g^3) cof F.
+    LaneMatrix strain = s;
+    for (std::size_t i = 0; i < 3; ++i) strain[i][i] -= size;
+    const Lanes twice_mu = 2 * rest.mu * rest.volume;
+    LaneMatrix p;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[i][k] = twice_mu * (r[i][0] * strain[0][k] + r[i][1] * strain[1][k] + r[i][2] * strain[2][k]) +
+                  tension * volume_gradient[i][k];
+      }
+    }
+    for (std::size_t a = 0; a < rest.nodes.size(); ++a) {
+      const auto& g = rest.gradients[a];
+      auto force = forces.col(rest.nodes[a]);
+      for (std::size_t i = 0; i < 3; ++i) {
+        force[static_cast<Eigen::Index>(i)] += (p[i][0] * g[0] + p[i][1] * g[1] + p[i][2] * g[2]).sum();
+      }
+    }
+  }
+  return squeezed;
+}
+
+double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                        std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size) {
+  double energy = 0;
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+    const QuadraticRest& rest = model.quadratics[e];
+    const LaneMatrix f = deformation_gradients(rest, positions);
+    const LaneMatrix s = stretch_of(rotations_of(rotations, e), f);
+    const double size = size_of(rest_size, e);
+    Lanes squares = Lanes::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) squares += (i == k ? Lanes(s[i][k] - size) : s[i][k]).square();
+    }
+    energy += (rest.volume * rest.mu * squares).sum();
+    const Lanes j = determinant(f);
+    const double volume = rest.volume.sum();
+    const double change = (rest.volume * j).sum() / volume - cubed(size);
+    energy += 0.5 * rest.lambda * volume * change * change;
+    for (int lane = 0; lane < kLanes && size == 1; ++lane) {
+      energy += rest.volume[lane] * barrier(lame_of(rest, lane), j[lane]).energy;
+    }
+  }
+  return energy;
+}
+
+ElementWork work_of(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                    std::span<const Eigen::Quaterniond> rotations, int element, double size) {
+  const auto e = static_cast<std::size_t>(element);
+  const QuadraticRest& rest = model.quadratics[e];
+  const LaneMatrix f = deformation_gradients(rest, positions);
+  const LaneMatrix s = stretch_of(rotations_of(rotations, e), f);
+  Lanes shape = -size * trace(s);  // (S - g I) : S
+  for (const auto& row : s) {
+    for (const Lanes& entry : row) shape += entry.square();
+  }
+  const double volume = (rest.volume * determinant(f)).sum();
+  return {.volume = volume,
+          .work = (2 * rest.volume * rest.mu * shape).sum() +
+                  3 * rest.lambda * (volume / rest.volume.sum() - cubed(size)) * volume};
+}
+
+}  // namespace stylet::physics

@@ -1,0 +1,59 @@
+// Quadratic tetrahedra with one dilatation each (P2/P0): they bend, and do not lock where tissue hardly gives way.
+//
+// Ten nodes, four Gauss points. Shape is measured at the points, volume in the mean of the element (physics/README.md
+// eq. 42 to 44). A run of eight tetrahedra of the mesh is one element (refinement.h), so whoever asks where something
+// is sees tetrahedra alone.
+#pragma once
+
+#include "physics/tissue/closest_rotation.h"
+#include "physics/tissue/inversion.h"
+#include "physics/tissue/tissue_model.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <span>
+#include <vector>
+
+namespace stylet::physics {
+
+/// The elements of a mesh of refined tetrahedra.
+/// @param materials  [tets]; a point has the mean of the two tetrahedra next to it, an element's lambda that of its
+/// points
+/// @throws std::invalid_argument if the tetrahedra are not runs of eight as refined() makes them, or an element is
+///         not positively oriented at one of its points
+std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<const ElasticMaterial> materials);
+
+/// As update_rotations(). Counts points and tetrahedra of the mesh with det F <= 0.
+int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                               std::span<Eigen::Quaterniond> rotations);
+
+/// cof F = dJ/dF of every point, which turn and stretch the gradient of the volume (eq. 44).
+/// @param[out] cofactors  [points]
+void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                    std::span<Eigen::Matrix3d> cofactors);
+
+/// As find_squeezed(), of points.
+void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                          std::span<const double> rest_size, std::vector<SqueezedTet>& found);
+
+/// As internal_forces(); returns the number of points in the barrier.
+/// @param linearised  at the given rotations: linear in the positions, without barrier
+int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                     std::span<const double> rest_size, bool linearised);
+
+/// As elastic_energy().
+double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                        std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size);
+
+/// What an element of a cavity does: its volume, and the work of its stress as all its lengths grow.
+struct ElementWork {
+  double volume = 0;  ///< m^3
+  double work = 0;    ///< dU / d ln of the lengths, J
+};
+/// @param size  edge without stress over that at rest (eq. 34)
+ElementWork work_of(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                    std::span<const Eigen::Quaterniond> rotations, int element, double size);
+
+}  // namespace stylet::physics
