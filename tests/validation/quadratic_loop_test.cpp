@@ -70,7 +70,7 @@ TEST(QuadraticLoop, FindsTheEquilibriumWithTheFactorOfRest) {
   for (const double poisson_ratio : {0.45, 0.49}) {
     SimulationBody body = cube(poisson_ratio);
     body.load = pull(body, Eigen::Vector3d(1.5, 0.4, 1.2));
-    EXPECT_LT(settle(body, false), 500);
+    EXPECT_LE(settle(body, false), 2000);
   }
 }
 
