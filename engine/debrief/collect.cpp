@@ -223,7 +223,7 @@ std::vector<KeyMoment> key_moments(const content::Scene& scene, const recording:
   return moments;
 }
 
-DebriefData collect(const content::Scene& scene, const recording::Recording& recording, const Footage& footage,
+DebriefData collect(const content::Scene& scene, const recording::Recording& recording, Footage& footage,
                     const std::vector<training::Metric>& metrics, const std::optional<Expert>& expert) {
   const Trace& trace = footage.trace();
   const session::RecordedSettings settings = session::recorded_settings(recording);
@@ -273,6 +273,7 @@ DebriefData collect(const content::Scene& scene, const recording::Recording& rec
                                      ? data.shaft.empty() ? Eigen::Vector3d::Zero().eval() : data.shaft.back()
                                      : data.targets.front().centre;
   data.outlines = outlines_of(scene, moment, around);
+  if (footage.frame_at(footage.frames().end_s(), moment)) data.cores = moment.cores;
   data.eye = scene.camera.eye;
   data.up = scene.camera.up;
   return data;

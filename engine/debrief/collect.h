@@ -48,7 +48,7 @@ DebriefScore score_of(const training::Score& score);
 
 /// Everything but the pictures.
 /// @param metrics  of the session; those of cores and ablations as it set them
-DebriefData collect(const content::Scene& scene, const recording::Recording& recording, const Footage& footage,
+DebriefData collect(const content::Scene& scene, const recording::Recording& recording, Footage& footage,
                     const std::vector<training::Metric>& metrics, const std::optional<Expert>& expert);
 
 /// Ultrasound images of the key moments, one after the other: a window goes on meanwhile. Thread: the device's.

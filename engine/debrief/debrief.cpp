@@ -98,7 +98,7 @@ void write_page_files(const files::OutputDirectory& out, const DebriefData& data
   out.write("debrief.html", debrief_page(data));
 }
 
-DebriefData collect_all(const content::Scene& scene, const Recording& recording, const Footage& footage,
+DebriefData collect_all(const content::Scene& scene, const Recording& recording, Footage& footage,
                         const DebriefSettings& settings) {
   DebriefData data = collect(scene, recording, footage,
                              settings.metrics.empty() ? training::measure(footage.trace(), scene) : settings.metrics,

@@ -1,6 +1,8 @@
 // What a session came to, as a debrief shows it: the page, the JSON and the CSV are three ways to write this.
 #pragma once
 
+#include "engine/state/frame_state.h"
+
 #include <Eigen/Core>
 
 #include <algorithm>
@@ -131,6 +133,7 @@ struct DebriefData {
   std::vector<Eigen::Vector3d> shaft{};  ///< of the needle, hub first
   std::vector<TargetMark> targets{};
   std::vector<Outline> outlines{};
+  std::vector<state::CoreTrack> cores{};           ///< of a biopsy, in their order
   std::vector<DebriefPicture> pictures{};          ///< times ascending
   std::optional<DebriefFilm> film{};               ///< none: there is none to look at
   Eigen::Vector3d eye = Eigen::Vector3d(0, 0, 1);  ///< of the scenario's camera

@@ -153,6 +153,21 @@ nlohmann::ordered_json to_json(const DebriefData& data) {
     json["targets"].push_back(
         {{"name", target.name}, {"centre_m", vector_json(target.centre)}, {"radius_m", target.radius}});
   }
+  json["cores"] = ordered_json::array();
+  for (const state::CoreTrack& core : data.cores) {
+    ordered_json& entry = json["cores"].emplace_back();
+    entry["length_mm"] = 1e3 * core.length();
+    entry["target_percent"] = 100.0 * core.target_share;
+    entry["pieces"] = ordered_json::array();
+    for (const state::CorePiece& piece : core.pieces) {
+      const auto tissue = static_cast<std::size_t>(piece.tissue);
+      entry["pieces"].push_back({{"tissue", tissue < data.tissues.size() ? data.tissues[tissue].name : "?"},
+                                 {"from", piece.from},
+                                 {"to", piece.to},
+                                 {"low", piece.low},
+                                 {"high", piece.high}});
+    }
+  }
   json["pictures"] = ordered_json::array();
   for (const DebriefPicture& picture : data.pictures) {
     json["pictures"].push_back({{"time_s", picture.time_s}, {"title", picture.title}, {"caption", picture.caption}});

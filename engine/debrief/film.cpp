@@ -62,8 +62,8 @@ Film::Film(const files::OutputDirectory& out, const content::Scene& scene, gpu::
 bool Film::draw_next() {
   if (next_ < count_) {
     footage_.frame_at(from_s_ + next_ * step_s_, frame_);
-    picture::Picture picture = stills::compose_frame(pictures_.draw(frame_, scene_.camera), frame_, force_, font_,
-                                                     settings_.width, settings_.height);
+    picture::Picture picture = stills::compose_frame(pictures_.draw(frame_, scene_.camera), frame_, scene_, force_,
+                                                     font_, settings_.width, settings_.height);
     if (settings_.speed != 1) {
       figures::Canvas(picture).text(font_, fmt::format("{:g} x speed", settings_.speed), {110, 20}, 17,
                                     {226, 232, 236, 255});
@@ -90,8 +90,8 @@ void write_stills(const files::OutputDirectory& out, const content::Scene& scene
   footage.frame_at(time_s, moment);
   stills::Pictures panes(device, scene, panes_of(film, device));
   picture::write_png(out.staged("session.png"),
-                     stills::compose_frame(panes.draw(moment, scene.camera), moment, force, figures::Font::load(),
-                                           film.width, film.height));
+                     stills::compose_frame(panes.draw(moment, scene.camera), moment, scene, force,
+                                           figures::Font::load(), film.width, film.height));
   stills::Pictures stills(device, scene,
                           {.view_width = settings.view_width,
                            .view_height = settings.view_height,

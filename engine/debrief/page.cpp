@@ -246,6 +246,30 @@ std::vector<SvgMark> numbered_marks(const DebriefData& data) {
   return marks;
 }
 
+/// The cores as they lie in a dish, the needle's tip on the left, all to one scale.
+void append_cores(std::string& html, const DebriefData& data) {
+  if (data.cores.empty()) return;
+  constexpr float kPixels = 8e3F;  // a meter: the longest is as wide as a telephone
+  html += "<ul class=\"cores\">";
+  auto out = std::back_inserter(html);
+  int number = 0;
+  for (const state::CoreTrack& core : data.cores) {
+    fmt::format_to(out, R"(<li><svg width="{:.0f}" height="14" viewBox="0 0 1 1" preserveAspectRatio="none">)",
+                   std::max(kPixels * core.length(), 1.0F));
+    for (const state::CorePiece& piece : core.pieces) {
+      const auto tissue = static_cast<std::size_t>(piece.tissue);
+      if (tissue == 0 || tissue >= data.tissues.size()) continue;
+      std::array<float, 3> colour = data.tissues[tissue].colour;
+      for (float& c : colour) c *= piece.shade();
+      fmt::format_to(out, R"(<rect x="{:.4f}" y="{:.4f}" width="{:.4f}" height="{:.4f}" fill="{}"/>)", piece.from,
+                     piece.low, piece.to - piece.from, piece.high - piece.low, css_colour(colour));
+    }
+    fmt::format_to(out, "</svg> core {}: {:.0f} mm, {:.0f} % target</li>\n", ++number, 1e3F * core.length(),
+                   100 * core.target_share);
+  }
+  html += "</ul>\n";
+}
+
 void append_course(std::string& html, const DebriefData& data) {
   std::vector<TimelineBand> bands;
   for (const DebriefEvent& event : data.events) {
@@ -267,7 +291,9 @@ void append_course(std::string& html, const DebriefData& data) {
                    film_link(data, event.time_s, fmt::format("{:.2f} s", event.time_s)), escaped(event.title),
                    escaped(event.detail));
   }
-  html += "</tbody></table></section>\n";
+  html += "</tbody></table>\n";
+  append_cores(html, data);
+  html += "</section>\n";
 }
 
 template <typename Of>

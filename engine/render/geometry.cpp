@@ -240,6 +240,12 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
     const std::uint32_t base = surface.body < 0 ? 0 : first_node[surface.body];
     auto& pieces = style.kind[0] == kSolid ? solids : style.kind[0] == kGlass ? glass : covers;
     pieces.push_back(append(*this, surface, base, style));
+    if (style.kind[0] != kSolid || surface.role != content::SurfaceRole::target) continue;
+    pieces.back().target = true;
+    Piece& glassy = glass_targets.emplace_back(pieces.back());
+    glassy.style.kind[0] = kGlass;
+    glassy.style.colour[3] = 0.3F;
+    glassy.style.glass = {0.9F, 1.5F, 0, 0};
   }
   const SurfaceStyle shell{
       {0.50F, 0.52F, 0.54F, 1}, {0.42F, 0, 0, 0.3F}, {}, {kMatte, tissues + content::kProbeLabel, 0, 0}};
@@ -288,7 +294,9 @@ Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
     barrel = part("barrel", SyringePart::barrel, SyringePart::barrel,
                   {{0.75F, 0.82F, 0.86F, 0.16F}, {0.15F, 0, 0, 0.8F}, {0.75F, 1.6F, 0, 0}, {kGlass, 0, 0, 0}});
   }
-  hand_base = syringe_base + static_cast<std::uint32_t>(syringe.vertex_count());
+  shot_base = syringe_base + static_cast<std::uint32_t>(syringe.vertex_count());
+  shot_piece = append(*this, "shot", shot.indices(), shot_base, steel);
+  hand_base = shot_base + static_cast<std::uint32_t>(shot.vertex_count());
   const std::uint32_t of_a_hand = RodMesh::index_count(kControllerParts);
   const auto controller = [&](const char* name, std::uint32_t begin, const vec4& colour) {
     return append(*this, name, hands.indices().subspan(begin, of_a_hand), hand_base,

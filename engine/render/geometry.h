@@ -27,12 +27,13 @@ struct Piece {
   std::uint32_t index_count = 0;
   SurfaceStyle style{};
   std::vector<std::uint32_t>
-      samples;  ///< a few of its vertices as carried by nodes, to sort translucent pieces by depth
+      samples;          ///< a few of its vertices as carried by nodes, to sort translucent pieces by depth
+  bool target = false;  ///< an opaque one, that is also in Geometry::glass_targets
 };
 
 /// Rest geometry of a scene as the GPU holds it. Vertices [0, rest.size()) are placed by deform.comp: those of the
-/// scene, then room for those of a zone that is ablated. The needle's, the cores', the syringe's, the controllers'
-/// and the cable's follow and come from the host every frame.
+/// scene, then room for those of a zone that is ablated. The needle's, the cores', the syringe's, the shot's, the
+/// controllers' and the cable's follow and come from the host every frame.
 struct Geometry {
   /// Of a zone: 10 cm of electrode make a tenth of it.
   static constexpr std::uint32_t kMostZoneVertices = 1 << 16;
@@ -47,6 +48,7 @@ struct Geometry {
   std::vector<Piece> solids;         ///< opaque organs, bone; the probe is the last
   std::vector<Piece> needle_pieces;  ///< shaft and hub
   std::vector<Piece> glass;          ///< translucent organs, in the order of the scene
+  std::vector<Piece> glass_targets;  ///< opaque targets once more, as glass: what is shot into them is seen
   std::vector<Piece> covers;         ///< skin, fat, muscle: what is cut open towards the focus
   std::vector<Piece> room;           ///< furniture; empty without a room
   std::vector<Piece> panel;          ///< the session's monitor, drawn where it has a picture
@@ -69,6 +71,9 @@ struct Geometry {
   std::vector<Piece> syringe_pieces;  ///< fluid, seal, plunger and nozzle
   Piece barrel;
   std::uint32_t syringe_base = 0;  ///< its first vertex
+  RodMesh shot{kShotParts};
+  Piece shot_piece;             ///< stylet and cannula of a biopsy needle that is fired
+  std::uint32_t shot_base = 0;  ///< their first vertex
   RodMesh hands{2 * kControllerParts};
   std::array<Piece, 2> hand_pieces;  ///< controllers: that of the needle, that of the probe
   std::uint32_t hand_base = 0;       ///< their first vertex
@@ -78,7 +83,7 @@ struct Geometry {
 
   /// Of everything.
   std::size_t vertex_count() const {
-    return rest.size() + needle.vertex_count() + cores.vertex_count() + syringe.vertex_count() +
+    return rest.size() + needle.vertex_count() + cores.vertex_count() + syringe.vertex_count() + shot.vertex_count() +
            hands.vertex_count() + (cable ? cable->vertex_count() : 0);
   }
   Piece first_cores(std::size_t count) const {

@@ -80,6 +80,7 @@ void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const g
       draw_pieces(geometry.glass);
       draw_pieces(geometry.covers);
       if (shown.needle) draw_pieces(geometry.needle_pieces);
+      if (shown.shot) draw_piece(geometry.shot_piece);
       if (shown.syringe) {
         draw_pieces(geometry.syringe_pieces);
         draw_piece(geometry.barrel);

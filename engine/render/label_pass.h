@@ -27,6 +27,7 @@ public:
   struct Shown {
     bool needle = false;
     bool syringe = false;
+    bool shot = false;
     std::size_t cores = 0;
     bool panel = false;
     SeeThrough see_through = SeeThrough::window;

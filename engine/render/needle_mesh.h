@@ -26,6 +26,7 @@ public:
   std::span<const std::uint32_t> shaft_indices() const { return shaft_indices_; }
   std::span<const std::uint32_t> hub_indices() const { return hub_indices_; }
   std::size_t vertex_count() const { return vertices_.size(); }
+  float radius() const { return radius_; }  ///< of the shaft, m
   /// Whether that many positions and orientations are a pose of this needle.
   bool fits(std::size_t positions, std::size_t orientations) const {
     return positions == static_cast<std::size_t>(nodes_) && orientations == positions;

@@ -2,12 +2,15 @@
 
 #include "engine/render/frame_uniforms.h"
 #include "engine/render/render_pass.h"
+#include "engine/state/biopsy_shot.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "shaders/deform.comp.h"
@@ -143,6 +146,7 @@ std::vector<const Piece*> Renderer::glass_order() const {
   // What encloses another piece is nearer, and drawn after it.
   std::vector<std::pair<float, const Piece*>> pieces = by_distance(geometry_.glass);
   if (zone_.piece.index_count > 0) pieces.push_back(by_distance(std::span(&zone_.piece, 1)).front());
+  if (with_shot_) std::ranges::copy(by_distance(geometry_.glass_targets), std::back_inserter(pieces));
   std::ranges::stable_sort(pieces, std::greater(), &std::pair<float, const Piece*>::first);
   std::vector<const Piece*> order;
   order.reserve(pieces.size());
@@ -158,7 +162,9 @@ std::vector<const Piece*> Renderer::solids_order() const {
   std::ranges::stable_sort(pieces, std::less(), &std::pair<float, const Piece*>::first);
   std::vector<const Piece*> order;
   order.reserve(pieces.size());
-  for (const auto& [nearest, piece] : pieces) order.push_back(piece);
+  for (const auto& [nearest, piece] : pieces) {
+    if (!(with_shot_ && piece->target)) order.push_back(piece);
+  }
   return order;
 }
 
@@ -228,6 +234,12 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
   if (with_syringe_)
     syringe = commands.upload_later(drawn_, geometry_.syringe.vertex_count() * sizeof(DrawnVertex),
                                     geometry_.syringe_base * sizeof(DrawnVertex));
+  const std::optional<state::BiopsyShot> shot = with_needle_ ? state::shot_of(state) : std::nullopt;
+  with_shot_ = shot.has_value();
+  std::span<std::byte> stylet;
+  if (with_shot_)
+    stylet = commands.upload_later(drawn_, geometry_.shot.vertex_count() * sizeof(DrawnVertex),
+                                   geometry_.shot_base * sizeof(DrawnVertex));
   std::span<std::byte> needle;
   if (with_needle_)
     needle = commands.upload_later(drawn_, geometry_.needle.vertex_count() * sizeof(DrawnVertex),
@@ -269,6 +281,11 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
       std::ranges::copy(std::as_bytes(geometry_.syringe.shape(
                             syringe_rods(*state.syringe, needle_positions_.front(), needle_orientations_.front()))),
                         syringe.begin());
+    if (shot)
+      std::ranges::copy(
+          std::as_bytes(geometry_.shot.shape(
+              shot_rods(*shot, needle_positions_.back(), needle_orientations_.back(), geometry_.needle.radius()))),
+          stylet.begin());
   }
   casters_ = std::move(casters);
   submission_ = commands.submit();
@@ -339,6 +356,7 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
     draw_pieces(geometry_.drape);
   }
   if (with_needle_) draw_pieces(geometry_.needle_pieces);
+  if (with_shot_) draw_piece(pass.pipelines.surface(kSteel), geometry_.shot_piece);
   if (with_syringe_) draw_pieces(geometry_.syringe_pieces);
   // Closed skin hides the organs, and all that is spared would have to be rasterised.
   const bool closed = see_through_ == SeeThrough::closed && !geometry_.covers.empty();
@@ -386,6 +404,7 @@ ViewLabels Renderer::read_labels(std::uint32_t layer) {
   labels_->draw(geometry_, frame_, drawn_, indices_,
                 {.needle = with_needle_,
                  .syringe = with_syringe_,
+                 .shot = with_shot_,
                  .cores = cores_,
                  .panel = with_panel_,
                  .see_through = see_through_});

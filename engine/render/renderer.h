@@ -147,6 +147,7 @@ private:
   std::uint64_t shadows_drawn_ = 0;
   bool with_needle_ = false;          ///< of the last frame
   bool with_syringe_ = false;         ///< the same
+  bool with_shot_ = false;            ///< the same
   std::size_t cores_ = 0;             ///< the same
   bool with_panel_ = false;           ///< the same
   std::array<bool, 2> with_hands_{};  ///< the same: the controller of the needle, of the probe

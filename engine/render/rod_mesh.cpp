@@ -31,7 +31,8 @@ std::span<const DrawnVertex> RodMesh::shape(std::span<const Rod> rods) {
     const Vector3f y = z.cross(x);
     for (std::uint32_t ring = 0; ring < kRings; ++ring) {
       const Vector3f& middle = ring < kRings / 2 ? rod.from : rod.to;
-      const float radius = empty || ring == 0 || ring + 1 == kRings ? 0 : rod.radius;
+      const float taper = ring < kRings / 2 ? 1 : rod.taper;
+      const float radius = empty || ring == 0 || ring + 1 == kRings ? 0 : taper * rod.radius;
       for (std::uint32_t side = 0; side < kSides; ++side) {
         const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(side) / kSides;
         const Vector3f across = std::cos(angle) * x + std::sin(angle) * y;
@@ -48,6 +49,23 @@ std::vector<Rod> core_rods(std::span<const state::CoreTrack> cores) {
   std::vector<Rod> rods;
   for (const state::CoreTrack& core : cores) rods.push_back({core.from, core.to, core.radius});
   return rods;
+}
+
+std::array<Rod, kShotParts> shot_rods(const state::BiopsyShot& shot, const Vector3f& tip,
+                                      const Eigen::Quaternionf& orientation, float radius) {
+  // The bore leaves the stylet less than the cannula's width; half of it is cut away along the notch.
+  constexpr float kStylet = 0.84F, kFloor = 0.5F, kPoint = 0.0025F;
+  const float inside = 6 * radius;  // begins behind the bevel
+  const Vector3f z = orientation * Vector3f::UnitZ(), x = orientation * Vector3f::UnitX();
+  const auto rod = [&](float from, float to, float r, float taper = 1, float aside = 0) {
+    from = std::max(from, -inside);
+    to = std::max(to, from);
+    return Rod{tip + from * z + aside * x, tip + to * z + aside * x, r, taper};
+  };
+  const float thick = kStylet * radius, notch = shot.stylet - shot.notch_behind, front = notch + shot.notch;
+  return {rod(-inside, notch, thick), rod(notch, front, kFloor * thick, 1, -(1 - kFloor) * thick),
+          rod(front, shot.stylet - kPoint, thick), rod(shot.stylet - kPoint, shot.stylet, thick, 0.05F),
+          rod(-inside, shot.cannula > 0 ? shot.cannula : -inside, radius)};
 }
 
 std::array<Rod, kControllerParts> controller_rods(const Eigen::Isometry3d& patient_from_grip) {

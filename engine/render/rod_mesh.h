@@ -1,6 +1,8 @@
-// Straight rods: the cores of a biopsy where they lay, the parts of a syringe, controllers in the hands.
+// Straight rods: the cores of a biopsy where they lay, the needle that is fired for them, the parts of a syringe,
+// controllers in the hands.
 #pragma once
 
+#include "engine/state/biopsy_shot.h"
 #include "engine/state/frame_state.h"
 #include "shaders/shared.h"
 
@@ -19,6 +21,7 @@ struct Rod {
   Eigen::Vector3f from = Eigen::Vector3f::Zero();
   Eigen::Vector3f to = Eigen::Vector3f::Zero();
   float radius = 0;
+  float taper = 1;  ///< radius at `to` over that at `from`
 };
 
 /// Builds the vertices of some rods. The triangles are the same for all: those of the first n rods come first.
@@ -46,6 +49,13 @@ private:
 
 /// The cores, as they lay.
 std::vector<Rod> core_rods(std::span<const state::CoreTrack> cores);
+
+/// What stands out of a biopsy needle that was fired: the stylet's shank, its notch, its point, the cannula.
+inline constexpr std::size_t kShotParts = 5;
+/// @param tip, orientation  of the needle: +Z ahead; the notch is open to +X
+/// @param radius  of the cannula, m
+std::array<Rod, kShotParts> shot_rods(const state::BiopsyShot& shot, const Eigen::Vector3f& tip,
+                                      const Eigen::Quaternionf& orientation, float radius);
 
 /// A controller as a hand holds it, whoever made it: handle, head, trigger.
 inline constexpr std::size_t kControllerParts = 3;

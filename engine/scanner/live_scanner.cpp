@@ -2,6 +2,7 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/picture/png_bytes.h"
+#include "engine/scanner/core_strips.h"
 #include "engine/scanner/scanner_screen.h"
 #include "engine/view/offscreen.h"
 
@@ -115,6 +116,7 @@ double LiveScanner::period_s() const {
 }
 
 void LiveScanner::draw(const state::FrameState& state) {
+  take_cores(state.cores);
   const bool first = images_ == 0;  // one that was frozen before has no image to keep
   const bool stands = state.time_s == imaged_s_;
   const bool due = state.time_s >= next_image_s_ || state.time_s < imaged_s_;
@@ -126,6 +128,13 @@ void LiveScanner::draw(const state::FrameState& state) {
   picture::Picture picture = view::read_picture(device_, imager_->image());
   if (imaging && watcher_ != nullptr && !console_.frozen()) watcher_->imaged(state, imager_->geometry(), picture);
   show(picture);
+}
+
+void LiveScanner::take_cores(std::span<const state::CoreTrack> cores) {
+  const auto when = &state::CoreTrack::fired_s;
+  if (std::ranges::equal(cores, cores_, {}, when, when)) return;
+  cores_.assign(cores.begin(), cores.end());
+  marked_ = true;
 }
 
 void LiveScanner::make_image(const state::FrameState& state) {
@@ -154,6 +163,7 @@ void LiveScanner::make_image(const state::FrameState& state) {
 void LiveScanner::show(picture::Picture& bare) {
   note_ = message_.empty() ? diagnosis_ : message_;
   compose(bare, texts_ != nullptr ? texts_->of(note_) : note_);
+  draw_core_strips(bare, cores_, scene_, texts_, font_);
   gpu::run_now(device_,
                [&](gpu::Commands& commands) { commands.upload(screen_, std::as_bytes(std::span(bare.rgba))); });
 }

@@ -17,6 +17,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,7 +54,8 @@ public:
   void poll(double time_s);
   /// Makes image and screen of `state` where an image is due: the scanner has its own rate, that of its lines and
   /// depth (ultrasound::image_rate_hz) in the time of the states, and while that stands nothing is made again. What a
-  /// knob or a message changes shows at once. A frozen scanner keeps its image.
+  /// knob or a message changes shows at once, and so does a core that was cut: its strip is laid beside the image. A
+  /// frozen scanner keeps its image.
   void draw(const state::FrameState& state);
   /// Images come less often where they would take more than this share of the time there is: so that a picture
   /// beside them stays alive where a processor draws both. 0, as at first: as often as they are due.
@@ -82,6 +84,7 @@ public:
 
 private:
   void make_imager();
+  void take_cores(std::span<const state::CoreTrack> cores);
   void make_image(const state::FrameState& state);
   void show(picture::Picture& bare);
   /// The bare image with all that stands beside it.
@@ -107,6 +110,7 @@ private:
   bool marked_ = false;  ///< on the screen since it was made
   Calipers calipers_;
   double probe_force_ = 0;  ///< of the image, N
+  std::vector<state::CoreTrack> cores_;
   SavedImages* saved_ = nullptr;
   const content::Texts* texts_ = nullptr;
   std::uint64_t images_ = 0;

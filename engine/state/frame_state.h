@@ -20,12 +20,30 @@ struct TargetState {
   float distance = 0;  ///< of the tip from there, m
 };
 
+/// A part of a core that is of one tissue: shares of the core's length, from the needle's tip on, and of its width.
+struct CorePiece {
+  float from = 0;
+  float to = 0;
+  float low = 0;
+  float high = 1;
+  int tissue = 0;       ///< index into Scene::tissues; 0: a gap
+  bool target = false;  ///< of a target's tissue
+
+  /// Of its tissue's linear colour that it is drawn with: targets' tissue stands out.
+  float shade() const { return target ? 1.0F : 0.4F; }
+};
+
 /// A core that was cut, where it lay at that moment.
 struct CoreTrack {
-  Eigen::Vector3f from = Eigen::Vector3f::Zero();
+  Eigen::Vector3f from = Eigen::Vector3f::Zero();  ///< the needle's tip
   Eigen::Vector3f to = Eigen::Vector3f::Zero();
   float radius = 0;
   float target_share = 0;
+  double fired_s = 0;               ///< session time
+  float throw_length = 0;           ///< how far the needle shot, m
+  std::vector<CorePiece> pieces{};  ///< fill length and width
+
+  float length() const { return (to - from).norm(); }  ///< m
 };
 
 /// A syringe on the needle.

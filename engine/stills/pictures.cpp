@@ -2,6 +2,7 @@
 
 #include "engine/picture/panes.h"
 #include "engine/picture/smooth_edges.h"
+#include "engine/scanner/core_strips.h"
 #include "engine/scanner/scanner_screen.h"
 #include "engine/ultrasound/presets.h"
 #include "engine/view/offscreen.h"
@@ -91,10 +92,13 @@ render::ViewLabels Pictures::view_labels() {
 }
 
 picture::Picture compose_frame(const Pictures::Moment& moment, const state::FrameState& state,
-                               const figures::ForceTrace& trace, const figures::Font& font, int width, int height) {
+                               const content::Scene& scene, const figures::ForceTrace& trace,
+                               const figures::Font& font, int width, int height) {
   const picture::Pane plot = picture::PaneLayout::of(width, height, true).plot;
+  picture::Picture ultrasound = moment.ultrasound;
+  scanner::draw_core_strips(ultrasound, state.cores, scene, nullptr, font);
   picture::Picture frame =
-      picture::compose(width, height, moment.view, moment.ultrasound,
+      picture::compose(width, height, moment.view, ultrasound,
                        figures::draw_force_depth_strip(trace, state.time_s, font, plot.width, plot.height));
   figures::Canvas canvas(frame);
   canvas.text(font, fmt::format("{:5.2f} s", state.time_s), {14, 20}, 17, kText);

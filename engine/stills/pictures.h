@@ -61,10 +61,11 @@ private:
   render::Renderer renderer_;
 };
 
-/// A frame of session.mp4: the 3-D view on the left, the ultrasound image above the live force curve on the right
-/// (picture::PaneLayout), captions over the view.
+/// A frame of session.mp4: the 3-D view on the left, the ultrasound image, cores laid beside it, above the live force
+/// curve on the right (picture::PaneLayout), captions over the view.
 picture::Picture compose_frame(const Pictures::Moment& moment, const state::FrameState& state,
-                               const figures::ForceTrace& trace, const figures::Font& font, int width, int height);
+                               const content::Scene& scene, const figures::ForceTrace& trace,
+                               const figures::Font& font, int width, int height);
 
 /// "tip to target 12 mm   " for captions; empty without a target.
 std::string distance_in_words(const state::FrameState& state);

@@ -26,7 +26,11 @@ void ShownHistory::show_at(double time_s, state::FrameState& frame) const {
   if (after == shown_.begin()) return;
   const Shown& shown = *(after - 1);
   frame.zone = shown.zone;
-  frame.cores = shown.cores;
+  // Kept at times that were looked at, they know better when they were cut.
+  frame.cores.clear();
+  for (const state::CoreTrack& core : shown_.back().cores) {
+    if (core.fired_s <= time_s) frame.cores.push_back(core);
+  }
   frame.cavity_shares = shown.cavity_shares;
   frame.syringe = shown.syringe;
 }

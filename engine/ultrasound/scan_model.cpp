@@ -1,12 +1,14 @@
 #include "engine/ultrasound/scan_model.h"
 
 #include "engine/files/error.h"
+#include "engine/state/biopsy_shot.h"
 #include "engine/ultrasound/voxel_words.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace stylet::ultrasound {
@@ -358,16 +360,22 @@ void ScanModel::place_needle(const state::FrameState& state, const Eigen::Isomet
   const double across = std::max<double>(margin, kLobeEnd * kSideLobeWidth);
   needle_.clear();
   float from_tip = 0;
-  for (std::size_t i = state.needle_positions.size(); i-- > 1;) {
-    const Eigen::Vector3f a = probe_from_patient * state.needle_positions[i];
-    const Eigen::Vector3f b = probe_from_patient * state.needle_positions[i - 1];
+  const auto place = [&](const Eigen::Vector3f& nearer_tip, const Eigen::Vector3f& nearer_hub) {
+    const Eigen::Vector3f a = probe_from_patient * nearer_tip;
+    const Eigen::Vector3f b = probe_from_patient * nearer_hub;
     const float length = (b - a).norm();
     if (!out_of_slice(a, b) && std::isfinite(length) && length > 1e-6F) {
       needle_.push_back({as_vec4(a, from_tip), as_vec4(b, from_tip + length)});
       mark_tiles(a, b, across, margin, margin + 2 * kReverberations * constants_.needle_radius);
     }
     from_tip += length;
+  };
+  const auto& nodes = state.needle_positions;
+  const std::optional<state::BiopsyShot> shot = state::shot_of(state);
+  if (shot && !nodes.empty() && !state.needle_orientations.empty()) {
+    place(nodes.back() + shot->stylet * (state.needle_orientations.back() * Eigen::Vector3f::UnitZ()), nodes.back());
   }
+  for (std::size_t i = nodes.size(); i-- > 1;) place(nodes[i], nodes[i - 1]);
   constants_.bevel = {0, 0, 0, 0};
   if (!state.needle_orientations.empty() && scene_.needle.bevel_force_ratio > 0) {
     const Eigen::Vector3f side = state.needle_orientations.back() * Eigen::Vector3f::UnitX();

@@ -79,7 +79,7 @@ public:
   const PlaneSlice& slice() const { return slice_; }
   const std::vector<NeedleSegment>& needle() const {
     return needle_;
-  }  ///< from the tip to the hub; at most kMaxBeams
+  }  ///< from the tip, or the stylet that is shot out of it, to the hub; at most kMaxBeams + 1
   /// Wires of the scene that come near the image plane.
   const std::vector<WireSegment>& wires() const { return wires_; }
   /// Tiles (PlaneSlice) that echoes of the needle and of wires reach; ascending.

@@ -5,6 +5,7 @@
 #include "engine/session/frame_clock.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
+#include "engine/state/biopsy_shot.h"
 #include "tests/session/cube_scene.h"
 #include "tests/support/temporary_folder.h"
 
@@ -74,7 +75,9 @@ TEST(StillMoment, IsTheEndOfTheHeatingElseTheCoreElseTheClosest) {
   };
   EXPECT_NEAR(moment({}).time_s, 3, 0.011);
   EXPECT_NEAR(moment({}, 3.5, 7).time_s, 3.5, 1e-9) << "of the span";
-  EXPECT_EQ(moment({core}).time_s, 4);
+  EXPECT_GT(moment({core}).time_s, 4 + state::ShotTimes::kShoots) << "the stylet is out";
+  EXPECT_LT(moment({core}).time_s, 4 + state::ShotTimes::kCannulaFollows) << "its notch is seen";
+  EXPECT_EQ(moment({core}, 0, 4.01).time_s, 4.01);
   EXPECT_NEAR(moment({core}, 0, 3.9).time_s, 3, 0.011) << "not yet";
   EXPECT_NEAR(moment({core}, 4.5, 8).time_s, 4.5, 1e-9) << "no more";
   EXPECT_EQ(moment({core, started, stopped}).time_s, 6);

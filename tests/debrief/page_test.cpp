@@ -109,6 +109,28 @@ TEST(DebriefPage, MarksThatLieCloseShareALabel) {
   EXPECT_EQ(count_of(html, "s: Force limited</title>"), 3u * 12u) << "each is still there to be pointed at";
 }
 
+TEST(DebriefPage, LaysTheCoresOutToScaleAsTheJsonHasThem) {
+  DebriefData data = tests::sample_debrief();
+  EXPECT_EQ(debrief_page(data).find("class=\"cores\""), std::string::npos) << "there are none";
+  data.cores = {{.to = {0, 0, 0.017F},
+                 .target_share = 0.75F,
+                 .pieces = {{.from = 0, .to = 0.75F, .tissue = 2, .target = true},
+                            {.from = 0.75F, .to = 1, .low = 0.5F, .high = 1, .tissue = 1},
+                            {.from = 0.75F, .to = 1, .low = 0, .high = 0.5F, .tissue = 0}}},
+                {.to = {0, 0, 0.0085F}}};
+  const std::string html = debrief_page(data);
+  EXPECT_NE(html.find("<svg width=\"136\""), std::string::npos);
+  EXPECT_NE(html.find("<svg width=\"68\""), std::string::npos) << "half as long";
+  EXPECT_NE(html.find("core 1: 17 mm, 75 % target"), std::string::npos);
+  EXPECT_EQ(count_of(html, "<rect x=\"0.7500\" y=\"0.5000\" width=\"0.2500\" height=\"0.5000\""), 1U);
+  EXPECT_EQ(count_of(html, "<rect x=\"0.7500\" y=\"0.0000\""), 0U) << "a gap";
+  const nlohmann::ordered_json cores = to_json(data)["cores"];
+  ASSERT_EQ(cores.size(), 2U);
+  EXPECT_NEAR(cores[0]["length_mm"].get<double>(), 17, 1e-5);
+  EXPECT_EQ(cores[0]["pieces"][1]["tissue"], "fat");
+  EXPECT_EQ(cores[0]["pieces"][0]["to"], 0.75);
+}
+
 TEST(DebriefPage, NeedsNothingFromOutside) {
   const std::string html = debrief_page(tests::sample_debrief());
   for (const char* way :

@@ -1,11 +1,14 @@
 // Where a point of the deformed, breathing patient lies, and what a biopsy needle cuts out there.
 #include "engine/content/tissue_locator.h"
+#include "engine/procedures/biopsy/biopsy.h"
 #include "engine/procedures/biopsy/core_sample.h"
+#include "engine/state/biopsy_shot.h"
 #include "tests/session/cube_scene.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numeric>
 #include <vector>
@@ -123,6 +126,13 @@ TEST(TissueLocator, WhatBreathesIsWhereTheBreathHasTakenIt) {
   EXPECT_EQ(locator.find({0.04, 0.013, 0.02}).body, content::kBreathes);
 }
 
+std::vector<double> core_content(content::TissueLocator& tissue, std::size_t tissues, const Vector3d& tip,
+                                 const Eigen::Quaterniond& orientation,
+                                 const procedures::biopsy::CoreSettings& settings) {
+  return procedures::biopsy::core_content(
+      procedures::biopsy::core_points(tissue, tissues, tip, orientation, settings), tissues);
+}
+
 // A core along a diameter holds what the ball's chord is of it; a tissue that is stretched along the needle holds
 // more.
 TEST(CoreSample, HoldsTheChordOfTheBallDeformedOrNot) {
@@ -138,18 +148,18 @@ TEST(CoreSample, HoldsTheChordOfTheBallDeformedOrNot) {
         stretch * double(scene.labels.spacing) / 0.020;  // the ends of a chord are known to half of it
     const Eigen::Quaterniond down(Eigen::AngleAxisd(std::acos(-1), Vector3d::UnitX()));
     const Vector3d centre = map * kBallCentre;
-    const std::vector<double> whole = procedures::biopsy::core_content(
-        locator, scene.tissues.size(), centre + Vector3d(0, 0, 0.010), down, settings);
+    const std::vector<double> whole =
+        core_content(locator, scene.tissues.size(), centre + Vector3d(0, 0, 0.010), down, settings);
     EXPECT_NEAR(std::accumulate(whole.begin(), whole.end(), 0.0), 1, 1e-9);
     EXPECT_NEAR(whole[kBall], stretch * 2 * kBallRadius / 0.020, voxel);
     EXPECT_NEAR(whole[kFlesh], 1 - whole[kBall], 1e-9);
     // Fired from its middle, upwards, half of it.
-    const std::vector<double> half = procedures::biopsy::core_content(locator, scene.tissues.size(), centre,
-                                                                      Eigen::Quaterniond::Identity(), settings);
+    const std::vector<double> half =
+        core_content(locator, scene.tissues.size(), centre, Eigen::Quaterniond::Identity(), settings);
     EXPECT_NEAR(half[kBall], stretch * kBallRadius / 0.020, voxel);
     // 5 mm beside its middle, the chord is 2 sqrt(36 - 25) mm.
-    const std::vector<double> beside = procedures::biopsy::core_content(
-        locator, scene.tissues.size(), centre + Vector3d(0.005, 0, 0.010), down, settings);
+    const std::vector<double> beside =
+        core_content(locator, scene.tissues.size(), centre + Vector3d(0.005, 0, 0.010), down, settings);
     EXPECT_NEAR(beside[kBall], stretch * 2 * std::sqrt(11e-6) / 0.020, 2 * voxel) << "it is met at a slant";
   }
 }
@@ -162,14 +172,97 @@ TEST(CoreSample, IsAsLongAsTheThrowWithoutTheTip) {
   const Eigen::Quaterniond up = Eigen::Quaterniond::Identity();
   // From 3 mm below the ball.
   const Vector3d tip = kBallCentre - Vector3d(0, 0, kBallRadius + 0.003);
-  EXPECT_EQ(
-      procedures::biopsy::core_content(locator, 5, tip, up, {.throw_length = 0.007, .dead_length = 0.005})[kBall], 0);
-  EXPECT_NEAR(
-      procedures::biopsy::core_content(locator, 5, tip, up, {.throw_length = 0.011, .dead_length = 0.005})[kBall],
-      0.5, 0.1);
-  EXPECT_NEAR(
-      procedures::biopsy::core_content(locator, 5, tip, up, {.throw_length = 0.011, .dead_length = 0.002})[kBall],
-      6.0 / 9, 0.1);
+  EXPECT_EQ(core_content(locator, 5, tip, up, {.throw_length = 0.007, .dead_length = 0.005})[kBall], 0);
+  EXPECT_NEAR(core_content(locator, 5, tip, up, {.throw_length = 0.011, .dead_length = 0.005})[kBall], 0.5, 0.1);
+  EXPECT_NEAR(core_content(locator, 5, tip, up, {.throw_length = 0.011, .dead_length = 0.002})[kBall], 6.0 / 9, 0.1);
+}
+
+// Met at a slant and off its middle: slices of one tissue, of the other, and of both.
+TEST(CorePieces, FillTheCoreAndHoldWhatTheMetricCounts) {
+  const content::Scene scene = small_patient();
+  content::TissueLocator locator(scene);
+  const physics::TissueState state = moved(scene, some_map());
+  locator.update(state, 0);
+  const std::vector<bool> targets{false, false, true, false, false};  // the ball
+  const procedures::biopsy::CoreSettings settings{.throw_length = 0.022, .dead_length = 0.005, .bore = 0.0011};
+  const Eigen::Quaterniond slant(Eigen::AngleAxisd(0.5, Vector3d(1, 0.3, 0.2).normalized()));
+  const Vector3d tip = some_map() * (kBallCentre + Vector3d(0.002, 0, 0)) - slant * Vector3d(0, 0, 0.010);
+  const std::vector<std::uint8_t> points = procedures::biopsy::core_points(locator, 5, tip, slant, settings);
+  const std::vector<double> content = procedures::biopsy::core_content(points, 5);
+  const std::vector<state::CorePiece> pieces = procedures::biopsy::core_pieces(points, targets);
+  std::vector<double> area(5, 0.0);
+  double whole_slices = 0, target = 0, last = 0, across = 1;
+  for (const state::CorePiece& piece : pieces) {
+    EXPECT_LT(piece.from, piece.to);
+    EXPECT_LT(piece.low, piece.high);
+    if (across == 1) {  // a new slice, where the one before ended
+      EXPECT_EQ(piece.from, last);
+      EXPECT_EQ(piece.low, 0);
+      whole_slices += piece.to - piece.from;
+    } else {
+      EXPECT_EQ(piece.low, across);
+    }
+    last = piece.to;
+    across = piece.high;
+    const double size = (piece.to - piece.from) * (piece.high - piece.low);
+    area[static_cast<std::size_t>(piece.tissue)] += size;
+    if (piece.target) target += size;
+  }
+  EXPECT_EQ(last, 1);
+  EXPECT_EQ(across, 1);
+  EXPECT_NEAR(whole_slices, 1, 1e-6) << "single precision";
+  for (std::size_t t = 0; t < 5; ++t) EXPECT_NEAR(area[t], content[t], 1e-6) << t;
+  EXPECT_NEAR(target, content[kBall], 1e-6);
+  EXPECT_GT(target, 0.2);
+  EXPECT_LT(target, 0.9);
+  EXPECT_LT(pieces.size(), 40U) << "slices that are alike are one piece";
+}
+
+// The cannula never overtakes the stylet, both come out in full before anything is drawn back, and all is back when
+// the gun can be fired again.
+TEST(BiopsyShot, ShootsOutStaysToBeSeenAndIsBackWhenTheGunIsCocked) {
+  EXPECT_EQ(state::stylet_out(0), 0);
+  EXPECT_EQ(state::stylet_out(-1), 0);
+  double stylet = 0, cannula = 0, notch_seen_s = 0;
+  constexpr double kStep = 1e-3;
+  for (double t = 0; t <= state::ShotTimes::kStaysUntil; t += kStep) {
+    EXPECT_GE(state::stylet_out(t), stylet) << t;
+    EXPECT_GE(state::cannula_out(t), cannula) << t;
+    stylet = state::stylet_out(t);
+    cannula = state::cannula_out(t);
+    EXPECT_LE(cannula, stylet);
+    EXPECT_LE(stylet, 1);
+    if (stylet == 1 && cannula == 0) notch_seen_s += kStep;
+  }
+  EXPECT_EQ(stylet, 1);
+  EXPECT_EQ(cannula, 1);
+  EXPECT_GT(notch_seen_s, 0.1) << "long enough for an eye";
+  for (double t = state::ShotTimes::kStaysUntil; t <= procedures::biopsy::Biopsy::kCocking; t += kStep) {
+    EXPECT_LE(state::stylet_out(t), stylet) << t;
+    EXPECT_LE(state::cannula_out(t), state::stylet_out(t)) << t;
+    stylet = state::stylet_out(t);
+  }
+  EXPECT_EQ(stylet, 0);
+  EXPECT_EQ(state::cannula_out(procedures::biopsy::Biopsy::kCocking), 0);
+}
+
+TEST(BiopsyShot, OfAFrameGoesByItsTimeAndItsNewestCoreAlone) {
+  state::FrameState frame;
+  frame.time_s = 5;
+  EXPECT_FALSE(state::shot_of(frame)) << "nothing was fired";
+  frame.cores = {{.fired_s = 1, .throw_length = 0.022F},
+                 {.to = {0, 0, 0.017F}, .fired_s = 4.9, .throw_length = 0.022F}};
+  const auto shot = state::shot_of(frame);
+  ASSERT_TRUE(shot);
+  EXPECT_FLOAT_EQ(shot->stylet, 0.022F);
+  EXPECT_FLOAT_EQ(shot->cannula, 0);
+  EXPECT_FLOAT_EQ(shot->stylet - shot->notch_behind + shot->notch, 0.017F) << "the notch lies along the core";
+  frame.time_s = 4.92;
+  EXPECT_NEAR(state::shot_of(frame)->stylet, 0.022 / 4, 1e-6) << "half way in time, a quarter in length";
+  frame.time_s = 4.89;
+  EXPECT_FALSE(state::shot_of(frame)) << "gone back in time: not fired yet";
+  frame.time_s = 6;
+  EXPECT_FALSE(state::shot_of(frame)) << "drawn back";
 }
 
 }  // namespace

@@ -43,6 +43,10 @@ TEST(Texts, GermanHasWhatTheShippedScenariosSay) {
   }
 }
 
+TEST(Texts, GermanSaysWhatACoreHolds) {
+  EXPECT_EQ(find_texts("de").of("core 1: 17 mm, 82 % target"), "Zylinder 1: 17 mm, 82 % Ziel");
+}
+
 TEST(Texts, ALanguageThatIsNotThereIsRefusedWithThoseThatAre) {
   EXPECT_EQ(find_texts("en").of("Pause"), "Pause");
   EXPECT_EQ(language_name("de"), "Deutsch");

@@ -1,6 +1,7 @@
 // The 3-D view: geometry where it should be, on any device; and how it looks, on lavapipe.
 #include "engine/render/renderer.h"
 
+#include "engine/content/picture_labels.h"
 #include "engine/view/offscreen.h"
 #include "tests/render/test_scene.h"
 #include "tests/support/image_compare.h"
@@ -176,6 +177,73 @@ TEST_F(Render3d, CoresAreSeenWhereTheyLay) {
   EXPECT_NEAR(sum.y() / sum.z(), middle.y(), 1.0);
   state.cores.clear();
   EXPECT_EQ(draw(renderer, state).rgba, without.rgba);
+}
+
+/// Fired at 5 s. @param size  of throw and notch, over 22 and 17 mm
+state::FrameState fired(state::FrameState state, float size = 1) {
+  state.probe_position = {0, 0, 10};
+  state.cores = {{.to = {0, 0, 0.017F * size}, .fired_s = 5, .throw_length = 0.022F * size}};
+  return state;
+}
+
+TEST_F(Render3d, AFiredNeedleIsSeenAheadOfItsTipWhileItIsOut) {
+  scene.surfaces.clear();
+  Renderer renderer(device, scene, {.width = 640, .height = 480, .room = false});
+  state::FrameState state = fired(tests::rest_state(scene));
+  const auto at = [&](double time_s) {
+    state.time_s = time_s;
+    return draw(renderer, state);
+  };
+  const int needle = content::PictureLabels(scene).needle;
+  const auto labelled = [&] { return std::ranges::count(renderer.read_labels(0).labels, needle); };
+  const Picture before = at(4.9);
+  const auto shaft = labelled();
+  const Vector3d tip = state.needle_positions.back().cast<double>();
+  const Vector3d ahead = (state.needle_orientations.back() * Eigen::Vector3f::UnitZ()).cast<double>();
+  const Vector2d from = project(renderer.eyes()[0], tip, 640, 480).head<2>();
+  const Vector2d along = project(renderer.eyes()[0], tip + 0.022 * ahead, 640, 480).head<2>() - from;
+  ASSERT_GT(along.norm(), 20) << "pixels";
+  // How far ahead of the tip something has changed, of the throw.
+  const auto reach = [&](const Picture& now) {
+    double share = 0;
+    for (int y = 0; y < 480; ++y)
+      for (int x = 0; x < 640; ++x)
+        if (std::abs(now.at(x, y)[0] - before.at(x, y)[0]) > 30)
+          share = std::max(share, (Vector2d(x + 0.5, y + 0.5) - from).dot(along) / along.squaredNorm());
+    return share;
+  };
+  EXPECT_NEAR(reach(at(5.02)), 0.25, 0.12) << "half way in time";
+  EXPECT_NEAR(reach(at(5.1)), 1, 0.12);
+  EXPECT_GT(labelled(), shaft + 10);
+  EXPECT_NEAR(reach(at(5.5)), 1, 0.12);
+  EXPECT_EQ(at(6).rgba, before.rgba) << "drawn back";
+  EXPECT_EQ(labelled(), shaft);
+}
+
+TEST_F(Render3d, AFiredNeedleIsSeenInAnOpaqueTarget) {
+  scene.surfaces = {scene.surfaces.back()};
+  ASSERT_EQ(scene.surfaces[0].role, content::SurfaceRole::target);
+  Renderer renderer(device, scene, {.width = 640, .height = 480, .room = false});
+  const state::FrameState rest = tests::rest_state(scene);
+  const auto draw_at = [&](float size, double time_s) {
+    state::FrameState state = fired(rest, size);
+    state.time_s = time_s;
+    return draw(renderer, state);
+  };
+  const Picture without = draw_at(1e-4F, 5.1), with = draw_at(1, 5.1);
+  // The tip is in the middle of the ball of 11 mm.
+  const Vector3d inside =
+      (rest.needle_positions.back() + 0.006F * (rest.needle_orientations.back() * Eigen::Vector3f::UnitZ()))
+          .cast<double>();
+  const Vector3d pixel = project(renderer.eyes()[0], inside, 640, 480);
+  int most = 0;
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int x = static_cast<int>(pixel.x()) + dx, y = static_cast<int>(pixel.y()) + dy;
+      most = std::max(most, std::abs(with.at(x, y)[1] - without.at(x, y)[1]));
+    }
+  EXPECT_GT(most, 15);
+  EXPECT_EQ(draw_at(1, 6).rgba, draw_at(1, 4.9).rgba) << "opaque again";
 }
 
 TEST_F(Render3d, LabelsAndDepthsAreThoseOfTheNearestSurface) {

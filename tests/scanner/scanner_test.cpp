@@ -215,6 +215,28 @@ TEST(LiveScanner, WhileTimeStandsNothingIsMadeAgainButWhatAKnobChanges) {
   EXPECT_NE(view::read_picture(device, scanner.screen()).rgba, before);
 }
 
+TEST(LiveScanner, LaysACoreBesideTheImageAtOnceFrozenOrNot) {
+  gpu::Device device;
+  const content::Scene scene = small_patient();
+  LiveScanner scanner(device, scene, ScannerConsole(scene.probe));
+  state::FrameState state = test::tour_state(scene);
+  const auto screen = [&] {
+    scanner.draw(state);
+    return view::read_picture(device, scanner.screen()).rgba;
+  };
+  const auto bare = screen();
+  state.cores = {{.to = {0, 0, 0.017F}, .fired_s = -9, .pieces = {{.to = 1, .tissue = 1}}}};
+  const auto with_core = screen();
+  EXPECT_NE(with_core, bare);
+  EXPECT_EQ(scanner.images(), 1U) << "the image is the one before";
+  scanner.apply(Freeze{}, 0);
+  const auto frozen = screen();
+  state.cores.push_back(state.cores.back());
+  EXPECT_NE(screen(), frozen);
+  state.cores.pop_back();
+  EXPECT_EQ(screen(), frozen) << "a film goes back in time";
+}
+
 TEST(LiveScanner, SaysWhyItIsBlackAndWhatItCannotDo) {
   gpu::Device device;
   const content::Scene scene = small_patient();

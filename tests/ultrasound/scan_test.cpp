@@ -225,6 +225,28 @@ TEST(ScanModel, ListsEveryTileThatANeedleReaches) {
   }
 }
 
+TEST(ScanModel, AFiredNeedleReachesAheadOfItsTipWhileItIsOut) {
+  const content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
+  ScanModel model(scene, {.line_oversampling = 1});
+  state::FrameState state = test::at_rest(scene);
+  test::place_needle(state, {0, 0, 0.01F}, {0, 0, 0.05F});
+  state.cores = {{.fired_s = 5, .throw_length = 0.022F}};
+  const auto whole_at = [&](double time_s) {
+    state.time_s = time_s;
+    model.update(state);
+    double length = 0;
+    for (const NeedleSegment& segment : model.needle()) length = std::max(length, double(segment.to.w));
+    EXPECT_EQ(model.needle().front().from.w, 0) << "the tip's echo is the stylet's";
+    return length;
+  };
+  const double shaft = whole_at(4.9);
+  EXPECT_NEAR(whole_at(5.02), shaft + 0.022 / 4, 1e-6);
+  EXPECT_NEAR(whole_at(5.3), shaft + 0.022, 1e-6);
+  const vec4 tip = model.needle().front().from;
+  EXPECT_NEAR(tip.z - state.needle_positions.back().z(), 0.022, 1e-6) << "straight ahead, in depth";
+  EXPECT_EQ(whole_at(6), shaft);
+}
+
 TEST(ScanModel, TakesANeedleThatHasGoneWrong) {
   const content::Scene scene = test::block_phantom([](const Eigen::Vector3f&) { return test::kBackground; });
   ScanModel model(scene, {.line_oversampling = 1});

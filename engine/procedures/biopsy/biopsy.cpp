@@ -1,6 +1,5 @@
 #include "engine/procedures/biopsy/biopsy.h"
 
-#include "engine/content/voxel.h"
 #include "engine/procedures/biopsy/core_replay.h"
 #include "engine/procedures/biopsy/core_sample.h"
 
@@ -38,11 +37,7 @@ struct Biopsy::Seen final : Observation {
 };
 
 Biopsy::Biopsy(const content::Scene& scene)
-    : scene_(scene), plan_(plan_of(scene.exercise)), target_tissue_(scene.tissues.size(), false) {
-  for (const content::Target& target : scene.targets) {
-    const std::ptrdiff_t voxel = content::voxel_at(scene.labels, target.centre);
-    if (voxel >= 0) target_tissue_[scene.labels.labels[voxel]] = true;
-  }
+    : scene_(scene), plan_(plan_of(scene.exercise)), target_tissue_(target_tissues(scene)) {
   core_.content.assign(scene.tissues.size(), 0.0);
 }
 
@@ -54,19 +49,17 @@ std::unique_ptr<Observation> Biopsy::make_observation() const {
 
 void Biopsy::observe(const Step& step, Observation* seen) {
   if (const std::uint32_t wanted = wanted_.load(std::memory_order_acquire); wanted != cut_) {
-    const Gun& gun = plan_.gun;
     cut_ = wanted;
     core_.time_s = step.time_s;
     core_.haptic_step = step.haptic_step;
-    core_.content = core_content(
-        step.tissue, scene_.tissues.size(), step.tip, step.orientation,
-        {.throw_length = gun.throw_length, .dead_length = gun.throw_length - gun.notch, .bore = gun.bore});
+    core_.points = points_ahead(step, plan_.gun, scene_.tissues.size());
+    core_.content = core_content(core_.points, scene_.tissues.size());
     core_.target_share = 0;
     for (std::size_t t = 0; t < core_.content.size(); ++t) {
       core_.target_share += target_tissue_[t] ? core_.content[t] : 0;
     }
-    core_.end_beyond = end_beyond_target(step, gun, scene_.targets);
-    track_ = core_track(step, gun, core_.target_share);
+    core_.end_beyond = end_beyond_target(step, plan_.gun, scene_.targets);
+    track_ = core_track(step, plan_.gun, core_.target_share);
   }
   auto& out = static_cast<Seen&>(*seen);
   out.cut = cut_;
@@ -100,6 +93,7 @@ void Biopsy::catch_up(const Situation& now, Events& events) {
   taken_ = seen->cut;
   cores_.push_back(seen->core);
   tracks_.push_back(seen->track);
+  tracks_.back().pieces = core_pieces(seen->core.points, target_tissue_);
   events.push_back(to_event(seen->core, scene_));
 }
 

@@ -1,10 +1,13 @@
 #include "engine/procedures/biopsy/core.h"
 
+#include "engine/content/voxel.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <numeric>
 
 namespace stylet::procedures::biopsy {
@@ -26,6 +29,15 @@ double from_version_1(std::string_view text) {
 }
 
 }  // namespace
+
+std::vector<bool> target_tissues(const content::Scene& scene) {
+  std::vector<bool> tissues(scene.tissues.size(), false);
+  for (const content::Target& target : scene.targets) {
+    const std::ptrdiff_t voxel = content::voxel_at(scene.labels, target.centre);
+    if (voxel >= 0) tissues[scene.labels.labels[static_cast<std::size_t>(voxel)]] = true;
+  }
+  return tissues;
+}
 
 recording::EventRecord to_event(const Core& core, const content::Scene& scene) {
   std::vector<std::size_t> order(core.content.size());

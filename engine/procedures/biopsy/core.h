@@ -19,11 +19,15 @@ inline constexpr std::string_view kCoreEvent = "core";           ///< fields: Co
 /// A core, and when it was cut.
 struct Core {
   double time_s = 0;
-  std::uint64_t haptic_step = 0;  ///< whose needle it was
-  double target_share = 0;        ///< of the targets' tissues
-  std::vector<double> content{};  ///< share by tissue [Scene::tissues]
+  std::uint64_t haptic_step = 0;       ///< whose needle it was
+  double target_share = 0;             ///< of the targets' tissues
+  std::vector<double> content{};       ///< share by tissue [Scene::tissues]
+  std::vector<std::uint8_t> points{};  ///< where along it: core_points()
   double end_beyond = 0;  ///< stylet's tip behind the far side of the target, along the needle, m; negative: in it
 };
+
+/// Whether a tissue is one of a target [Scene::tissues].
+std::vector<bool> target_tissues(const content::Scene& scene);
 
 /// Shares of a part of the core that are there, largest first.
 recording::EventRecord to_event(const Core& core, const content::Scene& scene);

@@ -4,6 +4,7 @@
 #include "engine/procedures/biopsy/plan.h"
 #include "engine/procedures/interface/procedure.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <mutex>
 #include <span>
@@ -11,7 +12,9 @@
 
 namespace stylet::procedures::biopsy {
 
-/// Where the notch takes its core when the gun is fired now. Patient frame.
+/// What the notch takes when the gun is fired now: core_points().
+std::vector<std::uint8_t> points_ahead(const Step& step, const Gun& gun, std::size_t tissues);
+/// Where the notch takes its core when the gun is fired now; its pieces are still to be found. Patient frame.
 state::CoreTrack core_track(const Step& step, const Gun& gun, double target_share);
 
 class CoreReplay final : public ProcedureReplay {
@@ -31,7 +34,8 @@ private:
     bool seen = false;  // by the replay
   };
   const Gun& gun_;
-  std::mutex mutex_;  // of taken_
+  std::vector<bool> target_tissue_;  // [Scene::tissues]
+  std::mutex mutex_;                 // of taken_
   std::vector<Taken> taken_;
 };
 

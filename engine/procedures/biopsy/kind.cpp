@@ -53,6 +53,8 @@ std::optional<double> throw_beyond(std::span<const recording::EventRecord> event
   return farthest;
 }
 
+constexpr double kNotchSeen = 0.15;  // s after the shot: the stylet is out, the cannula still to follow
+
 class BiopsyKind final : public Kind {
 public:
   std::string_view name() const override { return kName; }
@@ -101,7 +103,8 @@ public:
   std::optional<Still> still(std::span<const recording::EventRecord> events, double, double to_s) const override {
     std::optional<Still> last;
     for (const recording::EventRecord& event : events) {
-      if (event.time_s <= to_s && event.name == kFiredEvent) last = {event.time_s, "when the last core was taken"};
+      if (event.time_s <= to_s && event.name == kFiredEvent)
+        last = {std::min(event.time_s + kNotchSeen, to_s), "when the last core was taken"};
     }
     return last;
   }
