@@ -61,6 +61,9 @@ public:
   void pause() { schedule_->pause(); }
   void resume() { schedule_->resume(); }
   bool paused() const { return schedule_->paused(); }
+  /// Between start() and stop(): the hand is to feel that something was fired in it. Output only: no state and no
+  /// record knows of it but by how the hand then moves. Any thread.
+  void click() { schedule_->click(); }
   /// From start() to stop() in lockstep.
   /// @param progress  before every simulation step, and with 1 at the end, when the recording can still take events
   RunStatistics run_in_lockstep(const RunProgress& progress = {});

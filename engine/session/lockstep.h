@@ -34,6 +34,7 @@ public:
   void pause() override { paused_ = true; }
   void resume() override { paused_ = false; }
   bool paused() const override { return paused_; }
+  void click() override { hand_.click(); }
   bool finished() const override { return step_ >= steps_; }
   void stop() override { hand_.release(); }
   RunStatistics statistics() const override;

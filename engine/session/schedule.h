@@ -24,6 +24,8 @@ public:
   virtual void resume() = 0;
   /// Any thread.
   virtual bool paused() const = 0;
+  /// StylusStep::click().
+  virtual void click() = 0;
   /// The duration has passed. Any thread.
   virtual bool finished() const = 0;
   /// No step is made any more; zero force goes to the device. May be called twice.

@@ -2,8 +2,14 @@
 #pragma once
 
 #include "engine/session/coupled_loops.h"
+#include "haptic/click.h"
 #include "haptic/device.h"
 #include "haptic/output_guard.h"
+
+#include <Eigen/Core>
+
+#include <atomic>
+#include <cstdint>
 
 namespace stylet::session {
 
@@ -26,19 +32,28 @@ public:
   /// @param elapsed_s  since the last call of either, by the clock
   /// @realtime
   void hold(double time_s, double elapsed_s);
+  /// The hand is to feel a click, which the next step() begins; a device that renders no force gives none, and while
+  /// the session is paused it is left out. Any thread.
+  void click() { clicks_.fetch_add(1, std::memory_order_release); }
   /// Zero force. The next step starts from there.
   void release() { device_.write(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()); }
 
   const haptic::GuardCounters& counters() const { return guard_.counters(); }
 
 private:
+  Eigen::Vector3d click_force(const haptic::StylusSample& sample, double needle_force, double elapsed_s);
+
   CoupledLoops& loops_;
   haptic::Device& device_;
+  double most_force_;  // of the device, N
   bool renders_force_;
   double force_scale_;
   haptic::OutputGuard guard_;
-  double refused_s_ = 0;  // since when the physics has taken no pose
-  double held_s_ = 0;     // since when the session is paused
+  haptic::Click click_;
+  std::atomic<std::uint32_t> clicks_{0};  // asked for
+  std::uint32_t begun_ = 0;               // of them
+  double refused_s_ = 0;                  // since when the physics has taken no pose
+  double held_s_ = 0;                     // since when the session is paused
 };
 
 }  // namespace stylet::session

@@ -40,6 +40,7 @@ public:
   void pause() override;
   void resume() override;
   bool paused() const override { return clock_state_.load(std::memory_order_acquire) < 0; }
+  void click() override { hand_.click(); }
   bool finished() const override { return finished_.load(std::memory_order_acquire); }
   void stop() override;
   RunStatistics statistics() const override;

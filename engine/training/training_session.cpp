@@ -3,6 +3,7 @@
 #include "engine/procedures/kinds.h"
 
 #include <array>
+#include <cstdint>
 
 namespace stylet::training {
 namespace {
@@ -32,6 +33,10 @@ Events TrainingSession::step(std::span<const Action> actions) {
 
 const FlowState& TrainingSession::poll(session::LiveSession& live, std::span<const Action> actions) {
   for (const recording::EventRecord& event : step(actions)) live.add_event(event);
+  if (const std::uint32_t recoils = procedure_ ? procedure_->recoils() : 0; recoils != recoils_) {
+    recoils_ = recoils;
+    live.click();
+  }
   if (flow_.state().paused != live.paused()) flow_.state().paused ? live.pause() : live.resume();
   return flow_.state();
 }

@@ -13,6 +13,7 @@
 #include "engine/training/procedure_watch.h"
 #include "engine/training/shown_history.h"
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -34,7 +35,7 @@ public:
   ProcedureWatch& watch() { return watch_; }
 
   /// Goes on to the newest simulation step: does what is asked for, pauses or resumes `live`, puts what happened on
-  /// record. Once a frame, or a simulation step.
+  /// record, lets the hand feel what was fired. Once a frame, or a simulation step.
   const FlowState& poll(session::LiveSession& live, std::span<const Action> actions = {});
   /// The same without a live session: what happened.
   Events step(std::span<const Action> actions = {});
@@ -48,6 +49,8 @@ public:
   bool reset_asked_for() const { return flow_.reset_asked_for(); }
   /// The procedure of the exercise; null: nothing is sampled or destroyed.
   const procedures::Procedure* procedure() const { return procedure_.get(); }
+  /// How often the hand has felt the instrument kick.
+  std::uint32_t recoils() const { return recoils_; }
   /// What was sampled or destroyed, some lines for the terminal; empty: nothing.
   std::string result_in_words() const { return procedure_ ? procedure_->result_in_words() : std::string(); }
   /// What the procedure showed at every time that was polled.
@@ -63,6 +66,7 @@ private:
   Flow flow_;
   ShownHistory shown_;
   int tip_tissue_ = 0;
+  std::uint32_t recoils_ = 0;  // felt
 };
 
 }  // namespace stylet::training

@@ -33,11 +33,12 @@ public:
   haptic::DeviceLimits limits() const override { return limits_; }
   haptic::StylusSample read(double now_s) override {
     while (time_s_ < now_s) advance();
-    return {.time_s = now_s,
-            .position = seen_[0],
-            .orientation = wanted_(now_s).orientation,
-            .valid = plugged,
-            .age_s = age_s};
+    return {
+        .time_s = now_s,
+        .position = seen_[0],
+        .orientation = turned == 0 ? wanted_(now_s).orientation : Eigen::Quaterniond(turned, turned, turned, turned),
+        .valid = plugged,
+        .age_s = age_s};
   }
   void write(const Eigen::Vector3d& force, const Eigen::Vector3d&) override {
     sent = force;
@@ -49,6 +50,7 @@ public:
 
   bool plugged = true;
   double age_s = 0;
+  double turned = 0;  ///< not 0: every component of the orientation that it reports
   Eigen::Vector3d sent = Eigen::Vector3d::Zero();
   double largest = 0;
 

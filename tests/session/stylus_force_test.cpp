@@ -217,10 +217,9 @@ TEST(NeedleBentEvent, IsToldAtFirstAndWhenItIsADegreeMore) {
   EXPECT_EQ(to_json(report)["needle_bent_deg"], 5);
 }
 
-/// Needle 20 mm in tissue with force on the hand.
-class Faulty : public ::testing::Test {
-protected:
-  Faulty() : scene_(tests::cube_scene(4)), device_(held_stylus(scene_)) {
+/// Needle 20 mm in tissue with force on the hand, a millisecond at a time.
+struct InTissue {
+  InTissue() : scene_(tests::cube_scene(4)), device_(held_stylus(scene_)) {
     loops_.emplace(scene_, physics::Coupling::stylet,
                    physics::StylusPose{device_.read(0).position, device_.read(0).orientation},
                    std::vector<StepListener*>{&sent_}, needle_base(device_.limits(), scene_.rates.haptic_hz));
@@ -245,6 +244,8 @@ protected:
   physics::TissuePatch patch_;
   int step_ = 0;
 };
+
+class Faulty : public ::testing::Test, protected InTissue {};
 
 TEST_F(Faulty, UnpluggedStylusLeavesTheNeedleAndItsForceComesBackInARise) {
   ASSERT_GT(device_.sent.norm(), 0.2);
@@ -322,6 +323,108 @@ TEST_F(Faulty, OldPoseFadesTheForce) {
     device_.age_s = k * kMs;
     step();
     ASSERT_EQ(device_.sent.isZero(0), k >= 20) << k;
+  }
+}
+
+// Two hands alike, one of which is clicked: what differs is the click and what the hand makes of it.
+TEST(ClickInTheHand, IsFeltAlongTheNeedleWithinTheLimitsOfTheDeviceAndGivesLittle) {
+  InTissue still, clicked;
+  const Vector3d axis = clicked.device_.read(0).orientation * Vector3d::UnitZ();
+  const haptic::DeviceLimits limits = clicked.device_.limits();
+  ASSERT_EQ(still.device_.sent, clicked.device_.sent);
+  clicked.hand_->click();
+  double back = 0, forth = 0, work = 0, most = 0, across = 0;
+  Vector3d last = clicked.device_.sent, held = Vector3d::Zero(), at = clicked.device_.seen();
+  for (int k = 0; k < 200; ++k) {
+    still.step();
+    clicked.step();
+    const Vector3d extra = clicked.device_.sent - still.device_.sent;
+    if (k < 15) {
+      back = std::min(back, extra.dot(axis));
+      forth = std::max(forth, extra.dot(axis));
+      across = std::max(across, (extra - extra.dot(axis) * axis).norm());
+    }
+    work += held.dot(clicked.device_.seen() - at);
+    most = std::max(most, work);
+    ASSERT_LE((clicked.device_.sent - last).norm(), limits.max_force_rate_n_per_s * kMs * (1 + 1e-9)) << k;
+    last = clicked.device_.sent;
+    held = extra;
+    at = clicked.device_.seen();
+  }
+  std::printf("click %.2f to %.2f N, %.3f N across; at most %.2f mJ to the hand; flags %#x\n", back, forth, across,
+              1e3 * most, clicked.sent_.flags);
+  EXPECT_LT(back, -1);
+  EXPECT_GT(forth, 0.5);
+  EXPECT_LT(across, 0.3);
+  EXPECT_LE(clicked.device_.largest, limits.max_force_n);
+  EXPECT_LT(most, 1e-3);
+  EXPECT_EQ(clicked.sent_.flags & haptic::kOutputClipped, 0U);
+  EXPECT_LT((clicked.device_.sent - still.device_.sent).norm(), 0.02) << "0.2 s later it is over";
+}
+
+TEST(ClickInTheHand, LeavesNoForceInAFaultInTheMiddleOfItAndDoesNotGoOnAfterwards) {
+  for (const char* fault : {"unplugged", "not finite", "stale", "paused"}) {
+    for (const int into : {1, 4, 9}) {
+      InTissue hand;
+      hand.hand_->click();
+      for (int k = 0; k < into; ++k) hand.step();
+      const std::string what = fault;
+      const bool at_once = what == "unplugged" || what == "not finite";
+      for (int k = 0; k < 80; ++k) {
+        if (what == "unplugged") hand.device_.plugged = false;
+        if (what == "not finite") hand.device_.turned = std::numeric_limits<double>::quiet_NaN();
+        if (what == "stale") hand.device_.age_s = 0.02 + k * kMs;
+        what == "paused" ? hand.hand_->hold(hand.step_++ * kMs, kMs) : (void)hand.step();
+        if (at_once || what == "stale" || k * kMs >= StylusStep::kPauseFade) {
+          ASSERT_EQ(hand.device_.sent, Vector3d::Zero()) << what << ", " << into << " ms in, " << k << " ms after";
+        }
+      }
+      hand.device_.plugged = true;
+      hand.device_.turned = 0;
+      hand.device_.age_s = 0;
+      double last = 0;
+      for (int k = 0; k < 30; ++k) {
+        hand.step();
+        ASSERT_LT(hand.device_.sent.norm() - last, 0.02) << what << ", " << into << ": a rise, no rest of a click";
+        last = hand.device_.sent.norm();
+      }
+    }
+  }
+}
+
+TEST(ClickInTheHand, AskedForInAPauseIsLeftOut) {
+  InTissue still, clicked;
+  clicked.hand_->hold(clicked.step_ * kMs, 0);
+  still.hand_->hold(still.step_ * kMs, 0);
+  clicked.hand_->click();
+  clicked.hand_->hold(clicked.step_ * kMs, 0);
+  still.hand_->hold(still.step_ * kMs, 0);
+  for (int k = 0; k < 50; ++k) {
+    still.step();
+    clicked.step();
+    ASSERT_EQ(clicked.device_.sent, still.device_.sent) << k;
+  }
+}
+
+TEST(ClickInTheHand, ADeviceWithoutForceIsSentNone) {
+  const content::Scene scene = tests::cube_scene(3);
+  class Logged final : public haptic::Device {
+  public:
+    std::string name() const override { return "pen"; }
+    haptic::DeviceLimits limits() const override { return {}; }
+    haptic::StylusSample read(double now_s) override {
+      return {.time_s = now_s, .position = {0, 0, 0.3}, .valid = true};
+    }
+    void write(const Vector3d& force, const Vector3d&) override { sent = force; }
+    Vector3d sent = Vector3d::Zero();
+  } pen;
+  CoupledLoops loops(scene, physics::Coupling::stylet, {pen.read(0).position, pen.read(0).orientation}, {});
+  StylusStep hand(loops, pen);
+  const physics::TissuePatch patch = loops.make_patch();
+  hand.click();
+  for (int k = 0; k < 30; ++k) {
+    hand.step(k * kMs, kMs, patch);
+    ASSERT_LT(pen.sent.norm(), 1e-12) << k;
   }
 }
 

@@ -10,6 +10,7 @@
 #include "engine/session/replay.h"
 #include "engine/training/metrics.h"
 #include "engine/training/replayed_procedure.h"
+#include "tests/session/held_stylus.h"
 #include "tests/session/layered_scene.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
@@ -22,7 +23,9 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <set>
 #include <string>
@@ -70,6 +73,79 @@ const procedures::biopsy::Biopsy& biopsy_of(const TrainingSession& training) {
 }
 const procedures::ablation::Heating& heating_of(const TrainingSession& training) {
   return dynamic_cast<const procedures::ablation::Heating&>(*training.procedure());
+}
+
+/// What a hand on a stylus with force was given.
+class LoggedHand final : public haptic::Device {
+public:
+  explicit LoggedHand(const content::Scene& scene)
+      : motion_(session::recorded_stylus(scene.motion)), held_([this](double t) {
+          const haptic::StylusSample sample = motion_.read(t);
+          return physics::StylusPose{sample.position, sample.orientation};
+        }) {}
+  std::string name() const override { return held_.name(); }
+  haptic::DeviceLimits limits() const override { return held_.limits(); }
+  haptic::StylusSample read(double now_s) override {
+    const haptic::StylusSample sample = held_.read(now_s);
+    axes.push_back(sample.orientation * Eigen::Vector3d::UnitZ());
+    return sample;
+  }
+  void write(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) override {
+    held_.write(force, torque);
+    forces.push_back(force);
+  }
+  std::vector<Eigen::Vector3d> axes;    // [reads]
+  std::vector<Eigen::Vector3d> forces;  // [haptic steps]
+
+private:
+  haptic::RecordedDevice motion_;
+  tests::HeldStylus held_;
+};
+
+TEST(TrainingSession, IsFeltAsItFiresAndReplaysToTheSameBits) {
+  const support::TemporaryFolder folder;
+  std::vector<std::vector<Eigen::Vector3d>> forces;
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  double fired_s = 0;
+  for (const bool fires : {true, false}) {
+    const content::Scene scene = biopsy_scene(fires);
+    LoggedHand device(scene);
+    TrainingSession training(scene, {.automatic = true});
+    const std::filesystem::path file = folder / (fires ? "fired" : "not_fired");
+    session::LiveSession live(
+        scene, device,
+        {.duration_s = 2.4, .lockstep = true, .recording = file, .build = "test", .listeners = {&training.watch()}});
+    live.run_in_lockstep([&](double share) { share < 1 ? (void)training.poll(live) : training.end(live); });
+    forces.push_back(device.forces);
+    axis = device.axes.back();
+    const recording::Recording recording = recording::read_recording(file);
+    const session::RecordedSettings settings = session::recorded_settings(recording);
+    session::StepHash hash;
+    session::CoupledLoops loops(scene, settings.coupling, settings.start, {&hash}, settings.base);
+    EXPECT_TRUE(session::replay(recording, loops, hash).identical());
+    EXPECT_EQ(hash.state(), live.state_hash());
+    if (!fires) continue;
+    ASSERT_EQ(biopsy_of(training).cores().size(), 1U);
+    for (const recording::EventRecord& event : recording.events) {
+      if (event.name == procedures::biopsy::kFiredEvent) fired_s = event.time_s;
+    }
+  }
+  const std::size_t steps = std::min(forces[0].size(), forces[1].size());
+  std::size_t first = 0;
+  while (first < steps && forces[0][first] == forces[1][first]) ++first;
+  ASSERT_LT(first, steps) << "no click";
+  double back = 0, forth = 0;
+  for (std::size_t k = first; k < std::min(first + 15, steps); ++k) {
+    const double extra = (forces[0][k] - forces[1][k]).dot(axis);
+    back = std::min(back, extra);
+    forth = std::max(forth, extra);
+  }
+  std::printf("fired at %.3f s, felt at %.3f s: %.2f to %.2f N\n", fired_s, 1e-3 * static_cast<double>(first), back,
+              forth);
+  EXPECT_GE(1e-3 * static_cast<double>(first), fired_s - 1e-9);
+  EXPECT_LE(1e-3 * static_cast<double>(first), fired_s + 0.041) << "two simulation steps";
+  EXPECT_LT(back, -0.3);
+  EXPECT_GT(forth, 0.3);
 }
 
 /// Fires in a replay where the recording did.
@@ -137,6 +213,22 @@ TEST(TrainingSession, FiresInTheTumourAndItsReplayCutsTheSameCore) {
   EXPECT_EQ(frame.cores[0].from, live_frame.cores[0].from);
   EXPECT_EQ(frame.cores[0].to, live_frame.cores[0].to);
   EXPECT_NEAR(frame.cores[0].target_share, live_frame.cores[0].target_share, 1e-6);
+  EXPECT_EQ(frame.cores[0].fired_s, live_frame.cores[0].fired_s);
+  EXPECT_EQ(frame.cores[0].throw_length, live_frame.cores[0].throw_length);
+  const auto target_area = [](const state::CoreTrack& track) {
+    double area = 0;
+    for (const state::CorePiece& piece : track.pieces) {
+      if (piece.target) area += (piece.to - piece.from) * (piece.high - piece.low);
+    }
+    return area;
+  };
+  EXPECT_NEAR(target_area(live_frame.cores[0]), core.target_share, 1e-6) << "the strip shows what scores";
+  EXPECT_NEAR(target_area(frame.cores[0]), core.target_share, 1e-6) << "and so does that of the replay";
+  state::FrameState kept;
+  training.shown().show_at(core.time_s - 1e-3, kept);
+  EXPECT_TRUE(kept.cores.empty());
+  training.shown().show_at(core.time_s, kept);
+  EXPECT_EQ(kept.cores.size(), 1U) << "from the moment on that it was fired";
   procedures::Events events;
   again_biopsy->catch_up(watch.latest().now, events);
   ASSERT_EQ(dynamic_cast<const procedures::biopsy::Biopsy&>(*again_biopsy).cores().size(), 1u);

@@ -32,6 +32,7 @@ public:
   void catch_up(const Situation& now, Events& events) override;
 
   int samples() const override { return fired_; }
+  std::uint32_t recoils() const override { return static_cast<std::uint32_t>(fired_); }
   std::string prompt(const PromptInput& input) const override;
   std::string result_in_words() const override;
   void show(state::FrameState& frame) const override;

@@ -15,6 +15,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -81,6 +82,8 @@ public:
 
   /// Samples taken, for the scenario's hints.
   virtual int samples() const { return 0; }
+  /// How often the instrument has kicked the hand that holds it.
+  virtual std::uint32_t recoils() const { return 0; }
   /// What to do now: one sentence.
   virtual std::string prompt(const PromptInput& input) const = 0;
   /// Adds what it shows to the pictures.
