@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cstdint>
 #include <span>
 #include <thread>
 
@@ -52,6 +53,7 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
   // One simulation period behind the newest state there is always a later one to interpolate to.
   const double delay_s = 1.5 / scene.rates.simulation_hz;
   StylusWatch watch(*settings.stylus, observer);
+  std::uint32_t recoils = 0;
   while (!session.finished() && !observer.stop_requested()) {
     watch.look();
     scanner.poll(session.time_s());  // clients turn its knobs whether or not somebody looks on
@@ -76,6 +78,10 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
         headset.end_frame(nullptr);
         return true;
       }
+    }
+    if (const std::uint32_t now = settings.course != nullptr ? settings.course->recoils() : 0; now != recoils) {
+      recoils = now;
+      headset.vibrate(immersive::kRecoil);
     }
     if (settings.punctures != nullptr) {
       if (const auto puncture = settings.punctures->take()) headset.vibrate(immersive::vibration_of(*puncture));

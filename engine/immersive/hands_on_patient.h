@@ -15,6 +15,9 @@ namespace stylet::immersive {
 /// values: full at 3 N, and never less than what is felt at all.
 headset::Vibration vibration_of(const physics::Puncture& puncture);
 
+/// And as it is fired in it: the click of haptic::Click is too short for a controller.
+inline constexpr headset::Vibration kRecoil{.amplitude = 1, .duration_s = 0.03};
+
 /// Squeezed, or out of sight, a hand has let go: what it held stays, and is taken up again from wherever the hand is
 /// then. The trigger of the hand with the needle is button 0 of the stylus. Thread: the display's.
 class HandsOnPatient {

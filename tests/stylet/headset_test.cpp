@@ -6,6 +6,7 @@
 #include "tests/support/temporary_folder.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -114,6 +115,19 @@ TEST_F(Headset, PuncturesAreFeltInTheHandWithTheNeedle) {
   EXPECT_TRUE(count > 0 && count <= punctures) << lines << punctures << " punctures; those of one frame are one";
   EXPECT_EQ(lines.find("right"), std::string::npos) << lines;
   EXPECT_NE(lines.find("left 0."), std::string::npos) << lines;
+}
+
+TEST_F(Headset, AShotIsFeltInTheHandWithTheNeedle) {
+  const fs::path felt = folder_ / "felt";
+  const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "steady=40 size=96x80 stage=160 felt=" + felt.string(),
+                                "--lockstep --expert none --device recorded --seconds 4", "tutorial");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  const recording::Recording recording = recording::read_recording(out() / "session.rec");
+  ASSERT_EQ(std::ranges::count(recording.events, "biopsy_fired", &recording::EventRecord::name), 1);
+  const std::string lines = read_text(felt);
+  std::size_t full = 0;
+  for (std::size_t at = lines.find("right 1"); at != std::string::npos; at = lines.find("right 1", at + 1)) ++full;
+  EXPECT_EQ(full, 1U) << lines << "the punctures of the block of agar are weaker";
 }
 
 TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {
