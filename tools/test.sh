@@ -75,6 +75,7 @@ export STYLET_VALIDATION=1
 export VK_LAYER_ENABLES=VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT
 export MESA_SHADER_CACHE_DIR=$project/build/mesa-cache
 mkdir -p "$MESA_SHADER_CACHE_DIR"
+export ALSOFT_DRIVERS=null  # nobody is to hear them; tests of sound choose another
 export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1 UBSAN_OPTIONS=print_stacktrace=1
 export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
 

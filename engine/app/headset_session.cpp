@@ -78,6 +78,7 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
         headset.end_frame(nullptr);
         return true;
       }
+      if (settings.sound != nullptr) settings.sound->follow(session, *settings.course);
     }
     if (const std::uint32_t now = settings.course != nullptr ? settings.course->recoils() : 0; now != recoils) {
       recoils = now;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/app/observer.h"
+#include "engine/app/session_sound.h"
 #include "engine/content/scene.h"
 #include "engine/gpu/device.h"
 #include "engine/headset/headset_runtime.h"
@@ -33,6 +34,7 @@ struct HeadsetSessionSettings {
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
   immersive::PanelLevel* panel = nullptr;       ///< as it stands at the start, then as the trainee leaves it
   session::PunctureWatch* punctures = nullptr;  ///< felt in the hand with the needle
+  SessionSound* sound = nullptr;                ///< follows the session; null: nothing is heard
   bool left_handed = false;                     ///< the left hand holds the needle
   const char* if_lost = "";                     ///< what the session does then: "going on headless"
 };

@@ -4,6 +4,7 @@
 #include "engine/files/json_reader.h"
 #include "engine/readers/calibration_file.h"
 #include "engine/readers/device_profile_file.h"
+#include "engine/sound/output.h"
 #include "haptic/hid/hid_devices.h"
 #include "haptic/hid/hid_transport.h"
 
@@ -120,6 +121,12 @@ nlohmann::json describe_descriptor(const fs::path& file, const HidChoice& id, bo
   nlohmann::json described = describe_device(device, bytes, readers::load_device_profiles());
   if (fields) described["text"] = described["text"].get<std::string>() + field_table(parsed);
   return described;
+}
+
+std::string sound_device() {
+  sound::quieten_libraries();
+  const auto output = sound::Output::open();
+  return output ? output->name() : "";
 }
 
 }  // namespace stylet::app

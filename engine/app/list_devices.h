@@ -1,4 +1,4 @@
-// What HID devices are plugged in, what each can do, and why one is not usable.
+// What HID devices are plugged in, what each can do, and why one is not usable; what sound comes out of.
 #pragma once
 
 #include "engine/app/hid_device.h"
@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <filesystem>
+#include <string>
 
 namespace stylet::app {
 
@@ -17,5 +18,8 @@ nlohmann::json list_devices();
 /// @param id      to find its profile. @param fields  "text" lists every field
 /// @throws files::ContentError  it is no descriptor
 nlohmann::json describe_descriptor(const std::filesystem::path& file, const HidChoice& id, bool fields);
+
+/// Opens it for a moment. @return as its system calls it; empty: there is none
+std::string sound_device();
 
 }  // namespace stylet::app

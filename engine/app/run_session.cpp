@@ -10,6 +10,7 @@
 #include "engine/app/saved_images.h"
 #include "engine/app/session_display.h"
 #include "engine/app/session_end.h"
+#include "engine/app/session_sound.h"
 #include "engine/app/session_window.h"
 #include "engine/debrief/debrief.h"
 #include "engine/debrief/live_footage.h"
@@ -22,6 +23,8 @@
 #include "engine/session/live_session.h"
 #include "engine/session/recorder.h"
 #include "engine/session/start_pose.h"
+#include "engine/sound/speaker.h"
+#include "engine/training/sound_watch.h"
 #include "engine/training/training_session.h"
 #include "physics/tissue/blas.h"
 
@@ -94,6 +97,7 @@ struct Station {
   std::optional<Graphics> graphics{};
   Screen* screen = nullptr;                    ///< null: no window
   headset::HeadsetRuntime* headset = nullptr;  ///< null: no headset
+  std::optional<sound::Speaker> speaker{};     ///< none: nobody is there to hear it
 };
 
 /// Where a trainee finds needle and probe; none: as the scenario has them.
@@ -164,7 +168,11 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
               .controls = controls_of(stylus, screen != nullptr, headset != nullptr, settings.left_handed)});
   debrief::LiveFootage footage(scene);
   session::PunctureWatch punctures;
+  training::SoundWatch heard(scene, trace);
+  std::optional<SessionSound> sound;
+  if (station.speaker) sound.emplace(*station.speaker, heard, observer);
   std::vector<session::StepListener*> listeners{&trace, &course.watch(), &footage, &punctures};
+  if (sound) listeners.push_back(&heard);
   if (asks) listeners.push_back(&breath);
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
@@ -197,9 +205,21 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   link.start(observer);
   session::PictureWatch pictures;
   scanner::SavedImages saved;
-  const SessionParts parts{graphics, screen, headset,  stylus,    probe, asks ? &breath : nullptr,
-                           course,   link,   pictures, punctures, saved, settings.left_handed};
+  const SessionParts parts{.graphics = graphics,
+                           .screen = screen,
+                           .headset = headset,
+                           .stylus = stylus,
+                           .probe = probe,
+                           .breath = asks ? &breath : nullptr,
+                           .course = course,
+                           .link = link,
+                           .pictures = pictures,
+                           .punctures = punctures,
+                           .sound = sound ? &*sound : nullptr,
+                           .saved = saved,
+                           .left_handed = settings.left_handed};
   SessionShown end = show_to_end(live, scene, parts, settings.stereo, stylus.duration_s, observer);
+  if (sound) sound->hush();
   course.end(live);
   report.run = live.stop();
   const std::vector<std::string> link_lines = link.stop();
@@ -325,6 +345,7 @@ SessionResult run_session(const SessionSettings& wanted, SessionObserver& observ
   if (screen && settings.left_handed) screen->arrangement.panels.apply(desktop::PanelCommand::other_hand);
   station.screen = screen.get();
   station.headset = headset.get();
+  if (screen || headset) station.speaker.emplace(settings.mute);
   while (true) {
     const content::Scene scene = scene_of(settings, observer);
     if (screen) {  // panels as they were, knobs and camera are of the scenario

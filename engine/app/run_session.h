@@ -27,6 +27,7 @@ struct SessionSettings {
   SessionView view = SessionView::automatic;
   bool stereo = false;
   bool left_handed = false;             ///< window mirrored; in a headset the left hand holds the needle
+  bool mute = false;                    ///< no sound, until the user wants it
   bool lockstep = false;                ///< one thread, fixed schedule: the same bits every time
   std::string coupling{};               ///< empty: the scenario's
   double haptic_hz = 0;                 ///< 0: the scenario's

@@ -45,6 +45,7 @@ bool pass_in_headset(Shown& session) {
                           .pictures = &parts.pictures,
                           .panel = &session.panel,
                           .punctures = &parts.punctures,
+                          .sound = parts.sound,
                           .left_handed = parts.left_handed,
                           .if_lost = if_lost},
                          session.observer);
@@ -82,6 +83,7 @@ std::unique_ptr<SessionWindow> open_session_window(session::LiveSession& live, c
                                                                .course = &parts.course,
                                                                .images = &parts.link,
                                                                .pictures = &parts.pictures,
+                                                               .sound = parts.sound,
                                                                .saved = &parts.saved});
 }
 

@@ -4,6 +4,7 @@
 #include "engine/app/graphics.h"
 #include "engine/app/link_session.h"
 #include "engine/app/observer.h"
+#include "engine/app/session_sound.h"
 #include "engine/app/session_window.h"
 #include "engine/app/stylus.h"
 #include "engine/content/scene.h"
@@ -31,6 +32,7 @@ struct SessionParts {
   LinkSession& link;
   session::PictureWatch& pictures;
   session::PunctureWatch& punctures;
+  SessionSound* sound;          ///< null: nothing is heard
   scanner::SavedImages& saved;  ///< by the trainee
   bool left_handed = false;
 };

@@ -50,6 +50,7 @@ SessionWindow::SessionWindow(Screen& screen, gpu::Device& device, const content:
                 .course = settings.course,
                 .images = settings.images,
                 .pictures = settings.pictures,
+                .speaker = settings.sound != nullptr ? &settings.sound->speaker() : nullptr,
                 .saved = settings.saved}),
       before_(std::chrono::steady_clock::now()) {}
 
@@ -93,6 +94,8 @@ bool SessionWindow::run(Observer& observer) {
     session_.advance(dt_s);
     const view::Input input = begin_frame(dt_s);
     if (!desktop_.handle(input)) return !input.close;
+    if (settings_.sound != nullptr && settings_.course != nullptr)
+      settings_.sound->follow(session_, *settings_.course);
     show_frame(dt_s);
   }
   return true;

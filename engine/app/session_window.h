@@ -4,6 +4,7 @@
 
 #include "engine/app/observer.h"
 #include "engine/app/screen.h"
+#include "engine/app/session_sound.h"
 #include "engine/app/stylus_watch.h"
 #include "engine/content/scene.h"
 #include "engine/desktop/desktop_view.h"
@@ -34,6 +35,7 @@ struct SessionWindowSettings {
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
+  SessionSound* sound = nullptr;                ///< follows the session; null: nothing is heard
   scanner::SavedImages* saved = nullptr;        ///< gets the ultrasound images that the trainee saves
 };
 

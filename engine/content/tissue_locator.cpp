@@ -7,11 +7,6 @@
 #include <cstddef>
 
 namespace stylet::content {
-namespace {
-
-constexpr double kRigid = 1e6;  // Pa; as where the loops are made: bone and cartilage in a body that deforms
-
-}  // namespace
 
 TissueLocator::TissueLocator(const Scene& scene) : scene_(scene) {
   for (const DeformableBody& body : scene.bodies) {
@@ -66,7 +61,7 @@ TissuePlace TissueLocator::labelled(const Carrier& at, const Eigen::Vector3d& x)
   if (at.body >= 0) {
     const auto b = static_cast<std::size_t>(at.body);
     const Eigen::Vector3d rest = topologies_[b].position(rest_[b], at.point);
-    if (still >= 0 && scene_.tissues[still].mechanics.young_modulus >= kRigid) {
+    if (still >= 0 && is_bone(scene_.tissues[still])) {
       return {.tissue = still, .rest = x};
     }
     const int tissue = tissue_of(voxel_at(labels, rest), at.body);

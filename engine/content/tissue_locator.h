@@ -12,6 +12,11 @@
 
 namespace stylet::content {
 
+/// Bone and cartilage: the needle does not get in. Fifty times stiffer than any tissue that deforms.
+inline bool is_bone(const Tissue& tissue) {
+  return tissue.mechanics.young_modulus >= 1e6;  // Pa
+}
+
 /// The anatomy at a point.
 struct TissuePlace {
   int tissue = 0;                                  ///< index into Scene::tissues; 0: outside, or a gap between organs

@@ -125,7 +125,7 @@ Expert run_expert_motion(const content::Scene& scene, const session::RunProgress
   training::TrainingSession course(scene, {.automatic = true});
   std::vector<recording::EventRecord> events;
   const auto follow = [&](std::span<const training::Action> actions) {
-    std::ranges::move(course.step(actions), std::back_inserter(events));
+    std::ranges::copy(course.step(actions), std::back_inserter(events));
   };
   session::CoupledLoops loops(scene, session::coupling_from_name(scene.coupling), {first.position, first.orientation},
                               {&tracer, &course.watch()});

@@ -2,12 +2,16 @@
 
 #include "engine/figures/video.h"
 #include "engine/picture/panes.h"
+#include "engine/sound/mixer.h"
+#include "engine/sound/waveform.h"
 #include "engine/stills/pictures.h"
+#include "engine/training/ear.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace stylet::debrief {
 
@@ -30,6 +34,12 @@ int frames_per_second(const FilmSettings& film, const gpu::Device& device) {
 
 constexpr const char* kFile = "session.mp4";
 
+/// Of the film, its first frame from_s and its last to_s; none of one that is slower or faster than the session was.
+std::vector<float> sound_of(const content::Scene& scene, const training::Trace& trace, const DebriefFilm& film) {
+  if (film.speed != 1) return {};
+  return sound::track(training::cues_of(scene, trace), film.from_s, film.to_s);
+}
+
 }  // namespace
 
 DebriefFilm film_of(const FrameHistory& frames, const FilmSettings& settings) {
@@ -48,9 +58,12 @@ Film::Film(const files::OutputDirectory& out, const content::Scene& scene, gpu::
       settings_(settings),
       font_(figures::Font::load()),
       pictures_(device, scene, panes_of(settings, device)),
+      sound_(sound_of(scene, footage.trace(), film_of(footage.frames(), settings))),
       video_(out.staged(kFile), {.width = settings.width,
                                  .height = settings.height,
-                                 .frames_per_second = frames_per_second(settings, device)}),
+                                 .frames_per_second = frames_per_second(settings, device),
+                                 .sound = sound_,
+                                 .samples_per_second = sound::kRate}),
       frame_(footage.frames().make_frame()) {
   const FrameHistory& frames = footage.frames();
   const DebriefFilm film = film_of(frames, settings);

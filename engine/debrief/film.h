@@ -13,6 +13,7 @@
 #include "engine/stills/pictures.h"
 
 #include <limits>
+#include <vector>
 
 namespace stylet::debrief {
 
@@ -29,7 +30,7 @@ struct FilmSettings {
 /// What of the session a film has, under the name that Film gives it.
 DebriefFilm film_of(const FrameHistory& frames, const FilmSettings& settings);
 
-/// session.mp4, a frame at a time. Thread: the device's.
+/// session.mp4 with what is heard of the session, a frame at a time. Thread: the device's.
 class Film {
 public:
   /// Keeps references to all of them. @throws files::ContentError, gpu::GpuError
@@ -50,6 +51,7 @@ private:
   FilmSettings settings_;
   figures::Font font_;
   stills::Pictures pictures_;
+  std::vector<float> sound_;
   figures::VideoWriter video_;
   state::FrameState frame_;
   double from_s_ = 0;

@@ -18,6 +18,9 @@ struct EndSession {};
 /// The patient is to hold the breath, or to breathe on.
 struct HoldBreath {};
 
+/// Sound off, or on.
+struct ToggleSound {};
+
 /// When the session is over; CourseButton::again does it once more.
 enum class EndButton : std::uint8_t {
   next,     ///< scenario
@@ -26,7 +29,7 @@ enum class EndButton : std::uint8_t {
   leave,
 };
 
-using Command = std::variant<EndSession, HoldBreath, EndButton, CourseButton, haptic::NeedleMove,
+using Command = std::variant<EndSession, HoldBreath, ToggleSound, EndButton, CourseButton, haptic::NeedleMove,
                              session::ProbeCommand, scanner::Command, PanelCommand, view::CameraCommand>;
 
 }  // namespace stylet::desktop

@@ -193,7 +193,7 @@ std::optional<EndWish> DesktopView::handle_at_end(const view::Input& input, cons
     if (course != nullptr && *course == CourseButton::again) wish = *course;
     // Needle and probe stay where the session left them.
     if (std::holds_alternative<PanelCommand>(command) || std::holds_alternative<view::CameraCommand>(command) ||
-        std::holds_alternative<scanner::Command>(command)) {
+        std::holds_alternative<scanner::Command>(command) || std::holds_alternative<ToggleSound>(command)) {
       apply(command);
     }
   }
@@ -230,6 +230,9 @@ void DesktopView::apply(const Command& command) {
     scanner_.say(done ? "" : "no skin there for the probe", session_.time_s());
   }
   if (std::holds_alternative<HoldBreath>(command)) hold_breath();
+  if (std::holds_alternative<ToggleSound>(command) && settings_.speaker != nullptr) {
+    settings_.speaker->mute(!settings_.speaker->muted());
+  }
   if (const auto* knob = std::get_if<scanner::Command>(&command)) turn(*knob);
   if (const auto* panels = std::get_if<PanelCommand>(&command)) {
     panels_.apply(*panels);
@@ -304,6 +307,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
                      .device = settings_.device,
                      .led_by_keys = settings_.mouse != nullptr};
   if (settings_.pictures != nullptr) facts.pictures = words(settings_.pictures->recent(), renderer_->settings());
+  if (settings_.speaker != nullptr && settings_.speaker->muted()) facts.sound = "sound is off";
   if (!ending_) facts.session.breath = breath_in_words();
   std::vector<CourseChoice> choices;
   std::optional<std::size_t> breath_choice;
@@ -328,6 +332,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
     if (shown) panels::translate(*shown, *settings_.texts);
     for (Choice& choice : facts.choices) choice.label = settings_.texts->of(choice.label);
     facts.pictures = settings_.texts->of(facts.pictures);
+    facts.sound = settings_.texts->of(facts.sound);
   }
   if (shown) facts.ending = &*shown;
   scanner_place_ = panels_.layout(facts, width, height).ultrasound;

@@ -19,6 +19,7 @@
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
 #include "engine/session/picture_watch.h"
+#include "engine/sound/speaker.h"
 #include "engine/training/training_session.h"
 #include "engine/view/input.h"
 #include "haptic/mouse_device.h"
@@ -51,6 +52,7 @@ struct DesktopSettings {
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
+  sound::Speaker* speaker = nullptr;            ///< made mute by a key; null: there is no sound
   scanner::SavedImages* saved = nullptr;        ///< gets the images that the trainee saves
 };
 

@@ -54,6 +54,7 @@ void add_session(std::vector<KeyLine>& table) {
   table.insert(table.end(), {{section, {{Key::enter, CourseButton::next}}, "", "start, finish"},
                              {section, {{Key::t, CourseButton::sample}}, "", "fire, heat or draw"},
                              {section, {{Key::f8, HoldBreath{}}}, "", "patient holds the breath, breathes on"},
+                             {section, {{Key::f7, ToggleSound{}}}, "", "sound off, on"},
                              {section, {{Key::x, CourseButton::pause}}, "", "pause, go on"},
                              {section, {{Key::backspace, CourseButton::again}}, "", "try again"},
                              {section, {{Key::q, EndSession{}}}, "", "end of the session"},
@@ -237,6 +238,10 @@ std::string key_of(EndButton button) {
 
 std::string key_of_breath() {
   return view::key_name(Key::f8);
+}
+
+std::string key_of_sound() {
+  return view::key_name(Key::f7);
 }
 
 std::vector<std::string> help_lines(KeySection section) {

@@ -38,6 +38,7 @@ std::span<const KeyLine> key_table();
 std::string key_of(CourseButton button);
 std::string key_of(EndButton button);
 std::string key_of_breath();
+std::string key_of_sound();
 /// A section for the screen: its name, then its keys and what they do.
 std::vector<std::string> help_lines(KeySection section);
 /// All of it for the README, a line each.

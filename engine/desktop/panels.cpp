@@ -129,6 +129,7 @@ std::optional<std::size_t> draw_procedure(const DesktopFacts& facts) {
   const auto chosen = facts.ending == nullptr ? draw_choices(facts.choices) : std::nullopt;
   ImGui::PushTextWrapPos(0);
   ImGui::TextDisabled("needle: %s   H: keys", facts.device.c_str());
+  if (!facts.sound.empty()) ImGui::TextDisabled("%s: %s", key_of_sound().c_str(), facts.sound.c_str());
   ImGui::PopTextWrapPos();
   return chosen;
 }

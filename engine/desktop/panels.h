@@ -28,6 +28,7 @@ struct DesktopFacts {
   std::string device{};                    ///< what leads the needle
   bool led_by_keys = false;                ///< the needle
   std::string pictures{};                  ///< how often they come and how old they are
+  std::string sound{};                     ///< what there is to say of it; empty: nothing
   const content::Texts* texts = nullptr;   ///< of another language; null: English
   const panels::Ending* ending = nullptr;  ///< the session is over: what it came to
 };

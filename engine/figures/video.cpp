@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <initializer_list>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -47,23 +49,44 @@ struct VideoWriter::Process {
   }
 };
 
+namespace {
+
+/// Raw samples, 32-bit floating point. @throws ContentError
+void write_samples(const std::filesystem::path& path, std::span<const float> samples) {
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(samples.data()), static_cast<std::streamsize>(samples.size_bytes()));
+  if (file.flush()) return;
+  std::error_code ignored;
+  std::filesystem::remove(path, ignored);
+  throw ContentError(path.string() + ": cannot be written; is the disk full?");
+}
+
+}  // namespace
+
 VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoSettings& settings)
     : path_(path), part_(path.string() + ".part"), settings_(settings), process_(std::make_unique<Process>()) {
   if (settings.width <= 0 || settings.height <= 0 || settings.width % 2 != 0 || settings.height % 2 != 0) {
     throw ContentError(fmt::format("{}: a video of {} x {} pixels cannot be made; width and height must be even",
                                    path.string(), settings.width, settings.height));
   }
-  const std::vector<std::string> words{
-      settings.encoder, "-hide_banner", "-nostdin", "-loglevel", "error", "-y",
-      // what comes in
-      "-f", "rawvideo", "-pixel_format", "rgba", "-video_size", fmt::format("{}x{}", settings.width, settings.height),
-      "-framerate", std::to_string(settings.frames_per_second), "-i", "pipe:0",
-      // what goes out
-      "-an", "-c:v", "libx264", "-preset", "veryfast", "-crf", std::to_string(settings.quality), "-pix_fmt",
-      "yuv420p", "-movflags", "+faststart", "-f", "mp4", part_.string()};
+  std::vector<std::string> words{settings.encoder, "-hide_banner", "-nostdin", "-loglevel", "error", "-y",
+                                 // what comes in
+                                 "-f", "rawvideo", "-pixel_format", "rgba", "-video_size",
+                                 fmt::format("{}x{}", settings.width, settings.height), "-framerate",
+                                 std::to_string(settings.frames_per_second), "-i", "pipe:0"};
+  const auto add = [&](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
+  if (!settings.sound.empty()) {
+    sound_ = path.string() + ".sound.part";
+    write_samples(sound_, settings.sound);
+    add({"-f", "f32le", "-ar", std::to_string(settings.samples_per_second), "-ac", "1", "-i", sound_.string(), "-c:a",
+         "aac", "-b:a", "96k"});
+  }
+  add({"-c:v", "libx264", "-preset", "veryfast", "-crf", std::to_string(settings.quality), "-pix_fmt", "yuv420p",
+       "-movflags", "+faststart", "-f", "mp4", part_.string()});
   int ends[2] = {-1, -1};
   process_->messages = memfd_create("ffmpeg messages", MFD_CLOEXEC);
   if (process_->messages < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+    remove_parts();
     throw ContentError(fmt::format("{}: no video: {}", path.string(), std::strerror(errno)));
   }
   process_->frames = ends[0];
@@ -75,6 +98,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoSettings&
   }
   close(ends[1]);
   if (error != 0) {
+    remove_parts();
     throw ContentError(fmt::format("{}: no video: cannot start '{}' ({}); install ffmpeg", path.string(),
                                    settings.encoder, std::strerror(error)));
   }
@@ -83,15 +107,19 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, const VideoSettings&
 VideoWriter::~VideoWriter() {
   if (process_ == nullptr) return;
   process_.reset();
+  remove_parts();
+}
+
+void VideoWriter::remove_parts() {
   std::error_code ignored;
   std::filesystem::remove(part_, ignored);
+  if (!sound_.empty()) std::filesystem::remove(sound_, ignored);
 }
 
 void VideoWriter::fail(const std::string& what) {
   const std::string reason = process_->last_message();
   process_.reset();
-  std::error_code ignored;
-  std::filesystem::remove(part_, ignored);
+  remove_parts();
   throw ContentError(fmt::format("{}: no video: {}: {}", path_.string(), what, reason));
 }
 
@@ -124,6 +152,7 @@ void VideoWriter::finish() {
   process_.reset();
   std::error_code error;
   std::filesystem::rename(part_, path_, error);
+  remove_parts();
   if (error) throw ContentError(fmt::format("{}: no video: {}", path_.string(), error.message()));
 }
 

@@ -1,4 +1,4 @@
-// H.264 video through the ffmpeg command.
+// H.264 video, with sound where there is any, through the ffmpeg command.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,14 @@ struct VideoSettings {
   int width = 0;   ///< pixels, even
   int height = 0;  ///< pixels, even
   int frames_per_second = 30;
+  std::span<const float> sound{};  ///< samples in [-1, 1] of one channel, from the first frame on; empty: none
+  int samples_per_second = 0;      ///< of it
   int quality = 20;                ///< constant rate factor of x264: lower is better and larger
   std::string encoder = "ffmpeg";  ///< command, looked for in PATH
 };
 
-/// An mp4 in the making: H.264, yuv420p, plays everywhere. Frames go to an ffmpeg process through a socket; the file
-/// appears under its name when finish() succeeds, and not before.
+/// An mp4 in the making: H.264, yuv420p, AAC, plays everywhere. Frames go to an ffmpeg process through a socket; the
+/// file appears under its name when finish() succeeds, and not before.
 class VideoWriter {
 public:
   /// @throws files::ContentError  one line when sizes are odd or the command cannot be started
@@ -39,10 +41,12 @@ public:
 
 private:
   struct Process;
+  void remove_parts();
   [[noreturn]] void fail(const std::string& what);
 
   std::filesystem::path path_;
-  std::filesystem::path part_;  // what ffmpeg writes
+  std::filesystem::path part_;   // what ffmpeg writes
+  std::filesystem::path sound_;  // what it reads beside the frames; empty: nothing
   VideoSettings settings_;
   std::unique_ptr<Process> process_;
   int frames_ = 0;

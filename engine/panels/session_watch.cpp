@@ -1,5 +1,7 @@
 #include "engine/panels/session_watch.h"
 
+#include "engine/training/ear.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -14,7 +16,6 @@ constexpr std::size_t kCurvePoints = 40'000;  // at 60 frames a second, 11 minut
 constexpr double kOutOfPlane = 0.003;  // m: half the slice thickness at the focus
 constexpr double kFirmProbe = 15;      // N
 constexpr double kBend = 0.004;        // m
-constexpr double kHardPush = 6;        // N
 constexpr double kBeyondTarget = 1.5;  // radii past its centre
 
 }  // namespace
@@ -61,7 +62,7 @@ void SessionWatch::warn(SessionFacts& facts) const {
   if (inserted && std::abs(out_of_plane_) > kOutOfPlane) add(Concern::caution, "tip is out of the image plane");
   if (inserted && bend_ > kBend) add(Concern::caution, fmt::format("needle is bent by {:.0f} mm", bend_ * 1e3));
   if (frame_.force_clipped > 0.5F) add(Concern::caution, "stylus cannot give this force");
-  if (facts.force > kHardPush) add(Concern::danger, "pushed hard: bone or cartilage?");
+  if (facts.force > training::Ear::kHardPush) add(Concern::danger, "pushed hard: bone or cartilage?");
   if (const state::TargetState* target = frame_.nearest_target(); inserted && target != nullptr) {
     const Eigen::Vector3f axis = frame_.needle_orientations.back() * Eigen::Vector3f::UnitZ();
     const float past = axis.dot(frame_.needle_positions.back() - target->centre);

@@ -1,6 +1,7 @@
 #include "engine/session/coupled_loops.h"
 
 #include "engine/content/breathing.h"
+#include "engine/content/tissue_locator.h"
 #include "engine/files/error.h"
 #include "engine/readers/motion.h"
 
@@ -14,8 +15,6 @@
 namespace stylet::session {
 
 namespace {
-
-constexpr double kRigid = 1e6;  // Pa; bone and cartilage, fifty times stiffer than any tissue that deforms
 
 // What resists the needle, by voxel. It touches deformable bodies and the bone in them only: voxels of anything else
 // are where a mesh's surface is not quite the organ's, and count as outside (TissueMap::at then looks around).
@@ -33,7 +32,7 @@ std::shared_ptr<const physics::TissueMap> tissue_map(const content::Scene& scene
   map->tissues.clear();
   for (const content::Tissue& tissue : scene.tissues) {
     map->tissues.push_back(tissue.needle);
-    map->tissues.back().rigid = tissue.mechanics.young_modulus >= kRigid;
+    map->tissues.back().rigid = content::is_bone(tissue);
   }
   for (std::size_t v = 0; v < map->labels.size(); ++v) {
     if (volume.bodies[v] < 0 && !map->resistance(map->labels[v]).rigid) map->labels[v] = 0;

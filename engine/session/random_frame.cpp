@@ -1,5 +1,6 @@
 #include "engine/session/random_frame.h"
 
+#include "engine/content/tissue_locator.h"
 #include "engine/files/error.h"
 #include "engine/readers/motion.h"
 #include "engine/session/coupled_loops.h"
@@ -25,7 +26,6 @@ constexpr double kNeedleSpeed = 0.1;  // m/s; a quick hand: what cutting takes m
 constexpr double kTurnSpeed = 1.0;    // rad/s
 constexpr double kApproach = 0.020;   // m of way outside the patient, for the probe's press and the breath
 constexpr double kSettle = 0.35;      // s of rest before and after the needle's way
-constexpr double kStiffAsBone = 1e6;  // Pa, as in the loops: bone keeps its values
 
 double radians(double degrees) {
   return degrees * std::numbers::pi / 180;
@@ -156,7 +156,7 @@ RandomFrame draw_random_frame(const content::Scene& scene, const RandomRanges& r
     const double backscatter = tissue.within(ranges.backscatter_db);
     const double impedance = tissue.within(ranges.impedance_share);
     const double texture = tissue.within(ranges.texture_share);
-    if (i > 0 && scene.tissues[i].mechanics.young_modulus < kStiffAsBone) {
+    if (i > 0 && !content::is_bone(scene.tissues[i])) {
       acoustics.attenuation_db_per_cm_mhz *= 1 + attenuation;
       acoustics.backscatter_db += backscatter;
       acoustics.impedance_rayl *= 1 + impedance;

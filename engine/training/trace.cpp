@@ -63,10 +63,6 @@ void TraceRecorder::simulation_stepped(const recording::SimulationStepRecord& re
                                        const physics::SimulationReport& report, const physics::TissueState& tissue,
                                        const physics::NeedleState& needle) {
   if (needle.node_count < 2) return;
-  if (trace_.samples.size() >= capacity_) {
-    ++trace_.dropped;
-    return;
-  }
   const auto last = static_cast<std::size_t>(needle.node_count) - 1;
   const Eigen::Vector3d tip = needle.positions.col(needle.node_count - 1);
   TraceSample sample{.time_s = record.time_s,
@@ -82,7 +78,8 @@ void TraceRecorder::simulation_stepped(const recording::SimulationStepRecord& re
                      .force = needle.wrench.force,
                      .probe = record.probe,
                      .probe_area = report.probe.area,
-                     .buttons = buttons_at(record.needle_step)};
+                     .buttons = buttons_at(record.needle_step),
+                     .inspiration = record.inspiration};
   if (const physics::NeedleContact* entry = entry_contact(needle)) {
     sample.entry = entry->position;
     sample.inserted = session::insertion_depth(scene_.needle, needle);
@@ -94,7 +91,12 @@ void TraceRecorder::simulation_stepped(const recording::SimulationStepRecord& re
   tissue_.update(tissue, record.time_s);
   look_at_tissue(sample);
   look_at_targets(sample);
-  trace_.samples.push_back(sample);
+  newest_ = sample;
+  if (trace_.samples.size() < capacity_) {
+    trace_.samples.push_back(sample);
+  } else {
+    ++trace_.dropped;
+  }
 }
 
 void TraceRecorder::look_at_tissue(TraceSample& sample) {
@@ -104,8 +106,8 @@ void TraceRecorder::look_at_tissue(TraceSample& sample) {
   sample.crossed = place.forbidden;
   sample.near_tissue =
       tissue_.in_body(sample.tip + kProbeAhead * (sample.tip_orientation * Eigen::Vector3d::UnitZ()));
-  if (trace_.samples.empty() || scene_.forbidden.empty()) return;
-  const Eigen::Vector3d way = trace_.samples.back().tip - sample.tip;
+  if (!newest_ || scene_.forbidden.empty()) return;
+  const Eigen::Vector3d way = newest_->tip - sample.tip;
   const int points = std::min(static_cast<int>(way.norm() / kSweep), kMostSweep);
   for (int i = 1; i < points; ++i) sample.crossed |= tissue_.find(sample.tip + way * i / points).forbidden;
 }

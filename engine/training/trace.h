@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace stylet::training {
@@ -45,6 +46,7 @@ struct TraceSample {
   Eigen::Vector3d tip_in_probe = Eigen::Vector3d::Zero();  ///< probe frame: |y| is the distance from the image plane
   double in_beam = 0;  ///< arc length of inserted needle that the beam sees (beam.h), m
   std::uint32_t buttons = 0;
+  double inspiration = 0;  ///< of the patient, share of a full one
 };
 
 /// A point this far ahead of the tip tells whether it is clear of the tissue, m.
@@ -74,6 +76,8 @@ public:
 
   /// Simulation thread, or when the loops stand still.
   const Trace& trace() const { return trace_; }
+  /// The sample of the last step, also where the memory is used up; null: there is none yet.
+  const TraceSample* newest() const { return newest_ ? &*newest_ : nullptr; }
   /// The trace with the events of the session's recording, once the loops stand still; the recorder is then empty.
   Trace take(std::vector<recording::EventRecord> events);
   /// Of the last sample, for whoever follows a procedure while it runs (after this in the list of listeners).
@@ -88,6 +92,7 @@ private:
   content::TissueLocator tissue_;
   std::vector<content::TissueLocator::Carrier> targets_;  // [Scene::targets]
   Trace trace_;
+  std::optional<TraceSample> newest_;
   std::size_t capacity_;
   // Buttons by haptic step, written by its thread: a simulation step wants those of the step that it consumed. Each
   // is the lower half of the step number, then the buttons; kRemembered steps are 1 s at the fastest rate.

@@ -20,15 +20,15 @@ TrainingSession::TrainingSession(const content::Scene& scene, const TrainingSett
       watch_(scene, procedure_.get()),
       flow_(scene.exercise, scene.targets.size(), settings.automatic, procedure_.get(), settings.controls) {}
 
-Events TrainingSession::step(std::span<const Action> actions) {
+const Events& TrainingSession::step(std::span<const Action> actions) {
   const Watched& seen = watch_.latest();
   tip_tissue_ = seen.tip_tissue;
-  Events events = flow_.step(seen.now, actions);
+  happened_ = flow_.step(seen.now, actions);
   if (procedure_) {
-    procedure_->catch_up(seen.now, events);
+    procedure_->catch_up(seen.now, happened_);
     shown_.add(seen.now.time_s, *procedure_);
   }
-  return events;
+  return happened_;
 }
 
 const FlowState& TrainingSession::poll(session::LiveSession& live, std::span<const Action> actions) {

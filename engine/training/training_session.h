@@ -38,11 +38,13 @@ public:
   /// record, lets the hand feel what was fired. Once a frame, or a simulation step.
   const FlowState& poll(session::LiveSession& live, std::span<const Action> actions = {});
   /// The same without a live session: what happened.
-  Events step(std::span<const Action> actions = {});
+  const Events& step(std::span<const Action> actions = {});
   /// The run is over: finishes what is under way. While `live` still records.
   void end(session::LiveSession& live);
 
   const FlowState& state() const { return flow_.state(); }
+  /// What happened at the last step() or poll().
+  const Events& happened() const { return happened_; }
   /// What the tip is in: index into Scene::tissues; 0: outside.
   int tip_tissue() const { return tip_tissue_; }
   /// The trainee wants to begin anew: end() this and its LiveSession, make others on the same scene.
@@ -65,6 +67,7 @@ private:
   ProcedureWatch watch_;
   Flow flow_;
   ShownHistory shown_;
+  Events happened_;
   int tip_tissue_ = 0;
   std::uint32_t recoils_ = 0;  // felt
 };

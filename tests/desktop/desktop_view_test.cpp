@@ -273,6 +273,26 @@ TEST_F(Desktop, AKeyAsksForTheBreathToBeHeldAndLetsItGo) {
   EXPECT_EQ(names, (std::vector<std::string>{"breath_out", "breath_held", "breathing"}));
 }
 
+TEST_F(Desktop, AKeyMutesAlsoWhenTheSessionIsOver) {
+  Running running(device);
+  sound::Speaker speaker(true);
+  DesktopView desktop(
+      device, small_scene(), running.live,
+      {.arrangement = {.scanner = scanner::ScannerConsole(small_scene().probe)}, .speaker = &speaker});
+  view::Input f7;
+  f7.strokes = {{.key = view::Key::f7}};
+  EXPECT_TRUE(desktop.handle(f7));
+  EXPECT_FALSE(speaker.muted());
+  f7.strokes[0].repeated = true;
+  EXPECT_TRUE(desktop.handle(f7));
+  EXPECT_FALSE(speaker.muted()) << "a key that is held asks once";
+  f7.strokes[0].repeated = false;
+  desktop.end({});
+  EXPECT_EQ(desktop.handle_at_end(f7, ""), std::nullopt);
+  EXPECT_TRUE(speaker.muted());
+  EXPECT_TRUE(running.desktop.handle(f7)) << "without a speaker there is nothing to mute";
+}
+
 TEST_F(Desktop, IsArrangedAsTheOneBeforeItWas) {
   Running running(device);
   view::Input input;

@@ -223,6 +223,33 @@ TEST(Video, FramesComeBackAsTheyWentIn) {
   EXPECT_NEAR(pixel(32, 40)[2], 220, 25);
 }
 
+TEST(Video, HasTheSoundItWasGivenAtItsTime) {
+  const support::TemporaryFolder folder;
+  const fs::path path = folder / "clip.mp4";
+  constexpr int kRate = 48'000;
+  std::vector<float> sound(kRate);  // a second; a tone from 0.5 to 0.7 s
+  for (int n = kRate / 2; n < kRate * 7 / 10; ++n) sound[n] = 0.5F * std::sin(0.1F * static_cast<float>(n));
+  VideoWriter video(path, {.width = 64, .height = 48, .sound = sound, .samples_per_second = kRate});
+  picture::Picture image(64, 48);
+  for (int frame = 0; frame < 30; ++frame) video.add_frame(image.rgba);
+  video.finish();
+  const fs::path raw = folder / "sound.f32";
+  support::run_in_shell("ffmpeg -v error -y -i " + path.string() + " -f f32le -ac 1 " + raw.string());
+  std::ifstream file(raw, std::ios::binary);
+  std::vector<float> back(kRate);
+  ASSERT_TRUE(file.read(reinterpret_cast<char*>(back.data()), sizeof(float) * back.size()));
+  double within = 0, without = 0;
+  for (int n = 0; n < kRate; ++n) {
+    const bool tone = n > kRate * 49 / 100 && n < kRate * 71 / 100;  // a frame of the code is 21 ms
+    (tone ? within : without) += static_cast<double>(back[n]) * back[n];
+  }
+  EXPECT_NEAR(within, 0.5 * 0.25 * 0.2 * kRate, 0.1 * 0.025 * kRate) << "half the square of its amplitude";
+  EXPECT_LT(without, 0.01 * within);
+  fs::remove(path);
+  fs::remove(raw);
+  EXPECT_TRUE(folder.empty()) << "nothing is left of what it was made from";
+}
+
 TEST(Video, MissingCommandIsOneLineThatNamesIt) {
   const support::TemporaryFolder folder;
   try {

@@ -53,13 +53,16 @@ void run(const DevicesOptions& options) {
   }
   for (const nlohmann::json& device : list) fmt::print("{}", device["text"].get<std::string>());
   if (list.empty()) fmt::print("no HID device is connected (there is no /dev/hidraw*)\n");
+  if (!options.descriptor.empty()) return;
+  const std::string sound = app::sound_device();
+  fmt::print("sound: {}\n", sound.empty() ? "no device; sessions are silent" : sound);
 }
 
 }  // namespace
 
 void add_devices(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("devices", "List the HID devices: what each can do, or why it is not usable");
+  CLI::App* command = app.add_subcommand(
+      "devices", "List the HID devices: what each can do, or why it is not usable; and where sound goes");
   auto options = std::make_shared<DevicesOptions>();
   command->add_flag("--json", options->json, "As JSON");
   auto* file = command->add_option("--descriptor", options->descriptor,
@@ -84,7 +87,7 @@ void add_devices(CLI::App& app) {
   command->add_option("DEVICE", options->device,
                       "VID:PID of the device to calibrate or record; default: whichever can do most");
   command->footer(
-      "To list them nothing is opened, so no permission is needed. A device says itself what its reports are (HID "
+      "To list them none is opened, so no permission is needed. A device says itself what its reports are (HID "
       "report\n"
       "descriptor); content/devices/ has profiles for what it does not say. haptic/README.md specifies the force\n"
       "stylus that Stylet is made for.\n\n"

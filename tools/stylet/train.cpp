@@ -113,6 +113,7 @@ void add_train(CLI::App& app, int& exit_code) {
                    "where no runtime answers as auto")
       ->check(CLI::IsMember({"auto", "window", "headset", "headless"}))
       ->capture_default_str();
+  command->add_flag("--mute", session.mute, "Without sound; F7 in the window turns it on");
   command->add_flag("--stereo", session.stereo, "Both eyes side by side, drawn in one pass");
   command->add_flag(
       "--lockstep", session.lockstep,
@@ -152,7 +153,8 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
       "  stylet train liver_biopsy --link                3D Slicer connects to localhost:18944\n"
       "  stylet train liver_biopsy --link --device link  and a tracked needle drives the needle\n"
-      "In the window: Enter begins and finishes, T fires or heats, X pauses, Backspace tries again (the attempt "
+      "In the window: Enter begins and finishes, T fires or heats, X pauses, F7 mutes, Backspace tries again (the "
+      "attempt "
       "before\n"
       "is kept in OUT/attempt-N); H lists all keys. Needle and probe stand elsewhere each time, as --seed has them.\n"
       "When it is over the window shows score and advice: Backspace tries again, N goes on to the next scenario (in\n"

@@ -78,6 +78,13 @@ public:
   std::optional<DebriefEntry> describe_result(const recording::EventRecord& event) const override {
     return event.name == kAblatedEvent ? std::optional(DebriefEntry{"Ablated", in_words(event)}) : std::nullopt;
   }
+  /// As a generator tells that its electrode is under power.
+  std::optional<sound::Cue> cue_of(const recording::EventRecord& event) const override {
+    if (event.name != kStartedEvent && event.name != kStoppedEvent) return std::nullopt;
+    return sound::Cue{.time_s = event.time_s,
+                      .sound = sound::Sound::generator,
+                      .strength = event.name == kStartedEvent ? 1.0 : 0.0};
+  }
   std::optional<Still> still(std::span<const recording::EventRecord> events, double, double to_s) const override {
     constexpr std::string_view kWords = "at the end of the heating";
     std::optional<Still> heated;

@@ -100,6 +100,10 @@ public:
   std::optional<DebriefEntry> describe_result(const recording::EventRecord& event) const override {
     return event.name == kCoreEvent ? std::optional(DebriefEntry{"Core", in_words(event)}) : std::nullopt;
   }
+  std::optional<sound::Cue> cue_of(const recording::EventRecord& event) const override {
+    if (event.name != kFiredEvent) return std::nullopt;
+    return sound::Cue{.time_s = event.time_s, .sound = sound::Sound::shot};
+  }
   std::optional<Still> still(std::span<const recording::EventRecord> events, double, double to_s) const override {
     std::optional<Still> last;
     for (const recording::EventRecord& event : events) {

@@ -9,6 +9,7 @@
 #include "engine/files/json_reader.h"
 #include "engine/procedures/interface/course.h"
 #include "engine/recording/recording.h"
+#include "engine/sound/cue.h"
 #include "engine/state/frame_state.h"
 #include "physics/tissue/cavity.h"
 
@@ -147,6 +148,8 @@ public:
   virtual std::optional<DebriefEntry> describe_step(const recording::EventRecord&) const { return std::nullopt; }
   /// Of an event that says what came of a step.
   virtual std::optional<DebriefEntry> describe_result(const recording::EventRecord&) const { return std::nullopt; }
+  /// What an event of its own sounds like.
+  virtual std::optional<sound::Cue> cue_of(const recording::EventRecord&) const { return std::nullopt; }
   /// The moment that shows what was done. The events lie in [from_s, to_s]; none: nothing was.
   virtual std::optional<Still> still(std::span<const recording::EventRecord>, double /*from_s*/,
                                      double /*to_s*/) const {
