@@ -3,8 +3,11 @@
 
 #include "engine/mesh/triangle_mesh.h"
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace stylet::mesh {
 
@@ -15,10 +18,15 @@ struct DecimationLimits {
   double aspect = 4;              ///< most of a triangle that a collapse makes, longest edge over height
   std::size_t triangles = 0;      ///< wanted; 0: as few as the other limits allow
   std::optional<double> error{};  ///< about how far the surface may move, m
+  std::optional<double> edge{};   ///< longest edge that is collapsed, m
 };
 
 /// By collapses of least quadric error (Garland and Heckbert 1997). Open edges stay. What half-edges cannot hold
 /// (three triangles at an edge, two fans at a vertex) comes back as it is. Deterministic.
 TriangleMesh decimate(const TriangleMesh& mesh, const DecimationLimits& limits);
+/// The same on the vertices as they are: the triangles that are left, of vertices of `mesh`. A collapse moves none,
+/// so what a vertex carries (a normal, what deforms it) stays right.
+std::vector<std::array<std::uint32_t, 3>> decimated_triangles(const TriangleMesh& mesh,
+                                                              const DecimationLimits& limits);
 
 }  // namespace stylet::mesh

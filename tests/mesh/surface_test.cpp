@@ -1,4 +1,5 @@
 #include "engine/files/error.h"
+#include "engine/mesh/decimation.h"
 #include "engine/mesh/solid.h"
 #include "engine/mesh/surface_mesh.h"
 #include "tests/mesh/shapes.h"
@@ -158,6 +159,29 @@ TEST(Solid, SegmentThroughASphereCrossesTwice) {
   EXPECT_EQ(solid.crossings({-0.1, 0.003, 0.007}, {0.1, 0.004, 0.009}), 2);
   EXPECT_EQ(solid.crossings({0.001, 0.003, 0.007}, {0.1, 0.004, 0.009}), 1);
   EXPECT_EQ(solid.crossings({-0.1, 0.06, 0.007}, {0.1, 0.06, 0.009}), 0);
+}
+
+TEST(Decimation, OnTheVerticesAsTheyAreItIsTheSameSurface) {
+  const TriangleMesh sphere = icosphere({0, 0, 0.1}, 0.05, 4);
+  const DecimationLimits limits{.turn_deg = 20, .aspect = 8, .error = 3e-4};
+  const TriangleMesh moved = decimate(sphere, limits);
+  TriangleMesh kept = sphere;
+  kept.triangles = decimated_triangles(sphere, limits);
+  ASSERT_LT(kept.triangles.size(), sphere.triangles.size() / 2);
+  const SurfaceReport a = inspect(moved), b = inspect(clean_surface(kept, "sphere"));
+  EXPECT_EQ(a.triangles, b.triangles);
+  EXPECT_EQ(a.vertices, b.vertices);
+  EXPECT_NEAR(a.volume, b.volume, 1e-12 * a.volume);
+  EXPECT_TRUE(b.closed());
+}
+
+TEST(Decimation, CollapsesNoEdgeThatIsLong) {
+  const TriangleMesh sphere = icosphere({0, 0, 0}, 0.05, 4);
+  const auto triangles = [&](double edge) {
+    return decimated_triangles(sphere, {.turn_deg = 20, .aspect = 8, .error = 1e-3, .edge = edge}).size();
+  };
+  EXPECT_EQ(triangles(1e-3), sphere.triangles.size()) << "all are longer";
+  EXPECT_LT(triangles(0.01), sphere.triangles.size() / 4);
 }
 
 }  // namespace
