@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace stylet::render {
 
@@ -24,6 +25,18 @@ SurfaceStyle style_of(const content::Tissue& tissue) {
   if (opacity > kCoverOpacity)
     return {{r, g, b, 0.5F * opacity}, {0.38F, 0, 0.25F, 0.5F}, {0.92F, 2.2F, 0, 0}, {kGlass, 0, 0, 0}};
   return {{r, g, b, 1.25F * opacity}, {0.52F, 0, 0.35F, 0.05F}, {0.85F, 2.5F, 0, 0}, {kCover, 0, 0, 0}};
+}
+
+/// What nothing deforms may have triangles of any size.
+Detail rigid(Detail detail) {
+  detail.edge = std::numeric_limits<double>::max();
+  return detail;
+}
+
+/// The cloth goes with the skin, as stiffly as cloth does.
+Detail of_cloth(Detail detail) {
+  detail.edge *= 4;
+  return detail;
 }
 
 /// The outside of a body whose tissues are drawn as covers of their own (skin over fat over muscle) shows nothing
@@ -57,9 +70,10 @@ Piece append(Geometry& geometry, std::string name, std::span<const std::uint32_t
 
 Piece append(Geometry& geometry, std::string name, const ProbeMesh& mesh, const SurfaceStyle& style) {
   const auto base = static_cast<std::uint32_t>(geometry.rest.size());
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+  const ThinnedSurface shown = thinned(mesh.positions, mesh.indices, rigid(geometry.detail));
+  for (const std::uint32_t i : shown.vertices)
     push_vertex(geometry, kFixedToProbe, mesh.positions[i], mesh.normals[i]);
-  return append(geometry, std::move(name), mesh.indices, base, style);
+  return append(geometry, std::move(name), shown.indices, base, style);
 }
 
 /// Vertex of a surface. @param first_node  of its body
@@ -89,24 +103,26 @@ std::vector<std::uint32_t> samples_of(std::uint32_t base, std::size_t count) {
 Piece append(Geometry& geometry, const content::Surface& surface, std::uint32_t first_node,
              const SurfaceStyle& style) {
   const auto base = static_cast<std::uint32_t>(geometry.rest.size());
-  for (std::size_t i = 0; i < surface.positions.size(); ++i)
-    geometry.rest.push_back(vertex_of(surface, i, first_node));
-  Piece piece = append(geometry, surface.name, surface.indices, base, style);
-  piece.samples = samples_of(base, surface.positions.size());
+  const ThinnedSurface shown = thinned(surface.positions, surface.indices, geometry.detail);
+  for (const std::uint32_t i : shown.vertices) geometry.rest.push_back(vertex_of(surface, i, first_node));
+  Piece piece = append(geometry, surface.name, shown.indices, base, style);
+  piece.samples = samples_of(base, shown.vertices.size());
   return piece;
 }
 
 Piece append(Geometry& geometry, std::string name, const RoomMesh& mesh, const RoomLayout& layout,
              const SurfaceStyle& style) {
+  const Detail detail = style.kind[0] == kCloth ? of_cloth(geometry.detail) : rigid(geometry.detail);
+  const ThinnedSurface shown = thinned(mesh.positions, mesh.indices, detail);
   const auto base = static_cast<std::uint32_t>(geometry.rest.size());
   const Eigen::Isometry3f patient_from_table = layout.patient_from_table.cast<float>();
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+  for (const std::uint32_t i : shown.vertices) {
     push_vertex(geometry, kFixedToPatient, patient_from_table * mesh.positions[i],
                 patient_from_table.linear() * mesh.normals[i]);
     if (mesh.coordinates.empty()) continue;
     geometry.rest.back().at = {mesh.coordinates[i][0], mesh.coordinates[i][1], 0, 0};
   }
-  return append(geometry, std::move(name), mesh.indices, base, style);
+  return append(geometry, std::move(name), shown.indices, base, style);
 }
 
 std::vector<Eigen::Vector3f> skin_of(const content::Scene& scene) {
@@ -216,8 +232,9 @@ void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayo
 
 }  // namespace
 
-Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout)
-    : needle(scene.needle.beams + 1, scene.needle.outer_diameter, scene.needle.length),
+Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout, const Detail& detail)
+    : detail(detail),
+      needle(scene.needle.beams + 1, scene.needle.outer_diameter, scene.needle.length),
       syringe(scene.cavities.empty() ? 0 : kSyringeParts) {
   std::vector<std::uint32_t> first_node;
   for (const content::DeformableBody& body : scene.bodies) {

@@ -7,6 +7,7 @@
 #include "engine/render/needle_mesh.h"
 #include "engine/render/rod_mesh.h"
 #include "engine/render/room_layout.h"
+#include "engine/render/thinning.h"
 #include "shaders/shared.h"
 
 #include <Eigen/Core>
@@ -39,8 +40,9 @@ struct Geometry {
   static constexpr std::uint32_t kMostZoneVertices = 1 << 16;
 
   /// @param layout  of the room; null: none is drawn
-  explicit Geometry(const content::Scene& scene, const RoomLayout* layout = nullptr);
+  explicit Geometry(const content::Scene& scene, const RoomLayout* layout = nullptr, const Detail& detail = {});
 
+  Detail detail;  ///< in which its surfaces are
   std::vector<RestVertex> rest;
   std::vector<std::uint32_t> indices;       ///< into rest and needle vertices, as one
   std::vector<Eigen::Vector3f> rest_nodes;  ///< of all bodies, one body after the other; never empty

@@ -5,7 +5,9 @@
 #include "engine/state/biopsy_shot.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <iterator>
 #include <limits>
@@ -56,6 +58,18 @@ gpu::ImageSettings attachment(const RenderSettings& settings, VkFormat format, V
           .array_view = true};
 }
 
+gpu::ImageSettings target_settings(const RenderSettings& settings) {
+  return attachment(settings, kColourFormat, gpu::kTargetUsage, false);
+}
+
+gpu::ImageSettings multisampled_settings(const RenderSettings& settings) {
+  return attachment(settings, kColourFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT, true);
+}
+
+gpu::ImageSettings depth_settings(const RenderSettings& settings) {
+  return attachment(settings, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT, settings.antialias);
+}
+
 /// Sampling an sRGB image decodes it, sampling a plain one does not.
 std::uint32_t picture_kind(const gpu::Image* picture) {
   if (picture == nullptr) return kNoPicture;
@@ -69,16 +83,15 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
       settings_(checked(settings)),
       layout_(room_layout(scene)),
       probe_(scene.probe),
-      geometry_(scene, settings.room ? &layout_ : nullptr),
+      geometry_(scene, settings.room ? &layout_ : nullptr, settings.detail),
       rest_(storage_buffer(device, bytes_of(geometry_.rest).size())),
       rest_nodes_(storage_buffer(device, bytes_of(geometry_.rest_nodes).size())),
       current_nodes_(storage_buffer(device, bytes_of(geometry_.rest_nodes).size())),
       drawn_(storage_buffer(device, geometry_.vertex_count() * sizeof(DrawnVertex))),
       indices_(device, bytes_of(geometry_.indices).size(), VK_BUFFER_USAGE_INDEX_BUFFER_BIT),
       frame_(device, sizeof(FrameUniforms), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT),
-      target_(device, attachment(settings, kColourFormat, gpu::kTargetUsage, false)),
-      depth_(device,
-             attachment(settings, kDepthFormat, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT, settings.antialias)),
+      target_(device, target_settings(settings)),
+      depth_(device, depth_settings(settings)),
       black_(device, {.format = VK_FORMAT_R8_UNORM}),
       sampler_(device),
       deform_(device, deform_comp,
@@ -88,14 +101,13 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
       shadow_(device, settings.shadows),
       ring_(device),
       timestamps_(device, 5) {
-  if (settings.antialias)
-    multisampled_.emplace(device, attachment(settings, kColourFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT, true));
+  if (settings.antialias) multisampled_.emplace(device, multisampled_settings(settings));
   for (const std::uint32_t mask : view_masks(device, settings.views)) {
     gpu::RenderPassHandle pass = make_render_pass(device, colour(), depth_, target_, mask);
-    gpu::FramebufferHandle framebuffer = make_framebuffer(device, pass.get(), colour(), depth_, target_);
     SurfacePipelines pipelines(device, pass.get(), settings.antialias, settings.room);
-    passes_.push_back({std::move(pass), std::move(framebuffer), std::move(pipelines)});
+    passes_.push_back({std::move(pass), {}, std::move(pipelines)});
   }
+  make_framebuffers();
   if (!scene.targets.empty()) focus_ = scene.targets.front().centre;
   gpu::run_now(device, [&](gpu::Commands& commands) {
     commands.upload(rest_, bytes_of(geometry_.rest));
@@ -105,17 +117,44 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
   });
 }
 
-/// From the state to where the GPU fetches them, without a stop between.
-void Renderer::take_nodes(gpu::Commands& commands, const state::FrameState& state) {
-  const std::span<std::byte> staged = commands.upload_later(current_nodes_, bytes_of(geometry_.rest_nodes).size());
+void Renderer::make_framebuffers() {
+  for (Pass& pass : passes_)
+    pass.framebuffer = make_framebuffer(device_, pass.render_pass.get(), colour(), depth_, target_);
+}
+
+void Renderer::resize(int width, int height) {
+  RenderSettings settings = settings_;
+  settings.width = width;
+  settings.height = height;
+  settings_ = checked(settings);
+  device_.wait_idle();
+  labels_.reset();
+  shown_.reset();
+  for (Pass& pass : passes_) pass.framebuffer = {};
+  target_ = gpu::Image(device_, target_settings(settings_));
+  depth_ = gpu::Image(device_, depth_settings(settings_));
+  if (multisampled_) multisampled_ = gpu::Image(device_, multisampled_settings(settings_));
+  make_framebuffers();
+}
+
+void Renderer::find_bodies(const state::FrameState& state) {
   std::size_t first = 0;
   bodies_.clear();
   for (const std::size_t count : geometry_.body_node_count) {
     const std::size_t body = bodies_.size();
     const bool known = body < state.bodies.size() && state.bodies[body].size() == count;
     bodies_.push_back(known ? std::span(state.bodies[body]) : std::span(geometry_.rest_nodes).subspan(first, count));
-    std::ranges::copy(std::as_bytes(bodies_.back()), staged.subspan(first * sizeof(Eigen::Vector3f)).begin());
     first += count;
+  }
+}
+
+/// From the state to where the GPU fetches them, without a stop between.
+void Renderer::take_nodes(gpu::Commands& commands) {
+  const std::span<std::byte> staged = commands.upload_later(current_nodes_, bytes_of(geometry_.rest_nodes).size());
+  std::size_t first = 0;
+  for (const std::span<const Eigen::Vector3f> body : bodies_) {
+    std::ranges::copy(std::as_bytes(body), staged.subspan(first * sizeof(Eigen::Vector3f)).begin());
+    first += body.size();
   }
 }
 
@@ -201,13 +240,45 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
                     static_cast<float>(ground_cells(settings_.height))};
   with_needle_ = geometry_.needle.fits(state.needle_positions.size(), state.needle_orientations.size());
   with_panel_ = options.panel != nullptr && geometry_.panel_picture.index_count > 0;
+  with_syringe_ = with_needle_ && state.syringe && geometry_.syringe.vertex_count() > 0;
   see_through_ = options.see_through;
+  find_bodies(state);
+  // The needle is latched last; but where nothing else has moved, now, to see whether it is to be drawn, or its
+  // shadow.
+  const auto latch = [&] {
+    if (!with_needle_) return;
+    needle_positions_ = state.needle_positions;
+    needle_orientations_ = state.needle_orientations;
+    if (options.latch_needle) options.latch_needle({needle_positions_, needle_orientations_});
+  };
+  Casters casters = casters_of(state);
+  const bool others_stand = casters_ && casters.as_but_for_the_needle(*casters_);
+  if (others_stand) {
+    latch();
+    take_needle(casters);
+  }
+  std::optional<Shown> shown;
+  if (options.pictures) {
+    shown = {.frame = frame,
+             .cores = state.cores,
+             .zone = state.zone != nullptr ? state.zone->version : 0,
+             .plane = options.plane.image,
+             .screen = options.screen,
+             .panel = options.panel,
+             .pictures = *options.pictures,
+             .hands = {options.needle_hand, options.probe_hand},
+             .hidden = options.hidden};
+  }
+  drawn_anew_ = !still_shows(casters, shown);
+  if (!drawn_anew_) return target_;
+  ++frames_drawn_;
+  shown_ = std::move(shown);
 
   gpu::Commands& commands = ring_.next();
   timestamps_.reset(commands);
   timestamps_.mark(commands, "start");
   commands.upload(frame_, std::as_bytes(std::span(&frame, 1)));
-  take_nodes(commands, state);
+  take_nodes(commands);
   take_zone(commands, state.zone.get());
   if (geometry_.cable) {
     Eigen::Isometry3d patient_from_probe = Eigen::Isometry3d::Identity();
@@ -229,7 +300,6 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
     }
     commands.upload(drawn_, std::as_bytes(geometry_.hands.shape(rods)), geometry_.hand_base * sizeof(DrawnVertex));
   }
-  with_syringe_ = with_needle_ && state.syringe && geometry_.syringe.vertex_count() > 0;
   std::span<std::byte> syringe;
   if (with_syringe_)
     syringe = commands.upload_later(drawn_, geometry_.syringe.vertex_count() * sizeof(DrawnVertex),
@@ -251,19 +321,6 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
                      gpu::write(3, drawn_), gpu::read(4, frame_)},
                     {(count + 63) / 64, 1, 1}, DeformPush{count});
   timestamps_.mark(commands, "deform");
-  // The needle is latched last; but where nothing else has moved, now, to see whether its shadow is to be drawn.
-  const auto latch = [&] {
-    if (!with_needle_) return;
-    needle_positions_ = state.needle_positions;
-    needle_orientations_ = state.needle_orientations;
-    if (options.latch_needle) options.latch_needle({needle_positions_, needle_orientations_});
-  };
-  Casters casters = casters_of(state);
-  const bool others_stand = casters_ && casters.as_but_for_the_needle(*casters_);
-  if (others_stand) {
-    latch();
-    take_needle(casters);
-  }
   if (!others_stand || casters != *casters_) {
     shadow_.draw(commands, geometry_, frame_, drawn_, indices_, with_needle_, with_syringe_);
     ++shadows_drawn_;
@@ -312,6 +369,25 @@ void Renderer::take_needle(Casters& casters) const {
 bool Renderer::Casters::as_but_for_the_needle(const Casters& other) const {
   return nodes == other.nodes && probe_position == other.probe_position &&
          probe_orientation == other.probe_orientation && breath == other.breath && syringe == other.syringe;
+}
+
+bool Renderer::Shown::same_as(const Shown& other) const {
+  const auto rectangle = [](const VkRect2D& r) {
+    return std::array<std::int64_t, 4>{r.offset.x, r.offset.y, r.extent.width, r.extent.height};
+  };
+  const auto hand = [](const std::optional<Eigen::Isometry3d>& pose) {
+    return pose ? std::optional<Eigen::Matrix4d>(pose->matrix()) : std::nullopt;
+  };
+  return std::memcmp(&frame, &other.frame, sizeof(FrameUniforms)) == 0 && zone == other.zone &&
+         plane == other.plane && screen == other.screen && panel == other.panel && pictures == other.pictures &&
+         rectangle(hidden) == rectangle(other.hidden) && std::ranges::equal(hands, other.hands, {}, hand, hand) &&
+         std::ranges::equal(cores, other.cores, [](const state::CoreTrack& a, const state::CoreTrack& b) {
+           return a.from == b.from && a.to == b.to && a.radius == b.radius;
+         });
+}
+
+bool Renderer::still_shows(const Casters& casters, const std::optional<Shown>& shown) const {
+  return shown && shown_ && casters_ && casters == *casters_ && shown->same_as(*shown_);
 }
 
 void Renderer::draw(gpu::Commands& commands, const ViewOptions& options) const {
@@ -412,6 +488,7 @@ ViewLabels Renderer::read_labels(std::uint32_t layer) {
 }
 
 std::vector<gpu::Timestamps::Span> Renderer::stage_times() const {
+  if (!drawn_anew_) return {};
   device_.wait(submission_);
   return timestamps_.read();
 }

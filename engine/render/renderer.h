@@ -37,6 +37,7 @@ struct RenderSettings {
   bool antialias = true;         ///< 4 samples a pixel
   bool room = true;              ///< the operating room with its furniture and the drape; else a plain dark ground
   bool shadows = true;           ///< of the surgical lamp
+  Detail detail{};               ///< of its surfaces
   double window_radius = 0.082;  ///< of the opening in skin, fat and muscle round the focus, m
 };
 
@@ -60,6 +61,9 @@ public:
   /// @throws gpu::GpuError if there are not as many as views, or a field of view is empty or behind the eye
   const gpu::Image& render(const state::FrameState& state, std::span<const EyeView> eyes,
                            const ViewOptions& options = {});
+  /// Pictures of another size from now on, of the same scene: what was uploaded stays. Waits for the device.
+  /// @throws gpu::GpuError as the constructor
+  void resize(int width, int height);
   /// The picture last rendered.
   const gpu::Image& image() const { return target_; }
   /// Labels and depths of the picture last rendered, of one eye; a pass of its own, which runs only here.
@@ -69,15 +73,18 @@ public:
   /// Frames that drew the shadow map: one in which nothing has moved that throws a shadow keeps that of the frame
   /// before.
   std::uint64_t shadows_drawn() const { return shadows_drawn_; }
+  /// Frames that were drawn: one that shows what the frame before showed (ViewOptions::pictures) keeps its picture.
+  std::uint64_t frames_drawn() const { return frames_drawn_; }
   /// The eyes of the last frame, to project points as it does.
   const std::vector<Eye>& eyes() const { return eyes_; }
-  /// Time the GPU spent on the stages of the last frame; waits for it.
+  /// Time the GPU spent on the stages of the last frame; waits for it. Empty: it was not drawn.
   std::vector<gpu::Timestamps::Span> stage_times() const;
 
 private:
   const gpu::Image& render_seen(const state::FrameState& state, const content::Camera& camera,
                                 const ViewOptions& options);
-  void take_nodes(gpu::Commands& commands, const state::FrameState& state);
+  void find_bodies(const state::FrameState& state);
+  void take_nodes(gpu::Commands& commands);
   void take_zone(gpu::Commands& commands, const content::HeatedZone* zone);
   /// Each with the squared distance of its point that is nearest to the eye.
   std::vector<std::pair<float, const Piece*>> by_distance(std::span<const Piece> pieces) const;
@@ -101,7 +108,24 @@ private:
   /// All but the needle.
   Casters casters_of(const state::FrameState& state) const;
   void take_needle(Casters& casters) const;
+  /// What a picture shows, beside what throws shadows.
+  struct Shown {
+    FrameUniforms frame{};  ///< camera, probe, breath, how far one sees
+    std::vector<state::CoreTrack> cores{};
+    std::uint64_t zone = 0;
+    const gpu::Image* plane = nullptr;
+    const gpu::Image* screen = nullptr;
+    const gpu::Image* panel = nullptr;
+    std::uint64_t pictures = 0;  ///< ViewOptions::pictures
+    std::array<std::optional<Eigen::Isometry3d>, 2> hands{};
+    VkRect2D hidden{};
+
+    bool same_as(const Shown& other) const;
+  };
+  /// Draws nothing. @return the picture of the frame before is that of this one, too
+  bool still_shows(const Casters& casters, const std::optional<Shown>& shown) const;
   struct Pass;
+  void make_framebuffers();
   void draw(gpu::Commands& commands, const ViewOptions& options) const;
   void draw(gpu::Commands& commands, const ViewOptions& options, const Pass& pass) const;
   const gpu::Image& colour() const { return multisampled_ ? *multisampled_ : target_; }
@@ -145,6 +169,9 @@ private:
   std::uint64_t submission_ = 0;
   std::optional<Casters> casters_;  ///< of the shadow map; none: it holds nothing yet
   std::uint64_t shadows_drawn_ = 0;
+  std::optional<Shown> shown_;  ///< in the picture; none: that is not known
+  std::uint64_t frames_drawn_ = 0;
+  bool drawn_anew_ = false;           ///< the last frame
   bool with_needle_ = false;          ///< of the last frame
   bool with_syringe_ = false;         ///< the same
   bool with_shot_ = false;            ///< the same

@@ -48,6 +48,9 @@ struct ViewOptions {
   /// Pixels of a picture of one view that something opaque will lie on: they are not drawn, what they hold means
   /// nothing.
   VkRect2D hidden{};
+  /// Another one whenever what `plane`, `screen` or `panel` hold has changed: a frame in which neither they nor
+  /// anything else has is not drawn again. None: they may have.
+  std::optional<std::uint64_t> pictures{};
   /// Called when all else of the frame is ready, right before it goes to the GPU: overwrites the state's pose of the
   /// needle with the newest, so that the hand sees it without the frame's delay. Must not throw. Empty: the state's
   /// pose is drawn. Not called where the state has no needle.

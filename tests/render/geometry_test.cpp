@@ -3,14 +3,20 @@
 #include "engine/render/needle_mesh.h"
 #include "engine/render/probe_mesh.h"
 #include "engine/render/rod_mesh.h"
+#include "engine/render/thinning.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace stylet::render {
 namespace {
@@ -216,6 +222,65 @@ TEST(Eyes, ParallelAxesGiveTheTextbookDisparity) {
 TEST(Eyes, LookingAlongUpStillGivesAPicture) {
   const content::Camera camera{.eye = {0, 1, 0}, .look_at = Vector3d::Zero(), .up = Vector3d::UnitY()};
   EXPECT_TRUE(eyes_of(camera, 1, 1, {})[0].clip_from_patient.allFinite());
+}
+
+/// A ball as rings of points, its two poles shared.
+struct Ball {
+  std::vector<Vector3f> positions;
+  std::vector<std::uint32_t> indices;
+  Ball(float radius, std::uint32_t rings, std::uint32_t sides) {
+    const auto point = [&](double polar, double round) {
+      return Vector3f(radius *
+                      Vector3d(std::sin(polar) * std::cos(round), std::sin(polar) * std::sin(round), std::cos(polar))
+                          .cast<float>());
+    };
+    positions.push_back(point(0, 0));
+    for (std::uint32_t i = 1; i < rings; ++i)
+      for (std::uint32_t j = 0; j < sides; ++j)
+        positions.push_back(point(std::numbers::pi * i / rings, 2 * std::numbers::pi * j / sides));
+    positions.push_back(point(std::numbers::pi, 0));
+    const auto at = [&](std::uint32_t i, std::uint32_t j) {
+      return i == 0       ? 0
+             : i == rings ? static_cast<std::uint32_t>(positions.size() - 1)
+                          : 1 + (i - 1) * sides + j % sides;
+    };
+    for (std::uint32_t i = 0; i < rings; ++i)
+      for (std::uint32_t j = 0; j < sides; ++j) {
+        if (i > 0) indices.insert(indices.end(), {at(i, j), at(i + 1, j), at(i, j + 1)});
+        if (i + 1 < rings) indices.insert(indices.end(), {at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)});
+      }
+  }
+};
+
+TEST(Thinned, ABallKeepsItsShapeInFewerTriangles) {
+  constexpr float kRadius = 0.05F, kError = 0.4e-3F;
+  const Ball ball(kRadius, 60, 120);
+  const ThinnedSurface left = thinned(ball.positions, ball.indices, {.error = kError});
+  EXPECT_LT(left.indices.size(), ball.indices.size() / 4);
+  EXPECT_GT(left.indices.size(), 300U);
+  EXPECT_TRUE(std::ranges::is_sorted(left.vertices));
+  std::set<std::uint32_t> used(left.indices.begin(), left.indices.end());
+  EXPECT_EQ(used.size(), left.vertices.size()) << "no vertex is left that nothing joins";
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (std::size_t t = 0; t + 2 < left.indices.size(); t += 3) {
+    Vector3f middle = Vector3f::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      middle += ball.positions[left.vertices[left.indices[t + k]]] / 3;
+      ++edges[{left.indices[t + k], left.indices[t + (k + 1) % 3]}];
+    }
+    EXPECT_NEAR(middle.norm(), kRadius, 3 * kError);  // the limit is an average over the planes that met there
+  }
+  for (const auto& [edge, times] : edges) {
+    EXPECT_EQ(times, 1);
+    EXPECT_EQ(edges.count({edge.second, edge.first}), 1U) << "closed, and turned as it was";
+  }
+}
+
+TEST(Thinned, WithoutAnErrorNothingChanges) {
+  const Ball ball(0.05F, 12, 20);
+  const ThinnedSurface left = thinned(ball.positions, ball.indices, {});
+  EXPECT_EQ(left.indices, ball.indices);
+  EXPECT_EQ(left.vertices.size(), ball.positions.size());
 }
 
 }  // namespace

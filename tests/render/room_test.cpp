@@ -2,6 +2,7 @@
 #include "engine/render/room_mesh.h"
 
 #include "engine/render/cable_mesh.h"
+#include "engine/render/geometry.h"
 #include "engine/render/renderer.h"
 #include "engine/view/offscreen.h"
 #include "tests/render/test_scene.h"
@@ -11,7 +12,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <span>
 
@@ -344,6 +347,101 @@ TEST_F(Room, ShadowsAreDrawnAgainOnlyWhereSomethingThatThrowsThemHasMoved) {
   state.bodies.front()[3].z() += 0.01F;
   EXPECT_EQ(drawn(turned), 1U);
   EXPECT_EQ(drawn(turned), 0U);
+}
+
+// A picture that is kept is the one that would be drawn; whatever is seen and changes has it drawn anew.
+TEST_F(Room, AFrameThatShowsWhatIsShownIsNotDrawnAgain) {
+  const RenderSettings settings{.width = 200, .height = 150};
+  Renderer renderer(device, scene, settings);
+  const gpu::Image screen(device, {.width = 16, .height = 16});
+  const auto upload = [&](std::uint8_t grey) {
+    const picture::Picture bytes(16, 16, {grey, grey, grey, 255});
+    gpu::run_now(device,
+                 [&](gpu::Commands& commands) { commands.upload(screen, std::as_bytes(std::span(bytes.rgba))); });
+  };
+  upload(40);
+  content::Camera camera = room_layout(scene).standing_camera();
+  ViewOptions options{.screen = &screen, .pictures = 1};
+  const auto drawn = [&] {
+    const std::uint64_t before = renderer.frames_drawn();
+    const Picture kept = draw(renderer, camera, options);
+    Renderer anew(device, scene, settings);
+    EXPECT_EQ(kept.rgba, draw(anew, camera, options).rgba);
+    EXPECT_EQ(renderer.stage_times().empty(), renderer.frames_drawn() == before);
+    return renderer.frames_drawn() - before;
+  };
+  EXPECT_EQ(drawn(), 1U);
+  EXPECT_EQ(drawn(), 0U);
+  upload(200);
+  options.pictures = 2;
+  EXPECT_EQ(drawn(), 1U) << "the screen shows another picture";
+  EXPECT_EQ(drawn(), 0U);
+  camera.eye.x() += 0.05;
+  EXPECT_EQ(drawn(), 1U);
+  for (Eigen::Vector3f& node : state.needle_positions) node.x() += 0.01F;
+  EXPECT_EQ(drawn(), 1U);
+  state.probe_position.x() += 0.01F;
+  EXPECT_EQ(drawn(), 1U);
+  state.bodies.front()[3].z() += 0.01F;
+  EXPECT_EQ(drawn(), 1U);
+  state.breath.z() += 0.01F;
+  EXPECT_EQ(drawn(), 1U);
+  state.cores.push_back({.from = {0, 0, 0.08F}, .to = {0, 0, 0.1F}, .radius = 0.001F});
+  EXPECT_EQ(drawn(), 1U);
+  options.see_through = SeeThrough::closed;
+  EXPECT_EQ(drawn(), 1U);
+  options.hidden = {{10, 10}, {20, 20}};
+  EXPECT_EQ(drawn(), 1U);
+  EXPECT_EQ(drawn(), 0U);
+  options.pictures.reset();
+  EXPECT_EQ(drawn(), 1U) << "who does not say whether pictures changed has all of it drawn";
+}
+
+// The newest pose of the needle counts, not that of the state.
+TEST_F(Room, ANeedleThatIsLatchedElsewhereIsDrawnAgain) {
+  Renderer renderer(device, scene, {.width = 200, .height = 150});
+  float along = 0;
+  const ViewOptions options{.pictures = 1, .latch_needle = [&](NeedlePose pose) {
+                              for (Eigen::Vector3f& position : pose.positions) position.x() += along;
+                            }};
+  const auto drawn = [&] {
+    const std::uint64_t before = renderer.frames_drawn();
+    draw(renderer, scene.camera, options);
+    return renderer.frames_drawn() - before;
+  };
+  EXPECT_EQ(drawn(), 1U);
+  EXPECT_EQ(drawn(), 0U);
+  along = 0.01F;
+  EXPECT_EQ(drawn(), 1U);
+}
+
+TEST_F(Room, ResizedItDrawsAsOneThatWasMadeInThatSize) {
+  for (const bool antialias : {false, true}) {
+    Renderer renderer(device, scene, {.width = 200, .height = 150, .antialias = antialias});
+    draw(renderer, scene.camera, {.pictures = 1});
+    renderer.resize(120, 100);
+    Renderer anew(device, scene, {.width = 120, .height = 100, .antialias = antialias});
+    EXPECT_EQ(draw(renderer, scene.camera, {.pictures = 1}).rgba, draw(anew, scene.camera).rgba);
+    EXPECT_EQ(renderer.read_labels().labels, anew.read_labels().labels);
+    EXPECT_THROW(renderer.resize(0, 100), gpu::GpuError);
+  }
+}
+
+// In fewer triangles all stands where it stood, in the same colors: half a pixel at an edge is all that differs.
+TEST_F(Room, ThinnedSurfacesLookAsTheyDid) {
+  constexpr double kError = 0.4e-3;
+  const RoomLayout layout = room_layout(scene);
+  const Geometry all(scene, &layout), few(scene, &layout, {.error = kError});
+  EXPECT_LT(few.indices.size(), 0.75 * static_cast<double>(all.indices.size()));
+  EXPECT_LT(few.rest.size(), 0.75 * static_cast<double>(all.rest.size()));
+  Renderer whole(device, scene, {.width = 640, .height = 480});
+  Renderer thin(device, scene, {.width = 640, .height = 480, .detail = {.error = kError}});
+  tests::deform(state);
+  for (const content::Camera& camera : {scene.camera, layout.standing_camera()}) {
+    const tests::Difference difference = tests::compare(draw(whole, camera), draw(thin, camera));
+    EXPECT_GT(difference.ssim, 0.985) << difference.text();
+    EXPECT_LT(difference.above_3, 0.05) << difference.text();
+  }
 }
 
 TEST_F(Room, BothEyesSeeTheWholeRoom) {
