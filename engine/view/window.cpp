@@ -68,43 +68,32 @@ Key key_of(int code) {
   }
 }
 
+/// In the units of the window system; 0: unknown.
+struct Size {
+  int width = 0;
+  int height = 0;
+};
+
+/// Of the screen on which a window opens, without bars that belong to the desktop.
+Size work_area() {
+  Size area;
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  if (monitor == nullptr) return area;
+  int x = 0, y = 0;
+  glfwGetMonitorWorkarea(monitor, &x, &y, &area.width, &area.height);
+  return area;
+}
+
+Size within(const Size& wanted, const Size& room) {
+  return {room.width > 0 ? std::min(wanted.width, room.width) : wanted.width,
+          room.height > 0 ? std::min(wanted.height, room.height) : wanted.height};
+}
+
 VkSemaphoreSubmitInfo at_stage(VkSemaphore semaphore, VkPipelineStageFlags2 stage) {
   VkSemaphoreSubmitInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO};
   info.semaphore = semaphore;
   info.stageMask = stage;
   return info;
-}
-
-gpu::ImageSettings srgb_image(std::uint32_t width, std::uint32_t height) {
-  return {.width = width,
-          .height = height,
-          .format = VK_FORMAT_R8G8B8A8_SRGB,
-          .usage = VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
-}
-
-void remake_if_needed(std::optional<gpu::Image>& image, gpu::Device& device, std::uint32_t width,
-                      std::uint32_t height) {
-  if (image && image->extent().width == width && image->extent().height == height) return;
-  device.wait_idle();
-  image.reset();
-  image.emplace(device, srgb_image(width, height));
-}
-
-void blit(gpu::Commands& commands, const gpu::Image& from, std::uint32_t layer, const gpu::Image& to,
-          const picture::Pane& pane) {
-  const VkExtent3D size = from.extent();
-  const picture::Pane fit = picture::fitted(pane, static_cast<int>(size.width), static_cast<int>(size.height));
-  if (fit.width == 0) return;
-  commands.transition(from, gpu::kTransferRead);
-  commands.transition(to, gpu::kTransferWrite);
-  VkImageBlit region{};
-  region.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, layer, 1};
-  region.srcOffsets[1] = {static_cast<std::int32_t>(size.width), static_cast<std::int32_t>(size.height), 1};
-  region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-  region.dstOffsets[0] = {fit.x, fit.y, 0};
-  region.dstOffsets[1] = {fit.x + fit.width, fit.y + fit.height, 1};
-  vkCmdBlitImage(commands.handle(), from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.handle(),
-                 VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region, VK_FILTER_LINEAR);
 }
 
 }  // namespace
@@ -152,10 +141,16 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
   }
   window_.reset(glfwCreateWindow(settings_.width, settings_.height, settings.title.c_str(), nullptr, nullptr));
   if (!window_) throw gpu::GpuError("cannot open a window: " + glfw_error() + "; run with --view headless");
+  const Size room = settings.placement ? Size{} : work_area();
   if (settings.least_width > 0) {
-    glfwSetWindowSizeLimits(window_.get(), settings.least_width, settings.least_height, GLFW_DONT_CARE,
-                            GLFW_DONT_CARE);
+    const Size least = within({settings.least_width, settings.least_height}, room);
+    glfwSetWindowSizeLimits(window_.get(), least.width, least.height, GLFW_DONT_CARE, GLFW_DONT_CARE);
   }
+  // Not every window manager sees to it, and there may be none.
+  Size made;
+  glfwGetWindowSize(window_.get(), &made.width, &made.height);
+  const Size fits = within(made, room);
+  if (fits.width < made.width || fits.height < made.height) glfwSetWindowSize(window_.get(), fits.width, fits.height);
   if (settings.placement && !settings.placement->maximised) {
     glfwSetWindowPos(window_.get(), settings.placement->x, settings.placement->y);
   }
@@ -354,7 +349,7 @@ void Window::idle() {
   create_swapchain();
 }
 
-void Window::present(const Frame& frame) {
+void Window::present(const FrameParts& frame) {
   pace();
   if (stale_ || extent_.width == 0 || extent_.height == 0) create_swapchain();
   if (extent_.width == 0 || extent_.height == 0) return;
@@ -389,37 +384,12 @@ void Window::present(const Frame& frame) {
   ++frames_;
 }
 
-void Window::record(gpu::Commands& commands, std::uint32_t index, const Frame& frame) {
+void Window::record(gpu::Commands& commands, std::uint32_t index, const FrameParts& frame) {
   const gpu::Image& target = images_[index];
   // Acquisition is waited for at the transfer stage: the first barrier must wait there too. The contents are
   // discarded.
   target.tracker().assume({VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_NONE, VK_IMAGE_LAYOUT_UNDEFINED});
-  commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
-  const auto& [scene, ultrasound, plot, overlay, layout] = frame;
-  const picture::Pane& scene_pane = layout.scene;
-  const auto eyes = scene != nullptr ? static_cast<int>(scene->settings().layers) : 0;
-  for (int eye = 0; eye < eyes; ++eye)
-    blit(commands, *scene, static_cast<std::uint32_t>(eye), target,
-         {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
-  if (ultrasound != nullptr) {
-    const VkExtent3D size = ultrasound->extent();
-    remake_if_needed(ultrasound_copy_, device_, size.width, size.height);
-    commands.transition(*ultrasound, gpu::kTransferRead);
-    commands.transition(*ultrasound_copy_, gpu::kTransferWrite, true);
-    VkImageCopy region{};
-    region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-    region.extent = size;
-    vkCmdCopyImage(commands.handle(), ultrasound->handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                   ultrasound_copy_->handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
-    blit(commands, *ultrasound_copy_, 0, target, layout.ultrasound);
-  }
-  if (plot != nullptr && plot->width > 0) {
-    remake_if_needed(plot_copy_, device_, static_cast<std::uint32_t>(plot->width),
-                     static_cast<std::uint32_t>(plot->height));
-    commands.upload(*plot_copy_, std::as_bytes(std::span(plot->rgba)));
-    blit(commands, *plot_copy_, 0, target, layout.plot);
-  }
-  if (overlay != nullptr) overlay->draw(commands, target);
+  composition_.record(commands, target, frame);
   if (settings_.capture && (target.settings().usage & VK_IMAGE_USAGE_TRANSFER_SRC_BIT) != 0) {
     if (!captured_ || captured_->size() != target.layer_bytes()) {
       device_.wait_idle();

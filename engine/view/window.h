@@ -9,6 +9,7 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/picture/panes.h"
+#include "engine/view/composition.h"
 #include "engine/view/input.h"
 #include "engine/view/overlay.h"
 
@@ -49,7 +50,8 @@ struct WindowPlacement {
 struct WindowSettings {
   std::string title = "Stylet";
   std::optional<WindowPlacement> placement{};  ///< where it was before; none: where the window system wants it
-  int width = 1280;  ///< pixels at content scale 1; on a display with twice the density twice as many
+  int width = 1280;  ///< pixels at content scale 1; on a display with twice the density twice as many, and not more
+                     ///< than fit the screen
   int height = 720;
   int least_width = 0;  ///< that a user can make it; 0: any
   int least_height = 0;
@@ -110,17 +112,9 @@ private:
   /// Pixels of the frame.
   Eigen::Vector2d pointer() const;
   void create_swapchain();
-  /// What a frame shows, and where.
-  struct Frame {
-    const gpu::Image* scene = nullptr;
-    const gpu::Image* ultrasound = nullptr;
-    const picture::Picture* plot = nullptr;
-    Overlay* overlay = nullptr;
-    picture::PaneLayout layout{};
-  };
-  void present(const Frame& frame);
+  void present(const FrameParts& frame);
   /// Copies the panes into swapchain image `index`.
-  void record(gpu::Commands& commands, std::uint32_t index, const Frame& frame);
+  void record(gpu::Commands& commands, std::uint32_t index, const FrameParts& frame);
   void pace();
 
   gpu::Device& device_;
@@ -134,8 +128,7 @@ private:
   std::vector<gpu::SemaphoreHandle> drawn_;     ///< one a swapchain image: presentation waits for it
   std::vector<gpu::SemaphoreHandle> acquired_;  ///< one a frame in flight
   std::vector<gpu::Commands> commands_;         ///< one a frame in flight
-  std::optional<gpu::Image> ultrasound_copy_;  ///< sRGB twin of an UNORM image, so that scaling knows what bytes mean
-  std::optional<gpu::Image> plot_copy_;
+  Composition composition_{device_};
   std::optional<gpu::Buffer> captured_;
   VkExtent2D captured_size_{};
   std::uint64_t frames_ = 0;

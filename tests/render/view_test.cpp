@@ -1,6 +1,7 @@
 // Where frames go: composed for a video, shown in a window (skipped without a display), and the camera's orbit.
 #include "engine/picture/panes.h"
 #include "engine/picture/smooth_edges.h"
+#include "engine/view/composition.h"
 #include "engine/view/offscreen.h"
 #include "engine/view/orbit.h"
 #include "engine/view/window.h"
@@ -8,8 +9,12 @@
 #include <gtest/gtest.h>
 #include <imgui.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
+#include <span>
 #include <tuple>
 
 namespace stylet::view {
@@ -84,6 +89,48 @@ TEST(Orbit, TurnsRoundWhatIsLookedAt) {
   const content::Camera above = orbited(camera, 0, 10);  // never over the pole
   EXPECT_LT((above.eye - above.look_at).normalized().y(), 0.999);
   EXPECT_NEAR((orbited(camera, 0, 0, 0.5).eye - camera.look_at).norm(), distance / 2, 1e-12);
+}
+
+TEST(Composition, BytesOfAnUltrasoundImageMeanSrgbWhateverItsFormatSays) {
+  std::atomic<std::uint32_t> messages{0};
+  {
+    gpu::Device device({.validation = true, .message_counter = &messages});
+    const gpu::ImageSettings whole{.width = 120,
+                                   .height = 90,
+                                   .format = VK_FORMAT_R8G8B8A8_SRGB,
+                                   .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
+    const gpu::Image scene(device, whole), target(device, whole);
+    const gpu::Image plain(device, {.width = 60, .height = 60, .usage = gpu::kStorageUsage});
+    const gpu::Image encoded(device, {.width = 60,
+                                      .height = 60,
+                                      .format = VK_FORMAT_R8G8B8A8_SRGB,
+                                      .usage = gpu::kTextureUsage | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+    const picture::Picture red(120, 90, {180, 0, 0, 255});
+    picture::Picture steps(60, 60, {0, 0, 0, 255});
+    for (int y = 0; y < 60; ++y)
+      for (int x = 0; x < 60; ++x) std::fill_n(steps.at(x, y), 3, static_cast<std::uint8_t>(4 * x));
+    gpu::run_now(device, [&](gpu::Commands& commands) {
+      commands.upload(scene, std::as_bytes(std::span(red.rgba)));
+      commands.upload(plain, std::as_bytes(std::span(steps.rgba)));
+      commands.upload(encoded, std::as_bytes(std::span(steps.rgba)));
+    });
+    Composition composition(device);
+    const auto composed = [&](const gpu::Image& ultrasound) {
+      gpu::run_now(device, [&](gpu::Commands& commands) {
+        composition.record(commands, target,
+                           {.scene = &scene,
+                            .ultrasound = &ultrasound,
+                            .layout = {.scene = {0, 0, 120, 90}, .ultrasound = {80, 10, 30, 30}, .plot = {}}});
+      });
+      return read_picture(device, target);
+    };
+    const picture::Picture shown = composed(encoded);
+    EXPECT_EQ(shown.rgba, composed(plain).rgba);
+    EXPECT_EQ(shown.at(0, 0)[0], 180) << "the scene fills the frame";
+    EXPECT_EQ(shown.at(119, 89)[0], 180);
+    EXPECT_NEAR(shown.at(94, 25)[1], 4 * 29, 3) << "the middle of the image";
+  }
+  EXPECT_EQ(messages.load(), 0u);
 }
 
 struct OnDisplay : testing::Test {
@@ -180,6 +227,23 @@ TEST_F(OnDisplay, PanelsLieOverTheSceneInAWindowOfAnySize) {
     check();
   }
   EXPECT_EQ(messages.load(), 0u);
+}
+
+TEST_F(OnDisplay, AWindowIsNotLargerThanTheScreen) {
+  Display display;
+  gpu::Device device({.window_extensions = display.vulkan_extensions()});
+  constexpr int kLarge = 8192;
+  const Window window(display, device,
+                      {.width = kLarge,
+                       .height = kLarge,
+                       .least_width = kLarge / 2,
+                       .least_height = kLarge / 2,
+                       .frames_per_second = 0});
+  const WindowPlacement placement = window.placement();
+  EXPECT_LT(placement.width, kLarge / 2);
+  EXPECT_LT(placement.height, kLarge / 2);
+  EXPECT_GT(placement.width, 0);
+  EXPECT_EQ(window.width(), placement.width) << "it is drawn in the size that it has";
 }
 
 TEST_F(OnDisplay, DeviceWithoutWindowExtensionsIsRefused) {

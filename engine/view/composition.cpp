@@ -1,0 +1,86 @@
+#include "engine/view/composition.h"
+
+#include <cstdint>
+#include <span>
+
+namespace stylet::view {
+
+namespace {
+
+gpu::ImageSettings srgb_image(std::uint32_t width, std::uint32_t height) {
+  return {.width = width,
+          .height = height,
+          .format = VK_FORMAT_R8G8B8A8_SRGB,
+          .usage = VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
+}
+
+void remake_if_needed(std::optional<gpu::Image>& image, gpu::Device& device, std::uint32_t width,
+                      std::uint32_t height) {
+  if (image && image->extent().width == width && image->extent().height == height) return;
+  device.wait_idle();
+  image.reset();
+  image.emplace(device, srgb_image(width, height));
+}
+
+void blit(gpu::Commands& commands, const gpu::Image& from, std::uint32_t layer, const gpu::Image& to,
+          const picture::Pane& pane) {
+  const VkExtent3D size = from.extent();
+  const picture::Pane fit = picture::fitted(pane, static_cast<int>(size.width), static_cast<int>(size.height));
+  if (fit.width == 0) return;
+  commands.transition(from, gpu::kTransferRead);
+  commands.transition(to, gpu::kTransferWrite);
+  VkImageBlit region{};
+  region.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, layer, 1};
+  region.srcOffsets[1] = {static_cast<std::int32_t>(size.width), static_cast<std::int32_t>(size.height), 1};
+  region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  region.dstOffsets[0] = {fit.x, fit.y, 0};
+  region.dstOffsets[1] = {fit.x + fit.width, fit.y + fit.height, 1};
+  vkCmdBlitImage(commands.handle(), from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.handle(),
+                 VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region, VK_FILTER_LINEAR);
+}
+
+/// Whether a picture of one layer, in its pane, leaves nothing of `target` to be seen.
+bool covers(const gpu::Image& target, const gpu::Image& picture, const picture::Pane& pane) {
+  const VkExtent3D size = picture.extent(), whole = target.extent();
+  const picture::Pane fit = picture::fitted(pane, static_cast<int>(size.width), static_cast<int>(size.height));
+  return fit.x <= 0 && fit.y <= 0 && fit.x + fit.width >= static_cast<int>(whole.width) &&
+         fit.y + fit.height >= static_cast<int>(whole.height);
+}
+
+}  // namespace
+
+void Composition::record(gpu::Commands& commands, const gpu::Image& target, const FrameParts& frame) {
+  const auto& [scene, ultrasound, plot, overlay, layout] = frame;
+  const picture::Pane& scene_pane = layout.scene;
+  const auto eyes = scene != nullptr ? static_cast<int>(scene->settings().layers) : 0;
+  if (eyes != 1 || !covers(target, *scene, scene_pane)) commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
+  for (int eye = 0; eye < eyes; ++eye)
+    blit(commands, *scene, static_cast<std::uint32_t>(eye), target,
+         {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
+  if (ultrasound != nullptr) {
+    const bool encoded = ultrasound->format() == VK_FORMAT_R8G8B8A8_SRGB;
+    blit(commands, encoded ? *ultrasound : srgb_copy(commands, *ultrasound), 0, target, layout.ultrasound);
+  }
+  if (plot != nullptr && plot->width > 0) {
+    remake_if_needed(plot_copy_, device_, static_cast<std::uint32_t>(plot->width),
+                     static_cast<std::uint32_t>(plot->height));
+    commands.upload(*plot_copy_, std::as_bytes(std::span(plot->rgba)));
+    blit(commands, *plot_copy_, 0, target, layout.plot);
+  }
+  if (overlay != nullptr) overlay->draw(commands, target);
+}
+
+const gpu::Image& Composition::srgb_copy(gpu::Commands& commands, const gpu::Image& picture) {
+  const VkExtent3D size = picture.extent();
+  remake_if_needed(ultrasound_copy_, device_, size.width, size.height);
+  commands.transition(picture, gpu::kTransferRead);
+  commands.transition(*ultrasound_copy_, gpu::kTransferWrite, true);
+  VkImageCopy region{};
+  region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  region.extent = size;
+  vkCmdCopyImage(commands.handle(), picture.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                 ultrasound_copy_->handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+  return *ultrasound_copy_;
+}
+
+}  // namespace stylet::view

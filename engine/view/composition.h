@@ -1,0 +1,40 @@
+// What a frame of a window shows, put together: scene, ultrasound image, plot and panels, each in its place.
+#pragma once
+
+#include "engine/gpu/commands.h"
+#include "engine/gpu/device.h"
+#include "engine/picture/panes.h"
+#include "engine/picture/picture.h"
+#include "engine/view/overlay.h"
+
+#include <optional>
+
+namespace stylet::view {
+
+/// Parts of a frame; null: it has none.
+struct FrameParts {
+  const gpu::Image* scene = nullptr;       ///< its layers side by side in their pane
+  const gpu::Image* ultrasound = nullptr;  ///< bytes mean sRGB, whatever its format says
+  const picture::Picture* plot = nullptr;
+  Overlay* overlay = nullptr;  ///< over all of it
+  picture::PaneLayout layout{};
+};
+
+/// Thread: the one that uses the device.
+class Composition {
+public:
+  explicit Composition(gpu::Device& device) : device_(device) {}
+
+  /// Records the frame into `target`, whose contents do not matter.
+  /// @param target  8 bits, sRGB; can be copied to, and is a colour attachment where there is an overlay
+  void record(gpu::Commands& commands, const gpu::Image& target, const FrameParts& frame);
+
+private:
+  const gpu::Image& srgb_copy(gpu::Commands& commands, const gpu::Image& picture);
+
+  gpu::Device& device_;
+  std::optional<gpu::Image> ultrasound_copy_;  ///< sRGB twin of an UNORM image, so that scaling knows what bytes mean
+  std::optional<gpu::Image> plot_copy_;
+};
+
+}  // namespace stylet::view
