@@ -1,10 +1,8 @@
 #include "engine/scanner/live_scanner.h"
 
-#include "engine/gpu/commands.h"
 #include "engine/picture/png_bytes.h"
 #include "engine/scanner/core_strips.h"
 #include "engine/scanner/scanner_screen.h"
-#include "engine/view/offscreen.h"
 
 #include <fmt/format.h>
 
@@ -29,7 +27,14 @@ LiveScanner::LiveScanner(gpu::Device& device, const content::Scene& scene, const
       console_(console),
       tissues_(scene),
       preset_(console.preset()),
-      screen_(device, {.width = kWidth, .height = kHeight, .usage = gpu::kStorageUsage}) {
+      screen_(device, {.width = kWidth,
+                       .height = kHeight,
+                       .format = VK_FORMAT_R8G8B8A8_SRGB,
+                       .usage = gpu::kTextureUsage | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}),
+      commands_(device),
+      upload_(device),
+      read_back_(device, VkDeviceSize{4} * kWidth * kHeight, 0, gpu::Memory::readback),
+      bare_(kWidth, kHeight) {
   make_imager();
 }
 
@@ -87,7 +92,7 @@ void LiveScanner::save_image(double time_s) {
   if (saved_->size() >= kMostSavedImages) {
     return say(fmt::format("{} images are saved, no more are", kMostSavedImages), time_s);
   }
-  picture::Picture picture = view::read_picture(device_, imager_->image());
+  picture::Picture picture = bare_;
   compose(picture, "");
   saved_->push_back({.png = picture::png_bytes(picture),
                      .time_s = imaged_s_,
@@ -125,9 +130,8 @@ void LiveScanner::draw(const state::FrameState& state) {
   if (imaging) make_image(state);
   if (!imaging && !touched_ && !marked_) return;
   touched_ = marked_ = false;
-  picture::Picture picture = view::read_picture(device_, imager_->image());
-  if (imaging && watcher_ != nullptr && !console_.frozen()) watcher_->imaged(state, imager_->geometry(), picture);
-  show(picture);
+  if (imaging && watcher_ != nullptr && !console_.frozen()) watcher_->imaged(state, imager_->geometry(), bare_);
+  show();
 }
 
 void LiveScanner::take_cores(std::span<const state::CoreTrack> cores) {
@@ -144,7 +148,12 @@ void LiveScanner::make_image(const state::FrameState& state) {
     make_imager();
   }
   imager_->set_controls(console_.controls());
-  imager_->image(state);
+  commands_.begin();
+  imager_->record(commands_, state);
+  commands_.copy(imager_->image(), read_back_);
+  commands_.transition(read_back_, gpu::kHostRead);
+  device_.wait(commands_.submit());
+  std::ranges::copy(read_back_.mapped_as<std::uint8_t>(), bare_.rgba.begin());
   // Looking for the cause of a black image may take as long as the image.
   if (state.time_s >= diagnosed_s_ + kDiagnosisPeriod || state.time_s < diagnosed_s_) {
     diagnosed_s_ = state.time_s;
@@ -160,12 +169,15 @@ void LiveScanner::make_image(const state::FrameState& state) {
   next_image_s_ = (in_time ? next_image_s_ : state.time_s) + period_s();
 }
 
-void LiveScanner::show(picture::Picture& bare) {
+void LiveScanner::show() {
   note_ = message_.empty() ? diagnosis_ : message_;
-  compose(bare, texts_ != nullptr ? texts_->of(note_) : note_);
-  draw_core_strips(bare, cores_, scene_, texts_, font_);
-  gpu::run_now(device_,
-               [&](gpu::Commands& commands) { commands.upload(screen_, std::as_bytes(std::span(bare.rgba))); });
+  picture::Picture picture = bare_;
+  compose(picture, texts_ != nullptr ? texts_->of(note_) : note_);
+  draw_core_strips(picture, cores_, scene_, texts_, font_);
+  upload_.begin();
+  upload_.upload(screen_, std::as_bytes(std::span(picture.rgba)));
+  upload_.submit();  // whoever uses it next on the queue has it
+  ++screens_;
 }
 
 void LiveScanner::compose(picture::Picture& bare, const std::string& note) const {

@@ -4,6 +4,8 @@
 #include "engine/content/scene.h"
 #include "engine/content/texts.h"
 #include "engine/figures/canvas.h"
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/commands.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/image.h"
 #include "engine/picture/picture.h"
@@ -41,6 +43,10 @@ class LiveScanner {
 public:
   /// Keeps references to `device` and `scene`. The tissue table is watched, its acoustics show when it is written.
   LiveScanner(gpu::Device& device, const content::Scene& scene, const ScannerConsole& console);
+  /// Waits for what uses the screen.
+  ~LiveScanner() { device_.settle(); }
+  LiveScanner(const LiveScanner&) = delete;
+  LiveScanner& operator=(const LiveScanner&) = delete;
 
   /// @param time_s  of the session; so for all
   void apply(const Command& command, double time_s);
@@ -62,6 +68,8 @@ public:
   void limit_share(double share) { most_share_ = share; }
   /// Made so far.
   std::uint64_t images() const { return images_; }
+  /// Times that the screen was made: where it has not changed, nor has what in_view() shows.
+  std::uint64_t screens() const { return screens_; }
   /// Session time of the state that the image shows, s.
   double imaged_s() const { return imaged_s_; }
   /// Images a second as they come now.
@@ -70,7 +78,7 @@ public:
   /// Gets every image from now on, none of a frozen scanner; null: nobody does.
   void watch(ImageWatcher* watcher) { watcher_ = watcher; }
 
-  /// Image, settings and scales, as on a machine's screen.
+  /// Image, settings and scales, as on a machine's screen. sRGB.
   const gpu::Image& screen() const { return screen_; }
   /// The bare image where the probe's plane lies in the 3-D view.
   render::PlaneTexture in_view() const;
@@ -86,7 +94,7 @@ private:
   void make_imager();
   void take_cores(std::span<const state::CoreTrack> cores);
   void make_image(const state::FrameState& state);
-  void show(picture::Picture& bare);
+  void show();
   /// The bare image with all that stands beside it.
   void compose(picture::Picture& bare, const std::string& note) const;
   void point(const Point& point);
@@ -101,6 +109,11 @@ private:
   ultrasound::Preset preset_;  ///< of the imager
   std::optional<ultrasound::Imager> imager_;
   gpu::Image screen_;
+  gpu::Commands commands_;  ///< that make an image
+  gpu::Commands upload_;    ///< that fill the screen
+  gpu::Buffer read_back_;   ///< where the image comes to the host
+  picture::Picture bare_;   ///< the image last made, grey
+  std::uint64_t screens_ = 0;
   std::string message_;  ///< shown for a while, before why the image is black
   double message_until_s_ = 0;
   std::string diagnosis_;
