@@ -4,6 +4,7 @@
 #include "engine/app/validate.h"
 #include "engine/author/draft.h"
 #include "engine/author/picking.h"
+#include "engine/content/probe_placement.h"
 #include "engine/desktop/author_panel.h"
 #include "engine/files/error.h"
 #include "engine/motion/biopsy_motion.h"
@@ -21,6 +22,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
+#include <cstdlib>
 #include <future>
 #include <optional>
 #include <utility>
@@ -113,16 +116,17 @@ private:
     scene_.probe.pose = draft_.probe().value_or(loaded_probe_);
     entry_ = draft_.entry() ? draft_.entry() : loaded_entry_;
     home_ = draft_.camera().value_or(loaded_camera_);
-    const Eigen::Vector3d focus = targets_.empty() ? Eigen::Vector3d::Zero() : targets_.front().centre;
+    chosen_ = targets_.empty() ? 0 : std::min(chosen_, targets_.size() - 1);
+    const Eigen::Vector3d focus = targets_.empty() ? Eigen::Vector3d::Zero() : targets_[chosen_].centre;
     if (!targets_.empty()) {
       scene_.targets.resize(1);
       if ((scene_.targets.front().centre - focus).norm() > 1e-9) refocus_ = true;
-      scene_.targets.front() = {.name = targets_.front().name, .centre = focus, .radius = targets_.front().radius};
+      scene_.targets.front() = {.name = targets_[chosen_].name, .centre = focus, .radius = targets_[chosen_].radius};
     }
     const double time_s = frame_.time_s;
     frame_ = session::rest_frame(scene_);
     frame_.time_s = time_s;
-    if (entry_ && !targets_.empty()) show_needle(*entry_, focus);
+    if (entry_ && !targets_.empty()) show_needle(*entry_, targets_.front().centre);  // as the motion leads it
     odd_ = author::look_over(scene_, targets_, forbidden_surfaces_, entry_);
   }
 
@@ -177,11 +181,11 @@ private:
     switch (tool_) {
       case AuthorTool::target: {
         if (!organ) return say("There is no organ");
-        author::TargetPlan target = first_target();
+        author::TargetPlan target = chosen_target();
         target.organ = shift ? organs_[organ->surface] : "";
         target.centre = ray.at(0.5 * (organ->from + organ->to));
         target.radius = std::clamp(target.radius, kLeastRadius, kMostRadius);
-        draft_.set_target(0, target);
+        draft_.set_target(chosen_, target);
         return say("In " + organs_[organ->surface]);
       }
       case AuthorTool::entry:
@@ -211,22 +215,28 @@ private:
 
   void say(std::string text) { said_ = std::move(text); }
 
-  author::TargetPlan first_target() const {
-    return targets_.empty() ? author::TargetPlan{.name = "target"} : targets_.front();
+  author::TargetPlan chosen_target() const {
+    return targets_.empty() ? author::TargetPlan{.name = "target"} : targets_[chosen_];
   }
 
   physics::RigidPose probe_at(const SkinPoint& skin) const {
     const Eigen::Vector3d seen =
-        targets_.empty() ? Eigen::Vector3d(skin.point - 0.05 * skin.normal) : targets_.front().centre;
-    return author::probe_on_skin(skin, seen, entry_.value_or(skin.point));
+        targets_.empty() ? Eigen::Vector3d(skin.point - 0.05 * skin.normal) : targets_[chosen_].centre;
+    return content::probe_on_skin(skin.point, skin.normal, seen, entry_.value_or(skin.point));
+  }
+
+  void choose(std::size_t target) {
+    if (target == chosen_ || target >= targets_.size()) return;
+    chosen_ = target;
+    take_draft();
   }
 
   void grow(double by) {
     if (targets_.empty()) return;
-    author::TargetPlan target = first_target();
+    author::TargetPlan target = chosen_target();
     target.organ.clear();
     target.radius = std::clamp(target.radius + by, kLeastRadius, kMostRadius);
-    draft_.set_target(0, target);
+    draft_.set_target(chosen_, target);
   }
 
   content::Motion motion_to(const Eigen::Vector3d& entry) const {
@@ -269,6 +279,8 @@ private:
     switch (wish) {
       case AuthorWish::nothing:
         return;
+      case AuthorWish::next_target:
+        return choose(targets_.empty() ? 0 : (chosen_ + 1) % targets_.size());
       case AuthorWish::camera:
         return draft_.set_camera(camera_);
       case AuthorWish::undo:
@@ -299,7 +311,10 @@ private:
     const auto begins = [&](const char* what) { return pointer.starts_with(what); };
     if (begins("/probe")) return scene_.probe.pose.position;
     if (begins("/motion") && entry_) return *entry_;
-    if (begins("/targets") && !targets_.empty()) return targets_.front().centre;
+    if (begins("/targets") && !targets_.empty()) {
+      const std::size_t which = pointer.size() > 9 ? std::strtoul(pointer.c_str() + 9, nullptr, 10) : 0;
+      return targets_[std::min(which, targets_.size() - 1)].centre;
+    }
     if (begins("/camera")) return home_.look_at;
     return {};
   }
@@ -313,6 +328,7 @@ private:
     }
     desktop::AuthorFacts out{.title = scene_.name,
                              .tool = tool_,
+                             .target = chosen_,
                              .organs = ids(),
                              .forbidden = forbidden_,
                              .said = said_,
@@ -322,6 +338,7 @@ private:
                              .checking = checking,
                              .leaving = leaving_};
     for (const author::TargetPlan& target : targets_) {
+      out.targets.push_back(target.name);
       out.marks.push_back({.text = target.name, .at = target.centre, .radius = target.radius});
     }
     if (entry_) out.marks.push_back({.text = "Entry", .at = *entry_});
@@ -354,11 +371,11 @@ private:
     const bool in_image = u >= 0 && v >= 0 && u < extent.width && v < extent.height;
     if (pressed && in_image && tool_ == AuthorTool::target) {
       const render::PlaneTexture plane = scanner.in_view();
-      author::TargetPlan target = first_target();
+      author::TargetPlan target = chosen_target();
       target.organ.clear();
       const Eigen::Vector2d xz = plane.origin + Eigen::Vector2d(u, v) * plane.metres_per_pixel;
       target.centre = scene_.probe.pose.position + scene_.probe.pose.orientation * Eigen::Vector3d(xz.x(), 0, xz.y());
-      draft_.set_target(0, target);
+      draft_.set_target(chosen_, target);
     }
     if (in_image) return;
     if (tool_ == AuthorTool::probe) {  // follows while it is dragged, and is put down where it is let go
@@ -374,10 +391,10 @@ private:
       click(ray, input.shift);
     }
     if (input.advance != 0 && tool_ == AuthorTool::target && !targets_.empty()) {
-      author::TargetPlan target = first_target();
+      author::TargetPlan target = chosen_target();
       target.organ.clear();
       target.centre += input.advance * kDeeper * (target.centre - camera_.eye).normalized();
-      draft_.set_target(0, target);
+      draft_.set_target(chosen_, target);
     }
   }
 
@@ -397,13 +414,7 @@ private:
     view::Overlay& overlay = screen.overlay();
     view::Input input = screen.window().poll();
     const int width = screen.window().width(), height = screen.window().height();
-    overlay.begin({.width = width,
-                   .height = height,
-                   .pointer_x = input.pointer_x,
-                   .pointer_y = input.pointer_y,
-                   .left = input.left,
-                   .right = input.right,
-                   .wheel = input.wheel});
+    overlay.begin(view::overlay_frame(input, width, height));
     if (screen.window().minimised()) return screen.window().idle();
     if (!looked_) camera_ = home_;
     looked_ = true;
@@ -422,11 +433,11 @@ private:
       }
     }
     const desktop::AuthorFacts shown = facts();
-    AuthorTool tool = tool_;
-    std::string toggled;
-    act(desktop::draw_author(shown, camera_, width, height, texts, tool, toggled));
-    if (!toggled.empty()) toggle(toggled);
-    tool_ = tool;
+    const desktop::AuthorChoice choice = desktop::draw_author(shown, camera_, width, height, texts);
+    act(choice.wish);
+    if (!choice.toggled.empty()) toggle(choice.toggled);
+    tool_ = choice.tool;
+    choose(choice.target);
     if (draft_.text() != text || draft_.entry() != entry) take_draft();
     if (!draft_.changed()) leaving_ = false;
     fit_renderer(device, width, height);
@@ -460,6 +471,7 @@ private:
   state::FrameState frame_;
   std::optional<render::Renderer> renderer_;
   AuthorTool tool_ = AuthorTool::target;
+  std::size_t chosen_ = 0;  ///< of targets_, that is edited
   std::string said_;
   Verdict checked_;
   std::future<Verdict> check_;

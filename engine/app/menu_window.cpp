@@ -53,12 +53,7 @@ bool chosen_in(desktop::Menu& menu, const std::string& gpu_name, Observer& obser
     view::Overlay& overlay = screen.overlay();
     const view::Input input = screen.window().poll();
     const int width = screen.window().width(), height = screen.window().height();
-    overlay.begin({.width = width,
-                   .height = height,
-                   .pointer_x = input.pointer_x,
-                   .pointer_y = input.pointer_y,
-                   .left = input.left,
-                   .wheel = input.wheel});
+    overlay.begin(view::overlay_frame(input, width, height));
     const desktop::MenuWish by_keys = menu.handle(input), by_pointer = menu.draw(width, height, texts);
     if (language != menu.language()) texts = readers::find_texts(language = menu.language());
     if (by_keys != desktop::MenuWish::nothing) wish = by_keys;

@@ -62,14 +62,7 @@ view::Input SessionWindow::begin_frame(double dt_s) {
   view::Overlay& overlay = screen_.overlay();
   const view::Window& window = screen_.window();
   view::Input input = screen_.window().poll();
-  overlay.begin({.width = window.width(),
-                 .height = window.height(),
-                 .dt_s = dt_s,
-                 .pointer_x = input.pointer_x,
-                 .pointer_y = input.pointer_y,
-                 .left = input.left,
-                 .right = input.right,
-                 .wheel = input.wheel});
+  overlay.begin(view::overlay_frame(input, window.width(), window.height(), dt_s));
   return overlay.wants_pointer() ? view::without_pointer(std::move(input)) : input;
 }
 

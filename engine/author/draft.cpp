@@ -6,6 +6,7 @@
 #include "engine/files/error.h"
 #include "engine/files/json_reader.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 #include <nlohmann/json.hpp>
@@ -76,26 +77,56 @@ fs::path free_name(const fs::path& path, const std::string& ending) {
   }
 }
 
-void write_whole(const fs::path& path, const std::string& text) {
-  const fs::path staged = path.parent_path() / fmt::format(".{}.{}", path.filename().string(), ::getpid());
-  std::error_code error;
-  {
-    std::ofstream file(staged, std::ios::binary | std::ios::trunc);
+/// To the disk, not only to the system's memory: a file, or the names in a folder. What cannot do it stays as it is.
+void sync(const fs::path& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return;
+  ::fsync(file);
+  ::close(file);
+}
+
+/// A file on its way: written beside its place, on the disk before it gets there, gone where it does not.
+class Staged {
+public:
+  explicit Staged(fs::path place)
+      : place_(std::move(place)),
+        path_(place_.parent_path() / fmt::format(".{}.{}", place_.filename().string(), ::getpid())) {}
+  ~Staged() {
+    std::error_code gone;
+    if (!path_.empty()) fs::remove(path_, gone);
+  }
+  Staged(const Staged&) = delete;
+  Staged& operator=(const Staged&) = delete;
+
+  const fs::path& path() const { return path_; }
+  void write(const std::string& text) const {
+    std::ofstream file(path_, std::ios::binary | std::ios::trunc);
     file << text;
     file.flush();
     if (!file) {
-      fs::remove(staged, error);
-      throw ContentError(path.string() + ": cannot be written; make the folder writable, or edit a copy");
+      throw ContentError(place_.string() + ": cannot be written; make the folder writable, or edit a copy");
     }
   }
-  const fs::perms rights = fs::status(path, error).permissions();
-  if (!error && rights != fs::perms::unknown) fs::permissions(staged, rights, error);
-  fs::rename(staged, path, error);
-  if (error) {
-    std::error_code gone;
-    fs::remove(staged, gone);
-    throw ContentError(fmt::format("{}: cannot be replaced: {}", path.string(), error.message()));
+  /// In the place of what is there, with its rights.
+  void put() {
+    std::error_code error;
+    const fs::perms rights = fs::status(place_, error).permissions();
+    if (!error && rights != fs::perms::unknown) fs::permissions(path_, rights, error);
+    sync(path_);
+    fs::rename(path_, place_, error);
+    if (error) throw ContentError(fmt::format("{}: cannot be replaced: {}", place_.string(), error.message()));
+    path_.clear();
+    sync(place_.parent_path().empty() ? fs::path(".") : place_.parent_path());
   }
+
+private:
+  fs::path place_, path_;
+};
+
+void write_whole(const fs::path& path, const std::string& text) {
+  Staged staged(path);
+  staged.write(text);
+  staged.put();
 }
 
 }  // namespace
@@ -228,16 +259,32 @@ void Draft::save(const WriteMotion& write_motion) {
   if (whole(path_) != on_disk_) {
     throw ContentError(path_.string() + ": another program has changed it meanwhile; nothing is written over it");
   }
+  if (!changed()) return;
   State next = now();
-  if (next.entry && (!saved_.entry || *next.entry != *saved_.entry || next.text != saved_.text)) {
-    const fs::path motion = free_name(path_, "_motion");
-    write_motion(*next.entry, motion);
-    next.text = with_value(next.text, {"motion"}, quoted(motion.filename().string()));
+  Staged scenario(path_);
+  std::optional<Staged> motion;
+  if (next.entry) {
+    const fs::path place = own_motion();
+    motion.emplace(place);
+    write_motion(*next.entry, motion->path());
+    next.text = with_value(next.text, {"motion"}, quoted(place.filename().string()));
   }
-  write_whole(path_, next.text);
+  scenario.write(next.text);
+  if (motion) motion->put();
+  scenario.put();
   on_disk_ = next.text;
   states_[at_] = next;
   saved_ = std::move(next);
+}
+
+/// The motion file that the scenario names, where an author's save made it; else a free name.
+fs::path Draft::own_motion() const {
+  const std::string named = text_of(json::parse(text()), "motion"), ours = path_.stem().string() + "_motion";
+  if (named.starts_with(ours) && named.ends_with(".json")) {
+    const std::string number = named.substr(ours.size(), named.size() - ours.size() - 5);
+    if (number.find_first_not_of("_0123456789") == std::string::npos) return path_.parent_path() / named;
+  }
+  return free_name(path_, "_motion");
 }
 
 fs::path Draft::keep() const {

@@ -52,8 +52,8 @@ public:
   /// Since it was read or saved.
   bool changed() const { return now().text != saved_.text || now().entry != saved_.entry; }
 
-  /// Writes the file, whole or not at all. A new entry gets a motion file of its own beside it, so that others keep
-  /// theirs.
+  /// Writes the file, whole or not at all, and is done when it is on the disk; nothing where nothing has changed. A
+  /// new entry gets a motion file beside it, so that others keep theirs; the next one takes its place.
   /// @param write_motion  writes one for an entry to a path
   /// @throws files::ContentError  not writable, or another program has changed the file meanwhile: it stays as it is
   using WriteMotion = std::function<void(const Eigen::Vector3d& entry, const std::filesystem::path& path)>;
@@ -68,6 +68,7 @@ private:
   };
   const State& now() const { return states_[at_]; }
   void push(State state);
+  std::filesystem::path own_motion() const;
 
   std::filesystem::path path_;
   std::vector<State> states_;

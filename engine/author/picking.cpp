@@ -9,8 +9,6 @@ namespace stylet::author {
 namespace {
 
 constexpr double kNormalReach = 0.012;  // m of skin that a normal is taken of
-constexpr double kMostAside = 20 * std::numbers::pi / 180;
-constexpr double kNoPlane = 0.1;  // sine of the least angle between two directions that make a plane
 
 std::optional<double> hit(const Ray& ray, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                           const Eigen::Vector3d& c) {
@@ -123,27 +121,6 @@ std::optional<SkinPoint> entry_of(const content::Motion& motion, double needle_l
   const physics::StylusPose& hub = motion.stylus.front().pose;
   const Eigen::Vector3d along = hub.orientation * Eigen::Vector3d::UnitZ();
   return skin_under(labels, {.from = hub.position + needle_length * along, .along = along});
-}
-
-physics::RigidPose probe_on_skin(const SkinPoint& skin, const Eigen::Vector3d& seen, const Eigen::Vector3d& entry) {
-  const Eigen::Vector3d to_seen = (seen - skin.point).normalized();
-  const Eigen::Vector3d to_entry = (entry - skin.point).normalized();
-  Eigen::Vector3d across = to_entry.cross(to_seen);
-  if (!(across.norm() > kNoPlane)) across = Eigen::Vector3d::UnitY().cross(to_seen).cross(to_seen);
-  if (!(across.norm() > kNoPlane)) across = to_seen.unitOrthogonal();
-  across.normalize();
-  Eigen::Vector3d axis = skin.normal.dot(across) * across - skin.normal;
-  axis = axis.norm() > kNoPlane ? Eigen::Vector3d(axis.normalized()) : to_seen;
-  const double aside = std::acos(std::clamp(axis.dot(to_seen), -1.0, 1.0));
-  if (aside > kMostAside) {
-    axis = Eigen::AngleAxisd(aside - kMostAside, axis.cross(to_seen).normalized()) * axis;
-  }
-  Eigen::Matrix3d frame;
-  frame.col(2) = axis;
-  frame.col(0) = across.cross(axis);
-  if (frame.col(0).dot(to_entry) > 0) frame.col(0) = -frame.col(0);
-  frame.col(1) = axis.cross(frame.col(0));
-  return {.position = skin.point, .orientation = Eigen::Quaterniond(frame).normalized()};
 }
 
 content::Target target_of(const content::Scene& scene, std::span<const std::size_t> surfaces) {

@@ -1,4 +1,4 @@
-// What lies under the pointer of a 3-D view, and where a probe or a target goes that is put there. Pure.
+// What lies under the pointer of a 3-D view. Pure.
 //
 // Patient frame at rest, metres.
 #pragma once
@@ -47,11 +47,6 @@ std::optional<SkinPoint> entry_of(const content::Motion& motion, double needle_l
 
 /// Whether the labels have tissue at a point.
 bool inside_patient(const content::LabelVolume& labels, const Eigen::Vector3d& point);
-
-/// The probe held on the skin at a point: its image holds `seen` and the needle's entry, the needle comes from the
-/// left, and the face lies as flat on the skin as that allows, `seen` within 20 degrees of the image's middle. Where
-/// the entry does not say how, across the body.
-physics::RigidPose probe_on_skin(const SkinPoint& skin, const Eigen::Vector3d& seen, const Eigen::Vector3d& entry);
 
 /// Centre of volume and radius of the ball of the same volume of closed surfaces.
 content::Target target_of(const content::Scene& scene, std::span<const std::size_t> surfaces);

@@ -7,12 +7,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace stylet::content {
 namespace {
 
 constexpr double kLargestPatient = 5;  // m
 constexpr double kSmallestPatient = 0.02;
+constexpr double kMostAside =
+    20 * std::numbers::pi / 180;  // of what the probe is to see from the middle of its image
+constexpr double kNoPlane = 0.1;  // sine of the least angle between two directions that make a plane
 
 std::size_t index_of(const LabelVolume& labels, const Eigen::Vector3i& voxel) {
   const auto nx = static_cast<std::size_t>(labels.size.x());
@@ -147,6 +151,28 @@ std::string odd_probe_placement(const Probe& probe, const LabelVolume& labels) {
   }
   return fmt::format("the probe's axis (+Z) does not meet the patient{}",
                      behind ? ", which lies behind it; turn it round" : "; turn it towards the skin");
+}
+
+physics::RigidPose probe_on_skin(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                                 const Eigen::Vector3d& seen, const Eigen::Vector3d& entry) {
+  const Eigen::Vector3d to_seen = (seen - point).normalized();
+  const Eigen::Vector3d to_entry = (entry - point).normalized();
+  Eigen::Vector3d across = to_entry.cross(to_seen);
+  if (!(across.norm() > kNoPlane)) across = Eigen::Vector3d::UnitY().cross(to_seen).cross(to_seen);
+  if (!(across.norm() > kNoPlane)) across = to_seen.unitOrthogonal();
+  across.normalize();
+  Eigen::Vector3d axis = normal.dot(across) * across - normal;
+  axis = axis.norm() > kNoPlane ? Eigen::Vector3d(axis.normalized()) : to_seen;
+  const double aside = std::acos(std::clamp(axis.dot(to_seen), -1.0, 1.0));
+  if (aside > kMostAside) {
+    axis = Eigen::AngleAxisd(aside - kMostAside, axis.cross(to_seen).normalized()) * axis;
+  }
+  Eigen::Matrix3d frame;
+  frame.col(2) = axis;
+  frame.col(0) = across.cross(axis);
+  if (frame.col(0).dot(to_entry) > 0) frame.col(0) = -frame.col(0);
+  frame.col(1) = axis.cross(frame.col(0));
+  return {.position = point, .orientation = Eigen::Quaterniond(frame).normalized()};
 }
 
 }  // namespace stylet::content

@@ -16,6 +16,13 @@ inline constexpr double kFarthestProbe = 0.010;
 /// between "outside" and the rest, to half a voxel. O(voxels).
 std::string odd_probe_placement(const Probe& probe, const LabelVolume& labels);
 
+/// The probe held on the skin at a point: its image holds `seen` and the needle's entry, the needle comes from the
+/// left, and the face lies as flat on the skin as that allows, `seen` within 20 degrees of the image's middle. Where
+/// the entry does not say how, across the body.
+/// @param normal  of the skin, outwards, unit
+physics::RigidPose probe_on_skin(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                                 const Eigen::Vector3d& seen, const Eigen::Vector3d& entry);
+
 /// How a sonographer moves a probe on the skin: the slides first, then the turns, about axes of the probe (m, rad).
 struct ProbeMove {
   double lateral = 0;    ///< slide along +X

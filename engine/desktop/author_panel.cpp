@@ -3,6 +3,7 @@
 #include "engine/desktop/framing.h"
 #include "engine/panels/parts.h"
 
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -56,18 +57,21 @@ AuthorWish author_keys(const view::Input& input, bool leaving, AuthorTool& tool)
     for (int i = 0; i < static_cast<int>(kTools.size()); ++i) {
       if (stroke.key == Key::digit_1 + i) tool = static_cast<AuthorTool>(i);
     }
-    if (stroke.key == Key::c) wish = AuthorWish::camera;
-    if (stroke.key == Key::z) wish = stroke.shift ? AuthorWish::redo : AuthorWish::undo;
+    // As everywhere: with Ctrl held, undo, redo and save; without it a letter is a command of this window.
+    if (stroke.control && stroke.key == Key::z) wish = stroke.shift ? AuthorWish::redo : AuthorWish::undo;
     if (stroke.key == Key::s) wish = AuthorWish::save;
+    if (stroke.control) continue;
+    if (stroke.key == Key::tab) wish = AuthorWish::next_target;
+    if (stroke.key == Key::c) wish = AuthorWish::camera;
     if (stroke.key == Key::q) wish = AuthorWish::leave;
     if (stroke.key == Key::d && leaving) wish = AuthorWish::discard;
   }
   return wish;
 }
 
-AuthorWish draw_author(const AuthorFacts& facts, const content::Camera& camera, int width, int height,
-                       const content::Texts& texts, AuthorTool& tool, std::string& toggled) {
-  AuthorWish wish = AuthorWish::nothing;
+AuthorChoice draw_author(const AuthorFacts& facts, const content::Camera& camera, int width, int height,
+                         const content::Texts& texts) {
+  AuthorChoice choice{.tool = facts.tool, .target = facts.target};
   for (const AuthorMark& mark : facts.marks) draw_mark(mark, camera, width, height, texts);
   const float wide = std::min(kPanelWidth * em(), 0.4F * static_cast<float>(width));
   ImGui::SetNextWindowPos({0.5F * em(), 0.5F * em()}, ImGuiCond_Always);
@@ -75,7 +79,7 @@ AuthorWish draw_author(const AuthorFacts& facts, const content::Camera& camera, 
   ImGui::SetNextWindowSize({wide, 0});
   const auto button = [&](const char* label, AuthorWish asked, bool can) {
     ImGui::BeginDisabled(!can);
-    if (ImGui::Button(texts.of(label).c_str())) wish = asked;
+    if (ImGui::Button(texts.of(label).c_str())) choice.wish = asked;
     ImGui::EndDisabled();
   };
   if (ImGui::Begin((facts.title + (facts.changed ? " *" : "") + "###author").c_str(), nullptr,
@@ -84,28 +88,35 @@ AuthorWish draw_author(const AuthorFacts& facts, const content::Camera& camera, 
     ImGui::PushTextWrapPos(0);
     for (std::size_t i = 0; i < kTools.size(); ++i) {
       const auto each = static_cast<AuthorTool>(i);
-      if (ImGui::RadioButton(texts.of(kTools[i]).c_str(), tool == each)) tool = each;
+      if (ImGui::RadioButton(texts.of(kTools[i]).c_str(), facts.tool == each)) choice.tool = each;
     }
-    ImGui::TextDisabled("%s", texts.of(kHelp[static_cast<std::size_t>(tool)]).c_str());
+    ImGui::TextDisabled("%s", texts.of(kHelp[static_cast<std::size_t>(facts.tool)]).c_str());
     ImGui::TextDisabled("%s", texts.of("Right button: turn the view; Ctrl and wheel: nearer.").c_str());
+    if (facts.tool == AuthorTool::target && facts.targets.size() > 1) {
+      ImGui::TextUnformatted(texts.of("Target that is edited (Tab: the next)").c_str());
+      for (std::size_t i = 0; i < facts.targets.size(); ++i) {
+        const std::string label = fmt::format("{}. {}##target{}", i + 1, facts.targets[i], i);
+        if (ImGui::RadioButton(label.c_str(), facts.target == i)) choice.target = i;
+      }
+    }
     if (!facts.forbidden.empty()) {
       std::string list;
       for (const std::string& organ : facts.forbidden) list += (list.empty() ? "" : ", ") + organ;
       ImGui::Text("%s: %s", texts.of("Forbidden").c_str(), list.c_str());
     }
-    if (tool == AuthorTool::forbidden &&
+    if (facts.tool == AuthorTool::forbidden &&
         ImGui::BeginChild("organs", {0, std::min(9.0F * em(), 0.3F * static_cast<float>(height))}, true)) {
       for (const std::string& organ : facts.organs) {
         bool on = std::ranges::find(facts.forbidden, organ) != facts.forbidden.end();
-        if (ImGui::Checkbox(organ.c_str(), &on)) toggled = organ;
+        if (ImGui::Checkbox(organ.c_str(), &on)) choice.toggled = organ;
       }
     }
-    if (tool == AuthorTool::forbidden) ImGui::EndChild();
+    if (facts.tool == AuthorTool::forbidden) ImGui::EndChild();
     ImGui::Separator();
     button("Camera starts here (C)", AuthorWish::camera, true);
-    button("Undo (Z)", AuthorWish::undo, facts.can_undo);
+    button("Undo (Ctrl Z)", AuthorWish::undo, facts.can_undo);
     ImGui::SameLine();
-    button("Redo (Shift Z)", AuthorWish::redo, facts.can_redo);
+    button("Redo (Ctrl Shift Z)", AuthorWish::redo, facts.can_redo);
     button("Save and check (S)", AuthorWish::save, true);
     ImGui::SameLine();
     button("Leave (Q)", AuthorWish::leave, true);
@@ -121,7 +132,7 @@ AuthorWish draw_author(const AuthorFacts& facts, const content::Camera& camera, 
     ImGui::PopTextWrapPos();
   }
   ImGui::End();
-  return wish;
+  return choice;
 }
 
 }  // namespace stylet::desktop

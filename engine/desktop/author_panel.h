@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -14,7 +15,19 @@
 namespace stylet::desktop {
 
 enum class AuthorTool : std::uint8_t { target, entry, probe, forbidden };
-enum class AuthorWish : std::uint8_t { nothing, camera, undo, redo, larger, smaller, closed, save, leave, discard };
+enum class AuthorWish : std::uint8_t {
+  nothing,
+  next_target,
+  camera,
+  undo,
+  redo,
+  larger,
+  smaller,
+  closed,
+  save,
+  leave,
+  discard
+};
 
 /// A place in the patient with a word to it.
 struct AuthorMark {
@@ -28,6 +41,8 @@ struct AuthorFacts {
   std::string title{};
   AuthorTool tool = AuthorTool::target;
   std::vector<AuthorMark> marks{};
+  std::vector<std::string> targets{};    ///< names
+  std::size_t target = 0;                ///< that is edited
   std::vector<std::string> problems{};   ///< all, one line each
   std::vector<std::string> organs{};     ///< ids
   std::vector<std::string> forbidden{};  ///< those of them
@@ -42,9 +57,16 @@ struct AuthorFacts {
 /// Keys 1 to 4 take a tool. @return what other keys ask for
 AuthorWish author_keys(const view::Input& input, bool leaving, AuthorTool& tool);
 
-/// Marks over a picture of `camera`, and the panel on the left. @return what its buttons asked for
-/// @param[out] toggled  an organ that is to be forbidden, or no longer
-AuthorWish draw_author(const AuthorFacts& facts, const content::Camera& camera, int width, int height,
-                       const content::Texts& texts, AuthorTool& tool, std::string& toggled);
+/// What was chosen on the panel.
+struct AuthorChoice {
+  AuthorTool tool = AuthorTool::target;
+  std::size_t target = 0;  ///< to be edited
+  std::string toggled{};   ///< an organ that is to be forbidden, or no longer; empty: none
+  AuthorWish wish = AuthorWish::nothing;
+};
+
+/// Marks over a picture of `camera`, and the panel on the left.
+AuthorChoice draw_author(const AuthorFacts& facts, const content::Camera& camera, int width, int height,
+                         const content::Texts& texts);
 
 }  // namespace stylet::desktop

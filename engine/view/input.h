@@ -32,6 +32,7 @@ struct Stroke {
   Key key = Key::none;
   bool shift = false;
   bool repeated = false;
+  bool control = false;
 };
 
 /// The left button goes down or up: a click that is over before the next poll is one too.

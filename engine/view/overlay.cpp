@@ -100,6 +100,17 @@ Overlay::Context::~Context() {
   ImGui::DestroyContext(context);
 }
 
+OverlayFrame overlay_frame(const Input& input, int width, int height, double dt_s) {
+  return {.width = width,
+          .height = height,
+          .dt_s = dt_s,
+          .pointer_x = input.pointer_x,
+          .pointer_y = input.pointer_y,
+          .left = input.left,
+          .right = input.right,
+          .wheel = input.wheel};
+}
+
 Overlay::Overlay(gpu::Device& device, VkFormat format, double scale)
     : device_(device),
       scale_(scale),

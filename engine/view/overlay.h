@@ -9,6 +9,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/image.h"
+#include "engine/view/input.h"
 
 #include <map>
 #include <memory>
@@ -28,6 +29,10 @@ struct OverlayFrame {
   bool right = false;  ///< button held
   double wheel = 0;    ///< notches away from the user
 };
+
+/// The frame of a window, from what happened since the last poll.
+/// @param dt_s  since the frame before
+OverlayFrame overlay_frame(const Input& input, int width, int height, double dt_s = OverlayFrame{}.dt_s);
 
 /// One at a time: Dear ImGui's state is the process's. Thread: the one that uses the device.
 class Overlay {

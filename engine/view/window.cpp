@@ -175,7 +175,8 @@ Window::Window(Display&, gpu::Device& device, const WindowSettings& settings)
     const Key pressed = key_of(key);
     if (action == GLFW_RELEASE || pressed == Key::none) return;
     Input& input = static_cast<Window*>(glfwGetWindowUserPointer(window))->pending_;
-    input.strokes.push_back({pressed, (modifiers & GLFW_MOD_SHIFT) != 0, action == GLFW_REPEAT});
+    input.strokes.push_back(
+        {pressed, (modifiers & GLFW_MOD_SHIFT) != 0, action == GLFW_REPEAT, (modifiers & GLFW_MOD_CONTROL) != 0});
   });
   glfwSetScrollCallback(window_.get(), [](GLFWwindow* window, double, double notches) {
     Input& input = static_cast<Window*>(glfwGetWindowUserPointer(window))->pending_;

@@ -2,6 +2,7 @@
 #include "engine/author/draft.h"
 #include "engine/author/json_edit.h"
 #include "engine/author/picking.h"
+#include "engine/content/probe_placement.h"
 #include "engine/files/error.h"
 #include "engine/readers/scenario.h"
 #include "tests/readers/small_scenario.h"
@@ -88,6 +89,46 @@ TEST_F(Author, SavesWholeAndLeavesAnothersMotionAlone) {
   EXPECT_EQ(read_text(files_.folder.path() / "scenario_motion.json"), "motion");
 }
 
+TEST_F(Author, SavingAgainTakesThePlaceOfItsOwnMotionAndOfNoOther) {
+  const auto count = [&] { return std::distance(std::filesystem::directory_iterator(files_.folder.path()), {}); };
+  {
+    Draft draft(files_.path());
+    draft.set_entry({0.1, 0, 0.05});
+    draft.save(no_motion);
+    const auto files = count();
+    const std::string saved = read_text(files_.path());
+    draft.save([](const Eigen::Vector3d&, const std::filesystem::path&) { ADD_FAILURE() << "nothing has changed"; });
+    EXPECT_EQ(read_text(files_.path()), saved);
+    draft.set_forbidden({"bone"});
+    draft.save(no_motion);
+    draft.set_entry({0.1, 0.01, 0.05});
+    draft.save(no_motion);
+    EXPECT_EQ(count(), files);
+  }
+  const auto files = count();
+  Draft later(files_.path());
+  later.set_entry({0.1, 0.02, 0.05});
+  later.save([](const Eigen::Vector3d&, const std::filesystem::path& path) { std::ofstream(path) << "later"; });
+  EXPECT_EQ(count(), files);
+  EXPECT_EQ(nlohmann::json::parse(read_text(files_.path()))["motion"], "scenario_motion.json");
+  EXPECT_EQ(read_text(files_.folder.path() / "scenario_motion.json"), "later");
+}
+
+TEST_F(Author, AMotionThatCannotBeMadeLeavesEverythingAsItWas) {
+  Draft draft(files_.path());
+  draft.set_entry({0.1, 0, 0.05});
+  const std::string before = read_text(files_.path());
+  const auto files = std::distance(std::filesystem::directory_iterator(files_.folder.path()), {});
+  EXPECT_THROW(draft.save([](const Eigen::Vector3d&, const std::filesystem::path& path) {
+    std::ofstream(path) << "half";
+    throw files::ContentError("no target");
+  }),
+               files::ContentError);
+  EXPECT_EQ(read_text(files_.path()), before);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(files_.folder.path()), {}), files);
+  EXPECT_TRUE(draft.changed());
+}
+
 TEST_F(Author, WhatAnotherProgramWroteMeanwhileIsNotWrittenOver) {
   Draft draft(files_.path());
   draft.set_forbidden({"bone"});
@@ -125,7 +166,7 @@ TEST_F(Author, AProbePutOnTheSkinSeesTargetAndNeedle) {
   const auto skin = skin_under(scene.labels, {.from = {0.1, 0.02, 0.5}, .along = {0, 0, -1}});
   ASSERT_TRUE(skin);
   const Eigen::Vector3d target = scene.targets[0].centre, entry(0.06, 0, 0.03);
-  const physics::RigidPose pose = probe_on_skin(*skin, target, entry);
+  const physics::RigidPose pose = content::probe_on_skin(skin->point, skin->normal, target, entry);
   for (const Eigen::Vector3d& point : {target, entry}) {
     EXPECT_NEAR((pose.orientation.conjugate() * (point - pose.position)).y(), 0, 1e-9) << "in the image's plane";
   }

@@ -25,13 +25,15 @@ public:
   XKeyboard(const XKeyboard&) = delete;
   XKeyboard& operator=(const XKeyboard&) = delete;
 
+  static constexpr unsigned int kShift = 1, kControl = 4;
   /// Presses and releases a key, by its X name: "Return", "q". @return false: there is no window yet
-  bool press(const std::string& key) {
+  /// @param held  kShift, kControl, together
+  bool press(const std::string& key, unsigned int held = 0) {
     const unsigned long window = our_window();
     if (window == 0) return false;
     const unsigned long symbol = find<unsigned long (*)(const char*)>("XStringToKeysym")(key.c_str());
     const auto code = find<unsigned char (*)(void*, unsigned long)>("XKeysymToKeycode")(display_, symbol);
-    for (const int type : {2, 3}) send(window, type, code);
+    for (const int type : {2, 3}) send(window, type, code, 1, 1, held);
     find<int (*)(void*, int)>("XSync")(display_, 0);
     return true;
   }
