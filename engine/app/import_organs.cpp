@@ -11,6 +11,7 @@
 #include "engine/import/organ_labels.h"
 #include "engine/import/organ_picture.h"
 #include "engine/import/side_file.h"
+#include "engine/import/side_proposal.h"
 #include "engine/readers/scenario.h"
 
 #include <fmt/format.h>
@@ -138,6 +139,17 @@ std::optional<import::SideFile> read_side(const std::filesystem::path& path) {
   return side;
 }
 
+/// As it will be left in the folder.
+import::SideFile propose_side(const std::vector<import::SourceFile>& files, const std::string& target,
+                              const std::filesystem::path& folder, const std::string& name){
+    const std::string text = import::propose_side_text(files, target, name);
+files::JsonFile file(folder / "side.json", text);
+import::SideFile side = import::read_side_file(file);
+file.throw_problems();
+side.proposed = text;
+return side;
+}  // namespace
+
 /// What was asked for of the tetrahedra counts before what the side file says of the organ.
 ImportSettings mesh_settings(ImportSettings settings, const std::optional<import::SideFile>& side,
                              const std::string& id) {
@@ -163,7 +175,7 @@ content::TissueTable tissue_table(const std::map<std::string, std::string>& aske
   return table;
 }
 
-}  // namespace
+}  // namespace stylet::app
 
 std::vector<import::SourceFile> read_sources(const ImportOrgansSettings& settings, Observer& observer) {
   std::vector<import::SourceFile> files;
@@ -175,6 +187,15 @@ std::vector<import::SourceFile> read_sources(const ImportOrgansSettings& setting
 }
 
 bool import_organs(const ImportOrgansSettings& settings, Observer& observer) {
+  if (!settings.target.empty()) {
+    if (settings.out.empty())
+      throw ContentError("--out: give the folder for the scenario, or --list to see the parts");
+    const std::vector<import::SourceFile> files = read_sources(settings, observer);
+    const std::string name = settings.out.lexically_normal().filename().string();
+    import_scenario(files, propose_side(files, settings.target, settings.out, name.empty() ? "imported" : name),
+                    settings.out, observer);
+    return true;
+  }
   const std::optional<import::SideFile> side = read_side(settings.side);
   std::vector<OrganRequest> requests = settings.organs;
   std::map<std::string, std::string> asked = settings.tissues;

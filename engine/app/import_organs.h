@@ -16,7 +16,8 @@ struct ImportOrgansSettings {
   std::vector<std::string> files{};
   import::SourceSettings source{};
   std::filesystem::path side{};  ///< side file: which parts make which organs, and how they become a scenario
-  std::filesystem::path out{};   ///< a folder an organ in it; of a scenario the folder itself
+  std::string target{};  ///< without a side file: one is proposed with this part as the target (side_proposal.h)
+  std::filesystem::path out{};                   ///< a folder an organ in it; of a scenario the folder itself
   std::vector<import::OrganRequest> organs{};    ///< without a side file
   std::map<std::string, std::string> tissues{};  ///< by organ: a row of the tissue table
   import::ImportSettings mesh{};                 ///< before what a side file says

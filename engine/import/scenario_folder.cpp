@@ -86,6 +86,7 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
   out.write("probe.json", files::read_file(probe_path, kJsonBytes));
   readers::write_motion(plan_motion(imported, needle), wanted.name, out.staged("motion.json"));
   out.write("scenario.json", scenario_json(imported, side));
+  if (!side.proposed.empty()) out.write("side.json", side.proposed);
 
   ScenarioFolder written{.scenario = out.destination() / "scenario.json", .bodies = {}, .warnings = {}};
   std::vector<std::string> loading;

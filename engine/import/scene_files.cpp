@@ -65,14 +65,12 @@ void propose_exercise(const ImportedScene& imported, const SideScenario& scenari
   constexpr std::size_t kMostForbidden = 32;  // content::kMaxForbidden
   Json forbidden = Json::array();
   for (const SceneOrgan& organ : imported.organs) {
-    const bool leaks = organ.role == "vessel" || organ.tissue == "bile" || organ.tissue == "bowel" ||
-                       organ.tissue == "outside" || organ.tissue.starts_with("kidney") ||
-                       organ.tissue == "pancreas" || organ.tissue == "spleen";
+    const bool spared = organ.role == "vessel" || organ.tissue == "outside" || leaks(organ.tissue);
     const bool meant = organ.id == scenario.target || organ.role == "visual" || organ.role == "ignore";
     const bool carries_target = std::ranges::any_of(imported.organs, [&](const SceneOrgan& other) {
       return other.id == scenario.target && other.body == organ.id;
     });
-    if (leaks && !meant && !carries_target && organ.id != scenario.wall.skin && forbidden.size() < kMostForbidden) {
+    if (spared && !meant && !carries_target && organ.id != scenario.wall.skin && forbidden.size() < kMostForbidden) {
       forbidden.push_back(organ.id);
     }
   }

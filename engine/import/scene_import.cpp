@@ -1,9 +1,11 @@
 #include "engine/import/scene_import.h"
 
 #include "engine/files/error.h"
+#include "engine/import/derived_body.h"
 #include "engine/import/derived_wall.h"
 #include "engine/import/scene_placement.h"
 #include "engine/import/scene_survey.h"
+#include "engine/import/site_search.h"
 #include "engine/import/thin_out.h"
 #include "engine/mesh/solid.h"
 #include "engine/mesh/stuffing.h"
@@ -28,6 +30,8 @@ constexpr double kCutArea = 20e-6;     // m^2: from here on an organ counts as c
 constexpr double kLargeOverlap = 0.2;  // of the smaller organ: segmentations do not overlap by so much
 constexpr double kThinOut = 0.1e-3;    // m: far less than a scan's voxel
 constexpr double kSplitCell = 0.002;   // m, of the surfaces of an organ that is parted
+constexpr const char* kDerivedBody = "body";
+constexpr const char* kMadeUpTissue = "tumour";
 
 /// An organ on its way: what the side file says and its surface.
 struct Made {
@@ -40,7 +44,17 @@ class SceneImport {
 public:
   SceneImport(const std::vector<SourceFile>& files, const SideFile& side, const std::set<std::string>& tissues,
               const ImportProgress& progress)
-      : files_(files), side_(side), scenario_(*side.scenario), tissues_(tissues), progress_(progress) {}
+      : files_(files), side_(side), scenario_(*side_.scenario), tissues_(tissues), progress_(progress) {
+    // The derived body is an organ like the others, before them.
+    if (!scenario_.wall.skin.empty()) return;
+    scenario_.wall.skin = kDerivedBody;
+    while (
+        std::ranges::any_of(side_.organs, [&](const SideOrgan& organ) { return organ.id == scenario_.wall.skin; })) {
+      scenario_.wall.skin += "_derived";
+    }
+    side_.organs.insert(side_.organs.begin(), {.pointer = scenario_.wall.pointer, .id = scenario_.wall.skin});
+    derives_body_ = true;
+  }
 
   ImportedScene run() {
     make_organs();
@@ -82,6 +96,17 @@ private:
   void make_organs() {
     std::set<const SourcePart*> taken;
     for (const SideOrgan& organ : side_.organs) {
+      if (organ.ball > 0) continue;  // when its body is there
+      if (derives_body_ && organ.id == scenario_.wall.skin) {
+        progress_("deriving the body", 0);
+        DerivedBody body = derive_body(files_, [&] { progress_("deriving the body", 0); });
+        made_.push_back({.side = &organ,
+                         .surface = std::move(body.surface),
+                         .account = {.id = organ.id, .role = "boundary", .notes = {body.how}}});
+        scene_.warnings.push_back(
+            fmt::format("the body is {}; look at it, or name its skin in {}/skin", body.how, scenario_.wall.pointer));
+        continue;
+      }
       std::vector<OrganParts> parts;
       try {
         parts = assign_parts(files_, {{.id = organ.id, .patterns = organ.parts, .of_several_files = true}});
@@ -89,7 +114,7 @@ private:
         fail(organ.pointer + "/parts", error.what());
       }
       for (const SourcePart* part : parts.front().parts) {
-        if (!taken.insert(part).second) {
+        if (!taken.insert(part).second && !lies_in_its_own_part(organ, part)) {
           fail(organ.pointer + "/parts",
                fmt::format("\"{}\" belongs to an earlier organ too; narrow one of the patterns", part->name));
         }
@@ -101,6 +126,7 @@ private:
       made.account.body = organ.deformable ? organ.id : organ.body;
       made.account.tissue = organ.id == scenario_.wall.skin ? "" : tissue_of(organ, parts.front());
       for (const SourcePart* part : parts.front().parts) made.account.parts.push_back(part->name);
+      parts_of_.emplace_back(organ.id, parts.front().parts);
       if (organ.role == "visual" && !parts.front().file->image) {
         TriangleMesh soup;
         for (const SourcePart* part : parts.front().parts) append(soup, part->mesh);
@@ -121,12 +147,82 @@ private:
                      [](const Made& a, const Made& b) { return a.side->priority < b.side->priority; });
   }
 
+  /// A lesion in a segmentation whose labels exclude each other is a part of the organ that it lies in, too.
+  bool lies_in_its_own_part(const SideOrgan& organ, const SourcePart* part) const {
+    return std::ranges::all_of(parts_of_, [&](const auto& other) {
+      const auto& [id, parts] = other;
+      return id == organ.body || std::ranges::find(parts, part) == parts.end();
+    });
+  }
+
   void place_needle() {
     progress_("placing needle and probe", 0);
     body_ = std::make_unique<Body>(made(scenario_.wall.skin).surface);
     scene_.cuts = body_->cuts();
+    make_balls();
     scene_.target = centre_of(made(scenario_.target).surface);
+    if (!scenario_.entry || !scenario_.probe.at) propose_sites();
     place_on_skin(side_, *body_, scene_);
+  }
+
+  /// What a needle and an image meet, seen from an organ that the target lies in.
+  SiteSearch search_about(const std::string& carrier) const {
+    std::vector<SiteOrgan> organs;
+    for (const Made& organ : made_) {
+      const SceneOrgan& account = organ.account;
+      if (account.id == scenario_.wall.skin || account.role == "visual" || account.id == scenario_.target) continue;
+      SiteKind kind = SiteKind::free;
+      if (account.tissue == "bone" || account.tissue == "cartilage") kind = SiteKind::hard;
+      if (account.tissue == "outside") kind = SiteKind::air;
+      if (account.role == "vessel" || account.tissue == "liver" || leaks(account.tissue)) kind = SiteKind::spared;
+      if (account.id == carrier) kind = SiteKind::carrier;
+      organs.push_back({.surface = &organ.surface, .kind = kind});
+    }
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& v : made(carrier).surface.vertices) box.extend(v);
+    return {organs, *body_, scenario_.wall, box, [&] { progress_("placing needle and probe", 0); }};
+  }
+
+  void make_balls() {
+    for (const SideOrgan& organ : side_.organs) {
+      if (organ.ball == 0) continue;
+      if (std::ranges::none_of(made_, [&](const Made& other) { return other.side->id == organ.body; })) {
+        fail(organ.pointer + "/ball_mm", "lies in an organ, not in the wall; name another body");
+      }
+      const double radius = organ.ball / 2;
+      const auto centre = search_about(organ.body).ball(radius);
+      if (!centre) {
+        fail(organ.pointer + "/ball_mm",
+             fmt::format("there is no room for {:.3g} mm in {} that a needle gets to; make it smaller, or choose "
+                         "another organ",
+                         organ.ball * 1e3, organ.body));
+      }
+      const auto distance = [&](const Eigen::Vector3d& x) { return (x - *centre).norm() - radius; };
+      const Eigen::AlignedBox3d box(centre->array() - 1.5 * radius, centre->array() + 1.5 * radius);
+      Made made{.side = &organ,
+                .surface = mesh::boundary_surface(mesh::stuff(distance, box, radius / 6, 2)).mesh,
+                .account = {.id = organ.id,
+                            .role = organ.role,
+                            .tissue = organ.tissue.empty() ? kMadeUpTissue : organ.tissue,
+                            .body = organ.body,
+                            .notes = {fmt::format("made up: a ball of {:.3g} mm, in no scan", organ.ball * 1e3)}}};
+      check_tissue(organ.pointer + "/tissue", made.account.tissue);
+      scene_.warnings.push_back(fmt::format("{} is made up: a ball of {:.3g} mm in {}, in no scan", organ.id,
+                                            organ.ball * 1e3, organ.body));
+      made_.push_back(std::move(made));
+    }
+  }
+
+  void propose_sites() {
+    const std::string& body = made(scenario_.target).side->body;
+    const bool in_organ = std::ranges::any_of(made_, [&](const Made& organ) { return organ.side->id == body; });
+    const auto sites = search_about(in_organ ? body : scenario_.target).sites(scene_.target, scenario_.entry);
+    if (!sites) {
+      fail(scenario_.pointer + (scenario_.entry ? "/probe" : "/entry"),
+           "no place on the skin will do; say where it is, or choose another target");
+    }
+    if (!scenario_.entry) scenario_.entry = sites->entry;
+    if (!scenario_.probe.at) scenario_.probe.at = sites->probe;
   }
 
   void add_wall() {
@@ -165,6 +261,7 @@ private:
     std::vector<WallSurface> layers =
         derive_wall(wall, scene_.entry, *body_, inside, side_.path.string() + ":" + wall.pointer);
     scene_.wall_depth = wall.depth;
+    drop_far_holders(layers.front().surface);
     scene_.bodies.push_back({.id = wall.id,
                              .cell = wall.cell,
                              .target_nodes = wall.target_nodes,
@@ -182,6 +279,22 @@ private:
            .mesh = std::move(layers[i].surface)},
           account);
     }
+  }
+
+  /// Of the organs that are to hold the wall, those that are nowhere near it.
+  void drop_far_holders(const TriangleMesh& surface) {
+    std::erase_if(scenario_.wall.held_by, [&](const std::string& id) {
+      const Solid organ(made(id).surface);
+      const bool near = std::ranges::any_of(surface.vertices, [&](const Eigen::Vector3d& v) {
+        return organ.bounds().exteriorDistance(v) <= scenario_.wall.held_within &&
+               organ.signed_distance(v) <= scenario_.wall.held_within;
+      });
+      if (!near) {
+        scene_.warnings.push_back(fmt::format("{} do not hold {}: they lie nowhere within {:.3g} mm of it", id,
+                                              scenario_.wall.id, scenario_.wall.held_within * 1e3));
+      }
+      return !near;
+    });
   }
 
   /// The part of an organ on one side of a distance from its body; empty: nothing there.
@@ -316,16 +429,23 @@ private:
   }
 
   const std::vector<SourceFile>& files_;
-  const SideFile& side_;
-  const SideScenario& scenario_;
+  SideFile side_;           // completed on the way
+  SideScenario& scenario_;  // of it
+  bool derives_body_ = false;
   const std::set<std::string>& tissues_;
   const ImportProgress& progress_;
   std::vector<Made> made_;
+  std::vector<std::pair<std::string, std::vector<const SourcePart*>>> parts_of_;  // by organ
   std::unique_ptr<Body> body_;
   ImportedScene scene_;
 };
 
 }  // namespace
+
+bool leaks(const std::string& tissue) {
+  return tissue == "bile" || tissue == "bowel" || tissue.starts_with("kidney") || tissue == "pancreas" ||
+         tissue == "spleen";
+}
 
 ImportedScene import_scene(const std::vector<SourceFile>& files, const SideFile& side,
                            const std::set<std::string>& tissues, const ImportProgress& progress) {

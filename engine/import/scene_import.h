@@ -79,6 +79,10 @@ struct ImportedScene {
   std::vector<std::string> warnings{};  ///< what an author should look at, one line each
 };
 
+/// Whether a needle that only passes an organ of this tissue does harm there.
+bool leaks(const std::string& tissue);
+
+/// Completes what the side file leaves open: the body, the entry, the probe, made-up lesions.
 /// @param tissues  names of the tissue table
 /// @throws files::ContentError  "side file:pointer: what; what to do"
 ImportedScene import_scene(const std::vector<SourceFile>& files, const SideFile& side,

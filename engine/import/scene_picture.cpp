@@ -17,7 +17,7 @@ constexpr double kPatientMargin = 0.010;  // m about the patient
 constexpr double kFan = 0.170;            // m, half the width of the cut along the ultrasound image
 const figures::Colour kNeedle{255, 235, 60, 255};
 const figures::Colour kTarget{255, 255, 255, 255};
-const figures::Colour kProbe{90, 220, 255, 255};
+const figures::Colour kProbeColour{90, 220, 255, 255};
 
 /// A plane and how it is laid on a panel.
 struct Cut {
@@ -132,7 +132,7 @@ private:
       }
       face.push_back(place(x));
     }
-    canvas.polyline(face, 2.5, kProbe);
+    canvas.polyline(face, 2.5, kProbeColour);
   }
 
   picture::Picture& picture_;

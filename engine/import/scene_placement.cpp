@@ -1,5 +1,6 @@
 #include "engine/import/scene_placement.h"
 
+#include "engine/content/probe_placement.h"
 #include "engine/files/error.h"
 #include "engine/mesh/surface_mesh.h"
 
@@ -19,8 +20,7 @@ constexpr double kRimCells = 1.2;       // of the tetrahedra's cell: nodes neare
 constexpr double kCutHeld = 0.006;      // m: nodes of an organ nearer to a cut are held
 constexpr int kRimPlanes = 16;          // of a ball's rim
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kMostAside = 20 * kDegree;  // of what the probe is to see from the middle of its image
-constexpr double kMostTilt = 20 * kDegree;   // of the probe's axis against the skin's normal
+constexpr double kMostTilt = 20 * kDegree;  // of the probe's axis against the skin's normal
 
 /// The point of the skin next to one that is meant to be on it.
 mesh::Solid::Nearest snap(const SideFile& side, const Body& body, const std::string& pointer,
@@ -64,7 +64,7 @@ void hold_near(const std::vector<std::string>& organs, double within, std::vecto
 
 void place_on_skin(const SideFile& side, const Body& body, ImportedScene& scene) {
   const SideScenario& scenario = *side.scenario;
-  const mesh::Solid::Nearest entry = snap(side, body, scenario.pointer + "/entry", scenario.entry);
+  const mesh::Solid::Nearest entry = snap(side, body, scenario.pointer + "/entry", *scenario.entry);
   scene.entry = entry.point;
   scene.outward = entry.normal;
   const Eigen::Vector3d needle = scene.target - scene.entry;
@@ -76,29 +76,16 @@ void place_on_skin(const SideFile& side, const Body& body, ImportedScene& scene)
   }
 
   const std::string pointer = scenario.pointer + "/probe/at";
-  const mesh::Solid::Nearest probe = snap(side, body, pointer, scenario.probe.at);
-  scene.probe.position = probe.point;
+  const mesh::Solid::Nearest probe = snap(side, body, pointer, *scenario.probe.at);
   // The image holds the needle: its plane goes through the probe, the entry and what is looked at.
-  const Eigen::Vector3d to_seen = (scenario.probe.look_at.value_or(scene.target) - probe.point).normalized();
-  const Eigen::Vector3d to_entry = (scene.entry - probe.point).normalized();
-  const Eigen::Vector3d plane = to_entry.cross(to_seen);
-  if (plane.norm() < 0.1) {
+  const Eigen::Vector3d seen = scenario.probe.look_at.value_or(scene.target);
+  if ((scene.entry - probe.point).normalized().cross((seen - probe.point).normalized()).norm() < 0.1) {
     throw ContentError(
         fmt::format("{}:{}: looks along the needle; move it away from the entry", side.path.string(), pointer));
   }
-  const Eigen::Vector3d across = plane.normalized();
-  // The face lies flat on the skin, but for what keeps the seen well within the image.
-  Eigen::Vector3d axis = (probe.normal.dot(across) * across - probe.normal).normalized();
-  const double aside = std::acos(std::clamp(axis.dot(to_seen), -1.0, 1.0));
-  double tilt = std::max(0.0, aside - kMostAside);
-  if (tilt > 0) axis = Eigen::AngleAxisd(tilt, axis.cross(to_seen).normalized()) * axis;
-  Eigen::Matrix3d frame;
-  // The needle comes from the left of the image.
-  frame.col(2) = axis;
-  frame.col(0) = (to_entry.dot(axis) * axis - to_entry).normalized();
-  frame.col(1) = axis.cross(frame.col(0));
-  scene.probe.orientation = Eigen::Quaterniond(frame).normalized();
-  tilt = std::acos(std::clamp(-axis.dot(probe.normal), -1.0, 1.0));
+  scene.probe = content::probe_on_skin(probe.point, probe.normal, seen, scene.entry);
+  const Eigen::Vector3d axis = scene.probe.orientation * Eigen::Vector3d::UnitZ();
+  const double tilt = std::acos(std::clamp(-axis.dot(probe.normal), -1.0, 1.0));
   if (tilt > kMostTilt) {
     scene.warnings.push_back(
         fmt::format("the probe is tilted by {:.0f} degrees against the skin: a part of its face "
@@ -150,6 +137,14 @@ std::vector<Hold> holds_of_organ(const SideOrgan& organ, const std::vector<ScanC
                                  const mesh::TriangleMesh& surface) {
   std::vector<Hold> holds;
   hold_near(organ.held_by, organ.held_within, holds);
+  if (organ.held_back > 0) {
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& v : surface.vertices) box.extend(v);
+    Hold hold;
+    hold.plane.emplace(-Eigen::Vector3d::UnitZ(),
+                       Eigen::Vector3d(0, 0, box.min().z() + organ.held_back * box.sizes().z()));
+    holds.push_back(hold);
+  }
   for (const ScanCut& cut : cuts) {
     if (area_on(cut, surface) > 0) holds.push_back(beyond(cut, kCutHeld));
   }

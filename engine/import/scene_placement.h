@@ -9,7 +9,8 @@
 
 namespace stylet::import {
 
-/// Fills entry, outward and probe of `scene`; its target is known. What is odd goes to its warnings.
+/// Fills entry, outward and probe of `scene`; its target is known, and the side file has entry and probe by now. What
+/// is odd goes to its warnings.
 /// @throws files::ContentError  too far from the skin; a needle along the body
 void place_on_skin(const SideFile& side, const Body& body, ImportedScene& scene);
 

@@ -59,6 +59,13 @@ constexpr struct {
                            "only what lies so near to its body is carried; the rest becomes ID_rest, rigid")
                    .optional();
   MeshKeys mesh{.target_nodes = nodes_key(2300)};
+  Key held_back = key::number("held_back_percent", "%", {0, 50},
+                              "so much of its depth, from the back, does not move: where nothing else holds it")
+                      .otherwise(0);
+  Key ball =
+      key::number("ball_mm", "mm", {4, 80},
+                  "no part of a file: a ball of this diameter is made up, in its body where a needle gets to it")
+          .optional();
 } kOrgan;
 
 constexpr struct {
@@ -74,7 +81,9 @@ constexpr struct {
 
 constexpr struct {
   Key id = key::text("id", "names it").otherwise("abdominal_wall");
-  Key skin = key::text("skin", "organ id of the surface of the whole body");
+  Key skin =
+      key::text("skin", "organ id of the surface of the whole body; absent: derived from all that was segmented")
+          .optional();
   Key depth = key::number("depth_mm", "mm", {3, 200}, "from the skin to the inner face").otherwise(25);
   Key box = key::object("box", table_of<kField>, "the field, patient frame; excludes radius_mm").optional();
   Key radius = key::number("radius_mm", "mm", {20, 500}, "the field is a ball about the entry").otherwise(80);
@@ -88,7 +97,9 @@ constexpr struct {
 
 constexpr struct {
   Key file = key::text("file", "beside the side file, or the name of one in content/probes").otherwise("c5_2");
-  Key at = key::vector("at", "m", kCoordinate, "on the skin, within 15 mm");
+  Key at = key::vector("at", "m", kCoordinate,
+                       "on the skin, within 15 mm; absent: beside the entry, where it sees the target")
+               .optional();
   Key look_at = key::vector("look_at", "m", kCoordinate, "what its image holds; absent: the target").optional();
 } kProbe;
 
@@ -102,13 +113,16 @@ constexpr struct {
   Key title = key::text("title", "one line for people; absent: the name").optional();
   Key source = key::text("source", "where the organs come from, and their licence").optional();
   Key wall = key::object("wall", table_of<kWall>, "the abdominal wall, which no atlas has as an organ");
-  Key entry = key::vector("entry", "m", kCoordinate, "of the needle, within 15 mm of the skin, moved onto it");
+  Key entry =
+      key::vector("entry", "m", kCoordinate,
+                  "of the needle, within 15 mm of the skin, moved onto it; absent: the best way to the target")
+          .optional();
   Key target = key::text("target", "organ id");
   Key needle =
       key::text("needle", "file beside the side file, or the name of one in content/needles").otherwise("18g_150mm");
-  Key probe =
-      key::object("probe", table_of<kProbe>,
-                  "it lies flat on the skin, turned so that its image holds the needle, coming from the left");
+  Key probe = key::object("probe", table_of<kProbe>,
+                          "it lies flat on the skin, turned so that its image holds the needle, coming from the left")
+                  .optional();
   Key contacts = key::objects("contacts", table_of<kContact>,
                               "bodies that slide on each other; absent: every deformable organ against the wall")
                      .optional();
@@ -163,6 +177,10 @@ SideOrgan read_organ(JsonObject object) {
   if (within > 0) organ.within = within * 1e-3;
   read_mesh(object, kOrgan.mesh, organ.cell, organ.target_nodes);
   read_holds(object, kOrgan.mesh, organ.held_by, organ.held_within);
+  organ.held_back = object.number(kOrgan.held_back) * 1e-2;
+  organ.ball = object.number(kOrgan.ball, 0) * 1e-3;
+  if (organ.ball > 0 && organ.body.empty()) object.problem(kOrgan.ball, "lies in a body; add body");
+  if (organ.ball > 0 && object.has(kOrgan.parts)) object.problem(kOrgan.ball, "is no part of a file; remove parts");
   if (organ.deformable && organ.role != "boundary") {
     object.problem(kOrgan.role, "of what is deformable is boundary; correct one of the two");
   }
@@ -171,6 +189,9 @@ SideOrgan read_organ(JsonObject object) {
   }
   if (organ.within && organ.body.empty()) {
     object.problem(kOrgan.within, "says how much of it a body carries; add body");
+  }
+  if (!organ.deformable && object.has(kOrgan.held_back)) {
+    object.problem(kOrgan.held_back, "is for what deforms; add \"deformable\": true");
   }
   for (const Key& key : files::keys_of(kOrgan.mesh)) {
     if (!organ.deformable && object.has(key)) object.problem(key, "is for what deforms; add \"deformable\": true");
@@ -237,12 +258,14 @@ SideScenario read_scenario(JsonFile& file, JsonObject object) {
   scenario.title = object.text(kScenario.title, scenario.name);
   scenario.source = object.text(kScenario.source);
   if (auto wall = object.object(kScenario.wall)) scenario.wall = read_wall(file, *wall);
-  scenario.entry = object.vector3(kScenario.entry);
+  const Eigen::Vector3d entry = object.vector3(kScenario.entry);
+  if (object.has(kScenario.entry)) scenario.entry = entry;
   scenario.target = object.text(kScenario.target);
   scenario.needle = object.text(kScenario.needle);
   if (auto probe = object.object(kScenario.probe)) {
     scenario.probe.file = probe->text(kProbe.file);
-    scenario.probe.at = probe->vector3(kProbe.at);
+    const Eigen::Vector3d at = probe->vector3(kProbe.at);
+    if (probe->has(kProbe.at)) scenario.probe.at = at;
     const Eigen::Vector3d look_at = probe->vector3(kProbe.look_at);
     if (probe->has(kProbe.look_at)) scenario.probe.look_at = look_at;
     probe->finish();

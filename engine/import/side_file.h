@@ -29,6 +29,8 @@ struct SideOrgan {
   int target_nodes = 2300;
   std::vector<std::string> held_by{};  ///< organs whose neighbourhood does not move
   double held_within = 0.005;          ///< m
+  double held_back = 0;                ///< share of its depth, from the back, that does not move
+  double ball = 0;                     ///< m; no part but a ball of this diameter that is made up, in `body`
 };
 
 /// A layer of the wall, from the skin inwards.
@@ -42,7 +44,7 @@ struct WallLayer {
 struct SideWall {
   std::string pointer{};
   std::string id = "abdominal_wall";
-  std::string skin{};  ///< organ id of the whole body's surface
+  std::string skin{};  ///< organ id of the whole body's surface; empty: derived (derived_body.h)
   double depth = 0.025;
   std::optional<Eigen::AlignedBox3d> box{};  ///< the field; absent: the ball
   double radius = 0.080;                     ///< of the ball about the entry, m
@@ -56,8 +58,8 @@ struct SideWall {
 };
 
 struct SideProbe {
-  std::string file{};  ///< as SideScenario::needle
-  Eigen::Vector3d at = Eigen::Vector3d::Zero();
+  std::string file = "c5_2";                 ///< as SideScenario::needle
+  std::optional<Eigen::Vector3d> at{};       ///< absent: beside the entry (site_search.h)
   std::optional<Eigen::Vector3d> look_at{};  ///< absent: the target
 };
 
@@ -73,9 +75,9 @@ struct SideScenario {
   std::string title{};
   std::string source{};  ///< where the organs come from, and their licence
   SideWall wall{};
-  Eigen::Vector3d entry = Eigen::Vector3d::Zero();  ///< patient frame, near the skin
-  std::string target{};                             ///< organ id
-  std::string needle = "18g_150mm";                 ///< file beside the side file, or name of one in content/needles
+  std::optional<Eigen::Vector3d> entry{};  ///< patient frame, near the skin; absent: site_search.h
+  std::string target{};                    ///< organ id
+  std::string needle = "18g_150mm";        ///< file beside the side file, or name of one in content/needles
   SideProbe probe{};
   std::optional<std::vector<SideContact>> contacts{};  ///< absent: every deformable organ against the wall
   double label_spacing = 0.001;                        ///< m
@@ -85,6 +87,7 @@ struct SideFile {
   std::filesystem::path path{};
   std::vector<SideOrgan> organs{};
   std::optional<SideScenario> scenario{};  ///< absent: the organs alone
+  std::string proposed{};                  ///< text of one that was proposed: left with what is made by it
 };
 
 /// Its keys.

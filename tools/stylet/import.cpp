@@ -27,6 +27,7 @@ using import::SourceSettings;
 struct ImportOptions {
   std::vector<std::string> files;
   std::string side;
+  std::string target;
   std::string out;
   std::vector<std::string> organs;   // ID=PATTERN,PATTERN
   std::vector<std::string> tissues;  // ID=PRESET
@@ -154,6 +155,7 @@ int run(const ImportOptions& options) {
   app::ImportOrgansSettings settings{.files = options.files,
                                      .source = source_settings(options),
                                      .side = options.side,
+                                     .target = options.target,
                                      .out = options.out,
                                      .organs = organ_requests(options),
                                      .mesh = mesh_settings(options),
@@ -176,6 +178,12 @@ void add_import(CLI::App& app, int& exit_code) {
       ->required();
   CLI::Option* side = command->add_option(
       "--side", options->side, "Side file (JSON): which parts make which organs, and how they become a scenario");
+  CLI::Option* target =
+      command
+          ->add_option("--target", options->target,
+                       "A part by its name: a whole scenario with it as the target, all else proposed. A lesion or "
+                       "cyst; or an organ, in which a lesion is made up")
+          ->excludes(side);
   command->add_option("--out", options->out,
                       "Folder for the results: one folder an organ; of a scenario, the folder itself");
   command->add_flag("--list", options->list,
@@ -183,9 +191,11 @@ void add_import(CLI::App& app, int& exit_code) {
   command
       ->add_option("--organ", options->organs,
                    "ID=PATTERN[,PATTERN...]: the parts whose names fit (* and ?) make the organ ID; may be repeated")
-      ->excludes(side);
+      ->excludes(side)
+      ->excludes(target);
   command->add_option("--tissue", options->tissues, "ID=TISSUE: a row of content/tissues.json; may be repeated")
-      ->excludes(side);
+      ->excludes(side)
+      ->excludes(target);
   CLI::Option* cell = command->add_option("--cell", options->cell_mm, "Edge of the tetrahedra's lattice, mm")
                           ->check(CLI::Range(0.1, 200.0));
   command->add_option("--nodes", options->nodes, "Nodes wanted, within 5 %")
@@ -235,13 +245,16 @@ void add_import(CLI::App& app, int& exit_code) {
       "  labels.vtk       where regions, vessels or targets lie in it: tissues as a volume, for ParaView\n"
       "  report.txt, .json  what was read, repaired and guessed\n"
       "  picture.png      surface and a cut through the tetrahedra, to look at\n"
+      "With --target the folder becomes a scenario: body, needle, probe, camera, score and hints are proposed, and\n"
+      "side.json says what each part was taken for, to be corrected and given as --side. Then stylet author.\n"
       "With a side file that has a \"scenario\" (content/README.md, \"Side files\"; content/imports) the folder "
       "holds\n"
       "scenario.json and all it names, for stylet validate, train and render.\n"
       "Examples:\n"
       "  stylet import liver.stl --out organs\n"
       "  stylet import ts_abdomen.glb --side content/imports/ts_abdomen.json --out out/abdomen\n"
-      "  stylet import VH_M_Liver.glb --list\n"
+      "  stylet import labels.nii.gz --list\n"
+      "  stylet import labels.nii.gz --target liver --out out/case1\n"
       "  stylet import VH_F_Liver.glb --organ 'liver=liver_capsule*,bare_area*' --nodes 5000 --out organs\n"
       "Exit code 0: every organ was made; 2: one was refused, the others were made.");
   command->callback([command, options, &exit_code] {

@@ -1,0 +1,263 @@
+#include "engine/import/site_search.h"
+
+#include "engine/content/probe_placement.h"
+#include "engine/readers/label_volume.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+#include <utility>
+
+namespace stylet::import {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kCell = 0.0025;             // m
+constexpr double kMostCells = 12e6;          // the cells grow until they fit
+constexpr double kAround = 0.14;             // m about the target that is looked at
+constexpr double kSkinApart = 0.007;         // m between places on the skin
+constexpr double kOffCut = 0.020;            // m between the wall's depth round an entry and the end of the scan
+constexpr double kWayStep = 0.002;           // m along a way
+constexpr double kReach = 0.105;             // m: longer ways are too long for most needles
+constexpr double kKeepOff = 0.006;           // m between a needle and what is spared
+constexpr double kSteepest = 0.55;           // cosine between needle and skin's normal
+constexpr double kAlongBody = 0.80;          // cosine between needle and the body's axis: a hand has no room there
+constexpr double kLying = -0.2;              // z of the skin's normal: below, the patient lies on it
+constexpr double kGoodDepth = 0.065;         // m below the skin, of a lesion that is made up
+constexpr double kBallClear = 0.006;         // m between it and what is about it
+constexpr double kBallApart = 0.008;         // m between the places tried for it
+constexpr std::array kBeside{0.040, 0.062};  // m between entry and probe
+constexpr std::size_t kEntriesTried = 40;    // with each its probes
+constexpr double kFarAway = 1.0;             // m
+constexpr double kWayDegree = std::numbers::pi / 180;
+
+}  // namespace
+
+SiteSearch::SiteSearch(std::span<const SiteOrgan> organs, const Body& body, const SideWall& wall,
+                       const Eigen::AlignedBox3d& around, std::function<void()> pulse)
+    : body_(body), wall_(wall), pulse_(std::move(pulse)) {
+  const Eigen::AlignedBox3d near(around.min().array() - kAround, around.max().array() + kAround);
+  const Eigen::AlignedBox3d box = near.intersection(body.solid().bounds());
+  double cell = kCell;
+  for (;; cell *= 1.1) {
+    grid_.size = ((box.sizes() / cell).array().ceil() + 1).cast<int>().max(2);
+    if (grid_.size.cast<double>().prod() <= kMostCells) break;
+  }
+  grid_.spacing = static_cast<float>(cell);
+  grid_.origin = box.min().cast<float>();
+  const auto nx = static_cast<std::size_t>(grid_.size.x());
+  kinds_.assign(nx * static_cast<std::size_t>(grid_.size.y()) * static_cast<std::size_t>(grid_.size.z()),
+                SiteKind::free);
+  for (const SiteOrgan& organ : organs) {
+    pulse_();
+    const auto crossings = readers::row_crossings(*organ.surface, grid_);
+    for (std::size_t c = 0; c + 1 < crossings.size();) {
+      if (crossings[c].row != crossings[c + 1].row) {
+        ++c;
+        continue;
+      }
+      const auto index = [&](float x) {
+        const double i = std::ceil((static_cast<double>(x) - grid_.origin.x()) / grid_.spacing);
+        return static_cast<std::ptrdiff_t>(std::clamp(i, 0.0, static_cast<double>(nx)));
+      };
+      const auto row = kinds_.begin() + static_cast<std::ptrdiff_t>(crossings[c].row * nx);
+      std::fill(row + index(crossings[c].x), row + index(crossings[c + 1].x), organ.kind);
+      c += 2;
+    }
+  }
+  clear_ = distance_to(
+      [](SiteKind kind) { return kind == SiteKind::spared || kind == SiteKind::air || kind == SiteKind::hard; });
+  deep_ = distance_to([](SiteKind kind) { return kind != SiteKind::carrier; });
+
+  std::set<std::array<int, 3>> taken;
+  for (const Vector3d& v : body.solid().surface().vertices) {
+    if (!near.contains(v)) continue;
+    const double off = wall.depth + kOffCut;
+    if (std::ranges::any_of(body.cuts(), [&](const ScanCut& cut) { return cut.beyond(v) > -off; })) continue;
+    const Eigen::Array3i place = (v / kSkinApart).array().floor().cast<int>();
+    if (!taken.insert({place.x(), place.y(), place.z()}).second) continue;
+    const mesh::Solid::Nearest on = body.on_skin(v);
+    if (on.normal.z() < kLying) continue;
+    skin_.push_back({on.point, on.normal});
+  }
+}
+
+std::optional<std::size_t> SiteSearch::cell_of(const Vector3d& x) const {
+  const Eigen::Array3i i =
+      ((x - grid_.origin.cast<double>()) / static_cast<double>(grid_.spacing)).array().round().cast<int>();
+  if ((i < 0).any() || (i >= grid_.size.array()).any()) return {};
+  return static_cast<std::size_t>(i.x()) +
+         static_cast<std::size_t>(grid_.size.x()) *
+             (static_cast<std::size_t>(i.y()) +
+              static_cast<std::size_t>(grid_.size.y()) * static_cast<std::size_t>(i.z()));
+}
+
+SiteKind SiteSearch::kind_at(const Vector3d& x) const {
+  const auto cell = cell_of(x);
+  return cell ? kinds_[*cell] : SiteKind::free;
+}
+
+double SiteSearch::clear_at(const Vector3d& x) const {
+  const auto cell = cell_of(x);
+  return cell ? static_cast<double>(clear_[*cell]) : kFarAway;
+}
+
+/// Chamfer distance over the 26 neighbours, two sweeps: a few per cent long. Not carried over the rim.
+std::vector<float> SiteSearch::distance_to(const std::function<bool(SiteKind)>& is) const {
+  const Eigen::Vector3i n = grid_.size;
+  const std::array<std::ptrdiff_t, 3> stride{1, n.x(), static_cast<std::ptrdiff_t>(n.x()) * n.y()};
+  std::vector<float> distance(kinds_.size(), static_cast<float>(kFarAway));
+  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+    if (is(kinds_[i])) distance[i] = 0;
+  }
+  const auto sweep = [&](int way) {
+    for (int c = 0; c < n.z(); ++c) {
+      pulse_();
+      const int k = way > 0 ? c : n.z() - 1 - c;
+      for (int b = 0; b < n.y(); ++b) {
+        const int j = way > 0 ? b : n.y() - 1 - b;
+        for (int a = 0; a < n.x(); ++a) {
+          const int i = way > 0 ? a : n.x() - 1 - a;
+          const std::ptrdiff_t here = i + j * stride[1] + k * stride[2];
+          float& least = distance[static_cast<std::size_t>(here)];
+          if (least == 0) continue;
+          for (int dk = -1; dk <= 0; ++dk) {
+            for (int dj = -1; dj <= (dk < 0 ? 1 : 0); ++dj) {
+              for (int di = -1; di <= (dk < 0 || dj < 0 ? 1 : -1); ++di) {
+                const Eigen::Vector3i v(i + way * di, j + way * dj, k + way * dk);
+                if ((v.array() < 0).any() || (v.array() >= n.array()).any()) continue;
+                const float step = grid_.spacing * std::sqrt(static_cast<float>(di * di + dj * dj + dk * dk));
+                least = std::min(
+                    least, step + distance[static_cast<std::size_t>(v.x() + v.y() * stride[1] + v.z() * stride[2])]);
+              }
+            }
+          }
+        }
+      }
+    }
+  };
+  sweep(1);
+  sweep(-1);
+  return distance;
+}
+
+/// Millimetres; infinite where no hand would go in.
+double SiteSearch::way_cost(const Skin& entry, const Vector3d& target) const {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const double length = (target - entry.point).norm();
+  const Vector3d along = (target - entry.point) / length;
+  const double flat = -along.dot(entry.normal);
+  if (length < 0.015 || flat < kSteepest || std::abs(along.y()) > kAlongBody) return kNever;
+  double cost = 1e3 * length + 5e3 * std::max(0.0, length - kReach) + 60 * (1 - flat);
+  for (double s = 0; s < length; s += kWayStep) {
+    const Vector3d x = entry.point + s * along;
+    const SiteKind kind = kind_at(x);
+    const double mm = 1e3 * kWayStep;
+    if (kind == SiteKind::hard || kind == SiteKind::air) cost += 60 * mm;
+    if (kind == SiteKind::spared) cost += 30 * mm;
+    cost += 2 * mm * std::max(0.0, 1 - clear_at(x) / kKeepOff);
+  }
+  return cost;
+}
+
+/// Millimetres; infinite where the probe would not see the needle.
+double SiteSearch::view_cost(const Skin& probe, const Vector3d& entry, const Vector3d& target) const {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const Vector3d to_seen = (target - probe.point).normalized();
+  const Vector3d needle = (target - entry).normalized();
+  const double between = std::acos(std::clamp(to_seen.dot(needle), -1.0, 1.0)) / kWayDegree;
+  if ((entry - probe.point).normalized().cross(to_seen).norm() < 0.3) return kNever;
+  const physics::RigidPose pose = content::probe_on_skin(probe.point, probe.normal, target, entry);
+  const double tilt =
+      std::acos(std::clamp(-(pose.orientation * Vector3d::UnitZ()).dot(probe.normal), -1.0, 1.0)) / kWayDegree;
+  double cost = 0.3e3 * (target - probe.point).norm() + 3 * std::max(0.0, tilt - 8) +
+                2 * std::max({0.0, 35 - between, between - 75});
+  constexpr int kLines = 5;  // of the face, half as wide as it is
+  for (int i = 0; i < kLines; ++i) {
+    const Vector3d from = probe.point + 0.010 * (i - kLines / 2) * (pose.orientation * Vector3d::UnitX());
+    const Vector3d way = target - from;
+    for (double s = 0.004; s < way.norm(); s += kWayStep) {
+      const SiteKind kind = kind_at(from + s * way.normalized());
+      if (kind != SiteKind::hard && kind != SiteKind::air) continue;
+      cost += 60.0 / kLines;  // in its shadow
+      break;
+    }
+  }
+  return cost;
+}
+
+std::optional<Vector3d> SiteSearch::ball(double radius) const {
+  std::vector<Skin> some;
+  std::set<std::array<int, 3>> taken;
+  for (const Skin& skin : skin_) {
+    const Eigen::Array3i place = (skin.point / (2 * kSkinApart)).array().floor().cast<int>();
+    if (taken.insert({place.x(), place.y(), place.z()}).second) some.push_back(skin);
+  }
+  const int apart = std::max(1, static_cast<int>(std::lround(kBallApart / static_cast<double>(grid_.spacing))));
+  for (const double clear : {kBallClear, 0.002, 0.0}) {
+    std::optional<Vector3d> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < grid_.size.z(); k += apart) {
+      pulse_();
+      for (int j = 0; j < grid_.size.y(); j += apart) {
+        for (int i = 0; i < grid_.size.x(); i += apart) {
+          const Vector3d x = grid_.origin.cast<double>() + static_cast<double>(grid_.spacing) * Vector3d(i, j, k);
+          const std::size_t cell = *cell_of(x);
+          const double off = radius + clear;
+          if (static_cast<double>(deep_[cell]) < off || static_cast<double>(clear_[cell]) < off) continue;
+          if (std::ranges::any_of(body_.cuts(), [&](const ScanCut& cut) { return cut.beyond(x) > -2 * off; }))
+            continue;
+          for (const Skin& skin : some) {
+            const double length = (x - skin.point).norm();
+            const double depth = 2e3 * std::abs(length - kGoodDepth);
+            if (depth > least) continue;
+            const double cost = way_cost(skin, x) - 1e3 * length + depth;
+            if (cost >= least) continue;
+            least = cost;
+            best = x;
+          }
+        }
+      }
+    }
+    if (best) return best;
+  }
+  return {};
+}
+
+std::optional<SiteSearch::Sites> SiteSearch::sites(const Vector3d& target,
+                                                   const std::optional<Vector3d>& entry) const {
+  std::vector<std::pair<double, Skin>> entries;
+  if (entry) {
+    const mesh::Solid::Nearest on = body_.on_skin(*entry);
+    entries.push_back({0, {on.point, on.normal}});
+  }
+  for (const Skin& skin : skin_) {
+    if (entry) break;
+    if (field_distance(wall_, skin.point, body_.cuts(), skin.point) > -wall_.depth) continue;
+    const double cost = way_cost(skin, target);
+    if (std::isfinite(cost)) entries.emplace_back(cost, skin);
+  }
+  std::ranges::stable_sort(entries, {}, [](const auto& each) { return each.first; });
+  std::optional<Sites> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t e = 0; e < std::min(entries.size(), kEntriesTried); ++e) {
+    pulse_();
+    const auto& [cost, from] = entries[e];
+    for (const Skin& skin : skin_) {
+      const double apart = (skin.point - from.point).norm();
+      if (apart < kBeside[0] || apart > kBeside[1]) continue;
+      if (field_distance(wall_, from.point, body_.cuts(), skin.point) > -0.015) continue;
+      const double all = cost + view_cost(skin, from.point, target);
+      if (all >= least) continue;
+      least = all;
+      best = {.entry = from.point, .probe = skin.point};
+    }
+  }
+  return best;
+}
+
+}  // namespace stylet::import

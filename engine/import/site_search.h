@@ -1,0 +1,78 @@
+// Where needle, probe and a made-up lesion go in a patient for whom nobody has said it.
+//
+// Each is the best of many places by a cost in millimetres, which is an engineering value as a whole: the length of
+// the way, and more where it leads through or past what must be spared.
+#pragma once
+
+#include "engine/content/scene.h"
+#include "engine/import/derived_wall.h"
+#include "engine/mesh/triangle_mesh.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace stylet::import {
+
+enum class SiteKind : std::uint8_t {
+  free,    ///< nothing, or what a needle may pass
+  spared,  ///< bleeds or leaks
+  air,     ///< neither needle nor ultrasound
+  hard,    ///< bone, cartilage: the same
+  carrier  ///< the organ that the target lies in
+};
+
+struct SiteOrgan {
+  const mesh::TriangleMesh* surface = nullptr;  ///< closed
+  SiteKind kind = SiteKind::free;
+};
+
+class SiteSearch {
+public:
+  /// @param organs  where two overlap the later one counts; at least one is the carrier, or `around` says where to
+  /// look
+  /// @param around  the target, m, patient frame
+  SiteSearch(std::span<const SiteOrgan> organs, const Body& body, const SideWall& wall,
+             const Eigen::AlignedBox3d& around, std::function<void()> pulse);
+
+  /// Middle of a ball in the carrier that keeps off its surface and off what is spared, about 65 mm below the skin on
+  /// a good way. Nothing: the carrier is too small for it.
+  std::optional<Eigen::Vector3d> ball(double radius) const;
+
+  struct Sites {
+    Eigen::Vector3d entry = Eigen::Vector3d::Zero();  ///< on the skin
+    Eigen::Vector3d probe = Eigen::Vector3d::Zero();
+  };
+  /// On a supine patient, clear of the ends of the scan, the probe in the field of the wall beside the entry.
+  /// @param entry  where that is known already
+  /// Nothing: no place on the skin will do.
+  std::optional<Sites> sites(const Eigen::Vector3d& target, const std::optional<Eigen::Vector3d>& entry) const;
+
+private:
+  struct Skin {
+    Eigen::Vector3d point, normal;
+  };
+  SiteKind kind_at(const Eigen::Vector3d& x) const;
+  double clear_at(const Eigen::Vector3d& x) const;
+  std::optional<std::size_t> cell_of(const Eigen::Vector3d& x) const;
+  std::vector<float> distance_to(const std::function<bool(SiteKind)>& is) const;
+  double way_cost(const Skin& entry, const Eigen::Vector3d& target) const;
+  double view_cost(const Skin& probe, const Eigen::Vector3d& entry, const Eigen::Vector3d& target) const;
+
+  const Body& body_;
+  const SideWall& wall_;
+  std::function<void()> pulse_;
+  content::LabelVolume grid_;    // its geometry
+  std::vector<SiteKind> kinds_;  // [cells]
+  std::vector<float> clear_;     // [cells] m to what is spared, air or hard
+  std::vector<float> deep_;      // [cells] m to what is not the carrier
+  std::vector<Skin> skin_;       // places on it
+};
+
+}  // namespace stylet::import

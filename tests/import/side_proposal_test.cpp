@@ -1,0 +1,188 @@
+// A scenario from a label volume and the name of its target alone.
+#include "engine/import/side_proposal.h"
+#include "engine/files/error.h"
+#include "engine/import/scene_import.h"
+#include "engine/import/side_file.h"
+#include "engine/mesh/solid.h"
+#include "tests/support/label_torso.h"
+#include "tests/support/sanitized.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stylet::import {
+namespace {
+
+using Eigen::Vector3d;
+using files::ContentError;
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+const std::set<std::string> kTissueNames{"outside", "skin",      "fat",         "muscle",      "peritoneal_fat",
+                                         "bone",    "cartilage", "liver",       "bowel",       "kidney_cortex",
+                                         "bile",    "tumour",    "caval_blood", "portal_blood"};
+
+std::vector<SourceFile> files_of(LabelImage image) {
+  SourceFile file;
+  file.path = "torso.nii";
+  file.format = "NIfTI";
+  for (const auto& [label, name] : image.names) file.parts.push_back({.name = name, .place = name, .label = label});
+  file.image = std::move(image);
+  std::vector<SourceFile> files;
+  files.push_back(std::move(file));
+  return files;
+}
+
+json organ(const json& side, const std::string& id) {
+  for (const json& each : side["organs"]) {
+    if (each["id"] == id) return each;
+  }
+  return {};
+}
+
+TEST(SideProposal, TakesPartsForWhatTheirNamesSay) {
+  const auto files = files_of(support::torso_labels(0.006));
+  const json side = json::parse(propose_side_text(files, "liver", "case1"));
+  EXPECT_EQ(organ(side, "ribs")["parts"].size(), 4u);
+  EXPECT_EQ(organ(side, "ribs")["tissue"], "bone");
+  EXPECT_EQ(organ(side, "lungs")["tissue"], "outside");
+  EXPECT_EQ(organ(side, "aorta")["role"], "vessel");
+  EXPECT_EQ(organ(side, "gallbladder")["role"], "region");
+  EXPECT_EQ(organ(side, "liver")["deformable"], true);
+  EXPECT_EQ(organ(side, "lesion")["body"], "liver");
+  EXPECT_EQ(organ(side, "lesion")["ball_mm"], 20);
+  EXPECT_EQ(side["scenario"]["target"], "lesion");
+  EXPECT_EQ(side["scenario"]["name"], "case1");
+  EXPECT_FALSE(side["scenario"].contains("entry"));
+  EXPECT_FALSE(side["scenario"]["wall"].contains("skin")) << "no label is the body";
+  files::JsonFile file("side.json", side.dump());
+  read_side_file(file);
+  EXPECT_THAT(file.problems(), ::testing::IsEmpty());
+}
+
+TEST(SideProposal, ALesionLiesInTheOrganThatItTouches) {
+  const auto files = files_of(support::torso_labels(0.003, 0.009));
+  const json side = json::parse(propose_side_text(files, "liver_tum*", "case2"));
+  EXPECT_EQ(organ(side, "liver_tumor")["role"], "target");
+  EXPECT_EQ(organ(side, "liver_tumor")["body"], "liver");
+  EXPECT_EQ(organ(side, "liver")["parts"], json({"liver", "liver_tumor"})) << "its labels leave the lesion out";
+  EXPECT_TRUE(organ(side, "lesion").is_null()) << "nothing is made up";
+}
+
+TEST(SideProposal, SaysWhatThereIsWhereNoPartOrSeveralAreCalledSo) {
+  const auto files = files_of(support::torso_labels(0.006));
+  const auto told = [&](const std::string& target) -> std::string {
+    try {
+      propose_side_text(files, target, "x");
+    } catch (const ContentError& error) {
+      return error.what();
+    }
+    return {};
+  };
+  EXPECT_THAT(told("livr"), HasSubstr("--target livr: no part is called so; there are vertebrae_L1, "));
+  EXPECT_THAT(told("*"), HasSubstr("several parts are called so"));
+}
+
+struct Proposed {
+  std::vector<SourceFile> files;
+  ImportedScene scene;
+};
+
+const Proposed& proposed(double lesion) {
+  static std::vector<std::pair<double, Proposed>> made;
+  for (const auto& [radius, scene] : made) {
+    if (radius == lesion) return scene;
+  }
+  Proposed result;
+  result.files = files_of(support::torso_labels(support::kSanitized ? 0.006 : 0.003, lesion));
+  files::JsonFile file("side.json", propose_side_text(result.files, lesion > 0 ? "liver_tumor" : "liver", "case"));
+  const SideFile side = read_side_file(file);
+  result.scene = import_scene(result.files, side, kTissueNames, [](const std::string&, double) {});
+  made.emplace_back(lesion, std::move(result));
+  return made.back().second;
+}
+
+class ProposedScene : public ::testing::TestWithParam<double> {};
+
+TEST_P(ProposedScene, NeedleAndProbeGoWhereACarefulHandPutsThem) {
+  const ImportedScene& scene = proposed(GetParam()).scene;
+  const auto organs = support::torso_organs();
+  // The straight way, by the shapes that the labels were made of: clear of all but the liver.
+  const Vector3d way = (scene.target - scene.entry).normalized();
+  const double length = (scene.target - scene.entry).norm();
+  double nearest_rib = 1;
+  for (double s = 0; s < length; s += 5e-4) {
+    const Vector3d x = scene.entry + s * way;
+    for (const support::TorsoOrgan& organ : organs) {
+      if (std::string(organ.name) == "liver") continue;
+      EXPECT_FALSE(organ.holds(x)) << organ.name << " " << s * 1e3 << " mm below the skin";
+      if (!std::string(organ.name).starts_with("rib")) continue;
+      for (const double off : {0.001, 0.002, 0.003}) {
+        for (const Vector3d& aside : {Vector3d(0, 1, 0), Vector3d(0, -1, 0)}) {
+          if (organ.holds(x + off * aside)) nearest_rib = std::min(nearest_rib, off);
+        }
+      }
+    }
+  }
+  EXPECT_GT(nearest_rib, 0.0015);
+  EXPECT_LT(length, 0.11) << "within a needle's reach";
+  EXPECT_GT(scene.outward.z(), -0.3) << "the patient lies on the back";
+  EXPECT_GT(-way.dot(scene.outward), 0.5) << "not along the skin";
+  const double beside = (scene.probe.position - scene.entry).norm();
+  EXPECT_GT(beside, 0.035);
+  EXPECT_LT(beside, 0.070);
+  const Vector3d seen = scene.probe.orientation.conjugate() * (scene.target - scene.probe.position);
+  EXPECT_NEAR(seen.y(), 0, 1e-6) << "the target is in the image";
+  EXPECT_LT(std::abs(std::atan2(seen.x(), seen.z())), 0.4);
+  EXPECT_TRUE(organs[2].holds(scene.target)) << "in the liver";
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("derived: no part is the body")));
+  EXPECT_THAT(scene.warnings, ::testing::Not(Contains(HasSubstr("the straight way to the target passes"))));
+}
+
+TEST_P(ProposedScene, SkinIsWholeAndTheWallLiesAboutTheEntry) {
+  const ImportedScene& scene = proposed(GetParam()).scene;
+  const auto named = [&](const std::string& name) {
+    return std::ranges::find(scene.surfaces, name, &gltf::AnnotatedSurface::name);
+  };
+  ASSERT_NE(named("abdominal_wall"), scene.surfaces.end());
+  ASSERT_NE(named("body_outside_field"), scene.surfaces.end());
+  // Every place on the body's skin has skin: of the wall, or outside its field.
+  const mesh::Solid body(named("body")->mesh);
+  const mesh::Solid wall(named("abdominal_wall")->mesh), rest(named("body_outside_field")->mesh);
+  double farthest = 0;
+  for (const Vector3d& v : body.surface().vertices) {
+    farthest = std::max(farthest, std::min(wall.nearest(v).distance, rest.nearest(v).distance));
+  }
+  EXPECT_LT(farthest, 0.004);
+  EXPECT_LT(wall.nearest(scene.entry).distance, 0.002);
+  EXPECT_LT(wall.nearest(scene.probe.position).distance, 0.002);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lesion, ProposedScene, ::testing::Values(0.0, 0.010),
+                         [](const auto& info) { return info.param > 0 ? "Segmented" : "MadeUp"; });
+
+TEST(MadeUpLesion, KeepsOffWhatIsAboutIt) {
+  const ImportedScene& scene = proposed(0).scene;
+  const auto lesion = std::ranges::find(scene.surfaces, "lesion", &gltf::AnnotatedSurface::name);
+  ASSERT_NE(lesion, scene.surfaces.end());
+  EXPECT_EQ(lesion->body, "liver");
+  const auto organs = support::torso_organs();
+  for (const Vector3d& v : lesion->mesh.vertices) {
+    EXPECT_NEAR((v - scene.target).norm(), 0.010, 0.0008);
+    EXPECT_TRUE(organs[2].holds(v));
+    for (std::size_t other = 3; other < organs.size(); ++other) EXPECT_FALSE(organs[other].holds(v));
+  }
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("lesion is made up: a ball of 20 mm in liver")));
+}
+
+}  // namespace
+}  // namespace stylet::import
