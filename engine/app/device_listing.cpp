@@ -101,18 +101,6 @@ std::vector<std::string> extras(const hid::StylusMap& map) {
   return words;
 }
 
-int button_count(const hid::StylusMap& map) {
-  std::uint32_t buttons = 0;
-  for (const hid::InputSlot& slot : map.inputs()) {
-    if (slot.quantity == hid::Quantity::kButton) buttons |= 1U << slot.index;
-    if (slot.quantity == hid::Quantity::kButtonArray) {
-      const auto count = std::min<std::int64_t>(32, slot.field.logical_max - slot.field.logical_min + 1);
-      for (std::int64_t k = 0; k < count; ++k) buttons |= 1U << k;
-    }
-  }
-  return std::popcount(buttons);
-}
-
 std::string join(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
@@ -136,8 +124,8 @@ void describe_motion(const hid::StylusMap& map, const hid::DeviceProfile& profil
     out["full_angular_speed_deg_per_s"] = profile.full_angular_speed_rad_per_s / kDegree;
   }
   out["axes"] = std::move(axes);
-  out["buttons"] = button_count(map);
-  text += fmt::format("  {:<11}{}\n", "buttons", button_count(map));
+  out["buttons"] = std::popcount(map.buttons());
+  text += fmt::format("  {:<11}{}\n", "buttons", std::popcount(map.buttons()));
   if (const auto words = extras(map); !words.empty()) {
     text += fmt::format("  {:<11}{}\n", "tells", join(words));
     out["tells"] = words;

@@ -5,6 +5,7 @@
 #include "engine/immersive/hands_on_patient.h"
 #include "engine/immersive/immersive_view.h"
 #include "engine/immersive/thumb_on_scanner.h"
+#include "engine/panels/breath_watch.h"
 #include "engine/panels/session_watch.h"
 #include "engine/scanner/live_scanner.h"
 
@@ -12,6 +13,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <thread>
 
@@ -45,7 +47,9 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
                     session::LiveSession& session, scanner::LiveScanner& scanner,
                     const HeadsetSessionSettings& settings, Observer& observer) {
   immersive::ImmersiveView view(device, scene);
-  immersive::SessionPanel panel(device, settings.left_handed);
+  immersive::SessionPanel panel(device, settings.left_handed, settings.breath != nullptr);
+  std::optional<panels::BreathWatch> breath;
+  if (settings.breath != nullptr) breath.emplace(*settings.breath);
   panels::SessionWatch session_watch(scene);
   immersive::ThumbOnScanner knobs;
   immersive::HandsOnPatient hands(scene, settings.hand, settings.probe);
@@ -84,6 +88,10 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
       recoils = now;
       headset.vibrate(immersive::kRecoil);
     }
+    if (breath) {
+      if (frame->hands.breath_pressed) breath->ask();
+      breath->look(session);
+    }
     if (settings.punctures != nullptr) {
       if (const auto puncture = settings.punctures->take()) headset.vibrate(immersive::vibration_of(*puncture));
     }
@@ -102,6 +110,7 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
     session_watch.look(state);
     panels::SessionFacts facts = panels::facts_of(scene, settings.course);
     session_watch.fill(facts);
+    if (breath) facts.breath = breath->in_words(session.time_s());
     panel.draw(facts, *settings.panel, static_cast<double>(frame->display_time_ns) * 1e-9);
     headset.end_frame(&view.draw(*frame, state,
                                  {.plane = scanner.in_view(),

@@ -9,6 +9,7 @@
 #include "engine/immersive/session_panel.h"
 #include "engine/scanner/live_scanner.h"
 #include "engine/scanner/scanner_console.h"
+#include "engine/session/held_breath.h"
 #include "engine/session/held_probe.h"
 #include "engine/session/live_session.h"
 #include "engine/session/picture_watch.h"
@@ -28,6 +29,7 @@ struct HeadsetSessionSettings {
   haptic::HandDevice* hand = nullptr;           ///< led by the controller of the hand with the needle
   const haptic::Device* stylus = nullptr;       ///< its coming and going is noted
   session::HeldProbe* probe = nullptr;          ///< held by the other
+  session::HeldBreath* breath = nullptr;        ///< held when a button asks for it; null: as the scene has it
   scanner::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
   training::TrainingSession* course = nullptr;  ///< the menu button begins, pauses and resumes it
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner

@@ -159,9 +159,9 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   note_cut_off_sessions(folder, observer);
   recording::UnfinishedRecording file(folder);
   session::HeldProbe probe(scene, start ? start->probe : content::ProbeMove{});
-  session::HeldBreath breath(scene.breathing);
-  // Who leads the needle before a keyboard asks for it; other sessions have the scene's holds.
-  const bool asks = stylus.held() && screen != nullptr && headset == nullptr && breath.breathes();
+  session::HeldBreath breath(scene.breathing, stylus.breath_button > 0 ? 1U << (stylus.breath_button - 1) : 0U);
+  // Who leads the needle asks for it by key, by controller or by the stylus; other sessions have the scene's holds.
+  const bool asks = stylus.held() && watched && breath.breathes();
   training::TraceRecorder trace(scene, stylus.duration_s);
   training::TrainingSession course(
       scene, {.automatic = !stylus.held() || !watched,

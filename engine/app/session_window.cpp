@@ -44,6 +44,7 @@ SessionWindow::SessionWindow(Screen& screen, gpu::Device& device, const content:
                 .mouse = settings.mouse,
                 .probe = settings.probe,
                 .breath = settings.breath,
+                .breath_button = settings.breath_button,
                 .arrangement = screen.arrangement,
                 .texts = &screen.texts,
                 .device = settings.stylus != nullptr ? settings.stylus->name() : "",

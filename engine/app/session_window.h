@@ -32,6 +32,7 @@ struct SessionWindowSettings {
   const haptic::Device* stylus = nullptr;  ///< its coming and going is noted; null: the session is over
   session::HeldProbe* probe = nullptr;     ///< moved by keys and the middle button
   session::HeldBreath* breath = nullptr;   ///< held when a key or a button asks for it; null: as the scene has it
+  std::string breath_button{};             ///< of the stylus that asks too: "button 3"; empty: none
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown

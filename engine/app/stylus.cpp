@@ -115,7 +115,11 @@ Stylus open_hid(const StylusOpening& opening) {
               ": its force stays on if this computer stops (it has neither effects that end nor a time-out); "
               "be ready to switch it off";
   }
-  return {.device = std::move(device), .hid = std::move(reports), .warning = std::move(warning)};
+  const int breath_button = device->free_button();
+  return {.device = std::move(device),
+          .breath_button = breath_button,
+          .hid = std::move(reports),
+          .warning = std::move(warning)};
 }
 
 void find_recorded_file(const std::string& file) {
@@ -220,6 +224,10 @@ std::span<const StylusKind> stylus_kinds() {
 
 std::string stylus_help() {
   return listed("or", [](const StylusKind& kind) { return fmt::format("{} ({})", form(kind), kind.help); });
+}
+
+std::string button_words(const Stylus& stylus) {
+  return stylus.breath_button > 0 ? fmt::format("button {}", stylus.breath_button) : "";
 }
 
 const StylusKind& find_stylus(const std::string& description) {

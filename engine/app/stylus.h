@@ -71,12 +71,16 @@ struct Stylus {
   double duration_s = std::numeric_limits<double>::infinity();
   bool own_motion = false;  ///< it plays the scenario's motion
   StylusInput input{};
+  int breath_button = 0;      ///< that asks for the breath to be held, counted from 1; 0: none is free
   readers::RawReports hid{};  ///< of a HID device: which, and what its reports mean; its reports are in the log
   std::string warning{};      ///< for who holds it, one line; empty: none
   const StylusKind* kind = nullptr;  ///< set by open_stylus()
 
   bool held() const { return kind->held; }
 };
+
+/// "button 3": the one that asks for the breath; empty: there is none.
+std::string button_words(const Stylus& stylus);
 
 /// Refuses at once what open_stylus() would refuse after the scene is loaded: a name that there is none of, a file
 /// that cannot be read, a device that is not plugged in. @param description  as of open_stylus()

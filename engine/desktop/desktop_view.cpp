@@ -96,6 +96,7 @@ DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, sessi
       frame_(session.frames().make_frame()),
       camera_(settings.arrangement.camera.value_or(scene.camera)),
       home_(settings.arrangement.home) {
+  if (settings.breath != nullptr) breath_.emplace(*settings.breath);
   scanner_.watch(settings.images);
   scanner_.keep_images(settings.saved);
   scanner_.speak(settings.texts);
@@ -145,36 +146,9 @@ bool DesktopView::handle(const view::Input& input) {
     if (state.stage == training::Stage::debrief || settings_.course->reset_asked_for()) return false;
   }
   for (const Command& command : commands) apply(command);
-  watch_breath();
+  if (breath_) breath_->look(session_);
   scanner_.poll(session_.time_s());
   return true;
-}
-
-void DesktopView::watch_breath() {
-  if (settings_.breath == nullptr) return;
-  using State = session::HeldBreath::State;
-  const State state = settings_.breath->state();
-  if (state == breath_) return;
-  if (breath_ == State::held && !breath_let_go_) gave_up_s_ = session_.time_s();
-  breath_ = state;
-  breath_let_go_ = false;
-  const char* name = state == State::held            ? "breath_held"
-                     : state == State::breathing_out ? "breath_out"
-                                                     : "breathing";
-  session_.add_event({.time_s = session_.time_s(), .name = name});
-}
-
-std::string DesktopView::breath_in_words() const {
-  if (settings_.breath == nullptr) return "";
-  switch (breath_) {
-    case session::HeldBreath::State::breathing_out:
-      return "The patient breathes out and will hold";
-    case session::HeldBreath::State::held:
-      return fmt::format("Breath held: {:.0f} s left", std::ceil(settings_.breath->left_s()));
-    case session::HeldBreath::State::breathing:
-      break;
-  }
-  return session_.time_s() - gave_up_s_ < kBreathSaid ? "The patient had to breathe again" : "";
 }
 
 void DesktopView::end(panels::Ending ending) {
@@ -229,7 +203,7 @@ void DesktopView::apply(const Command& command) {
     const bool done = settings_.probe->apply(*probe, session_.time_s());
     scanner_.say(done ? "" : "no skin there for the probe", session_.time_s());
   }
-  if (std::holds_alternative<HoldBreath>(command)) hold_breath();
+  if (std::holds_alternative<HoldBreath>(command) && breath_) breath_->ask();
   if (std::holds_alternative<ToggleSound>(command) && settings_.speaker != nullptr) {
     settings_.speaker->mute(!settings_.speaker->muted());
   }
@@ -250,13 +224,6 @@ void DesktopView::turn(const scanner::Command& command) {
   const bool frozen = scanner_.console().frozen();
   scanner_.apply(command, session_.time_s());
   if (!frozen && scanner_.console().frozen()) scanner_.say(kFrozenHint, session_.time_s());
-}
-
-void DesktopView::hold_breath() {
-  if (settings_.breath == nullptr) return;
-  const bool hold = settings_.breath->state() == session::HeldBreath::State::breathing;
-  breath_let_go_ = !hold;
-  settings_.breath->ask(hold);
 }
 
 void DesktopView::fit_renderer(int width, int height, double dt_s) {
@@ -308,7 +275,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
                      .led_by_keys = settings_.mouse != nullptr};
   if (settings_.pictures != nullptr) facts.pictures = words(settings_.pictures->recent(), renderer_->settings());
   if (settings_.speaker != nullptr && settings_.speaker->muted()) facts.sound = "sound is off";
-  if (!ending_) facts.session.breath = breath_in_words();
+  if (!ending_ && breath_) facts.session.breath = breath_->in_words(session_.time_s());
   std::vector<CourseChoice> choices;
   std::optional<std::size_t> breath_choice;
   if (ending_) {
@@ -318,10 +285,11 @@ void DesktopView::draw(int width, int height, double dt_s) {
     for (const CourseChoice& choice : choices) {
       facts.choices.push_back({.label = choice.label, .key = key_of(choice.button)});
     }
-    if (settings_.breath != nullptr && settings_.course->state().stage != training::Stage::briefing) {
+    if (breath_ && settings_.course->state().stage != training::Stage::briefing) {
       breath_choice = facts.choices.size();
-      const bool breathes = settings_.breath->state() == session::HeldBreath::State::breathing;
-      facts.choices.push_back({.label = breathes ? "Hold breath" : "Breathe on", .key = key_of_breath()});
+      const std::string& button = settings_.breath_button;
+      facts.choices.push_back({.label = breath_->breathes() ? "Hold breath" : "Breathe on",
+                               .key = key_of_breath() + (button.empty() ? "" : ", " + button)});
     }
   }
   watch_.fill(facts.session);
@@ -351,7 +319,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
   const PanelInput asked = panels_.draw(facts, scanner_.console(), width, height);
   if (asked.choice && ending_ && *asked.choice < end_wishes_.size()) asked_at_end_ = end_wishes_[*asked.choice];
   if (asked.choice && *asked.choice < choices.size()) actions_.push_back(choices[*asked.choice].action);
-  if (asked.choice && asked.choice == breath_choice) hold_breath();
+  if (asked.choice && asked.choice == breath_choice) breath_->ask();
   for (const scanner::Command& command : asked.scanner) turn(command);
 }
 

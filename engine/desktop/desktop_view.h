@@ -12,6 +12,7 @@
 #include "engine/desktop/command.h"
 #include "engine/desktop/panels.h"
 #include "engine/gpu/device.h"
+#include "engine/panels/breath_watch.h"
 #include "engine/panels/session_watch.h"
 #include "engine/render/renderer.h"
 #include "engine/scanner/live_scanner.h"
@@ -46,6 +47,7 @@ struct DesktopSettings {
   haptic::MouseDevice* mouse = nullptr;   ///< led by mouse and keyboard, where they are the stylus
   session::HeldProbe* probe = nullptr;    ///< moved by keys and the middle button
   session::HeldBreath* breath = nullptr;  ///< held when a key or a button asks for it; null: as the scene has it
+  std::string breath_button{};            ///< of the stylus that asks too: "button 3"; empty: none
   Arrangement arrangement{};              ///< at the start
   const content::Texts* texts = nullptr;  ///< of another language; null: English
   std::string device{};                   ///< what leads the needle, for the panels
@@ -108,8 +110,6 @@ public:
     return {.scanner = scanner_.console(), .camera = camera_, .home = home_, .panels = panels_};
   }
 
-  static constexpr double kBreathSaid = 4;  ///< s, that the patient had to breathe
-
 private:
   /// Hands the scanner what the pointer does on its image. @return the rest
   view::Input point_at_image(view::Input input);
@@ -118,10 +118,6 @@ private:
   /// A knob, with a word on what can be done with an image that was frozen just now.
   void turn(const scanner::Command& command);
   std::vector<Choice> end_choices();
-  /// What the patient does with the breath, for the panels and the recording.
-  void watch_breath();
-  std::string breath_in_words() const;
-  void hold_breath();
   void frame_needle(int width, int height);
   void fit_renderer(int width, int height, double dt_s);
 
@@ -134,14 +130,12 @@ private:
   Panels panels_;
   RenderScale scale_;
   std::optional<render::Renderer> renderer_;
-  std::optional<panels::Ending> ending_;   ///< the session is over
-  std::vector<EndWish> end_wishes_;        ///< that can be had, as their buttons are shown
-  std::string next_;                       ///< scenario
-  std::optional<EndWish> asked_at_end_;    ///< on the panels
-  std::vector<training::Action> actions_;  ///< asked for on the panels, not told to the course yet
-  session::HeldBreath::State breath_ = session::HeldBreath::State::breathing;  ///< as last seen
-  double gave_up_s_ = -kBreathSaid;                                            ///< when the patient had to breathe
-  bool breath_let_go_ = false;                                                 ///< by the trainee
+  std::optional<panels::Ending> ending_;       ///< the session is over
+  std::vector<EndWish> end_wishes_;            ///< that can be had, as their buttons are shown
+  std::string next_;                           ///< scenario
+  std::optional<EndWish> asked_at_end_;        ///< on the panels
+  std::vector<training::Action> actions_;      ///< asked for on the panels, not told to the course yet
+  std::optional<panels::BreathWatch> breath_;  ///< none: as the scene has it
   picture::Pane scanner_place_{};
   picture::Pane image_place_{};  ///< of the scanner's screen within it
   bool pointing_ = false;        ///< the left button was pressed on the image and is held

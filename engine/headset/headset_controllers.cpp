@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -36,25 +37,27 @@ HeadsetControllers::HeadsetControllers(XrInstance instance, XrSession session, b
     recentre_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "recentre", "Stand at the table again");
     panel_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "panel", "Panel, instructor's panel, none");
     freeze_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "freeze", "Freeze the ultrasound image");
+    breath_ = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "breath", "The patient holds the breath, breathes on");
     stick_ = make(XR_ACTION_TYPE_VECTOR2F_INPUT, "knobs", "Ultrasound: gain up and down, depth right and left");
     touch_ = make(XR_ACTION_TYPE_VIBRATION_OUTPUT, "touch", "The needle goes through something");
     suggest("khr/simple_controller", {.trigger = "select/click", .menu = "menu/click", .panel = "select/click"},
-            {.trigger = "select/click", .menu = "menu/click"});
-    suggest("oculus/touch_controller",
-            {"trigger/value", "squeeze/value", "menu/click", "thumbstick/click", "x/click", "trigger/value",
-             "thumbstick"},
-            {"trigger/value", "squeeze/value", "", "thumbstick/click", "a/click"});
+            {.trigger = "select/click", .breath = "menu/click"});
+    suggest(
+        "oculus/touch_controller",  // whose one menu button is on the left
+        {"trigger/value", "squeeze/value", "menu/click", "thumbstick/click", "x/click", "trigger/value", "thumbstick",
+         left_handed ? "y/click" : ""},
+        {"trigger/value", "squeeze/value", "", "thumbstick/click", "a/click", "", "", left_handed ? "" : "b/click"});
     suggest(
         "valve/index_controller",
         {"trigger/click", "squeeze/value", "b/click", "thumbstick/click", "a/click", "trigger/click", "thumbstick"},
-        {"trigger/click", "squeeze/value", "b/click", "thumbstick/click", "a/click"});
+        {"trigger/click", "squeeze/value", "", "thumbstick/click", "a/click", "", "", "b/click"});
     suggest("htc/vive_controller",
             {"trigger/click", "squeeze/click", "menu/click", "", "trackpad/click", "trigger/click"},
-            {"trigger/click", "squeeze/click", "menu/click", "trackpad/click", ""});
+            {"trigger/click", "squeeze/click", "", "trackpad/click", "", "", "", "menu/click"});
     suggest("microsoft/motion_controller",
             {"trigger/value", "squeeze/click", "menu/click", "thumbstick/click", "trackpad/click", "trigger/value",
              "thumbstick"},
-            {"trigger/value", "squeeze/click", "menu/click", "thumbstick/click", "trackpad/click"});
+            {"trigger/value", "squeeze/click", "", "thumbstick/click", "trackpad/click", "", "", "menu/click"});
     XrSessionActionSetsAttachInfo attach{XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO};
     attach.countActionSets = 1;
     attach.actionSets = &set_;
@@ -98,6 +101,10 @@ void HeadsetControllers::suggest(const char* profile, Inputs left, Inputs right)
     swap_if_one(left.stick, right.stick);
     swap_if_one(left.panel, right.panel);
     swap_if_one(left.recentre, right.recentre);
+    if (std::string_view(left.menu) == right.breath) {
+      std::swap(left.menu, right.menu);
+      std::swap(left.breath, right.breath);
+    }
   }
   std::vector<XrActionSuggestedBinding> bindings;
   for (const char* hand : kHands) {
@@ -114,6 +121,7 @@ void HeadsetControllers::suggest(const char* profile, Inputs left, Inputs right)
     bind(panel_, inputs.panel);
     bind(freeze_, inputs.freeze);
     bind(stick_, inputs.stick);
+    bind(breath_, inputs.breath);
   }
   XrInteractionProfileSuggestedBinding suggested{XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING};
   suggested.interactionProfile = path(instance_, std::string("/interaction_profiles/") + profile);
@@ -178,6 +186,7 @@ Hands HeadsetControllers::read(XrTime time, XrSpace base, const Eigen::Isometry3
     hands.recentre_pressed = pressed(recentre_, paths_[i], true) || hands.recentre_pressed;
     hands.panel_pressed = pressed(panel_, paths_[i], true) || hands.panel_pressed;
     hands.freeze_pressed = pressed(freeze_, paths_[i], true) || hands.freeze_pressed;
+    hands.breath_pressed = pressed(breath_, paths_[i], true) || hands.breath_pressed;
   }
   return hands;
 }

@@ -23,14 +23,19 @@ struct Hand {
 /// Windows Mixed Reality the pad, of Vive the left pad, of the simple one the left trigger.
 inline constexpr const char* kPanelButton = "A, X or pad";
 
+/// That of the breath, of the hand with the needle: of Touch and Index the upper one, of the others the menu button,
+/// whose twin in the hand with the probe begins and pauses.
+inline constexpr const char* kBreathButton = "B, Y or menu";
+
 struct Hands {
   Hand left;
   Hand right;
   bool left_handed = false;       ///< the left hand holds the needle, the right the probe
-  bool menu_pressed = false;      ///< since the last frame, on either
+  bool menu_pressed = false;      ///< since the last frame; where both have one, of the hand with the probe
   bool recentre_pressed = false;  ///< the same: thumb stick or pad, pushed
   bool panel_pressed = false;     ///< the same: kPanelButton
   bool freeze_pressed = false;    ///< the same: trigger of the hand with the probe
+  bool breath_pressed = false;    ///< the same: kBreathButton
 
   const Hand& needle() const { return left_handed ? left : right; }
   const Hand& probe() const { return left_handed ? right : left; }
@@ -71,6 +76,7 @@ private:
     const char* panel = "";
     const char* freeze = "";
     const char* stick = "";
+    const char* breath = "";
   };
   void suggest(const char* profile, Inputs left, Inputs right);
   bool pressed(XrAction action, XrPath hand, bool only_new) const;
@@ -88,6 +94,7 @@ private:
   XrAction recentre_ = XR_NULL_HANDLE;
   XrAction panel_ = XR_NULL_HANDLE;
   XrAction freeze_ = XR_NULL_HANDLE;
+  XrAction breath_ = XR_NULL_HANDLE;
   XrAction stick_ = XR_NULL_HANDLE;
   XrAction touch_ = XR_NULL_HANDLE;
   std::array<XrSpace, 2> grips_{};

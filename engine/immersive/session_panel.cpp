@@ -27,7 +27,13 @@ void begin(const char* name, float from, float to) {
   ImGui::Begin(name, nullptr, kFlags);
 }
 
-constexpr float kHelpLines = 3;
+/// Which buttons there are to tell of.
+struct Help {
+  bool briefing = false;
+  bool left_handed = false;
+  bool asks = false;  ///< for the breath
+  float lines() const { return asks ? 4 : 3; }
+};
 
 float padding() {
   return ImGui::GetStyle().WindowPadding.y;
@@ -38,23 +44,24 @@ float line() {
 }
 
 /// From where one is down to the help on the lowest lines of the window.
-float height_left() {
-  return kHeight - ImGui::GetCursorPosY() - kHelpLines * line() - padding();
+float height_left(const Help& help) {
+  return kHeight - ImGui::GetCursorPosY() - help.lines() * line() - padding();
 }
 
 /// Which button does what.
-void draw_help(bool briefing, bool left_handed) {
-  ImGui::SetCursorPosY(kHeight - kHelpLines * line() - padding());
-  ImGui::TextDisabled("%s trigger: fire, heat   menu: %s", left_handed ? "left" : "right",
-                      briefing ? "begin" : "pause");
-  ImGui::TextDisabled("%s trigger: freeze   stick: gain, depth", left_handed ? "right" : "left");
+void draw_help(const Help& help) {
+  const char* needle = help.left_handed ? "left" : "right";
+  ImGui::SetCursorPosY(kHeight - help.lines() * line() - padding());
+  ImGui::TextDisabled("%s trigger: fire, heat   menu: %s", needle, help.briefing ? "begin" : "pause");
+  ImGui::TextDisabled("%s trigger: freeze   stick: gain, depth", help.left_handed ? "right" : "left");
+  if (help.asks) ImGui::TextDisabled("%s %s: hold the breath", needle, headset::kBreathButton);
   ImGui::TextDisabled("%s: panel, instructor, none", headset::kPanelButton);
 }
 
 /// In smaller letters where it is long.
-void draw_briefing(const panels::SessionFacts& facts) {
+void draw_briefing(const panels::SessionFacts& facts, const Help& help) {
   constexpr float kLeast = 0.6F;
-  const float width = (2 * kColumn + 1) * panels::em(), left = height_left();
+  const float width = (2 * kColumn + 1) * panels::em(), left = height_left(help);
   float scale = 1;
   const auto height = [&] {
     float sum = 0;
@@ -69,22 +76,22 @@ void draw_briefing(const panels::SessionFacts& facts) {
   ImGui::SetWindowFontScale(1);
 }
 
-void draw_left(const panels::SessionFacts& facts, PanelLevel level) {
+void draw_left(const panels::SessionFacts& facts, PanelLevel level, const Help& help) {
   ImGui::SetWindowFontScale(1.25F);
   ImGui::TextUnformatted(facts.title.c_str());
   ImGui::SetWindowFontScale(1);
   panels::draw_course(facts, facts.briefing.empty() ? kColumn : 2 * kColumn);
   ImGui::Spacing();
-  if (!facts.briefing.empty()) return draw_briefing(facts);
+  if (!facts.briefing.empty()) return draw_briefing(facts, help);
   if (level == PanelLevel::instructor) panels::draw_place(facts);
   panels::draw_readings(facts);
 }
 
-void draw_right(const panels::SessionFacts& facts, PanelLevel level) {
+void draw_right(const panels::SessionFacts& facts, PanelLevel level, const Help& help) {
   const bool instructor = level == PanelLevel::instructor;
   ImGui::TextDisabled("Force (N) against depth (mm)");
   const float below = instructor ? line() * static_cast<float>(facts.warnings.size()) : 0;
-  panels::draw_force(facts, kColumn, std::max((height_left() - below - padding()) / panels::em(), 5.0F));
+  panels::draw_force(facts, kColumn, std::max((height_left(help) - below - padding()) / panels::em(), 5.0F));
   if (instructor) panels::draw_warnings(facts);
 }
 
@@ -98,9 +105,10 @@ render::SeeThrough see_through(PanelLevel level) {
   return level == PanelLevel::instructor ? render::SeeThrough::glass : render::SeeThrough::window;
 }
 
-SessionPanel::SessionPanel(gpu::Device& device, bool left_handed)
+SessionPanel::SessionPanel(gpu::Device& device, bool left_handed, bool asks)
     : device_(device),
       left_handed_(left_handed),
+      asks_(asks),
       picture_(device, {.width = kWidth,
                         .height = kHeight,
                         .format = VK_FORMAT_R8G8B8A8_SRGB,
@@ -119,14 +127,15 @@ void SessionPanel::draw(const panels::SessionFacts& facts, PanelLevel level, dou
   drawn_s_ = now_s;
   overlay_.begin({.width = kWidth, .height = kHeight, .dt_s = kPeriod});
   const bool briefing = !facts.briefing.empty();
+  const Help help{.briefing = briefing, .left_handed = left_handed_, .asks = asks_};
   begin("course", 0, briefing ? 1.0F : 0.5F);
-  draw_left(facts, level);
-  if (briefing) draw_help(briefing, left_handed_);
+  draw_left(facts, level, help);
+  if (briefing) draw_help(help);
   ImGui::End();
   if (!briefing) {
     begin("needle", 0.5F, 1);
-    draw_right(facts, level);
-    draw_help(briefing, left_handed_);
+    draw_right(facts, level, help);
+    draw_help(help);
     ImGui::End();
   }
   gpu::Commands& commands = ring_.next();

@@ -26,8 +26,8 @@ render::SeeThrough see_through(PanelLevel level);
 /// One at a time, and no other view::Overlay beside it. Thread: the one that uses the device.
 class SessionPanel {
 public:
-  /// @throws gpu::GpuError
-  explicit SessionPanel(gpu::Device& device, bool left_handed = false);
+  /// @param asks  a button asks the patient to hold the breath. @throws gpu::GpuError
+  explicit SessionPanel(gpu::Device& device, bool left_handed = false, bool asks = false);
   ~SessionPanel();
   SessionPanel(const SessionPanel&) = delete;
   SessionPanel& operator=(const SessionPanel&) = delete;
@@ -43,6 +43,7 @@ public:
 private:
   gpu::Device& device_;
   bool left_handed_;
+  bool asks_;
   gpu::Image picture_;
   view::Overlay overlay_;
   gpu::FrameRing ring_;

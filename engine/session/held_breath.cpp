@@ -8,7 +8,8 @@
 
 namespace stylet::session {
 
-HeldBreath::HeldBreath(content::Breathing breathing) : breathing_(std::move(breathing)) {
+HeldBreath::HeldBreath(content::Breathing breathing, std::uint32_t buttons)
+    : breathing_(std::move(breathing)), buttons_(buttons) {
   breathing_.holds.clear();
 }
 
@@ -23,6 +24,12 @@ void HeldBreath::ask(bool hold) {
 HeldBreath::State HeldBreath::state() const {
   if (!asked_.load(std::memory_order_relaxed)) return State::breathing;
   return held_.load(std::memory_order_relaxed) ? State::held : State::breathing_out;
+}
+
+void HeldBreath::haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState&) {
+  const bool pressed = (record.buttons & buttons_) != 0;
+  if (pressed && !pressed_) presses_.fetch_add(1, std::memory_order_relaxed);
+  pressed_ = pressed;
 }
 
 std::optional<double> HeldBreath::inspiration(double time_s) {

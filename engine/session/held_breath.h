@@ -23,7 +23,8 @@ public:
     held,
   };
 
-  explicit HeldBreath(content::Breathing breathing);
+  /// @param buttons  of the stylus that ask, a bit each; 0: none does
+  explicit HeldBreath(content::Breathing breathing, std::uint32_t buttons = 0);
 
   /// There is a breath to be held.
   bool breathes() const;
@@ -31,10 +32,14 @@ public:
   void ask(bool hold);
   /// Window thread: as it was at the last simulation step, or has been asked for since.
   State state() const;
+  /// Window thread: how often the stylus's button was pressed since this was asked before.
+  std::uint32_t take_presses() { return presses_.exchange(0, std::memory_order_relaxed); }
   /// Window thread: until it ends by itself, s; of one that is not held yet, all of kLongest.
   double left_s() const { return left_s_.load(std::memory_order_relaxed); }
 
   std::optional<double> inspiration(double time_s) override;
+  /// @realtime
+  void haptic_stepped(const recording::HapticStepRecord& record, const physics::NeedleState& needle) override;
 
   /// s; an engineering value: most patients hold a breath at end-expiration for 15 to 20 s.
   static constexpr double kLongest = 20;
@@ -44,6 +49,9 @@ private:
   std::atomic<bool> asked_{false};
   std::atomic<bool> held_{false};
   std::atomic<double> left_s_{kLongest};
+  std::atomic<std::uint32_t> presses_{0};
+  const std::uint32_t buttons_;
+  bool pressed_ = false;  // haptic thread's
   // Simulation thread's.
   double lost_s_ = 0;  // of the breathing, held so far
   double last_s_ = 0;

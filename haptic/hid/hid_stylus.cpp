@@ -48,6 +48,7 @@ HidStylus::HidStylus(const HidStylusSettings& settings) : settings_(settings), n
   descriptor_ = link->report_descriptor;
   kind_ = link->map.kind();
   lets_go_ = link->output.lets_go();
+  free_button_ = link->map.free_button(settings.clutch);
   limits_ = limits_in_patient_frame(link->output.limits(), settings.workspace.scale);
   follower_ = std::make_unique<HandFollower>(FollowSettings{.kind = kind_,
                                                             .workspace = settings.workspace,

@@ -50,6 +50,8 @@ public:
   std::string name() const override { return name_; }
   DeviceLimits limits() const override { return limits_; }
   DeviceKind kind() const { return kind_; }
+  /// A button that nothing is done with, counted from 1; 0: there is none.
+  int free_button() const { return free_button_; }
   /// ForceOutput::lets_go(): a host that dies leaves no force.
   bool lets_go() const { return lets_go_; }
   /// As it was when the stylus was made.
@@ -80,6 +82,7 @@ private:
   std::vector<std::uint8_t> descriptor_;
   DeviceKind kind_ = DeviceKind::kUnusable;
   bool lets_go_ = true;
+  int free_button_ = 0;
   DeviceLimits limits_;
   std::unique_ptr<HandFollower> follower_;  // haptic thread's
   std::uint64_t orders_ = 0;                // haptic thread's

@@ -3,6 +3,7 @@
 #include "haptic/hid/usages.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -340,6 +341,34 @@ StylusMap::StylusMap(const ReportDescriptor& descriptor, const DeviceProfile& pr
     scan_modulus_ = static_cast<std::uint64_t>(slot.field.logical_max) + 1;
     break;
   }
+}
+
+namespace {
+
+std::uint32_t buttons_of(const InputSlot& slot) {
+  if (slot.quantity == Quantity::kButton) return 1U << slot.index;
+  if (slot.quantity != Quantity::kButtonArray) return 0;
+  const auto count = std::clamp<std::int64_t>(slot.field.logical_max - slot.field.logical_min + 1, 0, 32);
+  const std::uint64_t from_1 = ((std::uint64_t{1} << count) - 1) << std::min(slot.index, 32U);
+  return static_cast<std::uint32_t>(from_1 >> 1);
+}
+
+}  // namespace
+
+std::uint32_t StylusMap::buttons() const {
+  std::uint32_t all = 0;
+  for (const InputSlot& slot : slots_) all |= buttons_of(slot);
+  return all;
+}
+
+int StylusMap::free_button(std::uint32_t taken) const {
+  if (kind_ == DeviceKind::kPen) return 0;
+  std::uint32_t free = 0;
+  for (const InputSlot& slot : slots_) {
+    if (slot.field.usage >> 16 == u::kButtonPage) free |= buttons_of(slot);
+  }
+  free &= ~(taken | 1U);
+  return free == 0 ? 0 : std::countr_zero(free) + 1;
 }
 
 bool StylusMap::has(Quantity quantity, std::uint32_t index) const {

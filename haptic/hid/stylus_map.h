@@ -116,6 +116,11 @@ public:
 
   const std::vector<InputSlot>& inputs() const { return slots_; }
   bool has(Quantity quantity, std::uint32_t index = 0) const;
+  /// All that it has, a bit each.
+  std::uint32_t buttons() const;
+  /// The first of the button page behind the trigger that is not in `taken`, counted from 1; 0: there is none. A pen
+  /// has none: its buttons draw back and take hold anew.
+  int free_button(std::uint32_t taken) const;
   /// s a tick of HidReading::scan_time; 0: the device has none.
   double scan_tick_s() const { return scan_tick_s_; }
   /// Ticks after which it wraps; 0: it has none.

@@ -273,6 +273,32 @@ TEST_F(Desktop, AKeyAsksForTheBreathToBeHeldAndLetsItGo) {
   EXPECT_EQ(names, (std::vector<std::string>{"breath_out", "breath_held", "breathing"}));
 }
 
+TEST_F(Desktop, AButtonOfTheStylusAsksForTheBreathAsTheKeyDoes) {
+  using State = session::HeldBreath::State;
+  Running running(device);
+  session::HeldBreath breath({.amplitude = 1, .period = 1}, 4);
+  DesktopView desktop(device, small_scene(), running.live,
+                      {.breath = &breath, .arrangement = {.scanner = scanner::ScannerConsole(small_scene().probe)}});
+  const auto press = [&](std::uint32_t buttons) {
+    recording::HapticStepRecord record;
+    record.buttons = buttons;
+    for (int i = 0; i < 5; ++i) breath.haptic_stepped(record, {});
+    EXPECT_TRUE(desktop.handle({}));
+    return breath.state();
+  };
+  EXPECT_EQ(press(3), State::breathing) << "other buttons";
+  EXPECT_EQ(press(4), State::breathing_out) << "once, however long it is held";
+  EXPECT_EQ(press(0), State::breathing_out);
+  for (int i = 0; i < 60; ++i) breath.inspiration(0.02 * i);
+  EXPECT_EQ(press(5), State::breathing);
+  running.stop();
+  std::vector<std::string> names;
+  for (const recording::EventRecord& event : recording::read_recording(running.folder / "session.rec").events) {
+    if (event.name.starts_with("breath")) names.push_back(event.name);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"breath_out", "breathing"}));
+}
+
 TEST_F(Desktop, AKeyMutesAlsoWhenTheSessionIsOver) {
   Running running(device);
   sound::Speaker speaker(true);

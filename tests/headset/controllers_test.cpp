@@ -65,6 +65,20 @@ TEST_P(EveryController, ReportsItsPressedButtons) {
   const bool one_hand = simple || std::string(GetParam()) == "htc/vive_controller";
   EXPECT_EQ(hands().panel_pressed, !one_hand);
 
+  // The upper button, or the menu button of the hand with the needle, whose twin is no menu button then.
+  right.lower = false;
+  right.upper = right.menu = true;
+  now = hands();
+  EXPECT_TRUE(now.breath_pressed);
+  EXPECT_FALSE(now.menu_pressed);
+  EXPECT_FALSE(hands().breath_pressed) << "once";
+  right.upper = right.menu = left.menu = false;
+  hands();
+  left.upper = left.menu = true;
+  now = hands();
+  EXPECT_FALSE(now.breath_pressed);
+  EXPECT_TRUE(now.menu_pressed);
+
   // The scanner is in the left hand; HTC's has no stick, the simple one's trigger is the panel's.
   right.lower = false;
   hands();
@@ -103,6 +117,17 @@ TEST_P(EveryController, InLeftHandsIsTheOtherWayRound) {
   EXPECT_TRUE(hands().needle().stick.isZero());
   left.thumbstick = true;
   EXPECT_EQ(hands().recentre_pressed, !simple);
+  left.upper = left.menu = true;
+  now = hands();
+  EXPECT_TRUE(now.breath_pressed);
+  const bool touch = std::string(GetParam()) == "oculus/touch_controller";
+  EXPECT_EQ(now.menu_pressed, touch) << "its only one is there";
+  left.upper = left.menu = false;
+  hands();
+  right.upper = right.menu = true;
+  now = hands();
+  EXPECT_FALSE(now.breath_pressed);
+  EXPECT_EQ(now.menu_pressed, !touch);
   rig.expect_clean();
 }
 

@@ -101,6 +101,27 @@ TEST_F(Headset, AWholeSessionIsBegunLedAndEndedThere) {
   expect_replay();
 }
 
+TEST_F(Headset, AButtonAsksForTheBreathToBeHeld) {
+  small_.scenario["breathing"] = {{"period_s", 1}, {"holds", {{0.02, 100}}}};
+  small_.write();
+  const Outcome outcome =
+      train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 menu=2 breath=6 end=70", "--lockstep --expert none");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(read_text(refused()), "");
+  const recording::Recording recording = recording::read_recording(out() / "session.rec");
+  std::vector<std::string> names;
+  for (const recording::EventRecord& event : recording.events) {
+    if (event.name.starts_with("breath")) names.push_back(event.name);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"breath_out", "breath_held"}));
+  double most = 0;
+  for (const recording::SimulationStepRecord& step : recording.simulation) most = std::max(most, step.inspiration);
+  EXPECT_GT(most, 0.9) << "the scene's own holds are for a recorded motion: here the patient breathes until asked";
+  ASSERT_FALSE(recording.simulation.empty());
+  EXPECT_NEAR(recording.simulation.back().inspiration, 0, 1e-3) << "held at the end of a breath";
+  expect_replay();
+}
+
 TEST_F(Headset, PuncturesAreFeltInTheHandWithTheNeedle) {
   const fs::path felt = folder_ / "felt";
   const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, "steady=20 size=96x80 stage=160 felt=" + felt.string(),

@@ -162,7 +162,8 @@ void add_train(CLI::App& app, int& exit_code) {
       "shows in the "
       "image.\n"
       "In a headset: the menu button begins and pauses, the right trigger fires or heats, the left one freezes the\n"
-      "image, the left stick turns gain and depth, A, X or the pad goes through the panel, the instructor's panel\n"
+      "image, the left stick turns gain and depth, right B or menu holds the breath, A, X or the pad goes through "
+      "the panel, the instructor's panel\n"
       "with a transparent patient, and none. --left-handed: the other way round.\n"
       "Ctrl-C ends the session early; what happened until then is kept and drawn.\n"
       "Exit code 0: done; 1: the replay differs; 2: bad input.");

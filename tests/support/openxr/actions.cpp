@@ -9,7 +9,7 @@ namespace stylet::mock_xr {
 namespace {
 
 /// What an input of a scripted hand is, whatever the controller calls it.
-enum class Input : std::uint8_t { none, grip, trigger, squeeze, menu, thumbstick, lower, stick, haptic };
+enum class Input : std::uint8_t { none, grip, trigger, squeeze, menu, thumbstick, lower, upper, stick, haptic };
 
 struct Known {
   const char* input;
@@ -32,6 +32,8 @@ const std::vector<Profile>& profiles() {
         {"menu/click", Input::menu, 0},
         {"x/click", Input::lower, 0},
         {"a/click", Input::lower, 1},
+        {"y/click", Input::upper, 0},
+        {"b/click", Input::upper, 1},
         {"thumbstick/click", Input::thumbstick},
         {"thumbstick", Input::stick},
         {"grip/pose", Input::grip}}},
@@ -95,6 +97,8 @@ bool value(const HandScript& hand, Input input) {
       return hand.thumbstick;
     case Input::lower:
       return hand.lower;
+    case Input::upper:
+      return hand.upper;
     default:
       return false;
   }

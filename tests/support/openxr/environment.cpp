@@ -8,6 +8,7 @@
 // resize=N     half the size after N frames
 // lose=N       the headset goes after N frames
 // end=N        the session ends for good after N frames
+// breath=N     the right hand presses its upper button at frame N
 // menu=N       the left hand presses its menu button after N frames, and lets go two later
 // yaw=A, pitch=A  of the head, degrees; without: it looks down at the table
 // panel=N, panel2=N  the left, the right hand presses its lower button after N frames
@@ -89,6 +90,7 @@ const bool read_environment = [] {
     HandScript hand;
     hand.grip = looking(0.2F, -0.3F, {0.15F, -0.25F, -0.3F - 0.02F * (1 - std::cos(0.5F * seconds(time)))});
     hand.lower = report().frames != 0 && report().frames == plan().number("panel2");
+    hand.upper = report().frames != 0 && report().frames == plan().number("breath");
     return hand;
   };
   script.left = [](XrTime time) {

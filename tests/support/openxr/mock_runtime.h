@@ -28,6 +28,7 @@ struct HandScript {
   bool menu = false;
   bool thumbstick = false;  ///< or its only pad
   bool lower = false;       ///< X or A, or the pad beside a thumb stick
+  bool upper = false;       ///< Y or B, where that is not its menu button
   XrVector2f stick{0, 0};   ///< where the thumb stick is
 };
 
