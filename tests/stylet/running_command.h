@@ -15,12 +15,10 @@ namespace stylet {
 class RunningCommand {
 public:
   explicit RunningCommand(const std::string& arguments)
-      : pipe_(::popen(
-            fmt::format(
-                "export ASAN_OPTIONS=detect_leaks=0; echo $$; exec setpriv --pdeathsig KILL '{}' {} 2>&1 </dev/null",
-                STYLET_COMMAND, arguments)
-                .c_str(),
-            "r")) {
+      : pipe_(::popen(fmt::format("export {}; echo $$; exec setpriv --pdeathsig KILL '{}' {} 2>&1 </dev/null",
+                                  kTestEnvironment, STYLET_COMMAND, arguments)
+                          .c_str(),
+                      "r")) {
     if (read_line()) std::from_chars(line_.data(), line_.data() + line_.size(), process_);
     output_.clear();
   }
