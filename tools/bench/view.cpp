@@ -5,6 +5,7 @@
 #include "engine/readers/scenario.h"
 #include "engine/session/live_session.h"
 #include "engine/session/recorded_stylus.h"
+#include "engine/view/composition.h"
 #include "engine/view/overlay.h"
 #include "tools/bench/samples.h"
 
@@ -127,15 +128,21 @@ Report bench_view(const BenchOptions& options) {
   };
   const gpu::Image target(device, made(kWidth, kHeight));
   view::Overlay overlay(device, target.format());
+  view::Composition composition(device);
   desktop::DesktopView desktop(device, scene, session,
                                {.arrangement = {.scanner = scanner::ScannerConsole(scene.probe)}});
+  double frame_s = 0.02;  // that a frame is said to have taken
   const auto draw = [&]() -> Passes {
     overlay.begin({.width = kWidth, .height = kHeight, .dt_s = kFrame});
     desktop.handle({});
-    desktop.draw(kWidth, kHeight, 0.02);
+    desktop.draw(kWidth, kHeight, frame_s);
     gpu::run_now(device, [&](gpu::Commands& commands) {
-      commands.clear(target, {0, 0, 0, 1});
-      overlay.draw(commands, target);
+      composition.record(
+          commands, target,
+          {.scene = &desktop.scene(),
+           .ultrasound = &desktop.scanner_screen(),
+           .overlay = &overlay,
+           .layout = {.scene = {0, 0, kWidth, kHeight}, .ultrasound = desktop.scanner_place(), .plot = {}}});
     });
     return desktop.pass_times();
   };
@@ -153,7 +160,18 @@ Report bench_view(const BenchOptions& options) {
   say("nothing moves");
   Cost still("view.still");
   for (int i = 0; i < frames; ++i) still.measure(draw);
-  still.add_to(report, "the same while the session stands");
+  still.add_to(report, "the same while the session stands: its pictures are put together, no more");
+
+  say("fewer pixels");
+  frame_s = 0.5;  // so slow that it is drawn as coarsely as it ever is
+  const auto width = [&] { return desktop.scene().settings().width; };
+  for (int i = 0; i < 20; ++i) draw();
+  Cost coarse("view.coarse");
+  for (int i = 0; i < frames; ++i) {
+    session.advance(kFrame);
+    coarse.measure(draw);
+  }
+  coarse.add_to(report, fmt::format("the window where frames are slow: {} pixels wide, enlarged", width()));
 
   state::FrameState state = session.frames().make_frame();
   const auto next = [&] {
