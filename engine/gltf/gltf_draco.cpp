@@ -43,7 +43,7 @@ struct Job {
   DracoMesh mesh;
   std::size_t mesh_index;
   std::size_t primitive_index;
-  Eigen::AlignedBox3d declared{};  // of its positions; empty: not said
+  Eigen::AlignedBox3d declared{};  // of its positions
 };
 
 /// `count` of an accessor of this type. What the decoder gives is held against it.
@@ -111,7 +111,7 @@ void check_ranges(const std::vector<Job>& jobs, std::span<const std::byte> plain
   std::size_t offset = 0;
   for (const Job& job : jobs) {
     const double slack = 0.01 * job.declared.diagonal().norm();  // rounding of the compression
-    for (std::size_t v = 0; v < job.mesh.vertices && !job.declared.isEmpty(); ++v) {
+    for (std::size_t v = 0; v < job.mesh.vertices; ++v) {
       std::array<float, 3> x;
       std::memcpy(x.data(), plain.data() + offset + 12 * v, sizeof x);
       const Eigen::Vector3d p(x[0], x[1], x[2]);
@@ -181,9 +181,12 @@ void decompress_draco(const files::JsonFile& document, nlohmann::json& geometry,
       jobs.push_back(
           {compressed_mesh(geometry, primitive, extension, buffers, limits.elements, file, place), m, p, {}});
       const auto least = corner(position, "min"), most = corner(position, "max");
-      if (least && most && (least->array() <= most->array()).all()) {
-        jobs.back().declared = Eigen::AlignedBox3d(*least, *most);
+      // glTF demands them of positions; without them noise would pass for an organ.
+      if (!least || !most || !(least->array() <= most->array()).all()) {
+        fail(file, place + "/attributes/POSITION",
+             "its accessor has no min and max, three numbers each, to hold Draco data against; export it again");
       }
+      jobs.back().declared = Eigen::AlignedBox3d(*least, *most);
       elements += jobs.back().mesh.vertices + jobs.back().mesh.indices;
       compressed += jobs.back().mesh.compressed.size();
       if (compressed > kCompressedBytes) {

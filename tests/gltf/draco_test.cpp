@@ -74,6 +74,8 @@ test::Glb compressed_ball() {
   glb.json["buffers"] = {{{"byteLength", glb.bin.size()}}};
   glb.json["bufferViews"] = {{{"buffer", 0}, {"byteLength", glb.bin.size()}}};
   for (auto& accessor : glb.json["accessors"]) accessor.erase("bufferView");
+  glb.json["accessors"][0]["min"] = {-0.05, -0.05, 0.05};
+  glb.json["accessors"][0]["max"] = {0.05, 0.05, 0.15};
   glb.json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = {
       {"bufferView", 0}, {"attributes", {{"POSITION", 0}}}};
   return glb;
@@ -115,6 +117,21 @@ TEST(Draco, WhatItsAccessorsDeclareBoundsIt) {
       HasSubstr(counts));
 }
 
+// Damaged data decode to noise: without a range nothing tells them from an organ.
+TEST(Draco, PositionsWithoutARangeAreRefused) {
+  const auto without = [](auto&& change) {
+    test::Glb glb = compressed_ball();
+    change(glb.json["accessors"][0]);
+    return refusal(glb.bytes());
+  };
+  const auto place = HasSubstr(":/meshes/0/primitives/0/attributes/POSITION: its accessor has no min and max");
+  EXPECT_THAT(without([](auto& accessor) { accessor.erase("min"); }), place);
+  EXPECT_THAT(without([](auto& accessor) { accessor.erase("max"); }), place);
+  EXPECT_THAT(without([](auto& accessor) { accessor["max"] = {0.05, 0.05}; }), place) << "of two numbers";
+  EXPECT_THAT(without([](auto& accessor) { accessor["min"] = {0, "0", 0}; }), place) << "a text";
+  EXPECT_THAT(without([](auto& accessor) { std::swap(accessor["min"], accessor["max"]); }), place) << "inside out";
+}
+
 TEST(Draco, DataThatManyPrimitivesShareCountForEach) {
   test::Glb glb = compressed_ball();
   glb.bin.resize(1 << 20);
@@ -127,8 +144,6 @@ TEST(Draco, DataThatManyPrimitivesShareCountForEach) {
 TEST(Draco, DamagedDataAreRefusedOrHarmless) {
   if (draco_decoder().empty()) GTEST_SKIP() << kWithoutDraco;
   test::Glb sound = compressed_ball();
-  sound.json["accessors"][0]["min"] = {-0.05, -0.05, 0.05};
-  sound.json["accessors"][0]["max"] = {0.05, 0.05, 0.15};
   ASSERT_EQ(refusal(sound.bytes()), "");
   // Of glTF +Y up: where the patient has them.
   Eigen::AlignedBox3d declared;
