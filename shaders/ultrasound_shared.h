@@ -86,7 +86,10 @@ STYLET_SHARED float kSeptumGap = -0.6f;          // and are broken where the bea
 STYLET_SHARED float kDepthUnit = 1e-6f;          // m, of a stored depth below the skin
 STYLET_SHARED int kDepthCell = 2;                // voxels a side of a cell of depths
 STYLET_SHARED int kDepthSmoothing = 3;           // passes of 1-2-1 along each axis: voxels of the skin leave no steps
-STYLET_SHARED int kBeyond = 160;                 // voxels beyond the volume where anatomy is as at its border
+STYLET_SHARED int kEdges = 16;                   // of the words of voxels: distances to a surface that they tell apart ...
+STYLET_SHARED float kEdgesPerVoxel = 10.0f;      // ... in tenths of a voxel: up to 1.6, and beside a surface no voxel is further than 1.74
+STYLET_SHARED int kBeyond = 160;                 // voxels beyond the volume where anatomy is as at its border ...
+STYLET_SHARED uint kFarOutside = 31u << 11;      // ... and the word of those further away: label 0, nothing else near
 
 // ---- interfaces ------------------------------------------------------------------------------------------------------
 STYLET_SHARED float kGradientReach = 0.8e-3f;    // m, at least; normals of voxel surfaces need several samples

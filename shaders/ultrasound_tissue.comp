@@ -68,22 +68,6 @@ float layer_depth(vec3 q) {
   return kDepthUnit * mixed;
 }
 
-/// Trilinear mix of the tissues around a voxel position: ln Z, loss. @param here  word of the nearest voxel
-vec2 mixed_tissues(vec3 q, uint here, int body, bool gel) {
-  vec3 base = floor(q);
-  vec3 f = q - base;
-  TissueRow row = tissues[tissue_of(here, body, gel)];
-  int corners = clearance_of(here) >= 2 ? 0 : 8;
-  vec2 mixed = corners == 0 ? vec2(row.log_impedance, row.loss) : vec2(0.0);
-  for (int corner = 0; corner < corners; ++corner) {
-    ivec3 d = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
-    vec3 w = mix(1.0 - f, f, vec3(d));
-    row = tissues[tissue_of(voxel_at(ivec3(base) + d), body, gel)];
-    mixed += w.x * w.y * w.z * vec2(row.log_impedance, row.loss);
-  }
-  return mixed;
-}
-
 void main() {
   int l = int(gl_GlobalInvocationID.x);
   int s = int(gl_GlobalInvocationID.y);
@@ -114,7 +98,7 @@ void main() {
   }
   if (kBreathing && body < 0.0) {
     vec3 before = position - frame.breath.xyz;
-    if (owner_of(voxel_at(ivec3(floor(voxel_position(before) + 0.5)))) == int(frame.breath.w)) {
+    if (breathes_at(voxel_position(before))) {
       position = before;
       body = frame.breath.w;
     }
@@ -124,8 +108,10 @@ void main() {
   bool gel = sample_range(s) < frame.coupling;
   vec3 voxel = voxel_position(position);
   uint here = voxel_at(ivec3(floor(voxel + 0.5)));
-  int tissue = tissue_of(here, int(body), gel);
-  vec2 mixed = mixed_tissues(voxel, here, int(body), gel);
+  Mixture around = mixture_at(voxel, here, int(body), gel);
+  int tissue = around.share < 0.5 ? around.other : around.tissue;
+  vec2 mixed = mix(vec2(tissues[around.other].log_impedance, tissues[around.other].loss),
+                   vec2(tissues[around.tissue].log_impedance, tissues[around.tissue].loss), around.share);
 
   vec3 lattice = speckle_lattice(position);
   int weights = s * kElevationRow;
@@ -148,14 +134,13 @@ void main() {
     if (kLooks > 1) sum1 += w * speckle_of_look(1u, texel);
     if (kLooks > 2) sum2 += w * speckle_of_look(2u, texel);
   }
-  // Elsewhere the label of each scatterer is drawn from the eight around it (stochastic trilinear interpolation), by
-  // bits that belong to its place in the tissue.
+  // Elsewhere the tissue of each scatterer is drawn from the two around it, by bits that belong to its place.
   for (int plane = clear ? last_plane + 1 : -last_plane; plane <= last_plane; ++plane) {
     uint texel = speckle_texel(grain + float(plane) * grain_step);
-    uint bits = hash(texel);
-    vec3 jitter = vec3(bits & 1023u, (bits >> 10) & 1023u, (bits >> 20) & 1023u) / 1024.0;
-    uint word = voxel_at(ivec3(floor(voxel + float(plane) * voxel_step + jitter)));
-    float w = 0.70710678 * tissues[tissue_of(word, int(body), gel)].backscatter * texelFetch(elevation, weights + abs(plane)).x;
+    vec3 q = voxel + float(plane) * voxel_step;
+    Mixture drawn = mixture_at(q, voxel_at(ivec3(floor(q + 0.5))), int(body), gel);
+    bool first = float(hash(texel) >> 8) < 16777216.0 * drawn.share;
+    float w = 0.70710678 * tissues[first ? drawn.tissue : drawn.other].backscatter * texelFetch(elevation, weights + abs(plane)).x;
     sum0 += w * speckle_of_look(0u, texel);
     if (kLooks > 1) sum1 += w * speckle_of_look(1u, texel);
     if (kLooks > 2) sum2 += w * speckle_of_look(2u, texel);

@@ -118,7 +118,12 @@ struct LabelVolume {
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   std::vector<std::uint8_t> labels;  ///< index into Scene::tissues
   std::vector<std::int8_t> bodies;  ///< deformable body of the voxel's tissue, -1: none, or kBreathes. Size of labels
+  std::vector<std::uint8_t> edges;  ///< distance from the voxel's centre to the surface where the tissue changes,
+                                    ///< kEdgeStep voxels, as the surface had it; kNoEdge: far or unknown. Size of
+                                    ///< labels, or empty: of none
 };
+inline constexpr float kEdgeStep = 0.01F;
+inline constexpr std::uint8_t kNoEdge = 255;
 
 /// A target thinner than the beam resolves, as the nylon threads of a test object: seen by ultrasound only.
 struct Wire {

@@ -1,6 +1,9 @@
 #include "engine/readers/label_volume.h"
 
+#include "engine/readers/surface_distance.h"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace stylet::readers {
@@ -83,8 +86,48 @@ std::vector<RowCrossing> row_crossings(const mesh::TriangleMesh& surface, const 
   return crossings;
 }
 
+namespace {
+
+/// Voxels of a row inside a solid.
+struct Run {
+  std::size_t first, end;
+};
+
+/// Where a solid is laid over what was there: voxels near its surface learn how far away the tissue changes. Before
+/// its labels are written.
+void lay_edges(content::LabelVolume& volume, const mesh::TriangleMesh& surface, std::uint8_t label,
+               const std::vector<Run>& runs) {
+  SurfaceDistance near = surface_distance(surface, volume);
+  const Eigen::Vector3i end = near.low + near.size;
+  const std::size_t nx = static_cast<std::size_t>(volume.size.x());
+  for (const Run& run : runs) {
+    const int y = static_cast<int>(run.first / nx % volume.size.y());
+    const int z = static_cast<int>(run.first / nx / volume.size.y());
+    for (std::size_t i = run.first; i < run.end; ++i) {
+      // A solid that is not closed may have runs outside the box of its surface.
+      const Eigen::Vector3i v(static_cast<int>(i % nx), y, z);
+      if ((v.array() < near.low.array()).any() || (v.array() >= end.array()).any()) continue;
+      std::uint8_t& steps = near.steps[near.at(v.x(), v.y(), v.z())];
+      std::uint8_t& edge = volume.edges[i];
+      edge = volume.labels[i] == label ? std::max(edge, steps) : steps;
+      steps = content::kNoEdge;  // what is left lies outside
+    }
+  }
+  std::size_t i = 0;
+  for (int z = near.low.z(); z < end.z(); ++z) {
+    for (int y = near.low.y(); y < end.y(); ++y) {
+      std::size_t voxel = (static_cast<std::size_t>(z) * volume.size.y() + y) * nx + near.low.x();
+      for (int x = near.low.x(); x < end.x(); ++x, ++i, ++voxel) {
+        if (volume.labels[voxel] != label) volume.edges[voxel] = std::min(volume.edges[voxel], near.steps[i]);
+      }
+    }
+  }
+}
+
+}  // namespace
+
 content::LabelVolume voxelise(std::span<const LabelledSolid> solids, double spacing,
-                              const std::optional<LabelFiller>& filler) {
+                              const std::optional<LabelFiller>& filler, LabelEdges edges) {
   Eigen::AlignedBox3d box;
   for (const LabelledSolid& solid : solids) {
     for (const auto& vertex : solid.surface->vertices) box.extend(vertex);
@@ -104,12 +147,14 @@ content::LabelVolume voxelise(std::span<const LabelledSolid> solids, double spac
                             static_cast<std::size_t>(volume.size.z());
   volume.labels.assign(count, 0);
   volume.bodies.assign(count, -1);
+  if (edges == LabelEdges::measured) volume.edges.assign(count, content::kNoEdge);
   std::vector<bool> wall(filler ? count : 0, false);
 
   const double x0 = volume.origin.x();
   const std::size_t nx = static_cast<std::size_t>(volume.size.x());
   for (std::size_t s = 0; s < solids.size(); ++s) {
     const bool is_wall = filler && std::find(filler->wall.begin(), filler->wall.end(), s) != filler->wall.end();
+    std::vector<Run> runs;
     const auto crossings = row_crossings(*solids[s].surface, volume);
     for (std::size_t c = 0; c + 1 < crossings.size();) {
       if (crossings[c].row != crossings[c + 1].row) {
@@ -119,15 +164,18 @@ content::LabelVolume voxelise(std::span<const LabelledSolid> solids, double spac
       const auto index = [&](float x) {
         return std::clamp(std::ceil((static_cast<double>(x) - x0) / spacing), 0.0, static_cast<double>(nx));
       };
-      const auto first = static_cast<std::size_t>(index(crossings[c].x));
-      const auto last = static_cast<std::size_t>(index(crossings[c + 1].x));
       const std::size_t row = crossings[c].row * nx;
-      for (std::size_t i = row + first; i < row + last; ++i) {
+      runs.push_back({row + static_cast<std::size_t>(index(crossings[c].x)),
+                      row + static_cast<std::size_t>(index(crossings[c + 1].x))});
+      c += 2;
+    }
+    if (edges == LabelEdges::measured) lay_edges(volume, *solids[s].surface, solids[s].label, runs);
+    for (const Run& run : runs) {
+      for (std::size_t i = run.first; i < run.end; ++i) {
         volume.labels[i] = solids[s].label;
         volume.bodies[i] = solids[s].body;
         if (is_wall) wall[i] = true;
       }
-      c += 2;
     }
   }
   if (filler) fill_behind(volume, wall, *filler);

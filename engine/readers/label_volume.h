@@ -14,7 +14,8 @@
 
 namespace stylet::readers {
 
-/// Most bytes of labels and bodies together; the spacing grows until they fit.
+/// Most bytes of labels and bodies together (distances to surfaces are half as many more); the spacing grows until
+/// they fit.
 inline constexpr std::size_t kLabelBytes = 64u << 20;
 
 /// A closed surface to be filled.
@@ -32,11 +33,14 @@ struct LabelFiller {
   bool positive = true;           ///< in its positive or negative direction
 };
 
+/// Whether a volume knows how far its voxels lie from the surfaces between tissues (LabelVolume::edges).
+enum class LabelEdges : std::uint8_t { none, measured };
+
 /// Volume over the bounds of all solids. Where solids overlap, the one listed last wins: list outer ones first.
 /// Voxels in no solid get the filler where the wall is in front of them, else label 0.
 /// Deterministic; linear in triangles and voxels (parity along rows of x).
 content::LabelVolume voxelise(std::span<const LabelledSolid> solids, double spacing,
-                              const std::optional<LabelFiller>& filler);
+                              const std::optional<LabelFiller>& filler, LabelEdges edges = LabelEdges::none);
 
 /// Crossings of a closed surface with the rows of voxel centres of a volume, by row (k * size.y + j) then x. A row
 /// crosses a closed surface an even number of times.

@@ -168,7 +168,7 @@ content::LabelVolume build_labels(const ScenarioFile& scenario, const std::vecto
     filler.positive = request.front[filler.axis] > 0;
     between = filler;
   }
-  return voxelise(solids, request.spacing, between);
+  return voxelise(solids, request.spacing, between, LabelEdges::measured);
 }
 
 std::vector<content::Target> build_targets(const ScenarioFile& scenario, const std::vector<Organ>& organs,

@@ -82,8 +82,7 @@ void ReferenceImager::follow_breath() {
   for (PlaneSlice::Place& rest : rest_) {
     if (rest.body >= 0) continue;
     const Eigen::Vector3f before = rest.position - xyz(c.breath);
-    const Eigen::Array3f nearest = (voxel_position(before).array() + 0.5F).floor();
-    if (owner_of(voxel_at(nearest.cast<int>())) != owner) continue;
+    if (!breathes_at(voxel_position(before))) continue;
     rest.position = before;
     rest.body = owner;
   }
@@ -98,18 +97,62 @@ std::uint32_t ReferenceImager::voxel_at(const Eigen::Vector3i& voxel) const {
   const FrameConstants& c = model_.constants();
   const Eigen::Array3i last(c.label_nx - 1, c.label_ny - 1, c.label_nz - 1);
   const Eigen::Array3i v = voxel.array().max(0).min(last);
-  if (((voxel.array() - v).abs() > kBeyond).any()) return 0;
+  if (((voxel.array() - v).abs() > kBeyond).any()) return kFarOutside;
   return model_.voxels()[(static_cast<std::size_t>(v.z()) * c.label_ny + v.y()) * c.label_nx + v.x()];
 }
 
-int ReferenceImager::tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const {
+int ReferenceImager::tissue_of(std::uint32_t word, int body, bool gel) const {
   const FrameConstants& c = model_.constants();
-  const std::uint32_t word = voxel_at(voxel);
   const int label = label_of(word);
   const int owner = owner_of(word);
   // The organ that was here at rest has moved away.
   if (owner >= 0 && owner != body) return c.filler_tissue;
   return label == 0 && gel ? c.gel_tissue : label;
+}
+
+/// Calls visit(word, trilinear weight) for the eight voxels around a place.
+template <typename Visit>
+void ReferenceImager::each_corner(const Eigen::Vector3f& voxel, Visit&& visit) const {
+  const Eigen::Vector3f base = voxel.array().floor();
+  const Eigen::Vector3f f = voxel - base;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3i d(corner & 1, (corner >> 1) & 1, corner >> 2);
+    float weight = 1;
+    for (int axis = 0; axis < 3; ++axis) weight *= d[axis] != 0 ? f[axis] : 1 - f[axis];
+    visit(voxel_at(base.cast<int>() + d), weight);
+  }
+}
+
+/// The surface lies where the distances of the eight voxels around to it, counted negative on the other side, cancel.
+ReferenceImager::Mixture ReferenceImager::mixture_at(const Eigen::Vector3f& voxel, int body, bool gel) const {
+  const std::uint32_t here = voxel_at((voxel.array() + 0.5F).floor().matrix().cast<int>());
+  const int tissue = tissue_of(here, body, gel);
+  Mixture found{tissue, tissue, 1};
+  if (clearance_of(here) >= 2) return found;
+  float distance = 0;
+  float most = 0;
+  each_corner(voxel, [&](std::uint32_t word, float share) {
+    const float weight = share * edge_of(word);
+    const int there = tissue_of(word, body, gel);
+    distance += there == tissue ? weight : -weight;
+    if (there != tissue && weight > most) {
+      most = weight;
+      found.other = there;
+    }
+  });
+  if (most > 0) found.share = std::clamp(0.5F + distance, 0.0F, 1.0F);
+  return found;
+}
+
+bool ReferenceImager::breathes_at(const Eigen::Vector3f& voxel) const {
+  const int breath = static_cast<int>(model_.constants().breath.w);
+  const std::uint32_t here = voxel_at((voxel.array() + 0.5F).floor().matrix().cast<int>());
+  if (clearance_of(here) >= 2) return owner_of(here) == breath;
+  float distance = 0;
+  each_corner(voxel, [&](std::uint32_t word, float share) {
+    distance += share * (owner_of(word) == breath ? edge_of(word) : -edge_of(word));
+  });
+  return distance > 0;
 }
 
 Eigen::Vector3f ReferenceImager::lattice_at(const Eigen::Vector3f& x) {
@@ -136,28 +179,20 @@ void ReferenceImager::mix_tissues() {
     const bool gel = static_cast<float>(model_.scan().range(s)) < model_.constants().coupling;
     for (int l = 0; l < lines_; ++l) {
       const PlaneSlice::Place& rest = rest_[index(l, s)];
-      const Eigen::Vector3f q = voxel_position(rest.position);
-      const Eigen::Vector3f base = q.array().floor();
-      const Eigen::Vector3f f = q - base;
-      Mix mix{0, 0};
-      for (int corner = 0; corner < 8; ++corner) {
-        const Eigen::Vector3i d(corner & 1, (corner >> 1) & 1, corner >> 2);
-        float w = 1;
-        for (int axis = 0; axis < 3; ++axis) w *= d[axis] != 0 ? f[axis] : 1 - f[axis];
-        const TissueRow& row = model_.tissues()[tissue_at(base.cast<int>() + d, rest.body, gel)];
-        mix.log_impedance += w * row.log_impedance;
-        mix.loss += w * row.loss;
-      }
-      mix_[index(l, s)] = mix;
-      const Eigen::Vector3f nearest = (q.array() + 0.5F).floor();
-      found_[index(l, s)] = tissue_at(nearest.cast<int>(), rest.body, gel);
+      const Mixture around = mixture_at(voxel_position(rest.position), rest.body, gel);
+      const TissueRow& row = model_.tissues()[around.tissue];
+      const TissueRow& other = model_.tissues()[around.other];
+      const auto mixed = [&around](float of, float of_other) {
+        return around.share * of + (1 - around.share) * of_other;
+      };
+      mix_[index(l, s)] = {mixed(row.log_impedance, other.log_impedance), mixed(row.loss, other.loss)};
+      found_[index(l, s)] = around.share < 0.5F ? around.other : around.tissue;
     }
   }
 }
 
 void ReferenceImager::make_echoes() {
   const FrameConstants& c = model_.constants();
-  const Eigen::Vector3f origin(c.label_x, c.label_y, c.label_z);
   const float ramp = std::max(c.label_spacing, 2 * c.sample_pitch);
   const int a = std::max(1, static_cast<int>(c.gradient_reach / c.sample_pitch + 0.5F));
   const auto log_impedance = [this](int l, int s) {
@@ -174,17 +209,15 @@ void ReferenceImager::make_echoes() {
       const PlaneSlice::Place& rest = rest_[index(l, s)];
       const Mix& mix = mix_[index(l, s)];
 
-      // Backscatter over the slice thickness. The label of each scatterer is drawn from the eight around it
-      // (stochastic trilinear interpolation), by bits that belong to its place in the tissue.
+      // Backscatter over the slice thickness. The tissue of each scatterer is drawn from the two around it, by bits
+      // that belong to its place.
       Complex sum[kMaxLooks] = {};
       for (int off = -(c.planes / 2); off <= c.planes / 2; ++off) {
         const Eigen::Vector3f x = rest.position + static_cast<float>(off) * plane_spacing * rest.slope;
         const std::size_t texel = SpeckleField::texel(grain_at(x));
-        const std::uint32_t bits = hash(static_cast<std::uint32_t>(texel));
-        const Eigen::Vector3f jitter(static_cast<float>(bits & 1023U), static_cast<float>((bits >> 10U) & 1023U),
-                                     static_cast<float>((bits >> 20U) & 1023U));
-        const Eigen::Vector3f q = (x - origin) / c.label_spacing + jitter / 1024.0F;
-        const TissueRow& row = model_.tissues()[tissue_at(q.array().floor().matrix().cast<int>(), rest.body, gel)];
+        const Mixture drawn = mixture_at(voxel_position(x), rest.body, gel);
+        const auto bits = static_cast<float>(hash(static_cast<std::uint32_t>(texel)) >> 8U);
+        const TissueRow& row = model_.tissues()[bits < 16777216.0F * drawn.share ? drawn.tissue : drawn.other];
         const float w = elevation[std::abs(off)] * row.backscatter * 0.70710678F;
         for (int k = 0; k < looks_; ++k) sum[k] += w * model_.speckle().look(k, texel);
       }

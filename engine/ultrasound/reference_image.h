@@ -59,6 +59,12 @@ private:
   struct Mix {
     float log_impedance, loss;
   };
+  /// What lies at a place: one tissue, or near a surface two, the second's share rising through it over a voxel.
+  struct Mixture {
+    int tissue;  ///< of the nearest voxel
+    int other;
+    float share;  ///< of `tissue`
+  };
   /// The point of the shaft that shows most somewhere.
   struct Nearest {
     float distance2 = std::numeric_limits<float>::max();  ///< in standard deviations of the echo
@@ -89,7 +95,11 @@ private:
   bool on_needle(const Eigen::Vector2f& p, float range) const;
   Eigen::Vector3f voxel_position(const Eigen::Vector3f& rest) const;
   std::uint32_t voxel_at(const Eigen::Vector3i& voxel) const;
-  int tissue_at(const Eigen::Vector3i& voxel, int body, bool gel) const;
+  int tissue_of(std::uint32_t word, int body, bool gel) const;
+  Mixture mixture_at(const Eigen::Vector3f& voxel, int body, bool gel) const;
+  bool breathes_at(const Eigen::Vector3f& voxel) const;
+  template <typename Visit>
+  void each_corner(const Eigen::Vector3f& voxel, Visit&& visit) const;
   static Eigen::Vector3f lattice_at(const Eigen::Vector3f& rest);  ///< speckle lattice, texels
   static Eigen::Vector3i cell_at(const Eigen::Vector3f& rest) {
     return lattice_at(rest).array().floor().matrix().cast<int>();

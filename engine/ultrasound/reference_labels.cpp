@@ -32,9 +32,8 @@ std::vector<std::uint8_t> ReferenceImager::label_map() const {
       if (!at.in_sector) continue;
       const int l = std::clamp(static_cast<int>(std::floor(at.line + 0.5F)), 0, lines_ - 1);
       const int s = std::clamp(static_cast<int>(std::floor(at.sample + 0.5F)), 0, samples_ - 1);
-      const PlaneSlice::Place& rest = rest_[index(l, s)];
-      const Eigen::Vector3f nearest = (voxel_position(rest.position).array() + 0.5F).floor();
-      int label = tissue_at(nearest.cast<int>(), rest.body, true);
+      int label = found_[index(l, s)];
+      if (label == 0) label = c.gel_tissue;
       if (on_needle({at.x, at.z}, at.range)) label = c.filler_tissue + 1;
       labels[static_cast<std::size_t>(v) * c.width + u] = static_cast<std::uint8_t>(label);
     }

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <random>
 
@@ -57,6 +59,53 @@ TEST(LabelVolume, AgreesWithTheWindingNumberAtRandomVoxels) {
     inside += expected != 0;
   }
   EXPECT_GT(inside, 1000);
+}
+
+TEST(LabelVolume, KnowsHowFarTheSurfaceIsWhereTheTissueChanges) {
+  // The second covers a part of the first's surface, the third is of the first's tissue and opens into it.
+  struct Ball {
+    Eigen::Vector3d centre;
+    double radius;
+    double distance(const Eigen::Vector3d& p) const { return std::abs((p - centre).norm() - radius); }
+  };
+  const std::array<Ball, 3> balls{{{{0, 0, 0}, 0.0121}, {{0.0113, 0.002, 0}, 0.0064}, {{-0.0105, 0, 0.001}, 0.0071}}};
+  std::vector<mesh::TriangleMesh> surfaces;
+  // Facets lie within 2 um of the ball: r (pi / rings)^2 / 8.
+  for (const Ball& ball : balls) surfaces.push_back(gltf::test::sphere(ball.centre, ball.radius, 96));
+  const std::vector<LabelledSolid> solids{{&surfaces[0], 7, -1}, {&surfaces[1], 9, -1}, {&surfaces[2], 7, -1}};
+  EXPECT_TRUE(voxelise(solids, 0.001, std::nullopt).edges.empty());
+  const content::LabelVolume volume = voxelise(solids, 0.001, std::nullopt, LabelEdges::measured);
+  ASSERT_EQ(volume.edges.size(), volume.labels.size());
+  constexpr std::array<std::array<int, 3>, 6> kSides{
+      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
+  int checked = 0;
+  for (int k = 1; k + 1 < volume.size.z(); ++k) {
+    for (int j = 1; j + 1 < volume.size.y(); ++j) {
+      for (int i = 1; i + 1 < volume.size.x(); ++i) {
+        const std::size_t here = index_of(volume, i, j, k);
+        const bool changes = std::ranges::any_of(kSides, [&](const std::array<int, 3>& d) {
+          return volume.labels[index_of(volume, i + d[0], j + d[1], k + d[2])] != volume.labels[here];
+        });
+        if (!changes) continue;
+        const Eigen::Vector3d p = centre_of(volume, i, j, k);
+        std::array<double, 3> all{};
+        std::ranges::transform(balls, all.begin(), [&](const Ball& ball) { return ball.distance(p); });
+        std::ranges::sort(all);
+        if (all[1] < 3e-3) continue;  // where surfaces meet, which of them is left is another matter
+        ++checked;
+        // Half of kEdgeStep is 5 um.
+        EXPECT_NEAR(double(content::kEdgeStep) * volume.edges[here] * 1e-3, all[0], 0.01e-3) << p.transpose();
+      }
+    }
+  }
+  EXPECT_GT(checked, 1000);
+  // The first's surface is not where the third goes on in the same tissue, nor within the second.
+  const auto at = [&](double x, double y, double z) {
+    const Eigen::Vector3d v = (Eigen::Vector3d(x, y, z) - volume.origin.cast<double>()) / 1e-3;
+    return index_of(volume, int(std::lround(v.x())), int(std::lround(v.y())), int(std::lround(v.z())));
+  };
+  EXPECT_EQ(volume.edges[at(-0.0121, 0, 0)], content::kNoEdge);
+  EXPECT_EQ(volume.edges[at(0.0118, 0.002, 0)], content::kNoEdge);
 }
 
 TEST(LabelVolume, VolumeConvergesToTheSolid) {

@@ -189,8 +189,8 @@ TEST(VoxelWords, KnowHowFarTheNextTissueIs) {
       for (int x = 0; x < 23; ++x) {
         const Eigen::Array3i here(x, y, z);
         const int first = distance(here, {4, 5, 6}), second = distance(here, {15, 11, 9});
-        const int expected = first == 0 || second == 0 ? 1 : std::min({first, second, 31});
-        ASSERT_EQ(words[at(x, y, z)] >> 11, expected) << here.transpose();
+        const int expected = first == 0 || second == 0 ? 1 : std::min({first, second, 17});
+        ASSERT_EQ(clearance_of(words[at(x, y, z)]), expected) << here.transpose();
       }
     }
   }
