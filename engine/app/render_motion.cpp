@@ -19,6 +19,7 @@
 #include "engine/stills/pictures.h"
 #include "engine/tracking/sequence_file.h"
 #include "engine/tracking/tracked_transforms.h"
+#include "engine/training/training_session.h"
 #include "engine/ultrasound/imager.h"
 #include "engine/ultrasound/presets.h"
 
@@ -198,6 +199,19 @@ private:
   nlohmann::ordered_json frames_ = nlohmann::ordered_json::array();
 };
 
+/// Takes the course along with the steps, as whoever shows a session does.
+class CourseListener final : public session::StepListener {
+public:
+  explicit CourseListener(training::TrainingSession& course) : course_(course) {}
+  void simulation_stepped(const recording::SimulationStepRecord&, const physics::SimulationReport&,
+                          const physics::TissueState&, const physics::NeedleState&) override {
+    course_.step();
+  }
+
+private:
+  training::TrainingSession& course_;
+};
+
 }  // namespace
 
 MotionFrames render_motion(const MotionFramesSettings& settings, Observer& observer) {
@@ -225,11 +239,18 @@ MotionFrames render_motion(const MotionFramesSettings& settings, Observer& obser
   FrameDrawer drawer(settings, gpu, scene, out);
   session::StepHash hash;
   session::FramePublisher publisher(scene);
+  training::TrainingSession course(scene, {.automatic = true});
+  CourseListener course_listener(course);
   session::FrameClock clock(publisher,
                             {.frames_per_second = settings.frames_per_second, .from_s = common.from_s, .to_s = to_s},
-                            [&](int frame, const state::FrameState& state) { drawer.draw(frame, state); });
+                            [&](int frame, const state::FrameState& state) {
+                              state::FrameState shown = state;
+                              course.shown().show_at(state.time_s, shown);
+                              drawer.draw(frame, shown);
+                            });
   const haptic::StylusSample first = stylus.device->read(0);
-  session::CoupledLoops loops(scene, coupling, {first.position, first.orientation}, {&hash, &publisher, &clock});
+  session::CoupledLoops loops(scene, coupling, {first.position, first.orientation},
+                              {&hash, &publisher, &course.watch(), &course_listener, &clock});
   // A little longer than asked for: the last frame lies between two simulation steps.
   const double duration_s = to_s + 2.0 / scene.rates.simulation_hz;
   session::run_lockstep(loops, *stylus.device, scene, duration_s,
