@@ -11,13 +11,23 @@ layout(location = 0) out vec4 colour;
 
 void main() {
   vec3 p = (frame.probe_from_patient * vec4(position.xyz, 1.0)).xyz;
-  float radius = frame.fan.x, half_extent = frame.fan.y, depth = frame.fan.z;
+  float radius = frame.fan.x, half_extent = frame.fan.y;
   // Range below the face, and distance from the nearest side, m.
-  float range = p.z, side = half_extent - abs(p.x);
+  float range = p.z, side = half_extent - abs(p.x), across = p.x;
   if (unforeseen(frame.fan.w) > 0.5) {
     float r = length(vec2(p.x, p.z + radius));
     range = r - radius;
-    side = r * (half_extent - abs(atan(p.x, p.z + radius)));
+    across = atan(p.x, p.z + radius);
+    side = r * (half_extent - abs(across));
+  }
+  // It ends where the patient does.
+  float ray = clamp((0.5 + 0.5 * across / half_extent) * float(kFanRays), 0.0, float(kFanRays));
+  int left = min(int(ray), kFanRays - 1);
+  float reach = mix(frame.fan_reach[left / 4][left % 4], frame.fan_reach[(left + 1) / 4][(left + 1) % 4], ray - float(left));
+  float depth = reach < 0.999 * frame.fan.z ? reach : frame.fan.z;
+  if (depth < frame.fan.z && range > depth) {
+    colour = vec4(0.0);
+    return;
   }
   float border = min(side, min(range, depth - range));
   float line = 1.0 - smoothstep(0.0005, 0.0013, border);

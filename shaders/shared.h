@@ -43,6 +43,8 @@ STYLET_SHARED uint kSeeWindow = 1u;
 STYLET_SHARED uint kSeeGlass = 2u;
 
 STYLET_SHARED float kDepthUnit = 1e-4f;  // m a unit of the depth map
+STYLET_SHARED int kFanRays = 64;         // of the imaging plane, at equal steps from side to side, one more than these ...
+STYLET_SHARED int kFanReaches = 17;      // ... in so many fours
 
 /// Rest state of a vertex. For a carried vertex, nodes and weights place it; otherwise weights.xyz is its position.
 struct RestVertex {
@@ -83,6 +85,7 @@ struct FrameUniforms {
   vec4 focus;       // xyz: what the window of the covers shows; w: radius of the window
   vec4 focus_axis;  // unit, from the focus to between the eyes; w: distance
   vec4 fan;         // radius of the face (0: linear), half angle or half width, depth, 1 if convex
+  vec4 fan_reach[kFanReaches];  // m below the face where the rays leave the patient
   vec4 fan_image;   // picture's origin (x, z) in the probe frame, 1 / width in m, 1 / height in m (0: none)
   vec4 viewport;    // width, height; columns and rows of the ground's grid
   uvec4 see;        // x: how far one sees into the patient

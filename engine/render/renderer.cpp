@@ -76,6 +76,13 @@ std::uint32_t picture_kind(const gpu::Image* picture) {
   return picture->format() == VK_FORMAT_R8G8B8A8_SRGB ? kPicture : kEncodedPicture;
 }
 
+Eigen::Isometry3d pose_of_probe(const state::FrameState& state) {
+  Eigen::Isometry3d patient_from_probe = Eigen::Isometry3d::Identity();
+  patient_from_probe.translate(state.probe_position.cast<double>());
+  patient_from_probe.rotate(state.probe_orientation.cast<double>().normalized());
+  return patient_from_probe;
+}
+
 }  // namespace
 
 Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const RenderSettings& settings)
@@ -83,6 +90,7 @@ Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const Rende
       settings_(checked(settings)),
       layout_(room_layout(scene)),
       probe_(scene.probe),
+      patient_(scene.labels),
       geometry_(scene, settings.room ? &layout_ : nullptr, settings.detail),
       rest_(storage_buffer(device, bytes_of(geometry_.rest).size())),
       rest_nodes_(storage_buffer(device, bytes_of(geometry_.rest_nodes).size())),
@@ -235,6 +243,8 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
   FrameUniforms frame = frame_uniforms(state, eyes_, layout_, probe_, focus_.value_or(camera.look_at),
                                        settings_.window_radius, options);
   frame.shadow = shadow_.uniform();
+  const std::vector<float> reaches = fan_reach(patient_, probe_, pose_of_probe(state));
+  for (std::size_t i = 0; i < reaches.size(); ++i) frame.fan_reach[i / 4][i % 4] = reaches[i];
   frame.viewport = {static_cast<float>(settings_.width), static_cast<float>(settings_.height),
                     static_cast<float>(ground_cells(settings_.width)),
                     static_cast<float>(ground_cells(settings_.height))};
@@ -281,10 +291,7 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
   take_nodes(commands);
   take_zone(commands, state.zone.get());
   if (geometry_.cable) {
-    Eigen::Isometry3d patient_from_probe = Eigen::Isometry3d::Identity();
-    patient_from_probe.translate(state.probe_position.cast<double>());
-    patient_from_probe.rotate(state.probe_orientation.cast<double>().normalized());
-    commands.upload(drawn_, std::as_bytes(geometry_.cable->shape(patient_from_probe)),
+    commands.upload(drawn_, std::as_bytes(geometry_.cable->shape(pose_of_probe(state))),
                     geometry_.cable_base * sizeof(DrawnVertex));
   }
   cores_ = std::min(state.cores.size(), Geometry::kMostCores);
@@ -322,7 +329,8 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
                     {(count + 63) / 64, 1, 1}, DeformPush{count});
   timestamps_.mark(commands, "deform");
   if (!others_stand || casters != *casters_) {
-    shadow_.draw(commands, geometry_, frame_, drawn_, indices_, with_needle_, with_syringe_);
+    shadow_.draw(commands, geometry_, frame_, drawn_, indices_,
+                 {.needle = with_needle_, .syringe = with_syringe_, .drape = see_through_ != SeeThrough::glass});
     ++shadows_drawn_;
   }
   timestamps_.mark(commands, "shadow");
@@ -356,6 +364,7 @@ Renderer::Casters Renderer::casters_of(const state::FrameState& state) const {
   for (const std::span<const Eigen::Vector3f> body : bodies_)
     casters.nodes.insert(casters.nodes.end(), body.begin(), body.end());
   if (with_syringe_) casters.syringe = state.syringe->held;
+  casters.drape = see_through_ != SeeThrough::glass;
   return casters;
 }
 
@@ -368,7 +377,8 @@ void Renderer::take_needle(Casters& casters) const {
 
 bool Renderer::Casters::as_but_for_the_needle(const Casters& other) const {
   return nodes == other.nodes && probe_position == other.probe_position &&
-         probe_orientation == other.probe_orientation && breath == other.breath && syringe == other.syringe;
+         probe_orientation == other.probe_orientation && breath == other.breath && syringe == other.syringe &&
+         drape == other.drape;
 }
 
 bool Renderer::Shown::same_as(const Shown& other) const {

@@ -13,6 +13,7 @@
 #include "engine/render/camera.h"
 #include "engine/render/geometry.h"
 #include "engine/render/label_pass.h"
+#include "engine/render/patient_extent.h"
 #include "engine/render/room_layout.h"
 #include "engine/render/shadow_pass.h"
 #include "engine/render/surface_pipelines.h"
@@ -101,6 +102,7 @@ private:
     std::vector<Eigen::Vector3f> needle_positions{};
     std::vector<Eigen::Vector4f> needle_orientations{};
     float syringe = -1;  ///< held in it; negative: there is none
+    bool drape = true;
 
     bool operator==(const Casters&) const = default;
     bool as_but_for_the_needle(const Casters& other) const;
@@ -135,6 +137,7 @@ private:
   RoomLayout layout_;
   std::optional<Eigen::Vector3d> focus_;  ///< what the covers' window shows: the first target; none: where one looks
   content::Probe probe_;
+  PatientExtent patient_;
   Geometry geometry_;
   ZoneGeometry zone_;  ///< as the GPU has it
   std::uint64_t zone_version_ = 0;

@@ -45,8 +45,7 @@ ShadowPass::ShadowPass(gpu::Device& device, bool shadows)
 }
 
 void ShadowPass::draw(gpu::Commands& commands, const Geometry& geometry, const gpu::Buffer& frame,
-                      const gpu::Buffer& drawn, const gpu::Buffer& indices, bool with_needle,
-                      bool with_syringe) const {
+                      const gpu::Buffer& drawn, const gpu::Buffer& indices, const Shown& shown) const {
   if (!shadows_) return;
   const auto resources = {gpu::read(0, frame), gpu::read(1, drawn)};
   commands.prepare_draw(resources);
@@ -61,14 +60,16 @@ void ShadowPass::draw(gpu::Commands& commands, const Geometry& geometry, const g
   };
   draw_piece(*solid_, geometry.probe());
   if (geometry.cable) draw_piece(*solid_, geometry.cable_piece);
-  if (with_needle)
+  if (shown.needle)
     for (const Piece& piece : geometry.needle_pieces) draw_piece(*solid_, piece);
-  if (with_syringe) {
+  if (shown.syringe) {
     for (const Piece& piece : geometry.syringe_pieces) draw_piece(*solid_, piece);
     draw_piece(*solid_, geometry.barrel);
   }
-  for (const Piece& piece : geometry.drape_closed) draw_piece(*solid_, piece);
-  for (const Piece& piece : geometry.drape_open) draw_piece(*cloth_, piece);
+  if (shown.drape) {
+    for (const Piece& piece : geometry.drape_closed) draw_piece(*solid_, piece);
+    for (const Piece& piece : geometry.drape_open) draw_piece(*cloth_, piece);
+  }
   const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
   vkCmdEndRenderPass2(cmd, &end);
 }

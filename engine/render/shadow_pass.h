@@ -16,10 +16,14 @@ class ShadowPass {
 public:
   ShadowPass(gpu::Device& device, bool shadows);
 
+  /// What is there beside the probe.
+  struct Shown {
+    bool needle, syringe, drape;
+  };
   /// Needle, syringe, probe and drape; organs lie inside and cast none. @param frame, drawn, indices  as the renderer
   /// filled them
   void draw(gpu::Commands& commands, const Geometry& geometry, const gpu::Buffer& frame, const gpu::Buffer& drawn,
-            const gpu::Buffer& indices, bool with_needle, bool with_syringe) const;
+            const gpu::Buffer& indices, const Shown& shown) const;
   const gpu::Image& map() const { return map_; }
   const gpu::Sampler& sampler() const { return sampler_; }
   vec4 uniform() const;

@@ -505,6 +505,52 @@ TEST_F(Render3d, ImagingPlaneShowsTheUltrasoundImage) {
   EXPECT_NEAR(found.y(), expected.y(), 1);
 }
 
+// The imaging plane is a window into the patient: beside it there is nothing to see, and it would hang in the air.
+TEST_F(Render3d, ImagingPlaneEndsWhereThePatientDoes) {
+  scene.surfaces.clear();
+  scene.camera = {.eye = {0, 0, 0.6}, .look_at = {0, 0, 0}, .up = Vector3d::UnitY(), .vertical_fov = 0.5};
+  state::FrameState state = without_needle(tests::rest_state(scene));
+  state.probe_position = {0, 0.06F, 0};
+  Eigen::Matrix3f axes;
+  axes.col(0) = Eigen::Vector3f::UnitX();
+  axes.col(2) = -Eigen::Vector3f::UnitY();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  state.probe_orientation = Eigen::Quaternionf(axes);
+  const auto seen = [&](const Vector3d& at) {
+    Renderer renderer(device, scene, {.width = 320, .height = 320, .room = false});
+    const picture::Picture with = view::read_picture(device, renderer.render(state, scene.camera));
+    state::FrameState away = state;
+    away.probe_position = {0, 0, 10};
+    const picture::Picture without = view::read_picture(device, renderer.render(away, scene.camera));
+    const Vector3d pixel = project(renderer.eyes()[0], at, 320, 320);
+    int difference = 0;
+    for (int c = 0; c < 3; ++c) {
+      difference +=
+          std::abs(with.at(int(pixel.x()), int(pixel.y()))[c] - without.at(int(pixel.x()), int(pixel.y()))[c]);
+    }
+    return difference > 3;
+  };
+  const Vector3d shallow(0, 0.03, 0), deep(0, -0.045, 0), aside(-0.04, -0.005, 0);
+  for (const Vector3d& at : {shallow, deep, aside}) EXPECT_TRUE(seen(at)) << "as far as is known all is patient";
+  // A slab of tissue: 80 mm down, with a gap of gas in it, and 25 mm to the left.
+  content::LabelVolume& labels = scene.labels;
+  labels.origin = {-0.12F, -0.12F, -0.02F};
+  labels.spacing = 0.002F;
+  labels.size = {121, 121, 21};
+  for (int z = 0; z < 21; ++z) {
+    for (int y = 0; y < 121; ++y) {
+      for (int x = 0; x < 121; ++x) {
+        const double depth = 0.06 - (y * 0.002 - 0.12), left = -(x * 0.002 - 0.12);
+        const bool gas = depth > 0.02 && depth < 0.04;
+        labels.labels.push_back(depth >= 0 && depth < 0.08 && left < 0.025 && !gas ? 1 : 0);
+      }
+    }
+  }
+  EXPECT_TRUE(seen(shallow)) << "in the gas, with tissue behind";
+  EXPECT_FALSE(seen(deep));
+  EXPECT_FALSE(seen(aside));
+}
+
 TEST_F(Render3d, DrawsTheSameBitsEveryTime) {
   state::FrameState bent = tests::rest_state(scene);
   tests::deform(bent);

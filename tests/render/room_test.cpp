@@ -444,6 +444,27 @@ TEST_F(Room, ThinnedSurfacesLookAsTheyDid) {
   }
 }
 
+// Seen through, the patient has no drape on: nor lies its shadow on table, skin and probe.
+TEST_F(Room, ADrapeThatIsNotDrawnThrowsNoShadow) {
+  const RenderSettings settings{.width = 200, .height = 150};
+  Renderer renderer(device, scene, settings);
+  const auto glass = [&](Renderer& drawing) {
+    return draw(drawing, scene.camera, {.see_through = SeeThrough::glass});
+  };
+  draw(renderer, scene.camera, {.see_through = SeeThrough::closed});  // with its shadow
+  const Picture with_room = glass(renderer);
+  // A room whose table is bare from the start.
+  Renderer unshadowed(device, scene, {.width = 200, .height = 150, .shadows = false});
+  state.needle_positions.clear();
+  state.needle_orientations.clear();
+  state.probe_position = {0, 0, 10};
+  const Picture lit = glass(renderer), expected = glass(unshadowed);
+  int darker = 0;
+  for (std::size_t i = 0; i < lit.rgba.size(); i += 4) darker += lit.rgba[i + 1] + 12 < expected.rgba[i + 1] ? 1 : 0;
+  EXPECT_LT(darker, 10) << "neither needle nor probe is there";
+  EXPECT_NE(with_room.rgba, lit.rgba);
+}
+
 TEST_F(Room, BothEyesSeeTheWholeRoom) {
   const auto camera = room_layout(scene).standing_camera();
   Renderer stereo(device, scene, {.width = 256, .height = 192, .views = 2, .stereo = {.eye_separation = 1e-9}});
