@@ -99,7 +99,8 @@ void main() {
     float sin2 = max(1.0 - shaft.along * shaft.along, 0.0);
     mirror = profile * mirror_law(shaft, beam);
     rough = profile * kNeedleRough * sin2;
-    texel = speckle_texel(grain_lattice(vec3(shaft.from_tip, 0.0, 0.0)));
+    vec3 on_shaft = vec3(shaft.from_tip, 0.0, 0.0);
+    texel = speckle_texel(grain_lattice(on_shaft));
     shadow = profile;
     Nearest lobe = nearest_point(p, beam, vec3(1.0 / kSideLobeWidth, scale.yz), segments);
     mirror += kSideLobe * exp(-0.5 * lobe.distance2) * mirror_law(lobe, beam);
@@ -110,6 +111,7 @@ void main() {
       mirror += gain * exp(-0.5 * copy.distance2);
       gain *= kReverberationDecay;
     }
+    if (kTextured) mirror *= exp(kNeedleRipple * (slow_pair(slow_texel(speckle_lattice(on_shaft))).y - kNeedleRipple));
   }
   int index = polar_index(l, s);
   float echoes = kNeedleGain * mirror + wire_echo(at, beam, sample_range(s));

@@ -128,19 +128,21 @@ STYLET_SHARED float kMostDose = 8.0f;            // that a texel of the zone hol
 
 // ---- needle: authored law, monotone in the beam-needle angle as measured by Nichols et al., AJR 180 (2003) and ------
 // ---- Hopkins & Bradley, Anaesthesia and Intensive Care 29 (2001) ------------------------------------------------------
-STYLET_SHARED float kNeedleGain = 34.0f;      // square to the beam over liver, 31 dB: white (kWhiteOverLiverDb) only within 40 degrees of that
+STYLET_SHARED float kNeedleGain = 24.0f;      // square to the beam over liver, 28 dB: white (kWhiteOverLiverDb) only within 20 degrees of that
 STYLET_SHARED float kNeedleMirror = 1.0f;        // * sin^8 of the angle between beam and shaft: -4 dB at 20 degrees from square, -10
                                                  // at 30, -24 at 45, -48 at 60
 STYLET_SHARED float kNeedleRough = 0.040f;       // * sin^2, random along the shaft: at steep angles it breaks up and drops out
 STYLET_SHARED float kNeedleFloor = 0.004f;
+STYLET_SHARED float kNeedleRipple = 0.40f;       // ln of amplitude along the shaft, standard deviation, 3.5 dB over kBeadFwhm: sound
+                                                 // comes to it through tissue that bends it, and interferes
 STYLET_SHARED float kNeedleWidth = 0.40e-3f;     // standard deviation of the echo across the shaft
 STYLET_SHARED float kTipLength = 1.5e-3f;        // over which the tip shows (engineering values from here on) ...
 STYLET_SHARED float kTipFloor = 0.12f;           // ... as a point seen under every angle ...
 STYLET_SHARED float kBevelFlash = 0.35f;         // ... and by the bevel's edges, most with its face to the beam or away from it; a
                                                  // law of ours: * sin^2 (beam, shaft) cos^2 (roll); a tip without: its mean
-STYLET_SHARED int kReverberations = 3;           // copies behind the shaft: to and fro in it, 2 diameters / c apart in time
-STYLET_SHARED float kReverberationGain = 0.18f;  // first copy: -15 dB, ...
-STYLET_SHARED float kReverberationDecay = 0.55f; // ... and each 5 dB less: the tail fades
+STYLET_SHARED int kReverberations = 4;           // copies behind the shaft: to and fro in it, 2 diameters / c apart in time
+STYLET_SHARED float kReverberationGain = 0.22f;  // first copy: -13 dB, 15 over liver, ...
+STYLET_SHARED float kReverberationDecay = 0.60f; // ... and each 4.4 dB less: the tail fades
 STYLET_SHARED float kLeastReverberation = 0.03f; // over liver, -30 dB: copies below are not made
 STYLET_SHARED float kSideLobe = 0.02f;           // -34 dB of needle and tip, seen as an arc beside them where all else is dark ...
 STYLET_SHARED float kSideLobeWidth = 3.0e-3f;    // ... standard deviation along the arc, m

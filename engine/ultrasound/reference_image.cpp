@@ -340,7 +340,10 @@ void ReferenceImager::add_needle() {
       mirror += gain * std::exp(-0.5F * copy.distance2);
       gain *= kReverberationDecay;
     }
-    const std::size_t texel = SpeckleField::texel(grain_at({shaft.from_tip, 0, 0}));
+    const Eigen::Vector3f on_shaft(shaft.from_tip, 0, 0);
+    const float ripple = model_.speckle().slow(SpeckleField::slow_texel(cell_at(on_shaft))).imag();
+    mirror *= std::exp(textured_ * kNeedleRipple * (ripple - kNeedleRipple));
+    const std::size_t texel = SpeckleField::texel(grain_at(on_shaft));
     for (int k = 0; k < looks_; ++k) {
       echo_[k][index(l, s)] += kNeedleGain * (mirror + rough * 0.70710678F * model_.speckle().look(k, texel));
     }

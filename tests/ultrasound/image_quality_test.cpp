@@ -320,6 +320,55 @@ TEST(Needle, IsWhiteOnlyNearSquareToTheBeam) {
   for (const double degrees : cases({40.0, 50.0, 60.0})) EXPECT_EQ(white(degrees), 0) << degrees;
 }
 
+// As scanners show a shaft in tissue: uneven along its length, white in places, with a tail that stands out of the
+// liver.
+TEST(Needle, IsUnevenAlongItsShaftAndItsTailIsSeenInLiver) {
+  PhantomImage image(with_linear_probe(uniform(test::kBackground)), {.noise_db = -200, .haze = false});
+  test::place_needle(image.state(), {-0.06F, 0, 0.030F}, {0.03F, 0, 0.030F});
+  const std::vector<std::uint8_t> grey = image.picture();
+  const ScanGeometry& scan = image.imager().scan();
+  const double radius = 0.635e-3;
+  const auto level = [&](int line, double range) {
+    const int middle = int(range / scan.sample_pitch), half = int(0.3e-3 / scan.sample_pitch);
+    double sum = 0;
+    for (int s = middle - half; s <= middle + half; ++s) sum += std::pow(image.amplitude(line, s), 2);
+    return decibels(sum / (2 * half + 1));
+  };
+  double sum = 0, sum2 = 0, tail = 0, liver = 0;
+  int lines = 0;
+  for (int l = 8; l < scan.lines - 8; ++l, ++lines) {
+    const double shaft = level(l, 0.030 - radius);
+    sum += shaft;
+    sum2 += shaft * shaft;
+    tail += level(l, 0.030 - radius + 2 * 1.27e-3);
+    liver += level(l, 0.030 + 9e-3);
+  }
+  const double spread = std::sqrt(sum2 / lines - std::pow(sum / lines, 2));
+  std::printf("shaft %.1f dB over liver, +- %.1f dB along it; second copy %.1f\n", (sum - liver) / lines, spread,
+              (tail - liver) / lines);
+  EXPECT_GT(spread, 2);
+  EXPECT_LT(spread, 6);
+  EXPECT_GT((tail - liver) / lines, 6);
+  EXPECT_LT((tail - sum) / lines, -8);
+  // Of the columns that it crosses it is white in some and not in others.
+  const SectorGeometry& sector = image.imager().geometry();
+  int white = 0, columns = 0;
+  for (int u = 0; u < sector.width; ++u) {
+    int most = -1;
+    for (int v = 0; v < sector.height; ++v) {
+      const Eigen::Vector2d p = sector.position(Eigen::Vector2d(u, v));
+      if (std::abs(p.x()) < 0.018 && std::abs(p.y() - 0.030 + radius) < 1e-3) {
+        most = std::max<int>(most, grey[static_cast<std::size_t>(v) * sector.width + u]);
+      }
+    }
+    if (most < 0) continue;
+    ++columns;
+    white += most == 255 ? 1 : 0;
+  }
+  EXPECT_GT(white, columns / 10);
+  EXPECT_LT(white, 9 * columns / 10);
+}
+
 TEST(Contact, WithoutItTheImageIsDark) {
   content::Scene scene = test::block_phantom(
       [](const Eigen::Vector3f& p) { return p.z() < 0.003F ? test::kOutside : test::kBackground; });
