@@ -271,6 +271,7 @@ const gpu::Image& Renderer::render_seen(const state::FrameState& state, const co
   if (options.pictures) {
     shown = {.frame = frame,
              .cores = state.cores,
+             .shot = state::shot_of(state),
              .zone = state.zone != nullptr ? state.zone->version : 0,
              .plane = options.plane.image,
              .screen = options.screen,
@@ -388,7 +389,7 @@ bool Renderer::Shown::same_as(const Shown& other) const {
   const auto hand = [](const std::optional<Eigen::Isometry3d>& pose) {
     return pose ? std::optional<Eigen::Matrix4d>(pose->matrix()) : std::nullopt;
   };
-  return std::memcmp(&frame, &other.frame, sizeof(FrameUniforms)) == 0 && zone == other.zone &&
+  return std::memcmp(&frame, &other.frame, sizeof(FrameUniforms)) == 0 && shot == other.shot && zone == other.zone &&
          plane == other.plane && screen == other.screen && panel == other.panel && pictures == other.pictures &&
          rectangle(hidden) == rectangle(other.hidden) && std::ranges::equal(hands, other.hands, {}, hand, hand) &&
          std::ranges::equal(cores, other.cores, [](const state::CoreTrack& a, const state::CoreTrack& b) {

@@ -18,6 +18,7 @@
 #include "engine/render/shadow_pass.h"
 #include "engine/render/surface_pipelines.h"
 #include "engine/render/view_options.h"
+#include "engine/state/biopsy_shot.h"
 #include "engine/state/frame_state.h"
 
 #include <Eigen/Core>
@@ -114,6 +115,7 @@ private:
   struct Shown {
     FrameUniforms frame{};  ///< camera, probe, breath, how far one sees
     std::vector<state::CoreTrack> cores{};
+    std::optional<state::BiopsyShot> shot{};
     std::uint64_t zone = 0;
     const gpu::Image* plane = nullptr;
     const gpu::Image* screen = nullptr;

@@ -47,6 +47,8 @@ struct BiopsyShot {
   float cannula = 0;       ///< its end
   float notch_behind = 0;  ///< the notch's rear end behind the stylet's point: the throw
   float notch = 0;         ///< its length
+
+  bool operator==(const BiopsyShot&) const = default;
 };
 
 /// At the time of a frame, of the core that was fired last; none: all is drawn back.

@@ -388,6 +388,18 @@ TEST_F(Room, AFrameThatShowsWhatIsShownIsNotDrawnAgain) {
   EXPECT_EQ(drawn(), 1U);
   state.cores.push_back({.from = {0, 0, 0.08F}, .to = {0, 0, 0.1F}, .radius = 0.001F});
   EXPECT_EQ(drawn(), 1U);
+  EXPECT_EQ(drawn(), 0U);
+  state.cores.back().throw_length = 0.02F;
+  state.cores.back().fired_s = state.time_s - 0.01;
+  EXPECT_EQ(drawn(), 1U) << "the needle shoots";
+  state.time_s += 0.01;
+  EXPECT_EQ(drawn(), 1U) << "and is further out";
+  state.time_s += 0.2;
+  EXPECT_EQ(drawn(), 1U);
+  state.time_s += 2;
+  EXPECT_EQ(drawn(), 1U) << "and drawn back";
+  state.time_s += 2;
+  EXPECT_EQ(drawn(), 0U);
   options.see_through = SeeThrough::closed;
   EXPECT_EQ(drawn(), 1U);
   options.hidden = {{10, 10}, {20, 20}};
