@@ -25,30 +25,28 @@ void main() {
     vec3 skin = frame.origin.xyz + face.x * frame.lateral.xyz + face.y * frame.axial.xyz;
     lost = kContactDb * kDbToNepers * slow_pair(slow_texel(kContactStretch * speckle_lattice(skin))).y;
   }
-  bool hazy = unforeseen(frame.haze) != 0.0;
-  float fresh = 1.0 - exp(-frame.sample_pitch / kClutterLength);
-  float above = 0.0;
   for (int s = 0; s < samples; ++s) {
     int index = polar_index(l, s);
     float here = loss[index];
     float transmission = exp(-(lost + 0.5 * here));
     lost += here;
-    vec2 first = echo[index] * transmission;
-    echo[index] = first;
-    for (int k = 1; k < kLooks; ++k) echo[index + k * polar_size()] *= transmission;
-
+    for (int k = 0; k < kLooks; ++k) echo[index + k * polar_size()] *= transmission;
+  }
+  if (unforeseen(frame.haze) == 0.0) return;
+  float fresh = 1.0 - exp(-frame.sample_pitch / kClutterLength);
+  float above = 0.0;
+  for (int s = 0; s < samples; ++s) {
+    int index = polar_index(l, s);
     float range = sample_range(s);
     float haze = kClutter * above;
     if (range < kHazeDepth) haze += kHazeNear * exp(-range / kHazeNearDecay) + kHazeFar * exp(-range / kHazeFarDecay);
-    float level = length(first);
+    float level = length(echo[index]);
     above += fresh * (level - above);
-    // A loop of no turns, which a software rasteriser does not go through; an `if` it would.
-    for (int once = hazy && haze >= kLeastHaze * level ? 0 : 1; once < 1; ++once) {
-      // Fixed to the probe and smeared along the face.
-      uint texel = speckle_texel(grain_lattice(vec3(0.2 * sample_position(l, s).x, 0.0, range)));
-      for (int k = 0; k < kLooks; ++k) {
-        echo[index + k * polar_size()] += haze * 0.70710678 * speckle_of_look(uint(k), texel);
-      }
+    if (haze < kLeastHaze * level) continue;
+    // Fixed to the probe and smeared along the face.
+    uint texel = speckle_texel(grain_lattice(vec3(0.2 * sample_position(l, s).x, 0.0, range)));
+    for (int k = 0; k < kLooks; ++k) {
+      echo[index + k * polar_size()] += haze * 0.70710678 * speckle_of_look(uint(k), texel);
     }
   }
 }
