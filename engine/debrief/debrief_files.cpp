@@ -156,8 +156,8 @@ nlohmann::ordered_json to_json(const DebriefData& data) {
   json["cores"] = ordered_json::array();
   for (const state::CoreTrack& core : data.cores) {
     ordered_json& entry = json["cores"].emplace_back();
-    entry["length_mm"] = 1e3 * core.length();
-    entry["target_percent"] = 100.0 * core.target_share;
+    entry["length_mm"] = std::round(1e6 * core.length()) / 1e3;
+    entry["target_percent"] = std::round(1e4 * core.target_share) / 1e2;
     entry["pieces"] = ordered_json::array();
     for (const state::CorePiece& piece : core.pieces) {
       const auto tissue = static_cast<std::size_t>(piece.tissue);

@@ -126,7 +126,7 @@ TEST(DebriefPage, LaysTheCoresOutToScaleAsTheJsonHasThem) {
   EXPECT_EQ(count_of(html, "<rect x=\"0.7500\" y=\"0.0000\""), 0U) << "a gap";
   const nlohmann::ordered_json cores = to_json(data)["cores"];
   ASSERT_EQ(cores.size(), 2U);
-  EXPECT_NEAR(cores[0]["length_mm"].get<double>(), 17, 1e-5);
+  EXPECT_EQ(cores[0]["length_mm"], 17) << "of single precision no more digits than there are";
   EXPECT_EQ(cores[0]["pieces"][1]["tissue"], "fat");
   EXPECT_EQ(cores[0]["pieces"][0]["to"], 0.75);
 }
