@@ -236,8 +236,7 @@ void DesktopView::fit_renderer(int width, int height, double dt_s) {
   fits_for_s_ = fits ? 0 : fits_for_s_ + dt_s;
   if (fits || (renderer_ && fits_for_s_ < kResizedAfter)) return;
   fits_for_s_ = 0;
-  device_.wait_idle();
-  renderer_.reset();
+  if (renderer_) return renderer_->resize(wanted_width, wanted_height);
   renderer_.emplace(device_, scene_,
                     render::RenderSettings{.width = wanted_width,
                                            .height = wanted_height,
@@ -312,6 +311,7 @@ void DesktopView::draw(int width, int height, double dt_s) {
                      .screen = &scanner_.screen(),
                      .see_through = see_through(panels_.patient_view()),
                      .hidden = under(pane, width, height, renderer_->settings()),
+                     .pictures = scanner_.screens(),
                      .latch_needle = [&](render::NeedlePose pose) {
                        session_.newest_needle().show(pose.positions, pose.orientations);
                      }});

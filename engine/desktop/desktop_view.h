@@ -25,6 +25,7 @@
 #include "engine/view/input.h"
 #include "haptic/mouse_device.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
@@ -98,6 +99,8 @@ public:
   void shown(double clock_s);
 
   const gpu::Image& scene() const { return renderer_->image(); }
+  /// Of the scene, so far: what shows the same as before is not drawn again.
+  std::uint64_t scenes_drawn() const { return renderer_ ? renderer_->frames_drawn() : 0; }
   const gpu::Image& scanner_screen() const { return scanner_.screen(); }
   /// Time the GPU spent on the passes of the last frame, "view ..." and, where it made an image, "ultrasound ...";
   /// waits for it.

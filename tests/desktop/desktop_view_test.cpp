@@ -364,6 +364,27 @@ TEST_F(Desktop, AtTheEndKeysSayWhatComesNext) {
   EXPECT_EQ(pressed(view::Key::q), EndWish(EndButton::leave));
 }
 
+// What is shown is drawn once: while a session stands, no pass of the scene or of the scanner is recorded.
+TEST_F(Desktop, ASessionThatStandsIsNotDrawnAgain) {
+  constexpr double kQuick = 0.02;  // s: the size of the picture stays, too
+  Running running(device);
+  frame(running, {}, 160, 120, kQuick);
+  running.live.pause();
+  running.stop();  // a step under way when it is paused still counts
+  for (int i = 0; i < 5; ++i) frame(running, {}, 160, 120, kQuick);
+  const std::uint64_t scenes = running.desktop.scenes_drawn(), screens = running.desktop.scanner().screens();
+  EXPECT_GT(scenes, 0U);
+  for (int i = 0; i < 5; ++i) frame(running, {}, 160, 120, kQuick);
+  EXPECT_EQ(running.desktop.scenes_drawn(), scenes);
+  EXPECT_EQ(running.desktop.scanner().screens(), screens);
+  EXPECT_TRUE(running.desktop.pass_times().empty());
+  frame(running, {.orbit_x = 0.1}, 160, 120, kQuick);
+  EXPECT_EQ(running.desktop.scenes_drawn(), scenes + 1) << "looking round goes on";
+  frame(running, {.strokes = {{.key = view::Key::g}}}, 160, 120, kQuick);
+  EXPECT_EQ(running.desktop.scanner().screens(), screens + 1) << "and the knobs turn";
+  EXPECT_EQ(running.desktop.scenes_drawn(), scenes + 2) << "the scanner's screen stands in the room";
+}
+
 TEST_F(Desktop, FollowsTheSizeOfItsWindow) {
   Running running(device);
   frame(running, {}, 160, 120);
