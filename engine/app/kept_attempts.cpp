@@ -50,7 +50,9 @@ std::string KeptAttempts::keep(recording::UnfinishedRecording& recording, const 
                                const training::TrainingReport& training, const scanner::SavedImages& saved) {
   const std::string name = fmt::format("{}{}", kPrefix, next_number(folder_));
   files::OutputDirectory out(folder_ / name);
-  session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
+  out.named_in_place([&] {
+    session::write_json(out.staged("session.json"), training::with_training(session::to_json(report), training));
+  });
   write_images(saved, out);
   recording.finish(out, "session.json");
   attempts_.push_back(attempt_of(name, report, training));

@@ -92,7 +92,9 @@ public:
       look.height = size.height;
       look.seed = settings.common.seed;
       imager_ = std::make_unique<ultrasound::Imager>(gpu, scene, look);
-      sequence_ = std::make_unique<tracking::SequenceFile>(out.staged(kSequence), size.width, size.height);
+      out.named_in_place([&] {
+        sequence_ = std::make_unique<tracking::SequenceFile>(out.staged(kSequence), size.width, size.height);
+      });
       return;
     }
     const PictureSize view = settings.view_size;
@@ -246,7 +248,7 @@ MotionFrames render_motion(const MotionFramesSettings& settings, Observer& obser
                             [&](int frame, const state::FrameState& state) {
                               state::FrameState shown = state;
                               course.shown().show_at(state.time_s, shown);
-                              drawer.draw(frame, shown);
+                              out.named_in_place([&] { drawer.draw(frame, shown); });
                             });
   const haptic::StylusSample first = stylus.device->read(0);
   session::CoupledLoops loops(scene, coupling, {first.position, first.orientation},
@@ -267,8 +269,10 @@ MotionFrames render_motion(const MotionFramesSettings& settings, Observer& obser
                                   {"state_hash", session::hash_text(hash.state())},
                                   {"gpu", gpu.identity().name},
                                   {"gpu_driver", gpu.identity().driver}};
-  drawer.finish(manifest);
-  session::write_json(out.staged("manifest.json"), manifest);
+  out.named_in_place([&] {
+    drawer.finish(manifest);
+    session::write_json(out.staged("manifest.json"), manifest);
+  });
   out.commit("manifest.json");
   return {.folder = out.destination(), .frames = clock.frames()};
 }

@@ -84,7 +84,8 @@ void keep_numbers(const SessionSettings& settings, const recording::Recording& r
                   const KeptAttempts& before, recording::UnfinishedRecording& file) {
   files::OutputDirectory out(settings.out);
   debrief::write_force(out, recording, force);
-  session::write_json(out.staged("session.json"), numbers_of(result.report, result.training, before));
+  out.named_in_place(
+      [&] { session::write_json(out.staged("session.json"), numbers_of(result.report, result.training, before)); });
   write_images(saved, out);
   std::vector<std::string> superseded{kDrawnFiles.begin(), kDrawnFiles.end()};
   for (std::size_t n = 1; n <= scanner::kMostSavedImages; ++n) superseded.push_back(scanner::saved_image_name(n));

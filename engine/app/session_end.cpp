@@ -32,7 +32,9 @@ SessionEnd::SessionEnd(const SessionSettings& settings, const OverSession& sessi
 void SessionEnd::take_replay(const CheckedReplay& replay) {
   result_.report.replay_identical = replay.identical;
   result_.report.replay_hashes = replay.hashes;
-  session::write_json(out_.staged("session.json"), numbers_of(result_.report, result_.training, session_.before));
+  out_.named_in_place([&] {
+    session::write_json(out_.staged("session.json"), numbers_of(result_.report, result_.training, session_.before));
+  });
   out_.publish({"session.json"});
 }
 

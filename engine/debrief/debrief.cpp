@@ -79,11 +79,12 @@ std::vector<TraceEvent> figure_marks(std::vector<TraceEvent> events, double dura
 }  // namespace
 
 void write_force(const files::OutputDirectory& out, const Recording& recording, const figures::ForceTrace& trace) {
-  figures::write_force_csv(out.staged("force.csv"), trace, trace_events(recording));
-  picture::write_png(
-      out.staged("force.png"),
-      figures::draw_force_figure(trace, figure_marks(felt_events(recording), trace.summary().duration_s),
-                                 figures::Font::load()));
+  const picture::Picture figure = figures::draw_force_figure(
+      trace, figure_marks(felt_events(recording), trace.summary().duration_s), figures::Font::load());
+  out.named_in_place([&] {
+    figures::write_force_csv(out.staged("force.csv"), trace, trace_events(recording));
+    picture::write_png(out.staged("force.png"), figure);
+  });
 }
 
 namespace {
@@ -148,6 +149,7 @@ void DebriefWork::write_page() {
 
 void DebriefWork::step(gpu::Device& device) {
   const auto& [scene, recording, footage, force] = session_;
+  bool drawn = false;
   switch (next_) {
     case Piece::moments:
       if (!moments_) moments_ = std::make_unique<KeyMomentPictures>(scene, device, recording, footage);
@@ -168,8 +170,14 @@ void DebriefWork::step(gpu::Device& device) {
       next_ = after_page();
       return;
     case Piece::film:
-      if (!film_) film_ = std::make_unique<Film>(out_, scene, device, footage, force, settings_.stills.film);
-      if (film_->draw_next()) return;
+      out_.named_in_place([&] {
+        if (!film_) {
+          film_ = std::make_unique<Film>(out_, session_.scene, device, session_.footage, session_.force,
+                                         settings_.stills.film);
+        }
+        drawn = !film_->draw_next();
+      });
+      if (!drawn) return;
       film_frames_ = film_->frames();
       film_.reset();
       out_.publish({"session.mp4"});

@@ -89,11 +89,15 @@ bool Film::draw_next() {
 
 int write_film(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device, Footage& footage,
                const figures::ForceTrace& force, const FilmSettings& settings, const session::RunProgress& progress) {
-  Film film(out, scene, device, footage, force, settings);
-  do {
-    if (progress) progress(film.share());
-  } while (film.draw_next());
-  return film.frames();
+  int frames = 0;
+  out.named_in_place([&] {
+    Film film(out, scene, device, footage, force, settings);
+    do {
+      if (progress) progress(film.share());
+    } while (film.draw_next());
+    frames = film.frames();
+  });
+  return frames;
 }
 
 void write_stills(const files::OutputDirectory& out, const content::Scene& scene, gpu::Device& device,
@@ -102,9 +106,8 @@ void write_stills(const files::OutputDirectory& out, const content::Scene& scene
   state::FrameState moment = footage.frames().make_frame();
   footage.frame_at(time_s, moment);
   stills::Pictures panes(device, scene, panes_of(film, device));
-  picture::write_png(out.staged("session.png"),
-                     stills::compose_frame(panes.draw(moment, scene.camera), moment, scene, force,
-                                           figures::Font::load(), film.width, film.height));
+  const picture::Picture both = stills::compose_frame(panes.draw(moment, scene.camera), moment, scene, force,
+                                                      figures::Font::load(), film.width, film.height);
   stills::Pictures stills(device, scene,
                           {.view_width = settings.view_width,
                            .view_height = settings.view_height,
@@ -112,8 +115,11 @@ void write_stills(const files::OutputDirectory& out, const content::Scene& scene
                            .ultrasound_height = 720,
                            .stereo = film.stereo});
   const stills::Pictures::Moment pictures = stills.draw(moment, scene.camera);
-  picture::write_png(out.staged("view.png"), pictures.view);
-  picture::write_png(out.staged("ultrasound.png"), pictures.ultrasound);
+  out.named_in_place([&] {
+    picture::write_png(out.staged("session.png"), both);
+    picture::write_png(out.staged("view.png"), pictures.view);
+    picture::write_png(out.staged("ultrasound.png"), pictures.ultrasound);
+  });
 }
 
 }  // namespace stylet::debrief

@@ -9,8 +9,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstdlib>
 #include <fstream>
+#include <stdexcept>
 #include <system_error>
 #include <vector>
 
@@ -68,7 +70,25 @@ OutputDirectory::~OutputDirectory() {
 void OutputDirectory::write(const fs::path& name, std::string_view bytes) const {
   std::ofstream file(staged(name), std::ios::binary);
   if (!file.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush()) {
-    throw files::ContentError(staged(name).string() + ": cannot be written; is the disk full?");
+    throw files::ContentError((destination_ / name).string() + ": cannot be written; is the disk full?");
+  }
+}
+
+std::string OutputDirectory::in_place(std::string text) const {
+  const std::string hidden = staging_.string(), shown = destination_.string();
+  for (std::size_t at = text.find(hidden); at != std::string::npos; at = text.find(hidden, at + shown.size())) {
+    text.replace(at, hidden.size(), shown);
+  }
+  return text;
+}
+
+void OutputDirectory::named_in_place(const std::function<void()>& act) const {
+  try {
+    act();
+  } catch (const std::runtime_error& error) {
+    const std::string what = in_place(error.what());
+    if (what == error.what()) throw;  // of its own kind
+    throw files::ContentError(what);
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <string>
 #include <string_view>
@@ -24,6 +25,11 @@ public:
   std::filesystem::path staged(const std::filesystem::path& name) const { return staging_ / name; }
   /// Stages a file. @throws files::ContentError  it cannot be written
   void write(const std::filesystem::path& name, std::string_view bytes) const;
+  /// Does what writes staged files. Where that fails, the error names them by the place they were to have: the hidden
+  /// folder is gone before anybody reads of it.
+  void named_in_place(const std::function<void()>& act) const;
+  /// The same of any text.
+  std::string in_place(std::string text) const;
   const std::filesystem::path& destination() const { return destination_; }
   /// Whether commit() will find room for files of these names: a folder of such a name stands in the way.
   /// @throws files::ContentError  it does

@@ -13,7 +13,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstddef>
 #include <set>
+#include <string>
 
 namespace stylet::import {
 namespace {
@@ -40,16 +42,6 @@ fs::path find_instrument(const SideFile& side, const std::string& pointer, const
   for (const std::string& each : names) known += (known.empty() ? "" : ", ") + each;
   throw ContentError(fmt::format("{}:{}: there is neither {} nor a {} of that name; name a file or one of: {}",
                                  side.path.string(), pointer, beside.string(), kind, known));
-}
-
-/// Messages about staged files, as if they were in place.
-std::string in_place(std::string text, const files::OutputDirectory& out) {
-  const std::string staged = out.staged("").string();
-  const std::string placed = (out.destination() / "").string();
-  for (std::size_t at = text.find(staged); at != std::string::npos; at = text.find(staged, at + placed.size())) {
-    text.replace(at, staged.size(), placed);
-  }
-  return text;
 }
 
 }  // namespace
@@ -84,7 +76,8 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
   out.write("tissues.json", files::read_file(tissues_path, kJsonBytes));
   out.write("needle.json", files::read_file(needle_path, kJsonBytes));
   out.write("probe.json", files::read_file(probe_path, kJsonBytes));
-  readers::write_motion(plan_motion(imported, needle), wanted.name, out.staged("motion.json"));
+  out.named_in_place(
+      [&] { readers::write_motion(plan_motion(imported, needle), wanted.name, out.staged("motion.json")); });
   out.write("scenario.json", scenario_json(imported, side));
   if (!side.proposed.empty()) out.write("side.json", side.proposed);
 
@@ -94,9 +87,15 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
   try {
     scene = readers::load_scene(out.staged("scenario.json"), progress, &loading);
   } catch (const ContentError& error) {
-    throw ContentError(in_place(error.what(), out));
+    std::string what = out.in_place(error.what());  // of a file that nobody will find
+    const std::string folder_name = out.destination().string() + "/";
+    for (std::size_t at = what.find(folder_name); at != std::string::npos; at = what.find(folder_name, at)) {
+      what.erase(at, folder_name.size());
+    }
+    throw ContentError(
+        fmt::format("{}:{}: what it makes cannot be trained: {}", side.path.string(), wanted.pointer, what));
   }
-  for (std::string& warning : loading) warning = in_place(warning, out);
+  for (std::string& warning : loading) warning = out.in_place(warning);
   written.bodies = body_accounts(imported, scene);
   for (const BodyAccount& body : written.bodies) {
     const double error = body.volume / body.surface_volume - 1;
@@ -108,7 +107,7 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
   }
   out.write("report.json", scene_report_json(imported, scene, side, files, loading));
   out.write("report.txt", scene_report_text(imported, scene, side, files, loading));
-  picture::write_png(out.staged("picture.png"), scene_picture(imported, scene));
+  out.named_in_place([&] { picture::write_png(out.staged("picture.png"), scene_picture(imported, scene)); });
   out.commit("scenario.json");
 
   written.warnings = imported.warnings;

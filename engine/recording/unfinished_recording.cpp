@@ -64,8 +64,8 @@ void UnfinishedRecording::finish(files::OutputDirectory& out, const fs::path& la
   std::error_code error;
   fs::create_hard_link(path_, staged, error);
   if (error && !fs::copy_file(path_, staged, error)) {
-    throw files::ContentError(fmt::format("{}: cannot be written ({}); the recording is {}", staged.string(),
-                                          error.message(), path_.string()));
+    throw files::ContentError(fmt::format("{}: cannot be written ({}); the recording is {}",
+                                          (out.destination() / kSession).string(), error.message(), path_.string()));
   }
   out.commit(last);
   fs::remove(path_, error);

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <stdexcept>
 #include <string>
 
 namespace stylet::files {
@@ -51,6 +52,29 @@ TEST(OutputDirectory, ABlockedPlaceLeavesTheEarlierResultWhole) {
   }
   for (const char* name : {"a.png", "z.png", "manifest.json"}) EXPECT_EQ(text_of(to / name), "old") << name;
   EXPECT_EQ(names_in(folder.path()), std::set<std::string>{"out"});
+}
+
+// The hidden folder is gone before anybody reads of it.
+TEST(OutputDirectory, WhatCannotBeWrittenIsNamedByThePlaceItWasToHave) {
+  const support::TemporaryFolder folder;
+  const OutputDirectory out(folder / "out");
+  const auto message_of = [](const auto& act) -> std::string {
+    try {
+      act();
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "nothing was refused";
+  };
+  fs::create_directories(out.staged("page.html"));  // in the way
+  EXPECT_EQ(message_of([&] { out.write("page.html", "text"); }),
+            (folder / "out/page.html").string() + ": cannot be written; is the disk full?");
+  const auto writer = [&] { throw std::runtime_error(out.staged("a.png").string() + ": no room"); };
+  EXPECT_EQ(message_of([&] { out.named_in_place(writer); }), (folder / "out/a.png").string() + ": no room");
+  EXPECT_THROW(out.named_in_place(writer), ContentError);
+  // What says nothing of it stays what it was.
+  EXPECT_THROW(out.named_in_place([] { throw std::invalid_argument("other"); }), std::invalid_argument);
+  EXPECT_THROW(out.named_in_place([] { throw std::range_error("other"); }), std::range_error);
 }
 
 TEST(OutputDirectory, WhatIsPublishedStaysThoughTheRestIsNeverCommitted) {

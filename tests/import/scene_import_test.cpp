@@ -280,6 +280,21 @@ TEST(WriteScenario, LeavesASoundFolderOfTheSameBytesEachTime) {
 }
 
 /// A side file that cannot be followed, and what the one line about it must hold.
+// Nothing of the folder is there: what is wrong with a file of it is told of the side file.
+TEST(WriteScenario, WhatCannotBeTrainedIsToldOfTheSideFile) {
+  const support::TemporaryFolder folder;
+  const SideFile side = side_file(replaced(kSide, "\"held_within_mm\": 9", "\"held_within_mm\": 0.01"));
+  try {
+    write_scenario(torso(), side, folder / "out", kContent, "test", still, kQuiet);
+    ADD_FAILURE() << "was followed";
+  } catch (const ContentError& error) {
+    EXPECT_THAT(error.what(),
+                testing::StartsWith("side.json:/scenario: what it makes cannot be trained: scenario.json:/"));
+    EXPECT_THAT(error.what(), testing::Not(HasSubstr(folder.path().string()))) << "cites what is not there";
+  }
+  EXPECT_TRUE(folder.empty());
+}
+
 struct Refusal {
   const char* name;
   const char* what;
