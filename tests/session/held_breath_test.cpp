@@ -88,6 +88,39 @@ TEST(HeldBreath, IsNotAskedForWhereNothingBreathes) {
   EXPECT_EQ(breath.state(), HeldBreath::State::breathing);
 }
 
+TEST(HeldBreath, APauseTakesNothingOfTheHold) {
+  const content::Scene scene = breathing_cube();
+  const support::TemporaryFolder folder;
+  haptic::RecordedDevice device = recorded_stylus(scene.motion);
+  HeldBreath breath(scene.breathing);
+  LiveSession live(scene, device,
+                   {.duration_s = std::numeric_limits<double>::infinity(),
+                    .lockstep = true,
+                    .recording = folder / "breath.rec",
+                    .build = "test",
+                    .listeners = {&breath}});
+  live.start();
+  breath.ask(true);
+  live.advance(1.0);
+  ASSERT_EQ(breath.state(), HeldBreath::State::held);
+  const double left = breath.left_s();
+  live.pause();
+  live.advance(2 * HeldBreath::kLongest);
+  EXPECT_EQ(breath.state(), HeldBreath::State::held);
+  live.resume();
+  live.advance(0.1);
+  EXPECT_EQ(breath.state(), HeldBreath::State::held);
+  EXPECT_NEAR(breath.left_s(), left - 0.1, 0.021) << "a step more or less";
+  // Let go in a pause: as soon as time goes on.
+  live.pause();
+  breath.ask(false);
+  live.advance(1.0);
+  live.resume();
+  live.advance(0.1);
+  EXPECT_EQ(breath.state(), HeldBreath::State::breathing);
+  live.stop();
+}
+
 TEST(HeldBreath, ReplaysToTheSameBitsWithNobodyAsking) {
   const content::Scene scene = breathing_cube();
   const support::TemporaryFolder folder;
