@@ -6,6 +6,7 @@
 #include "engine/mesh/tet_quality.h"
 #include "engine/readers/scenario.h"
 #include "engine/recording/recording.h"
+#include "engine/session/coupled_loops.h"
 #include "engine/session/frame_publisher.h"
 #include "engine/ultrasound/diagnosis.h"
 
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 namespace stylet::app {
 
@@ -67,6 +69,18 @@ std::string black_image(const content::Scene& scene) {
   }
 }
 
+/// Why a session of it cannot begin: what only the loops find, such as a body that its held nodes let turn; empty: it
+/// can.
+std::string why_no_session(const content::Scene& scene) {
+  try {
+    const content::MotionSample& hand = scene.motion.stylus.front();
+    const session::CoupledLoops loops(scene, session::coupling_from_name(scene.coupling), hand.pose, {});
+    return {};
+  } catch (const files::ContentError& error) {
+    return error.what();
+  }
+}
+
 /// Loading found it held oddly already.
 bool warns_of_probe(const std::vector<std::string>& warnings) {
   return std::ranges::any_of(warnings,
@@ -117,6 +131,7 @@ Verdict validate(const fs::path& path, const OtherFormats& others) {
   std::optional<content::Scene> scene;
   verdict.problems = readers::validate(path, &scene, &verdict.warnings);
   if (scene) {
+    if (std::string why = why_no_session(*scene); !why.empty()) verdict.problems.push_back(std::move(why));
     verdict.summary = summary(*scene);
     if (const std::string why = black_image(*scene); !why.empty() && !warns_of_probe(verdict.warnings)) {
       verdict.warnings.push_back(fmt::format("{}:/probe: the ultrasound image is black: {}", path.string(), why));

@@ -196,7 +196,7 @@ void JsonFile::add_problem(const std::string& pointer, const std::string& what) 
 }
 
 std::string JsonFile::line(const std::string& pointer, const std::string& what) const {
-  return fmt::format("{}:{}: {}", path_.string(), pointer.empty() ? "/" : pointer, what);
+  return fmt::format("{}:{}: {}", path_.string(), pointer.empty() ? "/" : one_line(pointer), one_line(what));
 }
 
 void JsonFile::throw_problems() const {

@@ -65,6 +65,11 @@ void hold_nodes(const BodyRequest& request, std::span<const Organ> organs, const
   if (nodes.size() < 3) {
     problems.push_back(fmt::format("{}:{}/fixed: holds {} nodes of {}, at least 3 are needed or it floats away",
                                    scenario, request.pointer, nodes.size(), request.name));
+  } else if (nodes.size() == fixed.size()) {
+    problems.push_back(
+        fmt::format("{}:{}/fixed: holds all {} nodes of {}, so that nothing of it moves; narrow the "
+                    "regions, or leave the body out: it is rigid then",
+                    scenario, request.pointer, nodes.size(), request.name));
   }
 }
 

@@ -4,6 +4,7 @@
 #include "engine/content/probe_placement.h"
 #include "engine/content/tissue_table.h"
 #include "engine/files/json_reader.h"
+#include "engine/files/json_scan.h"
 #include "engine/gltf/gltf.h"
 #include "engine/mesh/surface_mesh.h"
 #include "engine/readers/anatomy.h"
@@ -265,11 +266,10 @@ void warn_of_targets_outside(const ScenarioFile& scenario, const std::vector<Org
   }
 }
 
-/// Everything load_scene() and validate() do. Steps that need sound input are left out after a problem.
+/// Steps that need sound input are left out after a problem.
 /// @param ids  gets the organ of every surface; may be null
-std::optional<content::Scene> assemble(const std::filesystem::path& path, const LoadProgress& progress,
-                                       Problems& problems, Problems& warnings,
-                                       std::vector<std::string>* ids = nullptr) {
+std::optional<content::Scene> scene_of(const std::filesystem::path& path, const LoadProgress& progress,
+                                       Problems& problems, Problems& warnings, std::vector<std::string>* ids) {
   const auto report = [&](const std::string& doing, double share) {
     if (progress) progress(doing, share);
   };
@@ -351,6 +351,21 @@ std::optional<content::Scene> assemble(const std::filesystem::path& path, const 
   scene.breathing = scenario.breathing;
   scene.exercise = scenario.exercise;
   report("ready", 1);
+  return scene;
+}
+
+/// A line each, whatever names the files hold.
+void make_lines(Problems& problems) {
+  for (std::string& problem : problems) problem = files::one_line(problem);
+}
+
+/// Everything load_scene() and validate() do.
+std::optional<content::Scene> assemble(const std::filesystem::path& path, const LoadProgress& progress,
+                                       Problems& problems, Problems& warnings,
+                                       std::vector<std::string>* ids = nullptr) {
+  std::optional<content::Scene> scene = scene_of(path, progress, problems, warnings, ids);
+  make_lines(problems);
+  make_lines(warnings);
   return scene;
 }
 

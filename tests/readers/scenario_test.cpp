@@ -266,6 +266,11 @@ constexpr BadScenario kBadScenarios[] = {
      "scenario.json:/bodies/0/boundary: there is no organ \"spleen\""},
     {"NothingFixed", [](auto& s) { s.scenario["bodies"][0]["fixed"] = json::array(); },
      "scenario.json:/bodies/0/fixed: holds 0 nodes of liver, at least 3"},
+    {"EverythingFixed",
+     [](auto& s) {
+       s.scenario["bodies"][0]["fixed"][0] = json::parse(R"({"box": {"min": [-1, -1, -1], "max": [1, 1, 1]}})");
+     },
+     "nodes of liver, so that nothing of it moves; narrow the regions"},
     {"FixedNearNobody", [](auto& s) { s.scenario["bodies"][0]["fixed"][0]["near"].push_back("spine"); },
      "scenario.json:/bodies/0/fixed/0/near: there is no organ \"spine\""},
     {"TargetOfNothing", [](auto& s) { s.scenario["targets"][0]["organ"] = "cyst"; },
