@@ -6,6 +6,7 @@
 #include "engine/files/error.h"
 #include "engine/files/json_reader.h"
 #include "engine/files/output_directory.h"
+#include "engine/files/pulse.h"
 #include "engine/gltf/gltf_writer.h"
 #include "engine/import/organ_files.h"
 #include "engine/import/organ_labels.h"
@@ -70,7 +71,7 @@ void write_organ(const WholeOrgan& whole, const import::OrganParts& parts, const
   if (whole.labels) out.write("labels.vtk", import::labels_vtk(organ.id, whole.labels->volume));
   out.write("report.json", import::report_json(organ, parts));
   out.write("report.txt", import::report_text(organ, parts));
-  picture::write_png(out.staged("picture.png"), import::organ_picture(organ));
+  out.named_in_place([&] { picture::write_png(out.staged("picture.png"), import::organ_picture(organ)); });
   out.commit("report.json");
 }
 
@@ -178,12 +179,14 @@ content::TissueTable tissue_table(const std::map<std::string, std::string>& aske
 }  // namespace stylet::app
 
 std::vector<import::SourceFile> read_sources(const ImportOrgansSettings& settings, Observer& observer) {
-  std::vector<import::SourceFile> files;
+  std::vector<import::SourceFile> sources;
   for (const std::string& path : settings.files) {
-    files.push_back(import::read_source(path, settings.source));
-    for (const std::string& warning : files.back().warnings) observer.note(Note::warning, warning);
+    const files::Pulse pulse = [&, task = "reading " + path] { show_progress(observer, task, 0); };
+    sources.push_back(import::read_source(path, settings.source, pulse));
+    for (const std::string& warning : sources.back().warnings) observer.note(Note::warning, warning);
   }
-  return files;
+  observer.task_done();
+  return sources;
 }
 
 bool import_organs(const ImportOrgansSettings& settings, Observer& observer) {
@@ -230,7 +233,8 @@ bool import_organs(const ImportOrgansSettings& settings, Observer& observer) {
   const import::ImportProgress show = [&](const std::string& task, double share) {
     show_progress(observer, task, share);
   };
-  const std::vector<import::OrganParts> organs = import::assign_parts(files, requests);
+  const std::vector<import::OrganParts> organs =
+      import::assign_parts(files, requests, [&] { show("telling the organs apart", 0); });
   for (const import::OrganParts& parts : organs) {
     if (is_carried(parts, organs)) continue;
     const std::filesystem::path folder = settings.out / parts.id;

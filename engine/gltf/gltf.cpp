@@ -22,10 +22,11 @@ namespace {
 /// Builds a GltfScene from a parsed model, trusting none of its indices.
 class SceneBuilder {
 public:
-  SceneBuilder(GltfContainer& container, const GltfLimits& limits)
+  SceneBuilder(GltfContainer& container, const GltfLimits& limits, const files::Pulse& pulse)
       : model_(container.model()),
         document_(container.document()),
         limits_(limits),
+        pulse_(pulse),
         reader_(model_, container.buffers(), document_.path().string(), limits) {
     for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
       const auto found = document_.tree().find(list);
@@ -91,6 +92,7 @@ private:
     std::vector<Visit> stack{{root, 1, Eigen::Affine3d::Identity()}};
     visited_.resize(model_.nodes.size(), false);
     while (!stack.empty()) {
+      pulse_(64);
       const Visit visit = stack.back();
       stack.pop_back();
       const std::string place = fmt::format("nodes/{}", visit.node);
@@ -205,6 +207,7 @@ private:
 
     const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
+      pulse_();
       const Eigen::Vector3d p = patient_from_node * points[i];
       if (!(p.cwiseAbs().maxCoeff() <= limits_.coordinate_m)) {
         fail(place, fmt::format("vertex {} lies at {:g} m, accepted is within {:g} m; glTF is in metres", i,
@@ -214,6 +217,7 @@ private:
     }
     const bool mirrored = patient_from_node.linear().determinant() < 0;
     const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+      pulse_();
       if (a == b || b == c || c == a) return;
       if (mirrored) std::swap(b, c);
       mesh.triangles.push_back({base + a, base + b, base + c});
@@ -304,6 +308,7 @@ private:
   const tinygltf::Model& model_;
   files::JsonFile& document_;
   GltfLimits limits_;
+  const files::Pulse& pulse_;
   AccessorReader reader_;
   bool quantised_ = false;
   std::vector<bool> visited_;
@@ -315,9 +320,12 @@ private:
 
 }  // namespace
 
-GltfScene read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& name, const GltfLimits& limits) {
+GltfScene read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& name, const GltfLimits& limits,
+                    const files::Pulse& pulse) {
+  pulse.now();
   GltfContainer container(bytes, name, limits);
-  return SceneBuilder(container, limits).build();
+  pulse.now();
+  return SceneBuilder(container, limits, pulse).build();
 }
 
 GltfScene read_gltf(const std::filesystem::path& path, const GltfLimits& limits) {

@@ -11,6 +11,7 @@
 #include "engine/content/tissue_table.h"
 #include "engine/files/error.h"
 #include "engine/files/key.h"
+#include "engine/files/pulse.h"
 #include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
@@ -73,7 +74,8 @@ struct GltfScene {
 GltfScene read_gltf(const std::filesystem::path& path, const GltfLimits& limits = {});
 
 /// The same from memory; `name` stands for the file in messages and its parent folder holds external buffers.
+/// @param pulse  called often meanwhile; may throw to end it
 GltfScene read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& name,
-                    const GltfLimits& limits = {});
+                    const GltfLimits& limits = {}, const files::Pulse& pulse = {});
 
 }  // namespace stylet::gltf

@@ -42,7 +42,8 @@ double field_distance(const SideWall& wall, const Eigen::Vector3d& entry, const 
 }
 
 std::vector<WallSurface> derive_wall(const SideWall& wall, const Eigen::Vector3d& entry, const Body& body,
-                                     const std::vector<const Solid*>& inside, const std::string& place) {
+                                     const std::vector<const Solid*>& inside, const std::string& place,
+                                     const files::Pulse& pulse) {
   const Eigen::AlignedBox3d field = wall.box ? *wall.box
                                              : Eigen::AlignedBox3d(entry - Eigen::Vector3d::Constant(wall.radius),
                                                                    entry + Eigen::Vector3d::Constant(wall.radius));
@@ -53,6 +54,7 @@ std::vector<WallSurface> derive_wall(const SideWall& wall, const Eigen::Vector3d
   double from = 0;
   for (const WallLayer& layer : wall.layers) {
     const auto distance = [&](const Eigen::Vector3d& x) {
+      pulse(files::Pulse::kDistance);
       const double outside = field_distance(wall, entry, body.cuts(), x);
       if (outside > 2 * kSurfaceCell) return outside;  // saves the dear ones
       const double depth = body.depth(x);
@@ -65,7 +67,9 @@ std::vector<WallSurface> derive_wall(const SideWall& wall, const Eigen::Vector3d
       return d;
     };
     WallSurface made{.tissue = layer.tissue,
-                     .surface = mesh::boundary_surface(mesh::stuff(distance, box, kSurfaceCell, kSmoothing)).mesh,
+                     .surface = mesh::boundary_surface(
+                                    mesh::stuff(distance, box, kSurfaceCell, kSmoothing, mesh::Parts::largest, pulse))
+                                    .mesh,
                      .inner_from = from};
     if (made.surface.triangles.empty()) {
       throw ContentError(

@@ -2,6 +2,7 @@
 // organs inside.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/import/scan_cut.h"
 #include "engine/import/side_file.h"
 #include "engine/mesh/solid.h"
@@ -45,9 +46,11 @@ struct WallSurface {
   double inner_from = 0;  ///< depth where it begins, m
 };
 
+/// @param pulse   called often meanwhile; may throw to end it
 /// @param inside  organs that are taken out, closed surfaces
 /// @throws files::ContentError  the field meets no body, or only organs
 std::vector<WallSurface> derive_wall(const SideWall& wall, const Eigen::Vector3d& entry, const Body& body,
-                                     const std::vector<const mesh::Solid*>& inside, const std::string& place);
+                                     const std::vector<const mesh::Solid*>& inside, const std::string& place,
+                                     const files::Pulse& pulse = {});
 
 }  // namespace stylet::import

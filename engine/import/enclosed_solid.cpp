@@ -35,7 +35,7 @@ struct Grid {
 /// neighbour (Danielsson 1980; off by a small fraction of the spacing where three points are about equally far).
 class NearestPoints {
 public:
-  NearestPoints(const Grid& grid, const std::function<void()>& pulse)
+  NearestPoints(const Grid& grid, const files::Pulse& pulse)
       : grid_(grid), pulse_(pulse), point_of_(grid.count(), kNone), squared_(grid.count(), kFar) {}
 
   void offer(std::size_t node, const Eigen::Vector3f& x, const Eigen::Vector3f& point) {
@@ -54,7 +54,7 @@ public:
     const Eigen::Vector3i& n = grid_.size;
     for (const int up : {1, -1}) {
       for (int step = 0; step < n.z(); ++step) {
-        pulse_();
+        pulse_.now();
         const int k = up > 0 ? step : n.z() - 1 - step;
         if (k - up >= 0 && k - up < n.z()) {
           for (int j = 0; j < n.y(); ++j) {
@@ -105,20 +105,19 @@ private:
   }
 
   const Grid& grid_;
-  const std::function<void()>& pulse_;
+  const files::Pulse& pulse_;
   std::vector<Eigen::Vector3f> points_;
   std::vector<std::uint32_t> point_of_;  // [nodes] index into points_
   std::vector<float> squared_;           // [nodes] m^2
 };
 
 /// The nearest points of a surface, offered to the nodes around each triangle.
-NearestPoints nearest_on_surface(const mesh::TriangleMesh& soup, const Grid& grid,
-                                 const std::function<void()>& pulse) {
+NearestPoints nearest_on_surface(const mesh::TriangleMesh& soup, const Grid& grid, const files::Pulse& pulse) {
   NearestPoints wall(grid, pulse);
   const double band = kBand * static_cast<double>(grid.spacing);
   std::size_t triangles = 0;
   for (const auto& [u, v, w] : soup.triangles) {
-    if (++triangles % 256 == 0) pulse();
+    if (++triangles % 256 == 0) pulse.now();
     const Eigen::Vector3d& a = soup.vertices[u];
     const Eigen::Vector3d& b = soup.vertices[v];
     const Eigen::Vector3d& c = soup.vertices[w];
@@ -186,11 +185,12 @@ double nodes_to_look_at(const mesh::TriangleMesh& soup, double spacing) {
 }  // namespace
 
 EnclosedSolid::EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing, const Limits& limits,
-                             const std::function<void()>& pulse)
+                             const files::Pulse& pulse)
     : gap_(std::max(gap, 2 * spacing)), spacing_(spacing) {
   for (const Eigen::Vector3d& vertex : soup.vertices) bounds_.extend(vertex);
   // The rim lies outside the ball around every triangle.
   for (;; spacing_ *= 1.05, gap_ = std::max(gap_, 2 * spacing_)) {
+    pulse.now();
     size_ = ((bounds_.sizes().array() + gap_) / spacing_).ceil().cast<int>() + 5;
     if (size_.cast<double>().prod() <= limits.nodes && nodes_to_look_at(soup, spacing_) <= limits.work) break;
   }

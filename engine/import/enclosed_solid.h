@@ -1,13 +1,13 @@
 // The solid that a dirty surface encloses: patches that do not quite meet, double walls, overlaps, any orientation.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 namespace stylet::import {
@@ -32,9 +32,8 @@ public:
   /// @param gap      at least 2 spacing, m
   /// @param spacing  between nodes, m; it grows, and the gap with it, until the limits hold
   /// @param pulse    called often meanwhile; may throw to end it
-  EnclosedSolid(
-      const mesh::TriangleMesh& soup, double gap, double spacing, const Limits& limits,
-      const std::function<void()>& pulse = [] {});
+  EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing, const Limits& limits,
+                const files::Pulse& pulse = {});
   EnclosedSolid(const mesh::TriangleMesh& soup, double gap, double spacing)
       : EnclosedSolid(soup, gap, spacing, Limits{}) {}
 

@@ -75,10 +75,10 @@ struct VoxelGrid {
 
 /// visit(start) for the first voxel of every line along an axis.
 template <typename Visit>
-void for_each_line(const VoxelGrid& grid, int axis, const std::function<void()>& pulse, Visit visit) {
+void for_each_line(const VoxelGrid& grid, int axis, const files::Pulse& pulse, Visit visit) {
   const int u = (axis + 1) % 3, w = (axis + 2) % 3;
   for (int b = 0; b < grid.size[w]; ++b) {
-    pulse();
+    pulse.now();
     for (int a = 0; a < grid.size[u]; ++a) {
       visit(static_cast<std::size_t>(a) * grid.stride[static_cast<std::size_t>(u)] +
             static_cast<std::size_t>(b) * grid.stride[static_cast<std::size_t>(w)]);
@@ -88,9 +88,9 @@ void for_each_line(const VoxelGrid& grid, int axis, const std::function<void()>&
 
 /// visit(voxel) for every voxel that has all 26 neighbours.
 template <typename Visit>
-void for_each_inner(const VoxelGrid& grid, const std::function<void()>& pulse, Visit visit) {
+void for_each_inner(const VoxelGrid& grid, const files::Pulse& pulse, Visit visit) {
   for (int k = 1; k + 1 < grid.size.z(); ++k) {
-    pulse();
+    pulse.now();
     for (int j = 1; j + 1 < grid.size.y(); ++j) {
       const std::size_t row =
           static_cast<std::size_t>(j) * grid.stride[1] + static_cast<std::size_t>(k) * grid.stride[2];
@@ -100,7 +100,7 @@ void for_each_inner(const VoxelGrid& grid, const std::function<void()>& pulse, V
 }
 
 /// Passes of [1 2 1] / 4 along each axis; beyond the rim lies what lies on it.
-void blur(std::vector<float>& field, const VoxelGrid& grid, int passes, const std::function<void()>& pulse) {
+void blur(std::vector<float>& field, const VoxelGrid& grid, int passes, const files::Pulse& pulse) {
   std::vector<float> line;
   for (int axis = 0; axis < 3; ++axis) {
     const std::size_t stride = grid.stride[static_cast<std::size_t>(axis)];
@@ -122,8 +122,7 @@ void blur(std::vector<float>& field, const VoxelGrid& grid, int passes, const st
 }
 
 /// Signed distance to the faces between voxels within and without, m.
-std::vector<float> distance_to_faces(const std::vector<char>& in, const VoxelGrid& grid,
-                                     const std::function<void()>& pulse) {
+std::vector<float> distance_to_faces(const std::vector<char>& in, const VoxelGrid& grid, const files::Pulse& pulse) {
   std::vector<double> squared(grid.count(), kFull);
   for_each_inner(grid, pulse, [&](std::size_t v) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -197,7 +196,7 @@ float part_within(const std::vector<float>& distance, const VoxelGrid& grid, std
 /// Moves the surface until as much lies in it, near every place and in all, as there are voxels: smoothing takes from
 /// what is convex and thin. Each step moves it by what is missing around, over the area of the faces around.
 void restore_volume(std::vector<float>& distance, const std::vector<char>& in, std::size_t count,
-                    const VoxelGrid& grid, const std::function<void()>& pulse) {
+                    const VoxelGrid& grid, const files::Pulse& pulse) {
   const auto voxel = static_cast<float>(grid.spacing.minCoeff());
   const float near = 2 * static_cast<float>(grid.spacing.norm());
   std::vector<float> area(grid.count(), 0);  // of a voxel's faces to the other side, in voxels per spacing
@@ -250,7 +249,7 @@ void restore_volume(std::vector<float>& distance, const std::vector<char>& in, s
 }  // namespace
 
 LabelSolid::LabelSolid(const LabelImage& image, std::span<const int> labels, std::size_t most_voxels,
-                       const std::function<void()>& pulse)
+                       const files::Pulse& pulse)
     : voxel_from_patient_(image.patient_from_voxel.inverse()) {
   std::vector<bool> wanted(std::size_t{1} << 16, false);
   for (const int label : labels) wanted[label] = true;

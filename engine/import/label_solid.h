@@ -1,12 +1,12 @@
 // The solid of some labels in a volume.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/import/nifti.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -23,9 +23,8 @@ public:
   /// @param pulse  called often meanwhile; may throw to end it
   /// @throws files::ContentError  none of the labels occurs; their box has more than `most_voxels`;
   ///                            as many faces as noise
-  LabelSolid(
-      const LabelImage& image, std::span<const int> labels, std::size_t most_voxels = kMostVoxels,
-      const std::function<void()>& pulse = [] {});
+  LabelSolid(const LabelImage& image, std::span<const int> labels, std::size_t most_voxels = kMostVoxels,
+             const files::Pulse& pulse = {});
 
   /// Metres, negative inside. Outside the volume: positive.
   double signed_distance(const Eigen::Vector3d& point) const;

@@ -188,12 +188,14 @@ double metres_per_unit(const Header& header, const std::string& file, std::vecto
 
 /// Reads `count` values of type T and turns them into labels.
 template <typename T>
-void read_labels(ByteStream& stream, const Header& header, const std::string& file, std::vector<std::uint16_t>& out) {
+void read_labels(ByteStream& stream, const Header& header, const std::string& file, std::vector<std::uint16_t>& out,
+                 const files::Pulse& pulse) {
   const double slope = header.slope();
   const bool scaled = std::isfinite(slope) && slope != 0 && (slope != 1 || header.intercept() != 0);
-  std::vector<T> row(std::min<std::size_t>(out.size(), 1u << 16));
+  std::vector<T> row(std::min<std::size_t>(out.size(), files::Pulse::kOften));
   for (std::size_t first = 0; first < out.size(); first += row.size()) {
     const std::span<T> part = std::span(row).first(std::min(row.size(), out.size() - first));
+    pulse(part.size());
     stream.read(std::as_writable_bytes(part));
     for (std::size_t i = 0; i < part.size(); ++i) {
       double value = static_cast<double>(header.swapped() ? reversed(part[i]) : part[i]);
@@ -255,7 +257,7 @@ bool looks_like_nifti(std::span<const std::byte> bytes) {
 }
 
 LabelImage read_nifti_labels(std::span<const std::byte> bytes, const std::filesystem::path& name,
-                             const NiftiLimits& limits) {
+                             const NiftiLimits& limits, const files::Pulse& pulse) {
   const std::string file = name.string();
   if (bytes.size() > limits.file_bytes) {
     throw ContentError(
@@ -324,34 +326,34 @@ LabelImage read_nifti_labels(std::span<const std::byte> bytes, const std::filesy
   image.labels.resize(static_cast<std::size_t>(voxels));
   switch (header.datatype()) {
     case 2:
-      read_labels<std::uint8_t>(stream, header, file, image.labels);
+      read_labels<std::uint8_t>(stream, header, file, image.labels, pulse);
       break;
     case 4:
-      read_labels<std::int16_t>(stream, header, file, image.labels);
+      read_labels<std::int16_t>(stream, header, file, image.labels, pulse);
       break;
     case 8:
-      read_labels<std::int32_t>(stream, header, file, image.labels);
+      read_labels<std::int32_t>(stream, header, file, image.labels, pulse);
       break;
     case 16:
-      read_labels<float>(stream, header, file, image.labels);
+      read_labels<float>(stream, header, file, image.labels, pulse);
       break;
     case 64:
-      read_labels<double>(stream, header, file, image.labels);
+      read_labels<double>(stream, header, file, image.labels, pulse);
       break;
     case 256:
-      read_labels<std::int8_t>(stream, header, file, image.labels);
+      read_labels<std::int8_t>(stream, header, file, image.labels, pulse);
       break;
     case 512:
-      read_labels<std::uint16_t>(stream, header, file, image.labels);
+      read_labels<std::uint16_t>(stream, header, file, image.labels, pulse);
       break;
     case 768:
-      read_labels<std::uint32_t>(stream, header, file, image.labels);
+      read_labels<std::uint32_t>(stream, header, file, image.labels, pulse);
       break;
     case 1024:
-      read_labels<std::int64_t>(stream, header, file, image.labels);
+      read_labels<std::int64_t>(stream, header, file, image.labels, pulse);
       break;
     case 1280:
-      read_labels<std::uint64_t>(stream, header, file, image.labels);
+      read_labels<std::uint64_t>(stream, header, file, image.labels, pulse);
       break;
     default:
       throw ContentError(

@@ -1,6 +1,8 @@
 // Label volumes from NIfTI-1 and NIfTI-2 (.nii, .nii.gz): which organ each voxel belongs to, in any orientation.
 #pragma once
 
+#include "engine/files/pulse.h"
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -38,7 +40,8 @@ bool looks_like_nifti(std::span<const std::byte> bytes);
 
 /// @param name  stands for the file in messages
 /// @throws files::ContentError  damaged, not three-dimensional, over the limits, values that are no labels
+/// @param pulse  called often meanwhile; may throw to end it
 LabelImage read_nifti_labels(std::span<const std::byte> bytes, const std::filesystem::path& name,
-                             const NiftiLimits& limits = {});
+                             const NiftiLimits& limits = {}, const files::Pulse& pulse = {});
 
 }  // namespace stylet::import

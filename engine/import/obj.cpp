@@ -20,11 +20,13 @@ constexpr std::size_t kMostCorners = 1000;  // of one polygon
 
 class ObjReader {
 public:
-  ObjReader(std::string_view text, const std::filesystem::path& name, const SurfaceLimits& limits)
-      : scanner_(text), name_(name), limits_(limits) {}
+  ObjReader(std::string_view text, const std::filesystem::path& name, const SurfaceLimits& limits,
+            const files::Pulse& pulse)
+      : scanner_(text), name_(name), limits_(limits), pulse_(pulse) {}
 
   SurfaceFile read() {
     while (scanner_.next_line()) {
+      pulse_(8);
       const std::string_view keyword = scanner_.word();
       if (keyword == "v") {
         add_vertex();
@@ -120,6 +122,7 @@ private:
   TextScanner scanner_;
   const std::filesystem::path& name_;
   const SurfaceLimits& limits_;
+  const files::Pulse& pulse_;
   SurfaceFile file_;
   std::vector<Eigen::Vector3d> positions_;
   std::vector<std::uint32_t> corners_;
@@ -130,9 +133,9 @@ private:
 
 }  // namespace
 
-SurfaceFile read_obj(std::span<const std::byte> bytes, const std::filesystem::path& name,
-                     const SurfaceLimits& limits) {
-  return ObjReader({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name, limits).read();
+SurfaceFile read_obj(std::span<const std::byte> bytes, const std::filesystem::path& name, const SurfaceLimits& limits,
+                     const files::Pulse& pulse) {
+  return ObjReader({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name, limits, pulse).read();
 }
 
 }  // namespace stylet::import

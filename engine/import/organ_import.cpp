@@ -1,6 +1,7 @@
 #include "engine/import/organ_import.h"
 
 #include "engine/files/error.h"
+#include "engine/files/pulse.h"
 #include "engine/import/enclosed_solid.h"
 #include "engine/import/gmsh.h"
 #include "engine/import/label_solid.h"
@@ -37,9 +38,10 @@ constexpr double kSpacings = 250;           // of the enclosure along the diagon
 constexpr double kNodes = 3e6;              // or as many of its box: finer where it is long and narrow
 // Isoperimetric quotient 36 pi V^2 / A^3 of a solid: a tube has 4.5 radius/length, a wall 14 thickness^2/area.
 constexpr double kLeastQuotient = 2e-3;
-constexpr double kSurfaceLattice = 2e6;  // cells
-constexpr int kSurfaceSteps = 3;         // to finer ones
-constexpr double kDebris = 4;            // surface cells by volume; smaller bubbles of an enclosure are no pieces
+constexpr double kSurfaceLattice = 2e6;             // cells
+constexpr int kSurfaceSteps = 3;                    // to finer ones
+constexpr std::size_t kMostDistances = 40'000'000;  // for a new surface: seconds, not hours
+constexpr double kDebris = 4;  // surface cells by volume; smaller bubbles of an enclosure are no pieces
 
 struct ShapeOfOrgan {
   std::vector<SolidShape> pieces;
@@ -48,12 +50,12 @@ struct ShapeOfOrgan {
 };
 
 /// The solid in a closed surface, or in one of several.
-void add_piece(ShapeOfOrgan& shape, const TriangleMesh& closed) {
-  auto solid = std::make_shared<mesh::Solid>(closed);
+void add_piece(ShapeOfOrgan& shape, const TriangleMesh& closed, const files::Pulse& pulse) {
+  auto solid = std::make_shared<mesh::Solid>(closed, pulse);
   shape.pieces.push_back(
       {.distance = [solid = solid.get()](const Eigen::Vector3d& x) { return solid->signed_distance(x); },
        .box = solid->bounds(),
-       .volume = mesh::inspect(closed).volume});
+       .volume = mesh::inspect(closed, pulse).volume});
   shape.holders.push_back(std::move(solid));
 }
 
@@ -141,11 +143,14 @@ std::shared_ptr<const LabelSolid> solid_of_labels(const OrganParts& organ, const
 
 ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& settings,
                                const ImportProgress& progress, ImportReport& report) {
-  progress(fmt::format("{}: welding {} parts", organ.id, organ.parts.size()), 0);
+  const files::Pulse pulse = [&, task = fmt::format("{}: welding {} parts", organ.id, organ.parts.size())] {
+    progress(task, 0);
+  };
+  pulse.now();
   const TriangleMesh soup = merged(organ);
   const std::string& where = organ.parts.front()->place;
-  TriangleMesh clean = mesh::clean_surface(soup, where, &report.turned);
-  const SurfaceReport surface = mesh::inspect(clean);
+  TriangleMesh clean = mesh::clean_surface(soup, where, &report.turned, pulse);
+  const SurfaceReport surface = mesh::inspect(clean, pulse);
   if (const double width = surface.bounds.sizes().maxCoeff(); width < kLeastWidth) {
     throw ContentError(fmt::format("{}: {} is {:.3g} mm wide, too small for an organ; {}", where, organ.id,
                                    width * 1e3,
@@ -161,13 +166,13 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
   if (!settings.gap) {
     try {
       const bool as_it_is = !settings.solid && surface.closed() && surface.oriented();
-      TriangleMesh closed = as_it_is ? clean : mesh::solid_surface(clean, where);
-      const auto outer =
-          as_it_is ? std::optional(mesh::OuterPieces{.pieces = {std::move(closed)}}) : mesh::outer_pieces(closed);
+      TriangleMesh closed = as_it_is ? clean : mesh::solid_surface(clean, where, pulse);
+      const auto outer = as_it_is ? std::optional(mesh::OuterPieces{.pieces = {std::move(closed)}})
+                                  : mesh::outer_pieces(closed, pulse);
       if (outer) {
         ShapeOfOrgan shape;
         for (const TriangleMesh& piece : outer->pieces) {
-          add_piece(shape, piece);
+          add_piece(shape, piece, pulse);
           append(shape.surface, piece);
         }
         if (outer->inner > 0) {
@@ -190,30 +195,37 @@ ShapeOfOrgan shape_of_surfaces(const OrganParts& organ, const ImportSettings& se
 void make_new_surface(const OrganParts& organ, const ImportSettings& settings, const ImportProgress& progress,
                       ShapeOfOrgan& shape) {
   const std::string task = fmt::format("{}: new surface", organ.id);
+  const files::Pulse pulse = [&] { progress(task, 0); };
   const SolidShape whole = shape.pieces.front();
   // Finer where little of the box is filled, as long as the lattice is not too large.
   const Eigen::Vector3d size = whole.box.sizes();
   const double finest = std::cbrt(size.prod() / kSurfaceLattice);
   double cell = std::max(finest, std::min(size.norm(), 3.5 * std::cbrt(whole.volume)) / settings.surface_cells);
+  std::size_t distances = 0;  // of all steps
   const auto surface_of = [&] {
-    std::size_t distances = 0;
     const mesh::SignedDistance watched = [&](const Eigen::Vector3d& x) {
-      if (++distances % 4096 == 0) progress(task, 0);
+      pulse(files::Pulse::kDistance);
+      if (++distances > kMostDistances) {
+        throw ContentError(fmt::format(
+            "{}: {} takes more than {:.2g} looks at its surface, with cells of {:.3g} mm: it is long, thin "
+            "or ragged; split it into parts, or leave it out",
+            organ.parts.front()->place, organ.id, static_cast<double>(kMostDistances), cell * 1e3));
+      }
       return whole.distance(x);
     };
-    return mesh::boundary_surface(mesh::stuff(watched, whole.box, cell, 2, mesh::Parts::all)).mesh;
+    return mesh::boundary_surface(mesh::stuff(watched, whole.box, cell, 2, mesh::Parts::all, pulse), pulse).mesh;
   };
   TriangleMesh made = surface_of();
   if (organ.file->image) {  // whose volume is exact: what is a few voxels thick may need finer cells
     for (int step = 0; step < kSurfaceSteps && 0.7 * cell > finest; ++step) {
-      if (std::abs(mesh::inspect(made).volume / whole.volume - 1) <= settings.volume_error) break;
+      if (std::abs(mesh::inspect(made, pulse).volume / whole.volume - 1) <= settings.volume_error) break;
       cell *= 0.7;
       made = surface_of();
     }
   }
-  std::vector<TriangleMesh> surfaces = mesh::connected_pieces(made);
+  std::vector<TriangleMesh> surfaces = mesh::connected_pieces(made, pulse);
   std::erase_if(surfaces, [&](const TriangleMesh& piece) {
-    return mesh::inspect(piece).volume < kDebris * cell * cell * cell;
+    return mesh::inspect(piece, pulse).volume < kDebris * cell * cell * cell;
   });
   if (surfaces.empty()) {
     throw ContentError(fmt::format("{}: {} is thinner than {:.2g} mm everywhere; there is nothing to fill",
@@ -222,9 +234,9 @@ void make_new_surface(const OrganParts& organ, const ImportSettings& settings, c
   for (const TriangleMesh& surface : surfaces) append(shape.surface, surface);
   if (surfaces.size() == 1) return;
   ShapeOfOrgan pieces;
-  for (const TriangleMesh& surface : surfaces) add_piece(pieces, surface);
+  for (const TriangleMesh& surface : surfaces) add_piece(pieces, surface, pulse);
   // The shape itself, of which the new surface is an image, near that of the piece.
-  const double scale = whole.volume / mesh::inspect(shape.surface).volume;
+  const double scale = whole.volume / mesh::inspect(shape.surface, pulse).volume;
   for (SolidShape& piece : pieces.pieces) {
     piece.distance = [all = whole.distance, near = piece.distance, slack = cell / 2](const Eigen::Vector3d& x) {
       const double distance = all(x);

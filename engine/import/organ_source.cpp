@@ -53,9 +53,9 @@ bool fits(const std::string& pattern, const std::string& text) {
   return ::fnmatch(pattern.c_str(), text.c_str(), FNM_CASEFOLD) == 0;
 }
 
-SourceFile from_gltf(std::span<const std::byte> bytes, const std::filesystem::path& path) {
+SourceFile from_gltf(std::span<const std::byte> bytes, const std::filesystem::path& path, const files::Pulse& pulse) {
   SourceFile file{.path = path, .format = "glTF", .parts = {}, .image = {}, .assumptions = {}, .warnings = {}};
-  gltf::GltfScene scene = gltf::read_gltf(bytes, path);
+  gltf::GltfScene scene = gltf::read_gltf(bytes, path, {}, pulse);
   for (gltf::GltfOrgan& organ : scene.organs) {
     file.parts.push_back({.name = std::move(organ.name),
                           .place = path.string() + ":/" + organ.place,
@@ -156,28 +156,28 @@ OrganRequest by_annotation(const SourcePart& part, const std::set<std::string>& 
 
 }  // namespace
 
-SourceFile read_source(const std::filesystem::path& path, const SourceSettings& settings) {
+SourceFile read_source(const std::filesystem::path& path, const SourceSettings& settings, const files::Pulse& pulse) {
   const std::string text = files::read_file(path, kFileBytes);
   const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
   const std::string ending = lower(path.extension().string());
   const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
   SourceFile file;
   if (text.starts_with("glTF") || (first != std::string::npos && text[first] == '{')) {
-    file = from_gltf(bytes, path);
+    file = from_gltf(bytes, path, pulse);
   } else if (looks_like_nifti(bytes)) {
-    file = from_labels(read_nifti_labels(bytes, path), path);
+    file = from_labels(read_nifti_labels(bytes, path, {}, pulse), path);
   } else if (looks_like_stl(bytes) || ending == ".stl") {  // by its name: to hear what is wrong with it
-    file = from_surfaces(read_stl(bytes, path), path, "STL", settings);
+    file = from_surfaces(read_stl(bytes, path, {}, pulse), path, "STL", settings);
   } else if (ending == ".obj" || text.starts_with("v ") || text.find("\nv ") != std::string::npos) {
-    file = from_surfaces(read_obj(bytes, path), path, "OBJ", settings);
+    file = from_surfaces(read_obj(bytes, path, {}, pulse), path, "OBJ", settings);
   } else {
     throw ContentError(path.string() + ": is neither glTF, STL, OBJ nor NIfTI; export it as one of these");
   }
   return file;
 }
 
-std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
-                                     const std::vector<OrganRequest>& requests) {
+std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files, const std::vector<OrganRequest>& requests,
+                                     const files::Pulse& pulse) {
   std::vector<OrganParts> organs;
   std::map<std::string, std::size_t> index;
   const auto add = [&](const SourceFile& file, const OrganRequest& request, const SourcePart& part) {
@@ -206,6 +206,7 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
       bool fitted = false;
       for (const SourceFile& file : files) {
         for (const SourcePart& part : file.parts) {
+          pulse(64);
           const bool by_number = part.label >= 0 && fits(pattern, fmt::format("label_{}", part.label));
           if (!by_number && !fits(pattern, part.name)) continue;
           add(file, request, part);
@@ -226,6 +227,7 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
     const std::set<std::string> boundaries = boundary_ids(file);
     std::vector<const SourcePart*> patches;
     for (const SourcePart& part : file.parts) {
+      pulse(64);
       if (annotated) {
         if (!part.organ.id.empty() && part.organ.role != "ignore") add(file, by_annotation(part, boundaries), part);
         continue;
@@ -233,7 +235,7 @@ std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files,
       bool whole = part.label >= 0;
       if (!whole) {
         try {
-          mesh::solid_surface(part.mesh, part.place);
+          mesh::solid_surface(part.mesh, part.place, pulse);
           whole = true;
         } catch (const ContentError&) {
           whole = false;  // a patch of something

@@ -1,6 +1,7 @@
 // What an author gives: files of surfaces or labels, and which parts of them make which organ.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/gltf/gltf.h"
 #include "engine/import/nifti.h"
 #include "engine/import/source_surface.h"
@@ -40,7 +41,9 @@ struct SourceSettings {
 };
 
 /// Reads a file, whatever its name ends with. @throws files::ContentError
-SourceFile read_source(const std::filesystem::path& path, const SourceSettings& settings);
+/// @param pulse  called often meanwhile; may throw to end it
+SourceFile read_source(const std::filesystem::path& path, const SourceSettings& settings,
+                       const files::Pulse& pulse = {});
 
 /// Parts that make one organ.
 struct OrganRequest {
@@ -70,6 +73,8 @@ struct OrganParts {
 /// file.
 /// @throws files::ContentError  a pattern that fits nothing, with the names there are; an organ in two files
 /// where that was not allowed, or one of them a volume; without requests: more than 2000 organs
-std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files, const std::vector<OrganRequest>& requests);
+/// @param pulse  called often meanwhile; may throw to end it
+std::vector<OrganParts> assign_parts(const std::vector<SourceFile>& files, const std::vector<OrganRequest>& requests,
+                                     const files::Pulse& pulse = {});
 
 }  // namespace stylet::import

@@ -2,6 +2,7 @@
 
 #include "engine/files/error.h"
 #include "engine/import/derived_body.h"
+#include "engine/files/pulse.h"
 #include "engine/import/derived_wall.h"
 #include "engine/import/scene_placement.h"
 #include "engine/import/scene_survey.h"
@@ -76,6 +77,10 @@ private:
     return *std::find_if(made_.begin(), made_.end(), [&](const Made& organ) { return organ.side->id == id; });
   }
 
+  files::Pulse pulse(const std::string& task) const {
+    return [this, task] { progress_(task, 0); };
+  }
+
   std::string tissue_of(const SideOrgan& organ, const OrganParts& parts) const {
     std::string tissue = organ.tissue;
     for (const SourcePart* part : parts.parts) {
@@ -109,7 +114,8 @@ private:
       }
       std::vector<OrganParts> parts;
       try {
-        parts = assign_parts(files_, {{.id = organ.id, .patterns = organ.parts, .of_several_files = true}});
+        parts = assign_parts(files_, {{.id = organ.id, .patterns = organ.parts, .of_several_files = true}},
+                             pulse("reading " + organ.id));
       } catch (const ContentError& error) {
         fail(organ.pointer + "/parts", error.what());
       }
@@ -130,7 +136,8 @@ private:
       if (organ.role == "visual" && !parts.front().file->image) {
         TriangleMesh soup;
         for (const SourcePart* part : parts.front().parts) append(soup, part->mesh);
-        made.surface = mesh::clean_surface(soup, parts.front().parts.front()->place);
+        made.surface =
+            mesh::clean_surface(soup, parts.front().parts.front()->place, nullptr, pulse("reading " + organ.id));
       } else {
         ImportedOrgan imported = import_surface(parts.front(), {.solid = organ.deformable}, progress_);
         made.account.notes = imported.report.notes;
@@ -259,7 +266,7 @@ private:
       inside.push_back(solids.back().get());
     }
     std::vector<WallSurface> layers =
-        derive_wall(wall, scene_.entry, *body_, inside, side_.path.string() + ":" + wall.pointer);
+        derive_wall(wall, scene_.entry, *body_, inside, side_.path.string() + ":" + wall.pointer, pulse(wall.id));
     scene_.wall_depth = wall.depth;
     drop_far_holders(layers.front().surface);
     scene_.bodies.push_back({.id = wall.id,
@@ -298,11 +305,13 @@ private:
   }
 
   /// The part of an organ on one side of a distance from its body; empty: nothing there.
-  static TriangleMesh part_of(const Solid& organ, const Solid& body, double within, double side) {
+  TriangleMesh part_of(const Solid& organ, const Solid& body, double within, double side) const {
+    const files::Pulse parting = pulse("parting an organ");
     const auto distance = [&](const Eigen::Vector3d& x) {
       return std::max(organ.signed_distance(x), side * (body.signed_distance(x) - within));
     };
-    return mesh::boundary_surface(mesh::stuff(distance, organ.bounds(), kSplitCell, 2)).mesh;
+    return mesh::boundary_surface(mesh::stuff(distance, organ.bounds(), kSplitCell, 2, mesh::Parts::largest, parting))
+        .mesh;
   }
 
   void add_organ(Made& organ) {
@@ -353,7 +362,7 @@ private:
   }
 
   void add(AnnotatedSurface surface, SceneOrgan account) {
-    surface.mesh = thin_out(surface.mesh, kThinOut);
+    surface.mesh = thin_out(surface.mesh, kThinOut, pulse("thinning out " + surface.name));
     const mesh::SurfaceReport report = mesh::inspect(surface.mesh);
     account.id = surface.name;
     account.role = surface.role;

@@ -39,8 +39,9 @@ bool is_binary(std::span<const std::byte> bytes) {
 
 class StlReader {
 public:
-  StlReader(std::span<const std::byte> bytes, const std::filesystem::path& name, const SurfaceLimits& limits)
-      : bytes_(bytes), name_(name), limits_(limits) {}
+  StlReader(std::span<const std::byte> bytes, const std::filesystem::path& name, const SurfaceLimits& limits,
+            const files::Pulse& pulse)
+      : bytes_(bytes), name_(name), limits_(limits), pulse_(pulse) {}
 
   SurfaceFile read() {
     if (is_binary(bytes_)) {
@@ -87,6 +88,7 @@ private:
     file_.surfaces.push_back({.name = name_.stem().string(), .mesh = {}});
     const std::size_t count = declared_triangles(bytes_);
     for (std::size_t t = 0; t < count; ++t) {
+      pulse_(8);
       std::array<float, 12> numbers;
       std::memcpy(numbers.data(), bytes_.data() + kHeaderBytes + 4 + t * kTriangleBytes, sizeof numbers);
       std::array<Eigen::Vector3d, 3> corners;
@@ -102,6 +104,7 @@ private:
     std::array<Eigen::Vector3d, 3> corners;
     std::size_t corner = 0;
     while (scanner.next_line()) {
+      pulse_(8);
       const std::string_view keyword = scanner.word();
       const auto place = [&] { return fmt::format("{}", scanner.line_number()); };
       if (keyword == "solid") {
@@ -149,6 +152,7 @@ private:
   std::span<const std::byte> bytes_;
   const std::filesystem::path& name_;
   const SurfaceLimits& limits_;
+  const files::Pulse& pulse_;
   SurfaceFile file_;
   std::size_t triangles_ = 0;
 };
@@ -159,9 +163,9 @@ bool looks_like_stl(std::span<const std::byte> bytes) {
   return is_binary(bytes) || text_of(bytes).starts_with("solid");
 }
 
-SurfaceFile read_stl(std::span<const std::byte> bytes, const std::filesystem::path& name,
-                     const SurfaceLimits& limits) {
-  return StlReader(bytes, name, limits).read();
+SurfaceFile read_stl(std::span<const std::byte> bytes, const std::filesystem::path& name, const SurfaceLimits& limits,
+                     const files::Pulse& pulse) {
+  return StlReader(bytes, name, limits, pulse).read();
 }
 
 }  // namespace stylet::import

@@ -1,6 +1,7 @@
 // Fewer triangles for the same surface.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/mesh/triangle_mesh.h"
 
 namespace stylet::import {
@@ -10,6 +11,7 @@ namespace stylet::import {
 /// stay closed, borders stay where they are. What is no two-manifold, or would
 /// change its volume by more than 0.3 %, comes back as it is. The same input gives the
 /// same bits.
-mesh::TriangleMesh thin_out(const mesh::TriangleMesh& mesh, double error);
+/// @param pulse  called often meanwhile; may throw to end it
+mesh::TriangleMesh thin_out(const mesh::TriangleMesh& mesh, double error, const files::Pulse& pulse = {});
 
 }  // namespace stylet::import

@@ -8,13 +8,26 @@
 #include <OpenMesh/Tools/Decimater/ModEdgeLengthT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
+#include <OpenMesh/Tools/Decimater/Observer.hh>
 
+#include <cstddef>
 #include <vector>
 
 namespace stylet::mesh {
 namespace {
 
 using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble>;
+
+/// Told of every so many collapses.
+class CollapseWatch final : public OpenMesh::Decimater::Observer {
+public:
+  explicit CollapseWatch(const files::Pulse& pulse) : Observer(kCollapses), pulse_(pulse) {}
+  void notify(std::size_t /*step*/) override { pulse_.now(); }
+
+private:
+  static constexpr std::size_t kCollapses = 1000;
+  const files::Pulse& pulse_;
+};
 
 std::vector<std::array<std::uint32_t, 3>> triangles_of(const HalfEdgeMesh& half_edges) {
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -28,8 +41,9 @@ std::vector<std::array<std::uint32_t, 3>> triangles_of(const HalfEdgeMesh& half_
 }
 
 /// Marks as deleted what the collapses take; nothing is collected. @return it can be collapsed at all
-bool collapse(HalfEdgeMesh& half_edges, const TriangleMesh& mesh, const DecimationLimits& limits) {
-  const SurfaceReport report = inspect(mesh);
+bool collapse(HalfEdgeMesh& half_edges, const TriangleMesh& mesh, const DecimationLimits& limits,
+              const files::Pulse& pulse) {
+  const SurfaceReport report = inspect(mesh, pulse);
   if (report.non_manifold_edges > 0 || report.misoriented_edges > 0) return false;
   // What is deleted is remembered beyond the decimater.
   half_edges.request_vertex_status();
@@ -37,8 +51,14 @@ bool collapse(HalfEdgeMesh& half_edges, const TriangleMesh& mesh, const Decimati
   half_edges.request_halfedge_status();
   half_edges.request_face_status();
   std::vector<OpenMesh::VertexHandle> handles;
-  for (const Eigen::Vector3d& x : mesh.vertices) handles.push_back(half_edges.add_vertex({x.x(), x.y(), x.z()}));
-  for (const auto& t : mesh.triangles) half_edges.add_face(handles[t[0]], handles[t[1]], handles[t[2]]);
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    pulse();
+    handles.push_back(half_edges.add_vertex({x.x(), x.y(), x.z()}));
+  }
+  for (const auto& t : mesh.triangles) {
+    pulse();
+    half_edges.add_face(handles[t[0]], handles[t[1]], handles[t[2]]);
+  }
   if (half_edges.n_faces() != mesh.triangles.size()) return false;  // pinched
 
   half_edges.request_face_normals();
@@ -67,7 +87,10 @@ bool collapse(HalfEdgeMesh& half_edges, const TriangleMesh& mesh, const Decimati
     decimater.add(edge);
     decimater.module(edge).set_edge_length(static_cast<float>(*limits.edge));
   }
+  pulse.now();
   decimater.initialize();
+  CollapseWatch watch(pulse);
+  decimater.set_observer(&watch);
   if (limits.triangles > 0) {
     decimater.decimate_to_faces(0, limits.triangles);
   } else {
@@ -78,9 +101,9 @@ bool collapse(HalfEdgeMesh& half_edges, const TriangleMesh& mesh, const Decimati
 
 }  // namespace
 
-TriangleMesh decimate(const TriangleMesh& mesh, const DecimationLimits& limits) {
+TriangleMesh decimate(const TriangleMesh& mesh, const DecimationLimits& limits, const files::Pulse& pulse) {
   HalfEdgeMesh half_edges;
-  if (!collapse(half_edges, mesh, limits)) return mesh;
+  if (!collapse(half_edges, mesh, limits, pulse)) return mesh;
   half_edges.garbage_collection();
   TriangleMesh result;
   for (const auto vertex : half_edges.vertices()) {
@@ -94,7 +117,7 @@ TriangleMesh decimate(const TriangleMesh& mesh, const DecimationLimits& limits) 
 std::vector<std::array<std::uint32_t, 3>> decimated_triangles(const TriangleMesh& mesh,
                                                               const DecimationLimits& limits) {
   HalfEdgeMesh half_edges;
-  return collapse(half_edges, mesh, limits) ? triangles_of(half_edges) : mesh.triangles;
+  return collapse(half_edges, mesh, limits, {}) ? triangles_of(half_edges) : mesh.triangles;
 }
 
 }  // namespace stylet::mesh

@@ -1,6 +1,7 @@
 // Fewer triangles for the same surface.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/mesh/triangle_mesh.h"
 
 #include <array>
@@ -23,7 +24,8 @@ struct DecimationLimits {
 
 /// By collapses of least quadric error (Garland and Heckbert 1997). Open edges stay. What half-edges cannot hold
 /// (three triangles at an edge, two fans at a vertex) comes back as it is. Deterministic.
-TriangleMesh decimate(const TriangleMesh& mesh, const DecimationLimits& limits);
+/// @param pulse  called often meanwhile; may throw to end it
+TriangleMesh decimate(const TriangleMesh& mesh, const DecimationLimits& limits, const files::Pulse& pulse = {});
 /// The same on the vertices as they are: the triangles that are left, of vertices of `mesh`. A collapse moves none,
 /// so what a vertex carries (a normal, what deforms it) stays right.
 std::vector<std::array<std::uint32_t, 3>> decimated_triangles(const TriangleMesh& mesh,

@@ -14,7 +14,7 @@ constexpr std::uint32_t kLeafTriangles = 4;
 
 }  // namespace
 
-Solid::Solid(TriangleMesh surface) : surface_(std::move(surface)) {
+Solid::Solid(TriangleMesh surface, const files::Pulse& pulse) : surface_(std::move(surface)) {
   const std::size_t count = surface_.triangles.size();
   vertex_normals_.assign(surface_.vertices.size(), Eigen::Vector3d::Zero());
   edge_normals_.resize(count);
@@ -27,6 +27,7 @@ Solid::Solid(TriangleMesh surface) : surface_(std::move(surface)) {
   edges.reserve(3 * count);
   std::vector<Eigen::Vector3d> face_normals(count);
   for (std::uint32_t t = 0; t < count; ++t) {
+    pulse(4);
     const auto& v = surface_.triangles[t];
     const std::array<Eigen::Vector3d, 3> x{surface_.vertices[v[0]], surface_.vertices[v[1]], surface_.vertices[v[2]]};
     face_normals[t] = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();
@@ -40,10 +41,12 @@ Solid::Solid(TriangleMesh surface) : surface_(std::move(surface)) {
     }
   }
   for (Eigen::Vector3d& n : vertex_normals_) n.stableNormalize();
-  std::sort(edges.begin(), edges.end(), [](const EdgeUse& a, const EdgeUse& b) {
+  std::sort(edges.begin(), edges.end(), [&](const EdgeUse& a, const EdgeUse& b) {
+    pulse();
     return std::array{a.low, a.high, a.triangle} < std::array{b.low, b.high, b.triangle};
   });
   for (std::size_t first = 0; first < edges.size();) {
+    pulse();
     std::size_t last = first;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (; last < edges.size() && edges[last].low == edges[first].low && edges[last].high == edges[first].high;
@@ -56,15 +59,17 @@ Solid::Solid(TriangleMesh surface) : surface_(std::move(surface)) {
   order_.resize(count);
   std::iota(order_.begin(), order_.end(), 0U);
   nodes_.reserve(count);
-  build(0, static_cast<std::uint32_t>(count), boxes);
+  build(0, static_cast<std::uint32_t>(count), boxes, pulse);
 }
 
-std::uint32_t Solid::build(std::uint32_t first, std::uint32_t count, const std::vector<Eigen::AlignedBox3d>& boxes) {
+std::uint32_t Solid::build(std::uint32_t first, std::uint32_t count, const std::vector<Eigen::AlignedBox3d>& boxes,
+                           const files::Pulse& pulse) {
   const auto index = static_cast<std::uint32_t>(nodes_.size());
   nodes_.emplace_back();
   Eigen::AlignedBox3d box;
   Eigen::AlignedBox3d centres;
   for (std::uint32_t i = first; i < first + count; ++i) {
+    pulse();
     box.extend(boxes[order_[i]]);
     centres.extend(boxes[order_[i]].center());
   }
@@ -84,8 +89,8 @@ std::uint32_t Solid::build(std::uint32_t first, std::uint32_t count, const std::
     const double cb = boxes[b].center()[axis];
     return ca != cb ? ca < cb : a < b;
   });
-  build(first, half, boxes);
-  const std::uint32_t right = build(first + half, count - half, boxes);
+  build(first, half, boxes, pulse);
+  const std::uint32_t right = build(first + half, count - half, boxes, pulse);
   nodes_[index].first = right;
   return index;
 }

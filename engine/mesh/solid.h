@@ -1,6 +1,7 @@
 // The solid inside a closed surface: distance to it, from a bounding volume hierarchy over its triangles.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
@@ -19,7 +20,8 @@ namespace stylet::mesh {
 /// Const access from several threads is safe.
 class Solid {
 public:
-  explicit Solid(TriangleMesh surface);
+  /// @param pulse  called often meanwhile; may throw to end it
+  explicit Solid(TriangleMesh surface, const files::Pulse& pulse = {});
 
   /// Metres, negative inside. O(log triangles).
   double signed_distance(const Eigen::Vector3d& point) const;
@@ -45,7 +47,8 @@ private:
     std::uint32_t first = 0;  ///< leaf: first entry of order_; inner: right child (the left one follows its parent)
     std::uint32_t count = 0;  ///< leaf: triangles; inner: 0
   };
-  std::uint32_t build(std::uint32_t first, std::uint32_t count, const std::vector<Eigen::AlignedBox3d>& boxes);
+  std::uint32_t build(std::uint32_t first, std::uint32_t count, const std::vector<Eigen::AlignedBox3d>& boxes,
+                      const files::Pulse& pulse);
 
   TriangleMesh surface_;
   std::vector<std::uint32_t> order_;  ///< triangles as the leaves list them

@@ -122,12 +122,20 @@ double root_fraction(const SignedDistance& distance, const Eigen::Vector3d& a, c
 
 class Stuffing {
 public:
-  Stuffing(const SignedDistance& distance, const Eigen::AlignedBox3d& box, double cell)
-      : distance_(distance), lattice_(box, cell), value_(lattice_.size()), node_of_(lattice_.size(), -1) {
+  Stuffing(const SignedDistance& distance, const Eigen::AlignedBox3d& box, double cell, const files::Pulse& pulse)
+      : distance_(distance),
+        pulse_(pulse),
+        lattice_(box, cell),
+        value_(lattice_.size()),
+        node_of_(lattice_.size(), -1) {
     position_.reserve(lattice_.size());
-    for (int p = 0; p < lattice_.size(); ++p) position_.push_back(lattice_.position(p));
+    for (int p = 0; p < lattice_.size(); ++p) {
+      pulse_();
+      position_.push_back(lattice_.position(p));
+    }
     measure({0, 0, 0}, lattice_.cells());
     for_each_tet(lattice_, [&](const Corners& tet) {
+      pulse_();
       for (const int p : tet) {
         if (value_[p] < 0) {
           tets_.push_back(tet);
@@ -140,7 +148,10 @@ public:
   }
 
   physics::TetMesh fill() {
-    for (const Corners& tet : tets_) fill(tet);
+    for (const Corners& tet : tets_) {
+      pulse_();
+      fill(tet);
+    }
     return std::move(mesh_);
   }
 
@@ -170,7 +181,10 @@ private:
       measure(begin, last);
       return;
     }
-    for_each_point(first, last, [&](int p) { value_[p] = distance_(position_[p]); });
+    for_each_point(first, last, [&](int p) {
+      pulse_();
+      value_[p] = distance_(position_[p]);
+    });
   }
 
   template <typename Visit>
@@ -190,6 +204,7 @@ private:
 
   void find_cuts() {
     for (const Corners& tet : tets_) {
+      pulse_();
       for (int i = 0; i < 4; ++i) {
         for (int j = i + 1; j < 4; ++j) {
           if (value_[tet[i]] * value_[tet[j]] < 0) {
@@ -198,11 +213,15 @@ private:
         }
       }
     }
-    const auto before = [](const Cut& x, const Cut& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; };
+    const auto before = [this](const Cut& x, const Cut& y) {
+      pulse_();
+      return x.a != y.a ? x.a < y.a : x.b < y.b;
+    };
     std::sort(cuts_.begin(), cuts_.end(), before);
     const auto same = [](const Cut& x, const Cut& y) { return x.a == y.a && x.b == y.b; };
     cuts_.erase(std::unique(cuts_.begin(), cuts_.end(), same), cuts_.end());
     for (Cut& cut : cuts_) {
+      pulse_(8);
       cut.fraction = root_fraction(distance_, position_[cut.a], position_[cut.b], value_[cut.a], value_[cut.b]);
       cut.point = position_[cut.a] + cut.fraction * (position_[cut.b] - position_[cut.a]);
     }
@@ -224,6 +243,7 @@ private:
       cuts_at[cuts_[c].b].push_back(static_cast<int>(c));
     }
     for (int p = 0; p < lattice_.size(); ++p) {
+      pulse_();
       double nearest = std::numeric_limits<double>::infinity();
       const Cut* chosen = nullptr;
       for (const int c : cuts_at[p]) {
@@ -363,6 +383,7 @@ private:
   }
 
   const SignedDistance& distance_;
+  const files::Pulse& pulse_;
   Lattice lattice_;
   std::vector<Eigen::Vector3d> position_;  // of lattice points, warped
   std::vector<double> value_;              // distance there, 0 once warped
@@ -375,9 +396,9 @@ private:
 }  // namespace
 
 physics::TetMesh stuff(const SignedDistance& distance, const Eigen::AlignedBox3d& box, double cell, int smoothing,
-                       Parts parts) {
-  physics::TetMesh mesh = Stuffing(distance, box, cell).fill();
-  keep_manifold_part(mesh, parts);
+                       Parts parts, const files::Pulse& pulse) {
+  physics::TetMesh mesh = Stuffing(distance, box, cell, pulse).fill();
+  keep_manifold_part(mesh, parts, pulse);
   smooth(mesh, distance, cell, smoothing);
   return mesh;
 }

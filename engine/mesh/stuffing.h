@@ -6,6 +6,7 @@
 // are removed and nodes are smoothed so that the worst dihedral angle rises.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/mesh/tet_manifold.h"
 #include "physics/tissue/tet_mesh.h"
 
@@ -24,9 +25,10 @@ using SignedDistance = std::function<double(const Eigen::Vector3d&)>;
 /// @param cell           edge of the lattice's cubic cell, m; inner nodes are sqrt(3)/2 cell apart. Features thinner
 ///                       than a cell may vanish
 /// @param smoothing      passes of quality smoothing
+/// @param pulse          called often meanwhile; may throw to end it
 /// @return positively oriented tetrahedra with a two-manifold boundary, no unused nodes; empty where the solid is
 ///         smaller than the lattice resolves. The same input gives the same bits.
 physics::TetMesh stuff(const SignedDistance& distance, const Eigen::AlignedBox3d& box, double cell, int smoothing = 6,
-                       Parts parts = Parts::largest);
+                       Parts parts = Parts::largest, const files::Pulse& pulse = {});
 
 }  // namespace stylet::mesh

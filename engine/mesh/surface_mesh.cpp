@@ -27,17 +27,19 @@ struct EdgeUse {
 };
 
 // The three edges of every triangle, grouped by edge.
-std::vector<EdgeUse> sorted_edges(const TriangleMesh& mesh) {
+std::vector<EdgeUse> sorted_edges(const TriangleMesh& mesh, const files::Pulse& pulse) {
   std::vector<EdgeUse> edges;
   edges.reserve(3 * mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    pulse();
     for (int i = 0; i < 3; ++i) {
       const std::uint32_t a = mesh.triangles[t][i];
       const std::uint32_t b = mesh.triangles[t][(i + 1) % 3];
       edges.push_back({std::min(a, b), std::max(a, b), t, a < b});
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const EdgeUse& a, const EdgeUse& b) {
+  std::sort(edges.begin(), edges.end(), [&](const EdgeUse& a, const EdgeUse& b) {
+    pulse();
     return std::array{a.low, a.high, a.triangle} < std::array{b.low, b.high, b.triangle};
   });
   return edges;
@@ -76,14 +78,17 @@ void check_soup(const TriangleMesh& soup, std::string_view where) {
 }
 
 // Vertices with the same coordinates become the first of them.
-std::vector<std::uint32_t> weld_map(const std::vector<Eigen::Vector3d>& vertices) {
+std::vector<std::uint32_t> weld_map(const std::vector<Eigen::Vector3d>& vertices, const files::Pulse& pulse) {
   std::vector<std::uint32_t> order(vertices.size());
   std::iota(order.begin(), order.end(), 0U);
   const auto key = [&](std::uint32_t v) { return std::array{vertices[v].x(), vertices[v].y(), vertices[v].z()}; };
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    pulse();
+    return key(a) != key(b) ? key(a) < key(b) : a < b;
+  });
   std::vector<std::uint32_t> map(vertices.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
+    pulse();
     const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
     map[order[i]] = same ? map[order[i - 1]] : order[i];
   }
@@ -91,7 +96,7 @@ std::vector<std::uint32_t> weld_map(const std::vector<Eigen::Vector3d>& vertices
 }
 
 std::vector<std::array<std::uint32_t, 3>> without_degenerate_and_duplicate(
-    std::vector<std::array<std::uint32_t, 3>> triangles) {
+    std::vector<std::array<std::uint32_t, 3>> triangles, const files::Pulse& pulse) {
   struct Keyed {
     std::array<std::uint32_t, 3> key;
     std::uint32_t index;
@@ -102,12 +107,17 @@ std::vector<std::array<std::uint32_t, 3>> without_degenerate_and_duplicate(
     std::sort(key.begin(), key.end());
     if (key[0] != key[1] && key[1] != key[2]) keyed.push_back({key, t});
   }
-  std::sort(keyed.begin(), keyed.end(),
-            [](const Keyed& a, const Keyed& b) { return a.key != b.key ? a.key < b.key : a.index < b.index; });
+  std::sort(keyed.begin(), keyed.end(), [&](const Keyed& a, const Keyed& b) {
+    pulse();
+    return a.key != b.key ? a.key < b.key : a.index < b.index;
+  });
   const auto last =
       std::unique(keyed.begin(), keyed.end(), [](const Keyed& a, const Keyed& b) { return a.key == b.key; });
   keyed.erase(last, keyed.end());
-  std::sort(keyed.begin(), keyed.end(), [](const Keyed& a, const Keyed& b) { return a.index < b.index; });
+  std::sort(keyed.begin(), keyed.end(), [&](const Keyed& a, const Keyed& b) {
+    pulse();
+    return a.index < b.index;
+  });
   std::vector<std::array<std::uint32_t, 3>> kept;
   kept.reserve(keyed.size());
   for (const Keyed& k : keyed) kept.push_back(triangles[k.index]);
@@ -115,14 +125,15 @@ std::vector<std::array<std::uint32_t, 3>> without_degenerate_and_duplicate(
 }
 
 // Turns triangles so that neighbours across a two-triangle edge agree, then each such component outward. -> how many
-std::size_t orient(TriangleMesh& mesh) {
+std::size_t orient(TriangleMesh& mesh, const files::Pulse& pulse) {
   struct Neighbour {
     std::uint32_t triangle;
     bool agrees;
   };
   std::vector<std::vector<Neighbour>> neighbours(mesh.triangles.size());
-  const std::vector<EdgeUse> edges = sorted_edges(mesh);
+  const std::vector<EdgeUse> edges = sorted_edges(mesh, pulse);
   for_each_edge(edges, [&](std::size_t first, std::size_t last) {
+    pulse();
     if (last - first != 2) return;
     const EdgeUse& a = edges[first];
     const EdgeUse& b = edges[first + 1];
@@ -138,6 +149,7 @@ std::size_t orient(TriangleMesh& mesh) {
     seen[seed] = 1;
     double volume6 = 0;
     for (std::size_t i = 0; i < component.size(); ++i) {
+      pulse();
       const std::uint32_t t = component[i];
       volume6 += (flip[t] ? -1 : 1) * signed_volume6(mesh, mesh.triangles[t]);
       for (const Neighbour& n : neighbours[t]) {
@@ -157,13 +169,15 @@ std::size_t orient(TriangleMesh& mesh) {
 }
 
 // Vertices where more than one fan of triangles meets: they pass the edge counts of a closed surface.
-int pinched_vertices(const TriangleMesh& mesh) {
+int pinched_vertices(const TriangleMesh& mesh, const files::Pulse& pulse) {
   std::vector<std::vector<std::uint32_t>> triangles_at(mesh.vertices.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    pulse();
     for (const std::uint32_t v : mesh.triangles[t]) triangles_at[v].push_back(t);
   }
   int pinched = 0;
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    pulse(triangles_at[v].size());
     // On a closed, oriented surface the edge that leaves v in one triangle comes back in the next of the fan.
     const auto& fan = triangles_at[v];
     const auto corner_after = [&](std::uint32_t t, int steps) {
@@ -187,18 +201,21 @@ int pinched_vertices(const TriangleMesh& mesh) {
 }
 
 // The half-edge structure as the judge of what was cleaned here: it takes every triangle as it is, or not.
-bool half_edges_agree(const TriangleMesh& mesh) {
+bool half_edges_agree(const TriangleMesh& mesh, const files::Pulse& pulse) {
   OpenMesh::TriMesh_ArrayKernelT<> half_edges;
   std::vector<OpenMesh::VertexHandle> handles;
   handles.reserve(mesh.vertices.size());
   for (const Eigen::Vector3d& x : mesh.vertices) {
+    pulse();
     const Eigen::Vector3f f = x.cast<float>();
     handles.push_back(half_edges.add_vertex({f.x(), f.y(), f.z()}));
   }
   for (const auto& t : mesh.triangles) {
+    pulse();
     if (!half_edges.add_face(handles[t[0]], handles[t[1]], handles[t[2]]).is_valid()) return false;
   }
   for (const auto edge : half_edges.edges()) {
+    pulse();
     if (half_edges.is_boundary(edge)) return false;
   }
   return half_edges.n_faces() == mesh.triangles.size() && half_edges.n_vertices() == mesh.vertices.size();
@@ -206,11 +223,11 @@ bool half_edges_agree(const TriangleMesh& mesh) {
 
 }  // namespace
 
-SurfaceReport inspect(const TriangleMesh& mesh) {
+SurfaceReport inspect(const TriangleMesh& mesh, const files::Pulse& pulse) {
   SurfaceReport report;
   report.vertices = static_cast<int>(mesh.vertices.size());
   report.triangles = static_cast<int>(mesh.triangles.size());
-  const std::vector<EdgeUse> edges = sorted_edges(mesh);
+  const std::vector<EdgeUse> edges = sorted_edges(mesh, pulse);
   for_each_edge(edges, [&](std::size_t first, std::size_t last) {
     if (last - first == 1) ++report.boundary_edges;
     if (last - first > 2) ++report.non_manifold_edges;
@@ -224,6 +241,7 @@ SurfaceReport inspect(const TriangleMesh& mesh) {
     return v;
   };
   for (const auto& t : mesh.triangles) {
+    pulse();
     const Eigen::Vector3d ab = mesh.vertices[t[1]] - mesh.vertices[t[0]];
     const Eigen::Vector3d ac = mesh.vertices[t[2]] - mesh.vertices[t[0]];
     report.area += ab.cross(ac).norm() / 2;
@@ -237,14 +255,15 @@ SurfaceReport inspect(const TriangleMesh& mesh) {
   return report;
 }
 
-TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where, std::size_t* turned) {
+TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where, std::size_t* turned,
+                           const files::Pulse& pulse) {
   check_soup(soup, where);
-  const std::vector<std::uint32_t> welded = weld_map(soup.vertices);
+  const std::vector<std::uint32_t> welded = weld_map(soup.vertices, pulse);
   TriangleMesh mesh{soup.vertices, soup.triangles};
   for (auto& t : mesh.triangles) {
     for (std::uint32_t& v : t) v = welded[v];
   }
-  mesh.triangles = without_degenerate_and_duplicate(std::move(mesh.triangles));
+  mesh.triangles = without_degenerate_and_duplicate(std::move(mesh.triangles), pulse);
   if (mesh.triangles.empty()) {
     throw files::ContentError(fmt::format("{}: no triangle with an area is left of {}; give the node a surface",
                                           where, soup.triangles.size()));
@@ -263,14 +282,14 @@ TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where, std
   for (auto& t : mesh.triangles) {
     for (std::uint32_t& v : t) v = compact[v];
   }
-  const std::size_t count = orient(mesh);
+  const std::size_t count = orient(mesh, pulse);
   if (turned != nullptr) *turned = count;
   return mesh;
 }
 
-TriangleMesh solid_surface(const TriangleMesh& soup, std::string_view where) {
-  TriangleMesh mesh = clean_surface(soup, where);
-  const SurfaceReport report = inspect(mesh);
+TriangleMesh solid_surface(const TriangleMesh& soup, std::string_view where, const files::Pulse& pulse) {
+  TriangleMesh mesh = clean_surface(soup, where, nullptr, pulse);
+  const SurfaceReport report = inspect(mesh, pulse);
   if (report.boundary_edges > 0) {
     throw files::ContentError(
         fmt::format("{}: the surface is open ({} boundary edges); close it, or add the nodes that "
@@ -286,11 +305,11 @@ TriangleMesh solid_surface(const TriangleMesh& soup, std::string_view where) {
     throw files::ContentError(fmt::format("{}: the surface is one-sided ({} edges cannot be oriented); rebuild it",
                                           where, report.misoriented_edges));
   }
-  if (const int pinched = pinched_vertices(mesh); pinched > 0) {
+  if (const int pinched = pinched_vertices(mesh, pulse); pinched > 0) {
     throw files::ContentError(
         fmt::format("{}: the surface touches itself in {} vertices; separate the parts there", where, pinched));
   }
-  if (!half_edges_agree(mesh)) {
+  if (!half_edges_agree(mesh, pulse)) {
     throw files::ContentError(
         fmt::format("{}: the surface is not a two-manifold; repair it in a mesh editor", where));
   }

@@ -4,6 +4,7 @@
 // and the half-edge mesh built from it must have the same counts.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/mesh/triangle_mesh.h"
 
 #include <Eigen/Core>
@@ -32,7 +33,8 @@ struct SurfaceReport {
   int euler_characteristic() const { return vertices - triangles / 2; }
 };
 
-SurfaceReport inspect(const TriangleMesh& mesh);
+/// @param pulse  of this and the others: called often meanwhile; may throw to end it
+SurfaceReport inspect(const TriangleMesh& mesh, const files::Pulse& pulse = {});
 
 /// Vertices with equal coordinates become one (exactly: positions of patches of one organ are bit-equal where they
 /// meet); degenerate and duplicate triangles and unused vertices are dropped; triangles of each edge-connected
@@ -40,11 +42,12 @@ SurfaceReport inspect(const TriangleMesh& mesh);
 /// @param where        named in the error: file and node
 /// @param[out] turned  triangles that faced the other way
 /// @throws ContentError  non-finite coordinate, index out of range, nothing left
-TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where, std::size_t* turned = nullptr);
+TriangleMesh clean_surface(const TriangleMesh& soup, std::string_view where, std::size_t* turned = nullptr,
+                           const files::Pulse& pulse = {});
 
 /// clean_surface(), then demands a solid: closed, two-manifold (also as OpenMesh sees it), not a thin double wall.
 /// @throws ContentError  also: open (n boundary edges), n non-manifold edges, watertight but not solid
-TriangleMesh solid_surface(const TriangleMesh& soup, std::string_view where);
+TriangleMesh solid_surface(const TriangleMesh& soup, std::string_view where, const files::Pulse& pulse = {});
 
 /// Unit normals by area-weighted average of the triangles at a vertex, outward where the surface is.  [vertices]
 std::vector<Eigen::Vector3f> smooth_normals(const TriangleMesh& mesh);

@@ -15,7 +15,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
 
-std::vector<TriangleMesh> connected_pieces(const TriangleMesh& surface) {
+std::vector<TriangleMesh> connected_pieces(const TriangleMesh& surface, const files::Pulse& pulse) {
   std::vector<std::uint32_t> root(surface.vertices.size());
   std::iota(root.begin(), root.end(), 0U);
   const auto find = [&](std::uint32_t v) {
@@ -23,6 +23,7 @@ std::vector<TriangleMesh> connected_pieces(const TriangleMesh& surface) {
     return v;
   };
   for (const auto& t : surface.triangles) {
+    pulse();
     root[find(t[1])] = find(t[0]);
     root[find(t[2])] = find(t[0]);
   }
@@ -30,6 +31,7 @@ std::vector<TriangleMesh> connected_pieces(const TriangleMesh& surface) {
   std::vector<std::uint32_t> piece_of(surface.vertices.size(), kNone);  // of the root
   std::vector<std::uint32_t> vertex_of(surface.vertices.size(), kNone);
   for (const auto& t : surface.triangles) {
+    pulse();
     std::uint32_t& piece = piece_of[find(t[0])];
     if (piece == kNone) {
       piece = static_cast<std::uint32_t>(pieces.size());
@@ -49,19 +51,20 @@ std::vector<TriangleMesh> connected_pieces(const TriangleMesh& surface) {
   return pieces;
 }
 
-std::optional<OuterPieces> outer_pieces(const TriangleMesh& closed) {
-  OuterPieces out{.pieces = connected_pieces(closed)};
+std::optional<OuterPieces> outer_pieces(const TriangleMesh& closed, const files::Pulse& pulse) {
+  OuterPieces out{.pieces = connected_pieces(closed, pulse)};
   const std::size_t count = out.pieces.size();
   if (count == 1) return out;
   if (count > kMostPieces) return std::nullopt;
   std::vector<std::unique_ptr<Solid>> solids;
-  for (const TriangleMesh& piece : out.pieces) solids.push_back(std::make_unique<Solid>(piece));
+  for (const TriangleMesh& piece : out.pieces) solids.push_back(std::make_unique<Solid>(piece, pulse));
   std::vector<char> inner(count, 0);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j < count; ++j) {
       if (i == j || !solids[i]->bounds().intersects(solids[j]->bounds())) continue;
       const auto& vertices = out.pieces[i].vertices;
       const auto within = std::count_if(vertices.begin(), vertices.end(), [&](const Eigen::Vector3d& v) {
+        pulse(files::Pulse::kDistance);
         return solids[j]->bounds().contains(v) && solids[j]->contains(v);
       });
       if (within == 0) continue;

@@ -70,13 +70,14 @@ std::vector<std::vector<std::size_t>> tets_at_nodes(const physics::TetMesh& mesh
   return at;
 }
 
-void mark_smaller_parts(const physics::TetMesh& mesh, std::vector<char>& drop) {
+void mark_smaller_parts(const physics::TetMesh& mesh, std::vector<char>& drop, const files::Pulse& pulse) {
   struct Face {
     std::array<int, 3> key;
     std::size_t tet;
   };
   std::vector<Face> faces;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    pulse();
     for (int skip = 0; skip < 4; ++skip) {
       std::array<int, 3> key{};
       for (int i = 0, k = 0; i < 4; ++i) {
@@ -86,8 +87,10 @@ void mark_smaller_parts(const physics::TetMesh& mesh, std::vector<char>& drop) {
       faces.push_back({key, t});
     }
   }
-  std::sort(faces.begin(), faces.end(),
-            [](const Face& a, const Face& b) { return a.key != b.key ? a.key < b.key : a.tet < b.tet; });
+  std::sort(faces.begin(), faces.end(), [&](const Face& a, const Face& b) {
+    pulse();
+    return a.key != b.key ? a.key < b.key : a.tet < b.tet;
+  });
   DisjointSets parts(mesh.tets.size());
   for (std::size_t i = 1; i < faces.size(); ++i) {
     if (faces[i].key == faces[i - 1].key) parts.join(faces[i - 1].tet, faces[i].tet);
@@ -100,8 +103,8 @@ void mark_smaller_parts(const physics::TetMesh& mesh, std::vector<char>& drop) {
   }
 }
 
-void mark_pinches(const physics::TetMesh& mesh, std::vector<char>& drop) {
-  const BoundarySurface boundary = boundary_surface(mesh);
+void mark_pinches(const physics::TetMesh& mesh, std::vector<char>& drop, const files::Pulse& pulse) {
+  const BoundarySurface boundary = boundary_surface(mesh, pulse);
   const auto at = tets_at_nodes(mesh);
 
   std::vector<std::array<int, 2>> edges;
@@ -130,6 +133,7 @@ void mark_pinches(const physics::TetMesh& mesh, std::vector<char>& drop) {
   if (std::find(drop.begin(), drop.end(), 1) != drop.end()) return;  // vertices are judged once edges are clean
 
   for (const int node : boundary.nodes) {
+    pulse(faces_at[node].size());
     // Umbrellas: boundary triangles at the node, joined where they share another node.
     const auto& fan = faces_at[node];
     DisjointSets umbrellas(fan.size());
@@ -179,14 +183,14 @@ void drop_unused_nodes(physics::TetMesh& mesh) {
 
 }  // namespace
 
-void keep_manifold_part(physics::TetMesh& mesh, Parts parts) {
+void keep_manifold_part(physics::TetMesh& mesh, Parts parts, const files::Pulse& pulse) {
   bool changed = true;
   while (changed && !mesh.tets.empty()) {  // ends: every round but the last takes tetrahedra away
     std::vector<char> drop(mesh.tets.size(), 0);
-    if (parts == Parts::largest) mark_smaller_parts(mesh, drop);
+    if (parts == Parts::largest) mark_smaller_parts(mesh, drop, pulse);
     changed = erase_marked(mesh, drop);
     drop.assign(mesh.tets.size(), 0);
-    mark_pinches(mesh, drop);
+    mark_pinches(mesh, drop, pulse);
     changed = erase_marked(mesh, drop) || changed;
   }
   drop_unused_nodes(mesh);

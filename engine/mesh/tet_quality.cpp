@@ -51,7 +51,7 @@ TetQuality tet_quality(const physics::TetMesh& mesh) {
   return quality;
 }
 
-BoundarySurface boundary_surface(const physics::TetMesh& mesh) {
+BoundarySurface boundary_surface(const physics::TetMesh& mesh, const files::Pulse& pulse) {
   // Faces of a positively oriented tetrahedron, counter-clockwise from outside.
   static constexpr std::array<std::array<int, 3>, 4> kFaces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   struct Face {
@@ -62,6 +62,7 @@ BoundarySurface boundary_surface(const physics::TetMesh& mesh) {
   std::vector<Face> faces;
   faces.reserve(4 * mesh.tets.size());
   for (const auto& tet : mesh.tets) {
+    pulse();
     for (const auto& corner : kFaces) {
       const std::array<int, 3> nodes{tet[corner[0]], tet[corner[1]], tet[corner[2]]};
       std::array<int, 3> key = nodes;
@@ -69,8 +70,10 @@ BoundarySurface boundary_surface(const physics::TetMesh& mesh) {
       faces.push_back({key, nodes, faces.size()});
     }
   }
-  std::sort(faces.begin(), faces.end(),
-            [](const Face& a, const Face& b) { return a.key != b.key ? a.key < b.key : a.index < b.index; });
+  std::sort(faces.begin(), faces.end(), [&](const Face& a, const Face& b) {
+    pulse();
+    return a.key != b.key ? a.key < b.key : a.index < b.index;
+  });
   std::vector<Face> outer;
   for (std::size_t i = 0; i < faces.size();) {
     std::size_t next = i + 1;

@@ -1,6 +1,7 @@
 // How good a tetrahedral mesh is, and its boundary.
 #pragma once
 
+#include "engine/files/pulse.h"
 #include "engine/mesh/triangle_mesh.h"
 #include "physics/tissue/tet_mesh.h"
 
@@ -30,6 +31,7 @@ struct BoundarySurface {
   TriangleMesh mesh;
   std::vector<int> nodes;  ///< [vertices] node of the tetrahedral mesh, ascending
 };
-BoundarySurface boundary_surface(const physics::TetMesh& mesh);
+/// @param pulse  called often meanwhile; may throw to end it
+BoundarySurface boundary_surface(const physics::TetMesh& mesh, const files::Pulse& pulse = {});
 
 }  // namespace stylet::mesh

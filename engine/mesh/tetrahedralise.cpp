@@ -1,6 +1,7 @@
 #include "engine/mesh/tetrahedralise.h"
 
 #include "engine/files/error.h"
+#include "engine/files/pulse.h"
 #include "engine/mesh/solid.h"
 #include "engine/mesh/stuffing.h"
 #include "engine/mesh/surface_mesh.h"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr double kMostLatticePoints = 2e7;  // 1 GB of lattice and more: refuse instead
 constexpr double kNodeExponent = -2.6;      // measured: nodes ~ cell^-2.6 on organs of 500 to 15 000 nodes
+constexpr double kNodesOfCell = 3.5;        // two inside, and nearly as many again at the surface
 constexpr int kSearchSteps = 5;
 constexpr int kVolumeSteps = 12;
 constexpr int kFewNodes = 600;   // where the search for a volume begins
@@ -36,27 +38,32 @@ public:
   explicit Work(const TetrahedraliseSettings& settings) : settings_(settings) {}
 
   /// The same distance, counted.
-  SignedDistance counted(const SignedDistance& distance, double cell) {
-    return [this, &distance, cell](const Eigen::Vector3d& x) {
-      if (++distances_ % kOften == 0) look(cell);
+  SignedDistance counted(const SignedDistance& distance) {
+    return [this, &distance](const Eigen::Vector3d& x) {
+      pulse_(files::Pulse::kDistance);
+      if (++distances_ > settings_.most_distances) too_many();
       return distance(x);
     };
   }
+  /// What follows is done with cells of this size.
+  void with(double cell) { cell_ = cell; }
+  const files::Pulse& pulse() const { return pulse_; }
   void at(int step, int steps) { share_ = static_cast<double>(step) / steps; }
 
 private:
-  void look(double cell) const {
-    if (settings_.progress) settings_.progress(cell, share_);
-    if (distances_ <= settings_.most_distances) return;
+  [[noreturn]] void too_many() const {
     throw files::ContentError(
         fmt::format("{}: takes more than {:.2g} looks at its surface, with a cell of {:.3g} mm at last: it is long, "
                     "thin or ragged; give a larger cell, fewer nodes or a larger volume error, or leave it out",
-                    settings_.where, static_cast<double>(settings_.most_distances), cell * 1e3));
+                    settings_.where, static_cast<double>(settings_.most_distances), cell_ * 1e3));
   }
 
-  static constexpr std::size_t kOften = 4096;
   const TetrahedraliseSettings& settings_;
+  const files::Pulse pulse_ = [this] {
+    if (settings_.progress) settings_.progress(cell_, share_);
+  };
   std::size_t distances_ = 0;
+  double cell_ = 0;
   double share_ = 0;
 };
 
@@ -64,10 +71,28 @@ bool is_graded(const SolidShape& piece, const TetrahedraliseSettings& settings) 
   return settings.grading && piece.distance(settings.grading->target) < 0;
 }
 
+double volume_of(std::span<const SolidShape> pieces) {
+  double volume = 0;
+  for (const SolidShape& piece : pieces) volume += piece.volume;
+  return volume;
+}
+
+// So many nodes take minutes to make, and no computer simulates them.
+void check_cell(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings) {
+  const double nodes = kNodesOfCell * volume_of(pieces) / (settings.cell * settings.cell * settings.cell);
+  if (nodes <= settings.most_asked) return;
+  throw files::ContentError(fmt::format(
+      "{}: cells of {:.3g} mm make about {:.2g} nodes of it, accepted are {:.2g}; choose cells of {:.3g} mm "
+      "or more",
+      settings.where, settings.cell * 1e3, nodes, settings.most_asked,
+      std::ceil(1e4 * settings.cell * std::cbrt(nodes / settings.most_asked)) / 10));
+}
+
 // The mesh of each piece; empty: it is left out.
 std::vector<physics::TetMesh> fill(std::span<const SolidShape> pieces, double cell, int smoothing,
                                    const TetrahedraliseSettings& settings, Work& work) {
   std::vector<physics::TetMesh> meshes(pieces.size());
+  work.with(cell);
   for (std::size_t p = 0; p < pieces.size(); ++p) {
     const SolidShape& piece = pieces[p];
     if (pieces.size() > 1 && piece.volume < kFewCells * cell * cell * cell) continue;
@@ -76,9 +101,11 @@ std::vector<physics::TetMesh> fill(std::span<const SolidShape> pieces, double ce
           fmt::format("{}: a cell of {:.3g} mm needs more than {:.2g} lattice points; choose a larger cell",
                       settings.where, cell * 1e3, kMostLatticePoints));
     }
-    const SignedDistance distance = work.counted(piece.distance, cell);
-    meshes[p] = is_graded(piece, settings) ? stuff_graded(distance, piece.box, cell, smoothing, *settings.grading)
-                                           : stuff(distance, piece.box, cell, smoothing);
+    if (settings.cell > 0) check_cell(pieces, settings);
+    const SignedDistance distance = work.counted(piece.distance);
+    meshes[p] = is_graded(piece, settings)
+                    ? stuff_graded(distance, piece.box, cell, smoothing, *settings.grading)
+                    : stuff(distance, piece.box, cell, smoothing, Parts::largest, work.pulse());
     if (pieces.size() > 1 && 2 * tet_quality(meshes[p]).volume < piece.volume) meshes[p] = {};
   }
   return meshes;
@@ -90,17 +117,10 @@ std::size_t node_count(const std::vector<physics::TetMesh>& meshes) {
   return nodes;
 }
 
-double volume_of(std::span<const SolidShape> pieces) {
-  double volume = 0;
-  for (const SolidShape& piece : pieces) volume += piece.volume;
-  return volume;
-}
-
 // A cell size whose mesh has about the wanted number of nodes: secant in log-log, started with the law above.
 double cell_for_nodes(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings, Work& work) {
   const double target = std::log(settings.target_nodes);
-  // Two nodes a cell inside, and nearly as many again at the surface.
-  double cell = std::cbrt(3.5 * volume_of(pieces) / settings.target_nodes);
+  double cell = std::cbrt(kNodesOfCell * volume_of(pieces) / settings.target_nodes);
   double best_cell = cell;
   double best_error = std::numeric_limits<double>::infinity();
   double slope = kNodeExponent;
@@ -141,7 +161,7 @@ double volume_missed(std::span<const SolidShape> pieces, const std::vector<physi
 // The largest cell whose mesh has the wanted volume: from few nodes on, at least a quarter smaller each time, then
 // back where the last step went too far.
 double cell_for_volume(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings, Work& work) {
-  double cell = std::cbrt(3.5 * volume_of(pieces) / kFewNodes);
+  double cell = std::cbrt(kNodesOfCell * volume_of(pieces) / kFewNodes);
   double missed = 1;
   std::size_t nodes = 0;
   // Smoothing costs volume too: with it.

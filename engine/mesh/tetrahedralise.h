@@ -32,6 +32,7 @@ struct TetrahedraliseSettings {
   std::optional<Grading> grading{};  ///< of the piece that holds its target
   std::string where = "surface";     ///< named in errors: file and node
   std::size_t most_nodes = 60'000;   ///< where cell and target_nodes are 0: the search ends with an error
+  double most_asked = 200'000;       ///< nodes, about, that a cell may make
   /// Distances asked for in all, beyond which it ends with an error: seconds, not hours, whatever the shape.
   std::size_t most_distances = 20'000'000;
   /// Called often, with the cell at work on (m) and how much of the longest search is done; may throw to end it.
@@ -53,7 +54,7 @@ void append(physics::TetMesh& to, const physics::TetMesh& from);
 /// less than four cells, and those of which less than half can be filled, are left out; where the volume counts, it
 /// is that of the others, and what is left out is as small as the error.
 /// @throws ContentError  no tetrahedron at this cell size; the volume is not reached; worse than min_dihedral_deg;
-///                       over most_nodes or most_distances; what `progress` throws
+///                       over most_nodes, most_asked or most_distances; what `progress` throws
 FilledPieces fill_pieces(std::span<const SolidShape> pieces, const TetrahedraliseSettings& settings);
 
 /// The same of one piece.

@@ -220,6 +220,38 @@ TEST(Tetrahedralise, TurnsBackToALargerCellWhereTheVolumeIsBetterThanAsked) {
   EXPECT_LT(filled.mesh.nodes.size(), 3000u) << "5656 without a step back";
 }
 
+/// 100 x 100 mm.
+SolidShape plate(double thickness) {
+  const Eigen::Vector3d half(0.05, 0.05, thickness / 2);
+  return {.distance = [half](const Eigen::Vector3d& x) { return (x.cwiseAbs() - half).maxCoeff(); },
+          .box = {-half, half},
+          .volume = 0.01 * thickness};
+}
+
+std::string refusal_of(const SolidShape& shape, const TetrahedraliseSettings& settings) {
+  try {
+    fill_pieces({&shape, 1}, settings);
+  } catch (const files::ContentError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Tetrahedralise, RefusesACellOfFarTooManyNodesAtOnce) {
+  const SolidShape shape = plate(0.1);
+  std::size_t looks = 0;
+  SolidShape watched = shape;
+  watched.distance = [&](const Eigen::Vector3d& x) {
+    ++looks;
+    return shape.distance(x);
+  };
+  EXPECT_THAT(
+      refusal_of(watched, {.cell = 1e-3, .where = "cube"}),
+      testing::MatchesRegex("cube: cells of 1 mm make about 3.5e\\+06 nodes of it, accepted are 2e\\+05; choose "
+                            "cells of 2.6 mm or more"));
+  EXPECT_EQ(looks, 0u) << "before anything is filled";
+}
+
 TEST(Tetrahedralise, EndsWhereItTakesTooMuchOrIsAskedTo) {
   const Solid ball(icosphere({0, 0, 0}, 0.05, 3));
   const SolidShape shape{.distance = [&](const Eigen::Vector3d& x) { return ball.signed_distance(x); },

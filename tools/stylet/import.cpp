@@ -1,6 +1,7 @@
 // `stylet import`: meshes and label volumes of other programs become organs that can be simulated.
 #include "engine/app/import_organs.h"
 
+#include "engine/app/observer.h"
 #include "engine/files/error.h"
 #include "engine/files/json_scan.h"
 #include "tools/stylet/commands.h"
@@ -90,11 +91,12 @@ struct LabelBox {
   std::size_t voxels = 0;
 };
 
-std::map<int, LabelBox> label_boxes(const import::LabelImage& image) {
+std::map<int, LabelBox> label_boxes(const import::LabelImage& image, app::Observer& observer) {
   std::map<int, LabelBox> boxes;
   const Eigen::Vector3d half = 0.5 * image.patient_from_voxel.linear().cwiseAbs().rowwise().sum();
   std::size_t i = 0;
   for (int z = 0; z < image.size.z(); ++z) {
+    app::throw_if_stopped(observer);
     for (int y = 0; y < image.size.y(); ++y) {
       for (int x = 0; x < image.size.x(); ++x, ++i) {
         if (image.labels[i] == 0) continue;
@@ -109,14 +111,14 @@ std::map<int, LabelBox> label_boxes(const import::LabelImage& image) {
   return boxes;
 }
 
-void print_parts(const std::vector<import::SourceFile>& files) {
+void print_parts(const std::vector<import::SourceFile>& files, app::Observer& observer) {
   for (const import::SourceFile& file : files) {
     fmt::print("{} ({}), {} part(s)\n", files::one_line(file.path.string()), file.format, file.parts.size());
     for (const std::string& assumption : file.assumptions) fmt::print("  {}\n", assumption);
     const bool labels = file.image.has_value();
     fmt::print("  {:<40} {:>9} {:>10} {:>22} {:>24}  {}\n", "part", labels ? "voxels" : "triangles",
                labels ? "ml" : "", "size, mm", "middle, m", labels ? "" : "organ");
-    const auto boxes = file.image ? label_boxes(*file.image) : std::map<int, LabelBox>{};
+    const auto boxes = file.image ? label_boxes(*file.image, observer) : std::map<int, LabelBox>{};
     for (const import::SourcePart& part : file.parts) {
       Eigen::AlignedBox3d box;
       for (const Eigen::Vector3d& v : part.mesh.vertices) box.extend(v);
@@ -163,7 +165,7 @@ int run(const ImportOptions& options) {
   for (const std::string& text : options.tissues) settings.tissues.insert(split("--tissue", text));
   Terminal terminal;
   if (options.list) {
-    print_parts(app::read_sources(settings, terminal));
+    print_parts(app::read_sources(settings, terminal), terminal);
     return kExitYes;
   }
   return app::import_organs(settings, terminal) ? kExitYes : kExitBadInput;
@@ -196,14 +198,19 @@ void add_import(CLI::App& app, int& exit_code) {
   command->add_option("--tissue", options->tissues, "ID=TISSUE: a row of content/tissues.json; may be repeated")
       ->excludes(side)
       ->excludes(target);
-  CLI::Option* cell = command->add_option("--cell", options->cell_mm, "Edge of the tetrahedra's lattice, mm")
-                          ->check(CLI::Range(0.1, 200.0));
+  CLI::Option* cell =
+      command
+          ->add_option(
+              "--cell", options->cell_mm,
+              "Edge of the tetrahedra's lattice, mm; not so small that it makes more than about 200,000 nodes")
+          ->check(CLI::Range(0.1, 200.0));
   command->add_option("--nodes", options->nodes, "Nodes wanted, within 5 %")
       ->check(CLI::Range(50, 200000))
       ->excludes(cell);
   command
-      ->add_option("--volume-error", options->volume_error_percent,
-                   "Without --cell and --nodes: the cell grows while the volume is off by less, %")
+      ->add_option(
+          "--volume-error", options->volume_error_percent,
+          "Without --cell and --nodes: the cell grows while the volume is off by less, %; 60,000 nodes at most")
       ->check(CLI::Range(0.1, 20.0))
       ->capture_default_str();
   command
@@ -239,6 +246,8 @@ void add_import(CLI::App& app, int& exit_code) {
       "The parts are welded and cleaned; where they do not close, the inside is what cannot be reached from "
       "outside.\n"
       "Each piece of the organ gets tetrahedra, if it holds a few cells; the report lists them.\n"
+      "Limits, each told with what to do: 5 million triangles or 250 million voxels a file, 2,000 organs,\n"
+      "a minute or so an organ. Ctrl-C ends it within a second, whatever it is at; finished organs stay.\n"
       "Each organ's folder holds\n"
       "  surface.glb      its closed surface, annotated, for scenarios\n"
       "  tetrahedra.vtk   its tetrahedra, for ParaView, Gmsh and SOFA\n"
