@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numbers>
 #include <optional>
 
 namespace stylet::import {
@@ -26,7 +27,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kNear = 0.12;  // m from the target's organ: what matters to needle and image
 constexpr double kLesion = 20;  // mm, made up
-constexpr int kBack = 15;       // % of the target's organ that is held
+constexpr int kBack = 30;       // % of the target's organ that is held
 
 /// What a part is by its name; the first that fits.
 struct Known {
@@ -115,6 +116,7 @@ struct Proposed {
   const Known* is;
   std::vector<std::string> parts;
   std::vector<int> labels;
+  std::vector<const mesh::TriangleMesh*> surfaces;
   Eigen::AlignedBox3d box;  // patient frame, m
 };
 
@@ -165,6 +167,18 @@ std::map<int, std::size_t> touching(const LabelImage& image, const std::vector<i
     }
   }
   return faces;
+}
+
+/// How often a surface goes round a point: 1 within a closed one, also where its triangles are not welded.
+/// Van Oosterom and Strackee, IEEE TBME 1983.
+double winding_number(const mesh::TriangleMesh& surface, const Eigen::Vector3d& x) {
+  double sum = 0;
+  for (const auto& [i, j, k] : surface.triangles) {
+    const Eigen::Vector3d a = surface.vertices[i] - x, b = surface.vertices[j] - x, c = surface.vertices[k] - x;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return sum / (4 * std::numbers::pi);
 }
 
 std::string list_of(const std::vector<Proposed>& organs) {
@@ -219,7 +233,7 @@ private:
     const std::string id = *is.organ == '\0' || (asked && !lesion(is)) ? id_of(part.name) : is.organ;
     auto organ = std::ranges::find(organs_, id, &Proposed::id);
     if (organ == organs_.end()) {
-      organs_.push_back({.id = id, .is = &is, .parts = {}, .labels = {}, .box = {}});
+      organs_.push_back({.id = id, .is = &is, .parts = {}, .labels = {}, .surfaces = {}, .box = {}});
       organ = organs_.end() - 1;
     }
     organ->parts.push_back(part.name);
@@ -228,6 +242,7 @@ private:
       organ->box.extend(boxes.at(part.label));
     }
     for (const Eigen::Vector3d& v : part.mesh.vertices) organ->box.extend(v);
+    if (part.label < 0) organ->surfaces.push_back(&part.mesh);
   }
 
   static bool lesion(const Known& is) { return std::string_view(is.role) == "target"; }
@@ -259,7 +274,7 @@ private:
     }
   }
 
-  /// The organ that touches a lesion most; of surfaces, the smallest that its middle lies in the box of.
+  /// The organ that touches a lesion most; of surfaces, the smallest that its middle lies in.
   Proposed* surrounding(const Proposed& lesion) {
     Proposed* best = nullptr;
     double most = 0;
@@ -276,7 +291,11 @@ private:
     }
     if (best != nullptr) return best;
     for (Proposed& organ : organs_) {
-      if (&organ == &lesion || !may_carry(organ) || !organ.box.contains(lesion.box.center())) continue;
+      const Eigen::Vector3d middle = lesion.box.center();
+      if (&organ == &lesion || !may_carry(organ) || !organ.box.contains(middle)) continue;
+      double turns = 0;
+      for (const mesh::TriangleMesh* surface : organ.surfaces) turns += winding_number(*surface, middle);
+      if (std::abs(turns) < 0.5) continue;
       if (best == nullptr || organ.box.volume() < best->box.volume()) best = &organ;
     }
     return best;

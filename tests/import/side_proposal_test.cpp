@@ -4,6 +4,7 @@
 #include "engine/import/scene_import.h"
 #include "engine/import/side_file.h"
 #include "engine/mesh/solid.h"
+#include "tests/mesh/shapes.h"
 #include "tests/support/label_torso.h"
 #include "tests/support/sanitized.h"
 
@@ -76,6 +77,27 @@ TEST(SideProposal, ALesionLiesInTheOrganThatItTouches) {
   EXPECT_EQ(organ(side, "liver_tumor")["body"], "liver");
   EXPECT_EQ(organ(side, "liver")["parts"], json({"liver", "liver_tumor"})) << "its labels leave the lesion out";
   EXPECT_TRUE(organ(side, "lesion").is_null()) << "nothing is made up";
+}
+
+TEST(SideProposal, ALesionAmongSurfacesLiesInTheOneRoundIt) {
+  SourceFile file;
+  file.path = "organs.glb";
+  file.format = "glTF";
+  // The middle of the lesion lies in the box of the kidney, which is smaller, but in the liver.
+  const auto add = [&](const std::string& name, const Vector3d& centre, double radius) {
+    file.parts.push_back({.name = name, .place = name, .mesh = mesh::test::icosphere(centre, radius, 3)});
+  };
+  add("body_skin", {0, 0, 0}, 0.2);
+  add("liver", {-0.05, 0, 0}, 0.07);
+  add("kidney_right", {-0.05, -0.055, -0.055}, 0.04);
+  add("lesion_1", {-0.023, -0.028, -0.028}, 0.006);
+  std::vector<SourceFile> files;
+  files.push_back(std::move(file));
+  const json side = json::parse(propose_side_text(files, "lesion_1", "case3"));
+  EXPECT_EQ(organ(side, "lesion_1")["body"], "liver");
+  EXPECT_EQ(side["scenario"]["wall"]["skin"], "body");
+  EXPECT_EQ(organ(side, "body")["parts"], json({"body_skin"}));
+  EXPECT_EQ(organ(side, "liver")["parts"], json({"liver"}));
 }
 
 TEST(SideProposal, SaysWhatThereIsWhereNoPartOrSeveralAreCalledSo) {
