@@ -16,9 +16,11 @@ float outside_field(vec2 at) {
   return min(max(d.x, d.y), 0.0) + length(max(d, 0.0)) - frame.field.z;
 }
 
-/// Whether the drape is open: in the field, and where one looks into the patient, on the near side.
+/// Whether the drape is open: in the field, and where one looks into the patient, on the near side. Beyond the far
+/// end of a patient who was cut out of a scan there is nothing to look into.
 bool cloth_open(vec3 position, vec2 at) {
   bool near = dot(position - frame.focus.xyz, frame.focus_axis.xyz) > -0.02;
-  bool window = unforeseen(frame.see.x) == kSeeWindow && near && outside_window(position) < 0.9;
+  bool window = unforeseen(frame.see.x) == kSeeWindow && near && outside_window(position) < 0.9 &&
+                at.y > frame.trunk.x && at.y < frame.trunk.y;
   return outside_field(at) < 0.0 || window;
 }

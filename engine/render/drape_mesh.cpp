@@ -39,6 +39,7 @@ Station body_at(double y) {
           a.cleft + t * (b.cleft - a.cleft)};
 }
 
+constexpr double kBelowSkin = 0.016;     // m: the cavity's wall, at least
 constexpr double kMattressHalf = 0.285;  // the sheet turns down here
 constexpr double kHang = 0.40;           // and falls so far
 constexpr double kFoot = -1.40, kHead = kScreenY;
@@ -93,40 +94,100 @@ double lying_fold(double x, double y) {
   return 0.0042 * (a * a * a) + 0.0034 * (b * b * b) + 0.0012 * std::sin(61 * y - 23 * x);
 }
 
-/// How far the skin stands out of the trunk's ellipse round a place; 0 where there is none.
-class Bulge {
+/// Where the skin lies round the trunk: share of the ellipse's radius, by angle and place along; its outermost.
+class SkinProfile {
 public:
-  Bulge(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin)
-      : layout_(layout), cells_(kAround * kAlong, 0.0) {
+  SkinProfile(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin)
+      : first_(layout.trunk_y[0] - kMargin * kLength) {
+    rows_ = static_cast<int>(std::ceil((layout.trunk_y[1] - first_) / kLength)) + kMargin + 1;
+    std::vector<double> share(static_cast<std::size_t>(kAround * rows_), 0.0);
     const Eigen::Isometry3d table_from_patient = layout.patient_from_table.inverse();
     for (const Eigen::Vector3f& position : skin) {
       const Vector3d p = table_from_patient * position.cast<double>();
-      const double angle = layout.trunk_angle(p);
-      const Vector3d on = layout.trunk_point(angle, p.y());
-      const Vector2d middle(layout.trunk_centre);
-      const double out = (Vector2d(p.x(), p.z()) - middle).norm() - (Vector2d(on.x(), on.z()) - middle).norm();
-      double& cell = cells_[index(angle, p.y())];
-      cell = std::max(cell, out);
+      const Vector2d round((p.x() - layout.trunk_centre.x()) / layout.trunk_half.x(),
+                           (p.z() - layout.trunk_centre.y()) / layout.trunk_half.y());
+      const int row = static_cast<int>(std::floor((p.y() - first_) / kLength));
+      if (row < 0 || row >= rows_) continue;
+      double& most = share[index(column_of(layout.trunk_angle(p)), row)];
+      most = std::max(most, round.norm());
     }
+    fill(share);
+    // The cloth bridges what is narrower than two cells, and keeps off the skin between them.
+    share_ = share;
+    for (int row = 0; row < rows_; ++row)
+      for (int i = 0; i < kAround; ++i)
+        for (int dr = -1; dr <= 1; ++dr)
+          for (int di = -1; di <= 1; ++di) {
+            const std::size_t other = index(i + di, std::clamp(row + dr, 0, rows_ - 1));
+            double& most = share_[index(i, row)];
+            if (known_[other] > 0) most = std::max(most, share[other]);
+          }
   }
-  double at(double angle, double y) const {
-    double most = 0;
-    for (const double da : {-kAngle, 0.0, kAngle})
-      for (const double dy : {-kLength, 0.0, kLength}) most = std::max(most, cells_[index(angle + da, y + dy)]);
-    return most;
+
+  struct Place {
+    double share = 1;  ///< of the ellipse's radius
+    double known = 0;  ///< 1: there is skin; falls to 0 away from it
+  };
+  /// Between cells linear.
+  Place at(double angle, double y) const {
+    const double column = (std::remainder(angle, 2 * std::numbers::pi) + std::numbers::pi) / kAngle - 0.5;
+    const double row = std::clamp((y - first_) / kLength - 0.5, 0.0, static_cast<double>(rows_ - 1));
+    const int i = static_cast<int>(std::floor(column)), j = std::min(static_cast<int>(row), rows_ - 2);
+    Place place{.share = 0, .known = 0};
+    for (int di = 0; di <= 1; ++di)
+      for (int dj = 0; dj <= 1; ++dj) {
+        const double weight = (di > 0 ? column - i : 1 - column + i) * (dj > 0 ? row - j : 1 - row + j);
+        const std::size_t cell = index(i + di, j + dj);
+        place.share += weight * share_[cell];
+        place.known += weight * known_[cell];
+      }
+    return place;
   }
 
 private:
-  static constexpr int kAround = 128, kAlong = 64;
+  static constexpr int kAround = 96;
   static constexpr double kAngle = 2 * std::numbers::pi / kAround, kLength = 0.01;
-  std::size_t index(double angle, double y) const {
-    const int i =
-        static_cast<int>(std::floor((std::remainder(angle, 2 * std::numbers::pi) + std::numbers::pi) / kAngle));
-    const int j = static_cast<int>(std::floor((y - layout_.trunk_y[0]) / kLength)) + 1;
-    return static_cast<std::size_t>(std::clamp(j, 0, kAlong - 1) * kAround + std::clamp(i, 0, kAround - 1));
+  static constexpr int kMargin = 14;      // rows beyond the skin over which the cloth leaves it
+  static constexpr double kFades = 0.08;  // of `known`, a cell away from the skin
+
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row * kAround + (column % kAround + kAround) % kAround);
   }
-  const RoomLayout& layout_;
-  std::vector<double> cells_;
+  static int column_of(double angle) {
+    return static_cast<int>(std::floor((std::remainder(angle, 2 * std::numbers::pi) + std::numbers::pi) / kAngle));
+  }
+
+  /// Cells without skin get the mean of their neighbors that have it, ring by ring.
+  void fill(std::vector<double>& share) {
+    known_.assign(share.size(), 0.0);
+    for (std::size_t c = 0; c < share.size(); ++c) known_[c] = share[c] > 0 ? 1 : 0;
+    for (double known = 1 - kFades; known > 0; known -= kFades) {
+      const std::vector<double> before = share;
+      for (int row = 0; row < rows_; ++row)
+        for (int i = 0; i < kAround; ++i) {
+          if (before[index(i, row)] > 0) continue;
+          double sum = 0;
+          int count = 0;
+          for (int dr = -1; dr <= 1; ++dr)
+            for (int di = -1; di <= 1; ++di) {
+              if (row + dr < 0 || row + dr >= rows_) continue;
+              const double other = before[index(i + di, row + dr)];
+              if (other <= 0) continue;
+              sum += other;
+              ++count;
+            }
+          if (count == 0) continue;
+          share[index(i, row)] = sum / count;
+          known_[index(i, row)] = known;
+        }
+    }
+    for (double& each : share)
+      if (each <= 0) each = 1;
+  }
+
+  double first_;
+  int rows_ = 0;
+  std::vector<double> share_, known_;  // [rows][around]
 };
 
 void compute_normals(RoomMesh& mesh) {
@@ -154,7 +215,7 @@ void join_grid(RoomMesh& mesh, std::uint32_t rows, std::uint32_t columns) {
 
 RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin) {
   RoomMesh mesh;
-  const Bulge bulge(layout, skin);
+  const SkinProfile profile(layout, skin);
   constexpr double kSteep = kHead - 0.18;  // from here on it rises to the bar
   constexpr int kRowsBelow = 64, kRowsAbove = 14;
   const int rows = kRowsBelow + kRowsAbove + 1;
@@ -171,10 +232,14 @@ RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>
       const double angle = side * kLowest * std::min(i, kOver) / kOver;
       const bool over_body = i <= kOver;
       if (over_body) {
+        const SkinProfile::Place place = profile.at(angle, y);
+        const Vector2d round(layout.trunk_half.x() * std::sin(std::abs(angle)),
+                             layout.trunk_half.y() * std::cos(angle));
         const Vector2d out =
-            Vector2d(p.x() / layout.trunk_half.x(), (p.y() - layout.trunk_centre.y()) / layout.trunk_half.y())
+            Vector2d(round.x() / std::pow(layout.trunk_half.x(), 2), round.y() / std::pow(layout.trunk_half.y(), 2))
                 .normalized();
-        p += out * bulge.at(angle, y) * (1 - smooth(0.12, 0.3, std::abs(y)));
+        const Vector2d on = Vector2d(0, layout.trunk_centre.y()) + place.share * round + kDrapeOffset * out;
+        p = (1 - place.known) * p + place.known * Vector2d(on.x(), std::max(on.y(), 0.008));
       }
       p = (1 - raised) * p + raised * at_bar(i);
       // Taut on the trunk, loose elsewhere.
@@ -203,13 +268,19 @@ RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>
   return mesh;
 }
 
-RoomMesh cavity_mesh(const RoomLayout& layout) {
+RoomMesh cavity_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin) {
   RoomMesh mesh;
+  const SkinProfile profile(layout, skin);
   constexpr int kSides = 48, kRows = 16, kCapRings = 8;
   // Along the wall, then towards the middle of either end.
   const auto ring = [&](double y, double share) {
     for (int side = 0; side <= kSides; ++side) {
-      const Vector3d p = layout.trunk_point(-2 * std::numbers::pi * side / kSides, y, -0.012);
+      const double angle = -2 * std::numbers::pi * side / kSides;
+      const SkinProfile::Place place = profile.at(angle, y);
+      const double size = 1 + place.known * (place.share - 1);
+      // The shapes differ within the grid's cells: deep enough to stay below cloth and skin.
+      const Vector3d on = layout.trunk_point(angle, y), centre(layout.trunk_centre.x(), y, layout.trunk_centre.y());
+      const Vector3d p = centre + std::max(size - kBelowSkin / layout.trunk_half.minCoeff(), 0.02) * (on - centre);
       const Vector2d middle = layout.trunk_centre;
       mesh.positions.emplace_back(static_cast<float>(middle.x() + share * (p.x() - middle.x())),
                                   static_cast<float>(y),

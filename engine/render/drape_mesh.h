@@ -17,10 +17,11 @@ inline constexpr double kDrapeOffset = 0.005;
 /// A sheet over trunk and legs, down both sides of the table, and up to the bar at the head. It clings to the trunk
 /// (as the film round a field does) and falls in folds elsewhere. All of it, the opening of the field too: the shader
 /// leaves that out, by the coordinates.
-/// @param skin  patient frame: where it stands out of the ellipse the cloth lies over it
+/// @param skin  points on it, a centimeter apart at most, patient frame: the cloth lies on its outside, and as the
+///              trunk's ellipse has it where there is none
 RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin);
 
-/// Inner side of the trunk, closed at both ends; triangles face inwards.
-RoomMesh cavity_mesh(const RoomLayout& layout);
+/// Inner side of the trunk, below cloth and skin, closed at both ends; triangles face inwards.
+RoomMesh cavity_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin);
 
 }  // namespace stylet::render

@@ -66,6 +66,12 @@ FrameUniforms frame_uniforms(const state::FrameState& state, const std::vector<E
   u.cart_foot = rectangle(cart - Eigen::Vector2d(0.24, 0.24), cart + Eigen::Vector2d(0.24, 0.24));
 
   u.field = pack({layout.field_half.x(), layout.field_half.y(), layout.field_corner}, 0);
+  // Cloth on this side of what is looked at opens wherever it hides it.
+  constexpr double kAnywhere = 100;  // m
+  const bool from_feet = patient_from_table.linear().col(1).dot(between_eyes - focus) < 0;
+  u.trunk = pack({from_feet ? -kAnywhere : layout.trunk_y[0] - layout.field_y,
+                  from_feet ? layout.trunk_y[1] - layout.field_y : kAnywhere, 0},
+                 0);
   u.focus = pack(focus, radius);
   const Eigen::Vector3d towards_eyes = between_eyes - focus;
   u.focus_axis = pack(towards_eyes.normalized(), std::max(towards_eyes.norm(), 1e-3));

@@ -125,11 +125,23 @@ Piece append(Geometry& geometry, std::string name, const RoomMesh& mesh, const R
   return append(geometry, std::move(name), shown.indices, base, style);
 }
 
+/// Points on it at rest, closer than the cloth's cells.
 std::vector<Eigen::Vector3f> skin_of(const content::Scene& scene) {
+  constexpr float kApart = 0.008F;  // m
   std::vector<Eigen::Vector3f> skin;
-  for (const content::Surface& surface : scene.surfaces)
-    if (scene.tissues[surface.tissue].name == kSkin)
-      skin.insert(skin.end(), surface.positions.begin(), surface.positions.end());
+  for (const content::Surface& surface : scene.surfaces) {
+    if (scene.tissues[surface.tissue].name != kSkin) continue;
+    skin.insert(skin.end(), surface.positions.begin(), surface.positions.end());
+    for (std::size_t t = 0; t + 2 < surface.indices.size(); t += 3) {
+      const Eigen::Vector3f& a = surface.positions[surface.indices[t]];
+      const Eigen::Vector3f ab = surface.positions[surface.indices[t + 1]] - a;
+      const Eigen::Vector3f ac = surface.positions[surface.indices[t + 2]] - a;
+      const int n = static_cast<int>(std::max({ab.norm(), ac.norm(), (ac - ab).norm()}) / kApart);
+      for (int i = 0; i <= n && n > 0; ++i)
+        for (int j = 0; i + j <= n; ++j)
+          skin.push_back(a + (static_cast<float>(i) * ab + static_cast<float>(j) * ac) / static_cast<float>(n));
+    }
+  }
   return skin;
 }
 

@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kSkinMargin = 0.022;   // m of skin that stays under the drape where the patient's surfaces end
 constexpr double kFieldMargin = 0.040;  // m of open skin round probe and needle
+constexpr double kWhole = 0.6;          // of the farther side, that the nearer reaches from the highest point
 constexpr double kEyeHeight = 1.62;     // m over the floor
 
 /// Axes of the table in the patient frame: up as the room has it, along towards the head where the patient lies.
@@ -28,23 +29,28 @@ Eigen::Isometry3d axes_of(const content::Scene& scene) {
   return axes;
 }
 
-/// Where the needle of the motion's start, pushed on straight, meets the trunk; in the table's frame.
+/// Where the needle of the motion's start, pushed on straight, first meets the skin; in the table's frame.
 std::optional<Vector3d> needle_entry(const content::Scene& scene, const RoomLayout& layout) {
   if (scene.motion.stylus.empty()) return {};
   const physics::StylusPose pose = scene.motion.stylus.front().pose;
-  const Eigen::Isometry3d table_from_patient = layout.patient_from_table.inverse();
-  const Vector3d from = table_from_patient * pose.position;
-  const Vector3d way = table_from_patient.linear() * (pose.orientation * Vector3d::UnitZ());
-  // In units of the half axes the trunk is a unit circle.
-  const Eigen::Vector2d p((from.x() - layout.trunk_centre.x()) / layout.trunk_half.x(),
-                          (from.z() - layout.trunk_centre.y()) / layout.trunk_half.y());
-  const Eigen::Vector2d d(way.x() / layout.trunk_half.x(), way.z() / layout.trunk_half.y());
-  const double a = d.squaredNorm(), b = p.dot(d), c = p.squaredNorm() - 1;
-  const double root = b * b - a * c;
-  if (a <= 0 || root < 0) return {};
-  const double t = (-b - std::sqrt(root)) / a;
-  if (t < 0) return {};
-  return from + t * way;
+  const Vector3d way = pose.orientation * Vector3d::UnitZ();
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const content::Surface& surface : scene.surfaces) {
+    if (scene.tissues[surface.tissue].name != kSkin) continue;
+    for (std::size_t t = 0; t + 2 < surface.indices.size(); t += 3) {
+      // Moeller and Trumbore 1997.
+      const Vector3d a = surface.positions[surface.indices[t]].cast<double>();
+      const Vector3d ab = surface.positions[surface.indices[t + 1]].cast<double>() - a;
+      const Vector3d ac = surface.positions[surface.indices[t + 2]].cast<double>() - a;
+      const Vector3d p = way.cross(ac), from = pose.position - a, q = from.cross(ab);
+      const double det = ab.dot(p);
+      if (det == 0) continue;
+      const double u = from.dot(p) / det, v = way.dot(q) / det, along = ac.dot(q) / det;
+      if (u >= 0 && v >= 0 && u + v <= 1 && along > 0) nearest = std::min(nearest, along);
+    }
+  }
+  if (!std::isfinite(nearest)) return {};
+  return layout.patient_from_table.inverse() * Vector3d(pose.position + nearest * way);
 }
 
 void place_field(const content::Scene& scene, RoomLayout& layout) {
@@ -128,7 +134,7 @@ RoomLayout room_layout(const content::Scene& scene) {
   const Eigen::Isometry3d axes = axes_of(scene);
   constexpr double kFar = std::numeric_limits<double>::max();
   Vector3d least = Vector3d::Constant(kFar), most = -least, skin_top = -least;
-  double skin_side_z = 0;
+  double skin_side_z = 0, skin_least = kFar, skin_most = -kFar;
   const auto is_skin = [&](const content::Surface& surface) { return scene.tissues[surface.tissue].name == kSkin; };
   for (const content::Surface& surface : scene.surfaces) {
     const bool skin = is_skin(surface);
@@ -139,6 +145,8 @@ RoomLayout room_layout(const content::Scene& scene) {
       most = most.cwiseMax(p);
       if (!skin) continue;
       if (p.z() > skin_top.z()) skin_top = p;
+      skin_least = std::min(skin_least, p.x());
+      skin_most = std::max(skin_most, p.x());
     }
   }
   if (least.x() > most.x()) least = Vector3d(-0.1, -0.1, 0), most = Vector3d(0.1, 0.1, 0.2);
@@ -155,6 +163,12 @@ RoomLayout room_layout(const content::Scene& scene) {
       }
     }
     layout.trunk_centre.x() = skin_top.x();
+    // Of a whole trunk the highest point need not lie in the midline.
+    const double right = skin_top.x() - skin_least, left = skin_most - skin_top.x();
+    if (std::min(left, right) > kWhole * std::max(left, right)) {
+      layout.trunk_centre.x() = (skin_least + skin_most) / 2;
+      widest = (skin_most - skin_least) / 2;
+    }
     layout.trunk_half = {widest, skin_top.z() - skin_side_z};
     least.z() = std::min(least.z(), skin_side_z - layout.trunk_half.y());
   } else {

@@ -43,7 +43,7 @@ struct RoomMeshes {
   RoomMesh cavity;         ///< inside of the trunk, seen from within where the patient is cut open. Empty: no skin
 };
 
-/// @param skin  rest positions in the patient frame; the cloth lies over them
+/// @param skin  as drape_mesh() has it
 RoomMeshes room_meshes(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin);
 
 }  // namespace stylet::render

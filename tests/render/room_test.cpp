@@ -5,6 +5,7 @@
 #include "engine/render/geometry.h"
 #include "engine/render/renderer.h"
 #include "engine/view/offscreen.h"
+#include "physics/needle/needle.h"
 #include "tests/render/test_scene.h"
 #include "tests/support/image_compare.h"
 
@@ -67,6 +68,107 @@ TEST(RoomLayout, StandsUprightWithTheFieldOverTheProbe) {
     EXPECT_LT(layout.outside_field(layout.trunk_angle(probe), layout.field_y), -0.02);
     EXPECT_GT(layout.lamp.z(), 0.9);
     EXPECT_GT((layout.trunk_point(0, 0) - layout.lamp).dot(layout.lamp_axis), 0.8);
+  }
+}
+
+/// A trunk that is no ellipse and narrows to the head, as imported patients have it: everything about it is known.
+struct OtherPatient {
+  static Vector3d skin(double angle, double y) {
+    const double narrow = 1 - 0.9 * (y + 0.18);  // from 1 at the feet's end to 0.7
+    const double square =
+        std::pow(std::pow(std::abs(std::sin(angle)), 3.0) + std::pow(std::abs(std::cos(angle)), 3.0), -1.0 / 3);
+    return {0.195 * narrow * square * std::sin(angle) + 0.01, y, 0.130 * narrow * square * std::cos(angle) + 0.15};
+  }
+  /// Where a ray from the middle at an angle from straight up meets the skin.
+  static Vector3d skin_towards(double direction, double y) {
+    double best = 1e9;
+    Vector3d found = Vector3d::Zero();
+    for (int i = 0; i < 2000; ++i) {
+      const Vector3d x = skin(2 * std::numbers::pi * i / 2000, y);
+      const double off =
+          std::abs(std::remainder(std::atan2(x.x() - 0.01, x.z() - 0.15) - direction, 2 * std::numbers::pi));
+      if (off < best) best = off, found = x;
+    }
+    return found;
+  }
+  static constexpr double kFrom = -0.18, kTo = 0.15;
+  static constexpr double kEntryAngle = -1.25, kEntryY = 0.08;
+
+  OtherPatient() {
+    scene.room_from_patient.linear() =
+        Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d::UnitX()).toRotationMatrix();  // on the back
+    content::Surface surface;
+    surface.name = "skin";
+    surface.tissue = 1;
+    surface.role = content::SurfaceRole::visual;
+    constexpr int kAround = 72, kAlong = 24;
+    for (int j = 0; j <= kAlong; ++j)
+      for (int i = 0; i < kAround; ++i) {
+        const double angle = 2 * std::numbers::pi * i / kAround, y = kFrom + (kTo - kFrom) * j / kAlong;
+        surface.positions.push_back(skin(angle, y).cast<float>());
+        const Vector3d round = skin(angle + 1e-3, y) - skin(angle - 1e-3, y);
+        const Vector3d along = skin(angle, y + 1e-3) - skin(angle, y - 1e-3);
+        surface.normals.push_back(along.cross(round).normalized().cast<float>());
+      }
+    for (std::uint32_t j = 0; j < kAlong; ++j)
+      for (std::uint32_t i = 0; i < kAround; ++i) {
+        const std::uint32_t a = j * kAround + i, b = j * kAround + (i + 1) % kAround, c = a + kAround,
+                            d = b + kAround;
+        surface.indices.insert(surface.indices.end(), {a, d, b, a, c, d});
+      }
+    scene.surfaces = {surface};
+    entry = skin(kEntryAngle, kEntryY);
+    probe = skin(kEntryAngle + 0.28, kEntryY - 0.03);
+    const Vector3d middle(0.01, kEntryY, 0.15);
+    scene.targets.front().centre = entry + 0.4 * (middle - entry);
+    const Vector3d way = (middle - entry).normalized();
+    scene.motion.stylus.resize(1);
+    scene.motion.stylus.front().pose = {.position = entry - 0.18 * way,
+                                        .orientation = physics::orientation_along(way)};
+    scene.probe.pose = {.position = probe, .orientation = physics::orientation_along((middle - probe).normalized())};
+    scene.camera = {.eye = entry - 0.5 * way + Vector3d(0, -0.15, 0.15),
+                    .look_at = entry,
+                    .up = Vector3d::UnitZ(),
+                    .vertical_fov = 0.5};
+  }
+
+  content::Scene scene = tests::make_test_scene();
+  Vector3d entry, probe;
+};
+
+TEST(DrapeMesh, LiesOnTheSkinOfAPatientOfAnyShapeWithTheFieldOverEntryAndProbe) {
+  const OtherPatient patient;
+  const RoomLayout layout = room_layout(patient.scene);
+  std::vector<Eigen::Vector3f> skin;
+  for (double y = OtherPatient::kFrom; y <= OtherPatient::kTo; y += 0.004)
+    for (int i = 0; i < 400; ++i) skin.push_back(OtherPatient::skin(2 * std::numbers::pi * i / 400, y).cast<float>());
+  const RoomMesh drape = room_meshes(layout, skin).drape;
+  Vector3d middle = Vector3d::Zero();
+  double nearest_middle = 1;
+  int in_field = 0;
+  for (std::size_t i = 0; i < drape.positions.size(); ++i) {
+    const Eigen::Vector2d at(drape.coordinates[i][0], drape.coordinates[i][1]);
+    if ((at.cwiseAbs().array() > layout.field_half.array()).any()) continue;
+    ++in_field;
+    const Eigen::Vector3f cloth = (layout.patient_from_table * drape.positions[i].cast<double>()).cast<float>();
+    float distance = 1;
+    for (const Eigen::Vector3f& p : skin) distance = std::min(distance, (p - cloth).norm());
+    EXPECT_LT(distance, 0.014F) << at.transpose();
+    if (at.norm() < nearest_middle) nearest_middle = at.norm(), middle = cloth.cast<double>();
+  }
+  EXPECT_GT(in_field, 15);
+  for (const Eigen::Vector3f& p : room_meshes(layout, skin).cavity.positions) {
+    const Vector3d at = layout.patient_from_table * p.cast<double>();
+    if (at.y() < OtherPatient::kFrom || at.y() > OtherPatient::kTo) continue;
+    const double angle = std::atan2(at.x() - 0.01, at.z() - 0.15);
+    const Vector3d on = OtherPatient::skin_towards(angle, at.y());
+    EXPECT_LT(std::hypot(at.x() - 0.01, at.z() - 0.15), std::hypot(on.x() - 0.01, on.z() - 0.15) - 0.004)
+        << "below the skin";
+  }
+  EXPECT_LT((middle - 0.5 * (patient.entry + patient.probe)).norm(), 0.020);
+  for (const Vector3d& site : {patient.entry, patient.probe}) {
+    const Vector3d at = layout.patient_from_table.inverse() * site;
+    EXPECT_LT(layout.outside_field(layout.trunk_angle(at), at.y()), -0.025) << "open skin round it";
   }
 }
 
