@@ -23,8 +23,9 @@ struct ScenarioFolder {
 };
 
 /// Imports the scenario of a side file (it has one) and leaves in a folder scenario.json, organs.glb, motion.json,
-/// the tissues.json, needle.json and probe.json that it uses, report.txt, report.json, picture.png and a side file that
-/// was proposed (side.json); all of them or none. What it wrote is loaded before it is put there: it can be trained. The same input gives the same bytes.
+/// the tissues.json, needle.json and probe.json that it uses, report.txt, report.json, picture.png and a side file
+/// that was proposed (side.json); all of them or none. What it wrote is loaded before it is put there: it can be
+/// trained. The same input gives the same bytes.
 /// @param content    content_directory(): the tissue table, needles and probes by name
 /// @param generator  named in organs.glb
 /// @throws files::ContentError  "file:pointer: what; what to do"
