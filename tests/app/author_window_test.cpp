@@ -4,6 +4,7 @@
 #include "engine/app/run_session.h"
 #include "engine/app/validate.h"
 #include "tests/readers/small_scenario.h"
+#include "tests/support/author_hands.h"
 #include "tests/support/x_keyboard.h"
 
 #include <gmock/gmock.h>
@@ -24,36 +25,8 @@ std::string text_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Does the next thing every few frames.
-class Hands final : public SessionObserver {
-public:
-  using Deed = std::function<bool(support::XKeyboard&)>;
-  void click(int x, int y) {
-    for (const bool down : {true, false}) {
-      deeds.emplace_back([=](support::XKeyboard& x11) { return x11.move(x, y); });
-      deeds.emplace_back([=](support::XKeyboard& x11) { return x11.button(x, y, down); });
-    }
-  }
-  void key(const std::string& name) {
-    deeds.emplace_back([=](support::XKeyboard& x11) { return x11.press(name); });
-  }
-  bool stop_requested() override {
-    if (++frames_ > 4000) return true;
-    if (frames_ % 6 == 0 && done_ < deeds.size() && deeds[done_](x11_)) ++done_;
-    return stops && done_ == deeds.size();
-  }
-  void note(Note, const std::string& text) override { notes.push_back(text); }
-  bool given_up() const { return frames_ > 4000; }
-
-  std::vector<Deed> deeds;
-  std::vector<std::string> notes;
-  bool stops = false;  ///< asks for the end after the last
-
-private:
-  support::XKeyboard x11_;
-  std::size_t done_ = 0;
-  int frames_ = 0;
-};
+using support::XKeyboard;
+using Hands = support::AuthorHands;
 
 class AuthorWindow : public ::testing::Test {
 protected:
@@ -103,14 +76,36 @@ TEST_F(AuthorWindow, AScenarioPutWithTheMouseIsSavedSoundAndTrained) {
   EXPECT_NEAR(result.report.run.duration_s, 0.3, 0.05);
 }
 
+TEST_F(AuthorWindow, TabTakesTheNextTarget) {
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
+  files_.scenario["targets"] = {{{"name", "first"}, {"centre", {0.08, 0, 0}}, {"radius_mm", 5}},
+                                {{"name", "second"}, {"centre", {0.11, 0.01, 0}}, {"radius_mm", 6}}};
+  files_.write();
+  Hands hands;
+  hands.key("Tab");
+  hands.key("equal");
+  hands.key("s");
+  hands.key("Tab");
+  hands.key("minus");
+  hands.key("s");
+  hands.key("q");
+  author_scenario({.scenario = files_.path().string(), .language = "en"}, hands);
+  ASSERT_FALSE(hands.given_up());
+  const auto saved = nlohmann::json::parse(text_of(files_.path()))["targets"];
+  EXPECT_EQ(saved[0]["radius_mm"], 4);
+  EXPECT_EQ(saved[1]["radius_mm"], 7);
+  EXPECT_EQ(saved[0]["centre"][0], 0.08);
+  EXPECT_EQ(saved[1]["centre"][0], 0.11);
+}
+
 TEST_F(AuthorWindow, WhatIsNotSavedIsKeptWhenTheWindowIsTakenAway) {
   if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
   const std::string before = text_of(files_.path());
   Hands hands;
   hands.stops = true;
   hands.click(640, 330);
-  hands.key("z");
-  hands.key("Z");  // shifted keys come without their modifier: undone once more, which is nothing
+  hands.key("z", XKeyboard::kControl);
+  hands.key("z", XKeyboard::kControl);  // undone once more, which is nothing
   hands.click(640, 340);
   hands.key("q");  // asks, and stays
   hands.key("q");
