@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -25,6 +26,10 @@ constexpr double kSlowFrame = 0.085;  // s, on average; ten frames a second are 
 constexpr double kQuickFrame = 0.050;
 constexpr double kLookedAt = 1;  // s
 constexpr int kQuickLooks = 2;   // on end
+
+// m that surfaces may be off by where a processor draws: half a pixel of a window of 720. Each triangle costs it as
+// much as some pixels.
+constexpr double kError = 0.4e-3;
 
 constexpr const char* kFrozenHint = "left button: measure from here to there     F12: save the image     Space: live";
 
@@ -103,6 +108,11 @@ DesktopView::DesktopView(gpu::Device& device, const content::Scene& scene, sessi
   // Of a session in lockstep the same images come on every machine.
   if (device.identity().type == VK_PHYSICAL_DEVICE_TYPE_CPU && !session.lockstep())
     scanner_.limit_share(kUltrasoundShare);
+  // It takes a second or two, in which the scene is drawn as it is.
+  if (device.identity().is_lavapipe() && !settings.stereo) {
+    thinned_ = std::async(session.lockstep() ? std::launch::deferred : std::launch::async,
+                          [&scene] { return render::geometry_of(scene, {.detail = {.error = kError}}); });
+  }
 }
 
 view::Input DesktopView::point_at_image(view::Input input) {
@@ -226,7 +236,18 @@ void DesktopView::turn(const scanner::Command& command) {
   if (!frozen && scanner_.console().frozen()) scanner_.say(kFrozenHint, session_.time_s());
 }
 
+bool DesktopView::thinned() {
+  if (!thinned_.valid()) return true;
+  if (!renderer_ || thinned_.wait_for(std::chrono::seconds(0)) == std::future_status::timeout) return false;
+  device_.wait_idle();
+  const render::RenderSettings settings = renderer_->settings();
+  renderer_.reset();
+  renderer_.emplace(device_, scene_, settings, thinned_.get());
+  return true;
+}
+
 void DesktopView::fit_renderer(int width, int height, double dt_s) {
+  thinned();
   const double scale = renderer_ ? scale_.after(dt_s) : 1.0;
   const int views = settings_.stereo ? 2 : 1;
   const auto pixels = [&](int size) { return std::max(static_cast<int>(std::lround(size * scale)), 16); };

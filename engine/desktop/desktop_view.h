@@ -26,6 +26,7 @@
 #include "haptic/mouse_device.h"
 
 #include <cstdint>
+#include <future>
 #include <optional>
 #include <string>
 #include <variant>
@@ -99,6 +100,9 @@ public:
   void shown(double clock_s);
 
   const gpu::Image& scene() const { return renderer_->image(); }
+  /// Surfaces are drawn in as few triangles as they will be from now on: where a processor draws, another thread
+  /// thins them in the first seconds.
+  bool thinned();
   /// Of the scene, so far: what shows the same as before is not drawn again.
   std::uint64_t scenes_drawn() const { return renderer_ ? renderer_->frames_drawn() : 0; }
   const gpu::Image& scanner_screen() const { return scanner_.screen(); }
@@ -133,6 +137,7 @@ private:
   Panels panels_;
   RenderScale scale_;
   std::optional<render::Renderer> renderer_;
+  std::future<render::Geometry> thinned_;      ///< not taken by the renderer yet
   std::optional<panels::Ending> ending_;       ///< the session is over
   std::vector<EndWish> end_wishes_;            ///< that can be had, as their buttons are shown
   std::string next_;                           ///< scenario

@@ -85,13 +85,22 @@ Eigen::Isometry3d pose_of_probe(const state::FrameState& state) {
 
 }  // namespace
 
+Geometry geometry_of(const content::Scene& scene, const RenderSettings& settings) {
+  const RoomLayout layout = room_layout(scene);
+  return Geometry(scene, settings.room ? &layout : nullptr, settings.detail);
+}
+
 Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const RenderSettings& settings)
+    : Renderer(device, scene, settings, geometry_of(scene, settings)) {}
+
+Renderer::Renderer(gpu::Device& device, const content::Scene& scene, const RenderSettings& settings,
+                   Geometry geometry)
     : device_(device),
       settings_(checked(settings)),
       layout_(room_layout(scene)),
       probe_(scene.probe),
       patient_(scene.labels),
-      geometry_(scene, settings.room ? &layout_ : nullptr, settings.detail),
+      geometry_(std::move(geometry)),
       rest_(storage_buffer(device, bytes_of(geometry_.rest).size())),
       rest_nodes_(storage_buffer(device, bytes_of(geometry_.rest_nodes).size())),
       current_nodes_(storage_buffer(device, bytes_of(geometry_.rest_nodes).size())),

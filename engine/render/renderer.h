@@ -43,12 +43,18 @@ struct RenderSettings {
   double window_radius = 0.082;  ///< of the opening in skin, fat and muscle round the focus, m
 };
 
+/// What a renderer draws. Any thread.
+Geometry geometry_of(const content::Scene& scene, const RenderSettings& settings);
+
 /// Draws one scene. Thread: the one that uses the device.
 class Renderer {
 public:
   /// Uploads the scene's surfaces; keeps no reference to `scene`.
   /// @throws gpu::GpuError if the size is 0 or beyond the device, or views is not 1 or 2
   Renderer(gpu::Device& device, const content::Scene& scene, const RenderSettings& settings = {});
+  /// The same with a geometry that was made before, in another thread.
+  /// @param geometry  geometry_of() this scene; its detail counts
+  Renderer(gpu::Device& device, const content::Scene& scene, const RenderSettings& settings, Geometry geometry);
   /// Waits for what uses the picture.
   ~Renderer() { device_.settle(); }
   Renderer(const Renderer&) = delete;

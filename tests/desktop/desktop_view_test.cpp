@@ -368,7 +368,9 @@ TEST_F(Desktop, AtTheEndKeysSayWhatComesNext) {
 TEST_F(Desktop, ASessionThatStandsIsNotDrawnAgain) {
   constexpr double kQuick = 0.02;  // s: the size of the picture stays, too
   Running running(device);
-  frame(running, {}, 160, 120, kQuick);
+  do {
+    frame(running, {}, 160, 120, kQuick);
+  } while (!running.desktop.thinned());
   running.live.pause();
   running.stop();  // a step under way when it is paused still counts
   for (int i = 0; i < 5; ++i) frame(running, {}, 160, 120, kQuick);
