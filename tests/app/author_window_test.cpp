@@ -76,6 +76,30 @@ TEST_F(AuthorWindow, AScenarioPutWithTheMouseIsSavedSoundAndTrained) {
   EXPECT_NEAR(result.report.run.duration_s, 0.3, 0.05);
 }
 
+TEST_F(AuthorWindow, OnlyWithCtrlHeldDoesZUndo) {
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
+  Hands hands;
+  hands.stops = true;
+  hands.click(640, 330);
+  hands.key("z");
+  hands.key("1");  // so that what came before has been read
+  hands.key("1");
+  author_scenario({.scenario = files_.path().string(), .language = "en"}, hands);
+  const auto kept = files_.folder.path() / "scenario_unsaved.json";
+  ASSERT_TRUE(std::filesystem::exists(kept)) << "what was edited is still there";
+  Hands undone;
+  undone.stops = true;
+  undone.click(640, 330);
+  undone.key("z", XKeyboard::kControl);
+  undone.key("z", XKeyboard::kControl | XKeyboard::kShift);
+  undone.key("z", XKeyboard::kControl);
+  undone.key("1");
+  undone.key("1");
+  std::filesystem::remove(kept);
+  author_scenario({.scenario = files_.path().string(), .language = "en"}, undone);
+  EXPECT_FALSE(std::filesystem::exists(kept)) << "nothing is left to be saved";
+}
+
 TEST_F(AuthorWindow, TabTakesTheNextTarget) {
   if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
   files_.scenario["targets"] = {{{"name", "first"}, {"centre", {0.08, 0, 0}}, {"radius_mm", 5}},
