@@ -1,8 +1,8 @@
 #include "engine/import/scene_import.h"
 
 #include "engine/files/error.h"
-#include "engine/import/derived_body.h"
 #include "engine/files/pulse.h"
+#include "engine/import/derived_body.h"
 #include "engine/import/derived_wall.h"
 #include "engine/import/scene_placement.h"
 #include "engine/import/scene_survey.h"

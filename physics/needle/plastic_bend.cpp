@@ -9,9 +9,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kMomentRounding = 1e-12;  // of the moment: what a yielding end is beyond its strength by rounding alone
-constexpr int kMostSweeps = 40;      // each gains a factor of four
-constexpr double kTube = 0.16;       // fit to tubes of any wall
+constexpr double kMomentRounding =
+    1e-12;                       // of the moment: what a yielding end is beyond its strength by rounding alone
+constexpr int kMostSweeps = 40;  // each gains a factor of four
+constexpr double kTube = 0.16;   // fit to tubes of any wall
 
 /// What the section carries: M(p), a half beam's path being p times its length.
 double carried(const BendingStrength& strength, double path, double half) {
