@@ -175,8 +175,9 @@ double SiteSearch::view_cost(const Skin& probe, const Vector3d& entry, const Vec
   const double tilt =
       std::acos(std::clamp(-(pose.orientation * Vector3d::UnitZ()).dot(probe.normal), -1.0, 1.0)) / kWayDegree;
   double cost = 0.3e3 * (target - probe.point).norm() + 3 * std::max(0.0, tilt - 8) +
-                2 * std::max({0.0, 35 - between, between - 75});
-  constexpr int kLines = 5;  // of the face, half as wide as it is
+                8 * std::max(0.0, 40 - between) +
+                2 * std::max(0.0, between - 75);  // along the beam it sends nothing back
+  constexpr int kLines = 5;                       // of the face, half as wide as it is
   for (int i = 0; i < kLines; ++i) {
     const Vector3d from = probe.point + 0.010 * (i - kLines / 2) * (pose.orientation * Vector3d::UnitX());
     const Vector3d way = target - from;
