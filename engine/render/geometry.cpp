@@ -244,8 +244,8 @@ void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayo
 
 }  // namespace
 
-Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout, const Detail& detail)
-    : detail(detail),
+Geometry::Geometry(const content::Scene& scene, const RoomLayout* layout, const Detail& wanted)
+    : detail(wanted),
       needle(scene.needle.beams + 1, scene.needle.outer_diameter, scene.needle.length),
       syringe(scene.cavities.empty() ? 0 : kSyringeParts) {
   std::vector<std::uint32_t> first_node;
