@@ -40,7 +40,7 @@ struct Geometry {
   static constexpr std::uint32_t kMostZoneVertices = 1 << 16;
 
   /// @param layout  of the room; null: none is drawn
-  explicit Geometry(const content::Scene& scene, const RoomLayout* layout = nullptr, const Detail& detail = {});
+  explicit Geometry(const content::Scene& scene, const RoomLayout* layout = nullptr, const Detail& wanted = {});
 
   Detail detail;  ///< in which its surfaces are
   std::vector<RestVertex> rest;
