@@ -75,10 +75,16 @@ public:
     {
       scanner::LiveScanner scanner(device, scene_, scanner::ScannerConsole(scene_.probe));
       const auto begun = std::chrono::steady_clock::now();
-      while (!left_) {
-        frame_.time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-        frame(screen, device, scanner, texts);
-        if (observer_.stop_requested()) keep();
+      try {
+        while (!left_) {
+          frame_.time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+          frame(screen, device, scanner, texts);
+          if (observer_.stop_requested()) keep();
+        }
+      } catch (...) {  // the graphics device was lost
+        renderer_.reset();
+        keep();
+        throw;
       }
       device.wait_idle();
       renderer_.reset();

@@ -175,7 +175,8 @@ HeadsetFrame Headset::start_frame() {
   std::uint32_t count = 0;
   xr::check(xrLocateViews(session_, &locate, &state, 2, &count, views_.data()), "xrLocateViews");
   constexpr XrViewStateFlags kValid = XR_VIEW_STATE_POSITION_VALID_BIT | XR_VIEW_STATE_ORIENTATION_VALID_BIT;
-  const bool tracked = (state.viewStateFlags & kValid) == kValid;
+  const bool tracked = (state.viewStateFlags & kValid) == kValid &&
+                       std::ranges::all_of(views_, [](const XrView& view) { return xr::is_pose(view.pose); });
   drawable_ = wanted.shouldRender == XR_TRUE && tracked;
   if (recentre_ && tracked) {
     recentre_ = false;

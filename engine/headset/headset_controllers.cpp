@@ -177,7 +177,7 @@ Hands HeadsetControllers::read(XrTime time, XrSpace base, const Eigen::Isometry3
     xr::check(xrLocateSpace(grips_[i], base, time, &location), "xrLocateSpace");
     constexpr XrSpaceLocationFlags kValid =
         XR_SPACE_LOCATION_POSITION_VALID_BIT | XR_SPACE_LOCATION_ORIENTATION_VALID_BIT;
-    hand.tracked = (location.locationFlags & kValid) == kValid;
+    hand.tracked = (location.locationFlags & kValid) == kValid && xr::is_pose(location.pose);
     if (hand.tracked) hand.room_from_grip = room_from_base * xr::pose(location.pose);
     hand.trigger = pressed(trigger_, paths_[i], false);
     hand.squeeze = pressed(squeeze_, paths_[i], false);

@@ -6,6 +6,7 @@
 #include <openxr/openxr.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <stdexcept>
 #include <string>
@@ -37,6 +38,13 @@ inline Eigen::Isometry3d pose(const XrPosef& p) {
   out.translate(Eigen::Vector3d(p.position.x, p.position.y, p.position.z));
   out.rotate(Eigen::Quaterniond(p.orientation.w, p.orientation.x, p.orientation.y, p.orientation.z).normalized());
   return out;
+}
+
+/// It is a place and a rotation: a runtime may call valid what is no number.
+inline bool is_pose(const XrPosef& p) {
+  const Eigen::Vector4f q(p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w);
+  const bool place = std::isfinite(p.position.x) && std::isfinite(p.position.y) && std::isfinite(p.position.z);
+  return place && q.allFinite() && q.norm() > 0.5F;
 }
 
 /// Into an array of a struct; cut where it is too long.

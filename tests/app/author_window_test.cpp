@@ -15,6 +15,7 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <stdexcept>
 #include <vector>
 
 namespace stylet::app {
@@ -74,6 +75,18 @@ TEST_F(AuthorWindow, AScenarioPutWithTheMouseIsSavedSoundAndTrained) {
                                             .out = files_.folder / "out"},
                                            trainee);
   EXPECT_NEAR(result.report.run.duration_s, 0.3, 0.05);
+}
+
+TEST_F(AuthorWindow, WhatIsNotSavedOutlivesALostDevice) {
+  if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no display";
+  Hands hands;
+  hands.click(640, 330);
+  hands.key("1");  // so that what came before has been read
+  hands.deeds.emplace_back([](XKeyboard&) -> bool { throw std::runtime_error("the device is lost"); });
+  EXPECT_THROW(author_scenario({.scenario = files_.path().string(), .language = "en"}, hands), std::runtime_error);
+  const auto kept = nlohmann::json::parse(text_of(files_.folder.path() / "scenario_unsaved.json"));
+  EXPECT_NE(kept["targets"], files_.scenario["targets"]);
+  EXPECT_THAT(hands.notes, ::testing::Contains(::testing::HasSubstr("scenario_unsaved.json")));
 }
 
 TEST_F(AuthorWindow, OnlyWithCtrlHeldDoesZUndo) {

@@ -1,6 +1,8 @@
 // The controllers: poses in the room, buttons of each kind of controller, and when there are none.
 #include "tests/headset/rig.h"
 
+#include <limits>
+
 namespace stylet::tests {
 namespace {
 
@@ -19,6 +21,30 @@ TEST(HeadsetControllers, HandsAreInTheRoom) {
   EXPECT_TRUE(frame->hands.left.tracked);
   EXPECT_TRUE(frame->hands.left.room_from_grip.isApprox(standing * isometry(left), 1e-6));
   EXPECT_FALSE(frame->hands.right.tracked);
+  rig.expect_clean();
+}
+
+// A runtime may call valid what is no number: a hand that follows it would be nowhere.
+TEST(HeadsetControllers, WhatIsNoPoseIsNotTracked) {
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  XrPosef grip{{0, 0, 0, 1}, {0.2F, 0.1F, -0.4F}};
+  const auto both = [&](XrTime) { return HandScript{.grip = grip}; };
+  Rig rig({.left = both, .right = both});
+  rig.turn_until_focused();
+  const auto tracked = [&] {
+    const headset::Hands hands = rig.turn()->hands;
+    EXPECT_EQ(hands.left.tracked, hands.right.tracked);
+    return hands.left.tracked;
+  };
+  EXPECT_TRUE(tracked());
+  for (const XrPosef& bad :
+       {XrPosef{{0, 0, 0, 1}, {kNone, 0, 0}}, XrPosef{{0, 0, 0, 1}, {0, 0, std::numeric_limits<float>::infinity()}},
+        XrPosef{{0, kNone, 0, 1}, {0, 0, 0}}, XrPosef{{0, 0, 0, 0}, {0, 0, 0}}}) {
+    grip = bad;
+    EXPECT_FALSE(tracked());
+    grip = {{0, 0, 0, 1}, {0.2F, 0.1F, -0.4F}};
+    EXPECT_TRUE(tracked());
+  }
   rig.expect_clean();
 }
 

@@ -2,6 +2,7 @@
 #include "tests/headset/rig.h"
 
 #include <cmath>
+#include <limits>
 
 namespace stylet::tests {
 namespace {
@@ -112,6 +113,10 @@ TEST(HeadsetFrame, WithoutTrackingNothingIsShown) {
   mock::script().head_tracked = false;
   EXPECT_FALSE(rig.turn()->draw);
   mock::script().head_tracked = true;
+  EXPECT_TRUE(rig.turn()->draw);
+  mock::script().head = [](XrTime) { return XrPosef{{0, 0, 0, 1}, {std::numeric_limits<float>::quiet_NaN(), 0, 0}}; };
+  EXPECT_FALSE(rig.turn()->draw) << "tracked, says the runtime, but nowhere";
+  mock::script().head = [](XrTime) { return XrPosef{{0, 0, 0, 1}, {0, 0, 0}}; };
   EXPECT_TRUE(rig.turn()->draw);
   rig.expect_clean();
 }
