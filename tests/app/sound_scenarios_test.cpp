@@ -346,6 +346,43 @@ TEST_P(SoundScenario, IsTrainedToItsDebriefWhateverItsKeysSay) {
   EXPECT_GT(outcomes[Outcome::refused], cases() / 8);
 }
 
+/// The tutorial with every object that a scenario can have, so that each key is there to be changed.
+SmallFiles full_files() {
+  SmallFiles full = small_files("tutorial");
+  Json& scenario = full.json["scenario.json"];
+  scenario["bodies"][0]["mesh"] = {{"target_nodes", 100}};
+  scenario["labels"]["spacing_mm"] = 6;
+  scenario["room_from_patient"] = {{"position", {0, 0, 0}}};
+  scenario["breathing"] = Json::parse(R"({"amplitude": 0.5, "holds": [[0.1, 0.2]]})");
+  scenario["bodies"][0]["fixed"][0]["breathing_mm"] = {0, 0, 2};
+  scenario["start"]["probe_off_mm"] = {1, 4};
+  scenario["organs"][0]["nodes"] = Json::object();
+  return full;
+}
+
+TEST(SoundScenarioSweep, IsTrainedWithEachKeyAtItsOddestValues) {
+  const SmallFiles full = full_files();
+  const char* asked = std::getenv("STYLET_SCENARIO_CASES");
+  int number = 0, trained = 0, refused = 0;
+  for (const char* file : {"scenario.json", "needle.json", "probe.json", "tissues.json"}) {
+    KeyMutation::sweep(full.json.at(file), table_of(file), [&](const Json& changed, const std::string& what) {
+      // A sanitizer sees one in eight.
+      if (support::kSanitized && asked == nullptr && number++ % 8 != 0) return;
+      SmallFiles files = full;
+      files.json[file] = changed;
+      keep_small(files.json["scenario.json"]);
+      const support::TemporaryFolder folder;
+      files.write(folder);
+      std::string why;
+      const Outcome outcome = outcome_apart(folder / "scenario.json", 1, why);
+      EXPECT_NE(outcome, Outcome::broken) << file << what << '\n' << why;
+      ++(outcome == Outcome::trained ? trained : refused);
+    });
+  }
+  std::printf("%d trained, %d refused\n", trained, refused);
+  EXPECT_GT(trained, refused / 4) << "most are refused: nothing was tried";
+}
+
 INSTANTIATE_TEST_SUITE_P(Shipped, SoundScenario,
                          testing::Values("tutorial", "liver_biopsy", "rfa", "cyst_aspiration"),
                          [](const auto& tested) { return std::string(tested.param); });

@@ -11,7 +11,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -43,6 +45,30 @@ public:
     return what;
   }
 
+  /// Every key of `object` once, whatever lists it is in, with every odd value it can have: each as a change of its
+  /// own.
+  /// @param each  gets the changed object and what was done
+  template <typename Each>
+  static void sweep(const Json& object, const files::KeyTable& table, const Each& each) {
+    Json whole = object;
+    std::vector<Place> places;
+    collect(whole, table, "", places);
+    std::set<const files::Key*> seen;
+    for (const Place& place : places) {
+      if (!seen.insert(place.key).second) continue;
+      const std::string name(place.key->name);
+      const Json::json_pointer parent(place.pointer.substr(0, place.pointer.size() - name.size() - 1));
+      const auto with = [&](const auto& edit, const std::string& what) {
+        Json changed = object;
+        edit(changed[parent]);
+        each(changed, place.pointer + what);
+      };
+      if (place.object->contains(name)) with([&](Json& at) { at.erase(name); }, " is gone");
+      for (const Json& value : odd_values(*place.key))
+        with([&](Json& at) { at[name] = value; }, " = " + shown(value));
+    }
+  }
+
   std::size_t pick(std::size_t n) { return n == 0 ? 0 : random_() % n; }
   bool one_in(std::size_t n) { return pick(n) == 0; }
 
@@ -55,6 +81,51 @@ private:
 
   static std::string shown(const Json& value) {
     return value.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 200);
+  }
+
+  /// Where a slip is most likely to get through: what is empty, and the ends of what is accepted.
+  static std::vector<Json> odd_values(const files::Key& key) {
+    const double from = std::max(key.range.min, -1e9), to = std::min(key.range.max, 1e9);
+    const auto ends = [&](int count) {
+      std::vector<Json> out;
+      for (const double end : {from, to, std::clamp(0.0, from, to)}) {
+        out.emplace_back(std::vector<double>(static_cast<std::size_t>(std::max(1, count)), end));
+      }
+      return out;
+    };
+    switch (key.type) {
+      case files::KeyType::number:
+      case files::KeyType::integer:
+        return {from, to, std::clamp(0.0, from, to)};
+      case files::KeyType::boolean:
+        return {true, false};
+      case files::KeyType::choice: {
+        std::vector<Json> out{""};
+        for (const std::string_view choice : key.choices()) out.emplace_back(choice);
+        return out;
+      }
+      case files::KeyType::numbers:
+      case files::KeyType::vector:
+      case files::KeyType::quaternion:
+        return ends(key.items.min);
+      case files::KeyType::rows: {
+        std::vector<Json> out{Json::array()};
+        for (const Json& row : ends(key.row.min)) out.push_back(Json::array({row}));
+        return out;
+      }
+      case files::KeyType::texts:
+        return {Json::array(), Json::array({""}), Json::array({"no_such_name", "no_such_name"})};
+      case files::KeyType::objects:
+        return {Json::array(), Json::array({Json::object()})};
+      case files::KeyType::object:
+      case files::KeyType::entries:
+        return {Json::object()};
+      case files::KeyType::text:
+      case files::KeyType::file:
+      case files::KeyType::note:
+        break;
+    }
+    return {"", " ", "no_such_name", "\x1b[31m\nred"};
   }
 
   /// Every key that an object in there has or could have.
