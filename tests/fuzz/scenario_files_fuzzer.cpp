@@ -38,7 +38,9 @@ void claim_side_file(JsonFile& file) {
     fuzz::claim(organ.cell >= 0 && organ.target_nodes <= 200000, "tetrahedra are limited");
   }
   if (!file.problems().empty() || !side.scenario) return;
-  fuzz::claim(side.scenario->entry.allFinite() && side.scenario->probe.at.allFinite(), "places are finite");
+  const std::optional<Eigen::Vector3d>& entry = side.scenario->entry;
+  fuzz::claim((!entry || entry->allFinite()) && (!side.scenario->probe.at || side.scenario->probe.at->allFinite()),
+              "places are finite");
   fuzz::claim(side.scenario->wall.depth > 0 && side.scenario->label_spacing > 0, "lengths are positive");
 }
 
