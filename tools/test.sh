@@ -27,8 +27,8 @@ One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder'
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
 --all adds tests and tools to the files compiled alone, the benchmarks, soaks of the default scenario (in lockstep for
 STYLET_SOAK_MINUTES of session time, 30; in real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), a
-hundred random users at the window, again under AddressSanitizer, coverage-guided fuzzing of every reader
-(STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
+hundred random users at the window, again under AddressSanitizer, each scenario changed STYLET_SCENARIO_CASES times at
+random and trained (700), coverage-guided fuzzing of every reader (STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
 HELP
   exit 0
@@ -156,6 +156,9 @@ if [ $tier = all ]; then
   random_users() { "build/$1/bin/stylet_desktop_tests" --gtest_filter='RandomUsers.*'; }
   stage "Random users" random_users release || status=1
   ASAN_OPTIONS=detect_leaks=0 STYLET_VALIDATION=0 stage "Random users, asan" random_users asan || status=1
+  # STYLET_SCENARIO_CASES of each scenario changed at random, and every key at each of its oddest values.
+  export STYLET_SCENARIO_CASES=${STYLET_SCENARIO_CASES:-700}
+  stage "Sound scenarios" build/release/bin/stylet_sound_scenarios_tests || status=1
   stage "Fuzz" tools/fuzz.sh "${STYLET_FUZZ_SECONDS:-3600}" || status=1
   stage "clang-tidy" tools/lint.sh tidy || status=1
 fi
