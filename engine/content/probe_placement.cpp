@@ -175,4 +175,11 @@ physics::RigidPose probe_on_skin(const Eigen::Vector3d& point, const Eigen::Vect
   return {.position = point, .orientation = Eigen::Quaterniond(frame).normalized()};
 }
 
+double angle_to_beam(const Probe& probe, const Eigen::Vector3d& point, const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d axis = probe.pose.orientation * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d beam =
+      probe.convex ? Eigen::Vector3d(point - probe.pose.position + probe.radius * axis) : axis;
+  return std::atan2(beam.cross(direction).norm(), std::abs(beam.dot(direction)));
+}
+
 }  // namespace stylet::content

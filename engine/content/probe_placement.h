@@ -23,6 +23,10 @@ std::string odd_probe_placement(const Probe& probe, const LabelVolume& labels);
 physics::RigidPose probe_on_skin(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
                                  const Eigen::Vector3d& seen, const Eigen::Vector3d& entry);
 
+/// Angle between a direction and the beam through a point, rad, 0 to pi/2: beams of a convex probe spread from the
+/// middle of its face's circle, those of a linear one are parallel. Patient frame.
+double angle_to_beam(const Probe& probe, const Eigen::Vector3d& point, const Eigen::Vector3d& direction);
+
 /// How a sonographer moves a probe on the skin: the slides first, then the turns, about axes of the probe (m, rad).
 struct ProbeMove {
   double lateral = 0;    ///< slide along +X

@@ -57,6 +57,9 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
   files::JsonFile needle_file(needle_path);
   const content::Needle needle = readers::read_needle(needle_file);
   needle_file.throw_problems();
+  files::JsonFile probe_file(probe_path);
+  const content::Probe probe = readers::read_probe(probe_file);
+  probe_file.throw_problems();
   files::JsonFile table_file(tissues_path);
   const content::TissueTable table = content::read_tissues(table_file);
   table_file.throw_problems();
@@ -67,7 +70,7 @@ ScenarioFolder write_scenario(const std::vector<SourceFile>& files, const SideFi
     colours[tissue.name] = tissue.colour;
   }
 
-  const ImportedScene imported = import_scene(files, side, tissues, progress);
+  const ImportedScene imported = import_scene(files, side, tissues, probe, progress);
 
   files::OutputDirectory out(folder);
   const auto glb = gltf::write_glb(imported.surfaces, colours,

@@ -1,5 +1,6 @@
 #include "engine/import/scene_import.h"
 
+#include "engine/content/probe_placement.h"
 #include "engine/files/error.h"
 #include "engine/files/pulse.h"
 #include "engine/import/derived_body.h"
@@ -18,6 +19,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 
 namespace stylet::import {
 namespace {
@@ -44,8 +46,13 @@ struct Made {
 class SceneImport {
 public:
   SceneImport(const std::vector<SourceFile>& files, const SideFile& side, const std::set<std::string>& tissues,
-              const ImportProgress& progress)
-      : files_(files), side_(side), scenario_(*side_.scenario), tissues_(tissues), progress_(progress) {
+              const content::Probe& probe, const ImportProgress& progress)
+      : files_(files),
+        side_(side),
+        scenario_(*side_.scenario),
+        tissues_(tissues),
+        probe_(probe),
+        progress_(progress) {
     // The derived body is an organ like the others, before them.
     if (!scenario_.wall.skin.empty()) return;
     scenario_.wall.skin = kDerivedBody;
@@ -168,8 +175,10 @@ private:
     scene_.cuts = body_->cuts();
     make_balls();
     scene_.target = centre_of(made(scenario_.target).surface);
-    if (!scenario_.entry || !scenario_.probe.at) propose_sites();
+    const bool proposed = !scenario_.entry || !scenario_.probe.at;
+    if (proposed) propose_sites();
     place_on_skin(side_, *body_, scene_);
+    if (proposed) look_at_needle();
   }
 
   /// What a needle and an image meet, seen from an organ that the target lies in.
@@ -187,7 +196,7 @@ private:
     }
     Eigen::AlignedBox3d box;
     for (const Eigen::Vector3d& v : made(carrier).surface.vertices) box.extend(v);
-    return {organs, *body_, scenario_.wall, box, [&] { progress_("placing needle and probe", 0); }};
+    return {organs, *body_, scenario_.wall, probe_, box, [&] { progress_("placing needle and probe", 0); }};
   }
 
   void make_balls() {
@@ -230,6 +239,20 @@ private:
     }
     if (!scenario_.entry) scenario_.entry = sites->entry;
     if (!scenario_.probe.at) scenario_.probe.at = sites->probe;
+  }
+
+  /// Of a needle along the beam there is nothing in the image.
+  void look_at_needle() {
+    content::Probe held = probe_;
+    held.pose = scene_.probe;
+    const double angle = content::angle_to_beam(held, scene_.target, scene_.target - scene_.entry);
+    if (angle >= kLeastToBeam) return;
+    constexpr double kDegree = std::numbers::pi / 180;
+    scene_.warnings.push_back(fmt::format(
+        "the needle makes {:.0f} degrees with the ultrasound's beam through the target, less than {:.0f}: "
+        "the image shows it faintly, and no better place was found; choose another target, or say in "
+        "{}/entry and {}/probe where they are",
+        angle / kDegree, kLeastToBeam / kDegree, scenario_.pointer, scenario_.pointer));
   }
 
   void add_wall() {
@@ -442,6 +465,7 @@ private:
   SideScenario& scenario_;  // of it
   bool derives_body_ = false;
   const std::set<std::string>& tissues_;
+  const content::Probe& probe_;
   const ImportProgress& progress_;
   std::vector<Made> made_;
   std::vector<std::pair<std::string, std::vector<const SourcePart*>>> parts_of_;  // by organ
@@ -457,8 +481,9 @@ bool leaks(const std::string& tissue) {
 }
 
 ImportedScene import_scene(const std::vector<SourceFile>& files, const SideFile& side,
-                           const std::set<std::string>& tissues, const ImportProgress& progress) {
-  return SceneImport(files, side, tissues, progress).run();
+                           const std::set<std::string>& tissues, const content::Probe& probe,
+                           const ImportProgress& progress) {
+  return SceneImport(files, side, tissues, probe, progress).run();
 }
 
 }  // namespace stylet::import

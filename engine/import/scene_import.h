@@ -2,6 +2,7 @@
 // needle and the probe placed, and an account of what was found.
 #pragma once
 
+#include "engine/content/scene.h"
 #include "engine/gltf/gltf_writer.h"
 #include "engine/import/organ_import.h"
 #include "engine/import/scan_cut.h"
@@ -84,8 +85,10 @@ bool leaks(const std::string& tissue);
 
 /// Completes what the side file leaves open: the body, the entry, the probe, made-up lesions.
 /// @param tissues  names of the tissue table
+/// @param probe    the one that is held; its pose does not count
 /// @throws files::ContentError  "side file:pointer: what; what to do"
 ImportedScene import_scene(const std::vector<SourceFile>& files, const SideFile& side,
-                           const std::set<std::string>& tissues, const ImportProgress& progress);
+                           const std::set<std::string>& tissues, const content::Probe& probe,
+                           const ImportProgress& progress);
 
 }  // namespace stylet::import

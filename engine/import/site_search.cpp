@@ -30,16 +30,25 @@ constexpr double kLying = -0.2;              // z of the skin's normal: below, t
 constexpr double kGoodDepth = 0.065;         // m below the skin, of a lesion that is made up
 constexpr double kBallClear = 0.006;         // m between it and what is about it
 constexpr double kBallApart = 0.008;         // m between the places tried for it
-constexpr std::array kBeside{0.040, 0.062};  // m between entry and probe
-constexpr std::size_t kEntriesTried = 40;    // with each its probes
+constexpr double kBallsApart = 0.016;        // m between those of them for which a probe is tried
+constexpr std::size_t kBallsTried = 40;      // the best by their needle's way
+constexpr std::array kBeside{0.040, 0.068};  // m between entry and probe: its face, and a hand's room beside it
 constexpr double kFarAway = 1.0;             // m
 constexpr double kWayDegree = std::numbers::pi / 180;
+// What outweighs the length of any way, so that it is chosen only where there is nothing else.
+constexpr double kThroughHard = 300;    // a mm of bone or air
+constexpr double kThroughSpared = 150;  // a mm of what bleeds or leaks
+constexpr double kAlongBeam = 30;       // a degree too close to the beam
+constexpr double kOffSkin = 30;         // a degree that the probe's face is tilted off the skin
+constexpr double kFlatEnough = 18;      // degrees: from here on
+constexpr double kShadowed = 60;        // each of kLines of the face
+constexpr int kLines = 5;
 
 }  // namespace
 
 SiteSearch::SiteSearch(std::span<const SiteOrgan> organs, const Body& body, const SideWall& wall,
-                       const Eigen::AlignedBox3d& around, std::function<void()> pulse)
-    : body_(body), wall_(wall), pulse_(std::move(pulse)) {
+                       const content::Probe& probe, const Eigen::AlignedBox3d& around, std::function<void()> pulse)
+    : body_(body), wall_(wall), probe_(probe), pulse_(std::move(pulse)) {
   const Eigen::AlignedBox3d near(around.min().array() - kAround, around.max().array() + kAround);
   const Eigen::AlignedBox3d box = near.intersection(body.solid().bounds());
   double cell = kCell;
@@ -157,34 +166,34 @@ double SiteSearch::way_cost(const Skin& entry, const Vector3d& target) const {
     const Vector3d x = entry.point + s * along;
     const SiteKind kind = kind_at(x);
     const double mm = 1e3 * kWayStep;
-    if (kind == SiteKind::hard || kind == SiteKind::air) cost += 60 * mm;
-    if (kind == SiteKind::spared) cost += 30 * mm;
+    if (kind == SiteKind::hard || kind == SiteKind::air) cost += kThroughHard * mm;
+    if (kind == SiteKind::spared) cost += kThroughSpared * mm;
     cost += 2 * mm * std::max(0.0, 1 - clear_at(x) / kKeepOff);
   }
   return cost;
 }
 
-/// Millimetres; infinite where the probe would not see the needle.
-double SiteSearch::view_cost(const Skin& probe, const Vector3d& entry, const Vector3d& target) const {
+/// Millimetres; infinite where the probe would not see the needle. Not worked out further from `most` on.
+double SiteSearch::view_cost(const Skin& probe, const Vector3d& entry, const Vector3d& target, double most) const {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   const Vector3d to_seen = (target - probe.point).normalized();
-  const Vector3d needle = (target - entry).normalized();
-  const double between = std::acos(std::clamp(to_seen.dot(needle), -1.0, 1.0)) / kWayDegree;
   if ((entry - probe.point).normalized().cross(to_seen).norm() < 0.3) return kNever;
-  const physics::RigidPose pose = content::probe_on_skin(probe.point, probe.normal, target, entry);
+  content::Probe held = probe_;
+  held.pose = content::probe_on_skin(probe.point, probe.normal, target, entry);
+  const double between = content::angle_to_beam(held, target, target - entry) / kWayDegree;
   const double tilt =
-      std::acos(std::clamp(-(pose.orientation * Vector3d::UnitZ()).dot(probe.normal), -1.0, 1.0)) / kWayDegree;
+      std::acos(std::clamp(-(held.pose.orientation * Vector3d::UnitZ()).dot(probe.normal), -1.0, 1.0)) / kWayDegree;
   double cost = 0.3e3 * (target - probe.point).norm() + 3 * std::max(0.0, tilt - 8) +
-                8 * std::max(0.0, 40 - between) +
-                2 * std::max(0.0, between - 75);  // along the beam it sends nothing back
-  constexpr int kLines = 5;                       // of the face, half as wide as it is
-  for (int i = 0; i < kLines; ++i) {
-    const Vector3d from = probe.point + 0.010 * (i - kLines / 2) * (pose.orientation * Vector3d::UnitX());
+                kOffSkin * std::max(0.0, tilt - kFlatEnough) +
+                kAlongBeam * std::max(0.0, kLeastToBeam / kWayDegree - between) + 2 * std::max(0.0, between - 75);
+  if (cost >= most) return cost;
+  for (int i = 0; i < kLines; ++i) {  // half as wide as the face
+    const Vector3d from = probe.point + 0.010 * (i - kLines / 2) * (held.pose.orientation * Vector3d::UnitX());
     const Vector3d way = target - from;
     for (double s = 0.004; s < way.norm(); s += kWayStep) {
       const SiteKind kind = kind_at(from + s * way.normalized());
       if (kind != SiteKind::hard && kind != SiteKind::air) continue;
-      cost += 60.0 / kLines;  // in its shadow
+      cost += kShadowed;
       break;
     }
   }
@@ -192,6 +201,11 @@ double SiteSearch::view_cost(const Skin& probe, const Vector3d& entry, const Vec
 }
 
 std::optional<Vector3d> SiteSearch::ball(double radius) const {
+  // Beside a way's own length, which is no matter here.
+  const auto off_depth = [](const Vector3d& x, const Vector3d& entry) {
+    const double length = (x - entry).norm();
+    return 2e3 * std::abs(length - kGoodDepth) - 1e3 * length;
+  };
   std::vector<Skin> some;
   std::set<std::array<int, 3>> taken;
   for (const Skin& skin : skin_) {
@@ -200,8 +214,7 @@ std::optional<Vector3d> SiteSearch::ball(double radius) const {
   }
   const int apart = std::max(1, static_cast<int>(std::lround(kBallApart / static_cast<double>(grid_.spacing))));
   for (const double clear : {kBallClear, 0.002, 0.0}) {
-    std::optional<Vector3d> best;
-    double least = std::numeric_limits<double>::infinity();
+    std::vector<std::pair<double, Vector3d>> places;  // with what the needle's way costs
     for (int k = 0; k < grid_.size.z(); k += apart) {
       pulse_();
       for (int j = 0; j < grid_.size.y(); j += apart) {
@@ -212,17 +225,33 @@ std::optional<Vector3d> SiteSearch::ball(double radius) const {
           if (static_cast<double>(deep_[cell]) < off || static_cast<double>(clear_[cell]) < off) continue;
           if (std::ranges::any_of(body_.cuts(), [&](const ScanCut& cut) { return cut.beyond(x) > -2 * off; }))
             continue;
+          double least = std::numeric_limits<double>::infinity();
           for (const Skin& skin : some) {
-            const double length = (x - skin.point).norm();
-            const double depth = 2e3 * std::abs(length - kGoodDepth);
-            if (depth > least) continue;
-            const double cost = way_cost(skin, x) - 1e3 * length + depth;
-            if (cost >= least) continue;
-            least = cost;
-            best = x;
+            const double depth = off_depth(x, skin.point);
+            // A way costs its length at least.
+            if (depth + 1e3 * (x - skin.point).norm() < least) least = std::min(least, way_cost(skin, x) + depth);
           }
+          if (std::isfinite(least)) places.emplace_back(least, x);
         }
       }
+    }
+    std::ranges::stable_sort(places, {}, [](const auto& each) { return each.first; });
+    std::vector<Vector3d> tried;
+    std::optional<Vector3d> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& place : places) {
+      const double way = place.first;
+      const Vector3d& x = place.second;
+      if (tried.size() == kBallsTried || way >= least) break;
+      if (std::ranges::any_of(tried, [&](const Vector3d& other) { return (x - other).norm() < kBallsApart; }))
+        continue;
+      tried.push_back(x);
+      const auto found = sites(x, {});
+      if (!found) continue;
+      const double cost = found->cost + off_depth(x, found->entry);
+      if (cost >= least) continue;
+      least = cost;
+      best = x;
     }
     if (best) return best;
   }
@@ -245,17 +274,17 @@ std::optional<SiteSearch::Sites> SiteSearch::sites(const Vector3d& target,
   std::ranges::stable_sort(entries, {}, [](const auto& each) { return each.first; });
   std::optional<Sites> best;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t e = 0; e < std::min(entries.size(), kEntriesTried); ++e) {
+  for (const auto& [cost, from] : entries) {
+    if (cost >= least) break;
     pulse_();
-    const auto& [cost, from] = entries[e];
     for (const Skin& skin : skin_) {
       const double apart = (skin.point - from.point).norm();
       if (apart < kBeside[0] || apart > kBeside[1]) continue;
       if (field_distance(wall_, from.point, body_.cuts(), skin.point) > -0.015) continue;
-      const double all = cost + view_cost(skin, from.point, target);
+      const double all = cost + view_cost(skin, from.point, target, least - cost);
       if (all >= least) continue;
       least = all;
-      best = {.entry = from.point, .probe = skin.point};
+      best = {.entry = from.point, .probe = skin.point, .cost = all};
     }
   }
   return best;

@@ -1,7 +1,7 @@
 // Where needle, probe and a made-up lesion go in a patient for whom nobody has said it.
 //
 // Each is the best of many places by a cost in millimetres, which is an engineering value as a whole: the length of
-// the way, and more where it leads through or past what must be spared.
+// the way, and more where it leads through or past what must be spared, or where the image would not show the needle.
 #pragma once
 
 #include "engine/content/scene.h"
@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -33,21 +34,28 @@ struct SiteOrgan {
   SiteKind kind = SiteKind::free;
 };
 
+/// Needle and beam make at least this angle with each other at the target, where the anatomy allows it, rad. A shaft
+/// is a mirror: at 90 degrees all of it returns to the probe, at 20 hardly anything (Hopkins and Bradley 2001,
+/// Nichols 2003), so the needle is led in as flat below the probe as the way allows.
+inline constexpr double kLeastToBeam = 40 * std::numbers::pi / 180;
+
 class SiteSearch {
 public:
   /// @param organs  where two overlap the later one counts; at least one is the carrier, or `around` says where to
   /// look
+  /// @param probe   its face and its beams; its pose does not count
   /// @param around  the target, m, patient frame
-  SiteSearch(std::span<const SiteOrgan> organs, const Body& body, const SideWall& wall,
+  SiteSearch(std::span<const SiteOrgan> organs, const Body& body, const SideWall& wall, const content::Probe& probe,
              const Eigen::AlignedBox3d& around, std::function<void()> pulse);
 
   /// Middle of a ball in the carrier that keeps off its surface and off what is spared, about 65 mm below the skin on
-  /// a good way. Nothing: the carrier is too small for it.
+  /// a good way that a probe sees. Nothing: the carrier is too small for it.
   std::optional<Eigen::Vector3d> ball(double radius) const;
 
   struct Sites {
     Eigen::Vector3d entry = Eigen::Vector3d::Zero();  ///< on the skin
     Eigen::Vector3d probe = Eigen::Vector3d::Zero();
+    double cost = 0;  ///< mm
   };
   /// On a supine patient, clear of the ends of the scan, the probe in the field of the wall beside the entry.
   /// @param entry  where that is known already
@@ -63,10 +71,11 @@ private:
   std::optional<std::size_t> cell_of(const Eigen::Vector3d& x) const;
   std::vector<float> distance_to(const std::function<bool(SiteKind)>& is) const;
   double way_cost(const Skin& entry, const Eigen::Vector3d& target) const;
-  double view_cost(const Skin& probe, const Eigen::Vector3d& entry, const Eigen::Vector3d& target) const;
+  double view_cost(const Skin& probe, const Eigen::Vector3d& entry, const Eigen::Vector3d& target, double most) const;
 
   const Body& body_;
   const SideWall& wall_;
+  const content::Probe& probe_;
   std::function<void()> pulse_;
   content::LabelVolume grid_;    // its geometry
   std::vector<SiteKind> kinds_;  // [cells]

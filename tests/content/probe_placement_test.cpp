@@ -61,5 +61,23 @@ TEST(MovedOnSkin, EndsWhereTheSkinDoes) {
   EXPECT_FALSE(moved_on_skin(on_top(), ball(), {.lateral = 0.099}));
 }
 
+TEST(AngleToBeam, IsMeasuredToTheBeamThatGoesThroughThePoint) {
+  constexpr double kDegree = 0.017453292519943295;
+  Probe probe;
+  probe.pose = {.position = {0.1, 0.2, 0.3}, .orientation = Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5)};
+  const auto world = [&](const Eigen::Vector3d& v) { return Eigen::Vector3d(probe.pose.orientation * v); };
+  // Beside the middle of the image, where the beam of a convex probe leans by 20 degrees.
+  const double depth = 0.05, aside = (probe.radius + depth) * std::tan(20 * kDegree);
+  const Eigen::Vector3d point = probe.pose.position + world({aside, 0, depth});
+  for (const double lean : {-60.0, -20.0, 0.0, 20.0, 50.0}) {  // of the needle
+    const Eigen::Vector3d needle = world({std::sin(lean * kDegree), 0, std::cos(lean * kDegree)});
+    probe.convex = true;
+    EXPECT_NEAR(angle_to_beam(probe, point, 0.03 * needle), std::abs(lean - 20) * kDegree, 1e-7) << lean;
+    EXPECT_NEAR(angle_to_beam(probe, point, -needle), std::abs(lean - 20) * kDegree, 1e-7) << "from behind";
+    probe.convex = false;
+    EXPECT_NEAR(angle_to_beam(probe, point, needle), std::abs(lean) * kDegree, 1e-7) << lean;
+  }
+}
+
 }  // namespace
 }  // namespace stylet::content

@@ -98,7 +98,7 @@ constexpr double kFieldRadius = support::kSanitized ? 0.035 : 0.095;  // m
 const ImportedScene& torso_scene() {
   static const ImportedScene scene = import_scene(
       torso(), side_file(support::kSanitized ? replaced(kSide, "\"radius_mm\": 95", "\"radius_mm\": 35") : kSide),
-      kTissues, kQuiet);
+      kTissues, {}, kQuiet);
   return scene;
 }
 
@@ -211,7 +211,7 @@ TEST(ImportScene, ReportsTheTissuesOnTheNeedlesPath) {
   if (support::kSanitized) return;
   // An entry below the middle rib: the way leads through it.
   const std::string aside = replaced(kSide, "[-0.121, 0, 0.004]", "[-0.108, -0.04, 0.036]");
-  const ImportedScene scene = import_scene(torso(), side_file(aside), kTissues, kQuiet);
+  const ImportedScene scene = import_scene(torso(), side_file(aside), kTissues, {}, kQuiet);
   EXPECT_THAT(scene.warnings, ::testing::Contains(HasSubstr("passes ribs (bone)")));
 }
 

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <string>
 #include <utility>
@@ -128,7 +129,7 @@ const Proposed& proposed(double lesion) {
   result.files = files_of(support::torso_labels(support::kSanitized ? 0.006 : 0.003, lesion));
   files::JsonFile file("side.json", propose_side_text(result.files, lesion > 0 ? "liver_tumor" : "liver", "case"));
   const SideFile side = read_side_file(file);
-  result.scene = import_scene(result.files, side, kTissueNames, [](const std::string&, double) {});
+  result.scene = import_scene(result.files, side, kTissueNames, {}, [](const std::string&, double) {});
   made.emplace_back(lesion, std::move(result));
   return made.back().second;
 }
@@ -164,6 +165,13 @@ TEST_P(ProposedScene, NeedleAndProbeGoWhereACarefulHandPutsThem) {
   EXPECT_LT(beside, 0.070);
   const Vector3d seen = scene.probe.orientation.conjugate() * (scene.target - scene.probe.position);
   EXPECT_NEAR(seen.y(), 0, 1e-6) << "the target is in the image";
+  const Vector3d from = scene.probe.orientation.conjugate() * (scene.entry - scene.probe.position);
+  EXPECT_NEAR(from.y(), 0, 1e-6) << "so is the needle";
+  // The beam comes from the middle of the circle that the face of the convex probe is a part of.
+  const Vector3d beam = seen + Vector3d(0, 0, content::Probe{}.radius);
+  const double to_beam = std::acos(beam.normalized().dot((seen - from).normalized())) * 180 / std::numbers::pi;
+  EXPECT_GE(to_beam, 40) << "a needle along the beam is not in the image";
+  EXPECT_LE(to_beam, 90);
   EXPECT_LT(std::abs(std::atan2(seen.x(), seen.z())), 0.4);
   EXPECT_TRUE(organs[2].holds(scene.target)) << "in the liver";
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("derived: no part is the body")));
