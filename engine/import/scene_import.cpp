@@ -29,10 +29,11 @@ using gltf::AnnotatedSurface;
 using mesh::Solid;
 using mesh::TriangleMesh;
 
-constexpr double kCutArea = 20e-6;     // m^2: from here on an organ counts as cut by the end of the scan
-constexpr double kLargeOverlap = 0.2;  // of the smaller organ: segmentations do not overlap by so much
-constexpr double kThinOut = 0.1e-3;    // m: far less than a scan's voxel
-constexpr double kSplitCell = 0.002;   // m, of the surfaces of an organ that is parted
+constexpr double kCutArea = 20e-6;      // m^2: from here on an organ counts as cut by the end of the scan
+constexpr double kLargeOverlap = 0.2;   // of the smaller organ: segmentations do not overlap by so much
+constexpr double kThinOut = 0.1e-3;     // m: far less than a scan's voxel
+constexpr double kSplitCell = 0.002;    // m, of the surfaces of an organ that is parted
+constexpr double kSmallestBall = 0.55;  // of the lesion that was asked for, where an organ has no room for it
 constexpr const char* kDerivedBody = "body";
 constexpr const char* kMadeUpTissue = "tumour";
 
@@ -205,8 +206,14 @@ private:
       if (std::ranges::none_of(made_, [&](const Made& other) { return other.side->id == organ.body; })) {
         fail(organ.pointer + "/ball_mm", "lies in an organ, not in the wall; name another body");
       }
-      const double radius = organ.ball / 2;
-      const auto centre = search_about(organ.body).ball(radius);
+      const SiteSearch search = search_about(organ.body);
+      double ball = organ.ball;
+      auto centre = search.ball(ball / 2);
+      while (!centre && ball > kSmallestBall * organ.ball) {
+        ball *= 0.8;
+        centre = search.ball(ball / 2);
+      }
+      const double radius = ball / 2;
       if (!centre) {
         fail(organ.pointer + "/ball_mm",
              fmt::format("there is no room for {:.3g} mm in {} that a needle gets to; make it smaller, or choose "
@@ -221,10 +228,11 @@ private:
                             .role = organ.role,
                             .tissue = organ.tissue.empty() ? kMadeUpTissue : organ.tissue,
                             .body = organ.body,
-                            .notes = {fmt::format("made up: a ball of {:.3g} mm, in no scan", organ.ball * 1e3)}}};
+                            .notes = {fmt::format("made up: a ball of {:.3g} mm, in no scan", ball * 1e3)}}};
       check_tissue(organ.pointer + "/tissue", made.account.tissue);
-      scene_.warnings.push_back(fmt::format("{} is made up: a ball of {:.3g} mm in {}, in no scan", organ.id,
-                                            organ.ball * 1e3, organ.body));
+      scene_.warnings.push_back(
+          fmt::format("{} is made up: a ball of {:.3g} mm in {}, in no scan{}", organ.id, ball * 1e3, organ.body,
+                      ball < organ.ball ? fmt::format("; there is no room for {:.3g} mm", organ.ball * 1e3) : ""));
       made_.push_back(std::move(made));
     }
   }

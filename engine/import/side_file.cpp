@@ -64,7 +64,8 @@ constexpr struct {
                       .otherwise(0);
   Key ball =
       key::number("ball_mm", "mm", {4, 80},
-                  "no part of a file: a ball of this diameter is made up, in its body where a needle gets to it")
+                  "no part of a file: a ball of this diameter is made up, in its body where a needle gets to it; "
+                  "smaller, down to half, where there is no room")
           .optional();
 } kOrgan;
 

@@ -15,6 +15,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -28,6 +29,7 @@ using Json = nlohmann::ordered_json;
 constexpr double kNear = 0.12;  // m from the target's organ: what matters to needle and image
 constexpr double kLesion = 20;  // mm, made up
 constexpr int kBack = 30;       // % of the target's organ that is held
+constexpr int kBehind = 50;     // the same of one behind the peritoneum: its fat and fascia hold it all round
 
 /// What a part is by its name; the first that fits.
 struct Known {
@@ -307,6 +309,11 @@ private:
            std::string_view(organ.is->role) == kBoundary;
   }
 
+  static bool behind_peritoneum(const Proposed& organ) {
+    const std::string_view tissue = organ.is->tissue;
+    return tissue.starts_with("kidney") || tissue == "pancreas";
+  }
+
   std::string target_id() const { return lesion_ != nullptr ? lesion_->id : "lesion"; }
 
   Json organs() {
@@ -322,11 +329,11 @@ private:
       if (skin_.empty()) body["role"] = "ignore";
       list.push_back(body);
     }
-    std::vector<std::string> holders;
+    Json other_lesions = Json::array();  // seen, and not aimed at
+    std::vector<std::string> parts_of_carrier = carrier_->parts;
     for (const Proposed& organ : organs_) {
       if (&organ == carrier_ || &organ == lesion_) continue;
       Json json = row(organ);
-      // Another lesion than the target is seen, and not aimed at.
       if (lesion(*organ.is)) json["role"] = "region";
       const double away = std::sqrt(carrier_->box.squaredExteriorDistance(organ.box));
       if (away > kNear) {
@@ -334,16 +341,26 @@ private:
       } else if (organ.id == "ribs" || organ.id == "costal_cartilages") {
         holders_of_wall_.push_back(organ.id);
       }
-      list.push_back(json);
+      if (!lesion(*organ.is)) {
+        list.push_back(json);
+        continue;
+      }
+      if (surrounding(organ) == carrier_) {
+        json["body"] = carrier_->id;
+        if (!organ.labels.empty()) std::ranges::copy(organ.parts, std::back_inserter(parts_of_carrier));
+      }
+      other_lesions.push_back(json);
     }
     Json carrier = row(*carrier_);
     carrier["role"] = kBoundary;
-    if (lesion_ != nullptr && !lesion_->labels.empty()) {
-      for (const std::string& part : lesion_->parts) carrier["parts"].push_back(part);  // labels exclude each other
-    }
+    // Labels exclude each other.
+    if (lesion_ != nullptr && !lesion_->labels.empty())
+      std::ranges::copy(lesion_->parts, std::back_inserter(parts_of_carrier));
+    carrier["parts"] = parts_of_carrier;
     carrier["deformable"] = true;
-    carrier["held_back_percent"] = kBack;
+    carrier["held_back_percent"] = behind_peritoneum(*carrier_) ? kBehind : kBack;
     list.push_back(carrier);
+    for (const Json& other : other_lesions) list.push_back(other);  // in organs, so after them
     if (lesion_ != nullptr) {
       Json json = row(*lesion_);
       json["body"] = carrier_->id;

@@ -41,7 +41,10 @@ constexpr double kThroughSpared = 150;  // a mm of what bleeds or leaks
 constexpr double kAlongBeam = 30;       // a degree too close to the beam
 constexpr double kOffSkin = 30;         // a degree that the probe's face is tilted off the skin
 constexpr double kFlatEnough = 18;      // degrees: from here on
-constexpr double kShadowed = 60;        // each of kLines of the face
+constexpr double kSkids = 200;          // what the cosine between needle and capsule's normal lacks of kSquare
+constexpr double kSquare = 0.75;
+constexpr double kCapsule = 0.008;  // m: so far behind it, its distance tells how square the needle goes in
+constexpr double kShadowed = 60;    // each of kLines of the face
 constexpr int kLines = 5;
 
 }  // namespace
@@ -115,6 +118,11 @@ double SiteSearch::clear_at(const Vector3d& x) const {
   return cell ? static_cast<double>(clear_[*cell]) : kFarAway;
 }
 
+double SiteSearch::deep_at(const Vector3d& x) const {
+  const auto cell = cell_of(x);
+  return cell ? static_cast<double>(deep_[*cell]) : 0;
+}
+
 /// Chamfer distance over the 26 neighbours, two sweeps: a few per cent long. Not carried over the rim.
 std::vector<float> SiteSearch::distance_to(const std::function<bool(SiteKind)>& is) const {
   const Eigen::Vector3i n = grid_.size;
@@ -162,9 +170,16 @@ double SiteSearch::way_cost(const Skin& entry, const Vector3d& target) const {
   const double flat = -along.dot(entry.normal);
   if (length < 0.015 || flat < kSteepest || std::abs(along.y()) > kAlongBody) return kNever;
   double cost = 1e3 * length + 5e3 * std::max(0.0, length - kReach) + 60 * (1 - flat);
+  bool inside = false;
   for (double s = 0; s < length; s += kWayStep) {
     const Vector3d x = entry.point + s * along;
     const SiteKind kind = kind_at(x);
+    if (kind == SiteKind::carrier && !inside) {
+      // Along an organ's surface a needle skids and pushes it away.
+      inside = true;
+      const Vector3d behind = x + std::min(kCapsule, length - s) * along;
+      cost += kSkids * std::max(0.0, kSquare - deep_at(behind) / (behind - x).norm());
+    }
     const double mm = 1e3 * kWayStep;
     if (kind == SiteKind::hard || kind == SiteKind::air) cost += kThroughHard * mm;
     if (kind == SiteKind::spared) cost += kThroughSpared * mm;

@@ -68,6 +68,7 @@ private:
   };
   SiteKind kind_at(const Eigen::Vector3d& x) const;
   double clear_at(const Eigen::Vector3d& x) const;
+  double deep_at(const Eigen::Vector3d& x) const;
   std::optional<std::size_t> cell_of(const Eigen::Vector3d& x) const;
   std::vector<float> distance_to(const std::function<bool(SiteKind)>& is) const;
   double way_cost(const Skin& entry, const Eigen::Vector3d& target) const;

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <set>
 #include <string>
@@ -99,6 +100,46 @@ TEST(SideProposal, ALesionAmongSurfacesLiesInTheOneRoundIt) {
   EXPECT_EQ(side["scenario"]["wall"]["skin"], "body");
   EXPECT_EQ(organ(side, "body")["parts"], json({"body_skin"}));
   EXPECT_EQ(organ(side, "liver")["parts"], json({"liver"}));
+}
+
+/// Place in the list of organs: the later one counts.
+std::ptrdiff_t place_of(const json& side, const std::string& id) {
+  const json& organs = side["organs"];
+  return std::ranges::find_if(organs, [&](const json& each) { return each["id"] == id; }) - organs.begin();
+}
+
+TEST(SideProposal, AnotherLesionIsSeenInTheOrganThatItLiesIn) {
+  const auto labels = files_of(support::torso_labels(0.006, 0.012));
+  const json of_labels = json::parse(propose_side_text(labels, "liver", "case4"));
+  SourceFile file;
+  file.path = "organs.glb";
+  file.format = "glTF";
+  const auto add = [&](const std::string& name, const Vector3d& centre, double radius) {
+    file.parts.push_back({.name = name, .place = name, .mesh = mesh::test::icosphere(centre, radius, 3)});
+  };
+  add("liver_tumor", {-0.023, -0.028, -0.028}, 0.006);
+  add("liver", {-0.05, 0, 0}, 0.07);
+  add("body_skin", {0, 0, 0}, 0.2);
+  std::vector<SourceFile> surfaces;
+  surfaces.push_back(std::move(file));
+  const json of_surfaces = json::parse(propose_side_text(surfaces, "liver", "case4"));
+  for (const json& side : {of_labels, of_surfaces}) {
+    EXPECT_EQ(organ(side, "liver_tumor")["role"], "region") << "it is not aimed at";
+    EXPECT_EQ(organ(side, "liver_tumor")["body"], "liver") << "it moves with it";
+    EXPECT_GT(place_of(side, "liver_tumor"), place_of(side, "liver")) << "or the liver would hide it";
+    EXPECT_EQ(organ(side, "lesion")["role"], "target");
+  }
+  EXPECT_EQ(organ(of_labels, "liver")["parts"], json({"liver", "liver_tumor"})) << "its labels leave the lesion out";
+  EXPECT_EQ(organ(of_surfaces, "liver")["parts"], json({"liver"}));
+}
+
+TEST(SideProposal, WhatLiesBehindThePeritoneumIsHeldBetter) {
+  const auto files = files_of(support::torso_labels(0.006));
+  const auto held = [&](const std::string& target) {
+    return organ(json::parse(propose_side_text(files, target, "x")), target)["held_back_percent"].get<int>();
+  };
+  EXPECT_EQ(held("liver"), 30);
+  EXPECT_EQ(held("kidney_right"), 50);
 }
 
 TEST(SideProposal, SaysWhatThereIsWhereNoPartOrSeveralAreCalledSo) {
