@@ -7,20 +7,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace stylet::app {
 namespace {
 
-/// Straight to the target and back and in again: how the hand makes up for what gives way is not known of a new
-/// patient. The breath is held from the start.
+/// As the briefing has it: straight in within the image, to where the needle enters the target. The breath is held
+/// from the start.
 content::Motion plan_motion(const import::ImportedScene& scene, const content::Needle& needle) {
-  return motion::biopsy_motion({.entry = scene.entry,
-                                .target = scene.target,
-                                .needle_length = needle.length,
-                                .wait = 0.5,
-                                .lateral = 0.003,
-                                .steer = 0,
-                                .lead = 0,
-                                .beyond = 0.001});
+  // Of the target along the way, which ends at its middle; in a large one a core is had without going so far back.
+  const double radius = scene.path.empty() ? 0 : std::min(scene.path.back().to - scene.path.back().from, 0.012);
+  motion::BiopsyPlan plan = motion::demonstration(scene.entry, scene.target, radius, needle.length);
+  plan.wait = 0.5;
+  return motion::biopsy_motion(plan);
 }
 
 }  // namespace
