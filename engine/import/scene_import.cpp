@@ -12,6 +12,7 @@
 #include "engine/mesh/solid.h"
 #include "engine/mesh/stuffing.h"
 #include "engine/mesh/surface_mesh.h"
+#include "engine/mesh/surface_pieces.h"
 #include "engine/mesh/tet_quality.h"
 
 #include <fmt/format.h>
@@ -20,6 +21,8 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 namespace stylet::import {
 namespace {
@@ -150,6 +153,7 @@ private:
         ImportedOrgan imported = import_surface(parts.front(), {.solid = organ.deformable}, progress_);
         made.account.notes = imported.report.notes;
         made.surface = std::move(imported.surface);
+        if (organ.deformable) keep_largest_piece(made);
       }
       made_.push_back(std::move(made));
     }
@@ -160,6 +164,24 @@ private:
     }
     std::stable_sort(made_.begin(), made_.end(),
                      [](const Made& a, const Made& b) { return a.side->priority < b.side->priority; });
+  }
+
+  /// What deforms gets tetrahedra in one piece: specks of a segmentation beside it could not move with it.
+  void keep_largest_piece(Made& organ) {
+    std::optional<mesh::OuterPieces> split = mesh::outer_pieces(organ.surface, pulse("reading " + organ.account.id));
+    if (!split || split->pieces.size() < 2) return;
+    double whole = 0, most = 0;
+    std::size_t largest = 0;
+    for (std::size_t i = 0; i < split->pieces.size(); ++i) {
+      const double volume = mesh::inspect(split->pieces[i]).volume;
+      whole += volume;
+      if (volume <= most) continue;
+      most = volume;
+      largest = i;
+    }
+    organ.surface = std::move(split->pieces[largest]);
+    organ.account.notes.push_back(fmt::format("{} smaller piece(s) left out, {:.2g} % of its volume",
+                                              split->pieces.size() - 1, 100 * (1 - most / whole)));
   }
 
   /// A lesion in a segmentation whose labels exclude each other is a part of the organ that it lies in, too.

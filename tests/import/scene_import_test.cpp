@@ -1,5 +1,6 @@
 // A whole scenario from a side file: a torso of spheres, whose every distance is known.
 #include "engine/import/scene_import.h"
+#include "engine/content/probe_placement.h"
 #include "engine/files/error.h"
 #include "engine/import/scenario_folder.h"
 #include "engine/import/scene_files.h"
@@ -10,10 +11,12 @@
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -213,6 +216,36 @@ TEST(ImportScene, ReportsTheTissuesOnTheNeedlesPath) {
   const std::string aside = replaced(kSide, "[-0.121, 0, 0.004]", "[-0.108, -0.04, 0.036]");
   const ImportedScene scene = import_scene(torso(), side_file(aside), kTissues, {}, kQuiet);
   EXPECT_THAT(scene.warnings, ::testing::Contains(HasSubstr("passes ribs (bone)")));
+}
+
+TEST(ImportScene, WhatDeformsIsOnePiece) {
+  if (support::kSanitized) GTEST_SKIP() << "as the others";
+  std::vector<SourceFile> files = torso();
+  SourcePart& liver = files.front().parts[1];
+  mesh::append(liver.mesh, icosphere(kLiver - Eigen::Vector3d(0, 0.06, 0), 0.004, 2));  // a speck of a segmentation
+  const ImportedScene scene = import_scene(files, side_file(kSide), kTissues, {}, kQuiet);
+  const mesh::SurfaceReport report = mesh::inspect(surface(scene, "liver").mesh);
+  EXPECT_EQ(report.components, 1);
+  EXPECT_NEAR(report.volume, mesh::inspect(surface(torso_scene(), "liver").mesh).volume, 1e-9) << "and the liver";
+  const auto account = std::ranges::find(scene.organs, "liver", &SceneOrgan::id);
+  ASSERT_NE(account, scene.organs.end());
+  EXPECT_THAT(account->notes, ::testing::Contains(HasSubstr("1 smaller piece(s) left out")));
+}
+
+TEST(ImportScene, SaysThatNoProbeSeesTheNeedleWell) {
+  if (support::kSanitized) GTEST_SKIP() << "a wall as wide as the probe needs";
+  // From the far side of the body: so deep, a needle beside the probe goes nearly along its beams.
+  const std::string far = replaced(replaced(kSide, "[-0.121, 0, 0.004]", "[0.121, 0, 0.004]"),
+                                   R"(, "probe": {"at": [-0.1, 0, 0.066]})", "");
+  const ImportedScene scene = import_scene(torso(), side_file(far), kTissues, {}, kQuiet);
+  content::Probe held;
+  held.pose = scene.probe;
+  const double angle =
+      content::angle_to_beam(held, scene.target, scene.target - scene.entry) * 180 / std::numbers::pi;
+  EXPECT_LT(angle, 40);
+  EXPECT_GT(angle, 15) << "the best that there is";
+  EXPECT_THAT(scene.warnings,
+              ::testing::Contains(HasSubstr(fmt::format("makes {:.0f} degrees with the ultrasound's beam", angle))));
 }
 
 TEST(Overlaps, AreMeasuredAndTheLaterCounts) {
