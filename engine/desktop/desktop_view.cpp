@@ -55,10 +55,10 @@ std::string words(const session::RecentPictures& recent, const render::RenderSet
                      recent.images_per_second, 1e3 * recent.ultrasound_age_s);
 }
 
-/// Pixels of the scene, drawn for a frame of that size, that lie wholly under a pane: by one less on each side where
-/// the scene is enlarged, as a pixel of the frame is then made of its neighbours.
+/// Pixels of the scene, drawn for a frame of that size, that lie wholly under a pane: by some less on each side where
+/// the scene is enlarged, as a pixel of the frame is then made of its neighbors (view/composition: along an edge).
 VkRect2D under(const picture::Pane& pane, int width, int height, const render::RenderSettings& drawn) {
-  const int margin = drawn.width == width && drawn.height == height ? 0 : 1;
+  const int margin = drawn.width == width && drawn.height == height ? 0 : 7;
   const double x = static_cast<double>(drawn.width) / width, y = static_cast<double>(drawn.height) / height;
   const int left = static_cast<int>(std::ceil(pane.x * x)) + margin;
   const int top = static_cast<int>(std::ceil(pane.y * y)) + margin;

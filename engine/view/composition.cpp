@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <span>
 
+#include "shaders/smooth_edges.comp.h"
+
 namespace stylet::view {
 
 namespace {
@@ -47,19 +49,47 @@ bool covers(const gpu::Image& target, const gpu::Image& picture, const picture::
          fit.y + fit.height >= static_cast<int>(whole.height);
 }
 
+/// The same bytes in another format of the same size.
+void copy_bytes(gpu::Commands& commands, const gpu::Image& from, const gpu::Image& to) {
+  commands.transition(from, gpu::kTransferRead);
+  commands.transition(to, gpu::kTransferWrite, true);
+  VkImageCopy region{};
+  region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  region.extent = from.extent();
+  vkCmdCopyImage(commands.handle(), from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.handle(),
+                 VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+}
+
+bool enlarged(const gpu::Image& picture, const picture::Pane& pane) {
+  const VkExtent3D size = picture.extent();
+  const picture::Pane fit = picture::fitted(pane, static_cast<int>(size.width), static_cast<int>(size.height));
+  return fit.width > static_cast<int>(size.width);
+}
+
 }  // namespace
+
+Composition::Smoothing::Smoothing(gpu::Device& device, VkExtent3D size)
+    : pipeline(device, smooth_edges_comp, {.slots = {gpu::Slot::sampled_image, gpu::Slot::storage_image}}),
+      sampler(device),
+      from(device, {.width = size.width, .height = size.height}),
+      to(device, {.width = size.width,
+                  .height = size.height,
+                  .usage = VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT}) {}
 
 void Composition::record(gpu::Commands& commands, const gpu::Image& target, const FrameParts& frame) {
   const auto& [scene, ultrasound, plot, overlay, layout] = frame;
   const picture::Pane& scene_pane = layout.scene;
   const auto eyes = scene != nullptr ? static_cast<int>(scene->settings().layers) : 0;
   if (eyes != 1 || !covers(target, *scene, scene_pane)) commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
+  const bool smooth = eyes == 1 && scene->format() == VK_FORMAT_R8G8B8A8_SRGB && enlarged(*scene, scene_pane);
+  const gpu::Image* shown = smooth ? &smoothed(commands, *scene) : scene;
   for (int eye = 0; eye < eyes; ++eye)
-    blit(commands, *scene, static_cast<std::uint32_t>(eye), target,
+    blit(commands, *shown, static_cast<std::uint32_t>(eye), target,
          {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
   if (ultrasound != nullptr) {
     const bool encoded = ultrasound->format() == VK_FORMAT_R8G8B8A8_SRGB;
-    blit(commands, encoded ? *ultrasound : srgb_copy(commands, *ultrasound), 0, target, layout.ultrasound);
+    blit(commands, encoded ? *ultrasound : srgb_copy(commands, *ultrasound, ultrasound_copy_), 0, target,
+         layout.ultrasound);
   }
   if (plot != nullptr && plot->width > 0) {
     remake_if_needed(plot_copy_, device_, static_cast<std::uint32_t>(plot->width),
@@ -70,17 +100,26 @@ void Composition::record(gpu::Commands& commands, const gpu::Image& target, cons
   if (overlay != nullptr) overlay->draw(commands, target);
 }
 
-const gpu::Image& Composition::srgb_copy(gpu::Commands& commands, const gpu::Image& picture) {
-  const VkExtent3D size = picture.extent();
-  remake_if_needed(ultrasound_copy_, device_, size.width, size.height);
-  commands.transition(picture, gpu::kTransferRead);
-  commands.transition(*ultrasound_copy_, gpu::kTransferWrite, true);
-  VkImageCopy region{};
-  region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-  region.extent = size;
-  vkCmdCopyImage(commands.handle(), picture.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                 ultrasound_copy_->handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
-  return *ultrasound_copy_;
+const gpu::Image& Composition::smoothed(gpu::Commands& commands, const gpu::Image& scene) {
+  const VkExtent3D size = scene.extent();
+  if (!smoothing_ || smoothing_->from.extent().width != size.width ||
+      smoothing_->from.extent().height != size.height) {
+    device_.wait_idle();
+    smoothing_.reset();
+    smoothing_.emplace(device_, size);
+  }
+  copy_bytes(commands, scene, smoothing_->from);
+  commands.dispatch(smoothing_->pipeline,
+                    {gpu::sample(0, smoothing_->from, smoothing_->sampler), gpu::write(1, smoothing_->to)},
+                    {(size.width + 15) / 16, (size.height + 3) / 4, 1});
+  return srgb_copy(commands, smoothing_->to, scene_copy_);
+}
+
+const gpu::Image& Composition::srgb_copy(gpu::Commands& commands, const gpu::Image& picture,
+                                         std::optional<gpu::Image>& twin) {
+  remake_if_needed(twin, device_, picture.extent().width, picture.extent().height);
+  copy_bytes(commands, picture, *twin);
+  return *twin;
 }
 
 }  // namespace stylet::view

@@ -3,6 +3,8 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/device.h"
+#include "engine/gpu/image.h"
+#include "engine/gpu/pipeline.h"
 #include "engine/picture/panes.h"
 #include "engine/picture/picture.h"
 #include "engine/view/overlay.h"
@@ -25,14 +27,26 @@ class Composition {
 public:
   explicit Composition(gpu::Device& device) : device_(device) {}
 
-  /// Records the frame into `target`, whose contents do not matter.
+  /// Records the frame into `target`, whose contents do not matter. A scene of one layer that is enlarged is drawn
+  /// without its edges' steps.
   /// @param target  8 bits, sRGB; can be copied to, and is a colour attachment where there is an overlay
   void record(gpu::Commands& commands, const gpu::Image& target, const FrameParts& frame);
 
 private:
-  const gpu::Image& srgb_copy(gpu::Commands& commands, const gpu::Image& picture);
+  const gpu::Image& srgb_copy(gpu::Commands& commands, const gpu::Image& picture, std::optional<gpu::Image>& twin);
+  const gpu::Image& smoothed(gpu::Commands& commands, const gpu::Image& scene);
+
+  /// FXAA, between two images whose bytes mean sRGB.
+  struct Smoothing {
+    Smoothing(gpu::Device& device, VkExtent3D size);
+    gpu::ComputePipeline pipeline;
+    gpu::Sampler sampler;
+    gpu::Image from, to;
+  };
 
   gpu::Device& device_;
+  std::optional<Smoothing> smoothing_;
+  std::optional<gpu::Image> scene_copy_;
   std::optional<gpu::Image> ultrasound_copy_;  ///< sRGB twin of an UNORM image, so that scaling knows what bytes mean
   std::optional<gpu::Image> plot_copy_;
 };

@@ -91,6 +91,63 @@ TEST(Orbit, TurnsRoundWhatIsLookedAt) {
   EXPECT_NEAR((orbited(camera, 0, 0, 0.5).eye - camera.look_at).norm(), distance / 2, 1e-12);
 }
 
+/// Share of a pixel whose middle is at (x, y), of side 1, below the line y = at + slope x: the mean over a grid.
+double below(double x, double y, double at, double slope) {
+  int count = 0;
+  for (int j = 0; j < 16; ++j)
+    for (int i = 0; i < 16; ++i) {
+      const double u = x + (i + 0.5) / 16 - 0.5, v = y + (j + 0.5) / 16 - 0.5;
+      count += v > at + slope * u ? 1 : 0;
+    }
+  return count / 256.0;
+}
+
+TEST(Composition, AnEnlargedSceneHasNoStepsInItsEdgesAndAnotherStaysAsItIs) {
+  std::atomic<std::uint32_t> messages{0};
+  {
+    gpu::Device device({.validation = true, .message_counter = &messages});
+    const auto image = [&](std::uint32_t size) {
+      return gpu::Image(device, {.width = size,
+                                 .height = size,
+                                 .format = VK_FORMAT_R8G8B8A8_SRGB,
+                                 .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+    };
+    constexpr int kSmall = 60, kLarge = 100;
+    constexpr double kRatio = static_cast<double>(kLarge) / kSmall;
+    const gpu::Image scene = image(kSmall), same = image(kSmall), large = image(kLarge);
+    Composition composition(device);
+    for (const double slope : {0.18, 0.45, 0.8}) {
+      picture::Picture steps(kSmall, kSmall, {40, 40, 40, 255});  // as drawn without antialiasing
+      for (int y = 0; y < kSmall; ++y)
+        for (int x = 0; x < kSmall; ++x)
+          if (y + 0.5 > 8.3 + slope * (x + 0.5)) std::fill_n(steps.at(x, y), 3, std::uint8_t{200});
+      const auto shown_in = [&](const gpu::Image& target) {
+        const int size = static_cast<int>(target.extent().width);
+        gpu::run_now(device, [&](gpu::Commands& commands) {
+          commands.upload(scene, std::as_bytes(std::span(steps.rgba)));
+          composition.record(commands, target, {.scene = &scene, .layout = {.scene = {0, 0, size, size}}});
+        });
+        return read_picture(device, target);
+      };
+      EXPECT_EQ(shown_in(same).rgba, steps.rgba);
+      // Off a true edge, in pixels of the scene: the way that column's sum of brightness says the edge is at.
+      const picture::Picture shown = shown_in(large);
+      double sum = 0;
+      for (int x = 10; x < kLarge - 10; ++x) {
+        double bright = 0, wanted = 0;
+        for (int y = 0; y < kLarge; ++y) {
+          bright += (shown.at(x, y)[0] - 40) / 160.0;
+          wanted += below(x + 0.5, y + 0.5, 8.3 * kRatio, slope);
+        }
+        sum += std::pow((bright - wanted) / kRatio, 2);
+      }
+      const double off = std::sqrt(sum / (kLarge - 20));
+      EXPECT_LT(off, 0.2) << "slope " << slope;
+    }
+  }
+  EXPECT_EQ(messages.load(), 0u);
+}
+
 TEST(Composition, BytesOfAnUltrasoundImageMeanSrgbWhateverItsFormatSays) {
   std::atomic<std::uint32_t> messages{0};
   {
