@@ -17,10 +17,10 @@ float outside_field(vec2 at) {
 }
 
 /// Whether the drape is open: in the field, and where one looks into the patient, on the near side. Beyond the far
-/// end of a patient who was cut out of a scan there is nothing to look into.
+/// end of a patient who was cut out of a scan, and beside the trunk, there is nothing to look into.
 bool cloth_open(vec3 position, vec2 at) {
   bool near = dot(position - frame.focus.xyz, frame.focus_axis.xyz) > -0.02;
   bool window = unforeseen(frame.see.x) == kSeeWindow && near && outside_window(position) < 0.9 &&
-                at.y > frame.trunk.x && at.y < frame.trunk.y;
+                at.y > frame.trunk.x && at.y < frame.trunk.y && abs(at.x - frame.trunk.z) < frame.trunk.w;
   return outside_field(at) < 0.0 || window;
 }

@@ -47,7 +47,6 @@ constexpr double kFoot = -1.40, kHead = kScreenY;
 // Columns of one half of the sheet, from the middle outwards: over the body, over the mattress, down the side.
 constexpr int kOver = 18, kFlat = 8, kDown = 14;
 constexpr int kClothColumns = kOver + kFlat + kDown;
-constexpr double kLowest = 1.85;  // rad round the trunk where the sheet leaves it
 
 /// Point of the sheet's half section at column i (0 ... kClothColumns); x outwards, y up.
 Vector2d section(const RoomLayout& layout, const Station& body, int i) {
@@ -58,9 +57,9 @@ Vector2d section(const RoomLayout& layout, const Station& body, int i) {
     const double dip = body.cleft * std::exp(-std::pow(angle / 0.35, 2.0));
     return Vector2d(width * std::sin(angle), std::max(middle + height * std::cos(angle) - dip, 0.008));
   };
-  const Vector2d leaves = round(kLowest);
+  const Vector2d leaves = round(kDrapeLeaves);
   const double ground = 0.006;
-  if (i <= kOver) return round(kLowest * i / kOver);
+  if (i <= kOver) return round(kDrapeLeaves * i / kOver);
   if (i <= kOver + kFlat) {
     // A short curve down to the mattress, and out to its edge.
     const double t = static_cast<double>(i - kOver) / kFlat;
@@ -229,7 +228,7 @@ RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>
       const int i = std::abs(column);
       const double side = column < 0 ? -1 : 1;
       Vector2d p = section(layout, body, i);
-      const double angle = side * kLowest * std::min(i, kOver) / kOver;
+      const double angle = side * kDrapeLeaves * std::min(i, kOver) / kOver;
       const bool over_body = i <= kOver;
       if (over_body) {
         const SkinProfile::Place place = profile.at(angle, y);

@@ -14,6 +14,9 @@ inline constexpr double kScreenY = 0.47;
 /// How far the cloth keeps off the skin, m.
 inline constexpr double kDrapeOffset = 0.005;
 
+/// Where it leaves the trunk, down to the mattress: rad round the trunk, either side of its top.
+inline constexpr double kDrapeLeaves = 1.85;
+
 /// A sheet over trunk and legs, down both sides of the table, and up to the bar at the head. It clings to the trunk
 /// (as the film round a field does) and falls in folds elsewhere. All of it, the opening of the field too: the shader
 /// leaves that out, by the coordinates.

@@ -1,5 +1,6 @@
 #include "engine/render/frame_uniforms.h"
 
+#include "engine/render/drape_mesh.h"
 #include "engine/render/shadow_pass.h"
 
 #include <Eigen/LU>
@@ -68,10 +69,12 @@ FrameUniforms frame_uniforms(const state::FrameState& state, const std::vector<E
   u.field = pack({layout.field_half.x(), layout.field_half.y(), layout.field_corner}, 0);
   // Cloth on this side of what is looked at opens wherever it hides it.
   constexpr double kAnywhere = 100;  // m
+  constexpr double kSeam = 1e-3;     // m; beside the trunk the cloth's coordinate stays where it left it
+  const double round = (layout.trunk_half.x() + layout.trunk_half.y()) / 2;
   const bool from_feet = patient_from_table.linear().col(1).dot(between_eyes - focus) < 0;
   u.trunk = pack({from_feet ? -kAnywhere : layout.trunk_y[0] - layout.field_y,
-                  from_feet ? layout.trunk_y[1] - layout.field_y : kAnywhere, 0},
-                 0);
+                  from_feet ? layout.trunk_y[1] - layout.field_y : kAnywhere, -round * layout.field_angle},
+                 round * kDrapeLeaves - kSeam);
   u.focus = pack(focus, radius);
   const Eigen::Vector3d towards_eyes = between_eyes - focus;
   u.focus_axis = pack(towards_eyes.normalized(), std::max(towards_eyes.norm(), 1e-3));

@@ -2,6 +2,7 @@
 #include "engine/render/room_mesh.h"
 
 #include "engine/render/cable_mesh.h"
+#include "engine/render/drape_mesh.h"
 #include "engine/render/geometry.h"
 #include "engine/render/renderer.h"
 #include "engine/view/offscreen.h"
@@ -314,6 +315,40 @@ TEST_F(Room, DrapeLeavesTheFieldOpenAndHidesTheRest) {
     EXPECT_TRUE(cloth(layout.field_angle + side * (half + 0.03 / round), layout.field_y));
     EXPECT_TRUE(cloth(layout.field_angle, layout.field_y + side * (layout.field_half.y() + 0.03)));
   }
+}
+
+TEST_F(Room, TheWindowOpensTheClothOverThePatientAndNotBesideHim) {
+  state.needle_positions.clear();
+  state.needle_orientations.clear();
+  state.probe_position = {0, 0, 10};
+  Renderer renderer(device, scene, {.width = 320, .height = 320, .antialias = false, .window_radius = 1});
+  const RoomLayout& layout = renderer.layout();
+  const RoomMesh sheet = drape_mesh(layout, {});
+  // From the side, as one who stands at the table: the wide window takes in the sheet on the mattress.
+  const double side = layout.trainee_side;
+  const Vector3d on(side * layout.trunk_half.x(), layout.field_y, 0.03);
+  const content::Camera camera{layout.patient_from_table * (on + Vector3d(side * 0.5, 0, 0.5)),
+                               layout.patient_from_table * on, layout.patient_from_table.linear().col(2), 0.9};
+  const Picture closed = draw(renderer, camera, {.see_through = SeeThrough::closed});
+  const Picture open = draw(renderer, camera, {.see_through = SeeThrough::window});
+  int beside = 0, opened = 0;
+  for (std::size_t i = 0; i < sheet.positions.size(); ++i) {
+    const Vector3d p = sheet.positions[i].cast<double>();
+    if (side * p.x() < 0 || std::abs(p.y() - layout.field_y) > 0.08) continue;
+    const bool over = layout.trunk_angle(p) * side < 1.4 && side * p.x() < layout.trunk_half.x() + 0.01;
+    const bool on_mattress = side * p.x() > layout.trunk_half.x() + 0.02 && p.z() < 0.05 && p.z() > 0.0;
+    const Vector3d at = layout.patient_from_table * p;
+    const std::uint8_t* cloth = pixel_at(renderer, closed, at);
+    const std::uint8_t* seen = pixel_at(renderer, open, at);
+    if (cloth[2] < cloth[0] + 20) continue;  // the field, or something before it
+    if (on_mattress) {
+      ++beside;
+      EXPECT_GT(seen[2], seen[0] + 20) << "x " << p.x() << " y " << p.y();
+    }
+    if (over && seen[2] <= seen[0] + 20) ++opened;
+  }
+  EXPECT_GT(beside, 10);
+  EXPECT_GT(opened, 10);
 }
 
 TEST_F(Room, SeeThroughShowsOrHidesTheTumour) {
