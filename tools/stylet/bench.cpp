@@ -2,6 +2,7 @@
 #include "engine/app/build_name.h"
 #include "engine/files/json_reader.h"
 #include "engine/readers/scenario.h"
+#include "tools/bench/competence.h"
 #include "tools/bench/coupling.h"
 #include "tools/bench/haptic.h"
 #include "tools/bench/line_compliance.h"
@@ -54,6 +55,8 @@ constexpr std::array kBenches{
     Bench{"haptic", "a session with a mocked stylus: reports lost, latency, limits of the force",
           bench::bench_haptic},
     Bench{"ultrasound", "quality control of the image on a virtual phantom, and its speed", bench::bench_ultrasound},
+    Bench{"competence", "sequential tests and fits of the skills lab: exact, published, simulated trainees",
+          bench::bench_competence},
     Bench{"view", "what a picture of a session costs: window, stereo, ultrasound, pass by pass", bench::bench_view},
 };
 

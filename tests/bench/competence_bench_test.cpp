@@ -1,0 +1,26 @@
+// What `stylet bench competence` promises: every target is met, and simulated trainees are among them.
+#include "tools/bench/competence.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+namespace stylet::bench {
+namespace {
+
+TEST(CompetenceBench, MeetsItsTargets) {
+  const Report report = bench_competence({.quick = true});
+  EXPECT_EQ(report.missed(), 0) << to_json(report);
+  const auto count = [&](const std::string& prefix) {
+    return std::ranges::count_if(
+        report.measurements, [&](const Measurement& m) { return m.name.starts_with(prefix) && m.met.has_value(); });
+  };
+  EXPECT_EQ(count("run_length."), 30);
+  EXPECT_GE(count("published."), 13);
+  EXPECT_EQ(count("certified."), 4);
+  EXPECT_GE(count("cohort."), 6);
+}
+
+}  // namespace
+}  // namespace stylet::bench
