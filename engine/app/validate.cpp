@@ -3,6 +3,7 @@
 #include "engine/files/error.h"
 #include "engine/files/json_reader.h"
 #include "engine/import/side_file.h"
+#include "engine/lab/course/course_file.h"
 #include "engine/mesh/tet_quality.h"
 #include "engine/readers/scenario.h"
 #include "engine/recording/recording.h"
@@ -42,6 +43,20 @@ std::string summary(const content::Scene& scene) {
   return text;
 }
 
+/// The gates of a course and what each is worth.
+std::string summary(const lab::course::Course& course) {
+  std::string text;
+  for (const lab::course::Exercise& exercise : course.exercises) {
+    text += fmt::format("  {:<12} {}\n", exercise.name, lab::course::gate_words(exercise));
+    if (exercise.monitoring) {
+      text +=
+          fmt::format("  {:<12} alarm at {:.2f}: false within {} attempts with probability {:.2f} at most\n", "",
+                      exercise.monitoring->limit, exercise.monitoring->attempts, exercise.monitoring->false_alarm);
+    }
+  }
+  return text;
+}
+
 constexpr std::string_view kSideFile = "stylet-import";
 
 /// A file that Stylet reads, as far as its name and "format" tell; what it writes for people (session.json, reports)
@@ -52,7 +67,8 @@ bool is_input(const fs::path& path, const OtherFormats& others) {
   if (extension != ".json") return false;
   try {
     const std::string format = readers::format_of(path);
-    return others.contains(format) || format == kSideFile || readers::is_content_format(format);
+    return others.contains(format) || format == kSideFile || format == lab::course::course_format().id ||
+           readers::is_content_format(format);
   } catch (const files::ContentError&) {
     return true;  // to be told why
   }
@@ -122,6 +138,13 @@ Verdict validate(const fs::path& path, const OtherFormats& others) {
       files::JsonFile file(path);
       (void)import::read_side_file(file);
       verdict.problems = file.problems();
+      return verdict;
+    }
+    if (format == lab::course::course_format().id) {
+      files::JsonFile file(path);
+      const lab::course::Course course = lab::course::read_course(file, &verdict.warnings);
+      verdict.problems = file.problems();
+      verdict.summary = summary(course);
       return verdict;
     }
   } catch (const files::ContentError& error) {

@@ -2,6 +2,7 @@
 #include "engine/content/tissue_table.h"
 #include "engine/files/json_reader.h"
 #include "engine/import/side_file.h"
+#include "engine/lab/course/course_file.h"
 #include "engine/readers/calibration_file.h"
 #include "engine/readers/instruments.h"
 #include "engine/readers/motion_file.h"
@@ -64,6 +65,18 @@ void claim_motion(JsonFile& file) {
   }
 }
 
+void claim_course(JsonFile& file) {
+  const lab::course::Course course = lab::course::read_course(file);
+  if (!file.problems().empty()) return;
+  fuzz::claim(!course.exercises.empty(), "a course has an exercise");
+  for (const lab::course::Exercise& exercise : course.exercises) {
+    fuzz::claim(exercise.gate.limit > 0 && exercise.gate.shortest_run <= exercise.gate.horizon,
+                "a gate can be passed");
+    fuzz::claim(exercise.gate.false_discovery < exercise.gate.true_discovery, "a gate tells the competent apart");
+    fuzz::claim(!exercise.monitoring || exercise.monitoring->limit > 0, "an alarm has a limit");
+  }
+}
+
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -91,6 +104,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       fuzz::claim(std::abs(calibration.user_from_device.norm() - 1) < 1e-9, "a turn is normalised");
     } else if (format == "stylet-import") {
       claim_side_file(file);
+    } else if (format == "stylet-course") {
+      claim_course(file);
     } else {
       claim_scenario(file);
     }

@@ -117,6 +117,13 @@ TEST(RunLength, OfMonitoringChartsIsTheReferenceTable) {
   EXPECT_GT(signal_within({monitoring_weights({.10, .30}), .10}, 50, limit - 0.01), 0.20);
 }
 
+TEST(RunLength, ALimitOnTheLatticeIsReachedByTheSumThatEqualsIt) {
+  const Weights weights = learning_weights({.10, .30});
+  EXPECT_NEAR(signal_within({weights, .10}, 14, 14 * weights.pass), std::pow(.9, 14), 1e-12);
+  EXPECT_EQ(signal_within({weights, .10}, 13, 14 * weights.pass), 0);
+  EXPECT_EQ(shortest_run(weights, 14 * weights.pass), 14);
+}
+
 TEST(RunLength, ALearnersEarlyFailuresDelayTheSignalLittle) {
   const Weights weights = learning_weights({.10, .30});
   std::vector<AttemptLaw> attempts;

@@ -4,6 +4,7 @@
 #include "engine/files/json_reader.h"
 #include "engine/files/key_tables.h"
 #include "engine/import/side_file.h"
+#include "engine/lab/course/course_file.h"
 #include "engine/procedures/kinds.h"
 #include "engine/readers/formats.h"
 #include "tools/stylet/commands.h"
@@ -30,6 +31,7 @@ constexpr std::size_t kLongestPage = 4u << 20;  // bytes
 std::vector<files::FileFormat> all_formats() {
   std::vector<files::FileFormat> formats = readers::formats();
   formats.push_back(import::side_file_format());
+  formats.push_back(lab::course::course_format());
   return formats;
 }
 

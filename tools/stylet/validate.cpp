@@ -42,14 +42,15 @@ int validate(const std::vector<std::string>& paths) {
 }  // namespace
 
 void add_validate(CLI::App& app, int& exit_code) {
-  CLI::App* command =
-      app.add_subcommand("validate", "Check scenarios, organs, tissue tables, needles, probes, motions, recordings");
+  CLI::App* command = app.add_subcommand(
+      "validate", "Check scenarios, courses, organs, tissue tables, needles, probes, motions, recordings");
   auto paths = std::make_shared<std::vector<std::string>>();
   command->add_option("PATH", *paths, "Files, or folders of them; the kind is read from the file")->required();
   command->footer(
       "Prints every problem, one a line: file, place (JSON pointer or line), what is wrong and what to do.\n"
       "A scenario is checked with every file it names, and its organs are turned into tetrahedra; a sound one is\n"
-      "summed up: nodes, tetrahedra, volumes. Of a folder, every *.glb, *.gltf, *.rec and content file (*.json)\n"
+      "summed up: nodes, tetrahedra, volumes; of a course the gates, with what each is worth. Of a folder, every "
+      "*.glb, *.gltf, *.rec and content file (*.json)\n"
       "below it is checked.\n"
       "Exit code 0: sound; 2: problems were found.");
   command->callback([paths, &exit_code] { exit_code = validate(*paths); });
