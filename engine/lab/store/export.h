@@ -1,0 +1,22 @@
+// Attempts for other programs: a table for statistics, and everything as JSON. By pseudonym; names stay in the
+// roster.
+#pragma once
+
+#include "engine/lab/store/lab.h"
+
+#include <string>
+
+namespace stylet::lab::store {
+
+/// RFC 4180: a row an attempt, a column a metric, in order of time; empty: not measured.
+/// @param trainee  Person::id; empty: of all
+std::string attempts_as_csv(Lab& lab, const std::string& trainee = {});
+/// {"format": "stylet-lab-export", "version": 1, "attempts": [...]}
+std::string attempts_as_json(Lab& lab, const std::string& trainee = {});
+
+/// "2026-03-02T09:16:25.480Z"
+std::string utc_text(std::int64_t ms);
+/// "2026-03-02 10:16", where it was.
+std::string local_text(std::int64_t ms, int utc_offset_min);
+
+}  // namespace stylet::lab::store

@@ -1,0 +1,504 @@
+#include "engine/lab/store/lab.h"
+
+#include "engine/files/error.h"
+#include "engine/files/json_reader.h"
+#include "engine/files/json_scan.h"
+#include "engine/lab/store/digest.h"
+#include "engine/lab/store/identity.h"
+#include "engine/lab/store/schema.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <set>
+#include <system_error>
+#include <utility>
+
+namespace stylet::lab::store {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int32_t kRecordsFile = 0x53744C62;  // "StLb"
+constexpr std::size_t kLongestName = 200;          // bytes
+constexpr std::int64_t kDayMs = 86'400'000;
+
+fs::path private_folder(fs::path folder) {
+  std::error_code error;
+  const bool made = fs::create_directories(folder, error);
+  if (made) fs::permissions(folder, fs::perms::owner_all, error);
+  if (error) {
+    throw files::ContentError(fmt::format("{}: the lab's records cannot be kept there ({}); name another folder",
+                                          folder.string(), error.message()));
+  }
+  return folder;
+}
+
+/// What was written and how the folder names it are on the disk.
+void sync(const fs::path& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return;
+  ::fsync(file);
+  ::close(file);
+}
+
+/// A lock that goes with its process. @return -1: another one has it, or there is no file
+int locked(const fs::path& path, int flags) {
+  const int file = ::open(path.c_str(), flags | O_CLOEXEC, 0600);
+  if (file < 0) return -1;
+  if (::flock(file, LOCK_EX | LOCK_NB) == 0) return file;
+  ::close(file);
+  return -1;
+}
+
+/// Whether the open file is still the one of that name.
+bool is_at(int file, const fs::path& path) {
+  struct stat open {};
+  struct stat named {};
+  return ::fstat(file, &open) == 0 && ::stat(path.c_str(), &named) == 0 && open.st_ino == named.st_ino &&
+         open.st_dev == named.st_dev;
+}
+
+int utc_offset_min(std::int64_t ms) {
+  const std::time_t seconds = ms / 1000;
+  std::tm local{};
+  ::localtime_r(&seconds, &local);
+  return static_cast<int>(local.tm_gmtoff / 60);
+}
+
+std::string time_name(std::int64_t ms) {
+  return fmt::format("{:%Y%m%dT%H%M%SZ}", fmt::gmtime(static_cast<std::time_t>(ms / 1000)));
+}
+
+Value or_null(const std::string& text) {
+  return text.empty() ? Value() : Value(text);
+}
+
+MetricResult metric_of(const Row& row, std::size_t from) {
+  return {.metric = text(row[from]),
+          .value = number(row[from + 1]),
+          .points = number(row[from + 2]),
+          .most = number(row[from + 3])};
+}
+
+}  // namespace
+
+std::int64_t system_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+fs::path default_lab_folder() {
+  if (const char* lab = std::getenv("STYLET_LAB"); lab != nullptr && *lab != '\0') return lab;
+  const char* data = std::getenv("XDG_DATA_HOME");
+  if (data != nullptr && fs::path(data).is_absolute()) return fs::path(data) / "stylet" / "lab";
+  const char* home = std::getenv("HOME");
+  if (home != nullptr && fs::path(home).is_absolute()) return fs::path(home) / ".local" / "share" / "stylet" / "lab";
+  throw files::ContentError(
+      "the lab's records have no place: none of STYLET_LAB, XDG_DATA_HOME and HOME is a folder; name one with --lab");
+}
+
+bool AttemptRecord::counts() const {
+  const bool of_gate = mode == "graded" || mode == "retention";
+  const bool scored = status != "ended" || passed.has_value();
+  return of_gate && status != "running" && scored && excluded.empty();
+}
+
+std::int64_t AttemptRecord::local_day() const {
+  return (started_ms + std::int64_t{utc_offset_min} * 60'000) / kDayMs;
+}
+
+Lab::Lab(LabSettings settings)
+    : settings_(std::move(settings)),
+      database_(private_folder(settings_.folder) / "lab.db", kRecordsFile),
+      roster_(settings_.folder / "roster.db") {
+  const int version = schema_version(database_);
+  const int newest = migrations().back().version;
+  if (version > 0 && version < newest) {
+    const fs::path backups = private_folder(settings_.folder / "backups");
+    database_.copy_to(backups / fmt::format("before-version-{}-{}.db", newest, time_name(settings_.clock())));
+  }
+  migrate(database_, migrations(), settings_.clock(), settings_.build);
+  adopt_crashed();
+  sweep_locks();
+  sweep_erased();
+}
+
+Lab::~Lab() {
+  for (const auto& [attempt, file] : running_) ::close(file);
+}
+
+void Lab::adopt_crashed() {
+  for (const Row& row :
+       database_.run("SELECT id FROM attempt WHERE status = 'running' AND station = $1", {station()})) {
+    const std::string attempt = text(row[0]);
+    if (running_.contains(attempt)) continue;
+    const fs::path lock = settings_.folder / "running" / attempt;
+    std::error_code error;
+    const int file = locked(lock, O_RDWR);
+    if (file < 0 && fs::exists(lock, error)) continue;  // it goes on
+    database_.run("UPDATE attempt SET status = 'crashed' WHERE id = $1 AND status = 'running'", {attempt});
+    fs::remove(lock, error);
+    if (file >= 0) ::close(file);
+  }
+}
+
+void Lab::sweep_locks() {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(settings_.folder / "running", error)) {
+    const int file = locked(entry.path(), O_RDWR);
+    if (file < 0) continue;
+    // Of a process that is gone: killed before its row was there, or after its attempt was kept.
+    std::error_code ignored;
+    fs::remove(entry.path(), ignored);
+    ::close(file);
+  }
+}
+
+void Lab::sweep_erased() {
+  for (const Row& row : database_.run("SELECT id FROM tombstone WHERE kind = 'attempt'")) {
+    std::error_code error;
+    fs::remove(recording_of(text(row[0])), error);
+  }
+  // People come into the records before their names: a name alone is of an erasure that was cut off.
+  for (const auto& [pseudonym, name] : roster_.names()) {
+    if (database_.run("SELECT 1 FROM trainee WHERE pseudonym = $1", {pseudonym}).empty()) roster_.remove(pseudonym);
+  }
+}
+
+std::string Lab::station() {
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+  const std::string name = host.data();
+  const auto rows = database_.run("SELECT id FROM station WHERE name = $1", {name});
+  if (!rows.empty()) return text(rows[0][0]);
+  const std::int64_t now = settings_.clock();
+  // Two processes at once are one station all the same.
+  database_.run("INSERT INTO station SELECT $1, $2, $3 WHERE NOT EXISTS (SELECT 1 FROM station WHERE name = $2)",
+                {new_id(now), name, now});
+  return text(database_.run("SELECT id FROM station WHERE name = $1", {name})[0][0]);
+}
+
+std::optional<Person> Lab::find(const std::string& who) {
+  std::string pseudonym = roster_.pseudonym_of(who).value_or("");
+  if (pseudonym.empty()) pseudonym = normalized_pseudonym(who);
+  const auto rows = database_.run("SELECT id, pseudonym FROM trainee WHERE pseudonym = $1", {pseudonym});
+  if (rows.empty()) return std::nullopt;
+  const auto names = roster_.names();
+  const auto name = names.find(pseudonym);
+  return Person{.id = text(rows[0][0]), .pseudonym = pseudonym, .name = name != names.end() ? name->second : ""};
+}
+
+Person Lab::get(const std::string& who) {
+  if (auto person = find(who)) return *std::move(person);
+  std::set<std::string> names;
+  for (const auto& [pseudonym, name] : roster_.names()) names.insert(name);
+  const std::string close = files::nearest(who, names);
+  throw files::ContentError(
+      fmt::format("{} is nobody in {}; {}", files::printable(who), settings_.folder.string(),
+                  close.empty() ? "`stylet lab list` shows everybody" : fmt::format("did you mean {}?", close)));
+}
+
+Person Lab::enrolled(const std::string& who) {
+  if (auto person = find(who)) return *std::move(person);
+  const bool odd = std::ranges::any_of(who, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+  if (who.empty() || who.size() > kLongestName || odd || !files::is_utf8(who) || who.front() == ' ' ||
+      who.back() == ' ') {
+    throw files::ContentError(
+        fmt::format("\"{}\" is no name of a trainee; write up to {} bytes on one line, no blanks at "
+                    "its ends",
+                    files::printable(who), kLongestName));
+  }
+  const std::int64_t now = settings_.clock();
+  Person person{.id = new_id(now), .name = who, .added = true};
+  do {
+    person.pseudonym = new_pseudonym();
+  } while (find(person.pseudonym));
+  // The records first: a name without records would be taken for an erasure that was cut off, the other way it is
+  // somebody without a name.
+  database_.run("INSERT INTO trainee(id, pseudonym, role, level, created_ms) VALUES ($1, $2, 'trainee', '', $3)",
+                {person.id, person.pseudonym, now});
+  roster_.add(who, person.pseudonym, now);
+  return person;
+}
+
+std::vector<PersonSummary> Lab::people() {
+  const auto names = roster_.names();
+  std::vector<PersonSummary> all;
+  for (const Row& row : database_.run(
+           "SELECT t.id, t.pseudonym, count(a.id), coalesce(sum(CASE WHEN a.status = 'ended' THEN a.passed ELSE 0 "
+           "END), "
+           "0), coalesce(max(a.started_ms), 0) FROM trainee t LEFT JOIN attempt a ON a.trainee = t.id GROUP BY t.id, "
+           "t.pseudonym ORDER BY t.created_ms, t.id")) {
+    PersonSummary& summary = all.emplace_back();
+    summary.person.id = text(row[0]);
+    summary.person.pseudonym = text(row[1]);
+    const auto name = names.find(summary.person.pseudonym);
+    if (name != names.end()) summary.person.name = name->second;
+    summary.attempts = static_cast<int>(integer(row[2]));
+    summary.passed = static_cast<int>(integer(row[3]));
+    summary.last_ms = integer(row[4]);
+  }
+  return all;
+}
+
+void Lab::keep_subject(const char* table, const Subject& subject) {
+  const bool scenario = std::string_view(table) == "scenario";
+  if (scenario) {
+    database_.run("INSERT INTO scenario(sha256, name, title, scoring) VALUES ($1, $2, $3, $4) ON CONFLICT DO NOTHING",
+                  {subject.sha256, subject.name, subject.title, subject.text});
+  } else {
+    database_.run("INSERT INTO course(sha256, name, spec) VALUES ($1, $2, $3) ON CONFLICT DO NOTHING",
+                  {subject.sha256, subject.name, subject.text});
+  }
+}
+
+void Lab::lock_running(const std::string& attempt) {
+  const fs::path lock = private_folder(settings_.folder / "running") / attempt;
+  constexpr int kTries = 100;
+  int file = -1;
+  for (int k = 0; k < kTries; ++k) {
+    file = locked(lock, O_RDWR | O_CREAT);
+    if (file < 0) continue;
+    if (is_at(file, lock)) break;
+    ::close(file);  // swept away by another program in between
+    file = -1;
+  }
+  if (file < 0) {
+    throw files::ContentError(
+        fmt::format("{}: cannot be made ({}); check folder and space", lock.string(), std::strerror(errno)));
+  }
+  running_[attempt] = file;
+}
+
+void Lab::unlock_running(const std::string& attempt) {
+  const auto found = running_.find(attempt);
+  if (found == running_.end()) return;
+  std::error_code error;
+  fs::remove(settings_.folder / "running" / attempt, error);
+  ::close(found->second);
+  running_.erase(found);
+}
+
+std::string Lab::begin(const AttemptStart& start) {
+  const std::int64_t now = settings_.clock();
+  const std::string of_station = station();
+  std::string attempt = new_id(now);
+  lock_running(attempt);  // before the row: who finds the row without a lock takes it for cut off
+  Transaction transaction(database_);
+  keep_subject("scenario", start.scenario);
+  if (start.course) keep_subject("course", *start.course);
+  database_.run(
+      "INSERT INTO attempt(id, trainee, course, scenario, station, mode, build, stylus, loop_mode, started_ms, "
+      "utc_offset_min, status) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, 'running')",
+      {attempt, start.trainee, start.course ? Value(start.course->sha256) : Value(), start.scenario.sha256,
+       of_station, start.mode, start.build, start.stylus, start.loop_mode, now, std::int64_t{utc_offset_min(now)}});
+  transaction.commit();
+  return attempt;
+}
+
+fs::path Lab::recording_of(const std::string& attempt) const {
+  const auto began = static_cast<std::time_t>(time_of(attempt) / 1000);
+  return settings_.folder / "recordings" / fmt::format("{:%Y}", fmt::gmtime(began)) /
+         fmt::format("{:%m}", fmt::gmtime(began)) / (attempt + ".rec");
+}
+
+std::int64_t Lab::keep_recording(const std::string& attempt, const fs::path& recording) {
+  const fs::path place = recording_of(attempt);
+  private_folder(settings_.folder / "recordings");
+  private_folder(place.parent_path());
+  const fs::path part = place.string() + ".part";
+  std::error_code error;
+  fs::remove(part, error);
+  fs::create_hard_link(recording, part, error);
+  if (error) {
+    error.clear();
+    fs::copy_file(recording, part, error);
+  }
+  if (!error) sync(part);
+  if (!error) fs::rename(part, place, error);
+  if (error) {
+    throw files::ContentError(fmt::format("{}: the recording cannot be kept there ({}); it is {}", place.string(),
+                                          error.message(), recording.string()));
+  }
+  sync(place.parent_path());
+  return static_cast<std::int64_t>(fs::file_size(place));
+}
+
+void Lab::end(const std::string& attempt, const AttemptEnd& end) {
+  std::optional<std::int64_t> bytes;
+  std::string hash;
+  if (!end.recording.empty()) {
+    bytes = keep_recording(attempt, end.recording);
+    hash = sha256_of_file(recording_of(attempt));
+  }
+  std::optional<std::int64_t> passed;
+  if (end.passed) passed = *end.passed ? 1 : 0;
+  Transaction transaction(database_);
+  database_.run(
+      "UPDATE attempt SET ended_ms = $1, status = $2, total = $3, pass_mark = $4, passed = $5, failed_critical = $6, "
+      "missed_deadlines = $7, state_hash = $8, recording_sha256 = $9, recording_bytes = $10 WHERE id = $11",
+      {settings_.clock(), end.status, value_of(end.total), value_of(end.pass_mark), value_of(passed),
+       or_null(end.failed_critical), end.missed_deadlines, or_null(end.state_hash), or_null(hash), value_of(bytes),
+       attempt});
+  for (const MetricResult& metric : end.metrics) {
+    database_.run("INSERT INTO attempt_metric(attempt, metric, value, points, most) VALUES ($1, $2, $3, $4, $5)",
+                  {attempt, metric.metric, value_of(metric.value), value_of(metric.points), value_of(metric.most)});
+  }
+  transaction.commit();
+  unlock_running(attempt);
+}
+
+std::vector<AttemptRecord> Lab::attempts(const std::string& trainee) {
+  const std::string where = trainee.empty() ? "" : "WHERE a.trainee = $1 ";
+  std::vector<Value> values;
+  if (!trainee.empty()) values.emplace_back(trainee);
+  std::vector<AttemptRecord> all;
+  for (const Row& row : database_.run(
+           "SELECT a.id, t.pseudonym, s.name, a.scenario, coalesce(c.name, ''), row_number() OVER (PARTITION BY "
+           "a.trainee, s.name ORDER BY a.started_ms, a.id), a.mode, a.build, a.stylus, a.started_ms, "
+           "a.utc_offset_min, "
+           "a.ended_ms, a.status, a.total, a.pass_mark, a.passed, a.failed_critical, a.recording_sha256, (SELECT "
+           "CASE "
+           "WHEN e.undone = 0 THEN e.why ELSE '' END FROM exclusion e WHERE e.attempt = a.id ORDER BY e.at_ms DESC, "
+           "e.id "
+           "DESC LIMIT 1) FROM attempt a JOIN trainee t ON t.id = a.trainee JOIN scenario s ON s.sha256 = a.scenario "
+           "LEFT JOIN course c ON c.sha256 = a.course " +
+               where + "ORDER BY a.started_ms, a.id",
+           values)) {
+    AttemptRecord& record = all.emplace_back();
+    record.id = text(row[0]);
+    record.pseudonym = text(row[1]);
+    record.scenario = text(row[2]);
+    record.scenario_sha256 = text(row[3]);
+    record.course = text(row[4]);
+    record.number = static_cast<int>(integer(row[5]));
+    record.mode = text(row[6]);
+    record.build = text(row[7]);
+    record.stylus = text(row[8]);
+    record.started_ms = integer(row[9]);
+    record.utc_offset_min = static_cast<int>(integer(row[10]));
+    if (number(row[11])) record.ended_ms = integer(row[11]);
+    record.status = text(row[12]);
+    record.total = number(row[13]);
+    record.pass_mark = number(row[14]);
+    record.passed = truth(row[15]);
+    record.failed_critical = text(row[16]);
+    record.recording_sha256 = text(row[17]);
+    record.excluded = text(row[18]);
+  }
+  return all;
+}
+
+std::vector<MetricResult> Lab::metrics(const std::string& attempt) {
+  std::vector<MetricResult> all;
+  for (const Row& row : database_.run(
+           "SELECT metric, value, points, most FROM attempt_metric WHERE attempt = $1 ORDER BY metric", {attempt})) {
+    all.push_back(metric_of(row, 0));
+  }
+  return all;
+}
+
+std::map<std::string, std::vector<MetricResult>> Lab::all_metrics(const std::string& trainee) {
+  std::map<std::string, std::vector<MetricResult>> all;
+  const std::string columns = "SELECT m.attempt, m.metric, m.value, m.points, m.most FROM attempt_metric m ";
+  const auto rows =
+      trainee.empty()
+          ? database_.run(columns + "ORDER BY m.attempt, m.metric")
+          : database_.run(
+                columns + "JOIN attempt a ON a.id = m.attempt WHERE a.trainee = $1 ORDER BY m.attempt, m.metric",
+                {trainee});
+  for (const Row& row : rows) all[text(row[0])].push_back(metric_of(row, 1));
+  return all;
+}
+
+std::string Lab::exclude(const std::string& attempt, const std::string& author, const std::string& why) {
+  const auto rows = database_.run("SELECT id FROM attempt WHERE id = $1 OR substr(id, -length($1)) = $1", {attempt});
+  if (attempt.empty() || rows.size() != 1) {
+    throw files::ContentError(fmt::format("{} is {}; `stylet lab show TRAINEE` lists the ends of their ids",
+                                          files::printable(attempt),
+                                          rows.size() > 1 ? "the end of several attempts" : "no attempt"));
+  }
+  const std::string id = text(rows[0][0]);
+  const std::int64_t now = settings_.clock();
+  database_.run("INSERT INTO exclusion(id, attempt, author, at_ms, why, undone) VALUES ($1, $2, $3, $4, $5, $6)",
+                {new_id(now), id, author, now, why, std::int64_t{why.empty() ? 1 : 0}});
+  return id;
+}
+
+Erased Lab::erase(const Person& person) {
+  Erased erased;
+  const std::int64_t now = settings_.clock();
+  std::vector<std::string> ids;
+  {
+    Transaction transaction(database_);
+    for (const Row& row : database_.run("SELECT id FROM attempt WHERE trainee = $1", {person.id})) {
+      ids.push_back(text(row[0]));
+      database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'attempt', $2)", {ids.back(), now});
+    }
+    database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'trainee', $2)", {person.id, now});
+    database_.run("DELETE FROM attempt WHERE trainee = $1", {person.id});
+    database_.run("DELETE FROM trainee WHERE id = $1", {person.id});
+    database_.run("DELETE FROM audit WHERE object = $1", {person.pseudonym});
+    database_.run("INSERT INTO audit(id, at_ms, who, what, object) VALUES ($1, $2, '', 'erase', '')",
+                  {new_id(now), now});
+    transaction.commit();
+  }
+  roster_.remove(person.pseudonym);
+  erased.attempts = static_cast<int>(ids.size());
+  std::error_code error;
+  for (const std::string& id : ids) erased.recordings += fs::remove(recording_of(id), error) ? 1 : 0;
+  database_.run("VACUUM");
+  for (const auto& entry : fs::directory_iterator(settings_.folder / "backups", error)) {
+    erased.backups.push_back(entry.path());
+  }
+  std::ranges::sort(erased.backups);
+  return erased;
+}
+
+fs::path Lab::back_up(fs::path to) {
+  if (to.empty()) {
+    to = private_folder(settings_.folder / "backups") / ("lab-" + time_name(settings_.clock()));
+  }
+  std::error_code error;
+  if (fs::exists(to, error)) {
+    throw files::ContentError(to.string() + ": is there already; name a folder that is not");
+  }
+  // Whole or not there: made beside its place.
+  const fs::path part = to.string() + ".part";
+  fs::remove_all(part, error);
+  private_folder(part);
+  database_.copy_to(part / "lab.db");
+  roster_.database().copy_to(part / "roster.db");
+  const fs::path recordings = settings_.folder / "recordings";
+  if (fs::exists(recordings, error)) fs::copy(recordings, part / "recordings", fs::copy_options::recursive, error);
+  if (!error) fs::rename(part, to, error);
+  if (error) {
+    throw files::ContentError(
+        fmt::format("{}: cannot be written whole ({}); check folder and space", to.string(), error.message()));
+  }
+  sync(to.parent_path());
+  return to;
+}
+
+void Lab::note(const std::string& what, const std::string& object) {
+  const std::int64_t now = settings_.clock();
+  const char* user = std::getenv("USER");
+  database_.run("INSERT INTO audit(id, at_ms, who, what, object) VALUES ($1, $2, $3, $4, $5)",
+                {new_id(now), now, std::string(user != nullptr ? user : ""), what, object});
+}
+
+}  // namespace stylet::lab::store

@@ -1,0 +1,192 @@
+// The records of a skills lab: a folder with who trained what and what came of it.
+//
+//   lab.db             every attempt with its metrics, by pseudonym
+//   roster.db          names and their pseudonyms
+//   recordings/        YYYY/MM/ATTEMPT.rec
+//   running/           a lock for each attempt under way
+//   backups/           lab-TIME/: copies
+//
+// An attempt is written when its procedure begins and once more when it ends, so that who walks away leaves a trace.
+#pragma once
+
+#include "engine/lab/store/database.h"
+#include "engine/lab/store/roster.h"
+#include "engine/lab/store/sqlite.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stylet::lab::store {
+
+/// Unix milliseconds.
+using Clock = std::function<std::int64_t()>;
+std::int64_t system_ms();
+
+struct Person {
+  std::string id{};
+  std::string pseudonym{};
+  std::string name{};  ///< of the roster; empty: it has none
+  bool added = false;  ///< just now
+};
+
+/// What an attempt was at, by its content.
+struct Subject {
+  std::string sha256{};
+  std::string name{};
+  std::string title{};
+  std::string text{};  ///< of a scenario its scoring, of a course its file
+};
+
+struct AttemptStart {
+  std::string trainee{};  ///< Person::id
+  Subject scenario{};
+  std::optional<Subject> course{};
+  std::string mode = "graded";
+  std::string build{};
+  std::string stylus{};
+  std::string loop_mode{};
+};
+
+struct MetricResult {
+  std::string metric{};
+  std::optional<double> value{};   ///< in the metric's unit; none: nothing there to measure it on
+  std::optional<double> points{};  ///< where the scenario scores it
+  std::optional<double> most{};
+};
+
+struct AttemptEnd {
+  std::string status = "ended";  ///< or "aborted"
+  std::optional<double> total{};
+  std::optional<double> pass_mark{};
+  std::optional<bool> passed{};   ///< none: the scenario scores nothing
+  std::string failed_critical{};  ///< metrics, with blanks between
+  std::int64_t missed_deadlines = 0;
+  std::string state_hash{};
+  std::vector<MetricResult> metrics{};
+  std::filesystem::path recording{};  ///< copied, or linked; empty: there is none
+};
+
+struct AttemptRecord {
+  std::string id{};
+  std::string pseudonym{};
+  std::string scenario{};  ///< name
+  std::string scenario_sha256{};
+  std::string course{};  ///< name; empty: none
+  int number = 0;        ///< of this trainee at this scenario, from 1
+  std::string mode{};
+  std::string build{};
+  std::string stylus{};
+  std::int64_t started_ms = 0;
+  int utc_offset_min = 0;
+  std::optional<std::int64_t> ended_ms{};
+  std::string status{};
+  std::optional<double> total{};
+  std::optional<double> pass_mark{};
+  std::optional<bool> passed{};
+  std::string failed_critical{};
+  std::string recording_sha256{};
+  std::string excluded{};  ///< why; empty: it counts
+
+  /// Whether it is one outcome of a gate: graded or a retention test, begun and over, scored, not excluded.
+  bool counts() const;
+  /// Of one that counts: broken off or cut off it failed.
+  bool succeeded() const { return status == "ended" && passed.value_or(false); }
+  /// Days since 1970-01-01 where it was taken.
+  std::int64_t local_day() const;
+};
+
+struct PersonSummary {
+  Person person{};
+  int attempts = 0;
+  int passed = 0;
+  std::int64_t last_ms = 0;  ///< 0: none
+};
+
+/// What an erasure took, and what it cannot reach.
+struct Erased {
+  int attempts = 0;
+  int recordings = 0;
+  std::vector<std::filesystem::path> backups{};  ///< that still hold the person
+};
+
+struct LabSettings {
+  std::filesystem::path folder{};
+  std::string build{};  ///< version and commit, for migrations
+  Clock clock = system_ms;
+};
+
+/// STYLET_LAB, else stylet/lab in XDG_DATA_HOME or ~/.local/share. @throws files::ContentError  there is no such
+/// place
+std::filesystem::path default_lab_folder();
+
+/// One thread at a time.
+class Lab {
+public:
+  /// Opens the records, or makes them; takes them to the newest version, a copy before; attempts whose process is
+  /// gone become "crashed", and what an erasure left lying is taken away.
+  /// @throws files::ContentError
+  explicit Lab(LabSettings settings);
+  ~Lab();
+  Lab(const Lab&) = delete;
+  Lab& operator=(const Lab&) = delete;
+
+  const std::filesystem::path& folder() const { return settings_.folder; }
+  Database& database() { return database_; }
+
+  /// By name or pseudonym. Nothing: nobody.
+  std::optional<Person> find(const std::string& who);
+  /// By name or pseudonym, with whom could be meant. @throws files::ContentError  nobody
+  Person get(const std::string& who);
+  /// The same; a name that is new gets a pseudonym. @throws files::ContentError  no name: empty, too long, with
+  /// control characters
+  Person enrolled(const std::string& who);
+  std::vector<PersonSummary> people();
+
+  /// The procedure begins. @return id of the attempt, which is "running" while this lives
+  std::string begin(const AttemptStart& start);
+  /// It is over: recording, numbers and status, all or nothing. @throws files::ContentError
+  void end(const std::string& attempt, const AttemptEnd& end);
+
+  /// In order of time. @param trainee  Person::id; empty: of all
+  std::vector<AttemptRecord> attempts(const std::string& trainee = {});
+  std::vector<MetricResult> metrics(const std::string& attempt);
+  /// By attempt; of all where trainee is empty.
+  std::map<std::string, std::vector<MetricResult>> all_metrics(const std::string& trainee = {});
+
+  /// An attempt that does not count, by a rule that was there before. @param attempt  id, or an end of one that is
+  /// alone in ending so. @return its id. @throws files::ContentError
+  std::string exclude(const std::string& attempt, const std::string& author, const std::string& why);
+
+  /// Everything about a person: attempts, metrics, recordings, name; what stays is that somebody was erased.
+  Erased erase(const Person& person);
+  /// A whole copy into a folder that is not there yet; empty: backups/lab-TIME of this one. @return it
+  std::filesystem::path back_up(std::filesystem::path to = {});
+
+  /// Place of an attempt's recording.
+  std::filesystem::path recording_of(const std::string& attempt) const;
+  /// Notes that somebody looked or took away: "export", "show".
+  void note(const std::string& what, const std::string& object);
+
+private:
+  std::string station();
+  void adopt_crashed();
+  void sweep_locks();
+  void sweep_erased();
+  void lock_running(const std::string& attempt);
+  void unlock_running(const std::string& attempt);
+  void keep_subject(const char* table, const Subject& subject);
+  /// @return bytes of the recording, kept
+  std::int64_t keep_recording(const std::string& attempt, const std::filesystem::path& recording);
+
+  LabSettings settings_;
+  SqliteDatabase database_;
+  Roster roster_;
+  std::map<std::string, int> running_;  ///< locked files of attempts under way
+};
+
+}  // namespace stylet::lab::store

@@ -1,0 +1,329 @@
+// The records of a lab: lives of attempts, people and their pseudonyms, erasure, backup, migration.
+#include "engine/lab/store/lab.h"
+#include "engine/files/error.h"
+#include "engine/lab/store/digest.h"
+#include "engine/lab/store/identity.h"
+#include "engine/lab/store/schema.h"
+#include "tests/lab/sample_attempts.h"
+#include "tests/support/temporary_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace stylet::lab::store {
+namespace {
+
+namespace fs = std::filesystem;
+using test::end_of;
+using test::start_of;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+std::string read(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// What it throws.
+template <typename Act>
+std::string refusal(const Act& act) {
+  try {
+    act();
+  } catch (const files::ContentError& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+/// Files of a folder with a text in them.
+std::vector<std::string> holding(const fs::path& folder, const std::string& text) {
+  std::vector<std::string> found;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file() && read(entry.path()).find(text) != std::string::npos) {
+      found.push_back(fs::relative(entry.path(), folder));
+    }
+  }
+  return found;
+}
+
+class Records : public testing::Test {
+protected:
+  Records() { open(); }
+  void open() {
+    lab_.reset();
+    lab_.emplace(
+        LabSettings{.folder = folder_.path() / "lab", .build = "test", .clock = [this] { return now_ms_ += 1000; }});
+  }
+  std::string take(const Person& person, double total, bool passed, const std::string& scenario = "liver_biopsy") {
+    const std::string attempt = lab_->begin(start_of(person, scenario));
+    lab_->end(attempt, end_of(total, passed));
+    return attempt;
+  }
+
+  support::TemporaryFolder folder_;
+  std::int64_t now_ms_ = 1'772'442'985'480;  // 2026-03-02
+  std::optional<Lab> lab_;
+};
+
+TEST_F(Records, AnAttemptIsThereFromItsBeginningAndWholeAtItsEnd) {
+  const Person ada = lab_->enrolled("ada");
+  const std::string attempt = lab_->begin(start_of(ada));
+  ASSERT_THAT(lab_->attempts(), SizeIs(1));
+  EXPECT_EQ(lab_->attempts()[0].status, "running");
+  EXPECT_FALSE(lab_->attempts()[0].counts());
+  AttemptEnd end = end_of(83.5, true);
+  end.metrics[3].value.reset();
+  end.metrics[4].points = 7.5;
+  end.recording = folder_.write("session.rec", "every step");
+  lab_->end(attempt, end);
+  const AttemptRecord record = lab_->attempts(ada.id)[0];
+  EXPECT_EQ(record.id, attempt);
+  EXPECT_EQ(record.pseudonym, ada.pseudonym);
+  EXPECT_EQ(record.scenario, "liver_biopsy");
+  EXPECT_EQ(record.number, 1);
+  EXPECT_EQ(record.status, "ended");
+  EXPECT_EQ(record.total, 83.5);
+  EXPECT_EQ(record.passed, true);
+  EXPECT_GT(*record.ended_ms, record.started_ms);
+  EXPECT_TRUE(record.counts());
+  EXPECT_TRUE(record.succeeded());
+  const auto metrics = lab_->metrics(attempt);
+  ASSERT_THAT(metrics, SizeIs(31));
+  EXPECT_EQ(metrics[0].value, 83.5);
+  EXPECT_EQ(metrics[3].value, std::nullopt);
+  EXPECT_EQ(metrics[4].points, 7.5);
+  EXPECT_EQ(read(lab_->recording_of(attempt)), "every step");
+  EXPECT_EQ(record.recording_sha256, sha256("every step"));
+  EXPECT_THAT(lab_->recording_of(attempt).string(), HasSubstr("recordings/2026/03/"));
+}
+
+TEST_F(Records, WhoWalksAwayOrIsCutOffHasFailedAndADemonstrationDoesNotCount) {
+  const Person ada = lab_->enrolled("ada");
+  const std::string left = lab_->begin(start_of(ada));
+  AttemptEnd broken_off = end_of(90, true);  // numbers as they were: it had not come to its end
+  broken_off.status = "aborted";
+  lab_->end(left, broken_off);
+  lab_->begin(start_of(ada));
+  open();  // the program is gone without an end
+  AttemptStart shown = start_of(ada);
+  shown.mode = "guided";
+  lab_->end(lab_->begin(shown), end_of(95, true));
+  const auto all = lab_->attempts(ada.id);
+  ASSERT_THAT(all, SizeIs(3));
+  EXPECT_TRUE(all[0].counts());
+  EXPECT_FALSE(all[0].succeeded());
+  EXPECT_EQ(all[1].status, "crashed");
+  EXPECT_TRUE(all[1].counts());
+  EXPECT_FALSE(all[1].succeeded());
+  EXPECT_FALSE(all[2].counts());
+  EXPECT_TRUE(fs::is_empty(lab_->folder() / "running"));
+}
+
+TEST_F(Records, AnAttemptUnderWayIsNotTakenForCutOffByAnotherProgram) {
+  const Person ada = lab_->enrolled("ada");
+  const std::string attempt = lab_->begin(start_of(ada));
+  Lab other({.folder = lab_->folder(), .build = "test"});
+  EXPECT_EQ(other.attempts()[0].status, "running");
+  lab_->end(attempt, end_of(80, true));
+  EXPECT_EQ(other.attempts()[0].status, "ended");
+}
+
+TEST_F(Records, NumbersAreOfATraineeAtAScenario) {
+  const Person ada = lab_->enrolled("ada");
+  const Person bob = lab_->enrolled("bob");
+  take(ada, 50, false);
+  take(bob, 60, false);
+  take(ada, 70, true, "tutorial");
+  take(ada, 80, true);
+  const auto all = lab_->attempts();
+  EXPECT_THAT((std::vector{all[0].number, all[1].number, all[2].number, all[3].number}),
+              testing::ElementsAre(1, 1, 1, 2));
+  EXPECT_THAT(lab_->attempts(ada.id), SizeIs(3));
+  const auto people = lab_->people();
+  ASSERT_THAT(people, SizeIs(2));
+  EXPECT_EQ(people[0].person.name, "ada");
+  EXPECT_EQ(people[0].attempts, 3);
+  EXPECT_EQ(people[0].passed, 2);
+  EXPECT_EQ(people[1].passed, 0);
+}
+
+TEST_F(Records, PeopleAreFoundByNameOrPseudonymAsTheyAreWritten) {
+  const Person ada = lab_->enrolled("ada lovelace");
+  EXPECT_TRUE(ada.added);
+  EXPECT_FALSE(lab_->enrolled("ada lovelace").added);
+  EXPECT_TRUE(is_pseudonym(ada.pseudonym));
+  std::string lower = ada.pseudonym;
+  std::ranges::transform(lower, lower.begin(), [](char c) { return static_cast<char>(std::tolower(c)); });
+  EXPECT_EQ(lab_->get(lower).id, ada.id);
+  EXPECT_THAT(refusal([&] { lab_->get("ada lovelacs"); }), HasSubstr("did you mean ada lovelace?"));
+  for (const char* name : {"", " ada", "ada\n", "\xff\xfe"}) {
+    EXPECT_THAT(refusal([&] { lab_->enrolled(name); }), HasSubstr("is no name of a trainee")) << name;
+  }
+  EXPECT_THAT(refusal([&] { lab_->enrolled(std::string(201, 'a')); }), HasSubstr("is no name"));
+  // Whatever is typed is a name, never SQL.
+  const Person odd = lab_->enrolled("x'); DROP TABLE attempt; --</script>");
+  EXPECT_EQ(lab_->get("x'); DROP TABLE attempt; --</script>").id, odd.id);
+  EXPECT_THAT(lab_->people(), SizeIs(2));
+}
+
+TEST_F(Records, NamesAreInTheRosterAlone) {
+  take(lab_->enrolled("Marguerite Yourcenar"), 80, true);
+  lab_->back_up(folder_.path() / "copy");
+  lab_.reset();
+  EXPECT_THAT(holding(folder_.path(), "Yourcenar"), testing::UnorderedElementsAre("lab/roster.db", "copy/roster.db"));
+  const fs::perms open = fs::perms::group_all | fs::perms::others_all;
+  for (const char* file : {"lab", "lab/lab.db", "lab/roster.db", "copy", "copy/roster.db"}) {
+    EXPECT_EQ(fs::status(folder_.path() / file).permissions() & open, fs::perms::none) << file;
+  }
+}
+
+TEST_F(Records, AnErasureTakesEverythingOfAPersonAndTellsWhatItCannotReach) {
+  const Person ada = lab_->enrolled("Marguerite Yourcenar");
+  const Person bob = lab_->enrolled("bob");
+  const std::string attempt = lab_->begin(start_of(ada));
+  AttemptEnd end = end_of(12.125, true);
+  end.recording = folder_.write("session.rec", "how she moves");
+  lab_->end(attempt, end);
+  lab_->exclude(attempt, "trainer", "device unplugged");
+  take(bob, 60, false);
+  const fs::path backup = lab_->back_up();
+  const Erased erased = lab_->erase(ada);
+  EXPECT_EQ(erased.attempts, 1);
+  EXPECT_EQ(erased.recordings, 1);
+  EXPECT_THAT(erased.backups, testing::ElementsAre(backup));
+  EXPECT_EQ(lab_->find("Marguerite Yourcenar"), std::nullopt);
+  EXPECT_EQ(lab_->find(ada.pseudonym), std::nullopt);
+  EXPECT_THAT(lab_->attempts(), SizeIs(1));
+  EXPECT_FALSE(fs::exists(lab_->recording_of(attempt)));
+  lab_.reset();
+  fs::remove_all(backup);
+  const fs::path lab = folder_.path() / "lab";
+  for (const std::string& trace :
+       {std::string("Yourcenar"), ada.pseudonym, std::string("how she moves"), std::string("unplugged")}) {
+    EXPECT_THAT(holding(lab, trace), IsEmpty()) << trace << ": also where the file was written before";
+  }
+}
+
+TEST_F(Records, AnErasureThatWasCutOffIsFinishedAtTheNextStart) {
+  const Person ada = lab_->enrolled("ada");
+  const std::string attempt = lab_->begin(start_of(ada));
+  AttemptEnd end = end_of(12, true);
+  end.recording = folder_.write("session.rec", "how she moves");
+  lab_->end(attempt, end);
+  const fs::path recording = lab_->recording_of(attempt);
+  const std::string kept = read(recording);
+  const std::string roster = read(lab_->folder() / "roster.db");
+  lab_->erase(ada);
+  lab_.reset();
+  // As a kill after the records' commit leaves it.
+  std::ofstream(recording, std::ios::binary) << kept;
+  std::ofstream(folder_.path() / "lab/roster.db", std::ios::binary) << roster;
+  open();
+  EXPECT_FALSE(fs::exists(recording));
+  EXPECT_THAT(holding(lab_->folder(), "ada"), IsEmpty());
+}
+
+TEST_F(Records, AnExclusionHasAnAuthorAndAReasonAndCanBeUndone) {
+  const Person ada = lab_->enrolled("ada");
+  const std::string attempt = take(ada, 20, false);
+  take(ada, 80, true);
+  EXPECT_EQ(lab_->exclude(attempt.substr(24), "trainer", "stylus unplugged"), attempt);
+  EXPECT_EQ(lab_->attempts()[0].excluded, "stylus unplugged");
+  EXPECT_FALSE(lab_->attempts()[0].counts());
+  EXPECT_TRUE(lab_->attempts()[1].counts());
+  lab_->exclude(attempt, "trainer", "");
+  EXPECT_TRUE(lab_->attempts()[0].counts());
+  EXPECT_THAT(refusal([&] { lab_->exclude("", "trainer", "x"); }), HasSubstr("lists the ends of their ids"));
+  EXPECT_THAT(refusal([&] { lab_->exclude("zzz", "trainer", "x"); }), HasSubstr("is no attempt"));
+}
+
+TEST_F(Records, ABackupIsALabOfItsOwn) {
+  const Person ada = lab_->enrolled("ada");
+  const std::string attempt = lab_->begin(start_of(ada));
+  AttemptEnd end = end_of(80, true);
+  end.recording = folder_.write("session.rec", "every step");
+  lab_->end(attempt, end);
+  const fs::path to = lab_->back_up(folder_.path() / "copy");
+  take(ada, 90, true);
+  EXPECT_THAT(refusal([&] { lab_->back_up(to); }), HasSubstr("is there already"));
+  Lab copy({.folder = to, .build = "test"});
+  ASSERT_THAT(copy.attempts(), SizeIs(1));
+  EXPECT_THAT(copy.metrics(attempt), SizeIs(31));
+  EXPECT_EQ(copy.get("ada").id, ada.id);
+  EXPECT_EQ(read(copy.recording_of(attempt)), "every step");
+}
+
+TEST_F(Records, OfANewerProgramAreRefusedAndOfAnotherOneToo) {
+  lab_->database().run("INSERT INTO schema_version VALUES (99, 0, 'future')");
+  lab_.reset();
+  EXPECT_THAT(refusal([&] { open(); }), HasSubstr("made by a newer Stylet"));
+  const fs::path strange = folder_.path() / "strange";
+  fs::create_directories(strange);
+  { SqliteDatabase other(strange / "lab.db", 7); }
+  EXPECT_THAT(refusal([&] { Lab lab({.folder = strange}); }), HasSubstr("another program"));
+  folder_.write("text", "");
+  EXPECT_THAT(refusal([&] { Lab lab({.folder = folder_.path() / "text"}); }), HasSubstr("text"));
+}
+
+TEST(Migrations, GoForwardAllOrNothing) {
+  const support::TemporaryFolder folder;
+  SqliteDatabase database(folder / "lab.db", 1);
+  std::vector<Migration> steps(migrations().begin(), migrations().end());
+  migrate(database, steps, 1, "old");
+  const int before = schema_version(database);
+  database.run("INSERT INTO trainee VALUES ('a', 'P', 'trainee', '', 1)");
+  steps.push_back(
+      {.version = before + 1, .statements = {"ALTER TABLE trainee ADD COLUMN born TEXT", "CREATE TABLE broken("}});
+  EXPECT_THROW(migrate(database, steps, 2, "new"), files::ContentError);
+  EXPECT_EQ(schema_version(database), before);
+  EXPECT_THROW(database.run("SELECT born FROM trainee"), files::ContentError) << "the first half is rolled back";
+  steps.back().statements.pop_back();
+  migrate(database, steps, 3, "new");
+  migrate(database, steps, 4, "new");
+  EXPECT_EQ(schema_version(database), before + 1);
+  EXPECT_EQ(text(database.run("SELECT pseudonym FROM trainee WHERE born IS NULL")[0][0]), "P");
+  EXPECT_EQ(integer(database.run("SELECT count(*) FROM schema_version")[0][0]), before + 1);
+}
+
+TEST(Identity, IdsSortByTimeAndPseudonymsFindASlip) {
+  const std::string early = new_id(1'000'000);
+  const std::string late = new_id(1'000'001);
+  EXPECT_TRUE(is_id(early));
+  EXPECT_LT(early, late);
+  EXPECT_EQ(time_of(late), 1'000'001);
+  EXPECT_EQ(early[14], '7');
+  EXPECT_THAT(std::string("89ab"), HasSubstr(std::string(1, early[19])));
+  EXPECT_FALSE(is_id("../../../../etc/passwd"));
+  std::set<std::string> seen;
+  for (int i = 0; i < 200; ++i) {
+    const std::string pseudonym = new_pseudonym();
+    EXPECT_TRUE(is_pseudonym(pseudonym));
+    seen.insert(pseudonym);
+    for (std::size_t at = 0; at < pseudonym.size(); ++at) {
+      std::string slip = pseudonym;
+      slip[at] = slip[at] == '7' ? '8' : '7';
+      EXPECT_FALSE(is_pseudonym(slip)) << pseudonym << ' ' << slip;
+    }
+  }
+  EXPECT_GT(seen.size(), 190u);
+  EXPECT_EQ(normalized_pseudonym("oil7"), "0117");
+}
+
+TEST(Digest, IsSha256) {
+  EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");  // FIPS 180-2
+  const support::TemporaryFolder folder;
+  EXPECT_EQ(sha256_of_file(folder.write("abc", "abc")), sha256("abc"));
+}
+
+}  // namespace
+}  // namespace stylet::lab::store
