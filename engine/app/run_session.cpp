@@ -7,6 +7,7 @@
 #include "engine/app/headset_session.h"
 #include "engine/app/hid_device.h"
 #include "engine/app/kept_attempts.h"
+#include "engine/app/kept_in_lab.h"
 #include "engine/app/saved_images.h"
 #include "engine/app/session_display.h"
 #include "engine/app/session_end.h"
@@ -31,6 +32,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
@@ -130,8 +132,9 @@ struct Attempted {
 
 /// @param next  title of the scenario that comes next; empty: there is none
 /// @param before  what was done of an attempt that the trainee breaks off is kept there
+/// @param records  of the lab; null: of none
 Attempted attempt(const SessionSettings& settings, const content::Scene& scene, Station& station,
-                  const std::string& next, KeptAttempts& before, SessionObserver& observer) {
+                  const std::string& next, KeptAttempts& before, TraineeRecords* records, SessionObserver& observer) {
   Screen* const screen = station.screen;
   headset::HeadsetRuntime* const headset = station.headset;
   const physics::Coupling coupling = chosen_coupling(settings.coupling, scene);
@@ -164,9 +167,17 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   // Who leads the needle asks for it by key, by controller or by the stylus; other sessions have the scene's holds.
   const bool asks = stylus.held() && watched && breath.breathes();
   training::TraceRecorder trace(scene, stylus.duration_s);
+  std::optional<LabAttempt> in_lab;
+  if (records != nullptr) {
+    in_lab.emplace(*records, scene,
+                   LabAttempt::Facts{.stylus = stylus.device->name(),
+                                     .by_hand = stylus.held(),
+                                     .loop_mode = settings.lockstep ? "lockstep" : "threaded"});
+  }
   training::TrainingSession course(
       scene, {.automatic = !stylus.held() || !watched,
-              .controls = controls_of(stylus, screen != nullptr, headset != nullptr, settings.left_handed)});
+              .controls = controls_of(stylus, screen != nullptr, headset != nullptr, settings.left_handed),
+              .begun = in_lab ? std::function<void()>([&] { in_lab->begin(); }) : nullptr});
   debrief::LiveFootage footage(scene);
   session::PunctureWatch punctures;
   training::SoundWatch heard(scene, trace);
@@ -221,6 +232,9 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
                            .left_handed = settings.left_handed};
   SessionShown end = show_to_end(live, scene, parts, settings.stereo, stylus.duration_s, observer);
   if (sound) sound->hush();
+  // Who leaves in the middle, or begins anew, has broken it off.
+  const bool to_its_end =
+      course.state().stage == training::Stage::debrief || (live.finished() && !course.reset_asked_for());
   course.end(live);
   report.run = live.stop();
   const std::vector<std::string> link_lines = link.stop();
@@ -249,7 +263,9 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   report.punctures = session::punctures(recording.events);
   report.needle_bent_deg = session::needle_bent_deg(recording.events);
   result.training = training::assess(trace.take(recording.events), scene);
+  if (in_lab) result.not_kept_because = in_lab->end(report, result.training, to_its_end, file.path());
   if (again) {
+    if (!result.not_kept_because.empty()) observer.note(Note::notice, result.not_kept_because);
     observer.note(Note::notice, before.keep(file, report, result.training, saved));
     return {};
   }
@@ -342,6 +358,7 @@ SessionResult run_session(const SessionSettings& wanted, SessionObserver& observ
       settings.view == SessionView::headset ? find_headset(screen ? "in a window" : "headless", observer) : nullptr;
   if (stylus != nullptr) check(settings, *stylus, screen != nullptr, headset != nullptr);  // loading takes seconds
   check_expert(settings.expert);
+  const std::unique_ptr<TraineeRecords> records = open_records(settings.trainee, settings.scenario, observer);
   if (screen) screen->texts = readers::find_texts(settings.language);
   if (screen && settings.left_handed) screen->arrangement.panels.apply(desktop::PanelCommand::other_hand);
   station.screen = screen.get();
@@ -359,7 +376,7 @@ SessionResult run_session(const SessionSettings& wanted, SessionObserver& observ
     Attempted done;
     do {
       if (screen) screen->arrangement.scanner.apply(scanner::Freeze{false});  // of the attempt before
-      done = attempt(settings, scene, station, next ? short_title(next->title) : "", before, observer);
+      done = attempt(settings, scene, station, next ? short_title(next->title) : "", before, records.get(), observer);
       if (!done.result) {
         observer.note(Note::notice, "once more from the start");
         continue;

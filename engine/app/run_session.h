@@ -21,6 +21,13 @@ enum class SessionView : std::uint8_t {
   headless,
 };
 
+/// Whose attempts are kept in the lab's records.
+struct TraineeSettings {
+  std::string name{};           ///< or pseudonym; empty: nobody's, nothing is kept
+  std::string course{};         ///< a name in content/courses, or a file; empty: none
+  std::filesystem::path lab{};  ///< folder of the records; empty: lab::store::default_lab_folder()
+};
+
 struct SessionSettings {
   std::string scenario{};  ///< a name in content/scenarios, or a file
   std::string stylus{};    ///< as of open_stylus(); empty: the default_stylus()
@@ -41,6 +48,7 @@ struct SessionSettings {
   std::string gpu{};       ///< by a part of its name or its number; empty: the best
   ScannerSettings scanner{};
   SessionLinkSettings link{};
+  TraineeSettings trainee{};
 };
 
 /// What a session came to.
@@ -56,7 +64,8 @@ struct SessionResult {
   bool drawn = false;               ///< and pictures and, where wanted, the film
   std::string not_drawn_because{};  ///< of the graphics; empty and not drawn: the observer asked for the end
   int film_frames = 0;
-  std::string still_moment{};  ///< of the pictures: "at the end of the heating"
+  std::string not_kept_because{};  ///< of the lab's records; empty: they have the attempt, or nobody asked for it
+  std::string still_moment{};      ///< of the pictures: "at the end of the heating"
 
   bool identical() const { return report.replay_identical.value_or(false); }
   /// The recording was replayed, and is another session.

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 
 namespace stylet::training {
 namespace {
@@ -18,7 +19,8 @@ std::unique_ptr<procedures::Procedure> begin(const content::Scene& scene) {
 TrainingSession::TrainingSession(const content::Scene& scene, const TrainingSettings& settings)
     : procedure_(begin(scene)),
       watch_(scene, procedure_.get()),
-      flow_(scene.exercise, scene.targets.size(), settings.automatic, procedure_.get(), settings.controls) {}
+      flow_(scene.exercise, scene.targets.size(), settings.automatic, procedure_.get(), settings.controls),
+      begun_(settings.begun) {}
 
 const Events& TrainingSession::step(std::span<const Action> actions) {
   const Watched& seen = watch_.latest();
@@ -28,6 +30,7 @@ const Events& TrainingSession::step(std::span<const Action> actions) {
     procedure_->catch_up(seen.now, happened_);
     shown_.add(seen.now.time_s, *procedure_);
   }
+  if (begun_ && flow_.state().stage != Stage::briefing) std::exchange(begun_, nullptr)();
   return happened_;
 }
 

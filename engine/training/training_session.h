@@ -14,6 +14,7 @@
 #include "engine/training/shown_history.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,6 +24,7 @@ namespace stylet::training {
 struct TrainingSettings {
   bool automatic = false;           ///< nobody is there to start it: Flow
   procedures::Controls controls{};  ///< of the device in use, for the prompts
+  std::function<void()> begun{};    ///< called once, when the briefing is left; where step() and poll() are called
 };
 
 /// One thread, but for watch().
@@ -66,6 +68,7 @@ private:
   std::unique_ptr<procedures::Procedure> procedure_;  // null: there is none
   ProcedureWatch watch_;
   Flow flow_;
+  std::function<void()> begun_;  // empty: nobody wants to know, or knows
   ShownHistory shown_;
   Events happened_;
   int tip_tissue_ = 0;

@@ -4,6 +4,7 @@
 #include "engine/app/debrief_recording.h"
 #include "engine/app/replay.h"
 #include "engine/files/error.h"
+#include "engine/lab/store/lab.h"
 #include "tests/readers/small_scenario.h"
 #include "tests/support/x_keyboard.h"
 
@@ -242,6 +243,7 @@ TEST_F(RunSession, AnAttemptThatWasBrokenOffGetsItsDebriefBehindTheScoreOfTheLas
   wanted.view = SessionView::window;
   wanted.stylus = "mouse";
   wanted.lockstep = false;
+  wanted.trainee = {.name = "ada", .lab = files_.folder / "lab"};
   // Start, again; start, finish; leave.
   Trainee trainee({"Return", "BackSpace", "Return", "Return", "q"});
   trainee.last_key_when_there = wanted.out / "attempt-1" / "debrief.html";
@@ -253,6 +255,15 @@ TEST_F(RunSession, AnAttemptThatWasBrokenOffGetsItsDebriefBehindTheScoreOfTheLas
   const auto numbers = nlohmann::json::parse(read_text(result.folder / "session.json"));
   ASSERT_EQ(numbers["attempts_before"].size(), 1u);
   EXPECT_EQ(numbers["attempts_before"][0]["folder"], "attempt-1");
+  // Who tries again has failed the attempt before.
+  lab::store::Lab lab({.folder = wanted.trainee.lab, .build = "test"});
+  const auto kept = lab.attempts();
+  ASSERT_EQ(kept.size(), 2u);
+  EXPECT_EQ(kept[0].status, "aborted");
+  EXPECT_EQ(kept[1].status, "ended");
+  EXPECT_EQ(kept[0].mode, "graded");
+  EXPECT_TRUE(kept[0].counts() && !kept[0].succeeded());
+  EXPECT_FALSE(lab.metrics(kept[0].id).empty());
 }
 
 TEST_F(RunSession, DebriefLeadsToTheFilmThatLiesBesideIt) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <filesystem>
 
 namespace stylet::tools {
 
@@ -107,6 +108,17 @@ std::vector<Completion> scenarios() {
   return all;
 }
 
+std::vector<Completion> courses() {
+  std::vector<Completion> all;
+  try {
+    for (const auto& entry : std::filesystem::directory_iterator(readers::content_directory() / "courses")) {
+      if (entry.path().extension() == ".json") all.push_back({entry.path().stem(), ""});
+    }
+  } catch (const std::exception&) {  // as above
+  }
+  return all;
+}
+
 std::vector<Completion> styluses() {
   std::vector<Completion> all;
   for (const app::StylusKind& kind : app::stylus_kinds()) {
@@ -119,6 +131,7 @@ std::vector<Completion> values_of(const CLI::Option& option) {
   const std::string name = option.get_name();
   if (name == "SCENARIO" || name == "--scenario") return scenarios();
   if (name == "--device") return styluses();
+  if (name == "--course") return courses();
   // A choice says itself what there is: {auto,window,headless}.
   const std::string type = option.get_type_name();
   const std::size_t open = type.find('{');

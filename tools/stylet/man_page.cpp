@@ -167,6 +167,7 @@ std::string man_page(const CLI::App& app, const std::string& version) {
        {std::pair{"STYLET_CONTENT",
                   "Folder with scenarios, organs, tissues, needles and probes; default: the one installed with the "
                   "program."},
+        std::pair{"STYLET_LAB", "Folder of the lab's records; default: see FILES."},
         std::pair{"STYLET_VALIDATION", "1: Vulkan's validation layers check all use of the GPU; slow."},
         std::pair{"XR_RUNTIME_JSON", "OpenXR runtime of the headset, where it is not the system's."},
         std::pair{"OPENBLAS_CORETYPE", "Kernels of OpenBLAS; default: those that fit the processor."}}) {
@@ -175,6 +176,8 @@ std::string man_page(const CLI::App& app, const std::string& version) {
   out += ".SH FILES\n";
   for (const auto& [name, meaning] :
        {std::pair{"$XDG_CONFIG_HOME/stylet/devices/", "Calibrations of devices; else in ~/.config."},
+        std::pair{"$XDG_DATA_HOME/stylet/lab/",
+                  "Records of a skills lab, where a session had a trainee; else in ~/.local/share."},
         std::pair{"$XDG_CACHE_HOME/stylet/",
                   "Expert runs that a debrief compares with, made once; else in ~/.cache."}}) {
     out += fmt::format(".TP\n\\fB{}\\fR\n{}\n", literal(name), prose(meaning));

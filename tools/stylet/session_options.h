@@ -20,6 +20,9 @@ inline constexpr const char* kCouplingHelp =
 inline constexpr const char* kExpertHelp =
     "Whom the debrief compares with: another recording of the scenario, or none; default: the scenario's motion";
 
+inline constexpr const char* kLabHelp =
+    "Folder of the lab's records; default: STYLET_LAB, else stylet/lab in XDG_DATA_HOME or ~/.local/share";
+
 inline const CLI::IsMember kCouplings({"stylet", "paper-updated", "paper-trajectory", "paper-frozen"});
 
 /// A time above 0, in seconds, that ends.

@@ -80,6 +80,10 @@ int train(const TrainOptions& options) {
   Terminal terminal;
   const app::SessionResult result = app::run_session(settings, terminal);
   print_folder(result);
+  if (!result.not_kept_because.empty()) {
+    say(stderr, "stylet: {}\n", result.not_kept_because);
+    return kExitBadInput;
+  }
   if (result.drawn || result.waits_for_user) return result.replay_differs() ? kExitNo : kExitYes;
   if (result.not_drawn_because.empty()) return kExitInterrupted;
   say(stderr, "stylet: {}\n", result.not_drawn_because);
@@ -136,6 +140,14 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_option("--out", session.out, "Folder for the results")->capture_default_str();
   add_scanner_options(*command, session.scanner);
   add_link_options(*command, options->link);
+  CLI::Option* trainee = command->add_option(
+      "--trainee", session.trainee.name,
+      "Name or pseudonym: the attempts are kept in the lab's records, from when the procedure begins; `stylet lab`");
+  command
+      ->add_option("--course", session.trainee.course,
+                   "The course that the attempts are of: a name in content/courses, or a file")
+      ->needs(trainee);
+  command->add_option("--lab", session.trainee.lab, kLabHelp)->needs(trainee);
   command->add_option("--language", session.language,
                       "Of the window: en, de, or another that content/texts has; default: that of the environment");
   command->add_flag(
@@ -153,6 +165,7 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --device recorded:content/motions/liver_biopsy.json --lockstep\n"
       "  stylet train liver_biopsy --link                3D Slicer connects to localhost:18944\n"
       "  stylet train liver_biopsy --link --device link  and a tracked needle drives the needle\n"
+      "  stylet train liver_biopsy --trainee ada         and the lab keeps what came of it; `stylet lab show ada`\n"
       "In the window: Enter begins and finishes, T fires or heats, X pauses, F7 mutes, Backspace tries again (the "
       "attempt "
       "before\n"

@@ -1,0 +1,60 @@
+#include "engine/app/course_standing.h"
+
+#include "engine/lab/statistics/sequential.h"
+#include "engine/lab/store/digest.h"
+
+#include <algorithm>
+#include <ctime>
+#include <map>
+#include <string>
+
+namespace stylet::app {
+
+namespace store = lab::store;
+
+namespace {
+
+bool meets(const lab::course::Bar& bar, const std::vector<store::MetricResult>& metrics) {
+  const auto found = std::ranges::find(metrics, bar.metric, &store::MetricResult::metric);
+  if (found == metrics.end() || !found->value) return false;  // not measured is not met
+  return bar.at_most ? *found->value <= *bar.at_most : *found->value >= *bar.at_least;
+}
+
+}  // namespace
+
+std::int64_t local_day(std::int64_t now_ms) {
+  const std::time_t seconds = now_ms / 1000;
+  std::tm local{};
+  ::localtime_r(&seconds, &local);
+  return (seconds + local.tm_gmtoff) / 86400;
+}
+
+CourseStanding standing_of(store::Lab& lab, const store::Person& person, const lab::course::Course& course,
+                           std::int64_t today) {
+  const auto metrics = lab.all_metrics(person.id);
+  const auto attempts = lab.attempts(person.id);
+  std::vector<std::vector<lab::course::Taken>> taken(course.exercises.size());
+  CourseStanding standing{.at_earlier_versions = std::vector<int>(course.exercises.size(), 0)};
+  for (std::size_t e = 0; e < course.exercises.size(); ++e) {
+    const lab::course::Exercise& exercise = course.exercises[e];
+    const std::string version = store::sha256_of_file(exercise.scenario);
+    for (const store::AttemptRecord& attempt : attempts) {
+      if (attempt.scenario != exercise.scenario.stem() || !attempt.counts()) continue;
+      if (attempt.scenario_sha256 != version) {
+        ++standing.at_earlier_versions[e];
+        continue;
+      }
+      const auto measured = metrics.find(attempt.id);
+      const bool passed = attempt.succeeded() && std::ranges::all_of(exercise.bars, [&](const lab::course::Bar& bar) {
+                            return measured != metrics.end() && meets(bar, measured->second);
+                          });
+      taken[e].push_back({.day = attempt.local_day(),
+                          .outcome = passed ? lab::statistics::Outcome::pass : lab::statistics::Outcome::fail});
+    }
+  }
+  standing.exercises = lab::course::progress(course, taken, today);
+  standing.due = lab::course::due(standing.exercises, today);
+  return standing;
+}
+
+}  // namespace stylet::app

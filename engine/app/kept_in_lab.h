@@ -1,0 +1,58 @@
+// What a session leaves in the records of the lab: an attempt from when its procedure begins, its numbers at the end.
+#pragma once
+
+#include "engine/app/observer.h"
+#include "engine/app/run_session.h"
+#include "engine/content/scene.h"
+#include "engine/lab/store/lab.h"
+#include "engine/session/session_report.h"
+#include "engine/training/training_report.h"
+
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace stylet::app {
+
+/// The records, open for one trainee.
+struct TraineeRecords {
+  lab::store::Lab lab;
+  lab::store::Person person{};
+  std::optional<lab::store::Subject> course{};
+};
+
+/// Everything that can be refused is refused before a patient is loaded. A new name is enrolled, and said.
+/// @param scenario  as a user names it; one of the course's
+/// @return null: no trainee is named
+/// @throws files::ContentError
+std::unique_ptr<TraineeRecords> open_records(const TraineeSettings& settings, const std::string& scenario,
+                                             Observer& observer);
+
+/// Main thread; the beginning is written by another, which it waits for at the end.
+class LabAttempt {
+public:
+  struct Facts {
+    std::string stylus{};
+    bool by_hand = false;  ///< somebody leads the needle; else it is a demonstration, which counts for nothing
+    std::string loop_mode{};
+  };
+  /// Keeps a reference to the records.
+  LabAttempt(TraineeRecords& records, const content::Scene& scene, Facts facts);
+
+  /// The briefing is left.
+  void begin();
+  /// Never throws: what follows a session goes on.
+  /// @param to_its_end  else it was broken off
+  /// @return why it is not kept, a sentence; empty: it is, or it never began
+  std::string end(const session::SessionReport& report, const training::TrainingReport& training, bool to_its_end,
+                  const std::filesystem::path& recording);
+
+private:
+  TraineeRecords& records_;
+  lab::store::AttemptStart start_;
+  std::future<std::string> attempt_;  // its id; not valid: it has not begun
+};
+
+}  // namespace stylet::app

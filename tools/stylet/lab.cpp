@@ -1,0 +1,242 @@
+// `stylet lab`: the records of a skills lab, for those who teach there.
+#include "engine/lab/store/lab.h"
+#include "engine/app/build_name.h"
+#include "engine/app/course_standing.h"
+#include "engine/files/error.h"
+#include "engine/files/json_scan.h"
+#include "engine/files/key_tables.h"
+#include "engine/lab/course/course_file.h"
+#include "engine/lab/statistics/proportion.h"
+#include "engine/lab/store/export.h"
+#include "tools/stylet/commands.h"
+#include "tools/stylet/session_options.h"
+#include "tools/stylet/terminal.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace stylet::tools {
+
+namespace fs = std::filesystem;
+namespace store = lab::store;
+
+namespace {
+
+struct LabRequest {
+  std::string action;
+  std::string who;
+  fs::path folder;
+  std::string course;
+  std::string format = "csv";
+  std::string out;
+  std::string why;
+  bool undo = false;
+  bool yes = false;
+};
+
+/// An action on a trainee was asked for without one.
+const std::string& named(const LabRequest& request, const char* what) {
+  if (request.who.empty()) {
+    throw files::ContentError(
+        fmt::format("lab {}: say {}: `stylet lab {} {}`", request.action, what, request.action, "WHO"));
+  }
+  return request.who;
+}
+
+std::string name_of(const store::Person& person) {
+  return person.name.empty() ? person.pseudonym
+                             : fmt::format("{} ({})", files::one_line(person.name), person.pseudonym);
+}
+
+int list(store::Lab& lab) {
+  const std::vector<store::PersonSummary> people = lab.people();
+  if (people.empty()) {
+    say(stdout, "Nobody is in {} yet; `stylet train SCENARIO --trainee NAME` begins.\n", lab.folder().string());
+    return kExitYes;
+  }
+  std::vector<std::vector<std::string>> rows{{"PSEUDONYM", "NAME", "ATTEMPTS", "PASSED", "LAST"}};
+  for (const store::PersonSummary& summary : people) {
+    rows.push_back({summary.person.pseudonym, files::one_line(summary.person.name), std::to_string(summary.attempts),
+                    std::to_string(summary.passed),
+                    summary.last_ms > 0 ? store::utc_text(summary.last_ms).substr(0, 10) : "-"});
+  }
+  say(stdout, "{}", files::columns(rows));
+  return kExitYes;
+}
+
+std::string result_words(const store::AttemptRecord& attempt) {
+  if (!attempt.excluded.empty()) return "excluded: " + files::one_line(attempt.excluded);
+  if (attempt.status == "running") return "under way";
+  if (attempt.status == "crashed") return "cut off: failed";
+  if (attempt.status == "aborted") return "broken off: failed";
+  if (!attempt.passed) return "measured";
+  if (*attempt.passed) return "passed";
+  return attempt.failed_critical.empty() ? "failed" : "failed: " + attempt.failed_critical;
+}
+
+void show_course(store::Lab& lab, const store::Person& person, const std::string& named_course) {
+  const lab::course::Course course = lab::course::load_course(lab::course::find_course(named_course));
+  const std::int64_t today = app::local_day(store::system_ms());
+  const app::CourseStanding standing = app::standing_of(lab, person, course, today);
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t e = 0; e < course.exercises.size(); ++e) {
+    std::string words = lab::course::progress_words(course.exercises[e], standing.exercises[e]);
+    if (standing.at_earlier_versions[e] > 0) {
+      words +=
+          fmt::format("; {} at an earlier version of the scenario are not counted", standing.at_earlier_versions[e]);
+    }
+    rows.push_back({"  " + files::one_line(course.exercises[e].name), words});
+  }
+  say(stdout, "\n{}\n{}", files::one_line(course.title), files::columns(rows));
+  if (!standing.due) {
+    say(stdout, "Nothing more today.\n");
+    return;
+  }
+  const lab::course::Exercise& next = course.exercises[*standing.due];
+  say(stdout, "Next: {}{}; `stylet train {} --trainee {} --course {}`\n", files::one_line(next.name),
+      standing.exercises[*standing.due].after_pause ? ", after a pause: the first attempts may be worse" : "",
+      next.scenario.stem().string(), person.pseudonym, named_course);
+}
+
+int show(store::Lab& lab, const LabRequest& request) {
+  const store::Person person = lab.get(named(request, "who"));
+  lab.note("show", person.pseudonym);
+  const std::vector<store::AttemptRecord> attempts = lab.attempts(person.id);
+  say(stdout, "{}\n", name_of(person));
+  std::vector<std::vector<std::string>> rows{{"  SCENARIO", "NO", "WHEN", "MODE", "POINTS", "RESULT", "ATTEMPT"}};
+  int counted = 0;
+  int passed = 0;
+  for (const store::AttemptRecord& attempt : attempts) {
+    counted += attempt.counts() ? 1 : 0;
+    passed += attempt.counts() && attempt.succeeded() ? 1 : 0;
+    rows.push_back({"  " + files::one_line(attempt.scenario), std::to_string(attempt.number),
+                    store::local_text(attempt.started_ms, attempt.utc_offset_min), attempt.mode,
+                    attempt.total ? fmt::format("{:.0f}", *attempt.total) : "-", result_words(attempt),
+                    attempt.id.substr(24)});
+  }
+  if (rows.size() > 1) say(stdout, "{}", files::columns(rows));
+  if (counted > 0) {
+    const lab::statistics::Interval interval = lab::statistics::wilson(passed, counted);
+    say(stdout, "  passed {} of {} that count; with 95 % confidence the pass rate lies between {:.0f} and {:.0f} %\n",
+        passed, counted, interval.low * 100, interval.high * 100);
+  }
+  if (!request.course.empty()) show_course(lab, person, request.course);
+  return kExitYes;
+}
+
+int export_attempts(store::Lab& lab, const LabRequest& request) {
+  std::string trainee;
+  std::string object = "everybody";
+  if (!request.who.empty()) {
+    const store::Person person = lab.get(request.who);
+    trainee = person.id;
+    object = person.pseudonym;
+  }
+  const std::string text =
+      request.format == "json" ? store::attempts_as_json(lab, trainee) : store::attempts_as_csv(lab, trainee);
+  if (request.out.empty()) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+  } else {
+    std::ofstream file(request.out, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file) throw files::ContentError(request.out + ": could not be written whole; check folder and space");
+  }
+  lab.note("export", object);
+  return kExitYes;
+}
+
+int erase(store::Lab& lab, const LabRequest& request) {
+  const store::Person person = lab.get(named(request, "whom"));
+  if (!request.yes) {
+    say(stdout,
+        "This takes {} with {} attempts and their recordings out of {}, for good; say --yes to do it.\n"
+        "`stylet lab export {} --format json --out FILE` keeps what the person may ask for.\n",
+        name_of(person), lab.attempts(person.id).size(), lab.folder().string(), person.pseudonym);
+    return kExitNo;
+  }
+  const store::Erased erased = lab.erase(person);
+  say(stdout, "{} is gone: {} attempts, {} recordings, the name\n", name_of(person), erased.attempts,
+      erased.recordings);
+  for (const fs::path& backup : erased.backups) {
+    say(stdout, "  {} may still hold them; remove it, or let its time run out\n", backup.string());
+  }
+  say(stdout, "Results that sessions left elsewhere (--out) and exports are not known here.\n");
+  return kExitYes;
+}
+
+int exclude(store::Lab& lab, const LabRequest& request) {
+  const std::string& attempt = named(request, "which attempt");
+  if (request.why.empty() != request.undo) {
+    throw files::ContentError("lab exclude: say --why REASON, by a rule that was there before, or --undo");
+  }
+  const char* user = std::getenv("USER");
+  const std::string id = lab.exclude(attempt, user != nullptr ? user : "", request.why);
+  say(stdout, "{} {}\n", id, request.undo ? "counts again" : "counts no more: " + files::one_line(request.why));
+  return kExitYes;
+}
+
+int run(const LabRequest& request) {
+  const fs::path folder = request.folder.empty() ? store::default_lab_folder() : request.folder;
+  store::Lab lab({.folder = folder, .build = app::build_name()});
+  if (request.action == "show") return show(lab, request);
+  if (request.action == "export") return export_attempts(lab, request);
+  if (request.action == "exclude") return exclude(lab, request);
+  if (request.action == "erase") return erase(lab, request);
+  if (request.action == "backup") {
+    say(stdout, "{} holds a copy of all records; `stylet lab list --lab {}` reads it\n",
+        lab.back_up(request.out).string(), request.out.empty() ? "FOLDER" : request.out);
+    return kExitYes;
+  }
+  return list(lab);
+}
+
+}  // namespace
+
+void add_lab(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("lab", "The records of a skills lab: who trained what, and what came of it");
+  auto request = std::make_shared<LabRequest>();
+  command->add_option("ACTION", request->action, "What to do; without it everybody is listed")
+      ->check(CLI::IsMember({"list", "show", "export", "exclude", "erase", "backup"}));
+  command->add_option("WHO", request->who,
+                      "Name or pseudonym of a trainee; of exclude an attempt, or the end of its id");
+  command->add_option("--lab", request->folder, kLabHelp);
+  command->add_option("--course", request->course, "show: where the trainee stands in it, and what comes next");
+  command->add_option("--format", request->format, "export: csv, a row an attempt; or json, with everything")
+      ->check(CLI::IsMember({"csv", "json"}))
+      ->capture_default_str();
+  command->add_option("--out", request->out,
+                      "export: file, default the terminal; backup: folder that is not there yet, default "
+                      "backups/lab-TIME in the lab's");
+  command->add_option("--why", request->why, "exclude: the reason");
+  command->add_flag("--undo", request->undo, "exclude: the attempt counts again");
+  command->add_flag("--yes", request->yes, "erase: really");
+  command->footer(
+      "`stylet train SCENARIO --trainee NAME` keeps an attempt from when its procedure begins: who tries again or "
+      "walks\n"
+      "away has failed it. A new name is enrolled and gets a pseudonym; records and exports have the pseudonym "
+      "alone,\n"
+      "names are in roster.db beside them. A recorded motion is a demonstration and counts for nothing.\n\n"
+      "  stylet lab list                                 everybody, with attempts and passes\n"
+      "  stylet lab show ada                             every attempt of one, and what the pass rate is known to "
+      "be\n"
+      "  stylet lab show ada --course needle_basics      gates passed, how far it is to the next, what to train now\n"
+      "  stylet lab export --out attempts.csv            for R or a spreadsheet: a row an attempt, a column a "
+      "metric\n"
+      "  stylet lab export ada --format json             everything about one, as the person may ask for\n"
+      "  stylet lab exclude 3f2b1c9d0e4a --why \"stylus unplugged\"   it counts no more, and says why\n"
+      "  stylet lab erase ada                            says what would go; --yes does it, for good\n"
+      "  stylet lab backup --out /media/usb/lab          a copy of all, while sessions go on\n\n"
+      "A gate proposes that somebody is competent; a person decides.\n"
+      "Exit code 0: done; 1: erase without --yes; 2: bad input.");
+  command->callback([request, &exit_code] { exit_code = run(*request); });
+}
+
+}  // namespace stylet::tools
