@@ -203,6 +203,12 @@ json describe_device(const ListedDevice& device, std::span<const std::uint8_t> d
       text += fmt::format("  {}{}\n", kind_words(kind, output.limits().renders_force),
                           profile.name.empty() ? "" : fmt::format("; profile \"{}\"", profile.name));
       describe_motion(map, profile, out, text);
+      if (!device.state.empty()) {  // of those that tell it no report says how far they go
+        const Eigen::Vector3d size_mm = 2e3 * profile.workspace_half_m;
+        out["workspace_mm"] = {size_mm.x(), size_mm.y(), size_mm.z()};
+        text +=
+            fmt::format("  {:<11}{:.0f} x {:.0f} x {:.0f} mm\n", "workspace", size_mm.x(), size_mm.y(), size_mm.z());
+      }
       describe_force(output, out, text);
     }
     for (const hid::DescriptorWarning& warning : parsed.warnings) {
@@ -211,6 +217,10 @@ json describe_device(const ListedDevice& device, std::span<const std::uint8_t> d
     }
   } catch (const hid::DescriptorError& error) {
     reason = error.what();
+  }
+  if (!device.state.empty()) {
+    out["state"] = device.state;
+    text += fmt::format("  {:<11}{}\n", "state", device.state);
   }
   if (!device.interval.empty()) {
     out["interval"] = device.interval;

@@ -21,6 +21,7 @@ struct ListedDevice {
   std::string serial_number{};
   std::string interval{};  ///< between reports, as the bus has it, such as "1ms"; empty: unknown
   bool may_open = true;    ///< false: for want of permission
+  std::string state{};     ///< HidDeviceSummary::state
 };
 
 /// As `stylet devices --json` prints it; "text" holds the lines for people.

@@ -50,8 +50,8 @@ void calibrate_device(const HidChoice& choice, double still_s, Observer& observe
   double since_s = now_s();
   while (!calibrator.done()) {
     throw_if_stopped(observer);
-    int size = open.transport.read(report, kReadTimeout);
-    for (; size > 0; size = open.transport.read(report, 0)) {
+    int size = open.transport->read(report, kReadTimeout);
+    for (; size > 0; size = open.transport->read(report, 0)) {
       open.map.decode(std::span(report).first(size), reading);
     }
     if (size < 0) throw gone(device);
@@ -98,7 +98,7 @@ void record_device(const HidChoice& choice, double seconds, const std::filesyste
   bool there = true;
   while (there && !observer.stop_requested() &&
          (seconds <= 0 || static_cast<double>(clock.now_ns() - opened_ns) < seconds * 1e9)) {
-    const int size = open.transport.read(report, kReadTimeout);
+    const int size = open.transport->read(report, kReadTimeout);
     there = size >= 0;
     if (size <= 0) continue;
     const auto bytes = std::span(report).first(size);

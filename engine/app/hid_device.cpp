@@ -3,6 +3,7 @@
 #include "engine/files/error.h"
 #include "engine/readers/device_profile_file.h"
 #include "engine/session/motion_of_recording.h"
+#include "haptic/haply/haply_transport.h"
 #include "physics/messages/messages.h"
 
 #include <fmt/format.h>
@@ -64,10 +65,11 @@ struct Candidate {
   std::string reason;   ///< why it cannot be used
 };
 
-Candidate candidate(const HidDeviceSummary& device, const std::vector<DeviceProfile>& profiles) {
+Candidate candidate(const HidDeviceSummary& device, const haptic::hid::DeviceSource& source,
+                    const std::vector<DeviceProfile>& profiles) {
   Candidate found{.device = device, .profile = {}};
   try {
-    const auto described = haptic::hid::parse_report_descriptor(haptic::hid::report_descriptor(device.path));
+    const auto described = haptic::hid::parse_report_descriptor(source.descriptor(device.path));
     found.profile = readers::choose_profile(profiles, {device.vendor_id, device.product_id, device.product},
                                             haptic::hid::kind_of(described));
     const auto descriptor = haptic::hid::with_vendor_reports(described, found.profile);
@@ -120,7 +122,26 @@ haptic::Workspace workspace_of(const content::Scene& scene, const Eigen::Vector3
   return workspace;
 }
 
+/// As the user writes it.
+std::string asked_for(const HidChoice& choice) {
+  if (!choice.path.empty()) return "--device " + choice.path;
+  if (choice.source == &haptic::haply::haply_source()) return "--device haply";
+  return choice.vendor_id == 0 ? "--device hid"
+                               : fmt::format("--device hid:{:04x}:{:04x}", choice.vendor_id, choice.product_id);
+}
+
 }  // namespace
+
+HidChoice choice_of_source(const std::string& name, const std::string& id) {
+  return {.source = &haptic::haply::haply_source(), .path = id.empty() ? "" : fmt::format("{}:{}", name, id)};
+}
+
+HidChoice parse_device(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  const std::string name = text.substr(0, colon);
+  if (name != "haply") return parse_hid_id(text, text);
+  return choice_of_source(name, colon == std::string::npos ? "" : text.substr(colon + 1));
+}
 
 HidChoice parse_hid_id(const std::string& id, const std::string& asked) {
   if (id.empty()) return {};
@@ -137,11 +158,11 @@ HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked)
   Candidate best;
   std::string reasons;
   std::set<std::string> seen;  // hidapi lists a device once for each of its usages
-  for (const HidDeviceSummary& device : haptic::hid::list_hid_devices()) {
+  for (const HidDeviceSummary& device : choice.source->list()) {
     const bool meant =
         choice.vendor_id == 0 || (device.vendor_id == choice.vendor_id && device.product_id == choice.product_id);
-    if (!meant || !seen.insert(device.path).second) continue;
-    const Candidate found = candidate(device, profiles);
+    if (!meant || !device.path.starts_with(choice.path) || !seen.insert(device.path).second) continue;
+    const Candidate found = candidate(device, *choice.source, profiles);
     if (found.rank > 0 && !found.lets_go && choice.vendor_id == 0) {
       reasons += fmt::format(
           "; {} {}: its force would stay on if the computer stopped; {:04x}:{:04x} by name uses it all "
@@ -153,11 +174,14 @@ HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked)
     if (found.rank > best.rank) best = found;
   }
   if (best.rank > 0) {
-    return {.summary = best.device, .profile = best.profile, .kind = best.kind, .calibration = {}};
+    return {.summary = best.device,
+            .profile = best.profile,
+            .kind = best.kind,
+            .calibration = {},
+            .source = choice.source};
   }
   if (seen.empty()) {
-    throw files::ContentError(asked +
-                              ": no such device is connected; plug it in, `stylet devices` lists what is there");
+    throw files::ContentError(asked + ": " + choice.source->missing());
   }
   throw files::ContentError(
       fmt::format("{}: nothing that can lead a needle; see `stylet devices`{}", asked, reasons));
@@ -188,20 +212,18 @@ Eigen::Quaterniond turn_on_the_desk(const HidDevice& device) {
 }
 
 OpenHidDevice::OpenHidDevice(const HidDevice& device)
-    : descriptor(haptic::hid::report_descriptor(device.summary.path)),
+    : descriptor(device.source->descriptor(device.summary.path)),
       map(haptic::hid::with_vendor_reports(haptic::hid::parse_report_descriptor(descriptor), device.profile),
           device.profile),
-      transport(device.summary.path) {}
+      transport(device.source->open(device.summary.path)) {}
 
 std::unique_ptr<haptic::hid::HidStylus> open_hid_stylus(const HidChoice& choice, const content::Scene& scene,
                                                         const Eigen::Vector3d& entry, const Eigen::Vector3d& target,
                                                         haptic::hid::ReportLog* log) {
-  const std::string asked = choice.vendor_id == 0
-                                ? "--device hid"
-                                : fmt::format("--device hid:{:04x}:{:04x}", choice.vendor_id, choice.product_id);
-  const HidDevice chosen = choose_hid_device(choice, asked);
+  const HidDevice chosen = choose_hid_device(choice, asked_for(choice));
   const bool tablet = chosen.kind == DeviceKind::kPen;
-  haptic::hid::HidStylusSettings settings{.device = chosen.summary, .profile = chosen.profile, .log = log};
+  haptic::hid::HidStylusSettings settings{
+      .device = chosen.summary, .source = chosen.source, .profile = chosen.profile, .log = log};
   settings.workspace = workspace_of(scene, entry, target, tablet);
   settings.workspace.patient_from_device = settings.workspace.patient_from_device * turn_on_the_desk(chosen);
   settings.workspace.scale = chosen.calibration.scale;

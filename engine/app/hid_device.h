@@ -19,7 +19,17 @@ namespace stylet::app {
 struct HidChoice {
   std::uint16_t vendor_id = 0;  ///< 0: whichever can do most
   std::uint16_t product_id = 0;
+  const haptic::hid::DeviceSource* source = &haptic::hid::hid_source();
+  std::string path{};  ///< of the source's, or how it begins; empty: any
 };
+
+/// What `stylet devices` takes: "VID:PID", or NAME or NAME:ID of a source other than HID; empty: whichever HID device
+/// can do most.
+/// @throws files::ContentError  it is none of these
+HidChoice parse_device(const std::string& text);
+
+/// Of a source other than HID. @param name  "haply" @param id  as its paths have it; empty: the first
+HidChoice choice_of_source(const std::string& name, const std::string& id);
 
 /// @param id     "VID:PID", hexadecimal; empty: whichever can do most
 /// @param asked  what the user said, for messages
@@ -32,6 +42,7 @@ struct HidDevice {
   haptic::hid::DeviceProfile profile;  ///< with what was measured of its axes
   haptic::hid::DeviceKind kind = haptic::hid::DeviceKind::kUnusable;
   haptic::hid::Calibration calibration;  ///< the default where there is none
+  const haptic::hid::DeviceSource* source = &haptic::hid::hid_source();
 };
 
 /// @param asked  what the user said, for messages
@@ -54,7 +65,7 @@ struct OpenHidDevice {
 
   std::vector<std::uint8_t> descriptor;
   haptic::hid::StylusMap map;
-  haptic::hid::HidTransport transport;
+  std::unique_ptr<haptic::hid::ReportTransport> transport;
 };
 
 /// Opens it for the needle of `scene`, the hub where the tip touches the skin at `entry` and points to `target`. The

@@ -5,6 +5,7 @@
 #include "engine/readers/calibration_file.h"
 #include "engine/readers/device_profile_file.h"
 #include "engine/sound/output.h"
+#include "haptic/haply/haply_transport.h"
 #include "haptic/hid/hid_devices.h"
 #include "haptic/hid/hid_transport.h"
 
@@ -102,6 +103,16 @@ nlohmann::json list_devices() {
       continue;
     }
     list.push_back(describe_device(device, bytes, profiles));
+    add_calibration(device, list.back());
+  }
+  const hid::DeviceSource& haply = haptic::haply::haply_source();
+  for (const hid::HidDeviceSummary& summary : haply.list()) {
+    const ListedDevice device{.path = summary.path,
+                              .identity = {summary.vendor_id, summary.product_id, summary.product},
+                              .manufacturer = summary.manufacturer,
+                              .serial_number = summary.serial_number,
+                              .state = summary.state};
+    list.push_back(describe_device(device, haply.descriptor(device.path), profiles));
     add_calibration(device, list.back());
   }
   return list;

@@ -104,9 +104,8 @@ Stylus open_tracked(const StylusOpening& opening) {
   return {.device = std::move(device), .input = {.tracked = tracked}};
 }
 
-Stylus open_hid(const StylusOpening& opening) {
+Stylus open_reporting(const StylusOpening& opening, const HidChoice& choice) {
   const session::StartPose way = start_of(opening);
-  const HidChoice choice = parse_hid_id(opening.argument, "--device hid:" + opening.argument);
   auto device = open_hid_stylus(choice, opening.scene, way.tip, way.aim, opening.log);
   readers::RawReports reports{.device = device->name(), .report_descriptor = device->report_descriptor()};
   std::string warning;
@@ -122,6 +121,14 @@ Stylus open_hid(const StylusOpening& opening) {
           .warning = std::move(warning)};
 }
 
+Stylus open_hid(const StylusOpening& opening) {
+  return open_reporting(opening, parse_hid_id(opening.argument, "--device hid:" + opening.argument));
+}
+
+Stylus open_haply(const StylusOpening& opening) {
+  return open_reporting(opening, choice_of_source("haply", opening.argument));
+}
+
 void find_recorded_file(const std::string& file) {
   readers::RawReports of_a_hand;  // whose poses may be in a frame of its own
   (void)readers::read_motion(file, &of_a_hand);
@@ -130,6 +137,10 @@ void find_recorded_file(const std::string& file) {
 void find_hid(const std::string& id) {
   const std::string asked = id.empty() ? "--device hid" : "--device hid:" + id;
   (void)choose_hid_device(parse_hid_id(id, asked), asked);
+}
+
+void find_haply(const std::string& id) {
+  (void)choose_hid_device(choice_of_source("haply", id), id.empty() ? "--device haply" : "--device haply:" + id);
 }
 
 constexpr std::array kStyluses{
@@ -147,6 +158,20 @@ constexpr std::array kStyluses{
                .in_real_time_only = true,
                .open = open_hid,
                .find = find_hid},
+    StylusKind{.name = "haply",
+               .argument = "",
+               .help = "a Haply Inverse3, through its maker's service",
+               .held = true,
+               .in_real_time_only = true,
+               .open = open_haply,
+               .find = find_haply},
+    StylusKind{.name = "haply",
+               .argument = "ID",
+               .help = "`stylet devices` lists them",
+               .held = true,
+               .in_real_time_only = true,
+               .open = open_haply,
+               .find = find_haply},
     StylusKind{.name = "mouse",
                .argument = "",
                .help = "and keyboard",

@@ -35,13 +35,13 @@ std::array<std::uint8_t, kPoseReportBytes> pack_pose(const ForceStylusPose& pose
   return report;
 }
 
-std::optional<Eigen::Vector3d> unpack_force(std::span<const std::uint8_t> report) {
+std::optional<Eigen::Vector3d> unpack_force(std::span<const std::uint8_t> report, double max_force_n) {
   if (report.size() != kForceReportBytes || report[0] != kForceReport) return {};
   Eigen::Vector3d force;
   for (int axis = 0; axis < 3; ++axis) {
     const auto raw = static_cast<std::int16_t>(report[1 + 2 * axis] | report[2 + 2 * axis] << 8);
     if (raw < -kMaxForce) return {};
-    force[axis] = raw * kForceStylusMaxForce / kMaxForce;
+    force[axis] = raw * max_force_n / kMaxForce;
   }
   return force;
 }

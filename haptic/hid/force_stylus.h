@@ -160,6 +160,8 @@ struct ForceStylusPose {
 std::array<std::uint8_t, kPoseReportBytes> pack_pose(const ForceStylusPose& pose);
 
 /// Report 2 as the device reads it: N. Nothing: not a whole report 2, or a value outside the logical range.
-std::optional<Eigen::Vector3d> unpack_force(std::span<const std::uint8_t> report);
+/// @param max_force_n  an axis: its physical range
+std::optional<Eigen::Vector3d> unpack_force(std::span<const std::uint8_t> report,
+                                            double max_force_n = kForceStylusMaxForce);
 
 }  // namespace stylet::haptic::hid

@@ -32,7 +32,7 @@ bool ForceSlot::wait(double seconds, ForceOrder& order) {
   return true;
 }
 
-ForceWriter::ForceWriter(HidTransport& transport, ForceOutput& output, ForceSlot& slot, ForceCounters& counters,
+ForceWriter::ForceWriter(ReportTransport& transport, ForceOutput& output, ForceSlot& slot, ForceCounters& counters,
                          int fifo_priority)
     : transport_(transport),
       output_(output),

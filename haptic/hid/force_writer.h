@@ -2,8 +2,8 @@
 #pragma once
 
 #include "haptic/hid/force_output.h"
-#include "haptic/hid/hid_transport.h"
 #include "haptic/hid/newest_value.h"
+#include "haptic/hid/report_transport.h"
 #include "haptic/latency_histogram.h"
 
 #include <atomic>
@@ -59,7 +59,7 @@ public:
   static constexpr double kSilence = 0.020;  ///< s
 
   /// @param transport, output, slot, counters  outlive it; nobody else writes to the transport
-  ForceWriter(HidTransport& transport, ForceOutput& output, ForceSlot& slot, ForceCounters& counters,
+  ForceWriter(ReportTransport& transport, ForceOutput& output, ForceSlot& slot, ForceCounters& counters,
               int fifo_priority);
   ~ForceWriter();
   ForceWriter(const ForceWriter&) = delete;
@@ -70,7 +70,7 @@ private:
   bool write(const Eigen::Vector3d& force, const Eigen::Vector3d& torque);
   bool write(DeviceControl control);
 
-  HidTransport& transport_;
+  ReportTransport& transport_;
   ForceOutput& output_;
   ForceSlot& slot_;
   ForceCounters& counters_;

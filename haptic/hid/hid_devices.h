@@ -17,6 +17,7 @@ struct HidDeviceSummary {
   std::string manufacturer;
   std::string product;
   std::string serial_number;
+  std::string state{};  ///< what it needs before it can push, or is just now, one line; empty: it cannot be asked
 };
 
 /// All HID interfaces present, sorted by path; empty where there are none or the system has no HID.

@@ -25,20 +25,23 @@ double stale_s(const ForceOutput& output) {
 }  // namespace
 
 struct HidStylus::Link {
-  Link(const std::string& path, std::vector<std::uint8_t> bytes, const ReportDescriptor& descriptor,
+  Link(std::unique_ptr<ReportTransport> open, std::vector<std::uint8_t> bytes, const ReportDescriptor& descriptor,
        const DeviceProfile& profile)
-      : report_descriptor(std::move(bytes)), map(descriptor, profile), output(descriptor, profile), transport(path) {}
+      : report_descriptor(std::move(bytes)),
+        map(descriptor, profile),
+        output(descriptor, profile),
+        transport(std::move(open)) {}
 
   std::vector<std::uint8_t> report_descriptor;
   StylusMap map;
   ForceOutput output;
-  HidTransport transport;
+  std::unique_ptr<ReportTransport> transport;
 };
 
 std::unique_ptr<HidStylus::Link> HidStylus::open(const std::string& path) const {
-  std::vector<std::uint8_t> bytes = hid::report_descriptor(path);
+  std::vector<std::uint8_t> bytes = settings_.source->descriptor(path);
   const ReportDescriptor descriptor = with_vendor_reports(parse_report_descriptor(bytes), settings_.profile);
-  auto link = std::make_unique<Link>(path, std::move(bytes), descriptor, settings_.profile);
+  auto link = std::make_unique<Link>(settings_.source->open(path), std::move(bytes), descriptor, settings_.profile);
   if (!link->map.usable()) throw HidError(fmt::format("{}: {}", path, link->map.reason()));
   return link;
 }
@@ -102,21 +105,21 @@ void HidStylus::run(const std::stop_token& stop, std::unique_ptr<Link> link) {
 void HidStylus::serve(Link& link, const std::stop_token& stop) {
   std::unique_ptr<ForceWriter> writer;
   if (link.output.way() != ForceOutput::Way::kNone) {
-    writer =
-        std::make_unique<ForceWriter>(link.transport, link.output, forces_, counters_.force, settings_.fifo_priority);
+    writer = std::make_unique<ForceWriter>(*link.transport, link.output, forces_, counters_.force,
+                                           settings_.fifo_priority);
   }
   PoseStream stream(link.map, counters_.stream, stale_s(link.output), gaps_);
   std::array<std::uint8_t, kReadBuffer> report;
   while (!stop.stop_requested()) {
-    int size = link.transport.read(report, kReadTimeout);
+    int size = link.transport->read(report, kReadTimeout);
     std::int64_t looked_ns = clock_.now_ns();
-    if (size == 0) size = link.transport.read(report, 0);  // the wait itself does not tell when it was empty
+    if (size == 0) size = link.transport->read(report, 0);  // the wait itself does not tell when it was empty
     for (int k = 0; size > 0 && k < kMostQueued; ++k) {
       const auto bytes = std::span(report).first(size);
       stream.add(bytes, looked_ns);
       if (settings_.log != nullptr) settings_.log->add(looked_ns, bytes);
       looked_ns = clock_.now_ns();
-      size = link.transport.read(report, 0);
+      size = link.transport->read(report, 0);
     }
     if (size < 0) return;
     if (size > 0 || !stream.end(looked_ns)) continue;  // one that floods has no end
@@ -127,7 +130,7 @@ void HidStylus::serve(Link& link, const std::stop_token& stop) {
 
 std::unique_ptr<HidStylus::Link> HidStylus::look_for_device() const {
   const HidDeviceSummary& lost = settings_.device;
-  for (const HidDeviceSummary& device : list_hid_devices()) {
+  for (const HidDeviceSummary& device : settings_.source->list()) {
     if (device.vendor_id != lost.vendor_id || device.product_id != lost.product_id ||
         device.serial_number != lost.serial_number) {
       continue;

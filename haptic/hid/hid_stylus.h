@@ -1,4 +1,4 @@
-// A stylus that is a HID device: its reports in, forces out, and what happens when it is pulled out.
+// A stylus that sends HID reports: reports in, forces out, and what happens when it is pulled out.
 #pragma once
 
 #include "haptic/device.h"
@@ -8,6 +8,7 @@
 #include "haptic/hid/newest_value.h"
 #include "haptic/hid/pose_stream.h"
 #include "haptic/hid/report_log.h"
+#include "haptic/hid/report_transport.h"
 #include "haptic/paced_loop.h"
 
 #include <atomic>
@@ -20,7 +21,8 @@
 namespace stylet::haptic::hid {
 
 struct HidStylusSettings {
-  HidDeviceSummary device{};  ///< found again by vendor, product and serial number
+  HidDeviceSummary device{};                   ///< found again by vendor, product and serial number
+  const DeviceSource* source = &hid_source();  ///< which has it; outlives the stylus
   DeviceProfile profile{};
   Workspace workspace{};  ///< patient_from_device: of the device frame
   RateSteering rate{};

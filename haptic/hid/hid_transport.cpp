@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 
 namespace stylet::haptic::hid {
 namespace {
@@ -104,6 +105,27 @@ bool HidTransport::set_feature(std::span<const std::uint8_t> bytes) {
 
 int HidTransport::get_feature(std::span<std::uint8_t> bytes) {
   return hid_get_feature_report(out_, bytes.data(), bytes.size());
+}
+
+namespace {
+
+class HidSource final : public DeviceSource {
+public:
+  std::vector<HidDeviceSummary> list() const override { return list_hid_devices(); }
+  std::string missing() const override {
+    return "no such device is connected; plug it in, `stylet devices` lists what is there";
+  }
+  std::vector<std::uint8_t> descriptor(const std::string& path) const override { return report_descriptor(path); }
+  std::unique_ptr<ReportTransport> open(const std::string& path) const override {
+    return std::make_unique<HidTransport>(path);
+  }
+};
+
+}  // namespace
+
+const DeviceSource& hid_source() {
+  static const HidSource source;
+  return source;
 }
 
 }  // namespace stylet::haptic::hid

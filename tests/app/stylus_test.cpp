@@ -37,7 +37,7 @@ protected:
 
 TEST_F(Styluses, OfTheTableNeedNoDeviceUnlessTheyAreOne) {
   for (const StylusKind& kind : stylus_kinds()) {
-    if (std::string(kind.name) == "hid" || *kind.argument != '\0') continue;
+    if (kind.in_real_time_only || *kind.argument != '\0') continue;
     const Stylus stylus = open_stylus(kind.name, *scene_);
     EXPECT_EQ(stylus.kind, &kind) << kind.name;
     EXPECT_EQ(std::isinf(stylus.duration_s), stylus.held()) << kind.name << ": who holds it ends the session";
@@ -62,8 +62,9 @@ TEST_F(Styluses, WithoutANamePlayTheScenariosOwnMotion) {
 
 TEST_F(Styluses, WithAMistypedNameSayWhichWasMeant) {
   EXPECT_THAT(refused("mosue"), HasSubstr("did you mean \"mouse\"?"));
-  EXPECT_THAT(refused("mosue"), HasSubstr("there is hid, hid:VID:PID, mouse, hand, link, recorded, recorded:FILE and "
-                                          "scripted"));
+  EXPECT_THAT(refused("mosue"),
+              HasSubstr("there is hid, hid:VID:PID, haply, haply:ID, mouse, hand, link, recorded, recorded:FILE and "
+                        "scripted"));
   EXPECT_THAT(refused("mouse:left"), HasSubstr("--device mouse:left: there is hid"));
   EXPECT_THAT(refused("recorded:"), HasSubstr("recorded:FILE"));
   EXPECT_THAT(refused("hid:12"), HasSubstr("--device hid:12: is not VID:PID"));

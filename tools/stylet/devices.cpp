@@ -30,11 +30,9 @@ struct DevicesOptions {
 
 void run(const DevicesOptions& options) {
   Terminal terminal;
-  if (options.calibrate)
-    return app::calibrate_device(app::parse_hid_id(options.device, options.device), options.still_s, terminal);
+  if (options.calibrate) return app::calibrate_device(app::parse_device(options.device), options.still_s, terminal);
   if (!options.record.empty()) {
-    return app::record_device(app::parse_hid_id(options.device, options.device), options.seconds, options.record,
-                              terminal);
+    return app::record_device(app::parse_device(options.device), options.seconds, options.record, terminal);
   }
   if (!options.device.empty()) {
     throw files::ContentError("devices " + options.device + ": say what to do with it, --calibrate or --record FILE");
@@ -62,7 +60,9 @@ void run(const DevicesOptions& options) {
 
 void add_devices(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "devices", "List the HID devices: what each can do, or why it is not usable; and where sound goes");
+      "devices",
+      "List the HID devices and those of the Haply service: what each can do, or why it is not usable; and where "
+      "sound goes");
   auto options = std::make_shared<DevicesOptions>();
   command->add_flag("--json", options->json, "As JSON");
   auto* file = command->add_option("--descriptor", options->descriptor,
@@ -84,8 +84,9 @@ void add_devices(CLI::App& app) {
   command->add_option("--seconds", options->seconds, "How long to record; default: until Ctrl-C")
       ->check(seconds_above_zero())
       ->needs(record);
-  command->add_option("DEVICE", options->device,
-                      "VID:PID of the device to calibrate or record; default: whichever can do most");
+  command->add_option(
+      "DEVICE", options->device,
+      "VID:PID, haply or haply:ID of the device to calibrate or record; default: whichever HID device can do most");
   command->footer(
       "To list them none is opened, so no permission is needed. A device says itself what its reports are (HID "
       "report\n"

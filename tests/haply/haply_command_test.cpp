@@ -1,0 +1,121 @@
+// The commands as somebody with an Inverse3 runs them.
+#include "engine/readers/motion.h"
+#include "tests/stylet/command.h"
+#include "tests/support/haply/haply_server.h"
+#include "tests/support/temporary_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+namespace stylet {
+namespace {
+
+using Eigen::Vector3d;
+using support::HaplyHand;
+using support::HaplyServer;
+using support::HaplyService;
+using ::testing::HasSubstr;
+
+class HaplyCommand : public testing::Test {
+protected:
+  HaplyCommand() {
+    setenv("STYLET_HAPLY", ("127.0.0.1:" + server.port()).c_str(), 1);
+    setenv("XDG_CONFIG_HOME", folder.path().c_str(), 1);
+  }
+  ~HaplyCommand() override {
+    unsetenv("STYLET_HAPLY");
+    unsetenv("XDG_CONFIG_HOME");
+  }
+
+  support::TemporaryFolder folder;
+  HaplyServer server;
+};
+
+TEST_F(HaplyCommand, DevicesSayWhatItIsAndWhatItNeeds) {
+  server.with_service([](HaplyService& s) { s.powered = false; });
+  const std::string said = run("devices").output;
+  EXPECT_THAT(said, HasSubstr("haply:049D/6F21  16c0:0483  Haply Inverse3 (Haply)"));
+  EXPECT_THAT(said, HasSubstr("stylus with force; profile \"Haply Inverse3\""));
+  EXPECT_THAT(said, HasSubstr("workspace  300 x 300 x 300 mm"));
+  EXPECT_THAT(said, HasSubstr("limits     10 N, 2.5 N for ever"));
+  EXPECT_THAT(said, HasSubstr("state      its motors have no power: plug in its power supply"));
+}
+
+TEST_F(HaplyCommand, ARecordingHoldsTheHand) {
+  server.with_service([](HaplyService& s) {
+    s.motion = [](double t) { return HaplyHand{.position = {0, 0, -0.02 * std::min(t, 1.0)}}; };
+  });
+  const fs::path file = folder.path() / "hand.json";
+  const Outcome said = run(fmt::format("devices --record '{}' --seconds 1.5 haply:049D", file.string()));
+  ASSERT_EQ(said.exit_code, 0) << said.output;
+  readers::RawReports raw;
+  const content::Motion motion = readers::read_motion(file, &raw);
+  ASSERT_GT(motion.stylus.size(), 20u);
+  EXPECT_LT(motion.stylus.back().pose.position.y(), motion.stylus.front().pose.position.y() - 0.005)
+      << "down is down";
+  EXPECT_GT(raw.reports.size(), 20u);
+  EXPECT_EQ(server.with_service([](HaplyService& s) { return s.forces(); }), 0u) << "its motors stay off";
+  EXPECT_EQ(
+      run(fmt::format(
+              "train tutorial --view headless --expert none --no-film --device 'recorded:{}' --seconds 1 --out '{}'",
+              file.string(), (folder.path() / "again").string()))
+          .exit_code,
+      0);
+}
+
+TEST_F(HaplyCommand, CalibrationGuidesTheHandAndIsRead) {
+  // Each place takes 0.8 s, as fast as the hand is asked: places are apart, and the last one lasts.
+  server.with_service([](HaplyService& s) {
+    s.motion = [](double t) {
+      static const std::array<Vector3d, 5> kPlaces{Vector3d(0, 0, 0.04), Vector3d(-0.05, -0.04, 0),
+                                                   Vector3d(0.05, -0.04, 0), Vector3d(0.05, 0.04, 0),
+                                                   Vector3d(-0.05, 0.04, 0)};
+      const auto at = std::min(kPlaces.size() - 1, static_cast<std::size_t>(t / 0.8));
+      const double way = std::min(1.0, (t - 0.8 * static_cast<double>(at)) / 0.2);
+      return HaplyHand{.position =
+                           kPlaces[at == 0 ? 0 : at - 1] + way * (kPlaces[at] - kPlaces[at == 0 ? 0 : at - 1])};
+    };
+  });
+  Outcome said;
+  for (int k = 0; k < 3; ++k) {  // a busy machine misses a place
+    server.with_service([](HaplyService& s) { s.begin_again(); });
+    said = run("devices --calibrate --hold 0.25 haply");
+    if (said.exit_code == 0) break;
+  }
+  ASSERT_EQ(said.exit_code, 0) << said.output;
+  const fs::path file = folder.path() / "stylet/devices/16c0-0483-049D-6F21.json";
+  const auto calibration = nlohmann::json::parse(read_text(file));
+  EXPECT_NEAR(calibration["rest_mm"][1].get<double>(), 40, 1) << "up is up";
+  EXPECT_THAT(run("devices").output, HasSubstr("calibrated " + file.string()));
+}
+
+TEST_F(HaplyCommand, TrainIsLedByItAndFeelsTheNeedle) {
+  server.with_service([](HaplyService& s) {
+    s.motion = [](double t) { return HaplyHand{.position = {0, 0, -0.02 * std::min(t, 3.0)}}; };
+  });
+  const fs::path out = folder.path() / "session";
+  const Outcome said = run(fmt::format(
+      "train tutorial --view headless --expert none --no-film --device haply --seconds 3 --out '{}'", out.string()));
+  ASSERT_EQ(said.exit_code, 0) << said.output;
+  EXPECT_THAT(said.output, HasSubstr("Haply Inverse3"));
+  EXPECT_GT(server.with_service([](HaplyService& s) { return s.messages(); }), 100u);
+  EXPECT_EQ(server.with_service([](HaplyService& s) { return s.nonsense(); }), 0u);
+  EXPECT_EQ(server.with_service([](HaplyService& s) { return s.applied(HaplyServer::now_ns()).norm(); }), 0);
+}
+
+TEST_F(HaplyCommand, WithoutAServiceItIsSaidWhatToDo) {
+  setenv("STYLET_HAPLY", "127.0.0.1:1", 1);
+  const Outcome said = run("train tutorial --view headless --expert none --no-film --device haply --seconds 1");
+  EXPECT_EQ(said.exit_code, 2) << said.output;
+  EXPECT_THAT(said.output, HasSubstr("--device haply: 127.0.0.1:1: the Haply Inverse Service does not answer"));
+  EXPECT_EQ(said.lines(), 1) << said.output;
+}
+
+}  // namespace
+}  // namespace stylet
