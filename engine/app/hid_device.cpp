@@ -4,10 +4,13 @@
 #include "engine/readers/device_profile_file.h"
 #include "engine/session/motion_of_recording.h"
 #include "haptic/haply/haply_transport.h"
+#include "haptic/host/host_transport.h"
 #include "physics/messages/messages.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <numbers>
 #include <optional>
@@ -122,24 +125,44 @@ haptic::Workspace workspace_of(const content::Scene& scene, const Eigen::Vector3
   return workspace;
 }
 
+constexpr std::array kSources{
+    NamedSource{.name = "haply",
+                .source = []() -> const haptic::hid::DeviceSource& { return haptic::haply::haply_source(); }},
+    NamedSource{
+        .name = "force_dimension",
+        .source = []() -> const haptic::hid::DeviceSource& { return haptic::host::force_dimension_source(); }},
+    NamedSource{.name = "openhaptics",
+                .source = []() -> const haptic::hid::DeviceSource& { return haptic::host::openhaptics_source(); }},
+};
+
 /// As the user writes it.
 std::string asked_for(const HidChoice& choice) {
   if (!choice.path.empty()) return "--device " + choice.path;
-  if (choice.source == &haptic::haply::haply_source()) return "--device haply";
+  for (const NamedSource& named : kSources) {
+    if (choice.source == &named.source()) return fmt::format("--device {}", named.name);
+  }
   return choice.vendor_id == 0 ? "--device hid"
                                : fmt::format("--device hid:{:04x}:{:04x}", choice.vendor_id, choice.product_id);
 }
 
 }  // namespace
 
+std::span<const NamedSource> named_sources() {
+  return kSources;
+}
+
 HidChoice choice_of_source(const std::string& name, const std::string& id) {
-  return {.source = &haptic::haply::haply_source(), .path = id.empty() ? "" : fmt::format("{}:{}", name, id)};
+  const auto named = std::ranges::find_if(kSources, [&](const NamedSource& source) { return name == source.name; });
+  if (named == kSources.end()) throw files::ContentError(name + ": there is no such kind of device");
+  return {.source = &named->source(), .path = id.empty() ? "" : fmt::format("{}:{}", name, id)};
 }
 
 HidChoice parse_device(const std::string& text) {
   const std::size_t colon = text.find(':');
   const std::string name = text.substr(0, colon);
-  if (name != "haply") return parse_hid_id(text, text);
+  if (std::ranges::none_of(kSources, [&](const NamedSource& source) { return name == source.name; })) {
+    return parse_hid_id(text, text);
+  }
   return choice_of_source(name, colon == std::string::npos ? "" : text.substr(colon + 1));
 }
 

@@ -10,6 +10,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,7 +29,15 @@ struct HidChoice {
 /// @throws files::ContentError  it is none of these
 HidChoice parse_device(const std::string& text);
 
-/// Of a source other than HID. @param name  "haply" @param id  as its paths have it; empty: the first
+/// A place of devices other than HID.
+struct NamedSource {
+  const char* name;  ///< as in --device NAME; paths are NAME:ID
+  const haptic::hid::DeviceSource& (*source)();
+};
+/// All of them, in the order in which they are listed.
+std::span<const NamedSource> named_sources();
+
+/// @param name  of named_sources() @param id  as its paths have it; empty: the first
 HidChoice choice_of_source(const std::string& name, const std::string& id);
 
 /// @param id     "VID:PID", hexadecimal; empty: whichever can do most

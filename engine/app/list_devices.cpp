@@ -5,7 +5,6 @@
 #include "engine/readers/calibration_file.h"
 #include "engine/readers/device_profile_file.h"
 #include "engine/sound/output.h"
-#include "haptic/haply/haply_transport.h"
 #include "haptic/hid/hid_devices.h"
 #include "haptic/hid/hid_transport.h"
 
@@ -105,15 +104,25 @@ nlohmann::json list_devices() {
     list.push_back(describe_device(device, bytes, profiles));
     add_calibration(device, list.back());
   }
-  const hid::DeviceSource& haply = haptic::haply::haply_source();
-  for (const hid::HidDeviceSummary& summary : haply.list()) {
-    const ListedDevice device{.path = summary.path,
-                              .identity = {summary.vendor_id, summary.product_id, summary.product},
-                              .manufacturer = summary.manufacturer,
-                              .serial_number = summary.serial_number,
-                              .state = summary.state};
-    list.push_back(describe_device(device, haply.descriptor(device.path), profiles));
-    add_calibration(device, list.back());
+  for (const NamedSource& named : named_sources()) {
+    const hid::DeviceSource& source = named.source();
+    const auto summaries = source.list();
+    for (const hid::HidDeviceSummary& summary : summaries) {
+      const ListedDevice device{.path = summary.path,
+                                .identity = {summary.vendor_id, summary.product_id, summary.product},
+                                .manufacturer = summary.manufacturer,
+                                .serial_number = summary.serial_number,
+                                .state = summary.state};
+      list.push_back(describe_device(device, source.descriptor(device.path), profiles));
+      add_calibration(device, list.back());
+    }
+    if (!summaries.empty()) continue;
+    if (const std::string reason = source.complaint(); !reason.empty()) {
+      list.push_back({{"path", named.name},
+                      {"usable", false},
+                      {"reason", reason},
+                      {"text", fmt::format("{}\n  not usable: {}\n", named.name, reason)}});
+    }
   }
   return list;
 }

@@ -125,8 +125,14 @@ Stylus open_hid(const StylusOpening& opening) {
   return open_reporting(opening, parse_hid_id(opening.argument, "--device hid:" + opening.argument));
 }
 
-Stylus open_haply(const StylusOpening& opening) {
-  return open_reporting(opening, choice_of_source("haply", opening.argument));
+constexpr char kHaply[] = "haply";
+constexpr char kForceDimension[] = "force_dimension";
+constexpr char kOpenHaptics[] = "openhaptics";
+
+/// Of named_sources().
+template <const char* name>
+Stylus open_source(const StylusOpening& opening) {
+  return open_reporting(opening, choice_of_source(name, opening.argument));
 }
 
 void find_recorded_file(const std::string& file) {
@@ -139,9 +145,24 @@ void find_hid(const std::string& id) {
   (void)choose_hid_device(parse_hid_id(id, asked), asked);
 }
 
-void find_haply(const std::string& id) {
-  (void)choose_hid_device(choice_of_source("haply", id), id.empty() ? "--device haply" : "--device haply:" + id);
+template <const char* name>
+void find_source(const std::string& id) {
+  (void)choose_hid_device(choice_of_source(name, id),
+                          id.empty() ? fmt::format("--device {}", name) : fmt::format("--device {}:{}", name, id));
 }
+
+/// The first of a source, or one by its id.
+template <const char* device>
+constexpr StylusKind of_source(const char* argument, const char* help) {
+  return {.name = device,
+          .argument = argument,
+          .help = help,
+          .held = true,
+          .in_real_time_only = true,
+          .open = open_source<device>,
+          .find = find_source<device>};
+}
+constexpr const char* kListed = "`stylet devices` lists them";
 
 constexpr std::array kStyluses{
     StylusKind{.name = "hid",
@@ -153,25 +174,17 @@ constexpr std::array kStyluses{
                .find = find_hid},
     StylusKind{.name = "hid",
                .argument = "VID:PID",
-               .help = "`stylet devices` lists them",
+               .help = kListed,
                .held = true,
                .in_real_time_only = true,
                .open = open_hid,
                .find = find_hid},
-    StylusKind{.name = "haply",
-               .argument = "",
-               .help = "a Haply Inverse3, through its maker's service",
-               .held = true,
-               .in_real_time_only = true,
-               .open = open_haply,
-               .find = find_haply},
-    StylusKind{.name = "haply",
-               .argument = "ID",
-               .help = "`stylet devices` lists them",
-               .held = true,
-               .in_real_time_only = true,
-               .open = open_haply,
-               .find = find_haply},
+    of_source<kHaply>("", "a Haply Inverse3, through its maker's service"),
+    of_source<kHaply>("ID", kListed),
+    of_source<kForceDimension>("", "a Force Dimension device or a Falcon, by its maker's library"),
+    of_source<kForceDimension>("ID", kListed),
+    of_source<kOpenHaptics>("", "a Touch or another device of 3D Systems, by its maker's library"),
+    of_source<kOpenHaptics>("ID", kListed),
     StylusKind{.name = "mouse",
                .argument = "",
                .help = "and keyboard",

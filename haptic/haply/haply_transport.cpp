@@ -170,16 +170,28 @@ std::vector<hid::HidDeviceSummary> HaplySource::list() const {
   return devices;
 }
 
+std::string HaplySource::complaint() const {
+  try {
+    HaplySocket(endpoint_, kConnect).close(0.05);
+    return knows_none();
+  } catch (const hid::HidError&) {
+    return {};
+  }
+}
+
 std::string HaplySource::missing() const {
   try {
     HaplySocket(endpoint_, kConnect).close(0.05);
-    return fmt::format(
-        "{}:{}: the Haply Inverse Service knows no Inverse3; plug it in, and update the service if that "
-        "does not help",
-        endpoint_.host, endpoint_.port);
+    return knows_none();
   } catch (const hid::HidError& error) {
     return error.what();
   }
+}
+
+std::string HaplySource::knows_none() const {
+  return fmt::format(
+      "{}:{}: the Haply Inverse Service knows no Inverse3; plug it in, and update the service if that does not help",
+      endpoint_.host, endpoint_.port);
 }
 
 std::vector<std::uint8_t> HaplySource::descriptor(const std::string& /*path*/) const {

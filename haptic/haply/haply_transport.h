@@ -59,10 +59,13 @@ public:
   /// Nothing where there is no service.
   std::vector<hid::HidDeviceSummary> list() const override;
   std::string missing() const override;
+  std::string complaint() const override;
   std::vector<std::uint8_t> descriptor(const std::string& path) const override;
   std::unique_ptr<hid::ReportTransport> open(const std::string& path) const override;
 
 private:
+  std::string knows_none() const;
+
   Endpoint endpoint_;
 };
 

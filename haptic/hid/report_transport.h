@@ -49,6 +49,8 @@ public:
   virtual std::vector<HidDeviceSummary> list() const = 0;
   /// Why there may be nothing, and what to do: one line.
   virtual std::string missing() const = 0;
+  /// The same where what it needs is installed, and so somebody may look for a device here; else empty.
+  virtual std::string complaint() const { return {}; }
   /// @throws HidError
   virtual std::vector<std::uint8_t> descriptor(const std::string& path) const = 0;
   /// @throws HidError

@@ -49,6 +49,8 @@ public:
   /// Report 4. @return false: it is not that
   bool set_gain(std::span<const std::uint8_t> report);
   std::uint8_t gain() const { return gain_; }
+  /// Whether the session wants the motors on.
+  bool enabled() const { return enabled_; }
   /// What the device is to push with now, axes of the reports, N.
   Eigen::Vector3d force(std::int64_t now_ns) const;
   /// The device could not be told a force: what comes next rises anew.

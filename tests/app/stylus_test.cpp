@@ -62,9 +62,11 @@ TEST_F(Styluses, WithoutANamePlayTheScenariosOwnMotion) {
 
 TEST_F(Styluses, WithAMistypedNameSayWhichWasMeant) {
   EXPECT_THAT(refused("mosue"), HasSubstr("did you mean \"mouse\"?"));
-  EXPECT_THAT(refused("mosue"),
-              HasSubstr("there is hid, hid:VID:PID, haply, haply:ID, mouse, hand, link, recorded, recorded:FILE and "
-                        "scripted"));
+  EXPECT_THAT(
+      refused("mosue"),
+      HasSubstr("there is hid, hid:VID:PID, haply, haply:ID, force_dimension, "
+                "force_dimension:ID, openhaptics, openhaptics:ID, mouse, hand, link, recorded, recorded:FILE and "
+                "scripted"));
   EXPECT_THAT(refused("mouse:left"), HasSubstr("--device mouse:left: there is hid"));
   EXPECT_THAT(refused("recorded:"), HasSubstr("recorded:FILE"));
   EXPECT_THAT(refused("hid:12"), HasSubstr("--device hid:12: is not VID:PID"));

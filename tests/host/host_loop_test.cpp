@@ -1,0 +1,624 @@
+// The device host's work with a mocked vendor's library, a millisecond a step: the library is loaded as the vendor's
+// is, its clock is the test's.
+#include "haptic/host/host_loop.h"
+
+#include "tests/support/sanitized.h"
+#include "tests/support/session_side.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/vendor/mock_device.h"
+
+#include <dlfcn.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace stylet::haptic::host {
+namespace {
+
+using Eigen::Vector3d;
+using support::MockDevice;
+using ::testing::HasSubstr;
+
+constexpr std::int64_t kMs = 1'000'000;
+
+/// Of all tests: the libraries keep it for ever.
+MockDevice& mock() {
+  static support::TemporaryFolder folder;
+  static MockDevice& device = [&]() -> MockDevice& {
+    setenv("STYLET_MOCK_DEVICE", (folder.path() / "device").c_str(), 1);
+    return *support::mock_device();
+  }();
+  return device;
+}
+
+/// A vendor's library that is mocked.
+struct Mocked {
+  const char* kind;
+  const char* library;
+  const char* tick;    ///< its own turn, where it has a thread; else null
+  const char* forget;  ///< of what a process that died leaves in it
+};
+constexpr Mocked kDhd{"force_dimension", STYLET_MOCK_DHD, nullptr, nullptr};
+constexpr Mocked kHd{"openhaptics", STYLET_MOCK_HD, "mock_hd_tick", "mock_hd_forget"};
+
+void call(const Mocked& mocked, const char* function) {
+  if (function == nullptr) return;
+  static void* library = nullptr;
+  static const char* path = nullptr;
+  if (path != mocked.library) library = dlopen(path = mocked.library, RTLD_NOW | RTLD_LOCAL);
+  reinterpret_cast<void (*)()>(dlsym(library, function))();
+}
+
+const HostClock kTestClock{.now_ns = [] { return mock().clock_ns(); }, .pause = [] { call(kHd, kHd.tick); }};
+
+/// One connection of a device host and its device.
+struct Host {
+  explicit Host(const Mocked& mocked)
+      : driver(make_driver(mocked.kind, mocked.library, kTestClock)), channel(std::make_unique<Channel>()) {
+    device = driver->open();
+    loop.emplace(*driver, *channel);
+  }
+  std::unique_ptr<Driver> driver;
+  std::unique_ptr<Channel> channel;
+  Driver::Device device;
+  std::optional<HostLoop> loop;
+};
+
+class DeviceHost : public testing::Test {
+protected:
+  explicit DeviceHost(const Mocked& which) : mocked(which) {
+    mock().reset();
+    mock().now_ns = now;
+  }
+  void open() {
+    host.emplace(mocked);
+    order({hid::kControlReport, 1});
+  }
+  void order(const std::vector<std::uint8_t>& bytes) { host->channel->orders.put(bytes); }
+  void push(const Vector3d& force) {
+    std::vector<std::uint8_t> bytes{hid::kForceReport};
+    for (int k = 0; k < 3; ++k) {
+      const auto raw = static_cast<std::int16_t>(std::lround(force[k] / kMostForce * 32767));
+      bytes.push_back(static_cast<std::uint8_t>(raw & 0xFF));
+      bytes.push_back(static_cast<std::uint8_t>(raw >> 8 & 0xFF));
+    }
+    order(bytes);
+  }
+  bool turn() {
+    now += kMs;
+    mock().now_ns = now;
+    call(mocked, mocked.tick);
+    const bool there = host->loop->turn(now);
+    std::array<std::uint8_t, 31> bytes{};
+    while (const std::size_t size = host->channel->poses.take(next, bytes)) {
+      EXPECT_EQ(map.decode(std::span(bytes).first(size), pose), hid::Decoded::kReading);
+    }
+    return there;
+  }
+  void push_for(const Vector3d& force, int ms) {
+    for (int k = 0; k < ms; ++k) {
+      push(force);
+      turn();
+    }
+  }
+  std::string refused(const std::string& library = "") {
+    try {
+      make_driver(mocked.kind, library.empty() ? mocked.library : library, kTestClock)->open();
+    } catch (const DriverError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  Mocked mocked;
+  std::int64_t now = 1000 * kMs;
+  std::optional<Host> host;
+  std::uint64_t next = 0;
+  hid::StylusMap map{hid::parse_report_descriptor(hid::adapted_descriptor(kMostForce)), hid::DeviceProfile{}};
+  hid::HidReading pose;
+};
+
+class DhdHost : public DeviceHost {
+protected:
+  DhdHost() : DeviceHost(kDhd) {}
+};
+
+class HdHost : public DeviceHost {
+protected:
+  HdHost() : DeviceHost(kHd) {}
+};
+
+TEST_F(DhdHost, AxesButtonsAndForcesGoBothWays) {
+  open();
+  EXPECT_EQ(host->device.name, "omega.6");
+  EXPECT_EQ(host->device.serial, "4711");
+  EXPECT_EQ(mock().watch_dog, 160) << "20 ms of the firmware's own";
+  // The library: towards the user, right, up.
+  mock().x = 0.03, mock().y = 0.01, mock().z = 0.02;
+  mock().turn_x = 0.5;
+  mock().buttons = 1;
+  push_for({1, 2, 3}, 80);
+  // Device frame: right, up, towards the user.
+  EXPECT_LT((pose.position - Vector3d(0.01, 0.02, 0.03)).norm(), 1e-6);
+  const Eigen::Quaterniond rest(hid::DeviceProfile{}.device_from_needle_at_rest);
+  const Eigen::AngleAxisd turned(pose.orientation * rest.conjugate());
+  EXPECT_LT((turned.axis() * turned.angle() - Vector3d(0, 0, 0.5)).norm(), 1e-5) << "about what points to the user";
+  EXPECT_EQ(pose.buttons & 3u, hid::kBarrelButton);
+  // Reports: right, near, down.
+  EXPECT_LT((Vector3d(mock().fx, mock().fy, mock().fz) - Vector3d(2, 1, -3)).norm(), 1e-3);
+  EXPECT_EQ(mock().broken, 0u);
+}
+
+TEST_F(DhdHost, ForcesAreNoLargerThanTheDevices) {
+  open();
+  push_for({16, 16, 16}, 80);
+  EXPECT_NEAR(mock().largest, 12, 1e-6);
+}
+
+TEST_F(DhdHost, NothingPushesBeforeTheMotorsAreEnabled) {
+  host.emplace(mocked);
+  push_for({0, 0, 2}, 80);
+  EXPECT_EQ(mock().forces, 0u);
+  EXPECT_EQ(mock().on, 0);
+}
+
+TEST_F(DhdHost, AStyletThatFallsSilentLeavesNoForceAfter20Ms) {
+  open();
+  push_for({0, 0, 2}, 80);
+  ASSERT_GT(mock().applied(), 1.9);
+  int ms = 0;
+  for (; ms < 100 && mock().applied() > 0; ++ms) turn();
+  EXPECT_LE(ms, 21);
+  EXPECT_GE(ms, 19);
+  EXPECT_EQ(mock().cause, 0) << "the device host itself, not the firmware's watch-dog";
+}
+
+TEST_F(DhdHost, ALibraryThatHangsIsLeftToTheFirmware) {
+  open();
+  push_for({0, 0, 2}, 80);
+  now += 20 * kMs;
+  mock().now_ns = now;
+  EXPECT_EQ(mock().applied(), 0);
+  push(Vector3d(0, 0, 2));
+  turn();
+  EXPECT_EQ(mock().applied(), 0) << "and it is off";
+  EXPECT_FALSE(pose.in_range && pose.actuators_enabled);
+}
+
+TEST_F(DhdHost, AHandThatWasTooFastFeelsForceWhenItHasBeenSlow) {
+  open();
+  push_for({0, 0, 2}, 80);
+  mock().fault = MockDevice::kBrake;
+  push_for({0, 0, 2}, 15);
+  EXPECT_FALSE(pose.in_range);
+  EXPECT_THAT(host->driver->needs(), HasSubstr("too fast"));
+  mock().fault = MockDevice::kNone;
+  for (int k = 0; k < 400; ++k) {  // still fast: 0.2 m/s
+    mock().x = mock().x + 2e-4;
+    push_for({0, 0, 2}, 1);
+    ASSERT_EQ(mock().applied(), 0);
+  }
+  push_for({0, 0, 2}, 700);
+  EXPECT_TRUE(pose.in_range);
+  EXPECT_GT(mock().applied(), 1.9);
+}
+
+TEST_F(DhdHost, OtherSuccessIsSuccess) {
+  for (const int fault : {MockDevice::kCached, MockDevice::kSaturated}) {
+    mock().reset();
+    mock().now_ns = now;
+    open();
+    mock().fault = fault;
+    push_for({0, 0, 2}, 80);
+    EXPECT_GT(mock().applied(), 1.9) << fault;
+    host.reset();
+  }
+}
+
+TEST_F(DhdHost, StatusOfOldAndNewVersionsIsRead) {
+  for (const int size : {13, 17, 32}) {
+    mock().reset();
+    mock().now_ns = now;
+    mock().status_size = size;
+    open();
+    push_for({0, 0, 2}, 80);
+    EXPECT_GT(mock().applied(), 1.9) << size;
+    host.reset();
+  }
+}
+
+TEST_F(DhdHost, WhatItNeedsIsSaid) {
+  open();
+  mock().fault = MockDevice::kNotHomed;
+  push_for({0, 0, 2}, 30);
+  EXPECT_FALSE(pose.in_range);
+  EXPECT_EQ(mock().applied(), 0);
+  EXPECT_THAT(host->driver->needs(), HasSubstr("home it"));
+  mock().fault = MockDevice::kNoPower;
+  push_for({0, 0, 2}, 30);
+  EXPECT_THAT(host->driver->needs(), HasSubstr("no power"));
+}
+
+TEST_F(DhdHost, PulledOutItIsGone) {
+  open();
+  push_for({0, 0, 2}, 80);
+  mock().fault = MockDevice::kPulledOut;
+  bool there = true;
+  for (int ms = 0; ms < 30 && there; ++ms) there = turn();
+  EXPECT_FALSE(there);
+}
+
+TEST_F(DhdHost, ClosedItIsOff) {
+  open();
+  push_for({0, 0, 2}, 80);
+  host->driver->close();
+  EXPECT_EQ(mock().applied(), 0);
+  EXPECT_EQ(mock().on, 0);
+  EXPECT_EQ(mock().closed, 1);
+  host.reset();
+  EXPECT_EQ(mock().closed, 1) << "once";
+  EXPECT_EQ(mock().broken, 0u);
+}
+
+TEST_F(DhdHost, WhatCannotBeUsedIsSaidWithWhatToDo) {
+  EXPECT_THAT(refused("/nowhere/libdhd.so"), HasSubstr("not installed"));
+  const support::TemporaryFolder folder;
+  EXPECT_THAT(refused(folder.write("libdhd.so", "no library").string()), HasSubstr("cannot be loaded"));
+  EXPECT_THAT(refused(STYLET_MOCK_DHD_OLD), HasSubstr("has no dhdSetWatchdog; install a newer version"));
+  mock().major = 2;
+  EXPECT_THAT(refused(), HasSubstr("version 2.17"));
+  mock().major = 3;
+  mock().devices = 0;
+  EXPECT_THAT(refused(), HasSubstr("plug it in"));
+  mock().devices = 1;
+  mock().open_error = 20;
+  EXPECT_THAT(refused(), HasSubstr("another program uses it"));
+}
+
+TEST_F(HdHost, AxesButtonsAndForcesGoBothWays) {
+  open();
+  EXPECT_EQ(host->device.name, "Touch");
+  EXPECT_EQ(host->device.serial, "0815");
+  // The library: right, up, towards the user.
+  mock().x = 0.01, mock().y = 0.02, mock().z = 0.03;
+  mock().turn_x = 0.5;
+  mock().buttons = 2;
+  push_for({1, 2, -2}, 80);
+  EXPECT_LT((pose.position - Vector3d(0.01, 0.02, 0.03)).norm(), 1e-6);
+  const Eigen::Quaterniond rest(hid::DeviceProfile{}.device_from_needle_at_rest);
+  const Eigen::AngleAxisd turned(pose.orientation * rest.conjugate());
+  EXPECT_LT((turned.axis() * turned.angle() - Vector3d(0.5, 0, 0)).norm(), 1e-3) << "about what points to the right";
+  EXPECT_EQ(pose.buttons & 3u, hid::kSecondaryBarrelButton);
+  // Reports: right, near, down.
+  EXPECT_LT((Vector3d(mock().fx, mock().fy, mock().fz) - Vector3d(1, 2, 2)).norm(), 1e-3);
+  EXPECT_EQ(mock().broken, 0u);
+}
+
+TEST_F(HdHost, ForcesAreNoLargerThanTheDevices) {
+  open();
+  push_for({16, 16, 16}, 80);
+  EXPECT_NEAR(mock().largest, 3.3, 1e-6);
+}
+
+TEST_F(HdHost, NothingPushesBeforeTheMotorsAreEnabled) {
+  host.emplace(mocked);
+  push_for({0, 0, 2}, 80);
+  EXPECT_EQ(mock().forces, 0u);
+  EXPECT_EQ(mock().on, 0);
+  EXPECT_EQ(mock().broken, 0u);
+}
+
+TEST_F(HdHost, AStyletThatFallsSilentLeavesNoForceAfter20Ms) {
+  open();
+  push_for({0, 0, 2}, 80);
+  ASSERT_GT(mock().applied(), 1.9);
+  int ms = 0;
+  for (; ms < 100 && mock().applied() > 0; ++ms) turn();
+  EXPECT_LE(ms, 21);
+  EXPECT_GE(ms, 19);
+}
+
+TEST_F(HdHost, ADeviceHostThatStandsLeavesNoForceAfter20Ms) {
+  open();
+  push_for({0, 0, 2}, 80);
+  int ms = 0;
+  for (; ms < 100 && mock().applied() > 0; ++ms) {
+    now += kMs;
+    mock().now_ns = now;
+    call(mocked, mocked.tick);  // the library's thread alone
+  }
+  EXPECT_LE(ms, 21);
+  EXPECT_GE(ms, 19);
+}
+
+TEST_F(HdHost, AForceThatTheLibraryCutsComesBack) {
+  open();
+  push_for({0, 0, 2}, 80);
+  mock().fault = MockDevice::kBrake;
+  push_for({0, 0, 2}, 5);
+  EXPECT_FALSE(pose.in_range);
+  EXPECT_THAT(host->driver->needs(), HasSubstr("203"));
+  mock().fault = MockDevice::kNone;
+  push_for({0, 0, 2}, 400);
+  EXPECT_EQ(mock().applied(), 0);
+  push_for({0, 0, 2}, 300);
+  EXPECT_TRUE(pose.in_range);
+  EXPECT_GT(mock().applied(), 1.9);
+}
+
+TEST_F(HdHost, ErrorsWithoutEndAreNoEnd) {
+  open();
+  mock().fault = MockDevice::kCached;
+  push_for({0, 0, 2}, 80);
+  EXPECT_GT(mock().applied(), 1.9);
+}
+
+TEST_F(HdHost, WhatItNeedsIsSaid) {
+  mock().fault = MockDevice::kNotHomed;
+  open();
+  push_for({0, 0, 2}, 80);
+  EXPECT_FALSE(pose.in_range);
+  EXPECT_EQ(mock().applied(), 0);
+  EXPECT_THAT(host->driver->needs(), HasSubstr("into its well"));
+  mock().fault = MockDevice::kNone;
+  push_for({0, 0, 2}, 600);
+  EXPECT_TRUE(pose.in_range);
+  mock().fault = MockDevice::kFrozen;
+  push_for({0, 0, 2}, 5);
+  EXPECT_FALSE(pose.in_range);
+  EXPECT_THAT(host->driver->needs(), HasSubstr("set-up"));
+}
+
+TEST_F(HdHost, PulledOutItIsGone) {
+  open();
+  push_for({0, 0, 2}, 80);
+  mock().fault = MockDevice::kPulledOut;
+  bool there = true;
+  for (int ms = 0; ms < 30 && there; ++ms) there = turn();
+  EXPECT_FALSE(there);
+}
+
+TEST_F(HdHost, ClosedItIsOff) {
+  open();
+  push_for({0, 0, 2}, 80);
+  host->driver->close();
+  EXPECT_EQ(mock().fx, 0);
+  EXPECT_EQ(mock().fy, 0);
+  EXPECT_EQ(mock().on, 0);
+  EXPECT_EQ(mock().closed, 1);
+  host.reset();
+  EXPECT_EQ(mock().closed, 1) << "once";
+  EXPECT_EQ(mock().broken, 0u);
+}
+
+TEST_F(HdHost, WhatCannotBeUsedIsSaidWithWhatToDo) {
+  EXPECT_THAT(refused("/nowhere/libHD.so"), HasSubstr("not installed"));
+  EXPECT_THAT(refused(STYLET_MOCK_HD_OLD), HasSubstr("has no hdUnschedule; install a newer version"));
+  mock().devices = 0;
+  EXPECT_THAT(refused(), HasSubstr("error 302, communication error"));
+  mock().devices = 1;
+  mock().open_error = 0x600;
+  EXPECT_THAT(refused(), HasSubstr("licence"));
+  mock().open_error = 1;
+  EXPECT_EQ(refused(), "") << "one that wants a name gets one";
+}
+
+// ---- Random sequences of faults
+
+enum Fault {
+  kErrors,
+  kHangs,
+  kNotFiniteFrom,
+  kSkewed,
+  kFar,
+  kPulledOut,
+  kBrake,
+  kNoPower,
+  kHostKilled,
+  kStyletStopped,
+  kLoopStops,
+  kNotFinite,
+  kReaderStarved,
+  kGarbage,
+  kCached,
+  kFaults,
+  kLasting = kGarbage
+};
+constexpr std::array<const char*, kFaults> kNames{
+    "library fails",  "library hangs",       "NaN from device", "skewed matrix",
+    "9 m away",       "pulled out",          "brake",           "no power",
+    "host killed",    "Stylet stopped",      "loop stops",      "NaN from physics",
+    "reader starved", "garbage to the host", "cached poses"};
+constexpr int kNone = -1;
+
+int mocked(int fault) {
+  switch (fault) {
+    case kErrors:
+      return MockDevice::kErrors;
+    case kHangs:
+      return MockDevice::kHangs;
+    case kNotFiniteFrom:
+      return MockDevice::kNotFinite;
+    case kSkewed:
+      return MockDevice::kSkewed;
+    case kFar:
+      return MockDevice::kFar;
+    case kPulledOut:
+      return MockDevice::kPulledOut;
+    case kBrake:
+      return MockDevice::kBrake;
+    case kNoPower:
+      return MockDevice::kNoPower;
+    case kCached:
+      return MockDevice::kCached;
+    default:
+      return kNone;
+  }
+}
+
+/// The library is the same all the time; the device host comes and goes.
+class Rig {
+public:
+  Rig(const Mocked& mocked, std::uint64_t seed) : mocked_(mocked), random_(seed) {
+    mock().reset();
+    now_ = 1'000'000 * kMs;
+    mock().now_ns = now_;
+    connect();
+  }
+
+  std::array<bool, kFaults> active{};
+
+  void step() {
+    now_ += kMs;
+    mock().now_ns = now_;
+    const double t = 1e-9 * static_cast<double>(now_ % (1000 * 1000 * kMs));
+    mock().x = 0.002 * std::sin(7 * t), mock().y = 0.001 * std::sin(11 * t), mock().z = -0.003 * std::sin(5 * t);
+    mock().fault = MockDevice::kNone;
+    for (int f = 0; f < kFaults; ++f) {
+      if (active[f] && mocked(f) != kNone) mock().fault = mocked(f);
+    }
+    const double before = mock().applied();
+    session_.starved = active[kReaderStarved];
+    session_.loop_stops = active[kLoopStops] || active[kStyletStopped];
+    session_.not_finite = active[kNotFinite];
+    if (active[kHostKilled] && host_) {           // without a word; the bus is closed by the kernel
+      dead_.push_back(std::move(host_->driver));  // it says no last word
+      host_.reset();
+      mock().open = 0;
+      call(mocked_, mocked_.forget);
+      session_.disconnect();
+    }
+    // A library with a thread of its own stands still in that one.
+    const bool hangs = mock().fault == MockDevice::kHangs && mocked_.tick == nullptr;
+    if (!host_ && !active[kHostKilled] && mock().fault != MockDevice::kHangs) connect();
+    call(mocked_, mocked_.tick);
+    if (host_ && !hangs) run_host();
+    if (!active[kStyletStopped]) {
+      const auto send = [this](std::span<const std::uint8_t> bytes) {
+        if (host_) host_->channel->orders.put(bytes);
+      };
+      session_.step(now_, send);
+      if (active[kGarbage]) {
+        std::vector<std::uint8_t> bytes(1 + random_() % 20);
+        for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random_());
+        if (bytes[0] != hid::kForceReport && bytes[0] != hid::kControlReport && bytes[0] != hid::kGainReport)
+          send(bytes);
+      }
+    }
+    if (before == 0 && mock().applied() > kFirst) broken_ = "a force comes on at once";
+    if (mock().not_finite > 0) broken_ = "a force is not finite";
+    if (mock().largest > session_.limits().max_force_n + 1e-3) broken_ = "a force is above the peak";
+    if (mock().broken > 0) broken_ = "a call that is not allowed";
+  }
+
+  const std::string& broken() const { return broken_; }
+  std::uint64_t engagements() const { return session_.engagements(); }
+
+private:
+  static constexpr double kFirst = 3.3 * 0.005 / 0.05 + 1e-3;  // N, as in the campaign of HID
+
+  void connect() {
+    try {
+      host_.emplace(mocked_);
+    } catch (const DriverError&) {
+      host_.reset();
+      return;
+    }
+    next_ = 0;
+    session_.connect();
+    session_.enable([this](std::span<const std::uint8_t> bytes) { host_->channel->orders.put(bytes); });
+  }
+
+  void run_host() {
+    if (!host_->loop->turn(now_)) {
+      host_->driver->close();
+      host_.reset();
+      session_.disconnect();
+      return;
+    }
+    if (active[kStyletStopped]) return;
+    std::array<std::uint8_t, 31> bytes{};
+    while (const std::size_t size = host_->channel->poses.take(next_, bytes)) {
+      session_.report(std::span(bytes).first(size));
+    }
+  }
+
+  Mocked mocked_;
+  std::mt19937_64 random_;
+  support::SessionSide session_{hid::adapted_descriptor(kMostForce)};
+  std::vector<std::unique_ptr<Driver>> dead_;
+  std::optional<Host> host_;
+  std::uint64_t next_ = 0;
+  std::int64_t now_ = 0;
+  std::string broken_;
+};
+
+void run_campaign(const Mocked& which) {
+  std::array<int, kFaults> injected{}, ends{}, with_force{}, longest{};
+  std::uint64_t engagements = 0;
+  const int sequences = support::kSanitized ? 150 : 1000;
+  for (int s = 0; s < sequences; ++s) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(s) + 1);
+    const auto any = [&](int least, int most) { return std::uniform_int_distribution<int>(least, most)(random); };
+    Rig rig(which, static_cast<std::uint64_t>(s) + 1);
+    struct Planned {
+      Fault fault;
+      int from, to;
+    };
+    std::vector<Planned> plan(static_cast<std::size_t>(any(1, 4)));
+    for (Planned& p : plan) {
+      p.fault = static_cast<Fault>(any(0, kFaults - 1));
+      p.from = 120 + any(0, 150);
+      p.to = p.from + any(1, any(1, 100));
+      ++injected[p.fault];
+    }
+    const auto last = static_cast<Fault>(any(0, kLasting - 1));
+    const int onset = 1100 + any(0, 150);  // a trip takes half a second
+    bool had_force = false;
+    int zero_after = 0;
+    for (int t = 0; t < onset + 120; ++t) {
+      rig.active.fill(false);
+      for (const Planned& p : plan) rig.active[p.fault] = rig.active[p.fault] || (t >= p.from && t < p.to);
+      if (t == onset) had_force = mock().applied() > 0;
+      if (t >= onset) rig.active[last] = true;
+      rig.step();
+      if (t >= onset && mock().applied() > 0) zero_after = t - onset + 1;
+      ASSERT_EQ(rig.broken(), "") << "sequence " << s << ", step " << t;
+    }
+    ASSERT_LE(zero_after, 21) << kNames[last] << ", sequence " << s;
+    ++ends[last];
+    with_force[last] += had_force ? 1 : 0;
+    longest[last] = std::max(longest[last], zero_after);
+    engagements += rig.engagements();
+  }
+  std::printf("%d sequences, the force engaged %llu times\n", sequences,
+              static_cast<unsigned long long>(engagements));
+  for (int f = 0; f < kFaults; ++f) {
+    std::printf("%-20s %5d in the middle", kNames[f], injected[f]);
+    if (f < kLasting) {
+      std::printf(", %4d at the end (%4d with force): zero after %2d ms", ends[f], with_force[f], longest[f]);
+      EXPECT_GT(with_force[f], ends[f] / 2) << kNames[f] << ": there must be a force to lose";
+    }
+    std::printf("\n");
+  }
+}
+
+TEST(DhdFaults, AThousandRandomSequencesEndWithoutForceWithin21Ms) {
+  run_campaign(kDhd);
+}
+
+TEST(HdFaults, AThousandRandomSequencesEndWithoutForceWithin21Ms) {
+  run_campaign(kHd);
+}
+
+}  // namespace
+}  // namespace stylet::haptic::host
