@@ -154,9 +154,11 @@ return side;
 /// What was asked for of the tetrahedra counts before what the side file says of the organ.
 ImportSettings mesh_settings(ImportSettings settings, const std::optional<import::SideFile>& side,
                              const std::string& id) {
-  if (!side || settings.cell > 0 || settings.target_nodes > 0) return settings;
+  if (!side) return settings;
   const auto organ = std::ranges::find(side->organs, id, &import::SideOrgan::id);
   if (organ == side->organs.end() || !organ->deformable) return settings;
+  if (organ->element == physics::Element::quadratic) settings.element = organ->element;
+  if (settings.cell > 0 || settings.target_nodes > 0) return settings;
   settings.cell = organ->cell;
   if (organ->cell == 0) settings.target_nodes = organ->target_nodes;
   return settings;

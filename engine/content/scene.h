@@ -57,6 +57,7 @@ struct Tissue {
 struct DeformableBody {
   std::string name;
   physics::TetMesh mesh;
+  physics::Element element = physics::Element::linear;
   std::vector<std::uint8_t> tet_tissue;                 ///< [tets] index into Scene::tissues
   std::vector<physics::ElasticMaterial> tet_mechanics;  ///< [tets] mean over the volume; empty: of the tissue
   std::vector<int> fixed_nodes;                         ///< ascending, no duplicates

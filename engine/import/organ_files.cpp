@@ -117,6 +117,7 @@ std::string report_json(const ImportedOrgan& organ, const OrganParts& parts) {
                         {"min_dihedral_deg", r.quality.min_dihedral_deg},
                         {"max_dihedral_deg", r.quality.max_dihedral_deg},
                         {"min_dihedral_histogram_5deg", r.dihedral_histogram}};
+  if (r.element == physics::Element::quadratic) json["tetrahedra"]["element"] = "quadratic";
   for (const LabelReport& label : r.labels) {
     json["labels"].push_back({{"label", label.label},
                               {"tissue", label.tissue},
@@ -151,6 +152,9 @@ std::string report_text(const ImportedOrgan& organ, const OrganParts& parts) {
   print_pieces(out, r);
   fmt::format_to(out, "tetrahedra     {} with {} nodes, dihedral angles {:.1f} to {:.1f} degrees, {} inverted\n",
                  r.tetrahedra, r.nodes, r.quality.min_dihedral_deg, r.quality.max_dihedral_deg, r.quality.inverted);
+  if (r.element == physics::Element::quadratic) {
+    fmt::format_to(out, "               eight in a row are one element of ten nodes\n");
+  }
   for (const LabelReport& label : r.labels) {
     fmt::format_to(out, "{:<14} {} {}: {:.4g} ml, {} tetrahedra\n", &label == r.labels.data() ? "labels" : "",
                    label.label, label.tissue, label.volume * 1e6, label.tetrahedra);

@@ -5,6 +5,7 @@
 #include "engine/import/enclosed_solid.h"
 #include "engine/import/gmsh.h"
 #include "engine/import/label_solid.h"
+#include "engine/mesh/quadratic_mesh.h"
 #include "engine/mesh/solid.h"
 #include "engine/mesh/surface_mesh.h"
 #include "engine/mesh/surface_pieces.h"
@@ -317,8 +318,14 @@ mesh::FilledPieces fill_by_gmsh(const OrganParts& organ, const TriangleMesh& sur
       const double of_piece = mesh::inspect(piece).volume;
       filled.volumes.push_back(0);
       if (pieces.size() > 1 && of_piece < kFewCells * filled.cell * filled.cell * filled.cell) continue;
-      const physics::TetMesh mesh = gmsh_tetrahedra(
-          piece, {.cell = filled.cell, .program = settings.gmsh, .where = where}, [&] { progress(task, 0); });
+      const bool quadratic = settings.element == physics::Element::quadratic;
+      physics::TetMesh mesh = gmsh_tetrahedra(
+          piece, {.cell = quadratic ? 2 * filled.cell : filled.cell, .program = settings.gmsh, .where = where},
+          [&] { progress(task, 0); });
+      if (quadratic) {
+        const mesh::Solid solid(piece);
+        mesh = mesh::refined_on_surface(mesh, [&](const Eigen::Vector3d& x) { return solid.signed_distance(x); });
+      }
       if (!mesh::inspect(mesh::boundary_surface(mesh).mesh).closed()) {
         throw ContentError(fmt::format("{}: the tetrahedra of Gmsh do not close; leave out --mesher gmsh", where));
       }
@@ -356,7 +363,8 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   };
   mesh::FilledPieces filled = settings.mesher == Mesher::gmsh
                                   ? fill_by_gmsh(organ, out.surface, settings, progress)
-                                  : mesh::fill_pieces(shape.pieces, {.cell = settings.cell,
+                                  : mesh::fill_pieces(shape.pieces, {.element = settings.element,
+                                                                     .cell = settings.cell,
                                                                      .target_nodes = settings.target_nodes,
                                                                      .volume_error = settings.volume_error,
                                                                      .node_tolerance = 0.05,
@@ -378,6 +386,7 @@ ImportedOrgan import_organ(const OrganParts& organ, const ImportSettings& settin
   }
   report.nodes = out.mesh.nodes.size();
   report.tetrahedra = out.mesh.tets.size();
+  report.element = settings.element;
   report.quality = mesh::tet_quality(out.mesh);
   report.dihedral_histogram.assign(15, 0);
   for (const auto& tet : out.mesh.tets) {

@@ -20,6 +20,7 @@ enum class Mesher {
 };
 
 struct ImportSettings {
+  physics::Element element = physics::Element::linear;  ///< quadratic: runs of eight tetrahedra (refinement.h)
   double cell = 0;                         ///< of the lattice, m; 0: for what follows
   int target_nodes = 0;                    ///< 0: for the volume error
   double volume_error = 0.03;              ///< relative
@@ -69,6 +70,7 @@ struct ImportReport {
   double cell = 0;    ///< of the lattice
   std::vector<PieceReport> pieces;
   std::size_t nodes = 0, tetrahedra = 0;
+  physics::Element element = physics::Element::linear;
   mesh::TetQuality quality;
   std::vector<int> dihedral_histogram;  ///< tetrahedra by their smallest dihedral angle, 5 degrees a bin from 0
   std::vector<LabelReport> labels;      ///< by label; none: nothing is known to lie inside

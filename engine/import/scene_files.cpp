@@ -137,6 +137,7 @@ std::string scenario_json(const ImportedScene& imported, const SideFile& side) {
     entry["name"] = body.id;
     entry["mesh"] =
         body.cell > 0 ? Json{{"cell_mm", rounded(body.cell * 1e3)}} : Json{{"target_nodes", body.target_nodes}};
+    if (body.element == physics::Element::quadratic) entry["mesh"]["element"] = "quadratic";
     entry["fixed"] = Json::array();
     for (const Hold& hold : body.holds) entry["fixed"].push_back(hold_json(hold));
     json["bodies"].push_back(entry);

@@ -325,6 +325,7 @@ private:
     scene_.bodies.push_back({.id = wall.id,
                              .cell = wall.cell,
                              .target_nodes = wall.target_nodes,
+                             .element = wall.element,
                              .holds = holds_of_wall(side_, *body_, scene_, layers.front().surface)});
     for (std::size_t i = 0; i < layers.size(); ++i) {
       SceneOrgan account;
@@ -398,7 +399,11 @@ private:
              fmt::format("nothing holds {}: the scan does not cut it; name organs it hangs on in held_by", side.id));
       }
       scene_.bodies.push_back(
-          {.id = side.id, .cell = side.cell, .target_nodes = side.target_nodes, .holds = std::move(holds)});
+          {.id = side.id,
+           .cell = side.cell,
+           .target_nodes = side.target_nodes,
+           .element = side.element,
+           .holds = std::move(holds)});
     }
     add({.name = side.id,
          .role = side.role,

@@ -8,6 +8,7 @@
 #include "engine/import/scan_cut.h"
 #include "engine/import/side_file.h"
 #include "physics/messages/messages.h"
+#include "physics/tissue/tet_mesh.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -32,6 +33,7 @@ struct SceneBody {
   std::string id{};
   double cell = 0;  ///< m; 0: target_nodes counts
   int target_nodes = 0;
+  physics::Element element = physics::Element::linear;
   std::vector<Hold> holds{};
 };
 

@@ -25,6 +25,9 @@ struct MeshKeys {
   Key cell = key::number("cell_mm", "mm", {1, 100}, "edge of the lattice of its tetrahedra; excludes target_nodes")
                  .optional();
   Key target_nodes;
+  Key element = key::choice("element", files::one_of<"linear", "quadratic">,
+                            "linear: locks where tissue bends or hardly gives way; quadratic: of ten nodes, does not")
+                    .otherwise("linear");
   Key held_by = key::texts("held_by", "organ ids: nodes near them do not move").optional();
   Key held_within = key::number("held_within_mm", "mm", {0, 200}, "how near").otherwise(5);
 };
@@ -149,12 +152,14 @@ std::string read_id(JsonObject& object, const Key& key) {
   return id;
 }
 
-void read_mesh(JsonObject& object, const MeshKeys& keys, double& cell, int& target_nodes) {
+void read_mesh(JsonObject& object, const MeshKeys& keys, double& cell, int& target_nodes,
+               physics::Element& element) {
   if (object.has(keys.cell) && object.has(keys.target_nodes)) {
     object.problem(keys.cell, "and target_nodes exclude each other; keep one");
   }
   cell = object.number(keys.cell, 0) * 1e-3;
   target_nodes = object.integer(keys.target_nodes);
+  if (object.choice(keys.element) == "quadratic") element = physics::Element::quadratic;
 }
 
 void read_holds(JsonObject& object, const MeshKeys& keys, std::vector<std::string>& held_by, double& held_within) {
@@ -176,7 +181,7 @@ SideOrgan read_organ(JsonObject object) {
   organ.priority = object.integer(kOrgan.priority);
   const double within = object.number(kOrgan.within, 0);
   if (within > 0) organ.within = within * 1e-3;
-  read_mesh(object, kOrgan.mesh, organ.cell, organ.target_nodes);
+  read_mesh(object, kOrgan.mesh, organ.cell, organ.target_nodes, organ.element);
   read_holds(object, kOrgan.mesh, organ.held_by, organ.held_within);
   organ.held_back = object.number(kOrgan.held_back) * 1e-2;
   organ.ball = object.number(kOrgan.ball, 0) * 1e-3;
@@ -245,7 +250,7 @@ SideWall read_wall(JsonFile& file, JsonObject object) {
     from += wall.layers[i].thickness;
   }
   wall.clearance = object.number(kWall.clearance) * 1e-3;
-  read_mesh(object, kWall.mesh, wall.cell, wall.target_nodes);
+  read_mesh(object, kWall.mesh, wall.cell, wall.target_nodes, wall.element);
   read_holds(object, kWall.mesh, wall.held_by, wall.held_within);
   wall.filler = object.text(kWall.filler);
   object.finish();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/files/json_reader.h"
+#include "physics/tissue/tet_mesh.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -27,6 +28,7 @@ struct SideOrgan {
   std::optional<double> within{};    ///< m; only what lies so near to `body` is carried, the rest is rigid
   double cell = 0;                   ///< m; 0: target_nodes counts
   int target_nodes = 2300;
+  physics::Element element = physics::Element::linear;
   std::vector<std::string> held_by{};  ///< organs whose neighbourhood does not move
   double held_within = 0.005;          ///< m
   double held_back = 0;                ///< share of its depth, from the back, that does not move
@@ -52,6 +54,7 @@ struct SideWall {
   double clearance = 0.001;  ///< between the wall and the organs taken out of it, m
   double cell = 0;
   int target_nodes = 2000;
+  physics::Element element = physics::Element::linear;
   std::vector<std::string> held_by{};  ///< organs that stay inside the wall and hold it: ribs
   double held_within = 0.005;
   std::string filler{};  ///< tissue of the body between the organs; empty: nothing lies there

@@ -2,6 +2,7 @@
 
 #include "engine/files/error.h"
 #include "engine/files/pulse.h"
+#include "engine/mesh/quadratic_mesh.h"
 #include "engine/mesh/solid.h"
 #include "engine/mesh/stuffing.h"
 #include "engine/mesh/surface_mesh.h"
@@ -103,9 +104,12 @@ std::vector<physics::TetMesh> fill(std::span<const SolidShape> pieces, double ce
     }
     if (settings.cell > 0) check_cell(pieces, settings);
     const SignedDistance distance = work.counted(piece.distance);
+    const bool quadratic = settings.element == physics::Element::quadratic;
+    const double lattice = quadratic ? 2 * cell : cell;
     meshes[p] = is_graded(piece, settings)
-                    ? stuff_graded(distance, piece.box, cell, smoothing, *settings.grading)
-                    : stuff(distance, piece.box, cell, smoothing, Parts::largest, work.pulse());
+                    ? stuff_graded(distance, piece.box, lattice, smoothing, *settings.grading)
+                    : stuff(distance, piece.box, lattice, smoothing, Parts::largest, work.pulse());
+    if (quadratic) meshes[p] = refined_on_surface(meshes[p], distance, work.pulse());
     if (pieces.size() > 1 && 2 * tet_quality(meshes[p]).volume < piece.volume) meshes[p] = {};
   }
   return meshes;

@@ -5,6 +5,7 @@
 #include "engine/mesh/tet_quality.h"
 #include "engine/mesh/tetrahedralise.h"
 #include "physics/messages/messages.h"
+#include "physics/tissue/refinement.h"
 
 #include <fmt/format.h>
 
@@ -156,8 +157,11 @@ content::DeformableBody build_body(const BodyRequest& request, std::span<const O
     return body;
   }
   try {
-    body.mesh = mesh::tetrahedralise(
-        boundary->mesh, {.cell = request.cell, .target_nodes = request.target_nodes, .where = boundary->place});
+    body.element = request.element;
+    body.mesh = mesh::tetrahedralise(boundary->mesh, {.element = request.element,
+                                                      .cell = request.cell,
+                                                      .target_nodes = request.target_nodes,
+                                                      .where = boundary->place});
   } catch (const files::ContentError& error) {
     problems.emplace_back(error.what());
     return body;
@@ -185,13 +189,20 @@ std::vector<content::Cavity> find_cavities(std::span<const Organ> organs, std::s
       if (!part || organ.body != body.name || !tissues[organ.tissue].fluid) continue;
       content::Cavity cavity{.name = organ.id, .body = static_cast<int>(b), .tets = {}, .volume = 0};
       const mesh::Solid solid(organ.mesh);
-      for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
-        if (body.tet_tissue[t] != organ.tissue) continue;
-        Eigen::Matrix<double, 3, 4> x;
-        for (int c = 0; c < 4; ++c) x.col(c) = body.mesh.nodes[body.mesh.tets[t][c]];
-        if (!solid.contains(x.rowwise().mean())) continue;
-        cavity.tets.push_back(static_cast<int>(t));
-        cavity.volume += (x.col(1) - x.col(0)).cross(x.col(2) - x.col(0)).dot(x.col(3) - x.col(0)) / 6;
+      // Of whole elements: each counts where most of it does.
+      const std::size_t run = body.element == physics::Element::quadratic ? physics::kTetsOfRefined : 1;
+      for (std::size_t first = 0; first < body.mesh.tets.size(); first += run) {
+        double whole = 0, filled = 0;
+        for (std::size_t t = first; t < first + run; ++t) {
+          Eigen::Matrix<double, 3, 4> x;
+          for (int c = 0; c < 4; ++c) x.col(c) = body.mesh.nodes[body.mesh.tets[t][c]];
+          const double volume = (x.col(1) - x.col(0)).cross(x.col(2) - x.col(0)).dot(x.col(3) - x.col(0)) / 6;
+          whole += volume;
+          if (body.tet_tissue[t] == organ.tissue && solid.contains(x.rowwise().mean())) filled += volume;
+        }
+        if (2 * filled < whole || filled == 0) continue;
+        for (std::size_t t = first; t < first + run; ++t) cavity.tets.push_back(static_cast<int>(t));
+        cavity.volume += whole;
       }
       if (cavity.tets.empty()) {
         problems.push_back(fmt::format("{}: no tetrahedron of {} has its middle in the fluid {}; use a smaller cell",

@@ -72,6 +72,9 @@ constexpr struct {
   Key cell = key::number("cell_mm", "mm", {1, 100}, "edge of the lattice cell").either();
   Key target_nodes =
       key::integer("target_nodes", {50, 50000}, "the cell is found for about this many nodes").either();
+  Key element = key::choice("element", files::one_of<"linear", "quadratic">,
+                            "linear: locks where tissue bends or hardly gives way; quadratic: of ten nodes, does not")
+                    .otherwise("linear");
 } kMesh;
 
 constexpr struct {
@@ -410,6 +413,7 @@ BodyRequest read_body(files::JsonObject object) {
     const bool count = mesh->has(kMesh.target_nodes);
     body.cell = mesh->number(kMesh.cell, 0) * 1e-3;
     body.target_nodes = mesh->integer(kMesh.target_nodes, body.target_nodes);
+    if (mesh->choice(kMesh.element) == "quadratic") body.element = physics::Element::quadratic;
     if (cell == count) mesh->problem("", "needs either cell_mm or target_nodes; keep one");
     mesh->finish();
   }

@@ -6,6 +6,7 @@
 #include "engine/content/scene.h"
 #include "engine/files/json_reader.h"
 #include "engine/gltf/gltf.h"
+#include "physics/tissue/tet_mesh.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -52,6 +53,7 @@ struct BodyRequest {
   std::vector<std::string> carries;  ///< organ ids, besides those whose annotation names this body
   double cell = 0;                   ///< m; 0: target_nodes counts
   int target_nodes = 2300;
+  physics::Element element = physics::Element::linear;
   std::vector<FixedRegion> fixed;
 };
 

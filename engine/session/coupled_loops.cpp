@@ -79,6 +79,7 @@ std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& sce
   for (const content::DeformableBody& body : scene.bodies) {
     physics::SimulationBody& simulated = bodies.emplace_back();
     simulated.mesh = body.mesh;
+    simulated.element = body.element;
     simulated.fixed_nodes = body.fixed_nodes;
     simulated.held_motion = body.held_motion;
     simulated.damping_time_s = scene.damping_time_s;

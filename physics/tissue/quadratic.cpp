@@ -34,6 +34,20 @@ Gradients natural_gradients(const Eigen::Vector4d& l) {
   return by_barycentric.bottomRows<3>().rowwise() - by_barycentric.row(0);
 }
 
+/// Of the four points.
+const std::array<Gradients, kLanes>& gradients_at_points() {
+  static const std::array<Gradients, kLanes> natural = [] {
+    std::array<Gradients, kLanes> of_points;
+    for (int p = 0; p < kLanes; ++p) {
+      Eigen::Vector4d l = Eigen::Vector4d::Constant(kFar);
+      l[p] = kNear;
+      of_points[static_cast<std::size_t>(p)] = natural_gradients(l);
+    }
+    return of_points;
+  }();
+  return natural;
+}
+
 std::array<int, 10> nodes_of(const TetMesh& mesh, std::size_t element) {
   const std::size_t first = kTetsOfRefined * element;
   std::array<int, 10> nodes{};
@@ -45,6 +59,12 @@ std::array<int, 10> nodes_of(const TetMesh& mesh, std::size_t element) {
     if (mesh.tets[first + j][i] != nodes[4 + e]) refuse(element, "is no refined tetrahedron");
   }
   return nodes;
+}
+
+Gradients rest_of(const TetMesh& mesh, const std::array<int, 10>& nodes) {
+  Gradients x;
+  for (int a = 0; a < 10; ++a) x.col(a) = mesh.nodes[nodes[static_cast<std::size_t>(a)]];
+  return x;
 }
 
 /// F of an element's points.
@@ -150,21 +170,14 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
     throw std::invalid_argument("tissue model: " + std::to_string(mesh.tets.size()) +
                                 " tetrahedra are no quadratic elements: those come in eights");
   }
-  std::array<Gradients, kLanes> natural;
-  for (int p = 0; p < kLanes; ++p) {
-    Eigen::Vector4d l = Eigen::Vector4d::Constant(kFar);
-    l[p] = kNear;
-    natural[static_cast<std::size_t>(p)] = natural_gradients(l);
-  }
   std::vector<QuadraticRest> elements(mesh.tets.size() / kTetsOfRefined);
   for (std::size_t e = 0; e < elements.size(); ++e) {
     QuadraticRest& rest = elements[e];
     rest.nodes = nodes_of(mesh, e);
-    Gradients x;
-    for (int a = 0; a < 10; ++a) x.col(a) = mesh.nodes[rest.nodes[static_cast<std::size_t>(a)]];
+    const Gradients x = rest_of(mesh, rest.nodes);
     double lambda = 0;
     for (int p = 0; p < kLanes; ++p) {
-      const Gradients& local = natural[static_cast<std::size_t>(p)];
+      const Gradients& local = gradients_at_points()[static_cast<std::size_t>(p)];
       const Eigen::Matrix3d jacobian = x * local.transpose();
       const double determinant = jacobian.determinant();
       if (!(determinant > 0)) refuse(e, "is not positively oriented");
@@ -186,6 +199,14 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
     rest.lambda = lambda / rest.volume.sum();
   }
   return elements;
+}
+
+Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element) {
+  const Gradients x = rest_of(mesh, nodes_of(mesh, element));
+  Eigen::Array4d volumes;
+  for (int p = 0; p < kLanes; ++p)
+    volumes[p] = (x * gradients_at_points()[static_cast<std::size_t>(p)].transpose()).determinant() / 24;
+  return volumes;
 }
 
 int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,

@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,11 @@ namespace stylet::physics {
 /// @throws std::invalid_argument if the tetrahedra are not runs of eight as refined() makes them, or an element is
 ///         not positively oriented at one of its points
 std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<const ElasticMaterial> materials);
+
+/// Volume at rest of each of the four points of an element, m^3; not positive where it is not positively oriented there.
+/// @param element  of a mesh of refined tetrahedra
+/// @throws std::invalid_argument if its tetrahedra are not as refined() makes them
+Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element);
 
 /// As update_rotations(). Counts points and tetrahedra of the mesh with det F <= 0.
 int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,

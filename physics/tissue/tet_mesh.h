@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace stylet::physics {
@@ -15,6 +16,12 @@ namespace stylet::physics {
 struct TetMesh {
   std::vector<Eigen::Vector3d> nodes;
   std::vector<std::array<int, 4>> tets;
+};
+
+/// What a displacement is made of.
+enum class Element : std::uint8_t {
+  linear,     ///< in each tetrahedron
+  quadratic,  ///< in each eight of them that were one (refinement.h)
 };
 
 }  // namespace stylet::physics

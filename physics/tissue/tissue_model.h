@@ -12,12 +12,6 @@
 
 namespace stylet::physics {
 
-/// What a displacement is made of.
-enum class Element {
-  linear,     ///< in each tetrahedron
-  quadratic,  ///< in each eight of them that were one
-};
-
 /// Rest shape and material of one tetrahedron (physics/README.md eq. 1).
 struct TetRest {
   Eigen::Matrix<double, 3, 4> gradients;  ///< column a: gradient of the shape function of node a in rest space, 1/m

@@ -9,6 +9,7 @@
 #include "tools/bench/mechanics.h"
 #include "tools/bench/paper.h"
 #include "tools/bench/report.h"
+#include "tools/bench/tissue.h"
 #include "tools/bench/ultrasound.h"
 #include "tools/bench/view.h"
 #include "tools/stylet/commands.h"
@@ -51,6 +52,7 @@ constexpr std::array kBenches{
     Bench{"coupling", "what the coupling stylet gains: smoothness, meshes, resistance, speed", bench::bench_coupling},
     Bench{"mechanics", "the physics outside its comfort: bevels, fast hands, organs, probe, latency, limits",
           bench::bench_mechanics},
+    Bench{"tissue", "how right the tissue is, by element, and what that costs", bench::bench_tissue},
     Bench{"line-compliance", "sub-grid compliance against a resolved needle", bench::bench_line_compliance},
     Bench{"haptic", "a session with a mocked stylus: reports lost, latency, limits of the force",
           bench::bench_haptic},

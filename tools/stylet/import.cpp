@@ -39,6 +39,7 @@ struct ImportOptions {
   std::vector<double> grade_mm;
   double grade_factor = 2;
   std::string mesher = "stuffing";
+  std::string element = "linear";
   std::string axes;
   std::string unit;
   bool list = false;
@@ -145,6 +146,7 @@ ImportSettings mesh_settings(const ImportOptions& options) {
                           .target_nodes = options.nodes,
                           .volume_error = options.volume_error_percent / 100,
                           .gap = options.gap_mm > 0 ? std::optional(options.gap_mm * 1e-3) : std::nullopt};
+  if (options.element == "quadratic") settings.element = physics::Element::quadratic;
   if (options.mesher == "gmsh") settings.mesher = import::Mesher::gmsh;
   if (!options.grade_mm.empty()) {
     const std::vector<double>& mm = options.grade_mm;
@@ -235,6 +237,11 @@ void add_import(CLI::App& app, int& exit_code) {
       ->excludes(grade)
       ->capture_default_str();
   command
+      ->add_option("--element", options->element,
+                   "quadratic: tetrahedra in eights that are one element of ten nodes, which does not lock")
+      ->check(CLI::IsMember({"linear", "quadratic"}))
+      ->capture_default_str();
+  command
       ->add_option("--axes", options->axes, "Of STL and OBJ: lps, ras or patient (+X left, +Y superior, +Z anterior)")
       ->check(CLI::IsMember({"lps", "ras", "patient"}));
   command->add_option("--unit", options->unit, "Of STL and OBJ: mm, cm or m")
@@ -268,7 +275,8 @@ void add_import(CLI::App& app, int& exit_code) {
       "Exit code 0: every organ was made; 2: one was refused, the others were made.");
   command->callback([command, options, &exit_code] {
     for (const char* name :
-         {"--cell", "--nodes", "--volume-error", "--gap", "--grade", "--grade-factor", "--mesher"}) {
+         {"--cell", "--nodes", "--volume-error", "--gap", "--grade", "--grade-factor", "--mesher",
+          "--element"}) {
       if (command->count(name) > 0) options->of_single_organs.emplace_back(name);
     }
     exit_code = run(*options);

@@ -1,0 +1,13 @@
+// The sections of `stylet bench tissue`, a file each.
+#pragma once
+
+#include "tools/bench/bench_options.h"
+#include "tools/bench/report.h"
+
+namespace stylet::bench {
+
+/// Compliance of wall and liver of the shipped patient where needle and probe load them, by element, over that of
+/// quadratic elements twice refined; nodes, factor and step of each: compliance.*
+Report tissue_compliance(const BenchOptions& options);
+
+}  // namespace stylet::bench
