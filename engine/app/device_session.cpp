@@ -1,15 +1,23 @@
 #include "engine/app/device_session.h"
 
 #include "engine/files/error.h"
+#include "haptic/feel.h"
 #include "haptic/hid/calibrator.h"
 #include "haptic/hid/hand_recorder.h"
+#include "haptic/output_guard.h"
 #include "haptic/paced_loop.h"
+#include "haptic/real_time_thread.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
+#include <cstdint>
 #include <numbers>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace stylet::app {
@@ -121,6 +129,110 @@ void record_device(const HidChoice& choice, double seconds, const std::filesyste
   say(fmt::format(
       "{} holds {} reports and {} poses of {:.1f} s; `stylet train SCENARIO --device recorded:{}` plays it",
       file.string(), raw.reports.size(), motion.stylus.size(), motion.stylus.back().time_s, file.string()));
+}
+
+namespace {
+
+std::string what_is_felt(haptic::Feel feel, const haptic::FeelModel& model) {
+  const double mm = 1e3 * haptic::FeelModel::kDepth;
+  switch (feel) {
+    case haptic::Feel::kSpring:
+      return fmt::format(
+          "a spring: it draws you back to where you are now, {:.1f} N for each centimetre, smoothly in "
+          "all directions",
+          0.01 * model.stiffness());
+    case haptic::Feel::kWall:
+      return fmt::format("a wall: {:.0f} mm below you is a hard floor; it neither trembles nor holds you", mm);
+    case haptic::Feel::kFriction:
+      return fmt::format("friction: {:.1f} N against every motion, the same both ways; at rest nothing moves you",
+                         model.force());
+    case haptic::Feel::kPuncture:
+      return fmt::format(
+          "a skin: {:.0f} mm below you it resists up to {:.1f} N and gives way at once; above it is whole "
+          "again",
+          mm, model.force());
+  }
+  return {};
+}
+
+/// Written by the haptic thread.
+struct Felt {
+  std::atomic<double> most_n{0};
+  std::atomic<double> farthest_m{0};
+  std::atomic<std::uint64_t> steps{0};
+  std::atomic<std::uint64_t> followed{0};  ///< steps with a pose
+  std::atomic<std::uint64_t> clipped{0};   ///< steps in which the device could not give it all
+  std::atomic<int> punctures{0};
+};
+
+/// @return whether nobody asked for the end
+bool feel(haptic::hid::HidStylus& stylus, haptic::FeelModel& model, double seconds, Felt& felt, Observer& observer) {
+  haptic::OutputGuard guard(stylus.limits());
+  std::optional<Eigen::Vector3d> begin;
+  double last_s = 0;
+  const auto step = [&](const haptic::StepTiming& timing) {
+    const double now_s = static_cast<double>(timing.started_ns) * 1e-9;
+    const double dt_s = last_s > 0 ? now_s - last_s : 1e-3;
+    last_s = now_s;
+    const haptic::StylusSample sample = stylus.read(now_s);
+    felt.steps.fetch_add(1, std::memory_order_relaxed);
+    haptic::GuardInput input{.position = sample.position,
+                             .orientation = sample.orientation,
+                             .valid = sample.valid,
+                             .pose_age_s = sample.age_s};
+    if (sample.valid) {
+      if (!begin) begin = sample.position;
+      input.force = model.step(sample.position - *begin, dt_s);
+      felt.followed.fetch_add(1, std::memory_order_relaxed);
+      felt.farthest_m = std::max(felt.farthest_m.load(), (sample.position - *begin).norm());
+      felt.punctures = model.punctures();
+    }
+    const haptic::GuardedWrench out = guard.apply(input, dt_s);
+    felt.most_n = std::max(felt.most_n.load(), out.force.norm());
+    if ((out.flags & haptic::kOutputClamped) != 0) felt.clipped.fetch_add(1, std::memory_order_relaxed);
+    stylus.write(out.force, out.torque);
+  };
+  haptic::RealTimeThread thread({.lock_memory = false}, step);
+  haptic::MonotonicClock clock;
+  const std::int64_t until_ns = clock.now_ns() + static_cast<std::int64_t>(seconds * 1e9);
+  while (clock.now_ns() < until_ns && !observer.stop_requested()) clock.sleep_until_ns(clock.now_ns() + 10'000'000);
+  thread.stop();
+  stylus.write(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+  return !observer.stop_requested();
+}
+
+}  // namespace
+
+void feel_device(const HidChoice& choice, double each_s, Observer& observer) {
+  const auto say = [&](const std::string& line) { observer.note(Note::info, line); };
+  const HidDevice device = choose_hid_device(choice, "--feel");
+  haptic::hid::HidStylus stylus({.device = device.summary,
+                                 .source = device.source,
+                                 .profile = device.profile,
+                                 .workspace = {.patient_from_device = turn_on_the_desk(device)}});
+  if (!stylus.limits().renders_force) {
+    throw files::ContentError(fmt::format("{}: gives no force; there is nothing to feel", title(device)));
+  }
+  say(fmt::format("{}: hold it lightly; each lasts {:g} s, and Ctrl-C ends at once without force.", title(device),
+                  each_s));
+  for (std::size_t k = 0; k < haptic::kFeels.size(); ++k) {
+    haptic::FeelModel model(haptic::kFeels[k], stylus.limits());
+    say(fmt::format("{} of {}: {}", k + 1, haptic::kFeels.size(), what_is_felt(haptic::kFeels[k], model)));
+    Felt felt;
+    const bool go_on = feel(stylus, model, each_s, felt, observer);
+    const auto share = [&](std::uint64_t count) {
+      return felt.steps > 0 ? 100 * static_cast<double>(count) / static_cast<double>(felt.steps) : 0.0;
+    };
+    say(fmt::format(
+        "  asked for up to {:.2f} N; you moved {:.0f} mm{}; followed {:.0f} % of the time, at the device's most "
+        "{:.0f} %",
+        felt.most_n.load(), 1e3 * felt.farthest_m.load(),
+        haptic::kFeels[k] == haptic::Feel::kPuncture ? fmt::format(", {} times through", felt.punctures.load()) : "",
+        share(felt.followed), share(felt.clipped)));
+    if (!go_on) break;
+  }
+  observer.stop_answered();
+  say(stylus.statistics());
 }
 
 }  // namespace stylet::app

@@ -1,4 +1,4 @@
-// A HID device by itself, without a patient: calibrated with its user, recorded.
+// A device by itself, without a patient: calibrated with its user, recorded, felt.
 #pragma once
 
 #include "engine/app/hid_device.h"
@@ -17,5 +17,11 @@ void calibrate_device(const HidChoice& choice, double still_s, Observer& observe
 /// @param seconds  0: until the observer asks for the end
 /// @throws files::ContentError, haptic::hid::HidError
 void record_device(const HidChoice& choice, double seconds, const std::filesystem::path& file, Observer& observer);
+
+/// A spring, a wall, friction and a skin that gives way, one after the other, each with what should be felt and what
+/// was asked of the device. All limits of a session act.
+/// @param each_s  that each lasts
+/// @throws files::ContentError, haptic::hid::HidError
+void feel_device(const HidChoice& choice, double each_s, Observer& observer);
 
 }  // namespace stylet::app

@@ -25,6 +25,8 @@ struct DevicesOptions {
   double still_s = 1;
   std::string record;
   double seconds = 0;  // 0: until Ctrl-C
+  bool feel = false;
+  double each_s = 15;
   std::string device;
 };
 
@@ -34,8 +36,10 @@ void run(const DevicesOptions& options) {
   if (!options.record.empty()) {
     return app::record_device(app::parse_device(options.device), options.seconds, options.record, terminal);
   }
+  if (options.feel) return app::feel_device(app::parse_device(options.device), options.each_s, terminal);
   if (!options.device.empty()) {
-    throw files::ContentError("devices " + options.device + ": say what to do with it, --calibrate or --record FILE");
+    throw files::ContentError("devices " + options.device +
+                              ": say what to do with it, --calibrate, --feel or --record FILE");
   }
   nlohmann::json list = nlohmann::json::array();
   if (options.descriptor.empty()) {
@@ -84,16 +88,28 @@ void add_devices(CLI::App& app) {
   command->add_option("--seconds", options->seconds, "How long to record; default: until Ctrl-C")
       ->check(seconds_above_zero())
       ->needs(record);
+  auto* feel =
+      command
+          ->add_flag("--feel", options->feel,
+                     "Feel a device with force: a spring, a wall, friction, a skin; each with what should be felt")
+          ->excludes(calibrate)
+          ->excludes(record);
+  command->add_option("--each", options->each_s, "How many seconds each of them lasts")
+      ->check(CLI::Range(0.5, 600.0))
+      ->needs(feel)
+      ->capture_default_str();
   command->add_option(
       "DEVICE", options->device,
-      "VID:PID, haply or haply:ID of the device to calibrate or record; default: whichever HID device can do most");
+      "VID:PID, or a path as it is listed, of the device to calibrate, feel or record; default: whichever "
+      "HID device can do most");
   command->footer(
       "To list them none is opened, so no permission is needed. A device says itself what its reports are (HID "
       "report\n"
       "descriptor); content/devices/ has profiles for what it does not say. haptic/README.md specifies the force\n"
       "stylus that Stylet is made for.\n\n"
       "  stylet devices --calibrate                   how the device lies on your desk, and how far you reach\n"
-      "  stylet devices --record hand.json --seconds 10");
+      "  stylet devices --record hand.json --seconds 10\n"
+      "  stylet devices --feel                        what its force is like, without a patient");
   command->callback([options] { run(*options); });
 }
 
