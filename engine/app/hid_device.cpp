@@ -184,6 +184,7 @@ HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked)
   for (const HidDeviceSummary& device : choice.source->list()) {
     const bool meant =
         choice.vendor_id == 0 || (device.vendor_id == choice.vendor_id && device.product_id == choice.product_id);
+    if (device.path == choice.taken) continue;
     if (!meant || !device.path.starts_with(choice.path) || !seen.insert(device.path).second) continue;
     const Candidate found = candidate(device, *choice.source, profiles);
     if (found.rank > 0 && !found.lets_go && choice.vendor_id == 0) {
@@ -252,6 +253,22 @@ std::unique_ptr<haptic::hid::HidStylus> open_hid_stylus(const HidChoice& choice,
   settings.workspace.scale = chosen.calibration.scale;
   settings.workspace.rest = chosen.calibration.rest;
   return std::make_unique<haptic::hid::HidStylus>(settings);
+}
+
+std::unique_ptr<haptic::hid::HidStylus> open_hid_probe(const HidChoice& choice, const std::string& asked,
+                                                       const content::Scene& scene) {
+  const HidDevice chosen = choose_hid_device(choice, asked);
+  if (chosen.kind != DeviceKind::kStylus && chosen.kind != DeviceKind::kSpaceMouse) {
+    throw files::ContentError(fmt::format("{}: a {} cannot hold the probe; a stylus or a space mouse can", asked,
+                                          haptic::hid::name_of(chosen.kind)));
+  }
+  return std::make_unique<haptic::hid::HidStylus>(haptic::hid::HidStylusSettings{
+      .device = chosen.summary,
+      .source = chosen.source,
+      .profile = chosen.profile,
+      .workspace = {.patient_from_device = patient_from_hand(scene) * turn_on_the_desk(chosen),
+                    .scale = chosen.calibration.scale},
+      .fifo_priority = 0});
 }
 
 void place_hand(content::Motion& motion, readers::MotionFrame frame, const content::Scene& scene,

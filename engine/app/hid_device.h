@@ -21,7 +21,8 @@ struct HidChoice {
   std::uint16_t vendor_id = 0;  ///< 0: whichever can do most
   std::uint16_t product_id = 0;
   const haptic::hid::DeviceSource* source = &haptic::hid::hid_source();
-  std::string path{};  ///< of the source's, or how it begins; empty: any
+  std::string path{};   ///< of the source's, or how it begins; empty: any
+  std::string taken{};  ///< path of one that is in use; empty: none
 };
 
 /// What `stylet devices` takes: "VID:PID", or NAME or NAME:ID of a source other than HID; empty: whichever HID device
@@ -83,6 +84,12 @@ struct OpenHidDevice {
 std::unique_ptr<haptic::hid::HidStylus> open_hid_stylus(const HidChoice& choice, const content::Scene& scene,
                                                         const Eigen::Vector3d& entry, const Eigen::Vector3d& target,
                                                         haptic::hid::ReportLog* log = nullptr);
+
+/// Opens it for the probe of `scene`, in the same axes: its hub is how far the hand has gone from where it began.
+/// @param asked  what the user said, for messages
+/// @throws files::ContentError, haptic::hid::HidError  as above; it is neither a stylus nor a space mouse
+std::unique_ptr<haptic::hid::HidStylus> open_hid_probe(const HidChoice& choice, const std::string& asked,
+                                                       const content::Scene& scene);
 
 /// Lays a hand that was recorded by itself to the needle of `scene`, as open_hid_stylus() lays a live one.
 /// @param frame  of its poses; those of the patient's stay

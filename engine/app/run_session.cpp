@@ -8,6 +8,7 @@
 #include "engine/app/hid_device.h"
 #include "engine/app/kept_attempts.h"
 #include "engine/app/kept_in_lab.h"
+#include "engine/app/probe_device.h"
 #include "engine/app/saved_images.h"
 #include "engine/app/session_display.h"
 #include "engine/app/session_end.h"
@@ -50,6 +51,8 @@ void check(const SessionSettings& settings, const StylusKind& stylus, bool windo
   if (settings.lockstep && stylus.in_real_time_only)
     throw ContentError(
         "--lockstep: a HID device moves in real time; leave --lockstep out, or choose another with --device");
+  if (settings.lockstep && !settings.probe_device.empty())
+    throw ContentError("--lockstep: a HID device moves in real time; leave one of --lockstep and --probe-device out");
   if (settings.lockstep && settings.link.wanted())
     throw ContentError("--lockstep: runs faster than time; leave one of --lockstep and --link out");
   if (need == StylusNeed::link && !settings.link.wanted())
@@ -163,6 +166,8 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   note_cut_off_sessions(folder, observer);
   recording::UnfinishedRecording file(folder);
   session::HeldProbe probe(scene, start ? start->probe : content::ProbeMove{});
+  std::optional<ProbeDevice> probe_device;
+  if (!settings.probe_device.empty()) probe_device.emplace(settings.probe_device, stylus.path, scene, probe);
   session::HeldBreath breath(scene.breathing, stylus.breath_button > 0 ? 1U << (stylus.breath_button - 1) : 0U);
   // Who leads the needle asks for it by key, by controller or by the stylus; other sessions have the scene's holds.
   const bool asks = stylus.held() && watched && breath.breathes();
@@ -192,7 +197,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
                              .lockstep = settings.lockstep,
                              .recording = file.path(),
                              .build = build_name(),
-                             .probe = watched || settings.link.wanted() ? &probe : nullptr,
+                             .probe = watched || settings.link.wanted() || probe_device ? &probe : nullptr,
                              .start_seed = start ? std::optional(start->seed) : std::nullopt,
                              .listeners = listeners});
   footage.watch(live.frames());
@@ -215,6 +220,10 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   file.keep();  // what a hand has done is not done again
   live.start();
   link.start(observer);
+  if (probe_device) {
+    observer.note(Note::info, "the probe is led by " + probe_device->name());
+    probe_device->start(live);
+  }
   session::PictureWatch pictures;
   scanner::SavedImages saved;
   const SessionParts parts{.graphics = graphics,
@@ -236,6 +245,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   const bool to_its_end =
       course.state().stage == training::Stage::debrief || (live.finished() && !course.reset_asked_for());
   course.end(live);
+  if (probe_device) probe_device->stop();
   report.run = live.stop();
   const std::vector<std::string> link_lines = link.stop();
   const bool again = course.reset_asked_for() && !observer.stop_requested();

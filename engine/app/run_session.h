@@ -29,8 +29,9 @@ struct TraineeSettings {
 };
 
 struct SessionSettings {
-  std::string scenario{};  ///< a name in content/scenarios, or a file
-  std::string stylus{};    ///< as of open_stylus(); empty: the default_stylus()
+  std::string scenario{};      ///< a name in content/scenarios, or a file
+  std::string stylus{};        ///< as of open_stylus(); empty: the default_stylus()
+  std::string probe_device{};  ///< as of ProbeDevice; empty: keys, a headset or the link move the probe, or the scene
   SessionView view = SessionView::automatic;
   bool stereo = false;
   bool left_handed = false;             ///< window mirrored; in a headset the left hand holds the needle

@@ -115,9 +115,11 @@ Stylus open_reporting(const StylusOpening& opening, const HidChoice& choice) {
               "be ready to switch it off";
   }
   const int breath_button = device->free_button();
+  std::string path = device->path();
   return {.device = std::move(device),
           .breath_button = breath_button,
           .hid = std::move(reports),
+          .path = std::move(path),
           .warning = std::move(warning)};
 }
 

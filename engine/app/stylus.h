@@ -73,6 +73,7 @@ struct Stylus {
   StylusInput input{};
   int breath_button = 0;      ///< that asks for the breath to be held, counted from 1; 0: none is free
   readers::RawReports hid{};  ///< of a HID device: which, and what its reports mean; its reports are in the log
+  std::string path{};         ///< of a device that sends reports; empty: it is none
   std::string warning{};      ///< for who holds it, one line; empty: none
   const StylusKind* kind = nullptr;  ///< set by open_stylus()
 

@@ -24,7 +24,8 @@ public:
   /// Keeps a reference to `scene`. @param start  of the probe from where the scene has it; there is skin
   explicit HeldProbe(const content::Scene& scene, const content::ProbeMove& start = {});
 
-  /// Window thread: moves it further by so much, counted from its pose in the scene at `time_s`.
+  /// Window thread, or that of a device which holds it: moves it further by so much, counted from its pose in the
+  /// scene at `time_s`.
   /// @return false: there is no skin to move it to; it stays
   bool move(const content::ProbeMove& by, double time_s);
   /// Window thread. @return as move()

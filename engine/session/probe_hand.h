@@ -10,7 +10,8 @@
 namespace stylet::session {
 
 /// From where the hand takes it up the probe slides, turns and is pressed as the hand moves. A hand feels no skin:
-/// the probe goes no deeper into it than kDeepest, and no higher over it than kHighest. Thread: the display's.
+/// the probe goes no deeper into it than kDeepest, and no higher over it than kHighest. Thread: the display's, or the
+/// device's.
 class ProbeHand {
 public:
   /// Keeps references.

@@ -50,6 +50,7 @@ public:
   ~HidStylus() override;
 
   std::string name() const override { return name_; }
+  const std::string& path() const { return settings_.device.path; }
   DeviceLimits limits() const override { return limits_; }
   DeviceKind kind() const { return kind_; }
   /// A button that nothing is done with, counted from 1; 0: there is none.

@@ -1,5 +1,6 @@
 // The commands as somebody with an Inverse3 runs them.
 #include "engine/readers/motion.h"
+#include "engine/recording/recording.h"
 #include "tests/stylet/command.h"
 #include "tests/support/haply/haply_server.h"
 #include "tests/support/temporary_folder.h"
@@ -106,6 +107,42 @@ TEST_F(HaplyCommand, TrainIsLedByItAndFeelsTheNeedle) {
   EXPECT_THAT(said.output, HasSubstr("Haply Inverse3"));
   EXPECT_GT(server.with_service([](HaplyService& s) { return s.messages(); }), 100u);
   EXPECT_EQ(server.with_service([](HaplyService& s) { return s.nonsense(); }), 0u);
+  EXPECT_EQ(server.with_service([](HaplyService& s) { return s.applied(HaplyServer::now_ns()).norm(); }), 0);
+}
+
+TEST_F(HaplyCommand, InTheOtherHandItLeadsTheProbe) {
+  server.with_service([](HaplyService& s) {
+    s.motion = [](double t) { return HaplyHand{.position = {0.004 * std::min(t, 2.0), 0, 0}}; };
+  });
+  const auto probe_moves = [&](const std::string& more, const std::string& name) {
+    const fs::path out = folder.path() / name;
+    const Outcome said = run(fmt::format(
+        "train tutorial --view headless --expert none --no-film --device recorded --seconds 3 {} --out '{}'", more,
+        out.string()));
+    EXPECT_EQ(said.exit_code, 0) << said.output;
+    const auto session = nlohmann::json::parse(read_text(out / "session.json"));
+    EXPECT_TRUE(session["replay"]["identical"]) << name;
+    const recording::Recording recorded = recording::read_recording(out / "session.rec");
+    return (recorded.simulation.back().probe.position - recorded.simulation.front().probe.position).norm();
+  };
+  const double alone = probe_moves("", "alone");
+  EXPECT_NEAR(probe_moves("--probe-device haply", "led"), std::hypot(alone, 0.008), 0.002);
+  EXPECT_EQ(server.with_service([](HaplyService& s) { return s.forces(); }), 0u) << "its motors get no force";
+  const Outcome said = run("train tutorial --view headless --lockstep --device recorded --probe-device haply");
+  EXPECT_EQ(said.exit_code, 2);
+  EXPECT_THAT(said.output, HasSubstr("leave one of --lockstep and --probe-device out"));
+}
+
+TEST_F(HaplyCommand, ItIsFeltWithoutAPatient) {
+  server.with_service([](HaplyService& s) {
+    s.motion = [](double t) { return HaplyHand{.position = {0, 0, -0.02 * (1 - std::cos(4 * t))}}; };
+  });
+  const Outcome said = run("devices --feel --each 2 haply");
+  ASSERT_EQ(said.exit_code, 0) << said.output;
+  for (const char* words : {"1 of 4: a spring", "2 of 4: a wall", "3 of 4: friction", "4 of 4: a skin"}) {
+    EXPECT_THAT(said.output, HasSubstr(words));
+  }
+  EXPECT_GT(server.with_service([](HaplyService& s) { return s.largest(); }), 1);
   EXPECT_EQ(server.with_service([](HaplyService& s) { return s.applied(HaplyServer::now_ns()).norm(); }), 0);
 }
 

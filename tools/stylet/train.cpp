@@ -111,6 +111,10 @@ void add_train(CLI::App& app, int& exit_code) {
   app::SessionSettings& session = options->session;
   command->add_option("SCENARIO", session.scenario, "Name of a scenario in content/scenarios, or a file");
   command->add_option("--device", session.stylus, device_help(app::kDefaultStylusHelp));
+  command->add_option(
+      "--probe-device", session.probe_device,
+      "Who leads the probe: hid, hid:VID:PID or a path of `stylet devices`, another than --device; a stylus or "
+      "a space mouse");
   command
       ->add_option("--view", options->view,
                    "auto: a window where there is a display, else headless, as is --lockstep; headset: OpenXR, and "
