@@ -191,5 +191,25 @@ TEST(HapticBench, ASessionWithTheMockedStylusGivesForceWithinLimits) {
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "haptic_latency.png"));
 }
 
+TEST(HapticBench, EveryKindOfDeviceIsMeasured) {
+  if (support::kSanitized) GTEST_SKIP() << "real time";
+  for (const char* kind : {"haply", "force_dimension", "openhaptics"}) {
+    const support::TemporaryFolder folder;
+    const auto file = folder.path() / "haptic.json";
+    const std::string command = std::string("'") + STYLET_COMMAND + "' bench haptic --device-kind " + kind +
+                                " --quick --json '" + file.string() + "' >/dev/null";
+    ASSERT_EQ(std::system(command.c_str()), 0) << kind;
+    std::ifstream in(file);
+    std::map<std::string, json> numbers;
+    for (const json& entry : json::parse(in)) numbers[entry.at("name")] = entry;
+    EXPECT_GT(numbers.at("forces.out.written").at("value").get<double>(), 100) << kind;
+    for (const char* name : {"forces.out.lost", "force.peak", "force.felt", "device.wrong", "end.no_force"}) {
+      EXPECT_TRUE(numbers.at(name).at("met").get<bool>()) << kind << ": " << numbers.at(name);
+    }
+  }
+  EXPECT_NE(
+      std::system((std::string("'") + STYLET_COMMAND + "' bench paper --device-kind haply 2>/dev/null").c_str()), 0);
+}
+
 }  // namespace
 }  // namespace stylet::bench

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace stylet::bench {
 
@@ -16,6 +17,8 @@ struct BenchOptions {
   bool full = false;
   /// Also the same haptic problems as SOFA's LCPForceFeedback solves them. `paper` only.
   bool sofa_style_peer = false;
+  /// hid, haply, force_dimension or openhaptics. `haptic` only.
+  std::string device_kind = "hid";
 };
 
 }  // namespace stylet::bench

@@ -55,26 +55,33 @@ Report read_report(const fs::path& file) {
 }  // namespace
 
 Report bench_haptic(const BenchOptions& options) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "stylet_haptic_session";
+  const bool hid = options.device_kind == "hid";
+  const char* const name = hid ? "stylet_haptic_session" : "stylet_adapted_session";
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / name;
   if (!fs::exists(program)) {
     throw std::runtime_error(
         fmt::format("bench haptic: {} is not there; it is built with the tests (tools/test.sh, or cmake "
-                    "-DBUILD_TESTING=ON and the target stylet_haptic_session)",
-                    program.string()));
+                    "-DBUILD_TESTING=ON and the target {})",
+                    program.string(), name));
   }
   std::string folder = (fs::temp_directory_path() / "stylet-bench-XXXXXX").string();
   if (::mkdtemp(folder.data()) == nullptr) throw std::system_error(errno, std::generic_category(), folder);
   const fs::path json = fs::path(folder) / "report.json";
   Report report;
   try {
-    run_program({program.string(), options.quick ? "2" : "60", json.string(), options.out.string()});
+    const std::string seconds = options.quick ? "2" : "60";
+    if (hid) {
+      run_program({program.string(), seconds, json.string(), options.out.string()});
+    } else {
+      run_program({program.string(), options.device_kind, seconds, json.string()});
+    }
     report = read_report(json);
   } catch (...) {
     fs::remove_all(folder);
     throw;
   }
   fs::remove_all(folder);
-  if (!options.out.empty()) {
+  if (hid && !options.out.empty()) {
     report.figures.push_back({"Latency",
                               "From a pose report of the device until the force that answers it is written.",
                               options.out / "haptic_latency.png"});

@@ -121,6 +121,11 @@ void add_bench(CLI::App& app, int& /*exit_code*/) {
   command->add_option("--out", request->out, "Folder for plots (PNG), data (CSV) and, of ultrasound, a report page");
   command->add_option("--peer", request->peer, "Also do the work as another simulator does: sofa-style")
       ->check(CLI::IsMember({"sofa-style"}));
+  auto* kind = command
+                   ->add_option("--device-kind", request->options.device_kind,
+                                "Of haptic: which kind of mocked device leads the session")
+                   ->check(CLI::IsMember({"hid", "haply", "force_dimension", "openhaptics"}))
+                   ->capture_default_str();
   command->add_flag("--quick", request->options.quick,
                     "Short runs and small meshes: a check that it works, not a result");
   command->add_flag("--full", request->options.full, "Also the largest mesh (50,653 nodes): minutes more");
@@ -128,7 +133,11 @@ void add_bench(CLI::App& app, int& /*exit_code*/) {
       "Prints machine, compiler, flags and commit, then every number. A missed target says MISSED.\n"
       "Leave the machine alone meanwhile: other work shows in the maxima.\n"
       "Exit code 0: measured, whatever came out.");
-  command->callback([request] { run_bench(*request); });
+  command->callback([request, kind] {
+    if (!kind->empty() && request->name != "haptic")
+      throw CLI::ValidationError("--device-kind", "is of the bench haptic alone");
+    run_bench(*request);
+  });
 }
 
 }  // namespace stylet::tools
