@@ -16,6 +16,8 @@ struct CourseStanding {
   /// Attempts at a scenario's file as it was before it changed: they are on no chart of today's. As the exercises.
   std::vector<int> at_earlier_versions{};
   std::optional<std::size_t> due{};  ///< exercise; none: another day
+  /// The attempts that count, in order of time. As the exercises.
+  std::vector<std::vector<lab::store::AttemptRecord>> counted{};
 };
 
 /// Days since 1970-01-01 here and now.

@@ -41,9 +41,10 @@ struct Axis {
 };
 
 /// Around all finite values and zero.
-Axis axis_of(std::span<const SvgLine> lines, std::vector<double> SvgLine::*values, int ticks) {
+Axis axis_of(const SvgPlot& plot, std::vector<double> SvgLine::*values, double SvgPoint::*value, int ticks) {
   AxisRange data{.min = 0, .max = 0};
-  for (const SvgLine& line : lines) extend(data, line.*values);
+  for (const SvgLine& line : plot.lines) extend(data, line.*values);
+  for (const SvgPoint& point : plot.points) extend(data, std::array{point.*value});
   const AxisRange range = rounded(data, data.min < 0 ? PlotAxis{} : PlotAxis{.label = {}, .min = 0});
   return {.range = range, .ticks = nice_ticks(range.min, range.max, ticks)};
 }
@@ -121,13 +122,14 @@ const char* tick_class(std::size_t index, std::size_t count) {
 }  // namespace
 
 std::string svg_plot(const SvgPlot& plot) {
-  const Axis x = axis_of(plot.lines, &SvgLine::x, plot.wide ? 14 : 8);
-  const Axis y = axis_of(plot.lines, &SvgLine::y, 6);
+  const Axis x = axis_of(plot, &SvgLine::x, &SvgPoint::x, plot.wide ? 14 : 8);
+  const Axis y = axis_of(plot, &SvgLine::y, &SvgPoint::y, 6);
   const auto to_y = [&](double v) { return kBottom - y.share(v) * (kBottom - kTop); };
   std::string svg = fmt::format(R"(<figure class="plot{}"><figcaption>{}<span class="keys">)",
                                 plot.wide ? " broad" : "", escaped(plot.title));
   auto out = std::back_inserter(svg);
   for (const SvgLine& line : plot.lines) {
+    if (line.label.empty()) continue;
     fmt::format_to(out, R"(<span class="key"><i class="{}{}"></i>{}</span>)", line.name, line.dashed ? " dashed" : "",
                    escaped(line.label));
   }
@@ -163,7 +165,12 @@ std::string svg_plot(const SvgPlot& plot) {
                  kBottom - kTop, kAcross, kBottom - kTop);
   svg += "preserveAspectRatio=\"none\">";
   for (const SvgLine& line : plot.lines) append_line(svg, line, x, y);
-  svg += "</svg></svg></figure>\n";
+  svg += "</svg>";
+  for (const SvgPoint& point : plot.points) {
+    fmt::format_to(out, R"(<circle class="point {}" cx="{:.2f}%" cy="{:.1f}" r="4"><title>{}</title></circle>)",
+                   point.name, 100 * x.share(point.x), to_y(point.y), escaped(point.title));
+  }
+  svg += "</svg></figure>\n";
   return svg;
 }
 

@@ -12,7 +12,7 @@ namespace stylet::figures {
 
 struct SvgLine {
   std::string name{};  ///< class of the line, which gives its colour
-  std::string label{};
+  std::string label{};  ///< of the legend; empty: it has none
   std::vector<double> x{};
   std::vector<double> y{};  ///< same size; not finite: a gap
   bool dashed = false;
@@ -26,14 +26,23 @@ struct SvgMark {
   std::string name{};   ///< class
 };
 
+/// A dot, however wide the plot is.
+struct SvgPoint {
+  double x = 0;
+  double y = 0;
+  std::string name{};   ///< class
+  std::string title{};  ///< shown when pointed at
+};
+
 struct SvgPlot {
   std::string id{};
   std::string title{};
   std::string x_label{};
   std::string y_label{};
   std::vector<SvgLine> lines{};
-  std::vector<SvgMark> marks{};  ///< x ascending
-  bool wide = false;             ///< as two others
+  std::vector<SvgPoint> points{};  ///< finite, over the lines
+  std::vector<SvgMark> marks{};    ///< x ascending
+  bool wide = false;               ///< as two others
 };
 
 /// A figure with legend. The box of its svg element spans the axis of x; scripts find the ends of the axes in its

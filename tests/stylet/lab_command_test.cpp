@@ -12,6 +12,7 @@
 #include <chrono>
 #include <filesystem>
 #include <random>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -47,7 +48,8 @@ TEST_F(LabCommand, SaysWhatToDoWhereThereIsNothingYetAndWhatIsWrong) {
   for (const auto& [arguments, says] :
        {std::pair{"show", "stylet lab show WHO"}, std::pair{"show bob", "bob is nobody in"},
         std::pair{"erase", "stylet lab erase WHO"}, std::pair{"exclude 12", "--why REASON"},
-        std::pair{"exclude 12 --why x", "is no attempt"}, std::pair{"shw bob", "shw"}}) {
+        std::pair{"page", "--course NAME --out FOLDER"}, std::pair{"exclude 12 --why x", "is no attempt"},
+        std::pair{"shw bob", "shw"}}) {
     const Outcome refused = act(arguments);
     EXPECT_EQ(refused.exit_code, 2) << arguments;
     EXPECT_THAT(refused.output, HasSubstr(says));
@@ -75,6 +77,14 @@ TEST_F(LabCommand, KeepsShowsExportsAndErasesWhatATraineeDid) {
   EXPECT_THAT(show.output, HasSubstr("guided"));
   EXPECT_THAT(show.output, HasSubstr("phantom     practice, 0 of 3 attempts"));
   EXPECT_THAT(show.output, HasSubstr("Next: phantom; `stylet train tutorial --trainee"));
+  const Outcome pages = act("page --course needle_basics --out " + (folder_ / "pages").string());
+  EXPECT_EQ(pages.exit_code, 0) << pages.output;
+  const std::set<std::string> written = files_below(folder_ / "pages");
+  ASSERT_EQ(written.size(), 2u);
+  EXPECT_TRUE(written.contains("index.html"));
+  for (const std::string& page : written) EXPECT_THAT(read_text(folder_ / "pages" / page), Not(HasSubstr("Ada L")));
+  act("page --names --course needle_basics --out " + (folder_ / "pages").string());
+  EXPECT_THAT(read_text(folder_ / "pages" / "index.html"), HasSubstr("Ada L"));
   const Outcome csv = act("export");
   EXPECT_EQ(csv.lines(), 3) << csv.output;
   EXPECT_THAT(csv.output, Not(HasSubstr("Ada L")));
@@ -96,6 +106,8 @@ TEST_F(LabCommand, KeepsShowsExportsAndErasesWhatATraineeDid) {
   EXPECT_EQ(erased.exit_code, 0);
   EXPECT_THAT(erased.output, HasSubstr("2 attempts, 2 recordings"));
   EXPECT_THAT(act("list").output, HasSubstr("Nobody is in"));
+  act("page --course needle_basics --out " + (folder_ / "pages").string());
+  EXPECT_EQ(files_below(folder_ / "pages"), std::set<std::string>{"index.html"}) << "the page goes with the person";
 }
 
 TEST_F(LabCommand, AKilledSessionIsOnRecordAsCutOff) {

@@ -2,6 +2,7 @@
 #include "engine/lab/store/lab.h"
 #include "engine/app/build_name.h"
 #include "engine/app/course_standing.h"
+#include "engine/app/lab_pages.h"
 #include "engine/files/error.h"
 #include "engine/files/json_scan.h"
 #include "engine/files/key_tables.h"
@@ -37,6 +38,7 @@ struct LabRequest {
   std::string format = "csv";
   std::string out;
   std::string why;
+  bool names = false;
   bool undo = false;
   bool yes = false;
 };
@@ -153,6 +155,17 @@ int export_attempts(store::Lab& lab, const LabRequest& request) {
   return kExitYes;
 }
 
+int write_pages(store::Lab& lab, const LabRequest& request) {
+  if (request.course.empty() || request.out.empty()) {
+    throw files::ContentError(
+        "lab page: say of which course and where: `stylet lab page --course NAME --out FOLDER`");
+  }
+  const lab::course::Course course = lab::course::load_course(lab::course::find_course(request.course));
+  say(stdout, "{} and a page for each trainee; any browser opens it, without network\n",
+      app::write_lab_pages(lab, course, request.names, request.out).string());
+  return kExitYes;
+}
+
 int erase(store::Lab& lab, const LabRequest& request) {
   const store::Person person = lab.get(named(request, "whom"));
   if (!request.yes) {
@@ -188,6 +201,7 @@ int run(const LabRequest& request) {
   store::Lab lab({.folder = folder, .build = app::build_name()});
   if (request.action == "show") return show(lab, request);
   if (request.action == "export") return export_attempts(lab, request);
+  if (request.action == "page") return write_pages(lab, request);
   if (request.action == "exclude") return exclude(lab, request);
   if (request.action == "erase") return erase(lab, request);
   if (request.action == "backup") {
@@ -204,17 +218,19 @@ void add_lab(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("lab", "The records of a skills lab: who trained what, and what came of it");
   auto request = std::make_shared<LabRequest>();
   command->add_option("ACTION", request->action, "What to do; without it everybody is listed")
-      ->check(CLI::IsMember({"list", "show", "export", "exclude", "erase", "backup"}));
+      ->check(CLI::IsMember({"list", "show", "page", "export", "exclude", "erase", "backup"}));
   command->add_option("WHO", request->who,
                       "Name or pseudonym of a trainee; of exclude an attempt, or the end of its id");
   command->add_option("--lab", request->folder, kLabHelp);
-  command->add_option("--course", request->course, "show: where the trainee stands in it, and what comes next");
+  command->add_option("--course", request->course, "show, page: where trainees stand in it, and what comes next");
   command->add_option("--format", request->format, "export: csv, a row an attempt; or json, with everything")
       ->check(CLI::IsMember({"csv", "json"}))
       ->capture_default_str();
-  command->add_option("--out", request->out,
-                      "export: file, default the terminal; backup: folder that is not there yet, default "
-                      "backups/lab-TIME in the lab's");
+  command->add_option(
+      "--out", request->out,
+      "export: file, default the terminal; page: folder; backup: folder that is not there yet, default "
+      "backups/lab-TIME in the lab's");
+  command->add_flag("--names", request->names, "page: with names beside the pseudonyms");
   command->add_option("--why", request->why, "exclude: the reason");
   command->add_flag("--undo", request->undo, "exclude: the attempt counts again");
   command->add_flag("--yes", request->yes, "erase: really");
@@ -228,6 +244,7 @@ void add_lab(CLI::App& app, int& exit_code) {
       "  stylet lab show ada                             every attempt of one, and what the pass rate is known to "
       "be\n"
       "  stylet lab show ada --course needle_basics      gates passed, how far it is to the next, what to train now\n"
+      "  stylet lab page --course needle_basics --out pages   a cohort as HTML: who stands where, every chart\n"
       "  stylet lab export --out attempts.csv            for R or a spreadsheet: a row an attempt, a column a "
       "metric\n"
       "  stylet lab export ada --format json             everything about one, as the person may ask for\n"
