@@ -86,8 +86,11 @@ void add_free(const TissueModel& model, const Eigen::VectorXd& x, double scale, 
 SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const SimulationLoopSettings& settings)
     : settings_(settings),
       models_(models_of(bodies, settings)),
-      worker_(models_, settings.dt),
+      worker_(models_, settings.dt, settings.coarsest),
+      companion_(settings.two_threads),
       path_(models_, {.spacing = settings.contact_spacing, .removal_hysteresis = settings.removal_hysteresis}) {
+  workspace_.companion = &companion_;
+  elements_.companion = &companion_;
   tissue_.body_count = body_count();
   bodies_.reserve(models_.size());
   for (std::size_t b = 0; b < models_.size(); ++b) {
@@ -478,8 +481,11 @@ void SimulationLoop::correct_motion(bool shown, SimulationReport& report) {
     const Eigen::Matrix3Xd before = positions;
     int inverted = 0;
     for (int shortened = 0;; ++shortened) {
-      inverted = update_rotations(model, body.trial, body.rotations);
-      gather_internal_force(model, body.trial, body);
+      const ElementCount count =
+          update_rotations_and_forces(model, body.trial, body.rotations, body.nodal_force, body.rest_size, elements_);
+      inverted = count.inverted;
+      body.squeezed = count.squeezed;
+      take_free(model, body.nodal_force, body.internal_force);
       if (shortened == kMaxShortenings) break;
       const bool flat = shortened == 0 && (inverted > 0 || body.squeezed > 0);
       double fraction = flat ? uninverted_fraction(model, before, body.trial) : 1;

@@ -13,6 +13,8 @@
 #include "physics/loops/organ_response.h"
 #include "physics/messages/messages.h"
 #include "physics/tissue/cavity.h"
+#include "physics/tissue/companion.h"
+#include "physics/tissue/corotational.h"
 #include "physics/tissue/factorisation_worker.h"
 #include "physics/tissue/tissue_model.h"
 
@@ -51,6 +53,9 @@ struct SimulationLoopSettings {
   double fastest_tip = 1.0;      ///< that tissue is known for ahead of the tip, m/s; its compliance: up to look_ahead
   double longest_stall = 0.060;  ///< that a step may be late by beside its period, s
   double look_ahead = 0.040;     ///< how far ahead of the tip nodes are prepared with a factorisation, m
+  bool two_threads = true;       ///< a second thread takes part in long steps; the bits do not know of it
+  /// Of what a step reads L in: not what it converges to.
+  PassPrecision coarsest = PassPrecision::sixteen_bits;
   OrganContactSettings contact{};  ///< between the bodies, and of the probe; none: no pairs, no probe
 };
 
@@ -97,6 +102,8 @@ struct SimulationReport {
 };
 
 /// Deterministic: the same inputs (and worker().step() between the same steps) give the same bits.
+/// A thread of its own, with the scheduling of who constructs it, sleeps between the steps and takes part in those of
+/// large bodies where a core is free.
 /// One thread calls step(); worker().step() may run in another. Not movable: the worker refers to the models.
 class SimulationLoop {
 public:
@@ -199,7 +206,9 @@ private:
   SimulationLoopSettings settings_;
   std::vector<TissueModel> models_;
   FactorisationWorker worker_;
+  Companion companion_;
   SolveWorkspace workspace_;
+  ElementScratch elements_;
   std::vector<BodyState> bodies_;
   InsertionPath path_;
   std::optional<OrganContact> contact_;

@@ -13,20 +13,17 @@ namespace {
 
 /// Deformation gradients of tetrahedra first .. first + 3.
 LaneMatrix deformation_gradients(const TissueModel& model, const Eigen::Matrix3Xd& positions, int first) {
-  LaneMatrix edges;      // [axis][edge]
-  LaneMatrix gradients;  // [axis][edge]
+  LaneMatrix edges;  // [axis][edge]
   for (int lane = 0; lane < kLanes; ++lane) {
-    const auto t = static_cast<std::size_t>(first + lane);
-    const auto& n = model.mesh.tets[t];
-    const TetRest& rest = model.tets[t];
+    const auto& n = model.mesh.tets[static_cast<std::size_t>(first + lane)];
     for (std::size_t e = 0; e < 3; ++e) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<Eigen::Index>(axis);
         edges[axis][e][lane] = positions(i, n[e + 1]) - positions(i, n[0]);
-        gradients[axis][e][lane] = rest.gradients(i, static_cast<Eigen::Index>(e) + 1);
       }
     }
   }
+  const LaneMatrix& gradients = model.lanes[static_cast<std::size_t>(first / kLanes)].gradients;
   LaneMatrix f;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
@@ -34,6 +31,21 @@ LaneMatrix deformation_gradients(const TissueModel& model, const Eigen::Matrix3X
     }
   }
   return f;
+}
+
+std::array<Lanes, 4> lanes_of(std::span<const Eigen::Quaterniond> rotations, int first) {
+  std::array<Lanes, 4> q;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const auto& from = rotations[static_cast<std::size_t>(first + lane)].coeffs();
+    for (std::size_t i = 0; i < 4; ++i) q[i][lane] = from[static_cast<Eigen::Index>(i)];
+  }
+  return q;
+}
+
+void set_lanes(const std::array<Lanes, 4>& q, std::span<Eigen::Quaterniond> rotations, int first) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    rotations[static_cast<std::size_t>(first + lane)].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
+  }
 }
 
 }  // namespace
@@ -70,6 +82,73 @@ int update_rotations_one_by_one(const TissueModel& model, const Eigen::Matrix3Xd
   return inverted;
 }
 
+/// Adds to the columns from `first_node` on; returns how many tetrahedra are in the barrier.
+int add_forces_one_by_one(const TissueModel& model, const Eigen::Matrix3Xd& positions, int begin, int end,
+                          std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                          bool with_barrier, int first_node, Eigen::Ref<Eigen::Matrix3Xd> forces) {
+  int squeezed = 0;
+  for (int t = begin; t < end; ++t) {
+    const TetRest& rest = model.tets[t];
+    const double size = rest_size.empty() ? 1 : rest_size[t];
+    const Eigen::Matrix3d r = rotations[t].toRotationMatrix();
+    const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
+    // Stress times volume, in the deformed frame.
+    Eigen::Matrix3d p = rest.volume * r * corotated_stress(rest, f, r, size).stress;
+    if (const double j = f.determinant(); j < kSqueezed && size == 1 && with_barrier) {
+      p += rest.volume * barrier(rest, j).slope * cofactor(f);
+      ++squeezed;
+    }
+    const auto& n = model.mesh.tets[t];
+    for (int a = 0; a < 4; ++a) forces.col(n[a] - first_node) += p * rest.gradients.col(a);
+  }
+  return squeezed;
+}
+
+/// Rotations and forces of tetrahedra first .. first + 3; false, and nothing is done, where one is in the barrier or
+/// is not near its rotation.
+bool add_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int first,
+               std::span<Eigen::Quaterniond> rotations, std::span<const double> rest_size, int first_node,
+               Eigen::Ref<Eigen::Matrix3Xd> forces) {
+  const LaneMatrix f = deformation_gradients(model, positions, first);
+  std::array<Lanes, 4> q = lanes_of(rotations, first);
+  if (!(determinant(f) >= kSqueezed).all() || !closest_rotations(f, q)) return false;
+  set_lanes(q, rotations, first);
+  const auto& [x, y, z, w] = q;
+  const LaneMatrix r{{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+                      {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+                      {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
+  LaneMatrix s;  // R^T F, its symmetric part, stress times volume
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) s[i][j] = r[0][i] * f[0][j] + r[1][i] * f[1][j] + r[2][i] * f[2][j];
+  }
+  const TetLanes& rest = model.lanes[static_cast<std::size_t>(first / kLanes)];
+  Lanes size = Lanes::Ones();
+  if (!rest_size.empty()) size = Eigen::Map<const Lanes>(rest_size.data() + first);
+  for (std::size_t i = 0; i < 3; ++i) s[i][i] -= size;
+  const Lanes twice_mu = 2 * rest.mu * rest.volume;
+  const Lanes pressure = rest.lambda * rest.volume * (s[0][0] + s[1][1] + s[2][2]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < i; ++j) s[i][j] = s[j][i] = 0.5 * twice_mu * (s[i][j] + s[j][i]);
+    s[i][i] = twice_mu * s[i][i] + pressure;
+  }
+  const LaneMatrix& g = rest.gradients;
+  LaneMatrix force;  // [axis][node - 1]
+  for (std::size_t i = 0; i < 3; ++i) {
+    std::array<Lanes, 3> p;
+    for (std::size_t j = 0; j < 3; ++j) p[j] = r[i][0] * s[0][j] + r[i][1] * s[1][j] + r[i][2] * s[2][j];
+    for (std::size_t e = 0; e < 3; ++e) force[i][e] = p[0] * g[0][e] + p[1] * g[1][e] + p[2] * g[2][e];
+  }
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const auto& n = model.mesh.tets[static_cast<std::size_t>(first + lane)];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      for (std::size_t e = 0; e < 3; ++e) forces(axis, n[e + 1] - first_node) += force[i][e][lane];
+      forces(axis, n[0] - first_node) -= force[i][0][lane] + force[i][1][lane] + force[i][2][lane];
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -79,15 +158,9 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
   const int in_lanes = model.tet_count() / kLanes * kLanes;
   for (int first = 0; first < in_lanes; first += kLanes) {
     const LaneMatrix f = deformation_gradients(model, positions, first);
-    std::array<Lanes, 4> q;
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const auto& start = rotations[first + lane].coeffs();
-      for (std::size_t i = 0; i < 4; ++i) q[i][lane] = start[static_cast<Eigen::Index>(i)];
-    }
+    std::array<Lanes, 4> q = lanes_of(rotations, first);
     if ((determinant(f) > 0).all() && closest_rotations(f, q)) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        rotations[first + lane].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
-      }
+      set_lanes(q, rotations, first);
     } else {
       inverted += update_rotations_one_by_one(model, positions, first, first + kLanes, rotations);
     }
@@ -101,23 +174,44 @@ int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
   if (model.is_quadratic()) {
     return quadratic_forces(model, positions, rotations, forces, rest_size, !with_barrier);
   }
-  int squeezed = 0;
   forces.setZero();
-  for (int t = 0; t < model.tet_count(); ++t) {
-    const TetRest& rest = model.tets[t];
-    const double size = rest_size.empty() ? 1 : rest_size[t];
-    const Eigen::Matrix3d r = rotations[t].toRotationMatrix();
-    const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
-    // Stress times volume, in the deformed frame.
-    Eigen::Matrix3d p = rest.volume * r * corotated_stress(rest, f, r, size).stress;
-    if (const double j = f.determinant(); j < kSqueezed && size == 1 && with_barrier) {
-      p += rest.volume * barrier(rest, j).slope * cofactor(f);
-      ++squeezed;
+  return add_forces_one_by_one(model, positions, 0, model.tet_count(), rotations, rest_size, with_barrier, 0, forces);
+}
+
+ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                                         std::span<Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                                         std::span<const double> rest_size, ElementScratch& scratch) {
+  scratch.sums.resize(model.runs.size());
+  std::vector<ElementCount> counts(model.runs.size());
+  in_parts(scratch.companion, static_cast<int>(model.runs.size()), [&](int r) {
+    const TetRun& run = model.runs[r];
+    Eigen::Matrix3Xd& sum = scratch.sums[r];
+    sum.setZero(3, run.end_node - run.first_node);
+    ElementCount& count = counts[r];
+    if (model.is_quadratic()) {
+      count.inverted = update_quadratic_rotations(model, positions, rotations, &run);
+      count.squeezed = quadratic_forces(model, positions, rotations, sum, rest_size, false, &run);
+      return;
     }
-    const auto& n = model.mesh.tets[t];
-    for (int a = 0; a < 4; ++a) forces.col(n[a]) += p * rest.gradients.col(a);
+    int first = run.begin;
+    for (; first + kLanes <= run.end; first += kLanes) {
+      if (add_lanes(model, positions, first, rotations, rest_size, run.first_node, sum)) continue;
+      count.inverted += update_rotations_one_by_one(model, positions, first, first + kLanes, rotations);
+      count.squeezed += add_forces_one_by_one(model, positions, first, first + kLanes, rotations, rest_size, true,
+                                              run.first_node, sum);
+    }
+    count.inverted += update_rotations_one_by_one(model, positions, first, run.end, rotations);
+    count.squeezed +=
+        add_forces_one_by_one(model, positions, first, run.end, rotations, rest_size, true, run.first_node, sum);
+  });
+  ElementCount all;
+  forces.setZero();
+  for (std::size_t r = 0; r < model.runs.size(); ++r) {  // in their order: the same bits whoever did which
+    forces.middleCols(model.runs[r].first_node, scratch.sums[r].cols()) += scratch.sums[r];
+    all.inverted += counts[r].inverted;
+    all.squeezed += counts[r].squeezed;
   }
-  return squeezed;
+  return all;
 }
 
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

@@ -2,12 +2,14 @@
 #pragma once
 
 #include "physics/tissue/closest_rotation.h"
+#include "physics/tissue/companion.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include <span>
+#include <vector>
 
 namespace stylet::physics {
 
@@ -29,6 +31,22 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
 int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                     std::span<const double> rest_size = {}, bool with_barrier = true);
+
+/// What a loop over the elements needs beside its result. One a thread.
+struct ElementScratch {
+  Companion* companion = nullptr;      ///< takes a part of the loop; the bits do not know of it
+  std::vector<Eigen::Matrix3Xd> sums;  // [runs] forces of a run
+};
+
+struct ElementCount {
+  int inverted = 0;  ///< as update_rotations()
+  int squeezed = 0;  ///< as internal_forces()
+};
+/// update_rotations(), then internal_forces() with the barrier, run by run; of linear tetrahedra in one pass, where F
+/// and R are found once, four tetrahedra at a time. Equal to those two to rounding.
+ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                                         std::span<Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                                         std::span<const double> rest_size, ElementScratch& scratch);
 
 /// Elastic energy U(p), J   (eq. 2, 34, 37).
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

@@ -17,6 +17,9 @@ namespace {
 // The estimate is an upper bound of 1/condition, often by 10-100. Above it the error of a single-precision solve is a
 // few per cent at most, in the softest modes: what an iteration forgives.
 constexpr double kConditionForSingle = 1e-4;
+// At this estimate an iteration with L in 16 bits still makes its error 20 times smaller a step.
+constexpr double kConditionForSixteenBits = 1e-3;
+constexpr std::size_t kWorthSixteenBits = std::size_t{1} << 20;  // entries of L; fewer stay in a core's cache
 
 /// CHOLMOD's view of the pattern and its values: symmetric, lower triangle stored.
 cholmod_sparse lower_triangle(const StiffnessPattern& pattern, const double* values) {
@@ -103,7 +106,9 @@ Factorisation::Factorisation(const StiffnessPattern& pattern, SolveWorkspace& wo
 }
 
 Factorisation::Factorisation(const Factorisation& other)
-    : single_(other.single_),
+    : compact_(other.compact_),
+      symbols_kept_(other.symbols_kept_),
+      coarsest_(other.coarsest_),
       fill_reducing_(other.fill_reducing_),
       trailing_(other.trailing_),
       trailing_block_(other.trailing_block_) {
@@ -115,7 +120,9 @@ Factorisation::Factorisation(const Factorisation& other)
 
 Factorisation::Factorisation(Factorisation&& other) noexcept
     : factor_(std::exchange(other.factor_, nullptr)),
-      single_(std::move(other.single_)),
+      compact_(std::move(other.compact_)),
+      symbols_kept_(other.symbols_kept_),
+      coarsest_(other.coarsest_),
       fill_reducing_(std::move(other.fill_reducing_)),
       trailing_(std::move(other.trailing_)),
       trailing_block_(std::move(other.trailing_block_)) {}
@@ -140,7 +147,8 @@ bool Factorisation::order_last(std::span<const int> trailing, const StiffnessPat
   if (analysed == nullptr) return false;
   cholmod_free_factor(&factor_, &common);
   factor_ = analysed;
-  single_.clear();
+  compact_.clear();
+  symbols_kept_ = false;
   trailing_.assign(trailing.begin(), trailing.end());
   return true;
 }
@@ -157,13 +165,25 @@ bool Factorisation::factorise(const StiffnessPattern& pattern, std::span<const d
     return false;
   }
   copy_trailing_block();
-  single_.clear();
-  if (reciprocal_condition(workspace) >= kConditionForSingle) {
-    const auto* l = static_cast<const double*>(factor_->x);
-    single_.resize(factor_->xsize);
-    std::transform(l, l + factor_->xsize, single_.begin(), [](double value) { return static_cast<float>(value); });
+  const PassPrecision precision = fitting_precision(workspace);
+  if (precision == PassPrecision::full) {
+    compact_.clear();
+    symbols_kept_ = false;
+  } else {
+    compact_.read(*factor_, leading(), precision, symbols_kept_);
+    symbols_kept_ = true;
   }
   return true;
+}
+
+PassPrecision Factorisation::fitting_precision(SolveWorkspace& workspace) const {
+  const double condition = reciprocal_condition(workspace);
+  if (coarsest_ == PassPrecision::full || !(condition >= kConditionForSingle)) return PassPrecision::full;
+  if (coarsest_ == PassPrecision::single || !(condition >= kConditionForSixteenBits) ||
+      factor_->xsize < kWorthSixteenBits) {
+    return PassPrecision::single;
+  }
+  return PassPrecision::sixteen_bits;
 }
 
 void Factorisation::copy_trailing_block() {
@@ -206,7 +226,7 @@ void Factorisation::solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref
   x = Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(workspace.x_->x), b.rows(), b.cols());
 }
 
-void Factorisation::solve_single(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x,
+void Factorisation::solve_nearly(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x,
                                  SolveWorkspace& workspace) const {
   workspace.eliminated_.resize(b.size());
   eliminate(b, workspace.eliminated_, workspace);
@@ -215,25 +235,52 @@ void Factorisation::solve_single(const Eigen::Ref<const Eigen::VectorXd>& b, Eig
 
 void Factorisation::eliminate(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> y,
                               SolveWorkspace& workspace) const {
-  if (single_.empty()) {
-    eliminate_in(static_cast<const double*>(factor_->x), b, y, workspace.double_);
+  if (compact_.empty()) {
+    eliminate_in(workspace.permuted_, b, y, workspace);
   } else {
-    eliminate_in(single_.data(), b, y, workspace.single_);
+    eliminate_in(workspace.compact_.x, b, y, workspace);
   }
 }
 
 void Factorisation::substitute_back(const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> x,
                                     SolveWorkspace& workspace) const {
-  if (single_.empty()) {
-    substitute_back_in(static_cast<const double*>(factor_->x), y, x, workspace.double_);
+  if (compact_.empty()) {
+    substitute_back_in(workspace.permuted_, y, x, workspace);
   } else {
-    substitute_back_in(single_.data(), y, x, workspace.single_);
+    substitute_back_in(workspace.compact_.x, y, x, workspace);
+  }
+}
+
+void Factorisation::eliminate_leading(std::vector<float>&, SolveWorkspace& workspace) const {
+  compact_.eliminate(workspace.compact_, workspace.companion);
+}
+
+void Factorisation::substitute_back_leading(std::vector<float>&, SolveWorkspace& workspace) const {
+  compact_.substitute_back(workspace.compact_, workspace.companion);
+}
+
+void Factorisation::eliminate_leading(std::vector<double>& x, SolveWorkspace& workspace) const {
+  workspace.gathered_.resize(factor_->maxesize + factor_->n);
+  const auto* l = static_cast<const double*>(factor_->x);
+  for (std::size_t s = 0; s < factor_->nsuper; ++s) {
+    const Supernode<double> node(*factor_, l, s, leading());
+    if (node.columns <= 0) break;
+    physics::eliminate(node, x.data(), workspace.gathered_.data());
+  }
+}
+
+void Factorisation::substitute_back_leading(std::vector<double>& x, SolveWorkspace& workspace) const {
+  workspace.gathered_.resize(factor_->maxesize + factor_->n);
+  const auto* l = static_cast<const double*>(factor_->x);
+  for (std::size_t s = factor_->nsuper; s-- > 0;) {
+    const Supernode<double> node(*factor_, l, s, leading());
+    if (node.columns > 0) physics::substitute_back(node, x.data(), workspace.gathered_.data());
   }
 }
 
 template <typename Scalar>
-void Factorisation::eliminate_in(const Scalar* l, const Eigen::Ref<const Eigen::VectorXd>& b,
-                                 Eigen::Ref<Eigen::VectorXd> y, SolveWorkspace::Passes<Scalar>& passes) const {
+void Factorisation::eliminate_in(std::vector<Scalar>& x, const Eigen::Ref<const Eigen::VectorXd>& b,
+                                 Eigen::Ref<Eigen::VectorXd> y, SolveWorkspace& workspace) const {
   // Scaled to its largest entry: neither tiny residuals nor huge ones leave the range of a float.
   const double scale = b.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
   if (scale == 0 || !std::isfinite(scale)) {
@@ -243,16 +290,14 @@ void Factorisation::eliminate_in(const Scalar* l, const Eigen::Ref<const Eigen::
   const auto* order = static_cast<const int*>(factor_->Perm);
   const int n = dof_count();
   const int start = leading();
-  passes.permuted.resize(factor_->n);
-  passes.gathered.resize(factor_->maxesize + factor_->n);
-  Scalar* const x = passes.permuted.data();
-  for (int i = 0; i < start; ++i) x[i] = static_cast<Scalar>(b[order[i]] / scale);
-  std::fill(x + start, x + n, Scalar(0));  // for what the leading part does to S
-  for (std::size_t s = 0; s < factor_->nsuper; ++s) {
-    const Supernode<Scalar> node(*factor_, l, s, start);
-    if (node.columns <= 0) break;
-    physics::eliminate(node, x, passes.gathered.data());
+  if (x.size() < factor_->n) x.resize(factor_->n);
+  bool reached = false;
+  for (int i = 0; i < start; ++i) {
+    x[i] = static_cast<Scalar>(b[order[i]] / scale);
+    reached = reached || x[i] != 0;
   }
+  std::fill(x.begin() + start, x.begin() + n, Scalar(0));  // for what the leading part does to S
+  if (reached) eliminate_leading(x, workspace);
   for (int i = 0; i < n; ++i) y[i] = scale * static_cast<double>(x[i]);
   if (start == n) return;
   for (int i = start; i < n; ++i) y[i] += b[order[i]];
@@ -261,8 +306,8 @@ void Factorisation::eliminate_in(const Scalar* l, const Eigen::Ref<const Eigen::
 }
 
 template <typename Scalar>
-void Factorisation::substitute_back_in(const Scalar* l, const Eigen::Ref<const Eigen::VectorXd>& y,
-                                       Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace::Passes<Scalar>& passes) const {
+void Factorisation::substitute_back_in(std::vector<Scalar>& z, const Eigen::Ref<const Eigen::VectorXd>& y,
+                                       Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace& workspace) const {
   const int n = dof_count();
   const int start = leading();
   const Eigen::VectorXd x_s = substitute_back_trailing(y);
@@ -275,15 +320,10 @@ void Factorisation::substitute_back_in(const Scalar* l, const Eigen::Ref<const E
     return;
   }
   const auto* order = static_cast<const int*>(factor_->Perm);
-  passes.permuted.resize(factor_->n);
-  passes.gathered.resize(factor_->maxesize + factor_->n);
-  Scalar* const z = passes.permuted.data();
+  if (z.size() < factor_->n) z.resize(factor_->n);
   for (int i = 0; i < start; ++i) z[i] = static_cast<Scalar>(y[i] / scale);
   for (int i = start; i < n; ++i) z[i] = static_cast<Scalar>(x_s[i - start] / scale);
-  for (std::size_t s = factor_->nsuper; s-- > 0;) {
-    const Supernode<Scalar> node(*factor_, l, s, start);
-    if (node.columns > 0) physics::substitute_back(node, z, passes.gathered.data());
-  }
+  substitute_back_leading(z, workspace);
   for (int i = 0; i < start; ++i) x[order[i]] = scale * static_cast<double>(z[i]);
   for (int i = start; i < n; ++i) x[order[i]] = x_s[i - start];
 }

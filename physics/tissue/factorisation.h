@@ -2,6 +2,7 @@
 // compliance will be asked for eliminated last.
 #pragma once
 
+#include "physics/tissue/compact_factor.h"
 #include "physics/tissue/stiffness.h"
 
 #include <Eigen/Core>
@@ -24,7 +25,8 @@ public:
   SolveWorkspace(const SolveWorkspace&) = delete;
   SolveWorkspace& operator=(const SolveWorkspace&) = delete;
 
-  Eigen::MatrixXd columns;  ///< right-hand sides and solutions of whoever is solving; grows
+  Eigen::MatrixXd columns;         ///< right-hand sides and solutions of whoever is solving; grows
+  Companion* companion = nullptr;  ///< shares the passes of one right-hand side; the bits do not know of it
 
 private:
   friend class Factorisation;
@@ -33,14 +35,10 @@ private:
   cholmod_dense_struct* x_ = nullptr;  // CHOLMOD reuses these where they are large enough
   cholmod_dense_struct* y_ = nullptr;
   cholmod_dense_struct* e_ = nullptr;
-  // Of the two halves of a solve: a vector in the order of elimination, and the rows of one supernode.
-  template <typename Scalar>
-  struct Passes {
-    std::vector<Scalar> permuted;
-    std::vector<Scalar> gathered;
-  };
-  Passes<float> single_;
-  Passes<double> double_;
+  CompactFactor::Scratch compact_;
+  // In double: a vector in the order of elimination, and the rows of one supernode.
+  std::vector<double> permuted_;
+  std::vector<double> gathered_;
   Eigen::VectorXd eliminated_;
   Eigen::MatrixXd below_;
 };
@@ -79,14 +77,20 @@ public:
   void solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x,
              SolveWorkspace& workspace) const;
 
-  /// x = A^-1 b to single precision (1e-7 times the condition): half the bytes of solve(), and bytes are what one
-  /// right-hand side costs. For residuals of an iteration, whose fixed point it does not move. An ill-conditioned A
-  /// is solved in double.
+  /// The coarsest that the passes may read L in, from the next factorise() on. Coarser is cheaper: bytes are what one
+  /// right-hand side costs.
+  void limit_precision(PassPrecision coarsest) { coarsest_ = coarsest; }
+  /// What they read it in: finer where A is ill-conditioned, and 16 bits only where L is larger than a cache.
+  PassPrecision pass_precision() const { return compact_.empty() ? PassPrecision::full : compact_.precision(); }
+  const CompactFactor& compact() const { return compact_; }
+
+  /// x = M b, M = A^-1 nearly: L is read in pass_precision(). For residuals of an iteration, whose fixed point it
+  /// does not move. M is symmetric and positive definite, and exact on forces and motions of S.
   /// @param b  [DOFs]; x may be b's own storage
-  void solve_single(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x,
+  void solve_nearly(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x,
                     SolveWorkspace& workspace) const;
 
-  // The halves of solve_single(), so that a force known later can be added in between. L_SS is applied in double.
+  // The halves of solve_nearly(), so that a force known later can be added in between. L_SS is applied in double.
 
   /// y = L^-1 P b. Costs what b reaches in the elimination tree: next to nothing for forces on S.
   /// @param b  [DOFs]
@@ -115,15 +119,23 @@ public:
 private:
   int leading() const { return dof_count() - static_cast<int>(trailing_.size()); }
   void copy_trailing_block();
+  PassPrecision fitting_precision(SolveWorkspace& workspace) const;
+  /// x <- L^-1 x of the leading columns in the order of elimination, x_S -= L_S x; its transpose.
+  void eliminate_leading(std::vector<float>& x, SolveWorkspace& workspace) const;
+  void eliminate_leading(std::vector<double>& x, SolveWorkspace& workspace) const;
+  void substitute_back_leading(std::vector<float>& x, SolveWorkspace& workspace) const;
+  void substitute_back_leading(std::vector<double>& x, SolveWorkspace& workspace) const;
   template <typename Scalar>
-  void eliminate_in(const Scalar* l, const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> y,
-                    SolveWorkspace::Passes<Scalar>& passes) const;
+  void eliminate_in(std::vector<Scalar>& x, const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> y,
+                    SolveWorkspace& workspace) const;
   template <typename Scalar>
-  void substitute_back_in(const Scalar* l, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> x,
-                          SolveWorkspace::Passes<Scalar>& passes) const;
+  void substitute_back_in(std::vector<Scalar>& z, const Eigen::Ref<const Eigen::VectorXd>& y,
+                          Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace& workspace) const;
 
   cholmod_factor_struct* factor_ = nullptr;
-  std::vector<float> single_;       // L's supernodes as CHOLMOD lays them out; empty where A is too ill-conditioned
+  CompactFactor compact_;      // of the leading columns; empty where A is too ill-conditioned
+  bool symbols_kept_ = false;  // compact_ knows the supernodes
+  PassPrecision coarsest_ = PassPrecision::sixteen_bits;
   std::vector<int> fill_reducing_;  // [DOFs] the order without trailing DOFs
   std::vector<int> trailing_;
   Eigen::MatrixXd trailing_block_;  // L_SS, zero above the diagonal

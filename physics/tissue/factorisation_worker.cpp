@@ -36,12 +36,13 @@ FactorisationRequest sized_request(std::span<const TissueModel> models) {
 }
 
 FactorisedTissue factorised_at_rest(std::span<const TissueModel> models, std::span<const StiffnessPattern> patterns,
-                                    double dt, SolveWorkspace& workspace) {
+                                    double dt, PassPrecision coarsest, SolveWorkspace& workspace) {
   FactorisedTissue result;
   result.bodies.reserve(models.size());
   for (std::size_t b = 0; b < models.size(); ++b) {
     const std::vector<Eigen::Quaterniond> rest(models[b].point_count(), Eigen::Quaterniond::Identity());
     Factorisation factor(patterns[b], workspace);
+    factor.limit_precision(coarsest);
     std::vector<double> values(patterns[b].nonzeros());
     patterns[b].assemble(models[b], rest, damping_scale(models[b], dt), values);
     if (!factor.factorise(patterns[b], values, workspace) || factor.reciprocal_condition(workspace) < kHardlyHeld) {
@@ -126,12 +127,12 @@ bool nearly_of(const FactorisedTissue::Body& factor, std::span<const Eigen::Quat
                     });
 }
 
-FactorisationWorker::FactorisationWorker(std::span<const TissueModel> models, double dt)
+FactorisationWorker::FactorisationWorker(std::span<const TissueModel> models, double dt, PassPrecision coarsest)
     : models_(models),
       dt_(dt),
       patterns_(patterns_of(models)),
       requests_(sized_request(models)),
-      results_(factorised_at_rest(models, patterns_, dt, workspace_)) {
+      results_(factorised_at_rest(models, patterns_, dt, coarsest, workspace_)) {
   for (const StiffnessPattern& pattern : patterns_) values_.emplace_back(pattern.nonzeros());
   corridors_.resize(models.size());
 }

@@ -61,8 +61,10 @@ class FactorisationWorker {
 public:
   /// Analyses and factorises the bodies at rest: latest() is valid, epoch 0. `models` must outlive the worker.
   /// @param dt  period of the simulation loop, s (damping, eq. 5)
+  /// @param coarsest  that the factors may be read in
   /// @throws std::invalid_argument if a body is not held well enough to be positive definite
-  FactorisationWorker(std::span<const TissueModel> models, double dt);
+  FactorisationWorker(std::span<const TissueModel> models, double dt,
+                      PassPrecision coarsest = PassPrecision::sixteen_bits);
 
   /// Worker: takes the latest request, factorises all bodies, publishes; false if there was none. A matrix that is
   /// not positive definite is counted in failures() and nothing is published.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace stylet::physics {
 namespace {
@@ -151,6 +152,12 @@ TetRest lame_of(const QuadraticRest& rest, int point) {
   return {.gradients = {}, .volume = rest.volume[point], .lambda = rest.lambda, .mu = rest.mu[point]};
 }
 
+/// The first element of a run and the one after its last.
+std::pair<std::size_t, std::size_t> elements_of(const TissueModel& model, const TetRun* run) {
+  if (run == nullptr) return {0, model.quadratics.size()};
+  return {static_cast<std::size_t>(run->begin) / kTetsOfRefined, static_cast<std::size_t>(run->end) / kTetsOfRefined};
+}
+
 int inverted_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element) {
   int inverted = 0;
   for (std::size_t t = kTetsOfRefined * element; t < kTetsOfRefined * (element + 1); ++t) {
@@ -210,9 +217,10 @@ Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element) {
 }
 
 int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                               std::span<Eigen::Quaterniond> rotations) {
+                               std::span<Eigen::Quaterniond> rotations, const TetRun* run) {
   int inverted = 0;
-  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+  const auto [begin, end] = elements_of(model, run);
+  for (std::size_t e = begin; e < end; ++e) {
     const LaneMatrix f = deformation_gradients(model.quadratics[e], positions);
     const std::span<Eigen::Quaterniond> of_points = rotations.subspan(kLanes * e, kLanes);
     std::array<Lanes, 4> q;
@@ -266,10 +274,12 @@ void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& posi
 
 int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size, bool linearised) {
+                     std::span<const double> rest_size, bool linearised, const TetRun* run) {
   int squeezed = 0;
   forces.setZero();
-  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+  const auto [begin, end] = elements_of(model, run);
+  const int first_node = run == nullptr ? 0 : run->first_node;
+  for (std::size_t e = begin; e < end; ++e) {
     const QuadraticRest& rest = model.quadratics[e];
     const LaneMatrix f = deformation_gradients(rest, positions);
     const LaneMatrix r = rotations_of(rotations, e);
@@ -300,7 +310,7 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
     }
     for (std::size_t a = 0; a < rest.nodes.size(); ++a) {
       const auto& g = rest.gradients[a];
-      auto force = forces.col(rest.nodes[a]);
+      auto force = forces.col(rest.nodes[a] - first_node);
       for (std::size_t i = 0; i < 3; ++i) {
         force[static_cast<Eigen::Index>(i)] += (p[i][0] * g[0] + p[i][1] * g[1] + p[i][2] * g[2]).sum();
       }

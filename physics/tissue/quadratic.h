@@ -31,8 +31,9 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
 Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element);
 
 /// As update_rotations(). Counts points and tetrahedra of the mesh with det F <= 0.
+/// @param run  of its elements alone; null: of all
 int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                               std::span<Eigen::Quaterniond> rotations);
+                               std::span<Eigen::Quaterniond> rotations, const TetRun* run = nullptr);
 
 /// cof F = dJ/dF of every point, which turn and stretch the gradient of the volume (eq. 44).
 /// @param[out] cofactors  [points]
@@ -45,9 +46,10 @@ void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& posi
 
 /// As internal_forces(); returns the number of points in the barrier.
 /// @param linearised  at the given rotations: linear in the positions, without barrier
+/// @param run         of its elements alone, forces of its nodes; null: of all
 int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size, bool linearised);
+                     std::span<const double> rest_size, bool linearised, const TetRun* run = nullptr);
 
 /// As elastic_energy().
 double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

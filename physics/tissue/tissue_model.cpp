@@ -4,12 +4,18 @@
 
 #include <Eigen/LU>
 
+#include <algorithm>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 namespace stylet::physics {
 namespace {
+
+constexpr int kTetsWorthSharing = 8192;  // tetrahedra; a step over fewer is done before another thread wakes
+constexpr int kRunUnit = 8;              // tetrahedra: two times four lanes, or a quadratic element
+constexpr int kRuns = 4;                 // enough that two threads end together
 
 [[noreturn]] void refuse(const std::string& what) {
   throw std::invalid_argument("tissue model: " + what);
@@ -102,6 +108,38 @@ TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet
     }
   }
   find_surroundings();
+  find_runs();
+}
+
+void TissueModel::find_runs() {
+  if (!is_quadratic()) lanes.resize(tets.size() / kLanes);
+  for (std::size_t t = 0; t < kLanes * lanes.size(); ++t) {
+    TetLanes& four = lanes[t / kLanes];
+    const auto lane = static_cast<Eigen::Index>(t % kLanes);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t e = 0; e < 3; ++e) {
+        four.gradients[i][e][lane] =
+            tets[t].gradients(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(e) + 1);
+      }
+    }
+    four.volume[lane] = tets[t].volume;
+    four.lambda[lane] = tets[t].lambda;
+    four.mu[lane] = tets[t].mu;
+  }
+  const int count = tet_count() < kTetsWorthSharing ? 1 : kRuns;
+  for (int r = 0; r < count; ++r) {
+    const auto border = [&](int i) {
+      return i == count ? tet_count() : static_cast<int>(std::int64_t{tet_count()} * i / count) / kRunUnit * kRunUnit;
+    };
+    TetRun run{.begin = border(r), .end = border(r + 1), .first_node = node_count(), .end_node = 0};
+    for (int t = run.begin; t < run.end; ++t) {
+      for (const int n : mesh.tets[t]) {
+        run.first_node = std::min(run.first_node, n);
+        run.end_node = std::max(run.end_node, n + 1);
+      }
+    }
+    runs.push_back(run);
+  }
 }
 
 void TissueModel::find_surroundings() {

@@ -1,6 +1,7 @@
 // A deformable body as the solvers see it: everything that never changes after load.
 #pragma once
 
+#include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/tet_mesh.h"
 #include "physics/tissue/tet_topology.h"
 
@@ -18,6 +19,22 @@ struct TetRest {
   double volume = 0;                      ///< m^3
   double lambda = 0;                      ///< first Lame parameter, Pa
   double mu = 0;                          ///< shear modulus, Pa
+};
+
+/// TetRest of four tetrahedra side by side: what a simulation step reads of them.
+struct TetLanes {
+  LaneMatrix gradients;  ///< [axis][node - 1], 1/m
+  Lanes volume;          ///< m^3
+  Lanes lambda;          ///< Pa
+  Lanes mu;              ///< Pa
+};
+
+/// A run of tetrahedra and the nodes that they may have. Forces are summed run by run, then over the runs.
+struct TetRun {
+  int begin = 0;  ///< a multiple of eight
+  int end = 0;
+  int first_node = 0;
+  int end_node = 0;
 };
 
 /// Rest shape and material of a quadratic tetrahedron (eq. 42); of its four points one a lane.
@@ -51,6 +68,8 @@ struct TissueModel {
   TetTopology topology;
   std::vector<ElasticMaterial> materials;  ///< [tets]
   std::vector<TetRest> tets;               ///< [tets]
+  std::vector<TetLanes> lanes;             ///< [tets / 4] of linear elements
+  std::vector<TetRun> runs;                ///< all tetrahedra; one where they are few
   std::vector<QuadraticRest> quadratics;   ///< [tets / 8]; empty: the tetrahedra themselves are the elements
   std::vector<int> free_index;             ///< [nodes] index among the free nodes, -1 where fixed
   int free_node_count = 0;
@@ -62,6 +81,7 @@ struct TissueModel {
 
 private:
   void find_surroundings();
+  void find_runs();
 };
 
 /// Rest positions as the loops carry them [3 x nodes], m.

@@ -146,6 +146,20 @@ void forces(benchmark::State& state) {
   sample(state, [&] { internal_forces(t.model, t.positions, t.rotations, t.forces); });
 }
 
+/// Rotations and forces as a step makes them, in one pass, by range(1) threads.
+void rotations_and_forces(benchmark::State& state) {
+  Tissue& t = tissue(int(state.range(0)));
+  Companion companion(state.range(1) > 1);
+  ElementScratch scratch{.companion = &companion, .sums = {}};
+  const auto before = t.rotations;
+  Eigen::Matrix3Xd moved = t.positions;
+  for (int n = 0; n < t.model.node_count(); ++n) moved(0, n) += 0.02 * moved(2, n) * moved(2, n);
+  sample(state, [&] {
+    std::copy(before.begin(), before.end(), t.rotations.begin());
+    benchmark::DoNotOptimize(update_rotations_and_forces(t.model, moved, t.rotations, t.forces, {}, scratch));
+  });
+}
+
 void assembly(benchmark::State& state) {
   Tissue& t = tissue(int(state.range(0)));
   sample(state, [&] { t.assemble(); });
@@ -166,13 +180,20 @@ void solve(benchmark::State& state) {
   state.counters["GB_s"] = 2 * 8e-6 * double(t.factor.factor_nonzeros()) / ms;
 }
 
-/// The same in single precision; the zeros above the diagonal blocks, counted here, are not read.
-void solve_single(benchmark::State& state) {
+/// The same with L in range(1) of PassPrecision, by range(2) threads.
+void solve_nearly(benchmark::State& state) {
   Tissue& t = tissue(int(state.range(0)));
+  Companion companion(state.range(2) > 1);
+  t.factor.limit_precision(static_cast<PassPrecision>(state.range(1)));
+  t.factor.factorise(t.pattern, t.values, t.workspace);
+  t.workspace.companion = &companion;
   const Eigen::VectorXd b = Eigen::VectorXd::Random(t.model.dof_count());
   Eigen::VectorXd x(b.size());
-  const double ms = sample(state, [&] { t.factor.solve_single(b, x, t.workspace); });
-  state.counters["GB_s"] = 2 * 4e-6 * double(t.factor.factor_nonzeros()) / ms;
+  const double ms = sample(state, [&] { t.factor.solve_nearly(b, x, t.workspace); });
+  t.workspace.companion = nullptr;
+  state.counters["GB_s"] = 2e-6 * double(t.factor.compact().bytes()) / ms;
+  state.counters["MB"] = 1e-6 * double(t.factor.compact().bytes());
+  state.counters["serial"] = t.factor.compact().serial_share();
   Eigen::VectorXd exact(b.size());
   t.factor.solve(b, exact, t.workspace);
   state.counters["rel_error"] = (x - exact).norm() / exact.norm();
@@ -260,13 +281,16 @@ NeedleState needle_to(double tip_x, const TissuePatch& patch) {
   return needle;
 }
 
-/// One simulation step with range(1) bodies of range(0)^3 nodes each.
+/// One simulation step with range(1) bodies of range(0)^3 nodes each; L in range(2) of PassPrecision, range(3)
+/// threads.
 void step(benchmark::State& state) {
   const int n = int(state.range(0));
   std::vector<SimulationBody> bodies;
   bodies.reserve(state.range(1));
   for (int b = 0; b < int(state.range(1)); ++b) bodies.push_back(cube(n, 0.11 * b));
-  SimulationLoop loop(std::move(bodies), {.dt = 0.02});
+  SimulationLoop loop(
+      std::move(bodies),
+      {.dt = 0.02, .two_threads = state.range(3) > 1, .coarsest = static_cast<PassPrecision>(state.range(2))});
   TissuePatch patch = loop.make_patch();
   const int worker_period = n > 20 ? 30 : 10;  // about what a factorisation takes at 50 Hz
   const double stroke = 0.0024;
@@ -331,7 +355,12 @@ void register_all() {
     const int few = n > 20 ? 3 : 10;
     add("rotations", rotations, {n}, 50);
     add("forces", forces, {n}, 50);
-    add("solve_single", solve_single, {n}, 50);
+    for (const int threads : {1, 2}) {
+      add("rotations_and_forces", rotations_and_forces, {n, threads}, 50);
+      for (const auto precision : {PassPrecision::single, PassPrecision::sixteen_bits}) {
+        add("solve_nearly", solve_nearly, {n, static_cast<int>(precision), threads}, 50);
+      }
+    }
     add("solve", solve, {n}, 30);
     add("w_bar_trailing", w_bar_trailing, {n, 40}, 30);
     add("w_bar_trailing", w_bar_trailing, {n, 100}, 30);
@@ -341,8 +370,12 @@ void register_all() {
     add("w_bar_outside", w_bar_outside, {n, 40}, few);
     add("assembly", assembly, {n}, 20);
     add("factorisation", factorisation, {n}, few);
-    add("step", step, {n, 1}, n > 20 ? 120 : 240);
-    if (n == 14) add("step", step, {n, 2}, 240);
+    for (const auto precision : {PassPrecision::single, PassPrecision::sixteen_bits}) {
+      for (const int threads : {1, 2}) {
+        add("step", step, {n, 1, static_cast<int>(precision), threads}, n > 20 ? 120 : 240);
+      }
+    }
+    if (n == 14) add("step", step, {n, 2, 0, 2}, 240);
   }
 }
 

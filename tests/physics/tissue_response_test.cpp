@@ -47,18 +47,18 @@ TEST(Factorisation, SinglePrecisionSolveIsRightToSinglePrecision) {
     const Eigen::VectorXd b = size * Eigen::VectorXd::Random(cube.model.dof_count());
     const Eigen::VectorXd exact = cube.inverse * b;
     Eigen::VectorXd x = b;
-    cube.factor.solve_single(x, x, cube.workspace);  // in place
+    cube.factor.solve_nearly(x, x, cube.workspace);  // in place
     const double error = (x - exact).norm() / exact.norm();
     std::printf("  solve of %.0e N in single precision: relative error %.1e\n", size, error);
     EXPECT_LT(error, 1e-4);  // float's 6e-8 times a condition of about 1e3
     EXPECT_GT(error, 1e-10) << "in double after all: twice the bytes";
   }
   Eigen::VectorXd x = Eigen::VectorXd::Ones(cube.model.dof_count());
-  cube.factor.solve_single(Eigen::VectorXd::Zero(x.size()), x, cube.workspace);
+  cube.factor.solve_nearly(Eigen::VectorXd::Zero(x.size()), x, cube.workspace);
   EXPECT_EQ(x.cwiseAbs().maxCoeff(), 0);
   Eigen::VectorXd bad = Eigen::VectorXd::Ones(x.size());
   bad[5] = std::numeric_limits<double>::quiet_NaN();
-  cube.factor.solve_single(bad, x, cube.workspace);
+  cube.factor.solve_nearly(bad, x, cube.workspace);
   EXPECT_FALSE(x.allFinite()) << "a bad number stays visible";
 }
 

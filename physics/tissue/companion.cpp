@@ -1,0 +1,79 @@
+#include "physics/tissue/companion.h"
+
+#include <immintrin.h>
+
+namespace stylet::physics {
+namespace {
+
+constexpr int kSpins = 2000;  // some ten microseconds: the helper's last part is about to end
+
+std::uint64_t place(std::uint32_t loop, std::uint32_t part) {
+  return std::uint64_t{loop} << 32 | part;
+}
+
+}  // namespace
+
+Companion::Companion(bool thread) {
+  if (thread) thread_ = std::thread([this] { serve(); });
+}
+
+Companion::~Companion() {
+  stop_.store(true, std::memory_order_relaxed);
+  posted_.fetch_add(1, std::memory_order_release);
+  posted_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Companion::run(int parts, Function function, const void* context) {
+  if (!thread_.joinable() || parts < 2) {
+    for (int part = 0; part < parts; ++part) function(context, part);
+    return;
+  }
+  const std::uint32_t loop = posted_.load(std::memory_order_relaxed) + 1;
+  function_.store(function, std::memory_order_relaxed);
+  context_.store(context, std::memory_order_relaxed);
+  floating_point_.store(_mm_getcsr(), std::memory_order_relaxed);
+  parts_.store(parts, std::memory_order_relaxed);
+  done_.store(0, std::memory_order_relaxed);
+  next_.store(place(loop, 0), std::memory_order_release);
+  posted_.store(loop, std::memory_order_release);
+  posted_.notify_one();
+  take(loop);
+  for (int spin = 0; spin < kSpins && done_.load(std::memory_order_acquire) != parts; ++spin) _mm_pause();
+  for (int done = done_.load(std::memory_order_acquire); done != parts;
+       done = done_.load(std::memory_order_acquire)) {
+    done_.wait(done, std::memory_order_acquire);
+  }
+}
+
+void Companion::take(std::uint32_t loop) {
+  std::uint64_t next = next_.load(std::memory_order_acquire);
+  for (;;) {
+    // A part can only be taken while its loop is in work, and that ends when all parts are done: what is read here
+    // is of this loop if the exchange succeeds.
+    const int parts = parts_.load(std::memory_order_relaxed);
+    const Function function = function_.load(std::memory_order_relaxed);
+    const void* const context = context_.load(std::memory_order_relaxed);
+    const auto part = static_cast<std::uint32_t>(next);
+    if (next >> 32 != loop || static_cast<int>(part) >= parts) return;
+    if (!next_.compare_exchange_weak(next, place(loop, part + 1), std::memory_order_acq_rel)) continue;
+    function(context, static_cast<int>(part));
+    if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == parts) done_.notify_one();
+    next = next_.load(std::memory_order_acquire);
+  }
+}
+
+void Companion::serve() {
+  const std::uint32_t own = _mm_getcsr();
+  std::uint32_t seen = 0;
+  for (;;) {
+    posted_.wait(seen, std::memory_order_acquire);
+    seen = posted_.load(std::memory_order_acquire);
+    if (stop_.load(std::memory_order_relaxed)) break;
+    _mm_setcsr(floating_point_.load(std::memory_order_relaxed));
+    take(seen);
+    _mm_setcsr(own);
+  }
+}
+
+}  // namespace stylet::physics

@@ -1,0 +1,56 @@
+// A second thread for loops over what does not depend on each other, asleep while there is no such loop.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <thread>
+
+namespace stylet::physics {
+
+/// Shares the parts of a loop between the calling thread and one helper. The caller never waits for the helper to
+/// wake: it works on, and where no other core is free it does all parts itself. Which thread does a part must not
+/// matter: parts that write apart from each other, and sums of parts taken in their order, give the same bits always.
+class Companion {
+public:
+  /// @param thread  false: all parts are the caller's
+  explicit Companion(bool thread = true);
+  ~Companion();
+  Companion(const Companion&) = delete;
+  Companion& operator=(const Companion&) = delete;
+
+  /// work(part) for each part from 0 to parts - 1; returns when all are done. One caller at a time; `work` must not
+  /// throw. Allocates nothing.
+  template <typename Work>
+  void run(int parts, const Work& work) {
+    run(
+        parts, [](const void* context, int part) { (*static_cast<const Work*>(context))(part); }, &work);
+  }
+
+private:
+  using Function = void (*)(const void* context, int part);
+  void run(int parts, Function function, const void* context);
+  /// Parts of a loop until none is left to take.
+  void take(std::uint32_t loop);
+  void serve();
+
+  // The loop in work (upper half) and its next part (lower half), taken together: a helper that comes late to a loop
+  // takes nothing of the next one, whose function it may not have seen.
+  std::atomic<std::uint64_t> next_{0};
+  std::atomic<Function> function_{nullptr};
+  std::atomic<const void*> context_{nullptr};
+  std::atomic<std::uint32_t> floating_point_{0};  // the caller's mode: the same bits
+  std::atomic<int> parts_{0};
+  std::atomic<int> done_{0};
+  std::atomic<std::uint32_t> posted_{0};  // counts loops; what the helper sleeps on
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+/// run() of a companion, or of the caller alone where there is none.
+template <typename Work>
+void in_parts(Companion* companion, int parts, const Work& work) {
+  if (companion != nullptr) return companion->run(parts, work);
+  for (int part = 0; part < parts; ++part) work(part);
+}
+
+}  // namespace stylet::physics
