@@ -18,7 +18,8 @@
  * after the simulation's. Each hands the other its latest value without a lock, and none waits. No two calls of one
  * group may run at once: haptic      stylet_physics_haptic_step, _needle_state, _needle_nodes, _contacts simulation
  * stylet_physics_simulation_step, _tissue_state, _tissue_nodes factorise   stylet_physics_factorise Create before the
- * threads start, destroy after they have ended. Handles know nothing of each other.
+ * threads start, destroy after they have ended. A coupling has one more thread, which sleeps between simulation steps
+ * and shares those of large bodies: the bits do not depend on it. Handles know nothing of each other.
  *
  * Real time. The calls of the haptic group neither allocate, lock nor wait; a haptic step takes tens of microseconds.
  * The others may allocate. Flush denormals in the threads that step: they make a step many times longer.

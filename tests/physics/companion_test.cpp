@@ -64,7 +64,7 @@ SimulationBody cube(int cells) {
 TEST(Companion, StepsHaveTheSameBitsWithOneThreadAndTwo) {
   const auto run = [](bool two_threads) {
     std::vector<SimulationBody> bodies;
-    bodies.push_back(cube(18));  // large enough to be shared
+    bodies.push_back(cube(19));  // large enough to be shared
     SimulationLoop loop(std::move(bodies), {.two_threads = two_threads});
     EXPECT_GT(loop.worker().latest().bodies[0].factor.compact().part_count(), 1);
     EXPECT_GT(loop.model(0).runs.size(), 1U);
