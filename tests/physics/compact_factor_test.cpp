@@ -95,13 +95,17 @@ TEST(CompactFactor, AnIterationWithSixteenBitsConvergesFastWhateverTheMaterialEl
         ASSERT_EQ(cube.inverted, 0);
         cube.factorise(PassPrecision::sixteen_bits);
         const bool sixteen = cube.factor.pass_precision() == PassPrecision::sixteen_bits;
-        if (poisson_ratio < 0.499) EXPECT_TRUE(sixteen);
+        if (poisson_ratio < 0.499) {
+          EXPECT_TRUE(sixteen);
+        }
         const double rate = cube.contraction();
         std::printf("  %s, nu %.3f, bent by %2.0f degrees: estimate %.1e, %s, error times %.1e a step\n",
                     element == Element::linear ? "linear" : "quadratic", poisson_ratio, turn,
                     cube.factor.reciprocal_condition(cube.workspace), sixteen ? "16 bits" : "single", rate);
         EXPECT_LT(rate, 0.05);
-        if (sixteen) EXPECT_GT(rate, 1e-5) << "not in 16 bits after all";
+        if (sixteen) {
+          EXPECT_GT(rate, 1e-5) << "not in 16 bits after all";
+        }
       }
     }
   }
