@@ -5,6 +5,7 @@
 #include "physics/loops/tissue_patch.h"
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/inversion.h"
+#include "physics/tissue/membrane.h"
 #include "physics/tissue/quadratic.h"
 
 #include <algorithm>
@@ -44,8 +45,8 @@ std::vector<TissueModel> models_of(std::vector<SimulationBody>& bodies, const Si
     if (body.load.size() > 0 && (body.load.cols() != nodes || !body.load.allFinite())) {
       throw std::invalid_argument("simulation: a load must be finite and of all " + std::to_string(nodes) + " nodes");
     }
-    models.emplace_back(std::move(body.mesh), body.tet_materials, body.fixed_nodes, body.damping_time_s,
-                        body.element);
+    models.emplace_back(std::move(body.mesh), body.tet_materials, body.fixed_nodes, body.damping_time_s, body.element,
+                        body.capsule);
   }
   return models;
 }
@@ -119,6 +120,8 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
     if (!settings.lay_contacts) {
       bodies_.back().surface = std::make_shared<const SurfaceTopology>(surface_topology(model));
     }
+    if (model.stiffens()) bodies_.back().stiffening.resize(model.point_count());
+    if (model.relaxes()) bodies_.back().memory.resize(model.quadratics.size());
     take_free(model, bodies[b].load, bodies_.back().load);
     bodies_.back().contact_force = bodies_.back().load;
   }
@@ -170,6 +173,7 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   move_held(input.held_amplitude, report);
   correct_motion(true, report);
   fill_cavities(input.cavity_shares, report);
+  relax();
   swap_factorisation(input, report);
   follow_probe(input.probe, report);
   touch(input.probe, report);
@@ -367,7 +371,8 @@ void SimulationLoop::couple_organs(const NeedleState* needle, TissuePatch& out) 
 
 void SimulationLoop::gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                            BodyState& body) {
-  body.squeezed = internal_forces(model, positions, body.rotations, body.nodal_force, body.rest_size);
+  body.squeezed =
+      internal_forces(model, positions, body.rotations, body.nodal_force, body.rest_size, true, body.memory);
   take_free(model, body.nodal_force, body.internal_force);
 }
 
@@ -481,8 +486,8 @@ void SimulationLoop::correct_motion(bool shown, SimulationReport& report) {
     const Eigen::Matrix3Xd before = positions;
     int inverted = 0;
     for (int shortened = 0;; ++shortened) {
-      const ElementCount count =
-          update_rotations_and_forces(model, body.trial, body.rotations, body.nodal_force, body.rest_size, elements_);
+      const ElementCount count = update_rotations_and_forces(model, body.trial, body.rotations, body.nodal_force,
+                                                             body.rest_size, body.memory, elements_);
       inverted = count.inverted;
       body.squeezed = count.squeezed;
       take_free(model, body.nodal_force, body.internal_force);
@@ -512,7 +517,7 @@ void SimulationLoop::fill_cavities(std::span<const double> shares, SimulationRep
     for (Cavity& cavity : body.cavities) {
       const auto index = static_cast<std::size_t>(report.cavity_count++);
       CavityState& state = report.cavities[index];
-      state = cavity.state(models_[b], tissue_.positions[b], body.rotations);
+      state = cavity.state(models_[b], tissue_.positions[b], body.rotations, body.memory);
       const double share = index < shares.size() ? shares[index] : 1;
       if (!std::isfinite(share)) {
         report.flags |= kSimulationNonFinite;
@@ -523,6 +528,15 @@ void SimulationLoop::fill_cavities(std::span<const double> shares, SimulationRep
       }
     }
     if (changed) gather_internal_force(models_[b], tissue_.positions[b], body);
+  }
+}
+
+void SimulationLoop::relax() {
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    BodyState& body = bodies_[b];
+    if (body.memory.empty()) continue;
+    relax_strain(models_[b], tissue_.positions[b], body.rotations, body.rest_size, settings_.dt, body.memory);
+    gather_internal_force(models_[b], tissue_.positions[b], body);
   }
 }
 
@@ -537,6 +551,9 @@ void SimulationLoop::free_motion(SimulationReport& report) {
   double force = 0;
   for (std::size_t b = 0; b < models_.size(); ++b) {
     BodyState& body = bodies_[b];
+    if (!body.stiffening.empty()) {
+      find_stiffening(models_[b], tissue_.positions[b], body.rotations, body.rest_size, body.stiffening);
+    }
     body.displacement = body.internal_force - body.needle_force - body.contact_force;
     residual = std::hypot(residual, body.displacement.stableNorm());
     force = std::hypot(force, body.needle_force.stableNorm());
@@ -636,10 +653,14 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, const N
       find_squeezed(models_[b], tissue_.positions[b], bodies_[b].rest_size, body.squeezed);
     }
     if (models_[b].is_quadratic()) find_cofactors(models_[b], tissue_.positions[b], body.cofactors);
+    body.stiffening = bodies_[b].stiffening;
+    for (std::size_t t = 0; t < body.membrane.size(); ++t) {
+      body.membrane[t] = membrane_gradient(models_[b].membrane[t], tissue_.positions[b]);
+    }
     name_nodes(b, needle, body);
     const FactorisedTissue::Body& in_use = worker_.latest().bodies[b];
     needed = needed || !covers(in_use.trailing_nodes, body, models_[b]) ||
-             !nearly_of(in_use, bodies_[b].rotations, body.squeezed, body.cofactors, input.stale_turn);
+             !nearly_of(in_use, bodies_[b].rotations, body, input.stale_turn);
   }
   if (!needed) return;
   for (std::size_t b = 0; b < models_.size(); ++b) request.bodies[b].rotations = bodies_[b].rotations;
@@ -678,7 +699,8 @@ void SimulationLoop::fill_patch(TissuePatch& out) {
                      .held = bodies_[b].held,
                      .positions = tissue_.positions[b],
                      .free_positions = bodies_[b].free_positions,
-                     .contacts = path_.contacts(static_cast<int>(b))},
+                     .contacts = path_.contacts(static_cast<int>(b)),
+                     .stiffening = bodies_[b].stiffening},
                     out.bodies[b], out.flags);
   }
   for (std::size_t b = 0; b < models_.size(); ++b) {

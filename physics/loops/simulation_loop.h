@@ -16,6 +16,7 @@
 #include "physics/tissue/companion.h"
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/factorisation_worker.h"
+#include "physics/tissue/strain_memory.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -40,6 +41,7 @@ struct SimulationBody {
   Eigen::Matrix3Xd load{};                   ///< [3 x nodes] constant forces, weight; N. Empty: none
   std::vector<std::vector<int>> cavities{};  ///< tetrahedra of each cavity full of fluid
   Element element = Element::linear;         ///< quadratic: a run of eight tetrahedra is one (refinement.h)
+  double capsule = 0;  ///< Young's modulus times thickness of a membrane over the whole surface, N/m; 0: none
 };
 
 struct SimulationLoopSettings {
@@ -140,6 +142,8 @@ private:
   /// @param shown  see respond()
   void correct_motion(bool shown, SimulationReport& report);
   void fill_cavities(std::span<const double> shares, SimulationReport& report);
+  /// What fades of the stress does so for a period, where the tissue is now (eq. 46).
+  void relax();
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);
   /// Where the probe moves fast: contact and whole corrections (6) at poses on its way.
   void follow_probe(const RigidPose* probe, SimulationReport& report);
@@ -180,7 +184,9 @@ private:
     bool limited = false;                              // the last correction was shortened lest a tetrahedron inverts
     int squeezed = 0;                                  // tetrahedra in the barrier at the positions of internal_force
     std::vector<Cavity> cavities{};
-    std::vector<double> rest_size{};  // [tets] g of eq. 34; empty until a cavity is not full
+    std::vector<double> rest_size{};           // [tets] g of eq. 34; empty until a cavity is not full
+    std::vector<StrainMemory> memory{};        // [quadratic elements] of eq. 46; empty where nothing relaxes
+    std::vector<PointStiffness> stiffening{};  // [points] now; empty where nothing stiffens
   };
 
   /// p - A_f^-1 (F_int - H^T lambda) with the latest forces into body.trial: the other half of the solve (eq. 6).

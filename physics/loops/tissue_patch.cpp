@@ -1,6 +1,7 @@
 #include "physics/loops/tissue_patch.h"
 
 #include "physics/contact/surface_sweep.h"
+#include "physics/tissue/refinement.h"
 
 #include <algorithm>
 #include <vector>
@@ -12,6 +13,24 @@ namespace {
 int place_in(std::span<const int> list, int value) {
   const auto at = std::lower_bound(list.begin(), list.end(), value);
   return at != list.end() && *at == value ? static_cast<int>(at - list.begin()) : -1;
+}
+
+/// What is around a node now: as much stiffer as the law has made the points next to it (eq. 47).
+NodeSurroundings surroundings_of(const PatchSource& source, int node) {
+  const TissueModel& model = source.model;
+  NodeSurroundings around = model.surroundings[node];
+  if (source.stiffening.empty()) return around;
+  double stiffness = 0;
+  double at_rest = 0;
+  for (int k = model.incident_start[node]; k < model.incident_start[node + 1]; ++k) {
+    const auto t = static_cast<std::size_t>(model.incident_tets[k]);
+    const double here = model.tets[t].volume * model.materials[t].young_modulus;
+    const std::size_t point = 4 * (t / kTetsOfRefined) + t % 4;
+    stiffness += here * source.stiffening[point].ratio;
+    at_rest += here;
+  }
+  around.material.young_modulus *= stiffness / at_rest;
+  return around;
 }
 
 void fill_tets(const PatchSource& source, std::span<const int> nodes, BodyPatch& out, std::uint32_t& flags) {
@@ -72,7 +91,7 @@ void fill_body_patch(const PatchSource& source, BodyPatch& out, std::uint32_t& f
     const bool free = next < source.nodes.size() && source.nodes[next] == nodes[i];
     out.free_positions.col(column) = free ? source.free_positions.col(isolated++) : source.positions.col(nodes[i]);
     out.rest_positions.col(column) = source.model.mesh.nodes[nodes[i]];
-    out.surroundings[i] = source.model.surroundings[nodes[i]];
+    out.surroundings[i] = surroundings_of(source, nodes[i]);
   }
 
   out.contact_count = 0;

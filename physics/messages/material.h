@@ -1,19 +1,29 @@
 // What tissue is made of.
 #pragma once
 
+#include <array>
+
 namespace stylet::physics {
 
-/// Mechanical material of a tetrahedron (physics/README.md eq. 2).
+/// A part of the shear stress that fades while the strain stays (physics/README.md eq. 46).
+struct Relaxation {
+  double share = 0;   ///< of the shear modulus, -
+  double time_s = 1;  ///< to 1/e
+};
+
+/// Mechanical material of a tetrahedron (physics/README.md eq. 2, 45).
 struct ElasticMaterial {
-  double young_modulus = 5000.0;  ///< E, Pa
-  double poisson_ratio = 0.45;    ///< nu, -
+  double young_modulus = 5000.0;           ///< E, Pa; at once, and at small strain
+  double poisson_ratio = 0.45;             ///< nu, -
+  double stiffening = 0;                   ///< b of eq. 45, -; quadratic elements only
+  std::array<Relaxation, 2> relaxation{};  ///< shares together below 1; quadratic elements only
 };
 
 /// What a mesh is like around a node: means over its tetrahedra. Interpolated between nodes they are continuous,
 /// which the values of tetrahedra are not.
 struct NodeSurroundings {
   double tet_volume = 0;       ///< at rest, m^3
-  ElasticMaterial material{};  ///< by volume, as the stiffness of the node is made
+  ElasticMaterial material{};  ///< by volume, as the stiffness of the node is made; E and nu alone
 };
 
 }  // namespace stylet::physics

@@ -58,11 +58,11 @@ bool Cavity::fill(double share, double volume) {
 }
 
 CavityState Cavity::state(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                          std::span<const Eigen::Quaterniond> rotations) const {
+                          std::span<const Eigen::Quaterniond> rotations, std::span<const StrainMemory> memory) const {
   CavityState state;
   double work = 0;  // sum V sigma : S = dU / d ln s of all lengths of the cavity times s, = -3 p v
   for (const int e : elements_) {
-    const ElementWork of_element = work_of(model, positions, rotations, e, size_);
+    const ElementWork of_element = work_of(model, positions, rotations, e, size_, memory);
     state.volume += of_element.volume;
     work += of_element.work;
   }

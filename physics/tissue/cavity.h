@@ -5,6 +5,7 @@
 // Below 0, where the wall pulls harder than the filling can at any size, it is a multiplier all the same.
 #pragma once
 
+#include "physics/tissue/strain_memory.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -40,8 +41,9 @@ public:
   bool fill(double share, double volume);
 
   /// @param rotations  [tets of the model] of these very positions
+  /// @param memory     as internal_forces()
   CavityState state(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                    std::span<const Eigen::Quaterniond> rotations) const;
+                    std::span<const Eigen::Quaterniond> rotations, std::span<const StrainMemory> memory = {}) const;
 
 private:
   std::vector<int> tets_;

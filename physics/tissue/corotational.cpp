@@ -2,6 +2,7 @@
 
 #include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/inversion.h"
+#include "physics/tissue/membrane.h"
 #include "physics/tissue/quadratic.h"
 
 #include <Eigen/LU>
@@ -170,9 +171,11 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
 
 int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                    std::span<const double> rest_size, bool with_barrier) {
+                    std::span<const double> rest_size, bool with_barrier, std::span<const StrainMemory> memory) {
   if (model.is_quadratic()) {
-    return quadratic_forces(model, positions, rotations, forces, rest_size, !with_barrier);
+    const int squeezed = quadratic_forces(model, positions, rotations, forces, rest_size, !with_barrier, memory);
+    add_membrane_forces(model, positions, !with_barrier, forces);
+    return squeezed;
   }
   forces.setZero();
   return add_forces_one_by_one(model, positions, 0, model.tet_count(), rotations, rest_size, with_barrier, 0, forces);
@@ -180,7 +183,8 @@ int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
 
 ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                          std::span<Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                                         std::span<const double> rest_size, ElementScratch& scratch) {
+                                         std::span<const double> rest_size, std::span<const StrainMemory> memory,
+                                         ElementScratch& scratch) {
   scratch.sums.resize(model.runs.size());
   std::vector<ElementCount> counts(model.runs.size());
   in_parts(scratch.companion, static_cast<int>(model.runs.size()), [&](int r) {
@@ -190,7 +194,7 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
     ElementCount& count = counts[r];
     if (model.is_quadratic()) {
       count.inverted = update_quadratic_rotations(model, positions, rotations, &run);
-      count.squeezed = quadratic_forces(model, positions, rotations, sum, rest_size, false, &run);
+      count.squeezed = quadratic_forces(model, positions, rotations, sum, rest_size, false, memory, &run);
       return;
     }
     int first = run.begin;
@@ -211,13 +215,15 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
     all.inverted += counts[r].inverted;
     all.squeezed += counts[r].squeezed;
   }
+  if (model.is_quadratic()) add_membrane_forces(model, positions, false, forces);
   return all;
 }
 
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size) {
-  if (model.is_quadratic()) return quadratic_energy(model, positions, rotations, rest_size);
-  double energy = 0;
+                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                      std::span<const StrainMemory> memory) {
+  double energy = membrane_energy(model, positions);
+  if (model.is_quadratic()) return energy + quadratic_energy(model, positions, rotations, rest_size, memory);
   for (int t = 0; t < model.tet_count(); ++t) {
     const TetRest& rest = model.tets[t];
     const Eigen::Matrix3d f = deformation_gradient(model, positions, t);

@@ -3,6 +3,7 @@
 
 #include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/companion.h"
+#include "physics/tissue/strain_memory.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -27,10 +28,12 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
 /// @param rotations    [points] of these very positions (update_rotations)
 /// @param rest_size    [tets] edge without stress over that at rest (eq. 34); empty: 1
 /// @param with_barrier false: at given rotations linear in the positions
+/// @param memory       [quadratic elements] what has relaxed (eq. 46); empty: nothing has
 /// @param[out] forces  [3 x nodes], N; at fixed nodes minus the reaction of the support
 int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                    std::span<const double> rest_size = {}, bool with_barrier = true);
+                    std::span<const double> rest_size = {}, bool with_barrier = true,
+                    std::span<const StrainMemory> memory = {});
 
 /// What a loop over the elements needs beside its result. One a thread.
 struct ElementScratch {
@@ -46,11 +49,13 @@ struct ElementCount {
 /// and R are found once, four tetrahedra at a time. Equal to those two to rounding.
 ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                          std::span<Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                                         std::span<const double> rest_size, ElementScratch& scratch);
+                                         std::span<const double> rest_size, std::span<const StrainMemory> memory,
+                                         ElementScratch& scratch);
 
 /// Elastic energy U(p), J   (eq. 2, 34, 37).
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size = {});
+                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size = {},
+                      std::span<const StrainMemory> memory = {});
 
 /// Stress and strain of a tetrahedron in its own rotated frame.
 struct CorotatedStress {

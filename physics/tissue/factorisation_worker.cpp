@@ -12,6 +12,7 @@ namespace stylet::physics {
 namespace {
 
 constexpr double kHardlyHeld = 1e-13;  // below: rigid motion of the body is not prevented
+constexpr double kStiffer = 0.05;      // share by which a factor may be off what strain has made of the stiffness
 
 double damping_scale(const TissueModel& model, double dt) {
   return 1 + model.damping_time_s / dt;
@@ -30,6 +31,8 @@ FactorisationRequest sized_request(std::span<const TissueModel> models) {
     FactorisationRequest::Body body;
     body.rotations.assign(model.point_count(), Eigen::Quaterniond::Identity());
     if (model.is_quadratic()) body.cofactors.assign(model.point_count(), Eigen::Matrix3d::Identity());
+    if (model.stiffens()) body.stiffening.resize(model.point_count());
+    for (const MembraneTriangle& triangle : model.membrane) body.membrane.push_back(triangle.frame);
     request.bodies.push_back(std::move(body));
   }
   return request;
@@ -49,14 +52,15 @@ FactorisedTissue factorised_at_rest(std::span<const TissueModel> models, std::sp
       throw std::invalid_argument("tissue: body " + std::to_string(b) +
                                   " can move freely; fix more of its nodes, at least three that are not on one line");
     }
-    result.bodies.push_back(
-        {.factor = std::move(factor),
-         .trailing_nodes = {},
-         .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes + kMaxContactNodes),
-         .rotations = rest,
-         .squeezed = {},
-         .cofactors = std::vector<Eigen::Matrix3d>(models[b].is_quadratic() ? models[b].point_count() : 0,
-                                                   Eigen::Matrix3d::Identity())});
+    FactorisationRequest at_rest = sized_request(models.subspan(b, 1));
+    result.bodies.push_back({.factor = std::move(factor),
+                             .trailing_nodes = {},
+                             .isolated = IsolatedDofs(models[b].node_count(), kMaxPatchNodes + kMaxContactNodes),
+                             .rotations = rest,
+                             .squeezed = {},
+                             .cofactors = std::move(at_rest.bodies[0].cofactors),
+                             .stiffening = std::move(at_rest.bodies[0].stiffening),
+                             .membrane = std::move(at_rest.bodies[0].membrane)});
   }
   return result;
 }
@@ -111,19 +115,32 @@ bool covers(std::span<const int> trailing_nodes, const FactorisationRequest::Bod
 }
 
 bool nearly_of(const FactorisedTissue::Body& factor, std::span<const Eigen::Quaterniond> rotations,
-               std::span<const SqueezedTet> squeezed, std::span<const Eigen::Matrix3d> cofactors, double turn) {
+               const FactorisationRequest::Body& now, double turn) {
   const double least = std::cos(0.5 * turn);
   for (std::size_t t = 0; t < rotations.size(); ++t) {
     if (std::abs(rotations[t].dot(factor.rotations[t])) < least) return false;
   }
-  for (std::size_t p = 0; p < cofactors.size(); ++p) {
-    if ((cofactors[p] - factor.cofactors[p]).norm() > turn * factor.cofactors[p].norm()) return false;
+  const auto off = [](const auto& here, const auto& then) { return (here - then).norm() / then.norm(); };
+  for (std::size_t p = 0; p < now.cofactors.size(); ++p) {
+    if (off(now.cofactors[p], factor.cofactors[p]) > turn) return false;
+  }
+  for (std::size_t p = 0; p < now.stiffening.size(); ++p) {
+    const PointStiffness& here = now.stiffening[p];
+    const PointStiffness& then = factor.stiffening[p];
+    // What goes along the strain is a root: its square counts.
+    if (std::abs(here.ratio - then.ratio) > kStiffer * then.ratio ||
+        (here.along - then.along).norm() * (here.along.norm() + then.along.norm()) > kStiffer * then.ratio) {
+      return false;
+    }
+  }
+  for (std::size_t t = 0; t < now.membrane.size(); ++t) {
+    if (off(now.membrane[t], factor.membrane[t]) > 0.5 * kStiffer) return false;
   }
   // Of V psi'' (dJ/dp)(dJ/dp)^T its root: it changes by the angle where it turns, as the rest of the matrix does.
   const auto root = [](const SqueezedTet& tet) -> Eigen::Matrix3d { return std::sqrt(tet.curvature) * tet.cofactor; };
-  return std::equal(squeezed.begin(), squeezed.end(), factor.squeezed.begin(), factor.squeezed.end(),
-                    [&](const SqueezedTet& now, const SqueezedTet& then) {
-                      return now.tet == then.tet && (root(now) - root(then)).norm() <= turn * root(then).norm();
+  return std::equal(now.squeezed.begin(), now.squeezed.end(), factor.squeezed.begin(), factor.squeezed.end(),
+                    [&](const SqueezedTet& here, const SqueezedTet& then) {
+                      return here.tet == then.tet && (root(here) - root(then)).norm() <= turn * root(then).norm();
                     });
 }
 
@@ -159,13 +176,15 @@ bool FactorisationWorker::step() {
       body.trailing_nodes = corridors_[b];
     }
     patterns_[b].assemble(models_[b], wanted.rotations, damping_scale(models_[b], dt_), values_[b], wanted.squeezed,
-                          wanted.cofactors);
+                          wanted.cofactors, wanted.stiffening, wanted.membrane);
     factorised = body.factor.factorise(patterns_[b], values_[b], workspace_);
     if (!factorised) break;
     body.isolated.reset(body.trailing_nodes, models_[b], body.factor);
     body.rotations = wanted.rotations;
     body.squeezed = wanted.squeezed;
     body.cofactors = wanted.cofactors;
+    body.stiffening = wanted.stiffening;
+    body.membrane = wanted.membrane;
   }
   if (factorised) {
     result.epoch = request.epoch;

@@ -22,6 +22,8 @@ struct FactorisationRequest {
     std::vector<Eigen::Quaterniond> rotations;  ///< [points] rest -> then
     std::vector<SqueezedTet> squeezed;          ///< then
     std::vector<Eigen::Matrix3d> cofactors;     ///< [points] then, of quadratic elements
+    std::vector<PointStiffness> stiffening;     ///< [points] then, where some stiffen
+    std::vector<MembraneGradient> membrane;     ///< [triangles of the capsule] then
     std::vector<int> isolated_nodes;            ///< now: will be among the factor's trailing nodes
     std::vector<int> foreseen_nodes;            ///< isolated soon, the likeliest first
     std::vector<int> contact_nodes;  ///< in touch with another body or the probe, or nearly; kMaxContactNodes count
@@ -40,6 +42,8 @@ struct FactorisedTissue {
     std::vector<Eigen::Quaterniond> rotations;  ///< [points] of the matrix: as requested
     std::vector<SqueezedTet> squeezed;          ///< the same
     std::vector<Eigen::Matrix3d> cofactors;     ///< the same
+    std::vector<PointStiffness> stiffening;     ///< the same
+    std::vector<MembraneGradient> membrane;     ///< the same
   };
   std::uint64_t epoch = 0;
   std::vector<Body> bodies;
@@ -49,10 +53,12 @@ struct FactorisedTissue {
 bool covers(std::span<const int> trailing_nodes, const FactorisationRequest::Body& request, const TissueModel& model);
 
 /// Whether the matrix of a factor is still that of a state, nearly: no point has turned by more than `turn`, and what
-/// the barrier adds, and cof F of quadratic elements, have changed by no more than that share.
+/// the barrier adds, and cof F of quadratic elements, have changed by no more than that share, and no point or
+/// triangle of the capsule has become stiffer or softer by more than a twentieth (an engineering value).
+/// @param now   all but its rotations and nodes
 /// @param turn  rad
 bool nearly_of(const FactorisedTissue::Body& factor, std::span<const Eigen::Quaterniond> rotations,
-               std::span<const SqueezedTet> squeezed, std::span<const Eigen::Matrix3d> cofactors, double turn);
+               const FactorisationRequest::Body& now, double turn);
 
 /// Between the simulation thread (request, update, latest) and the worker thread (step). No locks.
 /// The nodes eliminated last are chosen anew, with another symbolic analysis, only when they lack an isolated node,

@@ -4,8 +4,10 @@
 
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -148,6 +150,88 @@ double cubed(double size) {
   return size * size * size;
 }
 
+/// b |E|^2 from which on the stress no longer grows exponentially but in proportion to the strain, e^5 = 148 times as
+/// stiff: keeps what a wild step makes finite. Engineering value.
+constexpr double kStiffest = 5;
+
+constexpr std::array<std::pair<std::size_t, std::size_t>, 6> kSymmetric{
+    {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
+
+Lanes squared_norm(const LaneMatrix& m) {
+  Lanes sum = Lanes::Zero();
+  for (const auto& row : m) {
+    for (const Lanes& entry : row) sum += entry.square();
+  }
+  return sum;
+}
+
+/// Stress of points over 2 mu that the law makes of a strain, where it is not the strain itself.
+struct PointStress {
+  LaneMatrix symmetric;          // T = dU/dE
+  std::array<Lanes, 3> turning;  // y: the derivative of U by S where T and S do not share axes, as R (T - [y]x)
+};
+
+/// T = (g_inf exp(b |E|^2) + sum g_i) E - sum g_i alpha_i   (eq. 45).
+/// @param memory  null: nothing has relaxed
+PointStress stress_of(const QuadraticRest& rest, const LaneMatrix& strain, const Lanes& size,
+                      const StrainMemory* memory) {
+  PointStress stress;
+  const Lanes fading = rest.share[0] + rest.share[1];
+  const Lanes ratio =
+      (1 - fading) * (rest.stiffening * squared_norm(strain)).min(Lanes::Constant(kStiffest)).exp() + fading;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) stress.symmetric[i][k] = ratio * strain[i][k];
+    stress.turning[i].setZero();
+  }
+  if (memory == nullptr) return stress;
+  LaneMatrix kept;  // sum g_i alpha_i
+  for (std::size_t c = 0; c < kSymmetric.size(); ++c) {
+    const auto [i, k] = kSymmetric[c];
+    kept[i][k] = rest.share[0] * memory->alpha[0][c] + rest.share[1] * memory->alpha[1][c];
+    kept[k][i] = kept[i][k];
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) stress.symmetric[i][k] -= kept[i][k];
+  }
+  // dU = T : dS = T : (R^T dF) - T : (Omega S), Omega = R^T dR, and dR follows from F by
+  // (tr(S) I - S) omega = axial(R^T dF - dF^T R). What shares its axes with S is not turned: alpha alone is.
+  const auto axial = [](const LaneMatrix& a, const LaneMatrix& b, std::size_t i, std::size_t k) {
+    return Lanes(a[i][0] * b[0][k] + a[i][1] * b[1][k] + a[i][2] * b[2][k] - a[k][0] * b[0][i] - a[k][1] * b[1][i] -
+                 a[k][2] * b[2][i]);
+  };
+  const Lanes v0 = axial(kept, strain, 1, 2);  // of -kept * S: S and the strain differ by a multiple of I
+  const Lanes v1 = axial(kept, strain, 2, 0);
+  const Lanes v2 = axial(kept, strain, 0, 1);
+  const Lanes c00 = strain[1][1] + strain[2][2] + 2 * size;
+  const Lanes c11 = strain[0][0] + strain[2][2] + 2 * size;
+  const Lanes c22 = strain[0][0] + strain[1][1] + 2 * size;
+  const Lanes& c01 = strain[0][1];  // the negative of C's
+  const Lanes& c02 = strain[0][2];
+  const Lanes& c12 = strain[1][2];
+  const Lanes k00 = c11 * c22 - c12 * c12;
+  const Lanes k01 = c02 * c12 + c01 * c22;
+  const Lanes k02 = c01 * c12 + c02 * c11;
+  const Lanes k11 = c00 * c22 - c02 * c02;
+  const Lanes k12 = c01 * c02 + c00 * c12;
+  const Lanes k22 = c00 * c11 - c01 * c01;
+  const Lanes determinant = c00 * k00 - c01 * k01 - c02 * k02;
+  // Zero only where the rotation is not defined.
+  const Lanes inverse = (determinant > 1e-9).select(1 / determinant, 0);
+  stress.turning = {inverse * (k00 * v0 + k01 * v1 + k02 * v2), inverse * (k01 * v0 + k11 * v1 + k12 * v2),
+                    inverse * (k02 * v0 + k12 * v1 + k22 * v2)};
+  return stress;
+}
+
+LaneMatrix strain_of(const LaneMatrix& stretch, double size) {
+  LaneMatrix strain = stretch;
+  for (std::size_t i = 0; i < 3; ++i) strain[i][i] -= size;
+  return strain;
+}
+
+const StrainMemory* memory_of(std::span<const StrainMemory> memory, std::size_t element) {
+  return memory.empty() ? nullptr : &memory[element];
+}
+
 TetRest lame_of(const QuadraticRest& rest, int point) {
   return {.gradients = {}, .volume = rest.volume[point], .lambda = rest.lambda, .mu = rest.mu[point]};
 }
@@ -183,6 +267,7 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
     rest.nodes = nodes_of(mesh, e);
     const Gradients x = rest_of(mesh, rest.nodes);
     double lambda = 0;
+    std::array<Lanes, 2> fading{Lanes::Zero(), Lanes::Zero()};  // share times rate
     for (int p = 0; p < kLanes; ++p) {
       const Gradients& local = gradients_at_points()[static_cast<std::size_t>(p)];
       const Eigen::Matrix3d jacobian = x * local.transpose();
@@ -198,12 +283,25 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
       rest.mu[p] = 0;
       for (const std::size_t near : {0U, 4U}) {
         const ElasticMaterial& m = materials[kTetsOfRefined * e + near + static_cast<std::size_t>(p)];
-        rest.mu[p] += 0.5 * m.young_modulus / (2 * (1 + m.poisson_ratio));
+        const double mu = 0.5 * m.young_modulus / (2 * (1 + m.poisson_ratio));
+        rest.mu[p] += mu;
+        rest.stiffening[p] += mu * m.stiffening;
+        for (std::size_t i = 0; i < 2; ++i) {
+          rest.share[i][p] += mu * m.relaxation[i].share;
+          fading[i][p] += mu * m.relaxation[i].share / m.relaxation[i].time_s;
+        }
         lambda += 0.5 * rest.volume[p] * m.young_modulus * m.poisson_ratio /
                   ((1 + m.poisson_ratio) * (1 - 2 * m.poisson_ratio));
       }
     }
     rest.lambda = lambda / rest.volume.sum();
+    rest.stiffening /= rest.mu;
+    rest.linear = (rest.stiffening == 0).all();
+    for (std::size_t i = 0; i < 2; ++i) {
+      rest.linear = rest.linear && (rest.share[i] == 0).all();
+      rest.rate[i] = (rest.share[i] > 0).select(fading[i] / rest.share[i], 0);
+      rest.share[i] /= rest.mu;
+    }
   }
   return elements;
 }
@@ -272,9 +370,51 @@ void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& posi
   }
 }
 
+void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                     std::span<PointStiffness> stiffness) {
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+    const QuadraticRest& rest = model.quadratics[e];
+    const std::span<PointStiffness> of_points = stiffness.subspan(kLanes * e, kLanes);
+    if (rest.linear) {
+      std::fill(of_points.begin(), of_points.end(), PointStiffness{});
+      continue;
+    }
+    const LaneMatrix r = rotations_of(rotations, e);
+    const LaneMatrix strain = strain_of(stretch_of(r, deformation_gradients(rest, positions)), size_of(rest_size, e));
+    const Lanes exponent = rest.stiffening * squared_norm(strain);
+    const Lanes fading = rest.share[0] + rest.share[1];
+    const Lanes grown = (1 - fading) * exponent.min(Lanes::Constant(kStiffest)).exp();
+    const Lanes along = (exponent < kStiffest).select((2 * rest.stiffening * grown).sqrt(), 0);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      of_points[static_cast<std::size_t>(lane)] = {.ratio = grown[lane] + fading[lane],
+                                                   .along = along[lane] * of_lane(r, lane) * of_lane(strain, lane)};
+    }
+  }
+}
+
+void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                  std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
+                  std::span<StrainMemory> memory) {
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+    const QuadraticRest& rest = model.quadratics[e];
+    if (rest.linear) continue;
+    const LaneMatrix strain = strain_of(
+        stretch_of(rotations_of(rotations, e), deformation_gradients(rest, positions)), size_of(rest_size, e));
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Lanes part = 1 - (-dt * rest.rate[i]).exp();
+      for (std::size_t c = 0; c < kSymmetric.size(); ++c) {
+        Lanes& alpha = memory[e].alpha[i][c];
+        alpha += part * (strain[kSymmetric[c].first][kSymmetric[c].second] - alpha);
+      }
+    }
+  }
+}
+
 int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size, bool linearised, const TetRun* run) {
+                     std::span<const double> rest_size, bool linearised, std::span<const StrainMemory> memory,
+                     const TetRun* run) {
   int squeezed = 0;
   forces.setZero();
   const auto [begin, end] = elements_of(model, run);
@@ -298,8 +438,13 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
       }
     }
     // First Piola-Kirchhoff stress times volume, 2 mu R (S - g I) + lambda (J - g^3) cof F.
-    LaneMatrix strain = s;
-    for (std::size_t i = 0; i < 3; ++i) strain[i][i] -= size;
+    LaneMatrix strain = strain_of(s, size);
+    if (!rest.linear && !linearised) {
+      const auto [t, y] = stress_of(rest, strain, Lanes::Constant(size), memory_of(memory, e));
+      strain = {{{t[0][0], t[0][1] + y[2], t[0][2] - y[1]},
+                 {t[1][0] - y[2], t[1][1], t[1][2] + y[0]},
+                 {t[2][0] + y[1], t[2][1] - y[0], t[2][2]}}};
+    }
     const Lanes twice_mu = 2 * rest.mu * rest.volume;
     LaneMatrix p;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -320,16 +465,38 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
 }
 
 double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                        std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size) {
+                        std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                        std::span<const StrainMemory> memory) {
   double energy = 0;
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     const QuadraticRest& rest = model.quadratics[e];
     const LaneMatrix f = deformation_gradients(rest, positions);
     const LaneMatrix s = stretch_of(rotations_of(rotations, e), f);
     const double size = size_of(rest_size, e);
-    Lanes squares = Lanes::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t k = 0; k < 3; ++k) squares += (i == k ? Lanes(s[i][k] - size) : s[i][k]).square();
+    const LaneMatrix strain = strain_of(s, size);
+    Lanes squares = squared_norm(strain);
+    if (!rest.linear) {
+      const Lanes exponent = rest.stiffening * squares;
+      Lanes all = Lanes::Zero();
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const double q = std::min(exponent[lane], kStiffest);
+        const double tail = std::exp(q) * (exponent[lane] - q);
+        const double b = rest.stiffening[lane];
+        all[lane] =
+            (1 - rest.share[0][lane] - rest.share[1][lane]) * (b > 0 ? (std::expm1(q) + tail) / b : squares[lane]);
+      }
+      for (std::size_t i = 0; i < 2; ++i) {
+        LaneMatrix fading = strain;  // E - alpha_i
+        if (const StrainMemory* const kept = memory_of(memory, e)) {
+          for (std::size_t c = 0; c < kSymmetric.size(); ++c) {
+            const auto [row, column] = kSymmetric[c];
+            fading[row][column] -= kept->alpha[i][c];
+            fading[column][row] = fading[row][column];
+          }
+        }
+        all += rest.share[i] * squared_norm(fading);
+      }
+      squares = all;
     }
     energy += (rest.volume * rest.mu * squares).sum();
     const Lanes j = determinant(f);
@@ -344,14 +511,19 @@ double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positi
 }
 
 ElementWork work_of(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                    std::span<const Eigen::Quaterniond> rotations, int element, double size) {
+                    std::span<const Eigen::Quaterniond> rotations, int element, double size,
+                    std::span<const StrainMemory> memory) {
   const auto e = static_cast<std::size_t>(element);
   const QuadraticRest& rest = model.quadratics[e];
   const LaneMatrix f = deformation_gradients(rest, positions);
   const LaneMatrix s = stretch_of(rotations_of(rotations, e), f);
-  Lanes shape = -size * trace(s);  // (S - g I) : S
-  for (const auto& row : s) {
-    for (const Lanes& entry : row) shape += entry.square();
+  Lanes shape = squared_norm(s) - size * trace(s);  // (S - g I) : S
+  if (!rest.linear) {
+    const PointStress stress = stress_of(rest, strain_of(s, size), Lanes::Constant(size), memory_of(memory, e));
+    shape.setZero();
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) shape += stress.symmetric[i][k] * s[i][k];
+    }
   }
   const double volume = (rest.volume * determinant(f)).sum();
   return {.volume = volume,

@@ -1,12 +1,13 @@
 // Quadratic tetrahedra with one dilatation each (P2/P0): they bend, and do not lock where tissue hardly gives way.
 //
 // Ten nodes, four Gauss points. Shape is measured at the points, volume in the mean of the element (physics/README.md
-// eq. 42 to 44). A run of eight tetrahedra of the mesh is one element (refinement.h), so whoever asks where something
+// eq. 42 to 48). A run of eight tetrahedra of the mesh is one element (refinement.h), so whoever asks where something
 // is sees tetrahedra alone.
 #pragma once
 
 #include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/inversion.h"
+#include "physics/tissue/strain_memory.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -25,7 +26,8 @@ namespace stylet::physics {
 ///         not positively oriented at one of its points
 std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<const ElasticMaterial> materials);
 
-/// Volume at rest of each of the four points of an element, m^3; not positive where it is not positively oriented there.
+/// Volume at rest of each of the four points of an element, m^3; not positive where it is not positively oriented
+/// there.
 /// @param element  of a mesh of refined tetrahedra
 /// @throws std::invalid_argument if its tetrahedra are not as refined() makes them
 Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element);
@@ -44,24 +46,47 @@ void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions,
 void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                           std::span<const double> rest_size, std::vector<SqueezedTet>& found);
 
-/// As internal_forces(); returns the number of points in the barrier.
+/// How the law of a point has stiffened it (eq. 47).
+struct PointStiffness {
+  double ratio = 1;  ///< secant: times mu
+  /// Along the strain: sqrt(2 b g_inf exp(b |E|^2)) R E.
+  Eigen::Matrix3d along = Eigen::Matrix3d::Zero();
+};
+/// @param[out] stiffness  [points]
+void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                     std::span<PointStiffness> stiffness);
+
+/// One step of what relaxes, at a strain that stays: alpha += (1 - exp(-h/tau)) (E - alpha)   (eq. 46).
+/// @param rotations       [points] of these very positions
+/// @param dt              h, s
+/// @param[in,out] memory  [elements]
+void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                  std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
+                  std::span<StrainMemory> memory);
+
+/// As internal_forces(), without the capsule; returns the number of points in the barrier.
 /// @param linearised  at the given rotations: linear in the positions, without barrier
 /// @param run         of its elements alone, forces of its nodes; null: of all
 int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size, bool linearised, const TetRun* run = nullptr);
+                     std::span<const double> rest_size, bool linearised, std::span<const StrainMemory> memory,
+                     const TetRun* run = nullptr);
 
-/// As elastic_energy().
+/// As elastic_energy(), without the capsule.
 double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                        std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size);
+                        std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                        std::span<const StrainMemory> memory);
 
 /// What an element of a cavity does: its volume, and the work of its stress as all its lengths grow.
 struct ElementWork {
   double volume = 0;  ///< m^3
   double work = 0;    ///< dU / d ln of the lengths, J
 };
-/// @param size  edge without stress over that at rest (eq. 34)
+/// @param size    edge without stress over that at rest (eq. 34)
+/// @param memory  [elements] or empty
 ElementWork work_of(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                    std::span<const Eigen::Quaterniond> rotations, int element, double size);
+                    std::span<const Eigen::Quaterniond> rotations, int element, double size,
+                    std::span<const StrainMemory> memory = {});
 
 }  // namespace stylet::physics

@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::size_t kPairs = 10;           // of a tetrahedron's nodes
 constexpr std::size_t kQuadraticPairs = 55;  // of a quadratic one's
+constexpr std::size_t kTrianglePairs = 6;
 
 std::span<const int> nodes_of(const TissueModel& model, std::size_t element) {
   if (model.is_quadratic()) return model.quadratics[element].nodes;
@@ -44,12 +45,10 @@ StiffnessPattern::StiffnessPattern(const TissueModel& model) {
     }
   }
 
-  scatter_.reserve(elements * (model.is_quadratic() ? kQuadraticPairs : kPairs));
-  for (std::size_t e = 0; e < elements; ++e) {
-    const std::span<const int> nodes = nodes_of(model, e);
+  const auto add_pairs = [&](std::span<const int> nodes, std::vector<BlockAddress>& scatter) {
     for (int row = 0; row < static_cast<int>(nodes.size()); ++row) {
       for (int column = 0; column <= row; ++column) {
-        BlockAddress& address = scatter_.emplace_back(BlockAddress{.row = row, .column = column});
+        BlockAddress& address = scatter.emplace_back(BlockAddress{.row = row, .column = column});
         int i = model.free_index[nodes[static_cast<std::size_t>(row)]];
         int j = model.free_index[nodes[static_cast<std::size_t>(column)]];
         if (i < j) {
@@ -66,15 +65,22 @@ StiffnessPattern::StiffnessPattern(const TissueModel& model) {
         }
       }
     }
-  }
+  };
+  scatter_.reserve(elements * (model.is_quadratic() ? kQuadraticPairs : kPairs));
+  for (std::size_t e = 0; e < elements; ++e) add_pairs(nodes_of(model, e), scatter_);
+  membrane_scatter_.reserve(model.membrane.size() * kTrianglePairs);
+  for (const MembraneTriangle& triangle : model.membrane) add_pairs(triangle.nodes, membrane_scatter_);
 }
 
 void StiffnessPattern::assemble(const TissueModel& model, std::span<const Eigen::Quaterniond> rotations, double scale,
                                 std::span<double> values, std::span<const SqueezedTet> squeezed,
-                                std::span<const Eigen::Matrix3d> cofactors) const {
+                                std::span<const Eigen::Matrix3d> cofactors,
+                                std::span<const PointStiffness> stiffening,
+                                std::span<const MembraneGradient> membrane) const {
   std::fill(values.begin(), values.end(), 0.0);
+  add_membrane(model, scale, membrane, values);
   if (model.is_quadratic()) {
-    assemble_quadratic(model, rotations, scale, values, squeezed, cofactors);
+    assemble_quadratic(model, rotations, scale, values, squeezed, cofactors, stiffening);
     return;
   }
   const auto blocks_of = [&](std::size_t tet) { return std::span(scatter_).subspan(kPairs * tet, kPairs); };
@@ -116,7 +122,8 @@ void StiffnessPattern::assemble(const TissueModel& model, std::span<const Eigen:
 void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<const Eigen::Quaterniond> rotations,
                                           double scale, std::span<double> values,
                                           std::span<const SqueezedTet> squeezed,
-                                          std::span<const Eigen::Matrix3d> cofactors) const {
+                                          std::span<const Eigen::Matrix3d> cofactors,
+                                          std::span<const PointStiffness> stiffening) const {
   using Gradients = Eigen::Matrix<double, 3, 10>;
   auto next_squeezed = squeezed.begin();
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
@@ -126,9 +133,9 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
     std::array<Gradients, 4> turned;
     std::array<double, 4> mu{};
     Gradients volume = Gradients::Zero();
-    // Of a squeezed point V psi'' (dJ/dp)(dJ/dp)^T.
-    std::array<Gradients, 4> barriers;
-    std::size_t barrier_count = 0;
+    // Of a squeezed point V psi'' (dJ/dp)(dJ/dp)^T, of one that stiffens what it does along its strain (eq. 47).
+    std::array<Gradients, 8> roots;
+    std::size_t root_count = 0;
     for (std::size_t p = 0; p < 4; ++p) {
       const auto lane = static_cast<Eigen::Index>(p);
       Gradients g;
@@ -139,9 +146,14 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
       }
       turned[p] = rotations[4 * e + p].toRotationMatrix() * g;
       mu[p] = scale * rest.volume[lane] * rest.mu[lane];
+      if (!rest.linear && !stiffening.empty()) {
+        const PointStiffness& stiff = stiffening[4 * e + p];
+        if (rest.stiffening[lane] > 0) roots[root_count++] = std::sqrt(2 * mu[p]) * (stiff.along * g);
+        mu[p] *= stiff.ratio;
+      }
       volume += rest.volume[lane] * (cofactors.empty() ? turned[p] : Gradients(cofactors[4 * e + p] * g));
       if (next_squeezed == squeezed.end() || next_squeezed->tet != static_cast<int>(4 * e + p)) continue;
-      barriers[barrier_count++] =
+      roots[root_count++] =
           std::sqrt(scale * rest.volume[lane] * next_squeezed->curvature) * (next_squeezed->cofactor * g);
       ++next_squeezed;
     }
@@ -155,13 +167,29 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
         block += b * a.transpose();
         block.diagonal().array() += a.dot(b);
       }
-      for (std::size_t k = 0; k < barrier_count; ++k) {
-        block += barriers[k].col(address.row) * barriers[k].col(address.column).transpose();
+      for (std::size_t k = 0; k < root_count; ++k) {
+        block += roots[k].col(address.row) * roots[k].col(address.column).transpose();
       }
       const bool below_diagonal = address.row != address.column;
       for (int c = 0; c < 3; ++c) {
         double* const column = values.data() + address.start[c];
         for (int r = below_diagonal ? 0 : c; r < 3; ++r) column[r] += block(r, c);
+      }
+    }
+  }
+}
+
+void StiffnessPattern::add_membrane(const TissueModel& model, double scale,
+                                    std::span<const MembraneGradient> membrane, std::span<double> values) const {
+  for (std::size_t t = 0; t < model.membrane.size(); ++t) {
+    const MembraneTriangle& triangle = model.membrane[t];
+    const MembraneStiffness stiffness(triangle, membrane.empty() ? triangle.frame : membrane[t]);
+    for (const BlockAddress& address : std::span(membrane_scatter_).subspan(kTrianglePairs * t, kTrianglePairs)) {
+      if (address.start[0] < 0) continue;
+      const Eigen::Matrix3d block = scale * stiffness.block(address.row, address.column);
+      for (int c = 0; c < 3; ++c) {
+        double* const column = values.data() + address.start[c];
+        for (int r = address.row != address.column ? 0 : c; r < 3; ++r) column[r] += block(r, c);
       }
     }
   }

@@ -1,5 +1,6 @@
 #include "physics/tissue/tissue_model.h"
 
+#include "physics/tissue/membrane.h"
 #include "physics/tissue/quadratic.h"
 
 #include <Eigen/LU>
@@ -40,6 +41,12 @@ void check(const TetMesh& mesh, std::span<const ElasticMaterial> materials, std:
     if (!(m.young_modulus > 0) || !(m.poisson_ratio > -1 && m.poisson_ratio < 0.5)) {
       refuse("material of tetrahedron " + std::to_string(t) + " needs E > 0 and -1 < nu < 0.5");
     }
+    const auto& [first, second] = m.relaxation;
+    if (!(m.stiffening >= 0) || !(first.share >= 0 && second.share >= 0 && first.share + second.share < 1) ||
+        !(first.time_s > 0 && second.time_s > 0)) {
+      refuse("material of tetrahedron " + std::to_string(t) +
+             " needs stiffening >= 0, shares of relaxation below 1 together, and their times > 0");
+    }
   }
   for (std::size_t i = 0; i < fixed.size(); ++i) {
     if (fixed[i] < 0 || fixed[i] >= nodes) refuse("fixed node " + std::to_string(fixed[i]) + " does not exist");
@@ -76,7 +83,7 @@ TetMesh checked(TetMesh mesh, std::span<const ElasticMaterial> materials, std::s
 }  // namespace
 
 TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet_materials,
-                         std::span<const int> fixed_nodes, double damping_time, Element element)
+                         std::span<const int> fixed_nodes, double damping_time, Element element, double capsule)
     : mesh(checked(std::move(rest_mesh), tet_materials, fixed_nodes, damping_time)),
       topology(mesh),
       materials(tet_materials.begin(), tet_materials.end()),
@@ -85,6 +92,12 @@ TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet
   tets.reserve(mesh.tets.size());
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) tets.push_back(make_rest(mesh, t, materials[t]));
   if (element == Element::quadratic) quadratics = quadratic_elements(mesh, materials);
+  for (const QuadraticRest& rest : quadratics) {
+    stiffens_ = stiffens_ || (rest.stiffening > 0).any();
+    relaxes_ = relaxes_ || (rest.share[0] > 0).any() || (rest.share[1] > 0).any();
+  }
+  if (!(capsule >= 0)) refuse("the stiffness of a capsule must be 0 or more");
+  if (capsule > 0) membrane = membrane_of(mesh, topology, capsule);
 
   for (const int n : fixed_nodes) free_index[n] = -1;
   for (int& index : free_index) {

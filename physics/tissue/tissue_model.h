@@ -2,6 +2,7 @@
 #pragma once
 
 #include "physics/tissue/closest_rotation.h"
+#include "physics/messages/material.h"
 #include "physics/tissue/tet_mesh.h"
 #include "physics/tissue/tet_topology.h"
 
@@ -44,6 +45,18 @@ struct QuadraticRest {
   Eigen::Array4d volume = Eigen::Array4d::Zero();             ///< of a point, m^3
   Eigen::Array4d mu = Eigen::Array4d::Zero();                 ///< shear modulus, Pa
   double lambda = 0;                                          ///< first Lame parameter, Pa
+  bool linear = true;                                         ///< no stiffening, no relaxation at any point
+  Eigen::Array4d stiffening = Eigen::Array4d::Zero();         ///< b of eq. 45, -
+  std::array<Eigen::Array4d, 2> share{Eigen::Array4d::Zero(), Eigen::Array4d::Zero()};  ///< g_i of eq. 45, -
+  std::array<Eigen::Array4d, 2> rate{Eigen::Array4d::Zero(), Eigen::Array4d::Zero()};   ///< 1/tau_i, 1/s
+};
+
+/// A triangle of a capsule (eq. 49).
+struct MembraneTriangle {
+  std::array<int, 3> nodes{};             ///< counter-clockwise from outside
+  Eigen::Matrix<double, 3, 2> frame;      ///< its plane at rest, orthonormal
+  Eigen::Matrix<double, 2, 3> gradients;  ///< column a: of the shape function of node a in that plane, 1/m
+  double shear_energy = 0;                ///< shear modulus times volume, J
 };
 
 /// Constant model of a body; shared, read-only, by the simulation loop and the factorisation worker.
@@ -52,15 +65,18 @@ struct TissueModel {
   /// @param tet_materials  one a tetrahedron
   /// @param fixed_nodes    held at rest (Dirichlet), ascending, at least three
   /// @param element        quadratic: of each eight tetrahedra, as refined() makes them
+  /// @param capsule        Young's modulus times thickness of a membrane over the whole surface, N/m; 0: none
   /// @throws std::invalid_argument if sizes disagree, an index is out of range, a tetrahedron is not positively
   ///         oriented, a material is out of range, or the tetrahedra make no quadratic elements
   TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet_materials, std::span<const int> fixed_nodes,
-              double damping_time_s = 0, Element element = Element::linear);
+              double damping_time_s = 0, Element element = Element::linear, double capsule = 0);
 
   int node_count() const { return static_cast<int>(mesh.nodes.size()); }
   int tet_count() const { return static_cast<int>(mesh.tets.size()); }
   int dof_count() const { return 3 * free_node_count; }
   bool is_quadratic() const { return !quadratics.empty(); }
+  bool stiffens() const { return stiffens_; }  ///< some point does (eq. 45)
+  bool relaxes() const { return relaxes_; }    ///< some point does (eq. 46)
   /// Where strain is measured: tetrahedra, or four points of each quadratic element.
   int point_count() const { return is_quadratic() ? 4 * static_cast<int>(quadratics.size()) : tet_count(); }
 
@@ -71,6 +87,7 @@ struct TissueModel {
   std::vector<TetLanes> lanes;             ///< [tets / 4] of linear elements
   std::vector<TetRun> runs;                ///< all tetrahedra; one where they are few
   std::vector<QuadraticRest> quadratics;   ///< [tets / 8]; empty: the tetrahedra themselves are the elements
+  std::vector<MembraneTriangle> membrane;  ///< empty: no capsule
   std::vector<int> free_index;             ///< [nodes] index among the free nodes, -1 where fixed
   int free_node_count = 0;
   double damping_time_s = 0;  ///< Kelvin-Voigt: B = damping_time K (eq. 5)
@@ -82,6 +99,8 @@ struct TissueModel {
 private:
   void find_surroundings();
   void find_runs();
+  bool stiffens_ = false;
+  bool relaxes_ = false;
 };
 
 /// Rest positions as the loops carry them [3 x nodes], m.

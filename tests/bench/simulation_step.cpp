@@ -156,7 +156,7 @@ void rotations_and_forces(benchmark::State& state) {
   for (int n = 0; n < t.model.node_count(); ++n) moved(0, n) += 0.02 * moved(2, n) * moved(2, n);
   sample(state, [&] {
     std::copy(before.begin(), before.end(), t.rotations.begin());
-    benchmark::DoNotOptimize(update_rotations_and_forces(t.model, moved, t.rotations, t.forces, {}, scratch));
+    benchmark::DoNotOptimize(update_rotations_and_forces(t.model, moved, t.rotations, t.forces, {}, {}, scratch));
   });
 }
 

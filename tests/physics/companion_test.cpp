@@ -111,7 +111,7 @@ TEST(Companion, QuadraticElementsAreSharedToo) {
     ElementScratch scratch{.companion = two ? &companion : nullptr, .sums = {}};
     std::vector<Eigen::Quaterniond> rotations = rest;
     forces[two].resize(3, model.node_count());
-    update_rotations_and_forces(model, positions, rotations, forces[two], {}, scratch);
+    update_rotations_and_forces(model, positions, rotations, forces[two], {}, {}, scratch);
     for (std::size_t p = 0; p < rotations.size(); ++p) EXPECT_EQ(rotations[p].coeffs(), exact_rotations[p].coeffs());
   }
   EXPECT_LT((forces[0] - exact).cwiseAbs().maxCoeff(), 1e-13 * exact.cwiseAbs().maxCoeff());
@@ -145,7 +145,7 @@ TEST(Companion, RotationsAndForcesInOnePassAreThoseOfTwo) {
       std::vector<Eigen::Quaterniond> rotations = rest;
       forces[two].resize(3, model.node_count());
       const ElementCount count =
-          update_rotations_and_forces(model, positions, rotations, forces[two], sizes, scratch);
+          update_rotations_and_forces(model, positions, rotations, forces[two], sizes, {}, scratch);
       EXPECT_EQ(count.inverted, inverted);
       EXPECT_EQ(count.squeezed, squeezed);
       double turned = 0;

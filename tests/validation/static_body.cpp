@@ -1,5 +1,6 @@
 #include "tests/validation/static_body.h"
 
+#include "physics/tissue/membrane.h"
 #include "physics/tissue/quadratic.h"
 
 #include <algorithm>
@@ -19,6 +20,7 @@ constexpr int kRenewal = 10;  // iterations after which a new factor has paid fo
 
 StaticBody::StaticBody(physics::TissueModel rest)
     : positions(physics::rest_positions(rest)),
+      memory(rest.relaxes() ? rest.quadratics.size() : 0),
       model_(std::move(rest)),
       rotations_(model_.point_count(), Eigen::Quaterniond::Identity()),
       pattern_(model_),
@@ -28,22 +30,54 @@ StaticBody::StaticBody(physics::TissueModel rest)
 Matrix3Xd StaticBody::forces() {
   inverted_ = physics::update_rotations(model_, positions, rotations_);
   Matrix3Xd f(3, model_.node_count());
-  physics::internal_forces(model_, positions, rotations_, f);
+  physics::internal_forces(model_, positions, rotations_, f, {}, true, memory);
   return f;
 }
 
 double StaticBody::energy() {
   inverted_ = physics::update_rotations(model_, positions, rotations_);
-  return physics::elastic_energy(model_, positions, rotations_);
+  return physics::elastic_energy(model_, positions, rotations_, {}, memory);
+}
+
+void StaticBody::fade(double dt) {
+  inverted_ = physics::update_rotations(model_, positions, rotations_);
+  if (!memory.empty()) physics::relax_strain(model_, positions, rotations_, {}, dt, memory);
+}
+
+Eigen::MatrixXd StaticBody::dense_stiffness() {
+  physics::TissueModel free = model_;
+  for (int n = 0; n < free.node_count(); ++n) free.free_index[n] = n;
+  free.free_node_count = free.node_count();
+  const physics::StiffnessPattern pattern(free);
+  std::vector<double> values(pattern.nonzeros());
+  assemble(free, pattern, values);
+  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(free.dof_count(), free.dof_count());
+  for (int c = 0; c < free.dof_count(); ++c) {
+    for (int i = pattern.column_start()[c]; i < pattern.column_start()[c + 1]; ++i) {
+      k(pattern.rows()[i], c) = k(c, pattern.rows()[i]) = values[i];
+    }
+  }
+  return k;
 }
 
 void StaticBody::factorise() {
+  assemble(model_, pattern_, values_);
+  if (!factor_.factorise(pattern_, values_, workspace_))
+    throw std::runtime_error("stiffness is not positive definite");
+}
+
+void StaticBody::assemble(const physics::TissueModel& model, const physics::StiffnessPattern& pattern,
+                          std::vector<double>& values) {
   inverted_ = physics::update_rotations(model_, positions, rotations_);
   std::vector<Eigen::Matrix3d> cofactors(model_.is_quadratic() ? model_.point_count() : 0);
   physics::find_cofactors(model_, positions, cofactors);
-  pattern_.assemble(model_, rotations_, 1, values_, {}, cofactors);
-  if (!factor_.factorise(pattern_, values_, workspace_))
-    throw std::runtime_error("stiffness is not positive definite");
+  std::vector<physics::PointStiffness> stiffening(model_.stiffens() ? model_.point_count() : 0);
+  if (model_.stiffens()) physics::find_stiffening(model_, positions, rotations_, {}, stiffening);
+  std::vector<physics::MembraneGradient> membrane;
+  for (const physics::MembraneTriangle& triangle : model_.membrane) {
+    membrane.push_back(physics::membrane_gradient(triangle, positions));
+  }
+  pattern.assemble(model, rotations_, 1, values, {}, cofactors, stiffening, membrane);
 }
 
 VectorXd StaticBody::free_part(const Matrix3Xd& nodes) const {

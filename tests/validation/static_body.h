@@ -4,6 +4,7 @@
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/stiffness.h"
+#include "physics/tissue/strain_memory.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -19,12 +20,17 @@ public:
   explicit StaticBody(physics::TissueModel rest);
 
   const physics::TissueModel& model() const { return model_; }
-  Eigen::Matrix3Xd positions;  ///< [3 x nodes], m
+  Eigen::Matrix3Xd positions;                 ///< [3 x nodes], m
+  std::vector<physics::StrainMemory> memory;  ///< [quadratic elements] of what relaxes, else empty
 
   /// F_int at `positions`, N [3 x nodes].
   Eigen::Matrix3Xd forces();
   double energy();  ///< J
   int inverted_count() const { return inverted_; }
+  /// A period of `dt` in which nothing moves (eq. 46).
+  void fade(double dt);
+  /// K of all nodes at `positions` [3 nodes x 3 nodes], whatever is fixed, N/m.
+  Eigen::MatrixXd dense_stiffness();
 
   /// K^-1 f at `positions`, on the free nodes; K refactorised. [3 x nodes], zero at the fixed ones.
   Eigen::Matrix3Xd linear_answer(const Eigen::Matrix3Xd& load);
@@ -35,6 +41,8 @@ public:
   int relax(const Eigen::Matrix3Xd& load, double tolerance, int max_iterations = 200);
 
 private:
+  void assemble(const physics::TissueModel& model, const physics::StiffnessPattern& pattern,
+                std::vector<double>& values);
   void factorise();
   Eigen::VectorXd free_part(const Eigen::Matrix3Xd& nodes) const;
   Eigen::Matrix3Xd all_nodes(const Eigen::VectorXd& free) const;

@@ -150,7 +150,8 @@ Report bench_line_compliance(const BenchOptions& options) {
     const Converged resolved = converge(cube, motion, options.quick);
     truth[static_cast<std::size_t>(motion)] = resolved.stiffness;
     const std::string name = fmt::format("resolved.{}.", name_of(motion));
-    const auto& [young, nu] = cube.material;
+    const double young = cube.material.young_modulus;
+    const double nu = cube.material.poisson_ratio;
     const double half_space = 2 * young * cube.needle_radius / (1 - nu * nu);
     Measurement stiffness{name + "stiffness", resolved.stiffness, "N/m", {}, {}, {}};
     if (motion == reference::NeedleMotion::indentation) stiffness.reference = half_space;  // Boussinesq

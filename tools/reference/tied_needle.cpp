@@ -181,7 +181,8 @@ TiedAnswer flexible_answer(const MeshedCube& mesh, const TiedNeedle& needle, dou
 }
 
 double fitted_log_alpha(const MeshedCube& mesh, const TiedNeedle& needle, NeedleMotion motion, double target) {
-  const auto& [young, nu] = mesh.cube().material;
+  const double young = mesh.cube().material.young_modulus;
+  const double nu = mesh.cube().material.poisson_ratio;
   const double g = young / (2 * (1 + nu)), pi = std::numbers::pi;
   const double k = motion == NeedleMotion::axial ? 1 / (2 * pi * g) : (3 - 4 * nu) / (8 * pi * g * (1 - nu));
   const MatrixXd w = rows_of(needle.compliance, axes_of(motion));

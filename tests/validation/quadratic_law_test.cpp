@@ -1,0 +1,362 @@
+// Tissue that stiffens and relaxes, and its capsule, against theory.
+#include "physics/loops/simulation_loop.h"
+#include "physics/tissue/membrane.h"
+#include "physics/tissue/quadratic.h"
+#include "physics/tissue/refinement.h"
+#include "tests/validation/residual.h"
+#include "tests/validation/static_body.h"
+#include "tools/reference/kuhn_box.h"
+
+#include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <random>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace stylet::physics {
+namespace {
+
+using validation::report_residual;
+using validation::StaticBody;
+
+constexpr ElasticMaterial kLiver{.young_modulus = 10e3,
+                                 .poisson_ratio = 0.45,
+                                 .stiffening = 8,
+                                 .relaxation = {{{.share = 0.2, .time_s = 0.3}, {.share = 0.25, .time_s = 4}}}};
+constexpr double kMu = 10e3 / 2.9;
+constexpr double kLambda = 10e3 * 0.45 / (1.45 * 0.1);
+
+using Where = std::function<bool(const Eigen::Vector3d&)>;
+
+TissueModel unit_cube(int cells, const ElasticMaterial& material, const Where& is_fixed, double capsule = 0,
+                      double jitter = 0) {
+  TetMesh coarse = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {cells, cells, cells});
+  if (jitter > 0) reference::jitter_inner_nodes(coarse, jitter, 11);
+  TetMesh mesh = refined(coarse);
+  const auto fixed = reference::nodes_where(mesh, is_fixed);
+  const std::vector<ElasticMaterial> materials(mesh.tets.size(), material);
+  return {std::move(mesh), materials, fixed, 0, Element::quadratic, capsule};
+}
+
+bool on_floor(const Eigen::Vector3d& x) {
+  return x.z() < 1e-9;
+}
+
+void shake(Eigen::Matrix3Xd& positions, double amount, unsigned seed) {
+  std::mt19937 random(seed);
+  for (Eigen::Index i = 0; i < positions.size(); ++i) {
+    positions.data()[i] +=
+        amount * (2 * static_cast<double>(random()) / static_cast<double>(std::mt19937::max()) - 1);
+  }
+}
+
+Eigen::Matrix3d law_rotation() {
+  return Eigen::AngleAxisd(2.2, Eigen::Vector3d(0.3, -0.8, 0.52).normalized()).toRotationMatrix();
+}
+
+/// Deformed, with another deformation half forgotten: alpha has other axes than the strain.
+void strain(StaticBody& body) {
+  const Eigen::Matrix3Xd rest = body.positions;
+  shake(body.positions, 0.08, 3);
+  body.fade(1);
+  body.positions = law_rotation() * rest;
+  shake(body.positions, 0.08, 5);
+  EXPECT_GT(body.memory[0].alpha[0][5].abs().maxCoeff(), 0.01);
+}
+
+// Fourth-order differences.
+TEST(QuadraticLaw, ForceIsTheGradientOfTheEnergy) {
+  for (const double capsule : {0.0, 3000.0}) {
+    StaticBody body(unit_cube(1, kLiver, on_floor, capsule));
+    strain(body);
+    const Eigen::Matrix3Xd forces = body.forces();
+    ASSERT_EQ(body.inverted_count(), 0);
+    const double h = 2e-4;
+    double worst = 0;
+    for (Eigen::Index i = 0; i < body.positions.size(); ++i) {
+      const auto energy = [&](double offset) {
+        const double here = std::exchange(body.positions.data()[i], body.positions.data()[i] + offset);
+        const double u = body.energy();
+        body.positions.data()[i] = here;
+        return u;
+      };
+      const double gradient = (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h);
+      worst = std::max(worst, std::abs(gradient - forces.data()[i]));
+    }
+    report_residual("|dU/dp - F_int| / |F_int|", worst / forces.cwiseAbs().maxCoeff(), 1e-7);
+  }
+}
+
+TEST(QuadraticLaw, AnObserverWhoTurnsSeesTheSame) {
+  StaticBody body(unit_cube(1, kLiver, on_floor, 3000));
+  strain(body);
+  const Eigen::Matrix3Xd forces = body.forces();
+  const double energy = body.energy();
+  const Eigen::Matrix3d turn = law_rotation();
+  body.positions = ((turn * body.positions).colwise() + Eigen::Vector3d(1, -2, 3)).eval();
+  report_residual("force", (body.forces() - turn * forces).cwiseAbs().maxCoeff() / forces.cwiseAbs().maxCoeff(),
+                  1e-11);
+  report_residual("energy", std::abs(body.energy() / energy - 1), 1e-12);
+}
+
+TEST(QuadraticLaw, WithoutStiffeningAndRelaxationItIsTheLinearLawToTheBit) {
+  ElasticMaterial nearly = kLiver;  // takes the way of the other law
+  nearly.stiffening = 1e-300;
+  nearly.relaxation = {};
+  ElasticMaterial plain = nearly;
+  plain.stiffening = 0;
+  StaticBody one(unit_cube(1, nearly, on_floor));
+  StaticBody other(unit_cube(1, plain, on_floor));
+  ASSERT_FALSE(one.model().quadratics[0].linear);
+  ASSERT_TRUE(other.model().quadratics[0].linear);
+  shake(one.positions, 0.08, 3);
+  other.positions = one.positions;
+  EXPECT_EQ(one.forces(), other.forces());
+  report_residual("energy", std::abs(one.energy() / other.energy() - 1), 1e-14);
+}
+
+/// Force on the top face of a homogeneously stretched cube, N.
+double pull_on_top(StaticBody& body) {
+  const Eigen::Matrix3Xd forces = body.forces();
+  double sum = 0;
+  for (int n = 0; n < body.model().node_count(); ++n) {
+    if (body.model().mesh.nodes[n].z() > 1 - 1e-9) sum += forces(2, n);
+  }
+  return sum;
+}
+
+TEST(QuadraticLaw, AStretchedBarFollowsTheAnalyticCurve) {
+  ElasticMaterial material = kLiver;
+  material.relaxation = {};
+  StaticBody body(unit_cube(2, material, on_floor));
+  const Eigen::Matrix3Xd rest = body.positions;
+  const auto stress = [&](double along, double across, double here) {
+    const double squares = std::pow(along - 1, 2) + 2 * std::pow(across - 1, 2);
+    const double j = along * across * across;
+    return 2 * kMu * std::exp(8 * squares) * (here - 1) + kLambda * (j - 1) * j / here;
+  };
+  std::vector<double> stresses;
+  for (const double along : {0.7, 0.85, 1.0, 1.1, 1.2, 1.3}) {
+    double low = 0.7, high = 1.4;  // across, where its stress is nothing
+    for (int i = 0; i < 100; ++i) {
+      const double middle = 0.5 * (low + high);
+      (stress(along, middle, middle) > 0 ? high : low) = middle;
+    }
+    body.positions = Eigen::Vector3d(low, low, along).asDiagonal() * rest;
+    stresses.push_back(pull_on_top(body));
+    report_residual("stress off the curve / mu", std::abs(stresses.back() - stress(along, low, along)) / kMu, 1e-10);
+  }
+  // Convex in stretch.
+  EXPECT_GT(stresses[5] - stresses[4], 1.5 * (stresses[3] - stresses[2]));
+}
+
+TEST(QuadraticLaw, AHeldBlockRelaxesAsPronySays) {
+  ElasticMaterial material = kLiver;
+  material.stiffening = 0;
+  StaticBody body(unit_cube(1, material, on_floor));
+  const double stretch = 1.2;  // no change of volume: all of the stress is shape's
+  body.positions =
+      Eigen::Vector3d(1 / std::sqrt(stretch), 1 / std::sqrt(stretch), stretch).asDiagonal() * body.positions.eval();
+  const double at_once = pull_on_top(body);
+  double worst = 0;
+  const double dt = 0.02;
+  for (int step = 1; step <= 500; ++step) {
+    body.fade(dt);
+    const double t = step * dt;
+    const double theory = 0.55 + 0.2 * std::exp(-t / 0.3) + 0.25 * std::exp(-t / 4);
+    worst = std::max(worst, std::abs(pull_on_top(body) / at_once - theory));
+  }
+  report_residual("off g_inf + sum g_i exp(-t/tau_i)", worst, 1e-12);
+  const double left = pull_on_top(body) / at_once;
+  std::printf("  after 10 s it has lost %.1f %%\n", 100 * (1 - left));
+}
+
+// Along random closed paths, at random speeds: what is put in is what the fading takes, and that is never negative.
+TEST(QuadraticLaw, NoClosedPathGivesEnergy) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    StaticBody body(unit_cube(1, kLiver, on_floor, 2000));
+    const Eigen::Matrix3Xd rest = body.positions;
+    std::mt19937 random(seed);
+    double work = 0;
+    double taken = 0;
+    for (int step = 0; step < 40; ++step) {
+      Eigen::Matrix3Xd next = rest;
+      if (step < 39) shake(next, 0.05, static_cast<unsigned>(random()));
+      const Eigen::Matrix3Xd before = body.positions;
+      const double u = body.energy();
+      // Gauss on four parts of the way: the work of a stress that is as good as a polynomial of the sixth degree.
+      for (int part = 0; part < 4; ++part) {
+        for (const auto& [at, weight] : {std::pair{0.11270166537925831, 5.0 / 18}, std::pair{0.5, 8.0 / 18},
+                                         std::pair{0.8872983346207417, 5.0 / 18}}) {
+          body.positions = before + 0.25 * (part + at) * (next - before);
+          work += 0.25 * weight * body.forces().cwiseProduct(next - before).sum();
+        }
+      }
+      body.positions = next;
+      const double loaded = body.energy();
+      body.fade(0.01 * std::pow(10.0, static_cast<double>(random() % 3)));
+      const double lost = loaded - body.energy();
+      EXPECT_GE(lost, -1e-15 * loaded) << step;
+      taken += lost;
+      EXPECT_GE(loaded, 0) << u;
+    }
+    const double stored = body.energy();
+    report_residual("work - taken - stored, over the work", std::abs(work - taken - stored) / work, 1e-6);
+    EXPECT_GT(work, stored);
+    EXPECT_GT(taken, 0.05 * work);
+  }
+}
+
+TEST(QuadraticLaw, StiffnessIsPositiveAlsoWhereItIsPressedAndTurned) {
+  for (const double capsule : {0.0, 3000.0}) {
+    StaticBody body(unit_cube(1, kLiver, on_floor, capsule));
+    strain(body);
+    body.positions.row(0) *= 0.8;
+    const Eigen::MatrixXd k = body.dense_stiffness();
+    const Eigen::VectorXd values =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k, Eigen::EigenvaluesOnly).eigenvalues();
+    std::printf("  least: %.2e %.2e ... %.2e %.2e, largest %.2e N/m\n", values[0], values[1], values[5], values[6],
+                values[values.size() - 1]);
+    EXPECT_GT(values[0], -1e-12 * values[values.size() - 1]);
+    // No mode without stiffness but those of rest.
+    EXPECT_GT(values[6], 1e-3 * values[values.size() / 2]);
+  }
+}
+
+// A pulled cube: what the factor says of the next bit of force is what the tissue does, not what it did at rest.
+TEST(QuadraticLaw, TheFactorIsAsStiffAsThePulledTissue) {
+  ElasticMaterial material = kLiver;
+  material.stiffening = 20;
+  StaticBody body(unit_cube(2, material, on_floor, 500));
+  Eigen::Matrix3Xd load = Eigen::Matrix3Xd::Zero(3, body.model().node_count());
+  const auto top =
+      reference::nodes_where(body.model().mesh, [](const Eigen::Vector3d& x) { return x.z() > 1 - 1e-9; });
+  for (const int n : top) load(2, n) = 1 / static_cast<double>(top.size());
+  const double at_rest = body.linear_answer(load).cwiseProduct(load).sum();
+  ASSERT_LE(body.relax(4000 * load, 1e-9, 400), 400);
+  const Eigen::Matrix3Xd pulled = body.positions;
+  const double foreseen = body.linear_answer(load).cwiseProduct(load).sum();
+  ASSERT_LE(body.relax(4010 * load, 1e-9, 400), 400);
+  const double done = (body.positions - pulled).cwiseProduct(load).sum() / 10;
+  std::printf("  compliance %.3e at rest, pulled %.3e, of the factor %.3e m/N\n", at_rest, done, foreseen);
+  EXPECT_LT(done, 0.6 * at_rest);
+  EXPECT_NEAR(foreseen / done, 1, 0.12);
+}
+
+// The two rates (eq. 48): in the step after the force the tissue goes as one that does not relax; in the end it is
+// where one with g_inf mu is.
+TEST(QuadraticLaw, TheHandFeelsItAtOnceAndTheTissueCreeps) {
+  SimulationBody body;
+  body.mesh = refined(reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {2, 2, 2}));
+  body.fixed_nodes = reference::nodes_where(body.mesh, on_floor);
+  body.element = Element::quadratic;
+  body.load = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(body.mesh.nodes.size()));
+  const auto top = reference::nodes_where(body.mesh, [](const Eigen::Vector3d& x) { return x.z() > 0.1 - 1e-9; });
+  for (const int n : top) body.load(0, n) = 1e-3;
+  const auto moved = [&](const ElasticMaterial& material, int steps) {
+    SimulationBody made = body;
+    made.tet_materials.assign(body.mesh.tets.size(), material);
+    SimulationLoop loop({made}, {.dt = 0.02});
+    TissuePatch patch = loop.make_patch();
+    for (int i = 0; i < steps; ++i) loop.step({.request_factorisation = false}, patch);
+    return (loop.tissue().positions[0] - rest_positions(loop.model(0))).cwiseProduct(body.load).sum();
+  };
+  ElasticMaterial relaxing = kLiver;
+  relaxing.stiffening = 0;
+  ElasticMaterial elastic = relaxing;
+  elastic.relaxation = {};
+  ElasticMaterial relaxed = elastic;  // the same lambda
+  const double mu = 0.55 * kMu;
+  relaxed.young_modulus = mu * (3 * kLambda + 2 * mu) / (kLambda + mu);
+  relaxed.poisson_ratio = kLambda / (2 * (kLambda + mu));
+  EXPECT_NEAR(moved(relaxing, 1) / moved(elastic, 1), 1, 1e-12);
+  // What fades in a period, 0.2 (1 - exp(-h/0.3)) + 0.25 (1 - exp(-h/4)), is what the hand's next patch brings.
+  EXPECT_NEAR(moved(relaxing, 2) / moved(elastic, 2) - 1, 0.0141, 0.001);
+  EXPECT_NEAR(moved(relaxing, 2500) / moved(relaxed, 100), 1, 2e-3);
+  // Deterministic, and a new loop remembers nothing.
+  EXPECT_EQ(moved(relaxing, 20), moved(relaxing, 20));
+}
+
+TEST(QuadraticLaw, ImpossibleMaterialsAreRefused) {
+  const auto refused = [](const std::function<void(ElasticMaterial&)>& spoil) {
+    ElasticMaterial material = kLiver;
+    spoil(material);
+    EXPECT_THROW(unit_cube(1, material, on_floor), std::invalid_argument);
+  };
+  refused([](ElasticMaterial& m) { m.stiffening = -1; });
+  refused([](ElasticMaterial& m) { m.relaxation[0].share = 0.8; });
+  refused([](ElasticMaterial& m) { m.relaxation[1].share = -0.1; });
+  refused([](ElasticMaterial& m) { m.relaxation[1].time_s = 0; });
+  EXPECT_THROW(unit_cube(1, kLiver, on_floor, -1), std::invalid_argument);
+}
+
+// A flat irregular face stretched evenly: no force inside, and at its rim that of a neo-Hookean sheet.
+TEST(Capsule, PatchTestHoldsOnAFlatFace) {
+  const double stiffness = 900;  // E t, N/m
+  TetMesh coarse = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {3, 3, 1});
+  std::mt19937 random(4);
+  for (Eigen::Vector3d& x : coarse.nodes) {
+    const double shift = 0.1 * (static_cast<double>(random()) / static_cast<double>(std::mt19937::max()) - 0.5);
+    for (const int axis : {0, 1}) {
+      if (x[axis] > 1e-9 && x[axis] < 1 - 1e-9) x[axis] += shift;
+    }
+  }
+  TetMesh mesh = refined(coarse);
+  const auto fixed = reference::nodes_where(mesh, on_floor);
+  const std::vector<ElasticMaterial> materials(mesh.tets.size());
+  const TissueModel model(mesh, materials, fixed, 0, Element::quadratic, stiffness);
+  EXPECT_EQ(model.membrane.size(), 4U * (2 * 18 + 4 * 6));
+  for (const double stretch : {0.9, 1.3}) {
+    const Eigen::Matrix3Xd positions = Eigen::Vector3d(stretch, stretch, 1).asDiagonal() * rest_positions(model);
+    Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, model.node_count());
+    add_membrane_forces(model, positions, false, forces);
+    double inside = 0;
+    double rim = 0;  // of the four triangles' rows that end at x = 1: top and bottom pull along x, the face there not
+    for (int n = 0; n < model.node_count(); ++n) {
+      const Eigen::Vector3d& x = model.mesh.nodes[n];
+      const bool in_face = x.z() > 1 - 1e-9 && x.x() > 1e-9 && x.x() < 1 - 1e-9 && x.y() > 1e-9 && x.y() < 1 - 1e-9;
+      if (in_face) inside = std::max(inside, forces.col(n).norm());
+      if (x.x() > 1 - 1e-9) rim += forces(0, n);
+    }
+    report_residual("force inside / E t", inside / stiffness, 1e-13);
+    // Top and bottom are pulled in both directions, two sides in x alone.
+    const double both = stiffness / 3 * (stretch - std::pow(stretch, -5));
+    const double alone = stiffness / 3 * (stretch - std::pow(stretch, -3));
+    report_residual("force on the rim off the sheet's / E t", std::abs(rim - 2 * both - 2 * alone) / stiffness,
+                    1e-12);
+  }
+}
+
+// Pulled evenly, so that nothing is compressed: all of the second derivative is there.
+TEST(Capsule, StiffnessOfATautSheetIsTheDerivativeOfTheForce) {
+  ElasticMaterial soft{.young_modulus = 1e-6, .poisson_ratio = 0.3};
+  StaticBody body(unit_cube(1, soft, on_floor, 900));
+  body.positions = law_rotation() * (1.25 * body.positions);
+  shake(body.positions, 0.01, 7);
+  const Eigen::MatrixXd k = body.dense_stiffness();
+  const double h = 1e-5;
+  double worst = 0;
+  for (Eigen::Index i = 0; i < body.positions.size(); ++i) {
+    const double here = body.positions.data()[i];
+    body.positions.data()[i] = here + h;
+    const Eigen::Matrix3Xd up = body.forces();
+    body.positions.data()[i] = here - h;
+    const Eigen::Matrix3Xd down = body.forces();
+    body.positions.data()[i] = here;
+    worst = std::max(worst, ((up - down).reshaped() / (2 * h) - k.col(i)).cwiseAbs().maxCoeff());
+  }
+  report_residual("|dF/dp - K| / |K|", worst / k.cwiseAbs().maxCoeff(), 1e-7);
+}
+
+}  // namespace
+}  // namespace stylet::physics
