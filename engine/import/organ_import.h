@@ -21,10 +21,10 @@ enum class Mesher {
 
 struct ImportSettings {
   physics::Element element = physics::Element::linear;  ///< quadratic: runs of eight tetrahedra (refinement.h)
-  double cell = 0;                         ///< of the lattice, m; 0: for what follows
-  int target_nodes = 0;                    ///< 0: for the volume error
-  double volume_error = 0.03;              ///< relative
-  std::optional<mesh::Grading> grading{};  ///< of tetrahedra around a point
+  double cell = 0;                                      ///< of the lattice, m; 0: for what follows
+  int target_nodes = 0;                                 ///< 0: for the volume error
+  double volume_error = 0.03;                           ///< relative
+  std::optional<mesh::Grading> grading{};               ///< of tetrahedra around a point
   Mesher mesher = Mesher::stuffing;
   std::string gmsh = "gmsh";    ///< program, for Mesher::gmsh
   double surface_cells = 70;    ///< along the diagonal, of a new surface where the given one is none

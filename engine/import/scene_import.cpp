@@ -398,12 +398,11 @@ private:
         fail(side.pointer,
              fmt::format("nothing holds {}: the scan does not cut it; name organs it hangs on in held_by", side.id));
       }
-      scene_.bodies.push_back(
-          {.id = side.id,
-           .cell = side.cell,
-           .target_nodes = side.target_nodes,
-           .element = side.element,
-           .holds = std::move(holds)});
+      scene_.bodies.push_back({.id = side.id,
+                               .cell = side.cell,
+                               .target_nodes = side.target_nodes,
+                               .element = side.element,
+                               .holds = std::move(holds)});
     }
     add({.name = side.id,
          .role = side.role,

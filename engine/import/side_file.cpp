@@ -152,8 +152,7 @@ std::string read_id(JsonObject& object, const Key& key) {
   return id;
 }
 
-void read_mesh(JsonObject& object, const MeshKeys& keys, double& cell, int& target_nodes,
-               physics::Element& element) {
+void read_mesh(JsonObject& object, const MeshKeys& keys, double& cell, int& target_nodes, physics::Element& element) {
   if (object.has(keys.cell) && object.has(keys.target_nodes)) {
     object.problem(keys.cell, "and target_nodes exclude each other; keep one");
   }

@@ -106,7 +106,8 @@ physics::TetMesh refined_on_surface(const physics::TetMesh& coarse, const Signed
     for (std::size_t c = 0; c < 3; ++c) {
       const int corner = boundary.nodes[triangle[c]], next = boundary.nodes[triangle[(c + 1) % 3]];
       if ((corner < first_middle) == (next < first_middle)) continue;
-      const double half = (mesh.nodes[static_cast<std::size_t>(corner)] - mesh.nodes[static_cast<std::size_t>(next)]).norm();
+      const double half =
+          (mesh.nodes[static_cast<std::size_t>(corner)] - mesh.nodes[static_cast<std::size_t>(next)]).norm();
       lengths[std::max(corner, next)] = 2 * half;
     }
   }

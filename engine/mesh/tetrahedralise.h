@@ -24,8 +24,8 @@ struct SolidShape {
 };
 
 struct TetrahedraliseSettings {
-  /// Quadratic: of cells twice as long, each tetrahedron in eight (refined_on_surface()); all other numbers count what
-  /// that leaves, so that both have about as many nodes.
+  /// Quadratic: of cells twice as long, each tetrahedron in eight (refined_on_surface()); all other numbers count
+  /// what that leaves, so that both have about as many nodes.
   physics::Element element = physics::Element::linear;
   double cell = 0;                   ///< edge of the lattice cell, m; 0: found for what follows
   int target_nodes = 2300;           ///< wanted where cell is 0; 0: volume_error counts

@@ -275,8 +275,7 @@ void add_import(CLI::App& app, int& exit_code) {
       "Exit code 0: every organ was made; 2: one was refused, the others were made.");
   command->callback([command, options, &exit_code] {
     for (const char* name :
-         {"--cell", "--nodes", "--volume-error", "--gap", "--grade", "--grade-factor", "--mesher",
-          "--element"}) {
+         {"--cell", "--nodes", "--volume-error", "--gap", "--grade", "--grade-factor", "--mesher", "--element"}) {
       if (command->count(name) > 0) options->of_single_organs.emplace_back(name);
     }
     exit_code = run(*options);
