@@ -133,7 +133,7 @@ std::string LabAttempt::end(const session::SessionReport& report, const training
     records_.lab.end(attempt, end);
     return {};
   } catch (const std::exception& error) {
-    return fmt::format("the attempt is not in the lab's records: {}", error.what());
+    return fmt::format("the lab's records do not have the whole attempt: {}", error.what());
   }
 }
 

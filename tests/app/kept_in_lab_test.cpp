@@ -113,7 +113,12 @@ TEST_F(KeptInLab, TheSessionIsKeptAlsoWhereTheRecordsCannotBeWritten) {
     if (!fs::exists(recordings)) std::ofstream(recordings) << "in the way";
   };
   const SessionResult result = run_session(settings(), listener);
-  EXPECT_THAT(result.not_kept_because, HasSubstr("not in the lab's records"));
+  EXPECT_THAT(result.not_kept_because, HasSubstr("do not have the whole attempt"));
+  lab::store::Lab records = lab();
+  ASSERT_THAT(records.attempts(), SizeIs(1));
+  EXPECT_EQ(records.attempts()[0].status, "ended") << "but for its recording it is there";
+  EXPECT_THAT(records.attempts()[0].recording_sha256, IsEmpty());
+  EXPECT_THAT(records.metrics(records.attempts()[0].id), testing::Not(IsEmpty()));
   EXPECT_TRUE(result.page_written);
   EXPECT_TRUE(fs::exists(result.folder / "session.rec"));
 }

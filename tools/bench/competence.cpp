@@ -5,17 +5,25 @@
 #include "engine/lab/statistics/proportion.h"
 #include "engine/lab/statistics/run_length.h"
 #include "engine/lab/statistics/sequential.h"
+#include "engine/lab/store/lab.h"
+#include "tools/bench/samples.h"
 
 #include <fmt/format.h>
 
+#include <stdlib.h>
+
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <random>
 #include <span>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -199,6 +207,86 @@ void measure_cohorts(Report& report, int trainees) {
   report.add(within("in_a_row.five_of_thirty.half", in_a_row_within(5, 30, 0.5), "1", 0.368, 5e-4));
 }
 
+/// A folder of its own, gone at the end.
+class Scratch {
+public:
+  Scratch() : path_((std::filesystem::temp_directory_path() / "stylet-bench-XXXXXX").string()) {
+    if (::mkdtemp(path_.data()) == nullptr) throw std::runtime_error(path_ + ": cannot be made; set TMPDIR");
+  }
+  ~Scratch() {
+    std::error_code error;
+    std::filesystem::remove_all(path_, error);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  std::filesystem::path path() const { return path_; }
+
+private:
+  std::string path_;
+};
+
+template <typename Act>
+double milliseconds(const Act& act) {
+  const auto begun = std::chrono::steady_clock::now();
+  act();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
+}
+
+/// 100 trainees with 31 metrics an attempt: what keeping one costs, and what each page asks for.
+void measure_records(Report& report, int attempts) {
+  constexpr int kTrainees = 100;
+  constexpr int kMetrics = 31;
+  constexpr int kTimed = 200;  // attempts, the last ones, each with its commits
+  const Scratch folder;
+  lab::store::Lab records({.folder = folder.path(), .build = "bench"});
+  std::vector<lab::store::Person> people;
+  for (int i = 0; i < kTrainees; ++i) people.push_back(records.enrolled(fmt::format("trainee {}", i)));
+  lab::store::AttemptEnd end{.total = 80, .pass_mark = 70, .passed = true, .state_hash = "00ff00ff00ff00ff"};
+  for (int i = 0; i < kMetrics; ++i)
+    end.metrics.push_back({.metric = fmt::format("metric_number_{:02}", i), .value = i / 7.0, .points = 3.2});
+  Samples begun;
+  Samples ended;
+  // Most without a sync of each: the same rows, and no minutes of waiting for a disk.
+  records.database().run("PRAGMA synchronous=OFF");
+  for (int i = 0; i < attempts; ++i) {
+    const bool timed = i >= attempts - kTimed;
+    if (i == attempts - kTimed) records.database().run("PRAGMA synchronous=FULL");
+    const lab::store::AttemptStart start{
+        .trainee = people[static_cast<std::size_t>(i % kTrainees)].id,
+        .scenario = {.sha256 = std::string(64, 'a'), .name = "liver_biopsy", .title = "Liver biopsy", .text = "[]"},
+        .build = "0.1.0 (commit 0123456)",
+        .stylus = "recorded stylus",
+        .loop_mode = "threaded"};
+    std::string attempt;
+    const double begin_ms = milliseconds([&] { attempt = records.begin(start); });
+    const double end_ms = milliseconds([&] { records.end(attempt, end); });
+    if (!timed) continue;
+    begun.add(begin_ms);
+    ended.add(end_ms);
+  }
+  report.add({"records.begin.median", begun.median(), "ms"});
+  report.add(noted(at_most("records.end.median", ended.median(), "ms", 100), "with its metrics, synced to the disk"));
+  report.add({"records.end.max", ended.max(), "ms"});
+  Samples trainee;
+  Samples cohort;
+  for (int i = 0; i < 20; ++i) {
+    const std::string& who = people[static_cast<std::size_t>(i)].id;
+    trainee.add(milliseconds([&] {
+      (void)records.attempts(who);
+      (void)records.all_metrics(who);
+    }));
+    cohort.add(milliseconds([&] {
+      (void)records.people();
+      (void)records.attempts();
+    }));
+  }
+  const std::string of = fmt::format("its queries, of {} attempts", attempts);
+  report.add(noted(at_most("records.trainee_page.median", trainee.median(), "ms", 50), of));
+  report.add(noted(at_most("records.cohort_page.median", cohort.median(), "ms", 50), of));
+  const double megabytes = static_cast<double>(std::filesystem::file_size(folder.path() / "lab.db")) / 1e6;
+  report.add(at_most("records.size", megabytes, "MB", 100));
+}
+
 }  // namespace
 
 Report bench_competence(const BenchOptions& options) {
@@ -207,6 +295,7 @@ Report bench_competence(const BenchOptions& options) {
   measure_published(report);
   measure_certified(report);
   measure_cohorts(report, options.quick ? 2000 : 10000);
+  measure_records(report, options.quick ? 500 : 10000);
   return report;
 }
 

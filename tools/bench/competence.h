@@ -8,8 +8,8 @@
 namespace stylet::bench {
 
 /// Simulated run lengths beside the exact chain's; published tables; 10,000 simulated trainees: how early and how
-/// wrongly competence is declared, by an LC-CUSUM, by passes in a row and after a fixed number of attempts. No
-/// device, no scenario. (quick: 2,000 trainees)
+/// wrongly competence is declared, by an LC-CUSUM, by passes in a row and after a fixed number of attempts; and
+/// what the records of 10,000 attempts cost. No device, no scenario. (quick: 2,000 trainees, 500 attempts)
 Report bench_competence(const BenchOptions& options);
 
 }  // namespace stylet::bench

@@ -341,9 +341,14 @@ std::int64_t Lab::keep_recording(const std::string& attempt, const fs::path& rec
 void Lab::end(const std::string& attempt, const AttemptEnd& end) {
   std::optional<std::int64_t> bytes;
   std::string hash;
+  std::string problem;  // of the recording: the numbers are kept all the same
   if (!end.recording.empty()) {
-    bytes = keep_recording(attempt, end.recording);
-    hash = sha256_of_file(recording_of(attempt));
+    try {
+      bytes = keep_recording(attempt, end.recording);
+      hash = sha256_of_file(recording_of(attempt));
+    } catch (const files::ContentError& error) {
+      problem = error.what();
+    }
   }
   std::optional<std::int64_t> passed;
   if (end.passed) passed = *end.passed ? 1 : 0;
@@ -360,6 +365,7 @@ void Lab::end(const std::string& attempt, const AttemptEnd& end) {
   }
   transaction.commit();
   unlock_running(attempt);
+  if (!problem.empty()) throw files::ContentError(problem);
 }
 
 std::vector<AttemptRecord> Lab::attempts(const std::string& trainee) {

@@ -149,7 +149,8 @@ public:
 
   /// The procedure begins. @return id of the attempt, which is "running" while this lives
   std::string begin(const AttemptStart& start);
-  /// It is over: recording, numbers and status, all or nothing. @throws files::ContentError
+  /// It is over: numbers and status, all or nothing, and the recording.
+  /// @throws files::ContentError  also where all but the recording is kept
   void end(const std::string& attempt, const AttemptEnd& end);
 
   /// In order of time. @param trainee  Person::id; empty: of all
