@@ -11,7 +11,7 @@
 namespace stylet::figures {
 
 struct SvgLine {
-  std::string name{};  ///< class of the line, which gives its colour
+  std::string name{};   ///< class of the line, which gives its colour
   std::string label{};  ///< of the legend; empty: it has none
   std::vector<double> x{};
   std::vector<double> y{};  ///< same size; not finite: a gap

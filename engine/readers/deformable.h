@@ -25,7 +25,8 @@ content::DeformableBody build_body(const BodyRequest& request, std::span<const O
                                    std::vector<std::string>& problems, std::vector<std::string>& warnings);
 
 /// The regions and targets of a fluid tissue that `bodies` carry: the tetrahedra that have their tissue and their
-/// centroid inside, of quadratic elements those that are such for the most part. One that is too small for the mesh, or one too many, is appended to `problems`.
+/// centroid inside, of quadratic elements those that are such for the most part. One that is too small for the mesh,
+/// or one too many, is appended to `problems`.
 std::vector<content::Cavity> find_cavities(std::span<const Organ> organs, std::span<const content::Tissue> tissues,
                                            std::span<const content::DeformableBody> bodies,
                                            std::vector<std::string>& problems);

@@ -1,8 +1,8 @@
 // A deformable body as the solvers see it: everything that never changes after load.
 #pragma once
 
-#include "physics/tissue/closest_rotation.h"
 #include "physics/messages/material.h"
+#include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/tet_mesh.h"
 #include "physics/tissue/tet_topology.h"
 

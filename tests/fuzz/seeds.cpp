@@ -65,7 +65,8 @@ void write_dictionary(const std::set<std::string>& words, const fs::path& path) 
 
 /// The shipped JSON files, tracks cut to a few samples.
 void write_scenario_files(const fs::path& folder, std::set<std::string>& words) {
-  for (const char* name : {"scenarios", "needles", "probes", "motions", "organs", "imports", "courses", "tissues.json"}) {
+  for (const char* name :
+       {"scenarios", "needles", "probes", "motions", "organs", "imports", "courses", "tissues.json"}) {
     const fs::path place = kContent / name;
     std::vector<fs::path> files;
     if (fs::is_directory(place)) {

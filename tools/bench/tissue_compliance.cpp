@@ -229,8 +229,8 @@ Compliances measure(Body& body, const Patient& patient, const Vector3d& surface,
   const auto punch = [&](std::size_t site) {
     const Load load{{body.on_surface(surface)}, patient.direction};
     result.of_mesh[site] = body.compliance(load);
-    result.whole[site] = result.of_mesh[site] +
-                         physics::surface_tip_compliance(body.site(load.points.front()), patient.needle_radius);
+    result.whole[site] =
+        result.of_mesh[site] + physics::surface_tip_compliance(body.site(load.points.front()), patient.needle_radius);
   };
   punch(0);
   punch(2);
@@ -239,8 +239,7 @@ Compliances measure(Body& body, const Patient& patient, const Vector3d& surface,
     for (int j = -3; j <= 3; ++j) {
       // A face of 50 by 14 mm, as flat as the skin there.
       const Vector3d on_face(0.025 * i / 7, 0.007 * j / 3, 0);
-      probe.points.push_back(
-          body.on_surface(patient.probe.pose.position + patient.probe.pose.orientation * on_face));
+      probe.points.push_back(body.on_surface(patient.probe.pose.position + patient.probe.pose.orientation * on_face));
     }
   }
   result.of_mesh[1] = result.whole[1] = body.compliance(probe);
@@ -249,7 +248,8 @@ Compliances measure(Body& body, const Patient& patient, const Vector3d& surface,
   Load track{{}, patient.direction.cross(Vector3d::UnitY()).normalized()};
   double below = 0;
   for (int i = 0; i < points; ++i) {
-    track.points.push_back(body.inside(patient.entry + (from + (i + 0.5) * (to - from) / points) * patient.direction));
+    track.points.push_back(
+        body.inside(patient.entry + (from + (i + 0.5) * (to - from) / points) * patient.direction));
     below += physics::shaft_compliance(body.site(track.points.back()), patient.needle_radius, (to - from) / points)
                  .lateral /
              (points * points);
@@ -335,19 +335,19 @@ Report tissue_compliance(const BenchOptions& options) {
           if (wall ? site == 2 : site < 2) continue;
           const std::string key =
               fmt::format("compliance.{}.{}.{}.nu_{:.2f}", name, kSites[site], variant.name, poisson);
-          Measurement ratio =
-              variant.body.element == Element::quadratic
-                  ? within(key, c.whole[site] / truth.whole[site], "1", 1, 0.05)
-                  : Measurement{.name = key, .value = c.whole[site] / truth.whole[site], .unit = "1"};
-          report.add(noted(std::move(ratio),
-                           fmt::format("over {:.4g} mm/N; of the mesh alone {:.3f} over {:.4g} mm/N",
-                                       1e3 * truth.whole[site], c.of_mesh[site] / truth.of_mesh[site],
-                                       1e3 * truth.of_mesh[site])));
+          Measurement ratio = variant.body.element == Element::quadratic
+                                  ? within(key, c.whole[site] / truth.whole[site], "1", 1, 0.05)
+                                  : Measurement{.name = key, .value = c.whole[site] / truth.whole[site], .unit = "1"};
+          report.add(noted(
+              std::move(ratio),
+              fmt::format("over {:.4g} mm/N; of the mesh alone {:.3f} over {:.4g} mm/N", 1e3 * truth.whole[site],
+                          c.of_mesh[site] / truth.of_mesh[site], 1e3 * truth.of_mesh[site])));
         }
         if (poisson != 0.49) continue;
         const std::string key = fmt::format("compliance.{}.cost.{}.", name, variant.name);
         report.add({.name = key + "nodes", .value = static_cast<double>(body.nodes()), .unit = "1"});
-        report.add({.name = key + "factor_nonzeros", .value = static_cast<double>(body.factor_nonzeros()), .unit = "1"});
+        report.add(
+            {.name = key + "factor_nonzeros", .value = static_cast<double>(body.factor_nonzeros()), .unit = "1"});
         report.add({.name = key + "step", .value = step_time(variant.body), .unit = "ms"});
       }
     }
