@@ -40,13 +40,16 @@ Detail of_cloth(Detail detail) {
 }
 
 /// The outside of a body whose tissues are drawn as covers of their own (skin over fat over muscle) shows nothing
-/// new.
+/// new. Where no region has its tissue (skin, with fat and muscle in it) it does.
 bool shown_by_its_regions(const content::Scene& scene, const content::Surface& surface) {
   if (surface.role != content::SurfaceRole::boundary || surface.body < 0) return false;
-  return std::any_of(scene.surfaces.begin(), scene.surfaces.end(), [&](const content::Surface& other) {
-    return other.role == content::SurfaceRole::region && other.body == surface.body &&
-           style_of(scene.tissues[other.tissue]).kind[0] == kCover;
-  });
+  const auto regions = [&](const auto& of_tissue) {
+    return std::ranges::any_of(scene.surfaces, [&](const content::Surface& other) {
+      return other.role == content::SurfaceRole::region && other.body == surface.body && of_tissue(other.tissue);
+    });
+  };
+  const auto is_cover = [&](int tissue) { return style_of(scene.tissues[tissue]).kind[0] == kCover; };
+  return regions(is_cover) && (!is_cover(surface.tissue) || regions([&](int t) { return t == surface.tissue; }));
 }
 
 void push_vertex(Geometry& geometry, std::uint32_t anchor, const Eigen::Vector3f& position,

@@ -1,9 +1,12 @@
 // What is drawn, without a GPU: the needle's tube, the probe's body, the camera.
+#include "engine/content/scene.h"
 #include "engine/render/camera.h"
+#include "engine/render/geometry.h"
 #include "engine/render/needle_mesh.h"
 #include "engine/render/probe_mesh.h"
 #include "engine/render/rod_mesh.h"
 #include "engine/render/thinning.h"
+#include "tests/render/test_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -15,6 +18,7 @@
 #include <numbers>
 #include <set>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -195,6 +199,30 @@ TEST(ProbeMesh, FanHoldsTheWholeSector) {
   double width = 0;
   for (const Vector3f& p : probe_fan(linear).positions) width = std::max(width, 2.0 * static_cast<double>(p.x()));
   EXPECT_NEAR(width, linear.width, 1e-6);
+}
+
+TEST(Geometry, SkinIsSeenWhetherItIsTheOutsideOfTheWallOrALayerOfIt) {
+  content::Scene scene = tests::make_test_scene();
+  scene.tissues.push_back({.name = "fat", .colour = {0.86F, 0.66F, 0.25F, 0.3F}});
+  content::Surface wall = scene.surfaces[1];  // some surface of the body
+  ASSERT_EQ(wall.body, 0);
+  wall.role = content::SurfaceRole::boundary;
+  wall.name = "wall";
+  wall.tissue = 1;
+  content::Surface fat = wall, skin = wall;
+  fat.name = "fat";
+  fat.tissue = static_cast<int>(scene.tissues.size()) - 1;
+  skin.name = "layer of skin";
+  fat.role = skin.role = content::SurfaceRole::region;
+  const auto covers = [&](std::vector<content::Surface> surfaces) {
+    scene.surfaces = std::move(surfaces);
+    std::vector<std::string> names;
+    for (const Piece& piece : Geometry(scene).covers) names.push_back(piece.name);
+    return names;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(covers({wall, fat}), (Names{"wall", "fat"})) << "nothing else shows the skin";
+  EXPECT_EQ(covers({wall, skin, fat}), (Names{"layer of skin", "fat"}));
 }
 
 TEST(Eyes, WhatIsLookedAtIsInTheMiddleOfBothEyes) {
