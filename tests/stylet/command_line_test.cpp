@@ -22,8 +22,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-const std::vector<std::string> kCommands{"train",    "render", "replay",  "debrief", "import",
-                                         "validate", "schema", "devices", "bench",   "author"};
+const std::vector<std::string> kCommands{"train",  "render",  "replay", "debrief", "import", "validate",
+                                         "schema", "devices", "bench",  "author",  "lab"};
 
 Outcome shell(const std::string& command) {
   const auto [exit_code, output] = support::run_in_shell(command);
@@ -171,8 +171,10 @@ TEST_F(Installed, BashCompletesCommandsOptionsAndWhatTheyTake) {
   EXPECT_THAT(offered("tr"), ElementsAre("train"));
   EXPECT_EQ(set_of(offered("''")), set_of(kCommands));
   EXPECT_THAT(offered("train li"), ElementsAre("liver_biopsy"));
-  EXPECT_EQ(set_of(offered("train liver_biopsy --device ''")),
-            (std::set<std::string>{"hid", "hid:", "mouse", "hand", "link", "recorded", "recorded:", "scripted"}));
+  EXPECT_EQ(
+      set_of(offered("train liver_biopsy --device ''")),
+      (std::set<std::string>{"hid", "hid:", "haply", "haply:", "force_dimension", "force_dimension:", "openhaptics",
+                             "openhaptics:", "mouse", "hand", "link", "recorded", "recorded:", "scripted"}));
   EXPECT_THAT(offered("train liver_biopsy --device = sc"), ElementsAre("scripted")) << "--device=sc";
   EXPECT_EQ(set_of(offered("train --view ''")), (std::set<std::string>{"auto", "window", "headset", "headless"}));
   EXPECT_THAT(offered("train --coupling paper-f"), ElementsAre("paper-frozen"));
