@@ -46,8 +46,10 @@ struct TissueWall {
 struct Tissue {
   std::string name;
   physics::ElasticMaterial mechanics;
-  double density = 1000;  ///< kg/m^3
-  bool fluid = false;     ///< a needle can draw it: regions of it are cavities
+  double density = 1000;         ///< kg/m^3
+  double capsule_modulus = 0;    ///< of the capsule around a body whose boundary is of this tissue, Pa
+  double capsule_thickness = 0;  ///< m
+  bool fluid = false;            ///< a needle can draw it: regions of it are cavities
   Acoustics acoustics;
   physics::InsertionResistance needle;                  ///< how it resists the needle
   std::array<float, 4> colour{0.8F, 0.8F, 0.8F, 1.0F};  ///< linear RGB, opacity in the 3-D view
@@ -60,7 +62,8 @@ struct DeformableBody {
   physics::Element element = physics::Element::linear;
   std::vector<std::uint8_t> tet_tissue;                 ///< [tets] index into Scene::tissues
   std::vector<physics::ElasticMaterial> tet_mechanics;  ///< [tets] mean over the volume; empty: of the tissue
-  std::vector<int> fixed_nodes;                         ///< ascending, no duplicates
+  double capsule = 0;                        ///< modulus times thickness of a membrane over its surface, N/m; 0: none
+  std::vector<int> fixed_nodes;              ///< ascending, no duplicates
   std::vector<Eigen::Vector3d> held_motion;  ///< of the fixed nodes at full inspiration, m; empty: none moves
 };
 

@@ -13,7 +13,7 @@ using files::Key;
 
 namespace {
 
-constexpr std::array<TissueKey, 20> kKeys{{
+constexpr std::array<TissueKey, 27> kKeys{{
     {"mechanics",
      key::number("young_modulus_pa", "Pa", {10, 1e10}, "E; from 1 MPa on the tissue is rigid")
          .known_as("youngsModulus"),
@@ -22,6 +22,29 @@ constexpr std::array<TissueKey, 20> kKeys{{
      [](Tissue& t) -> double& { return t.mechanics.poisson_ratio; }},
     {"mechanics", key::number("density_kg_per_m3", "kg/m^3", {1, 3000}, "rho").known_as("density"),
      [](Tissue& t) -> double& { return t.density; }},
+    {"mechanics",
+     key::number("stiffening", "", {0, 200},
+                 "b: strained tissue is exp(b |strain|^2) times as stiff; bodies of quadratic elements only")
+         .otherwise(0),
+     [](Tissue& t) -> double& { return t.mechanics.stiffening; }},
+    {"mechanics",
+     key::number("relaxation_share_1", "", {0, 0.45},
+                 "share of the shear stress that fades while the strain stays; bodies of quadratic elements only")
+         .otherwise(0),
+     [](Tissue& t) -> double& { return t.mechanics.relaxation[0].share; }},
+    {"mechanics", key::number("relaxation_time_1_s", "s", {1e-3, 1e5}, "until 1/e of it is left").otherwise(1),
+     [](Tissue& t) -> double& { return t.mechanics.relaxation[0].time_s; }},
+    {"mechanics",
+     key::number("relaxation_share_2", "", {0, 0.45}, "another share, which fades beside the first").otherwise(0),
+     [](Tissue& t) -> double& { return t.mechanics.relaxation[1].share; }},
+    {"mechanics", key::number("relaxation_time_2_s", "s", {1e-3, 1e5}, "until 1/e of that is left").otherwise(1),
+     [](Tissue& t) -> double& { return t.mechanics.relaxation[1].time_s; }},
+    {"mechanics",
+     key::number("capsule_modulus_pa", "Pa", {0, 1e8}, "E of the capsule around a body of this tissue; 0: none")
+         .otherwise(0),
+     [](Tissue& t) -> double& { return t.capsule_modulus; }},
+    {"mechanics", key::number("capsule_thickness_m", "m", {0, 0.005}, "of that capsule").otherwise(0),
+     [](Tissue& t) -> double& { return t.capsule_thickness; }},
     {"needle",
      key::number("puncture_force_n", "N", {0, 100}, "axial force that breaks its surface").known_as("punctureForce"),
      [](Tissue& t) -> double& { return t.needle.puncture_force; }},

@@ -53,6 +53,13 @@ std::uint64_t scene_hash(const content::Scene& scene, std::string_view build) {
   for (const content::Tissue& tissue : scene.tissues) {
     hash.add(tissue.mechanics.young_modulus);
     hash.add(tissue.mechanics.poisson_ratio);
+    hash.add(tissue.mechanics.stiffening);
+    for (const physics::Relaxation& term : tissue.mechanics.relaxation) {
+      hash.add(term.share);
+      hash.add(term.time_s);
+    }
+    hash.add(tissue.capsule_modulus);
+    hash.add(tissue.capsule_thickness);
     hash.add(tissue.density);
     hash.add(tissue.needle.puncture_force);
     hash.add(tissue.needle.cutting_force);

@@ -10,6 +10,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <memory>
 
 namespace stylet::readers {
@@ -86,10 +88,44 @@ std::vector<Eigen::Vector4d> sample_points() {
   return points;
 }
 
+/// Mean over a volume: of the law beyond E and nu, by stiffness, so that the stress is the mean one.
+class MeanMaterial {
+public:
+  explicit MeanMaterial(std::size_t samples) : samples_(static_cast<double>(samples)) {}
+
+  void add(const physics::ElasticMaterial& m) {
+    mean_.young_modulus += m.young_modulus / samples_;
+    mean_.poisson_ratio += m.poisson_ratio / samples_;
+    mean_.stiffening += m.stiffening * m.young_modulus / samples_;
+    for (std::size_t i = 0; i < m.relaxation.size(); ++i) {
+      const double fading = m.relaxation[i].share * m.young_modulus / samples_;
+      mean_.relaxation[i].share += fading;
+      rate_[i] += fading / m.relaxation[i].time_s;
+    }
+  }
+  physics::ElasticMaterial get() const {
+    physics::ElasticMaterial mean = mean_;
+    mean.stiffening /= mean.young_modulus;
+    for (std::size_t i = 0; i < rate_.size(); ++i) {
+      physics::Relaxation& term = mean.relaxation[i];
+      if (rate_[i] > 0) term.time_s = term.share / rate_[i];
+      term.share /= mean.young_modulus;
+    }
+    return mean;
+  }
+
+private:
+  double samples_;
+  physics::ElasticMaterial mean_{.young_modulus = 0, .poisson_ratio = 0};
+  std::array<double, 2> rate_{};
+};
+
 }  // namespace
 
 void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::span<const content::Tissue> tissues,
                   content::DeformableBody& body) {
+  const content::Tissue& outermost = tissues[static_cast<std::size_t>(boundary.tissue)];
+  body.capsule = outermost.capsule_modulus * outermost.capsule_thickness;
   struct Region {
     std::uint8_t tissue;
     bool labels;  // a vessel changes how the tetrahedra around it yield, not what they are called
@@ -128,7 +164,7 @@ void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::spa
       body.tet_mechanics.push_back(tissues[fills].mechanics);
       continue;
     }
-    physics::ElasticMaterial mean{.young_modulus = 0, .poisson_ratio = 0};
+    MeanMaterial mean(samples.size());
     for (const Eigen::Vector4d& weights : samples) {
       const Eigen::Vector3d x = corners * weights;
       std::uint8_t tissue = whole;
@@ -138,10 +174,9 @@ void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::spa
         tissue = regions[r].tissue;
         break;
       }
-      mean.young_modulus += tissues[tissue].mechanics.young_modulus / static_cast<double>(samples.size());
-      mean.poisson_ratio += tissues[tissue].mechanics.poisson_ratio / static_cast<double>(samples.size());
+      mean.add(tissues[tissue].mechanics);
     }
-    body.tet_mechanics.push_back(mean);
+    body.tet_mechanics.push_back(mean.get());
   }
 }
 

@@ -83,6 +83,7 @@ std::vector<physics::SimulationBody> simulation_bodies(const content::Scene& sce
     simulated.fixed_nodes = body.fixed_nodes;
     simulated.held_motion = body.held_motion;
     simulated.damping_time_s = scene.damping_time_s;
+    simulated.capsule = body.capsule;
     if (!scene.gravity.isZero(0)) simulated.load = weight(scene, body);
     for (const content::Cavity& cavity : scene.cavities) {
       if (&scene.bodies[cavity.body] == &body) simulated.cavities.push_back(cavity.tets);
