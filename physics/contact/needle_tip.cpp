@@ -39,6 +39,8 @@ void NeedleTip::leave() {
   state_ = TipState::outside;
   end_ = {};
   barrier_ = 0;
+  pressed_ = 0;
+  caught_up_.fill(0);
   beyond_ = 0;
   lag_ = 0;
   came_back_ = false;
@@ -66,10 +68,26 @@ double NeedleTip::overhang(const TrackPoint& last, double reach) const {
   return std::max(0.0, here ? reach - last.arc : std::min(reach - last.arc, overhang_[last.body]));
 }
 
+double NeedleTip::crept() const {
+  if (state_ != TipState::indenting || !settings_.subgrid_compliance) return 0;
+  double crept = 0;
+  for (std::size_t i = 0; i < caught_up_.size(); ++i) {
+    crept += end_.site.material.relaxation[i].share * caught_up_[i];
+  }
+  return crept;
+}
+
+// At the dent that stays, as a point of the tissue does at its strain.
+void NeedleTip::relax(double dent, double dt) {
+  for (std::size_t i = 0; i < caught_up_.size(); ++i) {
+    caught_up_[i] -= std::expm1(-dt / end_.site.material.relaxation[i].time_s) * (dent - caught_up_[i]);
+  }
+}
+
 double NeedleTip::compliance() const {
   if (end_.place.rigid) return kBoneCompliance;
   if (!settings_.subgrid_compliance) return 0;
-  return state_ == TipState::indenting ? surface_tip_compliance(end_.site, settings_.tip_radius)
+  return state_ == TipState::indenting ? stiffened_tip_compliance(end_.site, settings_.tip_radius, pressed_)
                                        : channel_tip_compliance(end_.site, settings_.tip_radius);
 }
 
@@ -97,7 +115,7 @@ void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) c
   const double friction = (indenting ? kBite : 1) * settings_.tip_friction;
   out.laws[row + 1] = disc_row(1, out.row_count + 2, 0, friction, pressed, compliance);
   out.laws[row + 2] = disc_row(2, out.row_count + 1, 0, friction, pressed, compliance);
-  out.slip[out.row_count] = -lag_;
+  out.slip[out.row_count] = -lag_ - crept();
   out.slip.segment<2>(out.row_count + 1) = -contact.directions.rightCols<2>().transpose() * side_;
   out.slip.segment<3>(out.row_count) -= contact.directions.transpose() * ease_;
   out.row_count += 3;
@@ -348,6 +366,8 @@ bool NeedleTip::press_on(const SolvedStep& step, const ActiveContact* contact, T
   } else if (contact != nullptr) {
     const int row = contact->first_row;
     const RowState state = step.solver.state(row);
+    pressed_ = -step.lambda[row];
+    relax(crept() + step.solver.compliance(row) * pressed_, step.dt);
     if (state == RowState::upper || !follow_slide(step, *contact, tissue)) {  // let go of
       sweep_.start_from(end_.body, step.shaft.tip() - kLetGo * inward_);
       state_ = TipState::outside;

@@ -28,6 +28,7 @@ struct SolvedStep {
   const BoundedSolver& solver;
   const Eigen::VectorXd& lambda;  ///< [rows], N
   std::uint64_t number;           ///< of the haptic step
+  double dt;                      ///< s
 };
 
 /// State of the tip and the end of its track, with what it left behind in bodies that it went through or out of:
@@ -112,6 +113,10 @@ private:
   bool move_end_on(const SolvedStep& step, const Eigen::Vector3d& target, TissuePoints& tissue, TrackPoints& points);
   /// The end, or its row, is another one at once: for now the tip is off it by what leaves the forces as they are.
   void ease(const SolvedStep& step, const ActiveContact& contact, const TissuePoints& tissue);
+  /// Indenting: of the dent that the mesh does not see, what needs no force any more, m. (eq. 20c)
+  double crept() const;
+  /// @param dent  all of it, m
+  void relax(double dent, double dt);
   /// Of the tip's rows, m/N.
   double compliance() const;
   void meet_tissue(const SolvedStep& step, TissuePoints& tissue);
@@ -122,6 +127,8 @@ private:
   TipState state_ = TipState::outside;
   TrackPoint end_;
   double barrier_ = 0;                                // a surface at the end that holds up to this force, N; 0: none
+  double pressed_ = 0;                                // indenting: force on the tip in the step before, N
+  std::array<double, 2> caught_up_{};                 // and the dents that its fading parts remember, m (eq. 20c)
   int beyond_ = 0;                                    // tissue behind the barrier
   Eigen::Vector3d inward_ = Eigen::Vector3d::Zero();  // indenting: minus the surface's normal
   Eigen::Vector3d side_ = Eigen::Vector3d::Zero();    // of the tip from the end, sideways, without force there, m

@@ -16,7 +16,9 @@ constexpr double kLeastLogarithm = 0.1;
 constexpr double kLeastOfTip = 0.05;         // of the compliance of the tip alone, for the same reason
 constexpr double kMeanSquaredWeights = 0.4;  // sum of beta_a^2 of a point anywhere in a tetrahedron
 constexpr double kMeanOnFace = 0.5;          // the same on a face
-constexpr double kMostSpacing = 4;           // length / h up to which the calibration reaches
+constexpr int kBisections = 24;
+constexpr double kStiffest = 5;     // exponent, as the law of the elements has it
+constexpr double kMostSpacing = 4;  // length / h up to which the calibration reaches
 
 double shear_modulus(const ElasticMaterial& m) {
   return m.young_modulus / (2 * (1 + m.poisson_ratio));
@@ -57,6 +59,36 @@ double surface_tip_compliance(const SubgridSite& site, double needle_radius) {
   const double punch = (1 - nu) / (4 * g * needle_radius);
   const double seen = 1.85 + 2.2 * (site.barycentric.squaredNorm() - kMeanOnFace);
   return std::max(punch - seen * (1 - nu) / (2 * pi * g * mesh_size(site)), kLeastOfTip * punch);
+}
+
+double stiffened_tip_compliance(const SubgridSite& site, double needle_radius, double force) {
+  const double linear = surface_tip_compliance(site, needle_radius);
+  const double b = site.material.stiffening;
+  if (!(force > 0) || (b <= 0 && site.capsule <= 0)) return linear;
+  // Rings around the tip, each sheared to a slope s: c G rho^2 s exp(b s^2/2) from the solid, and from the capsule
+  // the part of its tension that pulls up. Without stiffening the slopes from r to `reach` add up to `linear`.
+  const double c = 4 * shear_modulus(site.material) / (1 - site.material.poisson_ratio);
+  const double reach = 1 / std::max(1 / needle_radius - linear * c, 0.05 / needle_radius);
+  const double width = std::log(reach / needle_radius);
+  constexpr int kRings = 6;
+  double depth = 0;
+  double linear_depth = 0;
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double rho = needle_radius * std::exp(width * (ring + 0.5) / kRings);
+    const double solid = c * rho * rho;
+    const double sheet = 2 * pi * rho * site.capsule;
+    double low = 0;
+    double high = force / solid;
+    linear_depth += high * rho;
+    for (int i = 0; i < kBisections; ++i) {
+      const double s = 0.5 * (low + high);
+      const double longer = std::sqrt(1 + s * s);
+      const double held = solid * s * std::exp(std::min(0.5 * b * s * s, kStiffest)) + sheet * s * (1 - 1 / longer);
+      (held > force ? high : low) = s;
+    }
+    depth += 0.5 * (low + high) * rho;
+  }
+  return linear * depth / linear_depth;
 }
 
 double channel_tip_compliance(const SubgridSite& site, double needle_radius) {

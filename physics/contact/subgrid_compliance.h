@@ -13,6 +13,7 @@ struct SubgridSite {
   double tet_volume = 0;  ///< of the tetrahedra there, at rest, m^3; their size is h = (6 V)^(1/3): the edge of the
                           ///< cell for Kuhn tetrahedra
   ElasticMaterial material;
+  double capsule = 0;  ///< modulus times thickness of the membrane over the surface, N/m
   Eigen::Vector4d barycentric = Eigen::Vector4d::Constant(0.25);
 };
 
@@ -44,6 +45,12 @@ double turn_compliance(const SubgridSite& site, double length);
 /// @param site  its point lies on a face of the surface
 /// @realtime pure, no allocation
 double surface_tip_compliance(const SubgridSite& site, double needle_radius);
+
+/// That of tissue which stiffens, under a capsule: how far the tip goes into what the mesh does not see, over the
+/// force (eq. 20b). surface_tip_compliance() where there is neither, or no force.
+/// @param force  on the tip, N
+/// @realtime pure, no allocation
+double stiffened_tip_compliance(const SubgridSite& site, double needle_radius, double force);
 
 /// The same for a flat tip at the bottom of its own channel, along the needle (eq. 21), m/N.
 /// @realtime pure, no allocation

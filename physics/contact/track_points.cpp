@@ -72,8 +72,8 @@ SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point) {
     const NodeSurroundings& around = body.surroundings[nodes[k]];
     const double weight = weights[static_cast<Eigen::Index>(k)];
     site.tet_volume += weight * around.tet_volume;
-    site.material.young_modulus += weight * around.material.young_modulus;
-    site.material.poisson_ratio += weight * around.material.poisson_ratio;
+    add_part(site.material, around.material, weight);
+    site.capsule += weight * around.capsule;
   }
   return site;
 }
@@ -84,8 +84,8 @@ SubgridSite site_on_surface(const SurfacePatch& surface, const SurfaceHit& hit, 
     const NodeSurroundings& around =
         surface.topology->surroundings[surface.topology->faces[hit.face].corners[static_cast<std::size_t>(c)]];
     site.tet_volume += hit.weights[c] * around.tet_volume;
-    site.material.young_modulus += hit.weights[c] * around.material.young_modulus;
-    site.material.poisson_ratio += hit.weights[c] * around.material.poisson_ratio;
+    add_part(site.material, around.material, hit.weights[c]);
+    site.capsule += hit.weights[c] * around.capsule;
   }
   return site;
 }

@@ -21,6 +21,7 @@ std::uint32_t TrackCoupling::load(const TissuePatch& patch, TissuePoints& tissue
 }
 
 void TrackCoupling::place(const NeedleShape& predicted, double dt, ContactSystem& system) {
+  dt_ = dt;
   track_.place(shaft(predicted), system.tissue, dt, system.rows);
 }
 
@@ -58,7 +59,7 @@ std::uint32_t TrackCoupling::solve(const Delassus& delassus, ContactSystem& syst
 std::uint32_t TrackCoupling::advance(const NeedleShape& shape, const TissuePatch& patch, std::uint64_t number,
                                      ContactSystem& system) {
   system.tissue.settle_organs(patch);
-  track_.advance({shaft(shape), patch, system.rows, solver_, system.lambda, number}, system.tissue);
+  track_.advance({shaft(shape), patch, system.rows, solver_, system.lambda, number, dt_}, system.tissue);
   return track_.flags();
 }
 

@@ -32,6 +32,7 @@ private:
   bool straight_edges_;
   double beam_length_;    // m
   double needle_length_;  // m
+  double dt_ = 0;         // of the step placed, s
   NeedleTrack track_;
   BoundedSolver solver_;
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 namespace stylet::physics {
 
@@ -19,11 +20,26 @@ struct ElasticMaterial {
   std::array<Relaxation, 2> relaxation{};  ///< shares together below 1; quadratic elements only
 };
 
+/// Adds a part of a material to a mean; what fades does so at the mean rate.
+inline void add_part(ElasticMaterial& mean, const ElasticMaterial& material, double weight) {
+  mean.young_modulus += weight * material.young_modulus;
+  mean.poisson_ratio += weight * material.poisson_ratio;
+  mean.stiffening += weight * material.stiffening;
+  for (std::size_t i = 0; i < mean.relaxation.size(); ++i) {
+    Relaxation& term = mean.relaxation[i];
+    const double part = weight * material.relaxation[i].share;
+    const double rate = term.share / term.time_s + part / material.relaxation[i].time_s;
+    term.share += part;
+    if (rate > 0) term.time_s = term.share / rate;
+  }
+}
+
 /// What a mesh is like around a node: means over its tetrahedra. Interpolated between nodes they are continuous,
 /// which the values of tetrahedra are not.
 struct NodeSurroundings {
   double tet_volume = 0;       ///< at rest, m^3
-  ElasticMaterial material{};  ///< by volume, as the stiffness of the node is made; E and nu alone
+  ElasticMaterial material{};  ///< by volume, as the stiffness of the node is made; of linear elements E and nu alone
+  double capsule = 0;          ///< modulus times thickness of the membrane over the body, N/m
 };
 
 }  // namespace stylet::physics

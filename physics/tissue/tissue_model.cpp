@@ -120,7 +120,7 @@ TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet
       incident_tets[next[n]++] = t;
     }
   }
-  find_surroundings();
+  find_surroundings(capsule);
   find_runs();
 }
 
@@ -155,18 +155,20 @@ void TissueModel::find_runs() {
   }
 }
 
-void TissueModel::find_surroundings() {
+void TissueModel::find_surroundings(double capsule) {
   surroundings.resize(mesh.nodes.size());
   for (std::size_t n = 0; n < surroundings.size(); ++n) {
     NodeSurroundings mean{.tet_volume = 0, .material = {.young_modulus = 0, .poisson_ratio = 0}};
     for (int k = incident_start[n]; k < incident_start[n + 1]; ++k) {
       const auto t = static_cast<std::size_t>(incident_tets[k]);
       mean.tet_volume += tets[t].volume;
-      mean.material.young_modulus += tets[t].volume * materials[t].young_modulus;
-      mean.material.poisson_ratio += tets[t].volume * materials[t].poisson_ratio;
+      add_part(mean.material, materials[t], tets[t].volume);
     }
     mean.material.young_modulus /= mean.tet_volume;
     mean.material.poisson_ratio /= mean.tet_volume;
+    mean.material.stiffening *= is_quadratic() ? 1 / mean.tet_volume : 0;
+    for (Relaxation& term : mean.material.relaxation) term.share *= is_quadratic() ? 1 / mean.tet_volume : 0;
+    mean.capsule = capsule;
     mean.tet_volume /= incident_start[n + 1] - incident_start[n];
     surroundings[n] = mean;
   }

@@ -97,7 +97,7 @@ struct TissueModel {
   std::vector<NodeSurroundings> surroundings;  ///< [nodes]
 
 private:
-  void find_surroundings();
+  void find_surroundings(double capsule);
   void find_runs();
   bool stiffens_ = false;
   bool relaxes_ = false;

@@ -14,6 +14,7 @@ Report bench_tissue(const BenchOptions& options) {
   };
   constexpr std::array kSections{
       Section{"compliance", tissue_compliance},
+      Section{"okamura", tissue_okamura},
   };
   Report report;
   for (const Section& section : kSections) {

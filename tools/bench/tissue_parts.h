@@ -10,4 +10,7 @@ namespace stylet::bench {
 /// quadratic elements twice refined; nodes, factor and step of each: compliance.*
 Report tissue_compliance(const BenchOptions& options);
 
+/// A needle at 3 mm/s into a block of bovine liver, beside what is published of it: okamura.*
+Report tissue_okamura(const BenchOptions& options);
+
 }  // namespace stylet::bench

@@ -1,0 +1,96 @@
+// A needle that is as thin as it is, pressed into liver with a capsule: the force rises as real liver's does.
+#include "tools/reference/liver_block.h"
+
+#include "physics/contact/subgrid_compliance.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+namespace stylet::reference {
+namespace {
+
+constexpr double kSpeed = 3e-3;       // m/s
+constexpr double kRadius = 0.635e-3;  // m
+
+/// Coarse, and the tip at the face.
+LiverBlockSettings small_block() {
+  LiverBlockSettings settings;
+  settings.cells_across = 6;
+  settings.cells_deep = 4;
+  settings.gap = 0;
+  return settings;
+}
+
+// Beside Boussinesq's punch: the same at no force, and with force ever less; a capsule alone makes F ~ d^3.
+TEST(LiverBlock, TheTipsNearFieldStiffensFromBoussinesqOn) {
+  physics::SubgridSite site{.tet_volume = 1e-6,
+                            .material = {.young_modulus = 6e3, .poisson_ratio = 0.49},
+                            .barycentric = Eigen::Vector4d(1, 1, 1, 0) / 3};
+  const double linear = physics::surface_tip_compliance(site, kRadius);
+  EXPECT_EQ(physics::stiffened_tip_compliance(site, kRadius, 1), linear);
+  site.material.stiffening = 8;
+  site.capsule = 500;
+  EXPECT_EQ(physics::stiffened_tip_compliance(site, kRadius, 0), linear);
+  EXPECT_NEAR(physics::stiffened_tip_compliance(site, kRadius, 1e-5) / linear, 1, 1e-3);
+  double before = 0;
+  for (const double force : {0.01, 0.1, 0.3, 1.0, 3.0}) {  // the depth grows, ever less than the force
+    const double depth = force * physics::stiffened_tip_compliance(site, kRadius, force);
+    EXPECT_GT(depth, before);
+    if (before > 0) {
+      EXPECT_LT(depth / force, 0.95 * linear);
+    }
+    before = depth;
+  }
+  site.material = {.young_modulus = 1, .poisson_ratio = 0.49};
+  const auto depth = [&](double force) { return force * physics::stiffened_tip_compliance(site, kRadius, force); };
+  EXPECT_NEAR(std::log2(depth(2e-2) / depth(1e-2)), 1.0 / 3, 0.05);
+}
+
+TEST(LiverBlock, ForceIsConvexUntilTheCapsuleBreaks) {
+  LiverBlock block(small_block());
+  block.go(kSpeed, 5);
+  std::vector<double> depth;
+  std::vector<double> force;
+  double after = 0;
+  for (const LiverBlock::Sample& sample : block.samples()) {
+    if (sample.inside) {
+      after = sample.force;
+      break;
+    }
+    depth.push_back(sample.travel);
+    force.push_back(sample.force);
+  }
+  ASSERT_EQ(block.needle().puncture_count, 1U);
+  const double exponent = force_exponent(depth, force);
+  std::printf("  breaks at %.1f mm with %.2f N, then %.2f N; F ~ d^%.2f\n", 1e3 * depth.back(), force.back(), after,
+              exponent);
+  EXPECT_GE(exponent, 1.7);
+  EXPECT_LE(exponent, 2.2);
+  EXPECT_LT(after, 0.5 * force.back());
+  EXPECT_EQ(block.needle().flags, 0U);
+}
+
+TEST(LiverBlock, UnloadedItGivesLessBackThanItTook) {
+  LiverBlock block(small_block());
+  block.go(kSpeed, 2);
+  const double pressed = block.samples().back().force;
+  ASSERT_GT(pressed, 0.1);
+  block.go(0, 10);
+  const double held = block.samples().back().force;
+  std::printf("  %.3f N, 10 s later %.3f N\n", pressed, held);
+  EXPECT_LT(held, 0.8 * pressed);
+  EXPECT_GT(held, 0.6 * pressed);
+  const double work = block.needle().hand_work;
+  block.go(-kSpeed, 2);
+  const double left = block.needle().hand_work;
+  std::printf("  work in %.3f mJ, left when it is back %.3f mJ\n", 1e3 * work, 1e3 * left);
+  EXPECT_GT(left, 0.1 * work);
+  EXPECT_EQ(block.needle().puncture_count, 0U);
+}
+
+}  // namespace
+}  // namespace stylet::reference
