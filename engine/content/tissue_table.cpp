@@ -24,7 +24,7 @@ constexpr std::array<TissueKey, 27> kKeys{{
      [](Tissue& t) -> double& { return t.density; }},
     {"mechanics",
      key::number("stiffening", "", {0, 200},
-                 "b: strained tissue is exp(b |strain|^2) times as stiff; bodies of quadratic elements only")
+                 "b: strained tissue is exp(b strain^2) times as stiff; bodies of quadratic elements only")
          .otherwise(0),
      [](Tissue& t) -> double& { return t.mechanics.stiffening; }},
     {"mechanics",

@@ -17,9 +17,9 @@ struct LiverBlockSettings {
   int cells_deep = 5;
   physics::ElasticMaterial material{.young_modulus = 6e3,
                                     .poisson_ratio = 0.49,
-                                    .stiffening = 6,
-                                    .relaxation = {{{.share = 0.2, .time_s = 0.5}, {.share = 0.25, .time_s = 5}}}};
-  double capsule = 500;  ///< modulus times thickness, N/m
+                                    .stiffening = 14,
+                                    .relaxation = {{{.share = 0.15, .time_s = 0.5}, {.share = 0.35, .time_s = 5}}}};
+  double capsule = 600;  ///< modulus times thickness, N/m
   physics::InsertionResistance resistance{.puncture_force = 1.41, .cutting_force = 0.15, .friction_per_length = 18};
   double gap = 0.009;  ///< between tip and face at the start
   double haptic_hz = 1000;
