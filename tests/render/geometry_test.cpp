@@ -1,7 +1,7 @@
 // What is drawn, without a GPU: the needle's tube, the probe's body, the camera.
+#include "engine/render/geometry.h"
 #include "engine/content/scene.h"
 #include "engine/render/camera.h"
-#include "engine/render/geometry.h"
 #include "engine/render/needle_mesh.h"
 #include "engine/render/probe_mesh.h"
 #include "engine/render/rod_mesh.h"
