@@ -104,6 +104,7 @@ void HaplyClient::check_echo(const Arm& arm, std::int64_t now_ns) {
   if (now_ns - unanswered_ns_ < kEcho || form_ == Form::kNone) return;
   form_ = static_cast<Form>(static_cast<int>(form_) + 1);
   unanswered_ns_ = now_ns;
+  let_go_ = true;
 }
 
 std::string HaplyClient::what_is_wrong(const Grip* grip) const {
@@ -133,7 +134,7 @@ Eigen::Vector3d HaplyClient::force(std::int64_t now_ns) const {
 
 std::string HaplyClient::next(std::int64_t now_ns) {
   if (!failed_.empty()) return {};
-  if (!able(now_ns)) adapter_.interrupt();
+  if (!able(now_ns) || let_go_) adapter_.interrupt();
   if (!heard_ && now_ns - connected_ns_ < kInventoryWait) return {};
   if (outstanding_ > 0) {
     const std::int64_t patience = heard_ && state_ns_ != 0 ? kAnswer : kFirstAnswer;
@@ -144,7 +145,6 @@ std::string HaplyClient::next(std::int64_t now_ns) {
     // The device may hold the force that went with the message.
     if (outstanding_ == 1 && pushed_ && force(now_ns).isZero(0)) {
       ++outstanding_;
-      pushed_ = false;
       return force_message({0, 0, 0});
     }
     return {};
@@ -162,9 +162,12 @@ std::string HaplyClient::next(std::int64_t now_ns) {
     introduced_ = true;
     return first_message();
   }
-  const Eigen::Vector3d push = turned(force(now_ns));
-  pushed_ = !push.isZero(0);
-  return force_message(push);
+  return force_message(turned(force(now_ns)));
+}
+
+std::string HaplyClient::last_word() {
+  ending_ = true;
+  return pushed_ ? force_message({0, 0, 0}) : std::string();
 }
 
 std::string HaplyClient::first_message() {
@@ -176,9 +179,16 @@ std::string HaplyClient::first_message() {
 
 std::string HaplyClient::force_message(const Eigen::Vector3d& force) {
   const std::string xyz = fmt::format(R"({{"x":{},"y":{},"z":{}}})", force.x(), force.y(), force.z());
+  // Whichever key the force that is under way went under, a zero takes it back; one that has both may be ignored by a
+  // service that knows one, and so the next zero goes under that alone.
+  const bool zero = force.isZero(0);
+  const bool one_key = (form_ == Form::kVector || form_ == Form::kValues) && (!zero || zero_sent_);
+  zero_sent_ = zero && !one_key;
+  if (zero_sent_) let_go_ = false;
+  pushed_ = !zero || (zero_sent_ && form_ != Form::kBoth && form_ != Form::kNone);
   std::string keys;
-  if (form_ != Form::kValues) keys = R"("vector":)" + xyz;
-  if (form_ != Form::kVector) keys += (keys.empty() ? "" : ",") + (R"("values":)" + xyz);
+  if (!one_key || form_ == Form::kVector) keys = R"("vector":)" + xyz;
+  if (!one_key || form_ == Form::kValues) keys += (keys.empty() ? "" : ",") + (R"("values":)" + xyz);
   return fmt::format(R"({{"inverse3":[{{"device_id":{},"commands":{{"set_cursor_force":{{{}}}}}}}]}})",
                      json_text(pair_.arm), keys);
 }

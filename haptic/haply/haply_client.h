@@ -52,6 +52,10 @@ public:
   std::uint8_t gain() const { return adapter_.gain(); }
   /// From now on zero force only. @return whether the service has answered one
   bool end();
+  /// Of a connection that is given up: what takes the last force back, to be asked for until it is empty.
+  std::string last_word();
+  /// Whether the session wants the motors on.
+  bool enabled() const { return adapter_.enabled(); }
 
   /// Why this connection is to be given up; empty: it is not.
   const std::string& failed() const { return failed_; }
@@ -76,14 +80,15 @@ private:
   bool introduced_ = false;  // the first message was sent
   bool ending_ = false;
   int outstanding_ = 0;
-  std::int64_t sent_ns_ = 0;     // of the last message
   std::int64_t waiting_ns_ = 0;  // since when an answer is due
   std::int64_t looked_ns_ = 0;
   std::int64_t state_ns_ = 0;  // when our arm last told its position; 0: never
   int nonsense_ = 0;
   int unasked_ = 0;
-  bool pushed_ = false;  // the last message held a force that is not zero
-  Arm arm_{};            // all that is known of it
+  bool pushed_ = false;     // a force that is not zero has not been taken back yet under each key
+  bool zero_sent_ = false;  // the last message was a zero under both keys
+  bool let_go_ = false;     // the key changes: no force until a zero has gone out under both
+  Arm arm_{};               // all that is known of it
   // The key of the force has changed with the versions, and the wrong one is ignored without a word.
   Form form_ = Form::kBoth;
   std::int64_t unanswered_ns_ = 0;  // since when a force shows in no state; 0: it does

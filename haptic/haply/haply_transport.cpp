@@ -1,5 +1,6 @@
 #include "haptic/haply/haply_transport.h"
 
+#include "haptic/hid/force_writer.h"
 #include "haptic/paced_loop.h"
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@ namespace {
 
 constexpr double kConnect = 1;                    // s
 constexpr std::int64_t kPeriod = 1'000'000;       // ns
+constexpr int kFifoPriority = 78;                 // below the haptic thread's and its writer's
 constexpr std::int64_t kGoodBye = 50'000'000;     // ns
 constexpr std::int64_t kInventory = 600'000'000;  // ns, for what the service sends when somebody connects
 constexpr std::size_t kMostWaiting = 64;   // reports that nobody reads; as many as the kernel keeps of a HID device
@@ -71,9 +73,14 @@ void HaplyTransport::run(const std::stop_token& stop) {
   MonotonicClock clock;
   std::int64_t due_ns = clock.now_ns();
   bool open = true;
+  bool fifo = false;
   while (open && !stop.stop_requested()) {
     {
       const std::scoped_lock lock(mutex_);
+      if (client_.enabled() != fifo) {
+        fifo = client_.enabled();
+        hid::run_under_fifo(fifo ? kFifoPriority : 0);
+      }
       std::string message = client_.next(clock.now_ns());
       if (!message.empty()) socket_.send(std::move(message));
       if (!client_.failed().empty()) break;
@@ -82,9 +89,17 @@ void HaplyTransport::run(const std::stop_token& stop) {
     open = socket_.run_until(due_ns, [this](std::string_view text) { take(text); });
   }
   if (open && stop.stop_requested()) say_good_bye();
-  const std::scoped_lock lock(mutex_);
-  gone_ = true;
-  came_.notify_one();
+  {
+    const std::scoped_lock lock(mutex_);
+    gone_ = true;
+    came_.notify_one();
+    for (std::string word = client_.last_word(); !word.empty(); word = client_.last_word()) {
+      socket_.send(std::move(word));
+    }
+  }
+  if (!open) return;
+  socket_.run_until(clock.now_ns() + kPeriod, [](std::string_view) {});
+  socket_.close(static_cast<double>(kGoodBye) * 1e-9);
 }
 
 void HaplyTransport::say_good_bye() {
@@ -100,7 +115,6 @@ void HaplyTransport::say_good_bye() {
     }
     open = socket_.run_until(clock.now_ns() + kPeriod, [this](std::string_view text) { take(text); });
   }
-  socket_.close(static_cast<double>(kGoodBye) * 1e-9);
 }
 
 int HaplyTransport::read(std::span<std::uint8_t> bytes, int timeout_ms) {

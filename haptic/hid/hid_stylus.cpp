@@ -4,7 +4,9 @@
 
 #include <array>
 #include <chrono>
+#include <exception>
 #include <utility>
+#include <vector>
 
 namespace stylet::haptic::hid {
 namespace {
@@ -130,7 +132,13 @@ void HidStylus::serve(Link& link, const std::stop_token& stop) {
 
 std::unique_ptr<HidStylus::Link> HidStylus::look_for_device() const {
   const HidDeviceSummary& lost = settings_.device;
-  for (const HidDeviceSummary& device : settings_.source->list()) {
+  std::vector<HidDeviceSummary> devices;
+  try {
+    devices = settings_.source->list();
+  } catch (const std::exception&) {
+    return nullptr;  // no memory, no descriptor: the next look may have them
+  }
+  for (const HidDeviceSummary& device : devices) {
     if (device.vendor_id != lost.vendor_id || device.product_id != lost.product_id ||
         device.serial_number != lost.serial_number) {
       continue;

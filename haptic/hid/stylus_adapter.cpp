@@ -6,13 +6,13 @@
 namespace stylet::haptic::hid {
 namespace {
 
-constexpr double kFarthest = 2;              // m
+constexpr double kFarthest = 1;              // m, an axis: the range of report 1
 constexpr double kMostOffNorm = 0.01;        // of a quaternion
 constexpr std::int64_t kScanTick = 100'000;  // ns
 constexpr auto kTimeOut = static_cast<std::int64_t>(kForceStylusForceTimeout * 1e9);
 
 bool sound(const AdaptedState& state) {
-  return state.position.allFinite() && state.position.norm() < kFarthest &&
+  return state.position.allFinite() && state.position.cwiseAbs().maxCoeff() <= kFarthest &&
          std::abs(state.orientation.coeffs().norm() - 1) < kMostOffNorm;  // false of what is not finite
 }
 
@@ -65,6 +65,10 @@ bool StylusAdapter::output(std::span<const std::uint8_t> report, std::int64_t no
       dropped_ = false;
       rise_ns_ = now_ns;
     }
+    return true;
+  }
+  if (report.size() == kForceReportBytes && report[0] == kForceReport) {  // outside its range: no force
+    interrupt();
     return true;
   }
   if (report.size() != kControlReportBytes || report[0] != kControlReport) return false;

@@ -40,11 +40,11 @@ public:
   /// @param max_force_n  norm, and the range of report 2
   explicit StylusAdapter(double max_force_n) : max_force_n_(max_force_n) {}
 
-  /// What the device said. A pose that is not finite, is farther than 2 m away or whose quaternion is off by more
-  /// than 1 % is none: the state is out of range.
+  /// What the device said. A pose that is not finite, is outside the range of report 1 (1 m) or whose quaternion is
+  /// off by more than 1 % is none: the state is out of range.
   /// @return report 1. @param now_ns  monotonic clock, when it came
   std::array<std::uint8_t, kPoseReportBytes> input(const AdaptedState& state, std::int64_t now_ns);
-  /// Reports 2 and 3. @return false: it is neither
+  /// Reports 2 and 3; a report 2 outside its range is no force at once. @return false: it is neither
   bool output(std::span<const std::uint8_t> report, std::int64_t now_ns);
   /// Report 4. @return false: it is not that
   bool set_gain(std::span<const std::uint8_t> report);

@@ -149,6 +149,52 @@ TEST_F(Talk, EachVersionsKeyIsFound) {
   }
 }
 
+TEST_F(Talk, WhenTheKeyChangesNoForceIsLeftAndNoneComesOnAtOnce) {
+  for (const bool vector : {true, false}) {
+    service = HaplyService{};
+    service.takes_vector = vector;
+    service.takes_values = !vector;
+    service.echoes_zero = true;
+    connect();
+    push({0, 0, 2}, 250);  // 200 ms under both keys, then under `vector` alone
+    for (int k = 0; k < 25; ++k) step();
+    EXPECT_TRUE(applied().isZero(0)) << vector;
+    for (int k = 0; k < 1000; ++k) {
+      const double before = applied().norm();
+      push({0, 0, 2}, 1);
+      if (before == 0) {
+        ASSERT_LT(applied().norm(), 0.1) << k;
+      }
+    }
+    for (int k = 0; k < 25; ++k) step();
+    EXPECT_TRUE(applied().isZero(0)) << vector;
+  }
+}
+
+TEST_F(Talk, AConnectionThatIsGivenUpTakesItsForceBack) {
+  connect();
+  EXPECT_EQ(client->last_word(), "") << "there is none";
+  connect();
+  push({0, 0, 2}, 80);
+  for (int k = 0; k < 20; ++k) (void)client->receive(service.inventory(now), now);
+  ASSERT_THAT(client->failed(), HasSubstr("nobody asked for"));
+  ASSERT_EQ(client->next(now), "");
+  (void)service.answer(client->last_word(), now);
+  EXPECT_TRUE(applied().isZero(0));
+}
+
+TEST_F(Talk, BeyondTheRangeOfTheReportsIsNoPose) {
+  double x = 0.9;
+  service.motion = [&x](double) { return HaplyHand{.position = {x, 0, 0}}; };
+  connect();
+  push({0, 0, 2}, 80);
+  EXPECT_TRUE(pose.in_range);
+  x = 1.1;
+  push({0, 0, 2}, 2);
+  EXPECT_FALSE(pose.in_range) << "the report would say 1 m";
+  EXPECT_TRUE(applied().isZero(0));
+}
+
 TEST_F(Talk, AServiceThatTakesNoForceIsNamed) {
   service.takes_vector = false;
   connect();

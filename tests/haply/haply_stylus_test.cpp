@@ -7,10 +7,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace stylet::haptic::haply {
 namespace {
@@ -95,11 +101,57 @@ TEST_F(HaplyStylus, PosesComeInAndForcesGoOut) {
 }
 
 TEST_F(HaplyStylus, EndsWithZeroForce) {
+  server.with_service([](HaplyService& s) { s.keeps_force = true; });
   open();
   ASSERT_TRUE(step_until([&] { return applied() > 0.9; }));
   stylus.reset();
   EXPECT_EQ(applied(), 0);
   EXPECT_EQ(server.with_service([](HaplyService& s) { return s.nonsense(); }), 0u);
+}
+
+TEST_F(HaplyStylus, AConnectionThatIsGivenUpLeavesNoForce) {
+  server.with_service([](HaplyService& s) { s.keeps_force = true; });
+  HaplyTransport transport({.host = "127.0.0.1", .port = server.port()}, {});
+  const std::array<std::uint8_t, 2> enable{hid::kControlReport, 1};
+  const std::array<std::uint8_t, 7> push{hid::kForceReport, 0, 0, 0, 0, 0, 0x10};  // 1.5 N
+  const auto push_until = [&](const std::function<bool()>& done) {
+    for (int k = 0; k < 60'000; ++k) {
+      transport.write(enable);
+      transport.write(push);
+      if (done()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  };
+  ASSERT_TRUE(push_until([&] { return applied() > 1; }));
+  server.set(Trouble::kMany);
+  ASSERT_TRUE(push_until([&] { return !transport.failed().empty(); }));
+  EXPECT_TRUE(push_until([&] { return applied() == 0; })) << "before it is destroyed";
+}
+
+TEST_F(HaplyStylus, ASourceThatCannotListIsAskedAgain) {
+  struct Failing final : hid::DeviceSource {
+    explicit Failing(const HaplySource& other) : other(other) {}
+    std::vector<hid::HidDeviceSummary> list() const override {
+      if (failures > 0 && failures-- > 0) throw std::runtime_error("no descriptors");
+      return other.list();
+    }
+    std::string missing() const override { return other.missing(); }
+    std::vector<std::uint8_t> descriptor(const std::string& path) const override { return other.descriptor(path); }
+    std::unique_ptr<hid::ReportTransport> open(const std::string& path) const override { return other.open(path); }
+    const HaplySource& other;
+    mutable std::atomic<int> failures{0};
+  } failing(source);
+  const auto devices = source.list();
+  ASSERT_EQ(devices.size(), 1u);
+  stylus = std::make_unique<hid::HidStylus>(
+      hid::HidStylusSettings{.device = devices[0], .source = &failing, .fifo_priority = 0, .retry_s = 0.02});
+  ASSERT_TRUE(step_until([&] { return sample.valid; }));
+  failing.failures = 2;
+  server.set(Trouble::kReset);
+  ASSERT_TRUE(step_until([&] { return failing.failures == 0; }));
+  EXPECT_TRUE(step_until([&] { return sample.valid; }));
+  stylus.reset();
 }
 
 TEST_F(HaplyStylus, ALoopThatStopsLeavesNoForce) {

@@ -117,6 +117,9 @@ void HaplyServer::serve() {
         say(answer);
         say(answer);
         break;
+      case Trouble::kMany:
+        for (int k = 0; k < 20 && !error; ++k) say(answer);
+        break;
       case Trouble::kFragments:
         stream.text(true);
         stream.write_some(false, asio::buffer(answer.data(), 7), error);

@@ -27,6 +27,7 @@ public:
     kHuge,  ///< 1 MiB
     kBadUtf8,
     kTwice,        ///< two answers
+    kMany,         ///< twenty
     kFragments,    ///< the answer in several frames
     kPings,        ///< many pings before the answer
     kNoInventory,  ///< of the next connection: it waits to be asked

@@ -42,13 +42,17 @@ public:
   bool grip_sleeps = false;
   bool echoes = true;  ///< tells the force that it was commanded
   bool other_schema = false;
+  bool echoes_zero = false;  ///< tells none
+  bool keeps_force = false;  ///< when a session ends
   std::string position_x{};  ///< written instead of the number
 
   std::string inventory(std::int64_t now_ns) { return state(now_ns, true); }
   /// Takes the message and answers.
   std::string answer(std::string_view text, std::int64_t now_ns);
   /// A session ends: its forces go with it.
-  void disconnect() { force_.setZero(); }
+  void disconnect() {
+    if (!keeps_force) force_.setZero();
+  }
   /// The hand's motion begins with the next message.
   void begin_again() { began_ns_ = -1; }
 
