@@ -46,6 +46,9 @@ constexpr int kNoDeviceError = 5;
 constexpr double kSlow = 0.1;                   // m/s
 constexpr std::int64_t kSlowFor = 500'000'000;  // ns
 
+constexpr int kTimeGuard = 1;  // a success: the pose as before
+enum Cause { kButton = 1, kTooFast = 2, kBarked = 3 };
+
 enum Status { kPower = 0, kConnected = 1, kReset = 3, kForce = 5, kError = 9, kForceOffCause = 14 };
 
 /// X right, Y near, Z down from X near, Y right, Z up, and back.
@@ -112,6 +115,7 @@ public:
     if (!ok(result)) return ++errors_ > kMostErrors ? Read::kGone : Read::kNothing;
     if (status_[kConnected] == 0) return Read::kGone;
     errors_ = 0;
+    if (result == kTimeGuard) return Read::kNothing;  // asked too soon, or a device that says nothing new
     const Eigen::Vector3d position = reports_from_dhd() * at;
     watch_speed(position, now_ns);
     state.position = position;
@@ -159,14 +163,14 @@ public:
       return "it does not know where it is: home it as its manual says (a Falcon: push the grip in and pull it out)";
     if (on_ && status_[kForce] == 0) {
       switch (status_[kForceOffCause]) {
-        case 1:
+        case kButton:
           return "its force was switched off by its own button";
-        case 2:
+        case kTooFast:
           return "it was moved too fast: its force comes back when the hand is slow";
-        case 3:
+        case kBarked:
           return "its watch-dog has switched the force off";
         default:
-          return "its force is off";
+          return "its force is off: switch it on by its own button";
       }
     }
     if (!guarded_) return "its firmware takes no watch-dog of 20 ms; this program's own still counts";
@@ -225,9 +229,11 @@ private:
     if (ok(dhd_.get_status(status.data(), id_))) status_ = status;
   }
 
-  /// A trip ends when the hand has been slow for a while.
+  /// A trip ends when the hand has been slow for a while. What somebody or something else has switched off, such as a
+  /// dead man's switch, or nobody says why, is not ours to switch on.
   void watch_speed(const Eigen::Vector3d& position, std::int64_t now_ns) {
-    if (!on_ || status_[kForce] != 0 || status_[kForceOffCause] == 1) {
+    const int cause = status_[kForceOffCause];
+    if (!on_ || status_[kForce] != 0 || (cause != kTooFast && cause != kBarked)) {
       slow_since_ns_ = 0;
     } else {
       const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns_);

@@ -52,7 +52,7 @@ constexpr unsigned kButtons = 0x2000, kPosition = 0x2050, kTransform = 0x2052, k
 constexpr unsigned kModelType = 0x2501, kSerialNumber = 0x2504, kCalibrationStyle = 0x2555, kNominalMaxForce = 0x2603;
 constexpr unsigned kCurrentForce = 0x2700, kForceOutput = 0x4000;
 constexpr unsigned kCalibrationNeedsUpdate = 0x5001, kCalibrationNeedsManual = 0x5002;
-constexpr unsigned kInkwellStyle = 4;
+constexpr unsigned kEncoderStyle = 1, kAutoStyle = 2, kInkwellStyle = 4;
 constexpr unsigned kCommError = 0x0302, kCommConfigError = 0x0303, kInvalidLicense = 0x0600;
 constexpr unsigned kFirstForceError = 0x0200, kFirstDeviceError = 0x0300, kFirstUsageError = 0x0400;
 constexpr unsigned kContinue = 1;
@@ -285,10 +285,14 @@ private:
     manual_ = state == kCalibrationNeedsManual;
     calibrated_ = state != kCalibrationNeedsManual && state != kCalibrationNeedsUpdate;
     if (state != kCalibrationNeedsUpdate) return;
-    int style = 0;
-    hd_.get_integerv(kCalibrationStyle, &style);
-    if ((static_cast<unsigned>(style) & kInkwellStyle) != 0) manual_ = true;
-    hd_.update_calibration(static_cast<unsigned>(style));
+    int mask = 0;
+    hd_.get_integerv(kCalibrationStyle, &mask);
+    const auto styles = static_cast<unsigned>(mask);
+    const unsigned style = (styles & kAutoStyle) != 0      ? kAutoStyle
+                           : (styles & kInkwellStyle) != 0 ? kInkwellStyle
+                                                           : kEncoderStyle;
+    if (style == kInkwellStyle) manual_ = true;
+    hd_.update_calibration(style);
   }
 
   std::string why(const HdError& error) const {

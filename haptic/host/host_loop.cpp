@@ -2,37 +2,51 @@
 
 #include <array>
 #include <span>
+#include <utility>
 
 namespace stylet::haptic::host {
 
-bool HostLoop::obey(std::int64_t now_ns) {
+bool HostLoop::obey() {
+  const std::int64_t now_ns = clock_.now_ns();
+  // What waited that long may be as old.
+  const bool fresh = now_ns - std::exchange(looked_ns_, now_ns) < kSilence;
   std::array<std::uint8_t, ReportRing::kBytes> report{};
   bool any = false;
   while (const std::size_t size = channel_.orders.take(next_, report)) {
     const auto bytes = std::span(report).first(size);
-    if (!adapter_.output(bytes, now_ns)) adapter_.set_gain(bytes);
     any = true;
+    if (!fresh && bytes[0] == hid::kForceReport) continue;
+    if (!adapter_.output(bytes, now_ns)) adapter_.set_gain(bytes);
   }
   if (adapter_.enabled() != on_) {
     on_ = adapter_.enabled();
     driver_.enable(on_);
   }
-  return !any || push(now_ns);
+  if (pose_ns_ == 0 || now_ns - pose_ns_ >= kSilence) adapter_.interrupt();
+  // A force that is over does not wait behind the next read.
+  const bool over = pushed_ && adapter_.force(now_ns).isZero(0);
+  return (!any && !over) || push(now_ns);
 }
 
 bool HostLoop::push(std::int64_t now_ns) {
   if (pose_ns_ == 0 || now_ns - pose_ns_ >= kSilence) adapter_.interrupt();
-  return driver_.push(adapter_.force(now_ns));
+  const Eigen::Vector3d force = adapter_.force(now_ns);
+  const bool done = driver_.push(force);
+  pushed_ = !force.isZero(0) || (pushed_ && !done);
+  return done;
 }
 
-bool HostLoop::turn(std::int64_t now_ns) {
-  obey(now_ns);
+bool HostLoop::turn() {
+  obey();
   hid::AdaptedState state;
-  const Driver::Read read = driver_.read(state, now_ns);
+  // The library may take its time: the pose is as old as the question, the force is that of afterwards.
+  const std::int64_t asked_ns = clock_.now_ns();
+  const Driver::Read read = driver_.read(state, asked_ns);
+  const std::int64_t now_ns = clock_.now_ns();
   if (read == Driver::Read::kGone) return false;
   if (read == Driver::Read::kPose) {
-    pose_ns_ = now_ns;
-    channel_.poses.put(adapter_.input(state, now_ns));
+    pose_ns_ = asked_ns;
+    channel_.poses.put(adapter_.input(state, asked_ns));
   }
   push(now_ns);
   channel_.alive_ns.store(now_ns, std::memory_order_relaxed);

@@ -9,18 +9,20 @@
 namespace stylet::haptic::host {
 
 /// The force stylus' rules are kept here, where Stylet may stand still or be gone: 20 ms after its last report 2 the
-/// force is zero, as it is 20 ms after the last pose. Depends on its inputs only.
+/// force is zero, as it is 20 ms after the last pose. Depends on its inputs and the clock only.
 class HostLoop {
 public:
   static constexpr std::int64_t kSilence = 20'000'000;  ///< ns without a pose
 
   /// @param driver, channel  outlive it; the device is open
-  HostLoop(Driver& driver, Channel& channel) : driver_(driver), channel_(channel) {}
+  HostLoop(Driver& driver, Channel& channel, HostClock clock = real_clock())
+      : driver_(driver), channel_(channel), clock_(clock) {}
 
   /// Orders, pose, force. @return false: the device has gone
-  bool turn(std::int64_t now_ns);
-  /// Orders, and the force where there is another. @return false: the device has refused it
-  bool obey(std::int64_t now_ns);
+  bool turn();
+  /// Orders, and the force where there is another or none any more. Forces that waited for kSilence are none. @return
+  /// false: the device has refused it
+  bool obey();
   std::uint64_t obeyed() const { return next_; }
 
 private:
@@ -28,10 +30,13 @@ private:
 
   Driver& driver_;
   Channel& channel_;
+  HostClock clock_;
   hid::StylusAdapter adapter_{kMostForce};
   std::uint64_t next_ = 0;
   bool on_ = false;
-  std::int64_t pose_ns_ = 0;  // of the last one; 0: none yet
+  bool pushed_ = false;         // the device was told a force last
+  std::int64_t pose_ns_ = 0;    // of the last one; 0: none yet
+  std::int64_t looked_ns_ = 0;  // for orders
 };
 
 }  // namespace stylet::haptic::host

@@ -30,8 +30,8 @@ std::string from_environment(const char* name) {
   return value != nullptr ? value : "";
 }
 
-/// With the channel as descriptor 3 and the pipe as 4, in a group of its own, so that Ctrl-C is for this process
-/// alone.
+/// With the channel as descriptor 3 and the pipe as 4, in a session of its own, so that no terminal can end or
+/// stop it.
 pid_t start(const Vendor& vendor, int channel, int life) {
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
@@ -47,8 +47,7 @@ pid_t start(const Vendor& vendor, int channel, int life) {
   sigfillset(&all);
   posix_spawnattr_setsigmask(&how, &none);
   posix_spawnattr_setsigdefault(&how, &all);
-  posix_spawnattr_setpgroup(&how, 0);
-  posix_spawnattr_setflags(&how, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  posix_spawnattr_setflags(&how, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSID);
   std::string program = vendor.program, kind = vendor.kind, library = vendor.library;
   std::array<char*, 4> arguments{program.data(), kind.data(), library.data(), nullptr};
   pid_t process = -1;
@@ -114,7 +113,7 @@ void HostTransport::end(double grace_s) {
   MonotonicClock clock;
   const std::int64_t until_ns = clock.now_ns() + static_cast<std::int64_t>(grace_s * 1e9);
   while (!over() && clock.now_ns() < until_ns) clock.sleep_until_ns(clock.now_ns() + kLook);
-  if (process_ > 0) {
+  if (!over()) {
     kill(process_, SIGKILL);
     waitpid(process_, nullptr, 0);
     process_ = -1;
@@ -124,7 +123,10 @@ void HostTransport::end(double grace_s) {
 }
 
 bool HostTransport::over() {
-  if (process_ > 0 && waitpid(process_, nullptr, WNOHANG) == process_) process_ = -1;
+  if (process_ < 0) return true;
+  const pid_t ended = waitpid(process_, nullptr, WNOHANG);
+  // Where somebody ignores SIGCHLD no ended child is kept, and its number may be another's.
+  if (ended == process_ || (ended < 0 && errno == ECHILD)) process_ = -1;
   return process_ < 0;
 }
 

@@ -13,13 +13,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <thread>
 
 namespace stylet::haptic::host {
@@ -169,6 +173,41 @@ TEST_P(HostProcess, AHostThatIsKilledIsStartedAnew) {
   kill(process, SIGKILL);
   ASSERT_TRUE(step_until([&] { return !stylus->connected() || mock->process != process; }));
   EXPECT_TRUE(step_until([&] { return mock->process != process && pushes(); }));
+}
+
+TEST_P(HostProcess, NoTerminalAndNoDescriptorOfStyletIsItsOwn) {
+  const int inherited = dup2(STDIN_FILENO, 77);  // without FD_CLOEXEC
+  ASSERT_EQ(inherited, 77);
+  const HostTransport host(vendor);
+  ::close(inherited);
+  EXPECT_EQ(getsid(host.process()), host.process());
+  const auto file = std::filesystem::path("/proc") / std::to_string(host.process()) / "fd" / "77";
+  std::error_code error;
+  EXPECT_FALSE(std::filesystem::exists(std::filesystem::symlink_status(file, error)));
+}
+
+TEST_P(HostProcess, AHostThatIsAskedToEndSwitchesTheForceOff) {
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+    mock->reset();
+    const HostTransport host(vendor);
+    kill(host.process(), signal);
+    EXPECT_TRUE(wait_until([&] { return mock->closed == 1; })) << signal;
+  }
+}
+
+TEST_P(HostProcess, WhereChildrenAreNotKeptItsEndIsSeen) {
+  const auto before = std::signal(SIGCHLD, SIG_IGN);
+  {
+    HostTransport host(vendor);
+    const pid_t process = host.process();
+    kill(process, SIGKILL);
+    ASSERT_TRUE(wait_until([&] { return kill(process, 0) != 0; }));
+    std::array<std::uint8_t, 31> bytes{};
+    while (host.read(bytes, 0) > 0) continue;
+    EXPECT_LT(host.read(bytes, 0), 0);
+    EXPECT_LT(host.process(), 0) << "its number may be another's by now";
+  }
+  std::signal(SIGCHLD, before);
 }
 
 TEST_P(HostProcess, ALibraryThatHangsIsLeftAndLoadedAnew) {

@@ -8,6 +8,7 @@
 #include <poll.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -67,7 +68,7 @@ void serve(Driver& driver, Channel& channel) {
   HostLoop loop(driver, channel);
   std::int64_t due_ns = now_ns();
   for (int turn = 0; asked_to_end == 0 && channel.quit.load(std::memory_order_acquire) == 0 && !orphaned(); ++turn) {
-    if (!loop.turn(now_ns())) {
+    if (!loop.turn()) {
       say(channel, HostState::kGone, "the device was pulled out");
       return;
     }
@@ -76,7 +77,8 @@ void serve(Driver& driver, Channel& channel) {
     if (turn % kNeedsEvery == kNeedsEvery - 1) put_text(channel.message, driver.needs());
     due_ns = std::max(due_ns + kPeriod, now_ns());
     for (std::int64_t now = now_ns(); now < due_ns; now = now_ns()) {
-      if (channel.orders.wait(loop.obeyed(), due_ns - now)) loop.obey(now_ns());
+      channel.orders.wait(loop.obeyed(), due_ns - now);
+      loop.obey();
     }
   }
 }
@@ -88,7 +90,8 @@ int main(int argc, char** argv) try {
     std::fprintf(stderr, "stylet_device_host: is started by stylet\n");
     return 2;
   }
-  std::signal(SIGTERM, [](int) { asked_to_end = 1; });
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) std::signal(signal, [](int) { asked_to_end = 1; });
+  close_range(kLife + 1, ~0U, 0);  // what Stylet has open is not the library's
   SharedChannel shared(kChannel);
   std::thread(end_if_orphaned).detach();
   const std::unique_ptr<Driver> driver = make_driver(argv[1], argc > 2 ? argv[2] : "");

@@ -30,6 +30,7 @@ struct MockDevice {
     kCached,  ///< success of another kind: TIMEGUARD
     kSaturated,
     kFrozen,  ///< its joints stand at zero
+    kUncalibrated,
   };
 
   // By the test.
@@ -43,6 +44,7 @@ struct MockDevice {
   std::atomic<double> x, y, z;   ///< as the library gives it
   std::atomic<double> turn_x;    ///< rad about its own first axis
   std::atomic<int> buttons;
+  std::atomic<int> styles;  ///< of calibration, a mask
 
   // By the library.
   std::atomic<double> fx, fy, fz;  ///< as it was told
@@ -52,6 +54,7 @@ struct MockDevice {
   std::atomic<int> open;
   std::atomic<int> closed;  ///< times
   std::atomic<int> watch_dog;
+  std::atomic<int> calibrated_by;         ///< the style it was asked for
   std::atomic<std::uint64_t> forces;      ///< that were not zero
   std::atomic<std::uint64_t> not_finite;  ///< forces
   std::atomic<std::uint64_t> broken;      ///< calls that its documentation does not allow
@@ -62,7 +65,7 @@ struct MockDevice {
   void reset() {
     now_ns = 0, fault = kNone, devices = 1, open_error = 0, major = 3, deaf = 0, status_size = 17;
     x = y = z = turn_x = 0;
-    buttons = 0;
+    buttons = 0, styles = 2, calibrated_by = 0;
     fx = fy = fz = 0;
     force_ns = 0, on = 0, cause = 0, open = 0, closed = 0, watch_dog = 0;
     forces = not_finite = broken = calls = 0;

@@ -160,7 +160,7 @@ EXPORT unsigned char hdIsEnabled(unsigned) {
 }
 EXPORT void hdGetIntegerv(unsigned what, int* value) {
   expect_open();
-  *value = what == 0x2000 ? mock().buttons.load() : 2;
+  *value = what == 0x2000 ? mock().buttons.load() : mock().styles.load();
 }
 EXPORT void hdGetDoublev(unsigned what, double* value) {
   expect_open();
@@ -193,9 +193,11 @@ EXPORT const char* hdGetString(unsigned what) {
 }
 EXPORT unsigned hdCheckCalibration() {
   if (mock().fault == MockDevice::kNotHomed) return 0x5002;
-  return 0x5000;
+  return mock().fault == MockDevice::kUncalibrated ? 0x5001 : 0x5000;
 }
-EXPORT void hdUpdateCalibration(unsigned) {}
+EXPORT void hdUpdateCalibration(unsigned style) {
+  mock().calibrated_by = static_cast<int>(style);
+}
 EXPORT void hdStartScheduler() {
   Servo& s = servo();
   s.runs = true;
