@@ -136,7 +136,8 @@ void describe_motion(const hid::StylusMap& map, const hid::DeviceProfile& profil
   }
 }
 
-void describe_force(const hid::ForceOutput& output, json& out, std::string& text) {
+/// @param is_hid  it is used without its name too
+void describe_force(const hid::ForceOutput& output, bool is_hid, json& out, std::string& text) {
   if (output.way() == hid::ForceOutput::Way::kNone) return;
   const bool sample = output.way() == hid::ForceOutput::Way::kForceSample;
   const char* way = sample ? "PID Download Force Sample" : "PID constant force";
@@ -158,8 +159,9 @@ void describe_force(const hid::ForceOutput& output, json& out, std::string& text
           : "; does NOT drop the force by itself");
   if (!output.lets_go()) {
     text += fmt::format(
-        "  {:<11}its force would stay on if the computer stopped: used only by name, --device hid:VID:PID\n",
-        "warning");
+        "  {:<11}{}\n", "warning",
+        is_hid ? "its force would stay on if the computer stopped: used only by name, --device hid:VID:PID"
+               : "its force may stay on if this computer stops; be ready to switch it off");
   }
   out["force"] = {{"way", way},
                   {"axes", std::move(axes)},
@@ -168,7 +170,7 @@ void describe_force(const hid::ForceOutput& output, json& out, std::string& text
                   {"max_stiffness_n_per_m", limits.max_stiffness_n_per_m},
                   {"max_damping_n_s_per_m", limits.max_damping_n_s_per_m},
                   {"timeout_ms", output.held_s() * 1e3},
-                  {"by_name_only", !output.lets_go()}};
+                  {"by_name_only", is_hid && !output.lets_go()}};
 }
 
 }  // namespace
@@ -209,7 +211,7 @@ json describe_device(const ListedDevice& device, std::span<const std::uint8_t> d
         text +=
             fmt::format("  {:<11}{:.0f} x {:.0f} x {:.0f} mm\n", "workspace", size_mm.x(), size_mm.y(), size_mm.z());
       }
-      describe_force(output, out, text);
+      describe_force(output, device.state.empty(), out, text);
     }
     for (const hid::DescriptorWarning& warning : parsed.warnings) {
       out["warnings"].push_back(fmt::format("byte {}: {}", warning.byte_offset, warning.text));

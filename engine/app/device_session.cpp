@@ -215,6 +215,11 @@ void feel_device(const HidChoice& choice, double each_s, Observer& observer) {
   }
   say(fmt::format("{}: hold it lightly; each lasts {:g} s, and Ctrl-C ends at once without force.", title(device),
                   each_s));
+  if (!stylus.lets_go()) {
+    observer.note(
+        Note::notice,
+        fmt::format("{}: its force may stay on if this computer stops; be ready to switch it off", title(device)));
+  }
   for (std::size_t k = 0; k < haptic::kFeels.size(); ++k) {
     haptic::FeelModel model(haptic::kFeels[k], stylus.limits());
     say(fmt::format("{} of {}: {}", k + 1, haptic::kFeels.size(), what_is_felt(haptic::kFeels[k], model)));

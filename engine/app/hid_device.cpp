@@ -88,6 +88,13 @@ Candidate candidate(const HidDeviceSummary& device, const haptic::hid::DeviceSou
   return found;
 }
 
+/// Whether it is the one at `taken`: of the pairs of an arm and a grip, ARM/GRIP, those of one arm are.
+bool is_taken(const HidChoice& choice, const std::string& path) {
+  if (choice.taken.empty() || choice.source == &haptic::hid::hid_source()) return path == choice.taken;
+  const auto arm_of = [](const std::string& pair) { return pair.substr(0, pair.find('/')); };
+  return arm_of(path) == arm_of(choice.taken);
+}
+
 /// Device frame (X right, Y up, Z towards the user) in the patient's.
 Eigen::Quaterniond patient_from_hand(const content::Scene& scene) {
   const Eigen::Vector3d up = scene.room_from_patient.linear().transpose() * Eigen::Vector3d::UnitY();
@@ -184,10 +191,15 @@ HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked)
   for (const HidDeviceSummary& device : choice.source->list()) {
     const bool meant =
         choice.vendor_id == 0 || (device.vendor_id == choice.vendor_id && device.product_id == choice.product_id);
-    if (device.path == choice.taken) continue;
+    if (is_taken(choice, device.path)) {
+      reasons += fmt::format("; {}: leads the needle", device.path);
+      continue;
+    }
     if (!meant || !device.path.starts_with(choice.path) || !seen.insert(device.path).second) continue;
     const Candidate found = candidate(device, *choice.source, profiles);
-    if (found.rank > 0 && !found.lets_go && choice.vendor_id == 0) {
+    // Those of other sources were named already.
+    const bool named = choice.vendor_id != 0 || choice.source != &haptic::hid::hid_source();
+    if (found.rank > 0 && !found.lets_go && !named) {
       reasons += fmt::format(
           "; {} {}: its force would stay on if the computer stopped; {:04x}:{:04x} by name uses it all "
           "the same",
@@ -204,7 +216,7 @@ HidDevice choose_uncalibrated(const HidChoice& choice, const std::string& asked)
             .calibration = {},
             .source = choice.source};
   }
-  if (seen.empty()) {
+  if (seen.empty() && reasons.empty()) {
     throw files::ContentError(asked + ": " + choice.source->missing());
   }
   throw files::ContentError(

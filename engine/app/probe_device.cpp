@@ -25,8 +25,8 @@ ProbeDevice::ProbeDevice(const std::string& description, const std::string& take
   device_ = open_hid_probe(choice, "--probe-device " + description, scene);
 }
 
-void ProbeDevice::start(const session::LiveSession& live) {
-  thread_ = std::jthread([this, &live](const std::stop_token& stop) {
+std::jthread ProbeDevice::lead(const session::LiveSession& live) {
+  return std::jthread([this, &live](const std::stop_token& stop) {
     auto due = std::chrono::steady_clock::now();
     while (!stop.stop_requested()) {
       const double time_s = live.time_s();

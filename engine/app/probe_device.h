@@ -25,14 +25,12 @@ public:
               session::HeldProbe& probe);
 
   std::string name() const { return device_->name(); }
-  /// From now on, in a thread of its own. @param live  outlives it or stop()
-  void start(const session::LiveSession& live);
-  void stop() { thread_ = {}; }
+  /// From now on, until the thread is destroyed: before `live` and this are.
+  [[nodiscard]] std::jthread lead(const session::LiveSession& live);
 
 private:
   session::ProbeHand hand_;
   std::unique_ptr<haptic::hid::HidStylus> device_;
-  std::jthread thread_;
 };
 
 }  // namespace stylet::app

@@ -220,9 +220,10 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   file.keep();  // what a hand has done is not done again
   live.start();
   link.start(observer);
+  std::jthread probe_hand;  // after `live`, which it looks at: whatever ends this ends it first
   if (probe_device) {
     observer.note(Note::info, "the probe is led by " + probe_device->name());
-    probe_device->start(live);
+    probe_hand = probe_device->lead(live);
   }
   session::PictureWatch pictures;
   scanner::SavedImages saved;
@@ -245,7 +246,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   const bool to_its_end =
       course.state().stage == training::Stage::debrief || (live.finished() && !course.reset_asked_for());
   course.end(live);
-  if (probe_device) probe_device->stop();
+  probe_hand = {};
   report.run = live.stop();
   const std::vector<std::string> link_lines = link.stop();
   const bool again = course.reset_asked_for() && !observer.stop_requested();

@@ -111,7 +111,7 @@ Stylus open_reporting(const StylusOpening& opening, const HidChoice& choice) {
   std::string warning;
   if (!device->lets_go()) {
     warning = device->name() +
-              ": its force stays on if this computer stops (it has neither effects that end nor a time-out); "
+              ": its force may stay on if this computer stops (nothing says that it drops it by itself); "
               "be ready to switch it off";
   }
   const int breath_button = device->free_button();

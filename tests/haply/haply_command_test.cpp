@@ -105,6 +105,7 @@ TEST_F(HaplyCommand, TrainIsLedByItAndFeelsTheNeedle) {
       "train tutorial --view headless --expert none --no-film --device haply --seconds 3 --out '{}'", out.string()));
   ASSERT_EQ(said.exit_code, 0) << said.output;
   EXPECT_THAT(said.output, HasSubstr("Haply Inverse3"));
+  EXPECT_THAT(said.output, HasSubstr("its force may stay on if this computer stops"));
   EXPECT_GT(server.with_service([](HaplyService& s) { return s.messages(); }), 100u);
   EXPECT_EQ(server.with_service([](HaplyService& s) { return s.nonsense(); }), 0u);
   EXPECT_EQ(server.with_service([](HaplyService& s) { return s.applied(HaplyServer::now_ns()).norm(); }), 0);
@@ -133,11 +134,26 @@ TEST_F(HaplyCommand, InTheOtherHandItLeadsTheProbe) {
   EXPECT_THAT(said.output, HasSubstr("leave one of --lockstep and --probe-device out"));
 }
 
+TEST_F(HaplyCommand, OneArmDoesNotLeadBoth) {
+  server.with_service([](HaplyService& s) { s.second_grip = true; });
+  const Outcome said =
+      run(fmt::format("train tutorial --view headless --expert none --no-film --device haply --probe-device haply "
+                      "--seconds 1 --out '{}'",
+                      (folder.path() / "both").string()));
+  EXPECT_NE(said.exit_code, 0);
+  EXPECT_THAT(said.output, HasSubstr("haply:049D/7A00: leads the needle"));
+}
+
+TEST_F(HaplyCommand, ItsForceMayStayOnIsSaid) {
+  EXPECT_THAT(run("devices").output, HasSubstr("its force may stay on if this computer stops"));
+}
+
 TEST_F(HaplyCommand, ItIsFeltWithoutAPatient) {
   server.with_service([](HaplyService& s) {
     s.motion = [](double t) { return HaplyHand{.position = {0, 0, -0.02 * (1 - std::cos(4 * t))}}; };
   });
   const Outcome said = run("devices --feel --each 2 haply");
+  EXPECT_THAT(said.output, HasSubstr("its force may stay on if this computer stops"));
   ASSERT_EQ(said.exit_code, 0) << said.output;
   for (const char* words : {"1 of 4: a spring", "2 of 4: a wall", "3 of 4: friction", "4 of 4: a skin"}) {
     EXPECT_THAT(said.output, HasSubstr(words));
