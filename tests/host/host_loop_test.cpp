@@ -460,7 +460,7 @@ TEST_F(HdHost, WhatCannotBeUsedIsSaidWithWhatToDo) {
 
 // ---- A library whose calls take their time
 
-/// Its clock goes on by `takes` while it is read.
+/// Its clock goes on by `takes` while it is read, by `enabling` while it is switched on.
 class SlowDriver final : public Driver {
 public:
   Device open() override { return {}; }
@@ -474,11 +474,12 @@ public:
     ++pushes;
     return true;
   }
-  void enable(bool) override {}
+  void enable(bool on) override { mock().now_ns = mock().now_ns + (on ? enabling : 0); }
   std::string needs() const override { return {}; }
   void close() override {}
 
   std::int64_t takes = 0;
+  std::int64_t enabling = 0;
   Vector3d pushed{0, 0, 0};
   int pushes = 0;
 };
@@ -514,15 +515,17 @@ TEST_F(SlowLibrary, AfterAReadThatHungThereIsNoForce) {
 }
 
 TEST_F(SlowLibrary, OrdersThatWaitedAreNotFresh) {
-  push_for(80);
-  driver.takes = 300 * kMs;
+  channel->orders.put(std::vector<std::uint8_t>{hid::kControlReport, 2});
   loop.turn();
+  driver.enabling = 300 * kMs;
+  channel->orders.put(std::vector<std::uint8_t>{hid::kControlReport, 1});
+  loop.turn();  // it hangs before the pose is asked for: that is fresh
   for (int k = 0; k < 40; ++k) order();
-  driver.takes = 0;
-  loop.turn();
-  mock().now_ns = mock().now_ns + 5 * kMs;
-  loop.turn();
-  EXPECT_EQ(driver.pushed.norm(), 0);
+  for (int k = 0; k < 3; ++k) {
+    mock().now_ns = mock().now_ns + 5 * kMs;
+    loop.turn();
+    EXPECT_EQ(driver.pushed.norm(), 0);
+  }
   push_for(80);
   EXPECT_GT(driver.pushed.norm(), 1.9);
 }
