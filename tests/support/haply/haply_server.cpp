@@ -9,6 +9,8 @@
 #include <poll.h>
 
 #include <optional>
+#include <thread>
+#include <vector>
 
 namespace stylet::support {
 
@@ -20,6 +22,11 @@ using Error = boost::system::error_code;
 struct HaplyServer::Io {
   asio::io_context context{1};
   tcp::acceptor acceptor{context, {asio::ip::make_address("127.0.0.1"), 0}};
+};
+
+struct HaplyServer::Client {
+  explicit Client(asio::io_context& context) : socket(context) {}
+  tcp::socket socket;
 };
 
 namespace {
@@ -43,16 +50,19 @@ HaplyServer::~HaplyServer() {
 }
 
 void HaplyServer::run() {
+  std::vector<std::jthread> clients;  // as the service, which has several
   while (!stop_) {
-    if (readable(io_->acceptor.native_handle(), 5)) serve();
+    if (!readable(io_->acceptor.native_handle(), 5)) continue;
+    auto client = std::make_shared<Client>(io_->context);
+    Error error;
+    io_->acceptor.accept(client->socket, error);
+    if (!error) clients.emplace_back([this, client] { serve(*client); });
   }
 }
 
-void HaplyServer::serve() {
+void HaplyServer::serve(Client& client) {
   Error error;
-  tcp::socket socket(io_->context);
-  io_->acceptor.accept(socket, error);
-  if (error) return;
+  tcp::socket& socket = client.socket;
   Trouble refuse = Trouble::kRefuse;
   if (trouble_.compare_exchange_strong(refuse, Trouble::kNone)) {
     asio::write(socket, asio::buffer(std::string("HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\n\r\n")),

@@ -51,8 +51,9 @@ public:
 
 private:
   struct Io;
+  struct Client;
   void run();
-  void serve();
+  void serve(Client& client);
 
   std::mutex mutex_;
   HaplyService service_;
