@@ -39,10 +39,16 @@ CourseStanding standing_of(store::Lab& lab, const store::Person& person, const l
   for (std::size_t e = 0; e < course.exercises.size(); ++e) {
     const lab::course::Exercise& exercise = course.exercises[e];
     const std::string version = store::sha256_of_file(exercise.scenario);
+    // A chart is of one scenario, as it is now, and of one device, the one in use: others are never joined to it.
+    std::string stylus;
     for (const store::AttemptRecord& attempt : attempts) {
-      if (attempt.scenario != exercise.scenario.stem() || !attempt.counts()) continue;
-      if (attempt.scenario_sha256 != version) {
-        ++standing.at_earlier_versions[e];
+      if (attempt.counts() && attempt.scenario_sha256 == version) stylus = attempt.stylus;
+    }
+    for (const store::AttemptRecord& attempt : attempts) {
+      if (!attempt.counts()) continue;
+      if (attempt.scenario_sha256 != version || attempt.stylus != stylus) {
+        const bool of_exercise = attempt.scenario_sha256 == version || attempt.scenario == exercise.scenario.stem();
+        standing.at_earlier_versions[e] += of_exercise ? 1 : 0;
         continue;
       }
       const auto measured = metrics.find(attempt.id);

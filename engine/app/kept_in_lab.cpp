@@ -100,7 +100,10 @@ LabAttempt::LabAttempt(TraineeRecords& records, const content::Scene& scene, Fac
                           .title = scene.name,
                           .text = scoring_of(scene)},
              .course = records.course,
-             .mode = facts.by_hand ? "graded" : "guided",
+             // Time that waits for the pictures is slower than a patient's.
+             .mode = !facts.by_hand                  ? "guided"
+                     : facts.loop_mode == "lockstep" ? "practice"
+                                                     : "graded",
              .build = build_name(),
              .stylus = std::move(facts.stylus),
              .loop_mode = std::move(facts.loop_mode)} {}
@@ -114,7 +117,12 @@ std::string LabAttempt::end(const session::SessionReport& report, const training
                             bool to_its_end, const fs::path& recording) {
   if (!attempt_.valid()) return {};
   try {
-    const std::string attempt = attempt_.get();
+    std::string attempt;
+    try {
+      attempt = attempt_.get();
+    } catch (const files::ContentError&) {  // locked then, or no room: once more, now that there is a result
+      attempt = records_.lab.begin(start_);
+    }
     store::AttemptEnd end{.status = to_its_end ? "ended" : "aborted",
                           .missed_deadlines = static_cast<std::int64_t>(report.run.haptic.missed_deadlines),
                           .state_hash = session::hash_text(report.state_hash),
@@ -130,10 +138,19 @@ std::string LabAttempt::end(const session::SessionReport& report, const training
       }
       end.failed_critical = fmt::format("{}", fmt::join(failed, " "));
     }
-    records_.lab.end(attempt, end);
-    return {};
+    std::string problem;
+    try {
+      problem = records_.lab.end(attempt, end);
+    } catch (const files::ContentError& error) {
+      // No room for both, or another program wrote: what ended is no failure for that.
+      problem = error.what();
+      end.recording.clear();
+      records_.lab.end(attempt, end);
+    }
+    if (problem.empty()) return {};
+    return fmt::format("the attempt is in the lab's records without its recording: {}", problem);
   } catch (const std::exception& error) {
-    return fmt::format("the lab's records do not have the whole attempt: {}", error.what());
+    return fmt::format("the attempt is not in the lab's records: {}", error.what());
   }
 }
 

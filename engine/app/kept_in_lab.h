@@ -43,6 +43,8 @@ public:
 
   /// The briefing is left.
   void begin();
+  /// Waits until the beginning is written or has failed, which end() does by itself.
+  void wait() const { attempt_.wait(); }
   /// Never throws: what follows a session goes on.
   /// @param to_its_end  else it was broken off
   /// @return why it is not kept, a sentence; empty: it is, or it never began

@@ -57,8 +57,9 @@ protected:
   lab::store::Lab lab() const { return lab::store::Lab({.folder = folder(), .build = "test"}); }
 
   /// An attempt of a hand.
-  void take(TraineeRecords& records, const content::Scene& scene, bool passed, bool to_its_end = true) {
-    LabAttempt attempt(records, scene, {.stylus = "mouse", .by_hand = true, .loop_mode = "threaded"});
+  void take(TraineeRecords& records, const content::Scene& scene, bool passed, bool to_its_end = true,
+            const LabAttempt::Facts& facts = {.stylus = "mouse", .by_hand = true, .loop_mode = "threaded"}) {
+    LabAttempt attempt(records, scene, facts);
     attempt.begin();
     training::TrainingReport training;
     training.metrics.push_back({.key = "elapsed_time", .unit = "s", .value = 60});
@@ -113,7 +114,7 @@ TEST_F(KeptInLab, TheSessionIsKeptAlsoWhereTheRecordsCannotBeWritten) {
     if (!fs::exists(recordings)) std::ofstream(recordings) << "in the way";
   };
   const SessionResult result = run_session(settings(), listener);
-  EXPECT_THAT(result.not_kept_because, HasSubstr("do not have the whole attempt"));
+  EXPECT_THAT(result.not_kept_because, HasSubstr("without its recording"));
   lab::store::Lab records = lab();
   ASSERT_THAT(records.attempts(), SizeIs(1));
   EXPECT_EQ(records.attempts()[0].status, "ended") << "but for its recording it is there";
@@ -121,6 +122,27 @@ TEST_F(KeptInLab, TheSessionIsKeptAlsoWhereTheRecordsCannotBeWritten) {
   EXPECT_THAT(records.metrics(records.attempts()[0].id), testing::Not(IsEmpty()));
   EXPECT_TRUE(result.page_written);
   EXPECT_TRUE(fs::exists(result.folder / "session.rec"));
+}
+
+TEST_F(KeptInLab, ABeginningThatFailedIsTriedAgainAtTheEnd) {
+  LabListener listener;
+  const fs::path in_the_way = folder() / "running";
+  fs::create_directories(folder());
+  std::ofstream(in_the_way).put('x');
+  const auto records = open_records({.name = "ada", .lab = folder()}, files_.path().string(), listener);
+  const content::Scene scene = readers::load_scene(files_.path());
+  LabAttempt attempt(*records, scene, {.stylus = "mouse", .by_hand = true, .loop_mode = "threaded"});
+  attempt.begin();
+  EXPECT_THAT(attempt.end({}, {}, true, {}), HasSubstr("is not in the lab's records")) << "it cannot be";
+  EXPECT_THAT(records->lab.attempts(), IsEmpty());
+  // In the way until the end.
+  LabAttempt other(*records, scene, {.stylus = "mouse", .by_hand = true, .loop_mode = "threaded"});
+  other.begin();
+  other.wait();
+  fs::remove(in_the_way);
+  EXPECT_THAT(other.end({}, {}, true, {}), IsEmpty());
+  ASSERT_THAT(records->lab.attempts(), SizeIs(1));
+  EXPECT_EQ(records->lab.attempts()[0].status, "ended");
 }
 
 TEST_F(KeptInLab, WhatIsWrongIsRefusedBeforeThePatientIsLoaded) {
@@ -167,6 +189,14 @@ TEST_F(KeptInLab, AttemptsOfAHandPutATraineeSomewhereInACourse) {
   EXPECT_EQ(standing().standing, lab::course::Standing::graded);
   EXPECT_NEAR(standing().chart.back().sum, 14 * 0.251314 - 1.098612, 1e-4);
   for (int i = 0; i < 5; ++i) take(*records, scene, true);
+  EXPECT_EQ(standing().standing, lab::course::Standing::competent);
+  // Time that waits for the pictures is practice; another device has a chart of its own.
+  take(*records, scene, false, true, {.stylus = "mouse", .by_hand = true, .loop_mode = "lockstep"});
+  EXPECT_EQ(records->lab.attempts().back().mode, "practice");
+  EXPECT_EQ(standing().standing, lab::course::Standing::competent);
+  take(*records, scene, true, true, {.stylus = "pen", .by_hand = true, .loop_mode = "threaded"});
+  EXPECT_EQ(standing().standing, lab::course::Standing::practising);
+  records->lab.exclude(records->lab.attempts().back().id, "trainer", "another device");
   EXPECT_EQ(standing().standing, lab::course::Standing::competent);
   // A bar that nobody met makes failures of them all.
   course.exercises[0].bars = {{.metric = "elapsed_time", .at_most = 59}};

@@ -228,7 +228,14 @@ TEST_F(Records, AnErasureThatWasCutOffIsFinishedAtTheNextStart) {
   // As a kill after the records' commit leaves it.
   std::ofstream(recording, std::ios::binary) << kept;
   std::ofstream(folder_.path() / "lab/roster.db", std::ios::binary) << roster;
+  const fs::path part = recording.string() + ".part";  // and another one in the middle of a recording
+  std::ofstream(part, std::ios::binary) << kept;
+  {
+    SqliteDatabase records(folder_.path() / "lab/lab.db", 0x53744C62);
+    records.run("INSERT INTO tombstone VALUES ($1, 'name', 0)", {ada.pseudonym});
+  }
   open();
+  EXPECT_FALSE(fs::exists(part));
   EXPECT_FALSE(fs::exists(recording));
   EXPECT_THAT(holding(lab_->folder(), "ada"), IsEmpty());
 }
@@ -245,6 +252,121 @@ TEST_F(Records, AnExclusionHasAnAuthorAndAReasonAndCanBeUndone) {
   EXPECT_TRUE(lab_->attempts()[0].counts());
   EXPECT_THAT(refusal([&] { lab_->exclude("", "trainer", "x"); }), HasSubstr("lists the ends of their ids"));
   EXPECT_THAT(refusal([&] { lab_->exclude("zzz", "trainer", "x"); }), HasSubstr("is no attempt"));
+}
+
+TEST_F(Records, NamesOutliveRecordsThatWereLost) {
+  const Person ada = lab_->enrolled("ada");
+  lab_.reset();
+  fs::rename(folder_ / "lab/lab.db", folder_ / "lost.db");
+  open();
+  EXPECT_EQ(lab_->find("ada"), std::nullopt);
+  EXPECT_EQ(lab_->enrolled("ada").pseudonym, ada.pseudonym);
+  lab_.reset();
+  fs::remove(folder_ / "lab/lab.db");
+  fs::rename(folder_ / "lost.db", folder_ / "lab/lab.db");
+  open();
+  EXPECT_EQ(lab_->get("ada").id, ada.id) << "restored, everybody is there again";
+}
+
+TEST_F(Records, WhoWasErasedComesBackAsSomebodyNew) {
+  const Person ada = lab_->enrolled("ada");
+  lab_->erase(ada);
+  // As if the roster could not be written then.
+  SqliteDatabase(folder_ / "lab/roster.db", 0x53744C72)
+      .run("INSERT INTO person VALUES ($1, 'ada', 0)", {ada.pseudonym});
+  lab_->database().run("INSERT INTO tombstone VALUES ($1, 'name', 0)", {ada.pseudonym});
+  EXPECT_NE(lab_->enrolled("ada").pseudonym, ada.pseudonym);
+  open();
+  EXPECT_EQ(lab_->people()[0].person.name, "ada");
+}
+
+TEST_F(Records, ASlipInAPseudonymEnrolsNobody) {
+  const Person ada = lab_->enrolled("ada");
+  std::string slip = ada.pseudonym;
+  slip[2] = slip[2] == '7' ? '8' : '7';
+  EXPECT_THAT(refusal([&] { lab_->enrolled(slip); }), HasSubstr("did you mean " + ada.pseudonym));
+  EXPECT_THAT(refusal([&] { lab_->enrolled(ada.pseudonym.substr(0, 6)); }), HasSubstr("did you mean"));
+  std::string of_nobody;
+  do {
+    of_nobody = new_pseudonym();
+  } while (!looks_like_pseudonym(of_nobody) || of_nobody == ada.pseudonym);
+  EXPECT_THAT(refusal([&] { lab_->enrolled(of_nobody); }), HasSubstr("is nobody's"));
+  for (const char* name : {"charles", "1234567", "bob"}) EXPECT_TRUE(lab_->enrolled(name).added) << name;
+}
+
+TEST_F(Records, TheRecordingIsACopyAndTheNumbersAreKeptAlsoWithoutIt) {
+  const Person ada = lab_->enrolled("ada");
+  const std::string attempt = lab_->begin(start_of(ada));
+  AttemptEnd end = end_of(80, true);
+  end.recording = folder_.write("session.rec", "every step");
+  EXPECT_THAT(lab_->end(attempt, end), IsEmpty());
+  std::ofstream(end.recording, std::ios::binary | std::ios::in) << "other";  // in place
+  EXPECT_EQ(read(lab_->recording_of(attempt)), "every step");
+  fs::remove_all(lab_->folder() / "recordings");
+  std::ofstream(lab_->folder() / "recordings") << "in the way";
+  const std::string second = lab_->begin(start_of(ada));
+  EXPECT_THAT(lab_->end(second, end), HasSubstr("recordings"));
+  const AttemptRecord record = lab_->attempts()[1];
+  EXPECT_TRUE(record.succeeded());
+  EXPECT_THAT(record.recording_sha256, IsEmpty());
+  EXPECT_THAT(lab_->metrics(second), SizeIs(31));
+}
+
+TEST_F(Records, ABeginningThatCannotBeWrittenLeavesNothing) {
+  AttemptStart nobody = start_of({.id = "nobody"});
+  EXPECT_THROW(lab_->begin(nobody), files::ContentError);
+  EXPECT_TRUE(fs::is_empty(lab_->folder() / "running"));
+}
+
+TEST_F(Records, AClockThatIsSetBackChangesNoOrderAndNoLastWord) {
+  const Person ada = lab_->enrolled("ada");
+  const std::string first = take(ada, 20, false);
+  lab_->exclude(first, "trainer", "unplugged");
+  now_ms_ -= 600'000;
+  lab_->exclude(first, "trainer", "");
+  const std::string second = take(ada, 80, true);
+  EXPECT_THAT(lab_->attempts()[0].excluded, IsEmpty());
+  EXPECT_EQ(lab_->attempts()[1].id, second);
+  EXPECT_EQ(lab_->attempts()[1].number, 2);
+}
+
+TEST_F(Records, ACutOffAttemptIsFoundWhateverTheComputerIsCalled) {
+  lab_->begin(start_of(lab_->enrolled("ada")));
+  lab_->database().run("UPDATE station SET name = 'as it was called'");
+  open();
+  EXPECT_EQ(lab_->attempts()[0].status, "crashed");
+}
+
+TEST_F(Records, PassesOfTheListAreThoseThatCount) {
+  const Person ada = lab_->enrolled("ada");
+  AttemptStart shown = start_of(ada);
+  shown.mode = "guided";
+  lab_->end(lab_->begin(shown), end_of(95, true));
+  const std::string passed = take(ada, 80, true);
+  EXPECT_EQ(lab_->people()[0].attempts, 2);
+  EXPECT_EQ(lab_->people()[0].passed, 1);
+  lab_->exclude(passed, "trainer", "by a rule");
+  EXPECT_EQ(lab_->people()[0].passed, 0);
+  lab_->exclude(passed, "trainer", "");
+  EXPECT_EQ(lab_->people()[0].passed, 1);
+}
+
+TEST_F(Records, NothingGoesWithItsAttemptUnasked) {
+  take(lab_->enrolled("ada"), 80, true);
+  EXPECT_THROW(lab_->database().run("DELETE FROM attempt"), files::ContentError);
+  EXPECT_THAT(lab_->all_metrics(), SizeIs(1));
+}
+
+TEST_F(Records, ABackupTakesNothingAwayAndIsKnownToAnErasure) {
+  const Person ada = lab_->enrolled("ada");
+  fs::create_directories(folder_ / "copy.part");
+  folder_.write("copy.part/mine", "a file of somebody");
+  EXPECT_THAT(refusal([&] { lab_->back_up(folder_ / "copy"); }), HasSubstr("copy.part: is there already"));
+  EXPECT_EQ(read(folder_ / "copy.part/mine"), "a file of somebody");
+  const fs::path stick = lab_->back_up(folder_ / "stick");
+  EXPECT_FALSE(fs::exists(folder_ / "stick.part"));
+  EXPECT_TRUE(fs::is_empty(lab_->folder() / "backups")) << "the one on the way";
+  EXPECT_THAT(lab_->erase(ada).backups, testing::ElementsAre(stick));
 }
 
 TEST_F(Records, ABackupIsALabOfItsOwn) {

@@ -7,6 +7,10 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <filesystem>
 #include <string>
 
@@ -70,6 +74,35 @@ TEST(Sqlite, ATransactionThatIsNotCommittedLeavesNothing) {
     transaction.commit();
   }
   EXPECT_EQ(database.run("SELECT * FROM t").size(), 1u);
+}
+
+/// Whether another process finds a lock on it.
+bool locked_for_others(const std::filesystem::path& file) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    struct flock any {};
+    any.l_type = F_WRLCK;
+    any.l_whence = SEEK_SET;
+    const int opened = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
+    ::_exit(::fcntl(opened, F_GETLK, &any) == 0 && any.l_type != F_UNLCK ? 1 : 0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 1;
+}
+
+TEST(Sqlite, AnotherConnectionOfTheProcessLeavesItsLocks) {
+  if (wal_is_safe(sqlite3_libversion_number())) GTEST_SKIP() << "the locks are in another file";
+  const support::TemporaryFolder folder;
+  SqliteDatabase database(folder / "a.db", 5);
+  database.run("CREATE TABLE t(a INTEGER PRIMARY KEY)");
+  Transaction transaction(database);
+  database.run("INSERT INTO t VALUES (1)");
+  EXPECT_TRUE(locked_for_others(folder / "a.db"));
+  const SqliteDatabase other(folder / "a.db", 5);
+  EXPECT_TRUE(locked_for_others(folder / "a.db"));
+  transaction.commit();
+  EXPECT_FALSE(locked_for_others(folder / "a.db"));
 }
 
 TEST(Sqlite, ADamagedFileSaysSo) {

@@ -71,6 +71,12 @@ bool is_pseudonym(std::string_view text) {
   return check_digit(text.substr(0, kLetters)) == text.back();
 }
 
+bool looks_like_pseudonym(std::string_view text) {
+  constexpr std::string_view kNumerals = "0123456789";
+  return is_pseudonym(normalized_pseudonym(text)) && text.find_first_of(kNumerals) != std::string_view::npos &&
+         text.find_first_not_of(kNumerals) != std::string_view::npos;
+}
+
 std::string normalized_pseudonym(std::string_view text) {
   std::string normal;
   for (const char c : text) {

@@ -17,6 +17,8 @@ std::int64_t time_of(std::string_view id);
 std::string new_pseudonym();
 /// Whether the check digit is right: a slip of one character is always found.
 bool is_pseudonym(std::string_view text);
+/// Typed as one: with the right check digit, letters and digits. New names do not look so.
+bool looks_like_pseudonym(std::string_view text);
 /// As people type it: upper case, O is 0, I and L are 1.
 std::string normalized_pseudonym(std::string_view text);
 

@@ -55,6 +55,26 @@ void sync(const fs::path& path) {
   ::close(file);
 }
 
+/// A folder of this object's own, gone with it unless it has been renamed.
+struct OwnFolder {
+  explicit OwnFolder(fs::path place) : path(private_folder(std::move(place))) {}
+  ~OwnFolder() {
+    std::error_code error;
+    fs::remove_all(path, error);
+  }
+  OwnFolder(const OwnFolder&) = delete;
+  OwnFolder& operator=(const OwnFolder&) = delete;
+  fs::path path;
+};
+
+/// Everything that was written to the disk that the folder is on.
+void sync_disk(const fs::path& folder) {
+  const int file = ::open(folder.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return;
+  ::syncfs(file);
+  ::close(file);
+}
+
 /// A lock that goes with its process. @return -1: another one has it, or there is no file
 int locked(const fs::path& path, int flags) {
   const int file = ::open(path.c_str(), flags | O_CLOEXEC, 0600);
@@ -81,6 +101,17 @@ int utc_offset_min(std::int64_t ms) {
 
 std::string time_name(std::int64_t ms) {
   return fmt::format("{:%Y%m%dT%H%M%SZ}", fmt::gmtime(static_cast<std::time_t>(ms / 1000)));
+}
+
+fs::path unfinished(const fs::path& recording) {
+  return recording.string() + ".part";
+}
+
+/// With what a kill left of it. @return it was there
+bool remove_recording(const fs::path& recording) {
+  std::error_code error;
+  const bool part = fs::remove(unfinished(recording), error);
+  return fs::remove(recording, error) || part;
 }
 
 Value or_null(const std::string& text) {
@@ -113,7 +144,7 @@ fs::path default_lab_folder() {
 
 bool AttemptRecord::counts() const {
   const bool of_gate = mode == "graded" || mode == "retention";
-  const bool scored = status != "ended" || passed.has_value();
+  const bool scored = status == "crashed" || passed.has_value();  // who broke off has a score where there is one
   return of_gate && status != "running" && scored && excluded.empty();
 }
 
@@ -143,7 +174,8 @@ Lab::~Lab() {
 
 void Lab::adopt_crashed() {
   for (const Row& row :
-       database_.run("SELECT id FROM attempt WHERE status = 'running' AND station = $1", {station()})) {
+       // Whatever this computer is called today: the file is of one, the lock tells.
+       database_.run("SELECT id FROM attempt WHERE status = 'running'")) {
     const std::string attempt = text(row[0]);
     if (running_.contains(attempt)) continue;
     const fs::path lock = settings_.folder / "running" / attempt;
@@ -170,13 +202,19 @@ void Lab::sweep_locks() {
 
 void Lab::sweep_erased() {
   for (const Row& row : database_.run("SELECT id FROM tombstone WHERE kind = 'attempt'")) {
-    std::error_code error;
-    fs::remove(recording_of(text(row[0])), error);
+    remove_recording(recording_of(text(row[0])));
   }
-  // People come into the records before their names: a name alone is of an erasure that was cut off.
-  for (const auto& [pseudonym, name] : roster_.names()) {
-    if (database_.run("SELECT 1 FROM trainee WHERE pseudonym = $1", {pseudonym}).empty()) roster_.remove(pseudonym);
-  }
+  forget_erased_names();
+}
+
+void Lab::forget_erased_names() {
+  // Only whose erasure was cut off: a name without records may be of records that were lost, and is nowhere else.
+  for (const Row& row : database_.run("SELECT id FROM tombstone WHERE kind = 'name'")) forget_name(text(row[0]));
+}
+
+void Lab::forget_name(const std::string& pseudonym) {
+  roster_.remove(pseudonym);
+  database_.run("DELETE FROM tombstone WHERE id = $1 AND kind = 'name'", {pseudonym});
 }
 
 std::string Lab::station() {
@@ -222,27 +260,48 @@ Person Lab::enrolled(const std::string& who) {
                     "its ends",
                     files::printable(who), kLongestName));
   }
+  refuse_slip(who);
+  forget_erased_names();  // who was erased comes as somebody new
   const std::int64_t now = settings_.clock();
-  Person person{.id = new_id(now), .name = who, .added = true};
-  do {
-    person.pseudonym = new_pseudonym();
-  } while (find(person.pseudonym));
-  // The records first: a name without records would be taken for an erasure that was cut off, the other way it is
-  // somebody without a name.
-  database_.run("INSERT INTO trainee(id, pseudonym, role, level, created_ms) VALUES ($1, $2, 'trainee', '', $3)",
-                {person.id, person.pseudonym, now});
-  roster_.add(who, person.pseudonym, now);
+  // The name first: a kill in between leaves one without records, which is enrolled the next time, as are those whose
+  // records were lost. Another program may do the same at once.
+  if (!roster_.pseudonym_of(who)) {
+    std::string pseudonym;
+    do {
+      pseudonym = new_pseudonym();
+    } while (find(pseudonym));
+    roster_.add(who, pseudonym, now);
+  }
+  database_.run(
+      "INSERT INTO trainee(id, pseudonym, role, level, created_ms) VALUES ($1, $2, 'trainee', '', $3) ON CONFLICT DO "
+      "NOTHING",
+      {new_id(now), roster_.pseudonym_of(who).value_or(""), now});
+  Person person = get(who);
+  person.added = true;
   return person;
+}
+
+void Lab::refuse_slip(const std::string& who) {
+  const std::string typed = normalized_pseudonym(who);
+  std::set<std::string> pseudonyms;
+  for (const Row& row : database_.run("SELECT pseudonym FROM trainee")) pseudonyms.insert(text(row[0]));
+  const std::string meant = files::nearest(typed, pseudonyms);
+  if (!looks_like_pseudonym(who) && (meant.empty() || typed.size() < 6 || typed.size() > 8)) return;
+  throw files::ContentError(fmt::format(
+      "{} looks like a pseudonym and is nobody's in {}; {}", files::printable(who), settings_.folder.string(),
+      meant.empty() ? "`stylet lab list` shows everybody" : fmt::format("did you mean {}?", meant)));
 }
 
 std::vector<PersonSummary> Lab::people() {
   const auto names = roster_.names();
   std::vector<PersonSummary> all;
-  for (const Row& row : database_.run(
-           "SELECT t.id, t.pseudonym, count(a.id), coalesce(sum(CASE WHEN a.status = 'ended' THEN a.passed ELSE 0 "
-           "END), "
-           "0), coalesce(max(a.started_ms), 0) FROM trainee t LEFT JOIN attempt a ON a.trainee = t.id GROUP BY t.id, "
-           "t.pseudonym ORDER BY t.created_ms, t.id")) {
+  for (
+      const Row& row : database_.run(
+          "SELECT t.id, t.pseudonym, count(a.id), coalesce(sum(CASE WHEN a.status = 'ended' AND a.mode IN ('graded', "
+          "'retention') AND coalesce((SELECT e.undone FROM exclusion e WHERE e.attempt = a.id ORDER BY e.at_ms DESC, "
+          "e.id DESC LIMIT 1), 1) = 1 THEN a.passed ELSE 0 END), "
+          "0), coalesce(max(a.started_ms), 0) FROM trainee t LEFT JOIN attempt a ON a.trainee = t.id GROUP BY t.id, "
+          "t.pseudonym ORDER BY t.created_ms, t.id")) {
     PersonSummary& summary = all.emplace_back();
     summary.person.id = text(row[0]);
     summary.person.pseudonym = text(row[1]);
@@ -294,10 +353,26 @@ void Lab::unlock_running(const std::string& attempt) {
 }
 
 std::string Lab::begin(const AttemptStart& start) {
-  const std::int64_t now = settings_.clock();
+  // Attempts keep their order where the clock was set back a little, or two are of one millisecond.
+  constexpr std::int64_t kSlipMs = 3'600'000;
+  std::int64_t now = settings_.clock();
+  const std::int64_t last = integer(
+      database_.run("SELECT coalesce(max(started_ms), 0) FROM attempt WHERE trainee = $1", {start.trainee})[0][0]);
+  if (now <= last && last - now < kSlipMs) now = last + 1;
   const std::string of_station = station();
   std::string attempt = new_id(now);
   lock_running(attempt);  // before the row: who finds the row without a lock takes it for cut off
+  try {
+    write_beginning(attempt, now, of_station, start);
+  } catch (...) {
+    unlock_running(attempt);
+    throw;
+  }
+  return attempt;
+}
+
+void Lab::write_beginning(const std::string& attempt, std::int64_t now, const std::string& of_station,
+                          const AttemptStart& start) {
   Transaction transaction(database_);
   keep_subject("scenario", start.scenario);
   if (start.course) keep_subject("course", *start.course);
@@ -307,7 +382,6 @@ std::string Lab::begin(const AttemptStart& start) {
       {attempt, start.trainee, start.course ? Value(start.course->sha256) : Value(), start.scenario.sha256,
        of_station, start.mode, start.build, start.stylus, start.loop_mode, now, std::int64_t{utc_offset_min(now)}});
   transaction.commit();
-  return attempt;
 }
 
 fs::path Lab::recording_of(const std::string& attempt) const {
@@ -320,14 +394,11 @@ std::int64_t Lab::keep_recording(const std::string& attempt, const fs::path& rec
   const fs::path place = recording_of(attempt);
   private_folder(settings_.folder / "recordings");
   private_folder(place.parent_path());
-  const fs::path part = place.string() + ".part";
+  const fs::path part = unfinished(place);
   std::error_code error;
-  fs::remove(part, error);
-  fs::create_hard_link(recording, part, error);
-  if (error) {
-    error.clear();
-    fs::copy_file(recording, part, error);
-  }
+  // No link: what is done to the session's results later must not change what is kept.
+  fs::copy_file(recording, part, fs::copy_options::overwrite_existing, error);
+  if (!error) fs::permissions(part, fs::perms::owner_read | fs::perms::owner_write, error);
   if (!error) sync(part);
   if (!error) fs::rename(part, place, error);
   if (error) {
@@ -335,19 +406,25 @@ std::int64_t Lab::keep_recording(const std::string& attempt, const fs::path& rec
                                           error.message(), recording.string()));
   }
   sync(place.parent_path());
-  return static_cast<std::int64_t>(fs::file_size(place));
+  return static_cast<std::int64_t>(fs::file_size(place, error));
 }
 
-void Lab::end(const std::string& attempt, const AttemptEnd& end) {
+std::string Lab::end(const std::string& attempt, const AttemptEnd& end) {
+  if (database_.run("SELECT 1 FROM attempt WHERE id = $1", {attempt}).empty()) {
+    unlock_running(attempt);
+    throw files::ContentError(database_.file().string() + ": the trainee was erased meanwhile");
+  }
   std::optional<std::int64_t> bytes;
   std::string hash;
-  std::string problem;  // of the recording: the numbers are kept all the same
+  std::string problem;
   if (!end.recording.empty()) {
     try {
       bytes = keep_recording(attempt, end.recording);
       hash = sha256_of_file(recording_of(attempt));
     } catch (const files::ContentError& error) {
       problem = error.what();
+      bytes.reset();
+      remove_recording(recording_of(attempt));  // the numbers may need its room
     }
   }
   std::optional<std::int64_t> passed;
@@ -365,7 +442,7 @@ void Lab::end(const std::string& attempt, const AttemptEnd& end) {
   }
   transaction.commit();
   unlock_running(attempt);
-  if (!problem.empty()) throw files::ContentError(problem);
+  return problem;
 }
 
 std::vector<AttemptRecord> Lab::attempts(const std::string& trainee) {
@@ -439,7 +516,10 @@ std::string Lab::exclude(const std::string& attempt, const std::string& author, 
                                           rows.size() > 1 ? "the end of several attempts" : "no attempt"));
   }
   const std::string id = text(rows[0][0]);
-  const std::int64_t now = settings_.clock();
+  // The last word is the newest also where the clock was set back.
+  const std::int64_t before =
+      integer(database_.run("SELECT coalesce(max(at_ms), 0) FROM exclusion WHERE attempt = $1", {id})[0][0]);
+  const std::int64_t now = std::max(settings_.clock(), before + 1);
   database_.run("INSERT INTO exclusion(id, attempt, author, at_ms, why, undone) VALUES ($1, $2, $3, $4, $5, $6)",
                 {new_id(now), id, author, now, why, std::int64_t{why.empty() ? 1 : 0}});
   return id;
@@ -456,6 +536,14 @@ Erased Lab::erase(const Person& person) {
       database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'attempt', $2)", {ids.back(), now});
     }
     database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'trainee', $2)", {person.id, now});
+    // Goes when the name has gone.
+    database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'name', $2) ON CONFLICT DO NOTHING",
+                  {person.pseudonym, now});
+    for (const char* of_attempts : {"attempt_metric", "exclusion"}) {
+      database_.run(
+          fmt::format("DELETE FROM {} WHERE attempt IN (SELECT id FROM attempt WHERE trainee = $1)", of_attempts),
+          {person.id});
+    }
     database_.run("DELETE FROM attempt WHERE trainee = $1", {person.id});
     database_.run("DELETE FROM trainee WHERE id = $1", {person.id});
     database_.run("DELETE FROM audit WHERE object = $1", {person.pseudonym});
@@ -463,15 +551,23 @@ Erased Lab::erase(const Person& person) {
                   {new_id(now), now});
     transaction.commit();
   }
-  roster_.remove(person.pseudonym);
   erased.attempts = static_cast<int>(ids.size());
   std::error_code error;
-  for (const std::string& id : ids) erased.recordings += fs::remove(recording_of(id), error) ? 1 : 0;
+  for (const std::string& id : ids) erased.recordings += remove_recording(recording_of(id)) ? 1 : 0;
+  forget_name(person.pseudonym);
   database_.run("VACUUM");
   for (const auto& entry : fs::directory_iterator(settings_.folder / "backups", error)) {
-    erased.backups.push_back(entry.path());
+    erased.backups.push_back(fs::absolute(entry.path(), error));
+  }
+  // Also those elsewhere, a stick that is not plugged in among them.
+  for (const Row& row : database_.run("SELECT object FROM audit WHERE what = 'backup'")) {
+    const fs::path elsewhere = text(row[0]);
+    if (elsewhere.parent_path() != fs::absolute(settings_.folder / "backups", error)) {
+      erased.backups.push_back(elsewhere);
+    }
   }
   std::ranges::sort(erased.backups);
+  erased.backups.erase(std::unique(erased.backups.begin(), erased.backups.end()), erased.backups.end());
   return erased;
 }
 
@@ -484,19 +580,33 @@ fs::path Lab::back_up(fs::path to) {
     throw files::ContentError(to.string() + ": is there already; name a folder that is not");
   }
   // Whole or not there: made beside its place.
-  const fs::path part = to.string() + ".part";
-  fs::remove_all(part, error);
-  private_folder(part);
-  database_.copy_to(part / "lab.db");
-  roster_.database().copy_to(part / "roster.db");
+  if (const fs::path part = to.string() + ".part"; fs::exists(part, error)) {
+    throw files::ContentError(
+        part.string() +
+        ": is there already, of a backup that was cut off or of something else; take it away, or "
+        "name another folder");
+  }
+  const OwnFolder part(to.string() + ".part");
+  // On the lab's own disk first: while a database is read nobody commits to it, and a stick may take minutes.
+  std::error_code ignored;
+  {
+    const OwnFolder own(private_folder(settings_.folder / "backups") / ("making-" + new_id(settings_.clock())));
+    database_.copy_to(own.path / "lab.db");
+    roster_.database().copy_to(own.path / "roster.db");
+    fs::copy(own.path, part.path, fs::copy_options::recursive, error);
+  }
   const fs::path recordings = settings_.folder / "recordings";
-  if (fs::exists(recordings, error)) fs::copy(recordings, part / "recordings", fs::copy_options::recursive, error);
-  if (!error) fs::rename(part, to, error);
+  if (!error && fs::exists(recordings, ignored)) {
+    fs::copy(recordings, part.path / "recordings", fs::copy_options::recursive, error);
+  }
+  if (!error) sync_disk(part.path);
+  if (!error) fs::rename(part.path, to, error);
   if (error) {
     throw files::ContentError(
         fmt::format("{}: cannot be written whole ({}); check folder and space", to.string(), error.message()));
   }
   sync(to.parent_path());
+  note("backup", fs::absolute(to, ignored).string());
   return to;
 }
 

@@ -68,7 +68,7 @@ struct AttemptEnd {
   std::int64_t missed_deadlines = 0;
   std::string state_hash{};
   std::vector<MetricResult> metrics{};
-  std::filesystem::path recording{};  ///< copied, or linked; empty: there is none
+  std::filesystem::path recording{};  ///< copied; empty: there is none
 };
 
 struct AttemptRecord {
@@ -143,15 +143,16 @@ public:
   /// By name or pseudonym, with whom could be meant. @throws files::ContentError  nobody
   Person get(const std::string& who);
   /// The same; a name that is new gets a pseudonym. @throws files::ContentError  no name: empty, too long, with
-  /// control characters
+  /// control characters, a pseudonym with a slip or of nobody
   Person enrolled(const std::string& who);
   std::vector<PersonSummary> people();
 
   /// The procedure begins. @return id of the attempt, which is "running" while this lives
   std::string begin(const AttemptStart& start);
   /// It is over: numbers and status, all or nothing, and the recording.
-  /// @throws files::ContentError  also where all but the recording is kept
-  void end(const std::string& attempt, const AttemptEnd& end);
+  /// @return why the recording is not kept, all else is; empty: it is, or there is none
+  /// @throws files::ContentError  nothing is kept; it may be tried again
+  std::string end(const std::string& attempt, const AttemptEnd& end);
 
   /// In order of time. @param trainee  Person::id; empty: of all
   std::vector<AttemptRecord> attempts(const std::string& trainee = {});
@@ -178,6 +179,11 @@ private:
   void adopt_crashed();
   void sweep_locks();
   void sweep_erased();
+  void forget_erased_names();
+  void refuse_slip(const std::string& who);
+  void forget_name(const std::string& pseudonym);
+  void write_beginning(const std::string& attempt, std::int64_t now, const std::string& of_station,
+                       const AttemptStart& start);
   void lock_running(const std::string& attempt);
   void unlock_running(const std::string& attempt);
   void keep_subject(const char* table, const Subject& subject);

@@ -20,7 +20,7 @@ std::optional<std::string> Roster::pseudonym_of(const std::string& name) {
 }
 
 void Roster::add(const std::string& name, const std::string& pseudonym, std::int64_t now_ms) {
-  database_.run("INSERT INTO person VALUES ($1, $2, $3)", {pseudonym, name, now_ms});
+  database_.run("INSERT INTO person VALUES ($1, $2, $3) ON CONFLICT(name) DO NOTHING", {pseudonym, name, now_ms});
 }
 
 void Roster::remove(const std::string& pseudonym) {

@@ -36,11 +36,12 @@ const std::vector<Migration>& all() {
                "TEXT, missed_deadlines INT8, state_hash TEXT, recording_sha256 TEXT, recording_bytes INT8) STRICT",
                "CREATE INDEX attempt_of_trainee ON attempt(trainee, scenario, started_ms)",
                "CREATE INDEX attempt_by_status ON attempt(status)",
-               "CREATE TABLE attempt_metric(attempt TEXT NOT NULL REFERENCES attempt(id) ON DELETE CASCADE, metric "
+               // No cascade: with it a later version that rebuilds `attempt` (DROP TABLE deletes its rows first)
+               // would empty what refers to it.
+               "CREATE TABLE attempt_metric(attempt TEXT NOT NULL REFERENCES attempt(id), metric "
                "TEXT NOT "
                "NULL, value REAL8, points REAL8, most REAL8, PRIMARY KEY(attempt, metric)) KEYED",
-               "CREATE TABLE exclusion(id TEXT PRIMARY KEY, attempt TEXT NOT NULL REFERENCES attempt(id) ON DELETE "
-               "CASCADE, "
+               "CREATE TABLE exclusion(id TEXT PRIMARY KEY, attempt TEXT NOT NULL REFERENCES attempt(id), "
                "author TEXT NOT NULL, at_ms INT8 NOT NULL, why TEXT NOT NULL, undone INT8 NOT NULL) STRICT",
                "CREATE INDEX exclusion_of_attempt ON exclusion(attempt)",
                "CREATE TABLE audit(id TEXT PRIMARY KEY, at_ms INT8 NOT NULL, who TEXT NOT NULL, what TEXT NOT NULL, "

@@ -38,7 +38,10 @@ bool on_network_drive(const fs::path& folder) {
 
 /// What is in it is about people: SQLite would let the umask decide.
 void make_private(const fs::path& file) {
-  const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  // Never opened where it is there: closing it would drop every lock that this process has on it (POSIX), also in the
+  // middle of another connection's transaction.
+  const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (made < 0 && errno == EEXIST && ::access(file.c_str(), R_OK | W_OK) == 0) return;
   if (made < 0) {
     throw files::ContentError(
         fmt::format("{}: cannot be opened ({}); check folder and rights", file.string(), std::strerror(errno)));
