@@ -20,8 +20,10 @@ namespace stylet::lab::course {
 namespace {
 
 using nlohmann::json;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 const std::filesystem::path kContent = std::filesystem::path(STYLET_SOURCE_DIR) / "content";
 const std::filesystem::path kShipped = kContent / "courses" / "needle_basics.json";
@@ -43,6 +45,18 @@ Read read(const json& tree) {
   result.course = read_course(file, &result.warnings);
   result.problems = file.problems();
   return result;
+}
+
+TEST(CourseFile, RatesMayBeJustAsCloseAsTheyMay) {
+  json tree = shipped();
+  json& gate = tree["exercises"][0]["gate"];
+  const auto closest = [&](double acceptable, double unacceptable) {
+    gate["acceptable_failure_rate"] = acceptable;
+    gate["unacceptable_failure_rate"] = unacceptable;
+    return read(tree).problems;
+  };
+  EXPECT_THAT(closest(0.1, 0.15), Not(Contains(HasSubstr("less than")))) << "0.15 < 1.5 * 0.1 in binary";
+  EXPECT_THAT(closest(0.1, 0.149), Contains(HasSubstr("less than")));
 }
 
 TEST(CourseFile, TheShippedOneGoesFromPhantomToAblation) {

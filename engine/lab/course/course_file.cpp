@@ -134,7 +134,7 @@ public:
     exercise.days = object.integer(kGate.days);
     if (object.text(kGate.source).empty()) object.problem(kGate.source, "says nothing; name a source");
     if (file_.problems().size() == problems &&
-        exercise.rates.unacceptable < kClosestRates * exercise.rates.acceptable) {
+        exercise.rates.unacceptable < kClosestRates * exercise.rates.acceptable * (1 - 1e-9)) {
       object.problem(kGate.unacceptable,
                      fmt::format("is {}, less than {} times the acceptable {}; nobody could tell "
                                  "them apart, set them further apart",
