@@ -242,9 +242,10 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
                            .left_handed = settings.left_handed};
   SessionShown end = show_to_end(live, scene, parts, settings.stereo, stylus.duration_s, observer);
   if (sound) sound->hush();
-  // Who leaves in the middle, or begins anew, has broken it off.
-  const bool to_its_end =
-      course.state().stage == training::Stage::debrief || (live.finished() && !course.reset_asked_for());
+  // Who leaves in the middle, or begins anew, has broken it off; where nothing finishes it (in a headset, headless),
+  // leaving is its end.
+  const bool to_its_end = course.state().stage == training::Stage::debrief ||
+                          ((live.finished() || !end.could_finish) && !course.reset_asked_for());
   course.end(live);
   probe_hand = {};
   report.run = live.stop();
@@ -268,15 +269,15 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   report.saved_images = facts_of(saved);
   report.state_hash = live.state_hash();
   const recording::Recording recording = recording::read_recording(file.path());
-  if (!settings.record.empty()) write_hand(live, recording, stylus.hid, log, settings.record);
   stylus.device.reset();  // motors off before the pictures are drawn
   stylus.input = {};
   report.punctures = session::punctures(recording.events);
   report.needle_bent_deg = session::needle_bent_deg(recording.events);
   result.training = training::assess(trace.take(recording.events), scene);
   if (in_lab) result.not_kept_because = in_lab->end(report, result.training, to_its_end, file.path());
+  if (!result.not_kept_because.empty()) observer.note(Note::notice, result.not_kept_because);
+  if (!settings.record.empty()) write_hand(live, recording, stylus.hid, log, settings.record);
   if (again) {
-    if (!result.not_kept_because.empty()) observer.note(Note::notice, result.not_kept_because);
     observer.note(Note::notice, before.keep(file, report, result.training, saved));
     return {};
   }

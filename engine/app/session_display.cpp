@@ -99,7 +99,7 @@ SessionShown show_to_end(session::LiveSession& live, const content::Scene& scene
   const bool needs_pictures = watched && parts.stylus.held();  // who leads it, begins it and ends it
   while (true) {
     try {
-      if (session.in_headset && pass_in_headset(session)) return {};
+      if (session.in_headset && pass_in_headset(session)) return {.could_finish = false};
       if (session.in_headset && parts.screen != nullptr) parts.screen->arrangement.scanner = session.scanner;
       session.in_headset = false;
       if (parts.screen != nullptr) {
@@ -109,7 +109,7 @@ SessionShown show_to_end(session::LiveSession& live, const content::Scene& scene
       }
       if (parts.stylus.input.hand != nullptr) return {};  // without the headset nobody would end its session
       pass_headless(session, duration_s, true);
-      return {};
+      return {.could_finish = false};
     } catch (const gpu::DeviceLost& lost) {
       observer.task_done();
       parts.pictures.interrupted();
@@ -124,7 +124,7 @@ SessionShown show_to_end(session::LiveSession& live, const content::Scene& scene
     }
   }
   if (!needs_pictures) pass_headless(session, duration_s, false);
-  return {};
+  return {.could_finish = needs_pictures};
 }
 
 }  // namespace stylet::app

@@ -44,6 +44,7 @@ std::unique_ptr<SessionWindow> open_session_window(session::LiveSession& live, c
 /// How a session came to its end.
 struct SessionShown {
   std::unique_ptr<SessionWindow> window{};  ///< that it ended in; null: in none, or it was closed
+  bool could_finish = true;                 ///< else leaving was its end: in a headset, headless
 };
 
 /// From start() to the end of the course. Where the device is lost the session goes on with another; where there is

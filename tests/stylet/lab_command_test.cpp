@@ -88,8 +88,11 @@ TEST_F(LabCommand, KeepsShowsExportsAndErasesWhatATraineeDid) {
   const Outcome csv = act("export");
   EXPECT_EQ(csv.lines(), 3) << csv.output;
   EXPECT_THAT(csv.output, Not(HasSubstr("Ada L")));
+  EXPECT_EQ(act("export > /dev/full").exit_code, 2) << "what is not whole is no export";
+  EXPECT_EQ(run(train("--trainee ''")).exit_code, 2) << "names nobody";
   const fs::path file = folder_ / "ada.json";
   EXPECT_EQ(act("export 'Ada L' --format json --out " + file.string()).exit_code, 0);
+  EXPECT_EQ(fs::status(file).permissions() & (fs::perms::group_all | fs::perms::others_all), fs::perms::none);
   const auto exported = nlohmann::json::parse(read_text(file));
   ASSERT_EQ(exported["attempts"].size(), 2u);
   EXPECT_GT(exported["attempts"][0]["metrics"].size(), 20u);

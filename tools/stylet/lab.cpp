@@ -13,6 +13,8 @@
 #include "tools/stylet/session_options.h"
 #include "tools/stylet/terminal.h"
 
+#include <sys/stat.h>
+
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -76,8 +78,9 @@ int list(store::Lab& lab) {
 std::string result_words(const store::AttemptRecord& attempt) {
   if (!attempt.excluded.empty()) return "excluded: " + files::one_line(attempt.excluded);
   if (attempt.status == "running") return "under way";
-  if (attempt.status == "crashed") return "cut off: failed";
-  if (attempt.status == "aborted") return "broken off: failed";
+  const char* failed = attempt.counts() ? ": failed" : "";
+  if (attempt.status == "crashed") return std::string("cut off") + failed;
+  if (attempt.status == "aborted") return std::string("broken off") + failed;
   if (!attempt.passed) return "measured";
   if (*attempt.passed) return "passed";
   return attempt.failed_critical.empty() ? "failed" : "failed: " + attempt.failed_critical;
@@ -91,8 +94,8 @@ void show_course(store::Lab& lab, const store::Person& person, const std::string
   for (std::size_t e = 0; e < course.exercises.size(); ++e) {
     std::string words = lab::course::progress_words(course.exercises[e], standing.exercises[e]);
     if (standing.at_earlier_versions[e] > 0) {
-      words +=
-          fmt::format("; {} at an earlier version of the scenario are not counted", standing.at_earlier_versions[e]);
+      words += fmt::format("; {} at an earlier version of the scenario or with another device are not counted",
+                           standing.at_earlier_versions[e]);
     }
     rows.push_back({"  " + files::one_line(course.exercises[e].name), words});
   }
@@ -143,15 +146,17 @@ int export_attempts(store::Lab& lab, const LabRequest& request) {
   }
   const std::string text =
       request.format == "json" ? store::attempts_as_json(lab, trainee) : store::attempts_as_csv(lab, trainee);
+  lab.note("export", object);  // before anybody has it
   if (request.out.empty()) {
-    std::fwrite(text.data(), 1, text.size(), stdout);
+    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+      throw files::ContentError("lab export: could not be written whole; check space");
+    }
   } else {
     std::ofstream file(request.out, std::ios::binary);
     file << text;
     file.close();
     if (!file) throw files::ContentError(request.out + ": could not be written whole; check folder and space");
   }
-  lab.note("export", object);
   return kExitYes;
 }
 
@@ -197,6 +202,7 @@ int exclude(store::Lab& lab, const LabRequest& request) {
 }
 
 int run(const LabRequest& request) {
+  ::umask(077);  // pages and exports are about people, as the records
   const fs::path folder = request.folder.empty() ? store::default_lab_folder() : request.folder;
   store::Lab lab({.folder = folder, .build = app::build_name()});
   if (request.action == "show") return show(lab, request);

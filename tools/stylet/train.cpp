@@ -80,10 +80,7 @@ int train(const TrainOptions& options) {
   Terminal terminal;
   const app::SessionResult result = app::run_session(settings, terminal);
   print_folder(result);
-  if (!result.not_kept_because.empty()) {
-    say(stderr, "stylet: {}\n", result.not_kept_because);
-    return kExitBadInput;
-  }
+  if (!result.not_kept_because.empty()) return kExitBadInput;  // said when it was known
   if (result.drawn || result.waits_for_user) return result.replay_differs() ? kExitNo : kExitYes;
   if (result.not_drawn_because.empty()) return kExitInterrupted;
   say(stderr, "stylet: {}\n", result.not_drawn_because);
@@ -147,6 +144,7 @@ void add_train(CLI::App& app, int& exit_code) {
   CLI::Option* trainee = command->add_option(
       "--trainee", session.trainee.name,
       "Name or pseudonym: the attempts are kept in the lab's records, from when the procedure begins; `stylet lab`");
+  trainee->check([](const std::string& name) { return name.empty() ? std::string("names nobody") : std::string(); });
   command
       ->add_option("--course", session.trainee.course,
                    "The course that the attempts are of: a name in content/courses, or a file")

@@ -147,8 +147,10 @@ void append_exercise(std::string& html, const course::Exercise& exercise, const 
         progress.after_pause ? " After a pause: the first attempts may be worse." : "");
   }
   if (trainee.at_earlier_versions[e] > 0) {
-    fmt::format_to(out, R"(<p class="hint">{} attempts at an earlier version of the scenario are on no chart.</p>)",
-                   trainee.at_earlier_versions[e]);
+    fmt::format_to(
+        out,
+        R"(<p class="hint">{} attempts at an earlier version of the scenario or with another device are on no chart.</p>)",
+        trainee.at_earlier_versions[e]);
   }
   if (!progress.chart.empty()) {
     html += "<div class=\"plots\"><div>" + gate_plot(exercise, trainee, e, false);
