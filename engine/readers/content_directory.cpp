@@ -68,8 +68,12 @@ fs::path find_scenario(const std::string& path_or_name) {
   if (fs::is_regular_file(path_or_name, error)) return path_or_name;
   const auto entries = list_scenarios(content_directory() / "scenarios");
   std::set<std::string> names;
+  // The file of that name before another file's word for itself.
   for (const ScenarioEntry& entry : entries) {
-    if (entry.name == path_or_name || entry.path.stem() == path_or_name) return entry.path;
+    if (entry.path.stem() == path_or_name) return entry.path;
+  }
+  for (const ScenarioEntry& entry : entries) {
+    if (entry.name == path_or_name) return entry.path;
     if (entry.unreadable_because.empty()) names.insert(entry.name);
   }
   const std::string close = files::nearest(path_or_name, names);
