@@ -70,8 +70,9 @@ std::vector<ExerciseProgress> progress(const Course& course, std::span<const std
     at.enough_today = course.spacing.attempts_a_day > 0 && of_today >= course.spacing.attempts_a_day;
     at.after_pause = !taken.empty() && today - taken.back().day > course.spacing.pause_days;
     const bool locked = std::ranges::any_of(exercise.after, [&](const std::string& name) {
-      const auto before = std::ranges::find(course.exercises, name, &Exercise::name) - course.exercises.begin();
-      return !all[static_cast<std::size_t>(before)].passed_gate;
+      const auto found = std::ranges::find(course.exercises, name, &Exercise::name);
+      const auto before = static_cast<std::size_t>(found - course.exercises.begin());
+      return before >= all.size() || !all[before].passed_gate;  // what is not there nobody has passed
     });
     if (locked && !at.passed_gate) at.standing = Standing::locked;
   }
