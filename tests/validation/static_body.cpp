@@ -34,6 +34,22 @@ Matrix3Xd StaticBody::forces() {
   return f;
 }
 
+double StaticBody::gradient_error(double h) {
+  const Eigen::Matrix3Xd found = forces();
+  double worst = 0;
+  for (Eigen::Index i = 0; i < positions.size(); ++i) {
+    const auto energy_at = [&](double offset) {
+      const double here = std::exchange(positions.data()[i], positions.data()[i] + offset);
+      const double u = energy();
+      positions.data()[i] = here;
+      return u;
+    };
+    const double gradient = (8 * (energy_at(h) - energy_at(-h)) - (energy_at(2 * h) - energy_at(-2 * h))) / (12 * h);
+    worst = std::max(worst, std::abs(gradient - found.data()[i]));
+  }
+  return worst / found.cwiseAbs().maxCoeff();
+}
+
 double StaticBody::energy() {
   inverted_ = physics::update_rotations(model_, positions, rotations_);
   return physics::elastic_energy(model_, positions, rotations_, {}, memory);

@@ -27,6 +27,9 @@ public:
   Eigen::Matrix3Xd forces();
   double energy();  ///< J
   int inverted_count() const { return inverted_; }
+  /// Largest difference of forces() from the gradient of energy(), over the largest force: by fourth-order
+  /// differences of steps `h`, m.
+  double gradient_error(double h);
   /// A period of `dt` in which nothing moves (eq. 46).
   void fade(double dt);
   /// K of all nodes at `positions` [3 nodes x 3 nodes], whatever is fixed, N/m.
