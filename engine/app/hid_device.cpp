@@ -132,6 +132,7 @@ haptic::Workspace workspace_of(const content::Scene& scene, const Eigen::Vector3
   return workspace;
 }
 
+constexpr int kProbePriority = 79;  // below the haptic thread: the needle comes first
 constexpr std::array kSources{
     NamedSource{.name = "haply",
                 .source = []() -> const haptic::hid::DeviceSource& { return haptic::haply::haply_source(); }},
@@ -280,7 +281,7 @@ std::unique_ptr<haptic::hid::HidStylus> open_hid_probe(const HidChoice& choice, 
       .profile = chosen.profile,
       .workspace = {.patient_from_device = patient_from_hand(scene) * turn_on_the_desk(chosen),
                     .scale = chosen.calibration.scale},
-      .fifo_priority = 0});
+      .fifo_priority = chosen.kind == DeviceKind::kStylus ? kProbePriority : 0});
 }
 
 void place_hand(content::Motion& motion, readers::MotionFrame frame, const content::Scene& scene,

@@ -191,6 +191,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   std::vector<session::StepListener*> listeners{&trace, &course.watch(), &footage, &punctures};
   if (sound) listeners.push_back(&heard);
   if (asks) listeners.push_back(&breath);
+  if (probe_device) listeners.push_back(&probe_device->skin());
   session::LiveSession live(scene, *stylus.device,
                             {.coupling = coupling,
                              .duration_s = stylus.duration_s,
@@ -222,7 +223,13 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   link.start(observer);
   std::jthread probe_hand;  // after `live`, which it looks at: whatever ends this ends it first
   if (probe_device) {
-    observer.note(Note::info, "the probe is led by " + probe_device->name());
+    observer.note(Note::info, fmt::format("the probe is led by {}{}", probe_device->name(),
+                                          probe_device->renders_force()
+                                              ? "; lift it off the skin, and from then on you feel the skin"
+                                              : ""));
+    if (const std::string warning = probe_device->warning(); !warning.empty()) {
+      observer.note(Note::notice, warning);
+    }
     probe_hand = probe_device->lead(live);
   }
   session::PictureWatch pictures;

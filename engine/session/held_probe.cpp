@@ -93,7 +93,8 @@ physics::RigidPose HeldProbe::pose(double time_s) {
     offset = hand ? Eigen::Vector3d(scene.orientation.conjugate() * (hand->position - scene.position)) : offset_;
     turn = hand ? scene.orientation.conjugate() * hand->orientation : turn_;
   }
-  const double share = 1 - std::exp(-dt / (tracked ? kTrackedConstant : kTimeConstant));
+  const bool quick = tracked || keeps_up_.load(std::memory_order_relaxed);
+  const double share = 1 - std::exp(-dt / (quick ? kTrackedConstant : kTimeConstant));
   offset_ += share * (offset - offset_);
   turn_ = turn_.slerp(share, turn).normalized();
   at_rest_ = !elsewhere && offset_.norm() < 1e-6 && turn_.vec().norm() < 1e-6;

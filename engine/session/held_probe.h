@@ -40,6 +40,9 @@ public:
   /// @return false: that is inside the patient; it stays where it was
   bool follow(const physics::RigidPose& patient_from_probe);
 
+  /// Any thread: from now on it keeps up with whoever moves it as with a tracked hand, because he feels it.
+  void keep_up() { keeps_up_.store(true, std::memory_order_relaxed); }
+
   /// Simulation thread, times ascending: patient_from_probe, approaching the hand's over kTimeConstant.
   physics::RigidPose pose(double time_s);
 
@@ -55,6 +58,7 @@ private:
   std::array<std::atomic<double>, 6> goal_{};
   physics::LatestValue<physics::RigidPose> tracked_;
   std::atomic<bool> is_tracked_{false};
+  std::atomic<bool> keeps_up_{false};
   // Simulation thread's: probe in the scene from probe in the hand.
   Eigen::Vector3d offset_ = Eigen::Vector3d::Zero();
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();

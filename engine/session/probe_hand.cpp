@@ -18,6 +18,19 @@ void set_turns(content::ProbeMove& move, const Eigen::Quaterniond& rotation) {
 
 }  // namespace
 
+SkinCoupling::Press ProbeHand::press(const Under& under) const {
+  const double depth = under.inwards.dot(hand_->position() - under.position);
+  if (skin_ == nullptr) return {.depth = std::min(depth, kDeepest)};
+  const Skin& skin = skin_->newest();
+  return coupling_.press(depth, skin, under.inwards.dot(skin.position - under.position));
+}
+
+Eigen::Vector3d ProbeHand::force(const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation) {
+  if (!hand_ || !under_) return Eigen::Vector3d::Zero();
+  hand_->follow(position, orientation);
+  return -press(*under_).force * under_->inwards;
+}
+
 bool ProbeHand::follow(const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation, double time_s) {
   const physics::RigidPose scene = probe_pose(scene_, time_s);
   if (!hand_) {
@@ -30,9 +43,10 @@ bool ProbeHand::follow(const Eigen::Vector3d& position, const Eigen::Quaterniond
   const Eigen::Vector3d offset = scene.orientation.conjugate() * (hand_->position() - scene.position);
   content::ProbeMove to{.lateral = offset.x(), .elevation = offset.y()};
   const std::optional<physics::RigidPose> on_skin = content::moved_on_skin(scene, scene_.labels, to);
+  under_.reset();
   if (!on_skin) return false;
-  const Eigen::Vector3d inwards = on_skin->orientation * Eigen::Vector3d::UnitZ();
-  to.press = std::clamp(inwards.dot(hand_->position() - on_skin->position), -kHighest, kDeepest);
+  under_ = {.position = on_skin->position, .inwards = on_skin->orientation * Eigen::Vector3d::UnitZ()};
+  to.press = std::max(press(*under_).depth, -kHighest);
   set_turns(to, on_skin->orientation.conjugate() * hand_->orientation());
 
   const content::ProbeMove from = probe_.moved();

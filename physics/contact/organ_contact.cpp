@@ -1,5 +1,7 @@
 #include "physics/contact/organ_contact.h"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -507,6 +509,31 @@ void OrganContact::sum_up(const RigidPose* probe) {
     probe_.wrench.force += force;
     probe_.wrench.moment += (row.position - probe->position).cross(force);
   }
+  if (probe != nullptr) feel(*probe);
+}
+
+void OrganContact::feel(const RigidPose& probe) {
+  const Eigen::Vector3d axis = probe.orientation * Eigen::Vector3d::UnitZ();
+  pressed_.clear();
+  std::vector<double> along;  // how a gap closes as the head advances
+  double gap = settings_.reach;
+  for (const SurfaceRow& row : rows_) {
+    if (row.pair >= 0) continue;
+    probe_.near = true;
+    if (row.lambda > 0) {
+      pressed_.push_back(row.first);
+      along.push_back(row.normal.dot(axis));
+    } else {
+      gap = std::min(gap, row.gap);
+    }
+  }
+  if (pressed_.empty()) {
+    probe_.gap = gap;
+    return;
+  }
+  const Eigen::MatrixXd w = w_(pressed_, pressed_);
+  const Eigen::Map<const Eigen::VectorXd> a(along.data(), static_cast<Eigen::Index>(along.size()));
+  probe_.stiffness = a.dot(w.llt().solve(a));
 }
 
 void OrganContact::collect_forces() {

@@ -94,11 +94,14 @@ struct SurfaceRow {
 
 /// What the probe does to the patient, and feels.
 struct ProbeContact {
-  int points = 0;    ///< that carry force
-  double area = 0;   ///< skin they stand for, m^2
-  double depth = 0;  ///< largest overlap of head and undeformed layer, m
-  int sliding = 0;   ///< points whose friction is at its limit
-  Wrench wrench;     ///< on the probe, about the centre of its face
+  int points = 0;     ///< that carry force
+  double area = 0;    ///< skin they stand for, m^2
+  double depth = 0;   ///< largest overlap of head and undeformed layer, m
+  int sliding = 0;    ///< points whose friction is at its limit
+  Wrench wrench;      ///< on the probe, about the centre of its face
+  double gap = 0;     ///< to the nearest point of the skin where none carries force, at most the reach; else 0, m
+  bool near = false;  ///< there is skin in reach
+  double stiffness = 0;  ///< of the force along the head's axis per motion along it (README eq. 33b), N/m
 };
 
 /// Of the last update().
@@ -180,6 +183,8 @@ private:
   void relax();
   void keep(const RigidPose* probe);
   void sum_up(const RigidPose* probe);
+  /// Gap and stiffness of probe_.
+  void feel(const RigidPose& probe);
   /// Of rows_, node by node, into the bodies' force.
   void collect_forces();
   void remember(const RigidPose* probe);
@@ -208,6 +213,7 @@ private:
   Eigen::Index unknowns_ = 0;  // of rows_
   Eigen::MatrixXd w_;          // [unknowns x unknowns] H S H^T + c + e
   Eigen::VectorXd slack_;      // left side of eq. 31 and 33
+  std::vector<int> pressed_;   // scratch: unknowns of the rows that press on the probe
   OrganContactReport report_;
   ProbeContact probe_;
 };

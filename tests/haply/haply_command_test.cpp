@@ -134,10 +134,34 @@ TEST_F(HaplyCommand, InTheOtherHandItLeadsTheProbe) {
   };
   EXPECT_LT(probe_range("", "alone"), 1e-9);
   EXPECT_NEAR(probe_range("--probe-device haply", "led"), 0.008, 0.001);
-  EXPECT_EQ(server.with_service([](HaplyService& s) { return s.forces(); }), 0u) << "its motors get no force";
+  const Eigen::Vector3d strongest = server.with_service([](HaplyService& s) { return s.strongest(); });
+  EXPECT_LT(strongest.head<2>().norm(), 0.05) << "along the probe only: " << strongest.transpose();
   const Outcome said = run("train tutorial --view headless --lockstep --device recorded --probe-device haply");
   EXPECT_EQ(said.exit_code, 2);
   EXPECT_THAT(said.output, HasSubstr("leave one of --lockstep and --probe-device out"));
+}
+
+TEST_F(HaplyCommand, InTheOtherHandTheSkinPushesTheProbeUp) {
+  server.with_service([](HaplyService& s) {  // lifted and pressed again and again, at rest above and below
+    s.motion = [](double t) {
+      return HaplyHand{
+          .position = {0, 0, 0.01 - 0.025 * std::clamp(2 - std::abs(2 * std::fmod(t, 3.0) - 3), 0.0, 1.0)}};
+    };
+  });
+  const fs::path out = folder.path() / "felt";
+  const Outcome said =
+      run(fmt::format("train tutorial --view headless --expert none --no-film --device recorded --seconds 7 "
+                      "--probe-device haply --out '{}'",
+                      out.string()));
+  ASSERT_EQ(said.exit_code, 0) << said.output;
+  EXPECT_THAT(said.output, HasSubstr("lift it off the skin"));
+  EXPECT_THAT(said.output, HasSubstr("its force may stay on"));
+  const Eigen::Vector3d strongest = server.with_service([](HaplyService& s) { return s.strongest(); });
+  EXPECT_GT(strongest.z(), 0.3);
+  EXPECT_LT(strongest.head<2>().norm(), 0.3 * strongest.z());
+  EXPECT_EQ(server.with_service([](HaplyService& s) { return s.applied(HaplyServer::now_ns()).norm(); }), 0);
+  const recording::Recording recorded = recording::read_recording(out / "session.rec");
+  ASSERT_FALSE(recorded.simulation.empty());
 }
 
 TEST_F(HaplyCommand, OneArmDoesNotLeadBoth) {

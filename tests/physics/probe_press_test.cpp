@@ -30,6 +30,7 @@ public:
     return report_;
   }
   double force() const { return report_.probe.wrench.force.z(); }
+  const ProbeContact& probe() const { return report_.probe; }
   const SimulationLoop& loop() const { return loop_; }
 
   int inverted = 0;  // tetrahedra, summed over the steps
@@ -81,6 +82,25 @@ TEST(ProbePress, ForceGrowsToFortyMillimetresAndRestsTheSameAtAnySpeed) {
     EXPECT_LT((press.loop().tissue().positions[0] - rest_positions(press.loop().model(0))).cwiseAbs().maxCoeff(),
               1e-6);
   }
+}
+
+TEST(ProbePress, TheHandIsToldTheStiffnessThatThePressingFinds) {
+  Press press;
+  for (int i = 0; i < 40; ++i) press.at(-0.001);
+  EXPECT_TRUE(press.probe().near);
+  EXPECT_NEAR(press.probe().gap, 0.001, 5e-5);  // to a point of the skin beside the face's middle
+  EXPECT_EQ(press.probe().stiffness, 0);
+  for (const double depth : {0.002, 0.005, 0.010, 0.020}) {
+    for (int i = 0; i < 80; ++i) press.at(depth);
+    const double told = press.probe().stiffness;
+    const double before = press.force();
+    for (int i = 0; i < 80; ++i) press.at(depth + 0.0002);
+    const double found = (press.force() - before) / 0.0002;
+    std::printf("[ %2.0f mm deep ] %.2f N, told %.0f N/m, found %.0f N/m\n", 1e3 * depth, before, told, found);
+    EXPECT_NEAR(told, found, 0.3 * found);
+  }
+  for (int i = 0; i < 40; ++i) press.at(-0.02);
+  EXPECT_FALSE(press.probe().near);
 }
 
 TEST(ProbePress, RockingAndTiltingKeepTheBody) {

@@ -110,8 +110,8 @@ void add_train(CLI::App& app, int& exit_code) {
   command->add_option("--device", session.stylus, device_help(app::kDefaultStylusHelp));
   command->add_option(
       "--probe-device", session.probe_device,
-      "Who leads the probe: hid, hid:VID:PID or a path of `stylet devices`, another than --device; a stylus or "
-      "a space mouse");
+      "Who leads the probe: hid, hid:VID:PID, haply, force_dimension, openhaptics or a path of `stylet devices`, "
+      "another than --device; a stylus, which feels the skin where it has motors, or a space mouse");
   command
       ->add_option("--view", options->view,
                    "auto: a window where there is a display, else headless, as is --lockstep; headset: OpenXR, and "

@@ -92,7 +92,7 @@ std::string HaplyService::answer(std::string_view text, std::int64_t now_ns) {
     if (!powered) force_.setZero();
     force_ns_ = now_ns;
     forces_ += force_.isZero(0) ? 0 : 1;
-    largest_ = std::max(largest_, force_.norm());
+    if (force_.norm() > strongest_.norm()) strongest_ = force_;
   }
   return state(now_ns, whole);
 }

@@ -62,7 +62,8 @@ public:
   std::uint64_t messages() const { return messages_; }
   std::uint64_t nonsense() const { return nonsense_; }  ///< messages that were no JSON
   std::uint64_t forces() const { return forces_; }      ///< that were taken and not zero
-  double largest() const { return largest_; }
+  double largest() const { return strongest_.norm(); }
+  const Eigen::Vector3d& strongest() const { return strongest_; }  ///< N, axes of the service
 
 private:
   std::string state(std::int64_t now_ns, bool whole);
@@ -71,7 +72,7 @@ private:
   std::uint64_t messages_ = 0;
   std::uint64_t nonsense_ = 0;
   std::uint64_t forces_ = 0;
-  double largest_ = 0;
+  Eigen::Vector3d strongest_ = Eigen::Vector3d::Zero();
   std::int64_t began_ns_ = -1;
   std::int64_t force_ns_ = 0;
   Eigen::Vector3d force_ = Eigen::Vector3d::Zero();
