@@ -74,6 +74,7 @@ inline DeviceLimits limits_in_patient_frame(DeviceLimits limits, double scale) {
 struct DeviceStatus {
   bool connected = true;        ///< false: it was pulled out; on its return it is taken up where it is
   bool waits_for_rest = false;  ///< the session begins when the hand comes to its rest place
+  std::string needs{};          ///< what the user should do before it can lead or push, one line; empty: nothing
 };
 
 /// A stylus. read() and write() are called by the haptic thread only.

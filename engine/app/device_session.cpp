@@ -163,7 +163,26 @@ struct Felt {
   std::atomic<std::uint64_t> followed{0};  ///< steps with a pose
   std::atomic<std::uint64_t> clipped{0};   ///< steps in which the device could not give it all
   std::atomic<int> punctures{0};
+  // Of the steps in which the device said what its motors give.
+  std::atomic<double> told_most_n{0};
+  std::atomic<double> told_sum_n{0};
+  std::atomic<double> asked_sum_n{0};
+  std::atomic<double> along_sum{0};  ///< asked . told, N^2
+
+  std::string told() const;
 };
+
+std::string Felt::told() const {
+  constexpr double kAnything = 1;  // N, in all
+  if (asked_sum_n < kAnything) return {};
+  const double share = told_sum_n / asked_sum_n;
+  std::string words = fmt::format("; the device says that it gave up to {:.2f} N, {:.0f} % of what was asked in all",
+                                  told_most_n.load(), 100 * share);
+  if (along_sum < 0) return words + ", but against it: its axes are not those of its profile, do not use it";
+  if (share < 0.8) return words + ": its own settings or warm motors hold it back";
+  if (share > 1.2) return words + ": something else pushes too, or its own settings make it stronger";
+  return words;
+}
 
 /// @return whether nobody asked for the end
 bool feel(haptic::hid::HidStylus& stylus, haptic::FeelModel& model, double seconds, Felt& felt, Observer& observer) {
@@ -190,6 +209,12 @@ bool feel(haptic::hid::HidStylus& stylus, haptic::FeelModel& model, double secon
     const haptic::GuardedWrench out = guard.apply(input, dt_s);
     felt.most_n = std::max(felt.most_n.load(), out.force.norm());
     if ((out.flags & haptic::kOutputClamped) != 0) felt.clipped.fetch_add(1, std::memory_order_relaxed);
+    if (const auto told = stylus.told_force()) {
+      felt.told_most_n = std::max(felt.told_most_n.load(), told->norm());
+      felt.told_sum_n = felt.told_sum_n + told->norm();
+      felt.asked_sum_n = felt.asked_sum_n + out.force.norm();
+      felt.along_sum = felt.along_sum + told->dot(out.force);
+    }
     stylus.write(out.force, out.torque);
   };
   haptic::RealTimeThread thread({.lock_memory = false}, step);
@@ -230,10 +255,10 @@ void feel_device(const HidChoice& choice, double each_s, Observer& observer) {
     };
     say(fmt::format(
         "  asked for up to {:.2f} N; you moved {:.0f} mm{}; followed {:.0f} % of the time, at the device's most "
-        "{:.0f} %",
+        "{:.0f} %{}",
         felt.most_n.load(), 1e3 * felt.farthest_m.load(),
         haptic::kFeels[k] == haptic::Feel::kPuncture ? fmt::format(", {} times through", felt.punctures.load()) : "",
-        share(felt.followed), share(felt.clipped)));
+        share(felt.followed), share(felt.clipped), felt.told()));
     if (!go_on) break;
   }
   observer.stop_answered();

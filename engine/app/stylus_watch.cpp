@@ -8,6 +8,10 @@ void StylusWatch::look() {
     awaited_ = true;
     observer_.note(Note::notice, stylus_.name() + ": hold it at its rest place to begin");
   }
+  if (status.needs != needs_) {
+    needs_ = status.needs;
+    if (!needs_.empty()) observer_.note(Note::notice, stylus_.name() + ": " + needs_);
+  }
   if (status.connected == connected_) return;
   connected_ = status.connected;
   observer_.note(Note::notice, stylus_.name() + (connected_ ? ": back; the needle is taken up where it is"

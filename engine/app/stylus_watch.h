@@ -4,9 +4,11 @@
 #include "engine/app/observer.h"
 #include "haptic/device.h"
 
+#include <string>
+
 namespace stylet::app {
 
-/// Notes when the stylus goes, when it is back, and that it is awaited.
+/// Notes when the stylus goes, when it is back, that it is awaited, and what it needs.
 class StylusWatch {
 public:
   StylusWatch(const haptic::Device& stylus, Observer& observer) : stylus_(stylus), observer_(observer) {}
@@ -17,6 +19,7 @@ private:
   Observer& observer_;
   bool connected_ = true;
   bool awaited_ = false;
+  std::string needs_;
 };
 
 }  // namespace stylet::app

@@ -91,6 +91,7 @@ void HaplyClient::take(const Arm& arm, std::int64_t now_ns) {
   keep(arm_.power, arm.power);
   keep(arm_.ready, arm.ready);
   keep(arm_.started, arm.started);
+  if (arm.force) told_force_ = turned(*arm.force);
   check_echo(arm, now_ns);
 }
 

@@ -54,6 +54,8 @@ public:
   bool end();
   /// Of a connection that is given up: what takes the last force back, to be asked for until it is empty.
   std::string last_word();
+  /// That the service says the arm was commanded, axes of the reports, N; none: it has said nothing of it.
+  const std::optional<Eigen::Vector3d>& told_force() const { return told_force_; }
   /// Whether the session wants the motors on.
   bool enabled() const { return adapter_.enabled(); }
 
@@ -92,6 +94,7 @@ private:
   // The key of the force has changed with the versions, and the wrong one is ignored without a word.
   Form form_ = Form::kBoth;
   std::int64_t unanswered_ns_ = 0;  // since when a force shows in no state; 0: it does
+  std::optional<Eigen::Vector3d> told_force_{};
   std::string failed_;
   std::string problem_;
 };

@@ -145,6 +145,16 @@ int HaplyTransport::get_feature(std::span<std::uint8_t> bytes) {
   return static_cast<int>(hid::kGainReportBytes);
 }
 
+std::string HaplyTransport::needs() const {
+  const std::scoped_lock lock(mutex_);
+  return client_.problem();
+}
+
+std::optional<Eigen::Vector3d> HaplyTransport::told_force() const {
+  const std::scoped_lock lock(mutex_);
+  return client_.told_force();
+}
+
 std::string HaplyTransport::failed() const {
   const std::scoped_lock lock(mutex_);
   return client_.failed();

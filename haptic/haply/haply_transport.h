@@ -33,6 +33,8 @@ public:
   bool write(std::span<const std::uint8_t> bytes) override;
   bool set_feature(std::span<const std::uint8_t> bytes) override;
   int get_feature(std::span<std::uint8_t> bytes) override;
+  std::string needs() const override;
+  std::optional<Eigen::Vector3d> told_force() const override;
 
   /// Why it was given up; empty: it was not.
   std::string failed() const;

@@ -11,8 +11,10 @@
 namespace stylet::haptic::hid {
 namespace {
 
-constexpr int kReadTimeout = 5;   // ms; a stop is seen so late
-constexpr int kMostQueued = 256;  // of any backend; a device that floods is not drained for ever
+constexpr int kMostRetries = 8;                  // of retry_s: looking may start a process, or a connection
+constexpr std::int64_t kAskAgain = 500'000'000;  // ns, between two questions what the device needs
+constexpr int kReadTimeout = 5;                  // ms; a stop is seen so late
+constexpr int kMostQueued = 256;                 // of any backend; a device that floods is not drained for ever
 
 std::string title(const HidDeviceSummary& device) {
   return fmt::format("{} ({:04x}:{:04x})", device.product.empty() ? "HID device" : device.product, device.vendor_id,
@@ -83,7 +85,24 @@ void HidStylus::write(const Eigen::Vector3d& force, const Eigen::Vector3d& torqu
                .number = ++orders_});
 }
 
+std::optional<Eigen::Vector3d> HidStylus::told_force() {
+  told_.update();
+  if (!told_.get()) return {};
+  return settings_.workspace.patient_from_device * *told_.get();
+}
+
+DeviceStatus HidStylus::status() const {
+  const std::scoped_lock lock(saying_);
+  return {.connected = connected(), .waits_for_rest = waits_for_rest(), .needs = needs_};
+}
+
+void HidStylus::say(std::string needs) {
+  const std::scoped_lock lock(saying_);
+  needs_ = std::move(needs);
+}
+
 void HidStylus::run(const std::stop_token& stop, std::unique_ptr<Link> link) {
+  double patience_s = settings_.retry_s;
   while (true) {
     if (link) {
       run_under_fifo(settings_.fifo_priority);
@@ -92,14 +111,16 @@ void HidStylus::run(const std::stop_token& stop, std::unique_ptr<Link> link) {
       serve(*link, stop);
       link.reset();
       connected_.store(false, std::memory_order_release);
+      say({});
       poses_.put({.gaps = ++gaps_});
       run_under_fifo(0);  // looking for it takes milliseconds, which the haptic thread is not to wait for
     }
     if (stop.stop_requested()) return;
     std::unique_lock lock(waiting_);
-    stopped_.wait_for(lock, stop, std::chrono::duration<double>(settings_.retry_s), [] { return false; });
+    stopped_.wait_for(lock, stop, std::chrono::duration<double>(patience_s), [] { return false; });
     if (stop.stop_requested()) return;
     link = look_for_device();
+    patience_s = link ? settings_.retry_s : std::min(2 * patience_s, kMostRetries * settings_.retry_s);
   }
 }
 
@@ -112,7 +133,12 @@ void HidStylus::serve(Link& link, const std::stop_token& stop) {
   }
   PoseStream stream(link.map, counters_.stream, stale_s(link.output), gaps_);
   std::array<std::uint8_t, kReadBuffer> report;
+  std::int64_t asked_ns = 0;
   while (!stop.stop_requested()) {
+    if (const std::int64_t now_ns = clock_.now_ns(); now_ns - asked_ns > kAskAgain) {
+      asked_ns = now_ns;
+      say(link.transport->needs());
+    }
     int size = link.transport->read(report, kReadTimeout);
     std::int64_t looked_ns = clock_.now_ns();
     if (size == 0) size = link.transport->read(report, 0);  // the wait itself does not tell when it was empty
@@ -126,6 +152,8 @@ void HidStylus::serve(Link& link, const std::stop_token& stop) {
     if (size < 0) return;
     if (size > 0 || !stream.end(looked_ns)) continue;  // one that floods has no end
     poses_.put(stream.latest());
+    if (const auto told = link.transport->told_force())
+      told_.put(settings_.profile.force_sign * (settings_.profile.device_from_report * *told));
     gaps_ = stream.latest().gaps;
   }
 }

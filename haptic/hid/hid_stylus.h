@@ -15,6 +15,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -29,7 +30,7 @@ struct HidStylusSettings {
   PenSteering pen{};
   std::uint32_t clutch = kSecondaryBarrelButton;
   int fifo_priority = 81;    ///< of its threads, above the haptic thread's; 0: ordinary threads
-  double retry_s = 0.25;     ///< between looks for a device that has gone
+  double retry_s = 0.25;     ///< before the first look for a device that has gone; twice as long before each next
   ReportLog* log = nullptr;  ///< takes every report; outlives the stylus
 };
 
@@ -64,11 +65,15 @@ public:
   /// @realtime at most a wake-up
   void write(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) override;
 
+  /// The force that the device says its motors give, patient frame, N; none: it says nothing of it. Haptic thread.
+  /// @realtime
+  std::optional<Eigen::Vector3d> told_force();
+
   /// Any thread.
   bool connected() const { return connected_.load(std::memory_order_acquire); }
   /// The session begins when the hand comes to its rest place.
   bool waits_for_rest() const { return waits_for_rest_.load(std::memory_order_relaxed); }
-  DeviceStatus status() const override { return {.connected = connected(), .waits_for_rest = waits_for_rest()}; }
+  DeviceStatus status() const override;
   const HidStylusCounters& counters() const { return counters_; }
   std::string statistics() const override;
 
@@ -79,6 +84,7 @@ private:
   std::unique_ptr<Link> look_for_device() const;
   void run(const std::stop_token& stop, std::unique_ptr<Link> link);
   void serve(Link& link, const std::stop_token& stop);
+  void say(std::string needs);
 
   HidStylusSettings settings_;
   std::string name_;
@@ -92,11 +98,14 @@ private:
   std::int64_t answered_ns_ = 0;            // haptic thread's: when the pose of the last sample was made
   MonotonicClock clock_;
   NewestValue<StreamedPose> poses_;
+  NewestValue<std::optional<Eigen::Vector3d>> told_;
   ForceSlot forces_;
   HidStylusCounters counters_;
   std::uint64_t gaps_ = 0;  // reader's
   std::atomic<bool> connected_{false};
   std::atomic<bool> waits_for_rest_{false};
+  mutable std::mutex saying_;
+  std::string needs_;  // saying_'s
   std::mutex waiting_;
   std::condition_variable_any stopped_;
   std::jthread reader_;

@@ -4,9 +4,12 @@
 #include "haptic/hid/hid_devices.h"
 #include "haptic/hid/report_descriptor.h"
 
+#include <Eigen/Core>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -38,6 +41,10 @@ public:
   virtual bool set_feature(std::span<const std::uint8_t> bytes) = 0;
   /// bytes[0] is the id asked for. @return bytes of the report with its id; -1: the device refuses it
   virtual int get_feature(std::span<std::uint8_t> bytes) = 0;
+  /// What the user should do before the device can lead or push, one line; empty: nothing. Any thread.
+  virtual std::string needs() const { return {}; }
+  /// The force that the device says its motors give, axes of the reports, N; none: it says nothing of it.
+  virtual std::optional<Eigen::Vector3d> told_force() const { return {}; }
 };
 
 /// Where devices are found and opened. Any thread; not for running loops.

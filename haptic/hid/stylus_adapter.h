@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,9 +20,10 @@ struct AdaptedState {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< from where the device calls it none
   bool barrel = false;
   bool secondary_barrel = false;
-  bool in_range = false;  ///< false: the pose means nothing
-  bool enabled = false;   ///< the device takes forces
-  bool power = false;     ///< its motors have their supply
+  bool in_range = false;                        ///< false: the pose means nothing
+  bool enabled = false;                         ///< the device takes forces
+  bool power = false;                           ///< its motors have their supply
+  std::optional<Eigen::Vector3d> told_force{};  ///< that it says its motors give, N; none: it says nothing of it
 };
 
 /// The descriptor of the force stylus with another largest force.

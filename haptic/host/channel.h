@@ -48,18 +48,20 @@ enum class HostState : std::uint32_t {
 
 /// The memory itself: zeros at first.
 struct Channel {
-  static constexpr std::uint64_t kVersion = 1;
+  static constexpr std::uint64_t kVersion = 2;
   static constexpr std::size_t kText = 256;
 
-  std::atomic<std::uint64_t> version;  ///< by Stylet, before the host is started
-  ReportRing poses;                    ///< input reports, to Stylet
-  ReportRing orders;                   ///< output reports, to the host
-  std::atomic<std::int64_t> alive_ns;  ///< by the host, each turn, CLOCK_MONOTONIC
-  std::atomic<std::uint32_t> quit;     ///< by Stylet
-  std::atomic<HostState> state;        ///< by the host, after what it says below
-  std::array<char, kText> name;        ///< of the device
-  std::array<char, kText> serial;      ///< of the device
-  std::array<char, kText> message;     ///< why not, and what to do; or what the device needs
+  std::atomic<std::uint64_t> version;             ///< by Stylet, before the host is started
+  ReportRing poses;                               ///< input reports, to Stylet
+  ReportRing orders;                              ///< output reports, to the host
+  std::atomic<std::int64_t> alive_ns;             ///< by the host, each turn, CLOCK_MONOTONIC
+  std::atomic<std::uint32_t> quit;                ///< by Stylet
+  std::atomic<std::uint32_t> tells;               ///< by the host: the device says what its motors give
+  std::array<std::atomic<double>, 3> told_force;  ///< that, axes of the reports, N; may be of two turns
+  std::atomic<HostState> state;                   ///< by the host, after what it says below
+  std::array<char, kText> name;                   ///< of the device
+  std::array<char, kText> serial;                 ///< of the device
+  std::array<char, kText> message;                ///< why not, and what to do; or what the device needs
 
   static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
 };

@@ -30,6 +30,7 @@ struct Dhd {
   int (*set_force)(double, double, double, char);
   int (*set_max_force)(double, char);
   double (*get_max_force)(char);
+  int (*get_force)(double*, double*, double*, char);  // null: a library that has none
   int (*stop)(char);
   int (*enable_expert_mode)();
   int (*set_watchdog)(unsigned char, char);
@@ -138,6 +139,10 @@ public:
     state.in_range = status_[kReset] != 0 && !tripped;
     state.enabled = status_[kForce] != 0 || !on_;
     state.power = status_[kPower] != 0;
+    if (Eigen::Vector3d told;
+        dhd_.get_force != nullptr && ok(dhd_.get_force(&told.x(), &told.y(), &told.z(), id_)) && told.allFinite()) {
+      state.told_force = reports_from_dhd() * told;
+    }
     return Read::kPose;
   }
 
@@ -204,6 +209,7 @@ private:
     library.find(dhd_.set_force, "dhdSetForce");
     library.find(dhd_.set_max_force, "dhdSetMaxForce");
     library.find(dhd_.get_max_force, "dhdGetMaxForce");
+    library.find_if_there(dhd_.get_force, "dhdGetForce");
     library.find(dhd_.stop, "dhdStop");
     library.find(dhd_.enable_expert_mode, "dhdEnableExpertMode");
     library.find(dhd_.set_watchdog, "dhdSetWatchdog");

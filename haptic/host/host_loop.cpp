@@ -47,6 +47,12 @@ bool HostLoop::turn() {
   if (read == Driver::Read::kPose) {
     pose_ns_ = asked_ns;
     channel_.poses.put(adapter_.input(state, asked_ns));
+    if (state.told_force) {
+      for (int axis = 0; axis < 3; ++axis) {
+        channel_.told_force[axis].store((*state.told_force)[axis], std::memory_order_relaxed);
+      }
+      channel_.tells.store(1, std::memory_order_release);
+    }
   }
   push(now_ns);
   channel_.alive_ns.store(now_ns, std::memory_order_relaxed);

@@ -153,6 +153,13 @@ int HostTransport::get_feature(std::span<std::uint8_t> bytes) {
   return static_cast<int>(hid::kGainReportBytes);
 }
 
+std::optional<Eigen::Vector3d> HostTransport::told_force() const {
+  if (channel_->tells.load(std::memory_order_acquire) == 0) return {};
+  const auto& told = channel_->told_force;
+  return Eigen::Vector3d(told[0].load(std::memory_order_relaxed), told[1].load(std::memory_order_relaxed),
+                         told[2].load(std::memory_order_relaxed));
+}
+
 std::vector<hid::HidDeviceSummary> HostSource::list() const {
   try {
     const HostTransport host(vendor_);

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -44,11 +45,12 @@ public:
   bool set_feature(std::span<const std::uint8_t> bytes) override { return write(bytes); }
   /// The gain that was set: the device host does not answer.
   int get_feature(std::span<std::uint8_t> bytes) override;
+  std::optional<Eigen::Vector3d> told_force() const override;
 
   std::string name() const { return text_of(channel_->name); }
   std::string serial() const { return text_of(channel_->serial); }
   /// What the device needs, or why it is not open; empty: nothing.
-  std::string needs() const { return text_of(channel_->message); }
+  std::string needs() const override { return text_of(channel_->message); }
   HostState state() const { return channel_->state.load(std::memory_order_acquire); }
   pid_t process() const { return process_; }
 

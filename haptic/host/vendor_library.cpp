@@ -33,8 +33,12 @@ VendorLibrary::VendorLibrary(std::string whose, const std::string& chosen, std::
       !chosen.empty());
 }
 
+void* VendorLibrary::address_or_null(const char* name) const {
+  return dlsym(handle_, name);
+}
+
 void* VendorLibrary::address(const char* name) const {
-  void* found = dlsym(handle_, name);
+  void* found = address_or_null(name);
   if (found == nullptr) {
     throw DriverError(fmt::format("{}: has no {}; install a newer version of the library of {}", path_, name, whose_),
                       true);

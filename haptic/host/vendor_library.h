@@ -19,10 +19,16 @@ public:
   void find(Function*& function, const char* name) const {
     function = reinterpret_cast<Function*>(address(name));
   }
+  /// Null where it has no such function.
+  template <typename Function>
+  void find_if_there(Function*& function, const char* name) const {
+    function = reinterpret_cast<Function*>(address_or_null(name));
+  }
   const std::string& path() const { return path_; }
 
 private:
   void* address(const char* name) const;
+  void* address_or_null(const char* name) const;
 
   std::string whose_;
   std::string path_;

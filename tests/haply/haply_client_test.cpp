@@ -107,6 +107,19 @@ TEST_F(Talk, AxesButtonsAndForcesGoBothWays) {
   EXPECT_EQ(service.nonsense(), 0u);
 }
 
+TEST_F(Talk, WhatTheServiceCommandedIsTold) {
+  connect();
+  EXPECT_FALSE(client->told_force() && client->told_force()->norm() > 0);
+  service.gives = 0.5;
+  push({1, 2, 3}, 80);
+  ASSERT_TRUE(client->told_force());
+  EXPECT_LT((client->told_force().value_or(Vector3d(0, 0, 0)) - 0.5 * Vector3d(1, 2, 3)).norm(), 2e-3);
+  service.echoes = false;
+  connect();
+  push({1, 2, 3}, 80);
+  EXPECT_FALSE(client->told_force()) << "one that says nothing is not held to have said zero";
+}
+
 TEST_F(Talk, TheForceIsNeverAboveItsNorm) {
   connect();
   push({12, 12, 12}, 80);

@@ -181,6 +181,7 @@ TEST_F(HaplyCommand, ItsForceMayStayOnIsSaid) {
 TEST_F(HaplyCommand, ItIsFeltWithoutAPatient) {
   server.with_service([](HaplyService& s) {
     s.motion = [](double t) { return HaplyHand{.position = {0, 0, -0.02 * (1 - std::cos(4 * t))}}; };
+    s.gives = 0.4;
   });
   const Outcome said = run("devices --feel --each 2 haply");
   EXPECT_THAT(said.output, HasSubstr("its force may stay on if this computer stops"));
@@ -188,6 +189,8 @@ TEST_F(HaplyCommand, ItIsFeltWithoutAPatient) {
   for (const char* words : {"1 of 4: a spring", "2 of 4: a wall", "3 of 4: friction", "4 of 4: a skin"}) {
     EXPECT_THAT(said.output, HasSubstr(words));
   }
+  EXPECT_THAT(said.output, HasSubstr("the device says that it gave up to"));
+  EXPECT_THAT(said.output, HasSubstr(": its own settings or warm motors hold it back"));
   EXPECT_GT(server.with_service([](HaplyService& s) { return s.largest(); }), 1);
   EXPECT_EQ(server.with_service([](HaplyService& s) { return s.applied(HaplyServer::now_ns()).norm(); }), 0);
 }

@@ -78,6 +78,10 @@ TEST_F(HaplyStylus, ItsProfileHasItsLimits) {
   EXPECT_EQ(profile.name, "Haply Inverse3");
   ASSERT_TRUE(profile.limits);
   EXPECT_LE(profile.limits->max_force_n, kMostForce);
+  const auto small = readers::choose_profile(readers::load_device_profiles(),
+                                             {devices[0].vendor_id, devices[0].product_id, "Haply Minverse"},
+                                             hid::DeviceKind::kStylus);
+  EXPECT_EQ(small.name, "Haply Minverse");
   EXPECT_LE(profile.limits->continuous_force_n, profile.limits->max_force_n / 4 + 1e-9);
   // Its grip points away from the user where the service calls its rotation none.
   EXPECT_TRUE(profile.device_from_needle_at_rest.col(2).isApprox(Vector3d(0, 0, -1)));
@@ -98,6 +102,23 @@ TEST_F(HaplyStylus, PosesComeInAndForcesGoOut) {
         [](HaplyService& s) { return (s.applied(HaplyServer::now_ns()) - Vector3d(0, 0, 1)).norm() < 1e-3; });
   }));
   EXPECT_EQ(stylus->counters().force.failed, 0u);
+}
+
+TEST_F(HaplyStylus, WhatItNeedsIsSaidInASession) {
+  server.with_service([](HaplyService& s) { s.powered = false; });
+  open();
+  ASSERT_TRUE(step_until([this] { return stylus->status().needs.find("power supply") != std::string::npos; }));
+  server.with_service([](HaplyService& s) { s.powered = true; });
+  EXPECT_TRUE(step_until([this] { return stylus->status().needs.empty(); }));
+}
+
+TEST_F(HaplyStylus, WhatTheServiceCommandedIsToldInThePatientsFrame) {
+  open();
+  force = {0.2, 1, 0.4};
+  ASSERT_TRUE(step_until([this] {
+    const auto told = stylus->told_force();
+    return told && (*told - force).norm() < 0.01;
+  }));
 }
 
 TEST_F(HaplyStylus, EndsWithZeroForce) {

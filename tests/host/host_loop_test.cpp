@@ -112,6 +112,15 @@ TEST_F(DhdHost, AxesButtonsAndForcesGoBothWays) {
   EXPECT_EQ(mock().broken, 0u);
 }
 
+TEST_F(DhdHost, WhatItsMotorsGiveIsTold) {
+  open();
+  mock().gives = 0.5;
+  push_for({1, 2, 3}, 80);
+  ASSERT_EQ(host->channel->tells.load(), 1u);
+  const auto& told = host->channel->told_force;
+  EXPECT_LT((Vector3d(told[0], told[1], told[2]) - 0.5 * Vector3d(1, 2, 3)).norm(), 1e-3);
+}
+
 TEST_F(DhdHost, ForcesAreNoLargerThanTheDevices) {
   open();
   push_for({16, 16, 16}, 80);

@@ -36,7 +36,8 @@ std::string HaplyService::state(std::int64_t now_ns, bool whole) {
                     {"ready", true},
                     {"started", true}}}};
     if (echoes)
-      entry["state"]["current_cursor_force"] = xyz(echoes_zero ? Eigen::Vector3d(0, 0, 0) : applied(now_ns));
+      entry["state"]["current_cursor_force"] =
+          xyz(echoes_zero ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(gives * applied(now_ns)));
     if (whole) {
       entry["config"] = {{"type", "inverse3"},
                          {"handedness", "right"},

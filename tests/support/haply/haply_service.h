@@ -43,6 +43,7 @@ public:
   bool echoes = true;  ///< tells the force that it was commanded
   bool other_schema = false;
   bool echoes_zero = false;  ///< tells none
+  double gives = 1;          ///< what it tells, over what it was commanded
   bool keeps_force = false;  ///< when a session ends
   std::string position_x{};  ///< written instead of the number
 

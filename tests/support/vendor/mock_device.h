@@ -44,7 +44,8 @@ struct MockDevice {
   std::atomic<double> x, y, z;   ///< as the library gives it
   std::atomic<double> turn_x;    ///< rad about its own first axis
   std::atomic<int> buttons;
-  std::atomic<int> styles;  ///< of calibration, a mask
+  std::atomic<int> styles;    ///< of calibration, a mask
+  std::atomic<double> gives;  ///< what it says that its motors give, over what they were told
 
   // By the library.
   std::atomic<double> fx, fy, fz;  ///< as it was told
@@ -70,6 +71,7 @@ struct MockDevice {
     force_ns = 0, on = 0, cause = 0, open = 0, closed = 0, watch_dog = 0;
     forces = not_finite = broken = calls = 0;
     largest = 0;
+    gives = 1;
     process = 0;
   }
   std::int64_t clock_ns() const {

@@ -125,6 +125,11 @@ EXPORT int dhdSetForce(double x, double y, double z, char) {
   m.largest = std::max(m.largest.load(), norm);
   return result;
 }
+EXPORT int dhdGetForce(double* x, double* y, double* z, char) {
+  const MockDevice& m = mock();
+  *x = m.gives * m.fx, *y = m.gives * m.fy, *z = m.gives * m.fz;
+  return 0;
+}
 EXPORT int dhdSetMaxForce(double, char) {
   return 0;
 }
