@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kClearForce = 0.3;    // N; a state must show one as large
 constexpr double kHardlyForce = 0.02;  // N
+constexpr double kOwnGain = 1.5;       // a user may have set the service stronger, but not more
 constexpr std::int64_t kEcho = 200'000'000;
 
 std::string json_text(const std::string& text) {
@@ -93,6 +94,19 @@ void HaplyClient::take(const Arm& arm, std::int64_t now_ns) {
   keep(arm_.started, arm.started);
   if (arm.force) told_force_ = turned(*arm.force);
   check_echo(arm, now_ns);
+  look_for_others(arm, now_ns);
+}
+
+void HaplyClient::look_for_others(const Arm& arm, std::int64_t now_ns) {
+  if (!arm.force) return;
+  if (arm.force->norm() < kOwnGain * sent_n_ + kClearForce) {
+    sent_n_ = 0;
+    others_ns_ = 0;
+    others_ = false;
+    return;
+  }
+  if (others_ns_ == 0) others_ns_ = now_ns;
+  others_ = others_ || now_ns - others_ns_ > kEcho;
 }
 
 void HaplyClient::check_echo(const Arm& arm, std::int64_t now_ns) {
@@ -120,13 +134,14 @@ std::string HaplyClient::what_is_wrong(const Grip* grip) const {
   if (!arm_.ready.value_or(false) || !arm_.started.value_or(false))
     return "it is not ready: wait, or see the Haply Hub";
   if (!pair_.grip.empty() && (grip == nullptr || !grip->there)) return "its grip sleeps: press a button of the grip";
+  if (others_) return "another program pushes it too: end that program";
   if (form_ == Form::kNone) return "the service takes no forces: update the Haply Inverse Service";
   return {};
 }
 
 bool HaplyClient::able(std::int64_t now_ns) const {
   const bool on = arm_.power.value_or(false) && arm_.ready.value_or(false) && arm_.started.value_or(false);
-  return on && !ending_ && failed_.empty() && state_ns_ != 0 && now_ns - state_ns_ < kSilence;
+  return on && !others_ && !ending_ && failed_.empty() && state_ns_ != 0 && now_ns - state_ns_ < kSilence;
 }
 
 Eigen::Vector3d HaplyClient::force(std::int64_t now_ns) const {
@@ -179,6 +194,7 @@ std::string HaplyClient::first_message() {
 }
 
 std::string HaplyClient::force_message(const Eigen::Vector3d& force) {
+  sent_n_ = std::max(sent_n_, force.norm());
   const std::string xyz = fmt::format(R"({{"x":{},"y":{},"z":{}}})", force.x(), force.y(), force.z());
   // Whichever key the force that is under way went under, a zero takes it back; one that has both may be ignored by a
   // service that knows one, and so the next zero goes under that alone.

@@ -73,6 +73,7 @@ private:
   std::string first_message();
   void take(const Arm& arm, std::int64_t now_ns);
   void check_echo(const Arm& arm, std::int64_t now_ns);
+  void look_for_others(const Arm& arm, std::int64_t now_ns);
   std::string what_is_wrong(const Grip* grip) const;
 
   Pair pair_;
@@ -95,6 +96,10 @@ private:
   Form form_ = Form::kBoth;
   std::int64_t unanswered_ns_ = 0;  // since when a force shows in no state; 0: it does
   std::optional<Eigen::Vector3d> told_force_{};
+  // Forces of several programs add up in the service.
+  double sent_n_ = 0;           // the largest norm sent since the last state that showed no more than was sent
+  std::int64_t others_ns_ = 0;  // since when the states show more force than was sent; 0: they do not
+  bool others_ = false;         // another program pushes too: we do not
   std::string failed_;
   std::string problem_;
 };

@@ -120,6 +120,27 @@ TEST_F(Talk, WhatTheServiceCommandedIsTold) {
   EXPECT_FALSE(client->told_force()) << "one that says nothing is not held to have said zero";
 }
 
+TEST_F(Talk, WhereAnotherProgramPushesTooItDoesNotPush) {
+  connect();
+  push({0, 0, 2}, 300);
+  EXPECT_GT(applied().norm(), 1.9);
+  service.other_force = -1;  // against ours: less than was sent is no sign of another
+  push({0, 0, 2}, 300);
+  EXPECT_GT(applied().norm(), 1.9);
+  service.other_force = 3;
+  push({0, 0, -2}, 230);
+  EXPECT_EQ(applied().norm(), 0);
+  EXPECT_THAT(client->problem(), HasSubstr("another program pushes it too"));
+  push({0, 0, -2}, 300);
+  EXPECT_EQ(applied().norm(), 0) << "as long as it does";
+  service.other_force = 0;
+  push({0, 0, 2}, 30);
+  EXPECT_LT(applied().norm(), 1.9) << "rises anew";
+  push({0, 0, 2}, 100);
+  EXPECT_GT(applied().norm(), 1.9);
+  EXPECT_EQ(client->problem(), "");
+}
+
 TEST_F(Talk, TheForceIsNeverAboveItsNorm) {
   connect();
   push({12, 12, 12}, 80);

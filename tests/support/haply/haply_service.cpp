@@ -37,7 +37,8 @@ std::string HaplyService::state(std::int64_t now_ns, bool whole) {
                     {"started", true}}}};
     if (echoes)
       entry["state"]["current_cursor_force"] =
-          xyz(echoes_zero ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(gives * applied(now_ns)));
+          xyz(echoes_zero ? Eigen::Vector3d(0, 0, 0)
+                          : Eigen::Vector3d(gives * applied(now_ns) + Eigen::Vector3d(0, 0, other_force)));
     if (whole) {
       entry["config"] = {{"type", "inverse3"},
                          {"handedness", "right"},

@@ -44,6 +44,7 @@ public:
   bool other_schema = false;
   bool echoes_zero = false;  ///< tells none
   double gives = 1;          ///< what it tells, over what it was commanded
+  double other_force = 0;    ///< of another program, up, N: told, not in applied()
   bool keeps_force = false;  ///< when a session ends
   std::string position_x{};  ///< written instead of the number
 
