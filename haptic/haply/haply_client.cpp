@@ -12,6 +12,7 @@ constexpr double kClearForce = 0.3;    // N; a state must show one as large
 constexpr double kHardlyForce = 0.02;  // N
 constexpr double kOwnGain = 1.5;       // a user may have set the service stronger, but not more
 constexpr std::int64_t kEcho = 200'000'000;
+constexpr std::int64_t kWindow = 50'000'000;
 
 std::string json_text(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
@@ -99,14 +100,15 @@ void HaplyClient::take(const Arm& arm, std::int64_t now_ns) {
 
 void HaplyClient::look_for_others(const Arm& arm, std::int64_t now_ns) {
   if (!arm.force) return;
-  if (arm.force->norm() < kOwnGain * sent_n_ + kClearForce) {
-    sent_n_ = 0;
-    others_ns_ = 0;
-    others_ = false;
-    return;
+  if (now_ns - window_ns_ > kWindow) {
+    sent_n_ = {0, sent_n_[0]};
+    window_ns_ = now_ns;
   }
-  if (others_ns_ == 0) others_ns_ = now_ns;
-  others_ = others_ || now_ns - others_ns_ > kEcho;
+  const bool more = arm.force->norm() > kOwnGain * std::max(sent_n_[0], sent_n_[1]) + kClearForce;
+  std::int64_t& since_ns = more ? more_ns_ : no_more_ns_;
+  (more ? no_more_ns_ : more_ns_) = 0;
+  if (since_ns == 0) since_ns = now_ns;
+  if (now_ns - since_ns > kEcho) others_ = more;
 }
 
 void HaplyClient::check_echo(const Arm& arm, std::int64_t now_ns) {
@@ -194,7 +196,7 @@ std::string HaplyClient::first_message() {
 }
 
 std::string HaplyClient::force_message(const Eigen::Vector3d& force) {
-  sent_n_ = std::max(sent_n_, force.norm());
+  sent_n_[0] = std::max(sent_n_[0], force.norm());
   const std::string xyz = fmt::format(R"({{"x":{},"y":{},"z":{}}})", force.x(), force.y(), force.z());
   // Whichever key the force that is under way went under, a zero takes it back; one that has both may be ignored by a
   // service that knows one, and so the next zero goes under that alone.

@@ -97,9 +97,11 @@ private:
   std::int64_t unanswered_ns_ = 0;  // since when a force shows in no state; 0: it does
   std::optional<Eigen::Vector3d> told_force_{};
   // Forces of several programs add up in the service.
-  double sent_n_ = 0;           // the largest norm sent since the last state that showed no more than was sent
-  std::int64_t others_ns_ = 0;  // since when the states show more force than was sent; 0: they do not
-  bool others_ = false;         // another program pushes too: we do not
+  std::array<double, 2> sent_n_{};  // the largest norms sent in this window of kWindow and the one before
+  std::int64_t window_ns_ = 0;
+  std::int64_t more_ns_ = 0;     // since when the states show more force than was sent; 0: they do not
+  std::int64_t no_more_ns_ = 0;  // since when they do not; 0: they do
+  bool others_ = false;          // another program pushes too: we do not
   std::string failed_;
   std::string problem_;
 };

@@ -134,7 +134,7 @@ TEST_F(Talk, WhereAnotherProgramPushesTooItDoesNotPush) {
   push({0, 0, -2}, 300);
   EXPECT_EQ(applied().norm(), 0) << "as long as it does";
   service.other_force = 0;
-  push({0, 0, 2}, 30);
+  push({0, 0, 2}, 230);
   EXPECT_LT(applied().norm(), 1.9) << "rises anew";
   push({0, 0, 2}, 100);
   EXPECT_GT(applied().norm(), 1.9);
