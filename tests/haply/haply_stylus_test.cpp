@@ -152,7 +152,7 @@ TEST_F(HaplyStylus, AConnectionThatIsGivenUpLeavesNoForce) {
 
 TEST_F(HaplyStylus, ASourceThatCannotListIsAskedAgain) {
   struct Failing final : hid::DeviceSource {
-    explicit Failing(const HaplySource& other) : other(other) {}
+    explicit Failing(const HaplySource& asked) : other(asked) {}
     std::vector<hid::HidDeviceSummary> list() const override {
       if (failures > 0 && failures-- > 0) throw std::runtime_error("no descriptors");
       return other.list();
