@@ -80,9 +80,12 @@ void Composition::record(gpu::Commands& commands, const gpu::Image& target, cons
   const auto& [scene, ultrasound, plot, overlay, layout] = frame;
   const picture::Pane& scene_pane = layout.scene;
   const auto eyes = scene != nullptr ? static_cast<int>(scene->settings().layers) : 0;
-  if (eyes != 1 || !covers(target, *scene, scene_pane)) commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
+  timestamps_.reset(commands);
+  timestamps_.mark(commands, "start");
   const bool smooth = eyes == 1 && scene->format() == VK_FORMAT_R8G8B8A8_SRGB && enlarged(*scene, scene_pane);
   const gpu::Image* shown = smooth ? &smoothed(commands, *scene) : scene;
+  if (smooth) timestamps_.mark(commands, "smooth_edges");
+  if (eyes != 1 || !covers(target, *scene, scene_pane)) commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
   for (int eye = 0; eye < eyes; ++eye)
     blit(commands, *shown, static_cast<std::uint32_t>(eye), target,
          {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
@@ -98,6 +101,7 @@ void Composition::record(gpu::Commands& commands, const gpu::Image& target, cons
     blit(commands, *plot_copy_, 0, target, layout.plot);
   }
   if (overlay != nullptr) overlay->draw(commands, target);
+  timestamps_.mark(commands, "compose");
 }
 
 const gpu::Image& Composition::smoothed(gpu::Commands& commands, const gpu::Image& scene) {

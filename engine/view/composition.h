@@ -10,6 +10,7 @@
 #include "engine/view/overlay.h"
 
 #include <optional>
+#include <vector>
 
 namespace stylet::view {
 
@@ -25,12 +26,15 @@ struct FrameParts {
 /// Thread: the one that uses the device.
 class Composition {
 public:
-  explicit Composition(gpu::Device& device) : device_(device) {}
+  explicit Composition(gpu::Device& device) : device_(device), timestamps_(device, 3) {}
 
   /// Records the frame into `target`, whose contents do not matter. A scene of one layer that is enlarged is drawn
   /// without its edges' steps.
   /// @param target  8 bits, sRGB; can be copied to, and is a colour attachment where there is an overlay
   void record(gpu::Commands& commands, const gpu::Image& target, const FrameParts& frame);
+  /// GPU time of the last frame: of "smooth_edges", where its scene was enlarged, and of all else, "compose". Call
+  /// when its submission is done. Empty: there was none.
+  std::vector<gpu::Timestamps::Span> pass_times() const { return timestamps_.read(); }
 
 private:
   const gpu::Image& srgb_copy(gpu::Commands& commands, const gpu::Image& picture, std::optional<gpu::Image>& twin);
@@ -45,6 +49,7 @@ private:
   };
 
   gpu::Device& device_;
+  gpu::Timestamps timestamps_;
   std::optional<Smoothing> smoothing_;
   std::optional<gpu::Image> scene_copy_;
   std::optional<gpu::Image> ultrasound_copy_;  ///< sRGB twin of an UNORM image, so that scaling knows what bytes mean

@@ -15,7 +15,9 @@
 #include <cstdint>
 #include <cstdlib>
 #include <span>
+#include <string>
 #include <tuple>
+#include <vector>
 
 namespace stylet::view {
 namespace {
@@ -146,6 +148,35 @@ TEST(Composition, AnEnlargedSceneHasNoStepsInItsEdgesAndAnotherStaysAsItIs) {
     }
   }
   EXPECT_EQ(messages.load(), 0u);
+}
+
+TEST(Composition, TellsWhatSmoothingCostsBesideTheRest) {
+  gpu::Device device;
+  const auto image = [&](std::uint32_t size) {
+    return gpu::Image(device, {.width = size,
+                               .height = size,
+                               .format = VK_FORMAT_R8G8B8A8_SRGB,
+                               .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+  };
+  const gpu::Image scene = image(256), same = image(256), large = image(400);
+  Composition composition(device);
+  EXPECT_TRUE(composition.pass_times().empty());
+  const auto passes_into = [&](const gpu::Image& target) {
+    const int size = static_cast<int>(target.extent().width);
+    gpu::run_now(device, [&](gpu::Commands& commands) {
+      commands.clear(scene, {0.5F, 0.5F, 0.5F, 1});
+      composition.record(commands, target, {.scene = &scene, .layout = {.scene = {0, 0, size, size}}});
+    });
+    std::vector<std::string> names;
+    for (const gpu::Timestamps::Span& pass : composition.pass_times()) {
+      EXPECT_GE(pass.seconds, 0) << pass.name;
+      names.push_back(pass.name);
+    }
+    return names;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(passes_into(large), (Names{"smooth_edges", "compose"}));
+  EXPECT_EQ(passes_into(same), Names{"compose"}) << "it is not smoothed";
 }
 
 TEST(Composition, BytesOfAnUltrasoundImageMeanSrgbWhateverItsFormatSays) {

@@ -144,7 +144,9 @@ Report bench_view(const BenchOptions& options) {
            .overlay = &overlay,
            .layout = {.scene = {0, 0, kWidth, kHeight}, .ultrasound = desktop.scanner_place(), .plot = {}}});
     });
-    return desktop.pass_times();
+    Passes passes = desktop.pass_times();
+    for (gpu::Timestamps::Span& pass : composition.pass_times()) passes.push_back(std::move(pass));
+    return passes;
   };
   Report report;
   const std::string on = fmt::format("on {}", device.identity().name);
