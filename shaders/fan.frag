@@ -20,16 +20,16 @@ void main() {
     across = atan(p.x, p.z + radius);
     side = r * (half_extent - abs(across));
   }
-  // It ends where the patient does.
+  // It ends where the patient does, softly: so far as voxels know where that is.
   float ray = clamp((0.5 + 0.5 * across / half_extent) * float(kFanRays), 0.0, float(kFanRays));
   int left = min(int(ray), kFanRays - 1);
   float reach = mix(frame.fan_reach[left / 4][left % 4], frame.fan_reach[(left + 1) / 4][(left + 1) % 4], ray - float(left));
-  float depth = reach < 0.999 * frame.fan.z ? reach : frame.fan.z;
-  if (depth < frame.fan.z && range > depth) {
+  float inside = reach < 0.999 * frame.fan.z ? smoothstep(0.0, 0.008, reach - range) : 1.0;
+  if (inside <= 0.0) {
     colour = vec4(0.0);
     return;
   }
-  float border = min(side, min(range, depth - range));
+  float border = min(side, min(range, frame.fan.z - range));
   float line = 1.0 - smoothstep(0.0005, 0.0013, border);
   float ticks = 1.0 - smoothstep(0.0003, 0.0007, abs(fract(range * 50.0 + 0.5) - 0.5) * 0.02);  // every 2 cm
   vec3 light = vec3(0.35, 0.68, 0.95);
@@ -41,5 +41,6 @@ void main() {
     c = mix(vec3(grey) * vec3(0.92, 0.97, 1.0), c, line);
     alpha = max(0.30 + 0.55 * grey, 0.75 * line);
   }
+  alpha *= inside;
   colour = vec4(c * alpha, alpha);
 }

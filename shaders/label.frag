@@ -16,7 +16,7 @@ layout(location = 0) out uint label_and_depth;
 void main() {
   uint kind = unforeseen(style.kind.x);
   if (kind == kCover && unforeseen(frame.see.x) != kSeeClosed && outside_window(position.xyz) < 0.5) discard;
-  if (kind == kCloth && cloth_open(position.xyz, vec2(position.w, normal.w))) discard;
+  if (kind == kCloth && outside_opening(position.xyz, vec2(position.w, normal.w)) < 0.0) discard;
   float depth = 1.0 / gl_FragCoord.w;  // along the viewing direction, m
   if (unforeseen(style.kind.y) == 0u) {  // the room: no part of the scene, but it hides what is behind
     label_and_depth = 0u;

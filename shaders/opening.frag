@@ -13,6 +13,6 @@ layout(location = 1) in vec4 normal;
 #include "shaders/cover_window.glsl"
 
 void main() {
-  if (kind == kCloth && cloth_open(position.xyz, vec2(position.w, normal.w))) discard;
+  if (kind == kCloth && outside_opening(position.xyz, vec2(position.w, normal.w)) < 0.0) discard;
   if (kind == kCover && unforeseen(frame.see.x) == kSeeWindow && outside_window(position.xyz) <= 0.0) discard;
 }

@@ -82,8 +82,8 @@ struct FrameUniforms {
   vec4 table_foot;  // x and y of two corners of what stands on the floor, table's frame
   vec4 cart_foot;
   vec4 field;       // half extents of the drape's opening, radius of its corners, m
-  vec4 trunk;       // ends of what there is to see along the drape, m from the middle of the field; z: its middle across; w:
-                    // half of it
+  vec4 trunk;       // ends of what there is to see along the table: least and most of dot(along, position)
+  vec4 sides[3];    // planes beyond which there is nothing of it either: normal outwards, offset
   vec4 focus;       // xyz: what the window of the covers shows; w: radius of the window
   vec4 focus_axis;  // unit, from the focus to between the eyes; w: distance
   vec4 fan;         // radius of the face (0: linear), half angle or half width, depth, 1 if convex

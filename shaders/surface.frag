@@ -65,8 +65,8 @@ void main() {
     float half_width = mod(round(cm), 5.0) == 0.0 ? 0.00075 : 0.0004;
     if (cm > 0.5) m.albedo *= mix(0.12, 1.0, smoothstep(half_width, half_width * 1.4, mark));
   }
-  if (kind == kCloth) {  // with a hem round the field
-    float in_cloth = outside_field(vec2(position.w, normal.w));
+  if (kind == kCloth) {  // with a hem round its opening
+    float in_cloth = outside_opening(position.xyz, vec2(position.w, normal.w));
     m.albedo = mix(vec3(0.34, 0.47, 0.52), m.albedo, smoothstep(0.010, 0.0115, in_cloth));
   }
 

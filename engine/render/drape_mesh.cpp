@@ -40,6 +40,7 @@ Station body_at(double y) {
 }
 
 constexpr double kBelowSkin = 0.016;     // m: the cavity's wall, at least
+constexpr double kCutBelowSkin = 0.006;  // and what closes its ends: nobody looks past it between wall and cloth
 constexpr double kMattressHalf = 0.285;  // the sheet turns down here
 constexpr double kHang = 0.40;           // and falls so far
 constexpr double kFoot = -1.40, kHead = kScreenY;
@@ -267,30 +268,53 @@ RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>
   return mesh;
 }
 
-RoomMesh cavity_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin) {
-  RoomMesh mesh;
+std::vector<Eigen::Vector3f> cavity_rings(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin,
+                                          double below_skin, std::span<const double> along) {
   const SkinProfile profile(layout, skin);
-  constexpr int kSides = 48, kRows = 16, kCapRings = 8;
-  // Along the wall, then towards the middle of either end.
-  const auto ring = [&](double y, double share) {
-    for (int side = 0; side <= kSides; ++side) {
-      const double angle = -2 * std::numbers::pi * side / kSides;
+  std::vector<Eigen::Vector3f> rings;
+  for (const double y : along)
+    for (std::size_t side = 0; side < kCavityRing; ++side) {
+      const double angle = -2 * std::numbers::pi * static_cast<double>(side) / (kCavityRing - 1);
       const SkinProfile::Place place = profile.at(angle, y);
       const double size = 1 + place.known * (place.share - 1);
-      // The shapes differ within the grid's cells: deep enough to stay below cloth and skin.
       const Vector3d on = layout.trunk_point(angle, y), centre(layout.trunk_centre.x(), y, layout.trunk_centre.y());
-      const Vector3d p = centre + std::max(size - kBelowSkin / layout.trunk_half.minCoeff(), 0.02) * (on - centre);
-      const Vector2d middle = layout.trunk_centre;
-      mesh.positions.emplace_back(static_cast<float>(middle.x() + share * (p.x() - middle.x())),
-                                  static_cast<float>(y),
-                                  static_cast<float>(middle.y() + share * (p.z() - middle.y())));
+      const Vector3d p = centre + std::max(size - below_skin / layout.trunk_half.minCoeff(), 0.02) * (on - centre);
+      rings.push_back(p.cast<float>());
     }
-  };
-  const double low = layout.trunk_y[0] - 0.05, high = layout.trunk_y[1] + 0.05;
-  for (int i = 0; i <= kCapRings; ++i) ring(low, std::max(static_cast<double>(i) / kCapRings, 1e-3));
-  for (int row = 1; row < kRows; ++row) ring(low + (high - low) * row / kRows, 1);
-  for (int i = 0; i <= kCapRings; ++i) ring(high, std::max(1 - static_cast<double>(i) / kCapRings, 1e-3));
-  join_grid(mesh, static_cast<std::uint32_t>(kRows - 1 + 2 * (kCapRings + 1)), kSides + 1);
+  return rings;
+}
+
+RoomMesh cavity_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin) {
+  constexpr std::uint32_t kRows = 17;
+  std::vector<double> along;
+  for (std::uint32_t row = 0; row < kRows; ++row)
+    along.push_back(layout.trunk_y[0] + (layout.trunk_y[1] - layout.trunk_y[0]) * row / (kRows - 1));
+  // The shapes differ within the grid's cells: deep enough to stay below cloth and skin.
+  RoomMesh mesh;
+  mesh.positions = cavity_rings(layout, skin, kBelowSkin, along);
+  join_grid(mesh, kRows, kCavityRing);
+  compute_normals(mesh);
+  return mesh;
+}
+
+RoomMesh cut_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin) {
+  constexpr std::uint32_t kRings = 9;
+  RoomMesh mesh;
+  for (std::size_t end = 0; end < 2; ++end) {
+    const double y = layout.trunk_y[end];
+    const std::vector<Eigen::Vector3f> rim = cavity_rings(layout, skin, kCutBelowSkin, std::span(&y, 1));
+    const Eigen::Vector3f middle = Vector3d(layout.trunk_centre.x(), y, layout.trunk_centre.y()).cast<float>();
+    RoomMesh disc;
+    for (std::uint32_t ring = 0; ring < kRings; ++ring) {
+      const std::uint32_t outwards = end == 0 ? ring : kRings - 1 - ring;
+      const float share = std::max(static_cast<float>(outwards) / (kRings - 1), 1e-3F);
+      for (const Eigen::Vector3f& p : rim) disc.positions.push_back(middle + share * (p - middle));
+    }
+    join_grid(disc, kRings, kCavityRing);
+    const auto base = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), disc.positions.begin(), disc.positions.end());
+    for (const std::uint32_t index : disc.indices) mesh.indices.push_back(base + index);
+  }
   compute_normals(mesh);
   return mesh;
 }

@@ -4,6 +4,12 @@
 #include "engine/render/room_layout.h"
 #include "engine/render/room_mesh.h"
 
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
 namespace stylet::render {
 
 // The sheet is hung over a bar between patient and anaesthetist: its half width, height and place, table's frame, m.
@@ -24,7 +30,19 @@ inline constexpr double kDrapeLeaves = 1.85;
 ///              trunk's ellipse has it where there is none
 RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin);
 
-/// Inner side of the trunk, below cloth and skin, closed at both ends; triangles face inwards.
+/// Points of a ring of the cavity's wall, the first once more as the last.
+inline constexpr std::uint32_t kCavityRing = 49;
+
+/// Rings round the inside of the trunk. @param along  where, m along the table; ascending
+/// @return  [along, kCavityRing], table's frame
+std::vector<Eigen::Vector3f> cavity_rings(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin,
+                                          double below_skin, std::span<const double> along);
+
+/// Inner side of the trunk from end to end, below cloth and skin, in cavity_rings(); triangles face inwards.
 RoomMesh cavity_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin);
+
+/// What closes it where the patient's surfaces end: the tissue that a scan goes through there. Triangles face
+/// inwards.
+RoomMesh cut_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin);
 
 }  // namespace stylet::render

@@ -1,7 +1,7 @@
 #include "engine/render/frame_uniforms.h"
 
-#include "engine/render/drape_mesh.h"
 #include "engine/render/shadow_pass.h"
+#include "engine/render/window_sides.h"
 
 #include <Eigen/LU>
 
@@ -33,8 +33,8 @@ vec4 rectangle(const Eigen::Vector2d& least, const Eigen::Vector2d& most) {
 }  // namespace
 
 FrameUniforms frame_uniforms(const state::FrameState& state, const std::vector<Eye>& eyes, const RoomLayout& layout,
-                             const content::Probe& probe, const Eigen::Vector3d& focus, double radius,
-                             const ViewOptions& options) {
+                             std::span<const Eigen::Vector3f> cavity, const content::Probe& probe,
+                             const Eigen::Vector3d& focus, double radius, const ViewOptions& options) {
   FrameUniforms u{};
   Eigen::Vector3d between_eyes = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < 2; ++i) {
@@ -67,14 +67,14 @@ FrameUniforms frame_uniforms(const state::FrameState& state, const std::vector<E
   u.cart_foot = rectangle(cart - Eigen::Vector2d(0.24, 0.24), cart + Eigen::Vector2d(0.24, 0.24));
 
   u.field = pack({layout.field_half.x(), layout.field_half.y(), layout.field_corner}, 0);
-  // Cloth on this side of what is looked at opens wherever it hides it.
-  constexpr double kAnywhere = 100;  // m
-  constexpr double kSeam = 1e-3;     // m; beside the trunk the cloth's coordinate stays where it left it
-  const double round = (layout.trunk_half.x() + layout.trunk_half.y()) / 2;
-  const bool from_feet = patient_from_table.linear().col(1).dot(between_eyes - focus) < 0;
-  u.trunk = pack({from_feet ? -kAnywhere : layout.trunk_y[0] - layout.field_y,
-                  from_feet ? layout.trunk_y[1] - layout.field_y : kAnywhere, -round * layout.field_angle},
-                 round * kDrapeLeaves - kSeam);
+  const WindowSides sides = window_sides(layout, cavity, patient_from_table.inverse() * between_eyes,
+                                         patient_from_table.inverse() * focus, radius);
+  const double to_patient = patient_from_table.linear().col(1).dot(patient_from_table.translation());
+  u.trunk = pack({sides.along[0] + to_patient, sides.along[1] + to_patient, 0}, 0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Eigen::Vector3d normal = patient_from_table.linear() * sides.planes[i].head<3>();
+    u.sides[i] = pack(normal, sides.planes[i].w() - normal.dot(patient_from_table.translation()));
+  }
   u.focus = pack(focus, radius);
   const Eigen::Vector3d towards_eyes = between_eyes - focus;
   u.focus_axis = pack(towards_eyes.normalized(), std::max(towards_eyes.norm(), 1e-3));

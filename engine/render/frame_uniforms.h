@@ -8,15 +8,19 @@
 #include "engine/state/frame_state.h"
 #include "shaders/shared.h"
 
+#include <Eigen/Core>
+
+#include <span>
 #include <vector>
 
 namespace stylet::render {
 
 /// All that comes of scene and eyes; the renderer adds what its own images say (shadow, viewport).
-/// @param eyes   one or two
-/// @param focus  what the window of the covers shows, patient frame; `radius` of the window, m
+/// @param eyes    one or two
+/// @param cavity  rings of its wall as Geometry has them
+/// @param focus   what the window of the covers shows, patient frame; `radius` of the window, m
 FrameUniforms frame_uniforms(const state::FrameState& state, const std::vector<Eye>& eyes, const RoomLayout& layout,
-                             const content::Probe& probe, const Eigen::Vector3d& focus, double radius,
-                             const ViewOptions& options);
+                             std::span<const Eigen::Vector3f> cavity, const content::Probe& probe,
+                             const Eigen::Vector3d& focus, double radius, const ViewOptions& options);
 
 }  // namespace stylet::render

@@ -233,6 +233,8 @@ void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayo
     split_drape(geometry, layout);
   }
   add(geometry.cavity, "cavity", meshes.cavity, style({0.050F, 0.015F, 0.012F}, {0.6F, 0, 0, 0.15F}, kCavity));
+  add(geometry.cavity, "cut", meshes.cut, style({0.36F, 0.11F, 0.085F}, {0.6F, 0, 0, 0.15F}, kCavity));
+  geometry.cavity_rings = meshes.cavity.positions;
   add(geometry.room, "mattress", meshes.mattress, style({0.022F, 0.024F, 0.028F}, {0.55F, 0, 0, 0.1F}));
   add(geometry.room, "enamel", meshes.enamel, style({0.66F, 0.68F, 0.68F}, {0.40F, 0, 0, 0.3F}));
   add(geometry.room, "dark", meshes.dark, style({0.020F, 0.022F, 0.026F}, {0.40F, 0, 0, 0}));

@@ -47,6 +47,8 @@ struct Geometry {
   std::vector<std::uint32_t> indices;       ///< into rest and needle vertices, as one
   std::vector<Eigen::Vector3f> rest_nodes;  ///< of all bodies, one body after the other; never empty
   std::vector<std::size_t> body_node_count;
+  /// Of the cavity's wall, as cavity_rings() has them; none without a room.
+  std::vector<Eigen::Vector3f> cavity_rings;
   std::vector<Piece> solids;         ///< opaque organs, bone; the probe is the last
   std::vector<Piece> needle_pieces;  ///< shaft and hub
   std::vector<Piece> glass;          ///< translucent organs, in the order of the scene
@@ -57,7 +59,7 @@ struct Geometry {
   std::vector<Piece> drape;          ///< cloth, or nothing
   std::vector<Piece> drape_closed;   ///< its triangles that the field nowhere opens
   std::vector<Piece> drape_open;     ///< the others
-  std::vector<Piece> cavity;         ///< inside of the trunk, or nothing
+  std::vector<Piece> cavity;         ///< inside of the trunk, wall and ends, or nothing
   Piece panel_picture;
   Piece fan;
   Piece zone;  ///< of no triangles; where they go in a scene that ablates

@@ -249,8 +249,8 @@ const gpu::Image& Renderer::render(const state::FrameState& state, std::span<con
 
 const gpu::Image& Renderer::render_seen(const state::FrameState& state, const content::Camera& camera,
                                         const ViewOptions& options) {
-  FrameUniforms frame = frame_uniforms(state, eyes_, layout_, probe_, focus_.value_or(camera.look_at),
-                                       settings_.window_radius, options);
+  FrameUniforms frame = frame_uniforms(state, eyes_, layout_, geometry_.cavity_rings, probe_,
+                                       focus_.value_or(camera.look_at), settings_.window_radius, options);
   frame.shadow = shadow_.uniform();
   const std::vector<float> reaches = fan_reach(patient_, probe_, pose_of_probe(state));
   for (std::size_t i = 0; i < reaches.size(); ++i) frame.fan_reach[i / 4][i % 4] = reaches[i];

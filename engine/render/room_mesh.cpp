@@ -220,6 +220,7 @@ RoomMeshes room_meshes(const RoomLayout& layout, const std::vector<Eigen::Vector
   if (layout.draped) {
     room.drape = drape_mesh(layout, skin);
     room.cavity = cavity_mesh(layout, skin);
+    room.cut = cut_mesh(layout, skin);
     for (const double side : {-1.0, 1.0}) {
       const double x = side * (kScreenHalfWidth + 0.012);
       add_rod(room.steel, {x, kScreenY, layout.table_min.z() - 0.02}, {x, kScreenY, kScreenHeight + 0.03}, 0.009);

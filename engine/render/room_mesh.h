@@ -41,6 +41,7 @@ struct RoomMeshes {
   RoomMesh panel_picture;  ///< coordinates as those of the screen
   RoomMesh drape;          ///< coordinates: RoomLayout::in_field. Empty: no skin
   RoomMesh cavity;         ///< inside of the trunk, seen from within where the patient is cut open. Empty: no skin
+  RoomMesh cut;            ///< its ends
 };
 
 /// @param skin  as drape_mesh() has it

@@ -551,6 +551,41 @@ TEST_F(Render3d, ImagingPlaneEndsWhereThePatientDoes) {
   EXPECT_FALSE(seen(aside));
 }
 
+// Where the patient ends is known to a voxel or two: a bright line there would be a jagged one.
+TEST_F(Render3d, ImagingPlaneFadesTowardsWhereThePatientEnds) {
+  scene.surfaces.clear();
+  scene.camera = {.eye = {0, 0, 0.4}, .look_at = {0, 0, 0}, .up = Vector3d::UnitY(), .vertical_fov = 0.5};
+  // Tissue as far as 73 mm below the probe, between two marks of the scale; the image would reach 120 mm.
+  constexpr double kEnd = -0.013;
+  content::LabelVolume& labels = scene.labels;
+  labels.origin = {-0.12F, -0.12F, -0.02F};
+  labels.spacing = 0.002F;
+  labels.size = {121, 121, 21};
+  for (int z = 0; z < 21; ++z)
+    for (int y = 0; y < 121; ++y)
+      for (int x = 0; x < 121; ++x) labels.labels.push_back(y * 0.002 - 0.12 > kEnd ? 1 : 0);
+  state::FrameState state = without_needle(tests::rest_state(scene));
+  state.probe_position = {0, 0.06F, 0};
+  Eigen::Matrix3f axes;
+  axes.col(0) = Eigen::Vector3f::UnitX();
+  axes.col(2) = -Eigen::Vector3f::UnitY();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  state.probe_orientation = Eigen::Quaternionf(axes);
+  Renderer renderer(device, scene, {.width = 480, .height = 480, .room = false});
+  const Picture picture = draw(renderer, state);
+  for (const double x : {-0.02, 0.003, 0.02}) {
+    const auto light = [&](double above) {
+      const Vector3d pixel = project(renderer.eyes()[0], {x, kEnd + above, 0}, 480, 480);
+      return int{picture.at(int(pixel.x()), int(pixel.y()))[2]};
+    };
+    const int inside = light(0.012);
+    EXPECT_GT(inside, light(-0.006) + 3) << "there is a plane";
+    for (double above = 0.010; above > -0.006; above -= 0.0005) {
+      EXPECT_LE(light(above), inside + 2) << "x " << x << ", " << above << " m before the end";
+    }
+  }
+}
+
 TEST_F(Render3d, DrawsTheSameBitsEveryTime) {
   state::FrameState bent = tests::rest_state(scene);
   tests::deform(bent);

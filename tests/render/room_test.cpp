@@ -5,6 +5,7 @@
 #include "engine/render/drape_mesh.h"
 #include "engine/render/geometry.h"
 #include "engine/render/renderer.h"
+#include "engine/render/window_sides.h"
 #include "engine/view/offscreen.h"
 #include "physics/needle/needle.h"
 #include "tests/render/test_scene.h"
@@ -19,6 +20,8 @@
 #include <cstdint>
 #include <numbers>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace stylet::render {
 namespace {
@@ -137,12 +140,17 @@ struct OtherPatient {
   Vector3d entry, probe;
 };
 
-TEST(DrapeMesh, LiesOnTheSkinOfAPatientOfAnyShapeWithTheFieldOverEntryAndProbe) {
-  const OtherPatient patient;
-  const RoomLayout layout = room_layout(patient.scene);
+std::vector<Eigen::Vector3f> skin_of(const OtherPatient&) {
   std::vector<Eigen::Vector3f> skin;
   for (double y = OtherPatient::kFrom; y <= OtherPatient::kTo; y += 0.004)
     for (int i = 0; i < 400; ++i) skin.push_back(OtherPatient::skin(2 * std::numbers::pi * i / 400, y).cast<float>());
+  return skin;
+}
+
+TEST(DrapeMesh, LiesOnTheSkinOfAPatientOfAnyShapeWithTheFieldOverEntryAndProbe) {
+  const OtherPatient patient;
+  const RoomLayout layout = room_layout(patient.scene);
+  const std::vector<Eigen::Vector3f> skin = skin_of(patient);
   const RoomMesh drape = room_meshes(layout, skin).drape;
   Vector3d middle = Vector3d::Zero();
   double nearest_middle = 1;
@@ -170,6 +178,87 @@ TEST(DrapeMesh, LiesOnTheSkinOfAPatientOfAnyShapeWithTheFieldOverEntryAndProbe) 
   for (const Vector3d& site : {patient.entry, patient.probe}) {
     const Vector3d at = layout.patient_from_table.inverse() * site;
     EXPECT_LT(layout.outside_field(layout.trunk_angle(at), at.y()), -0.025) << "open skin round it";
+  }
+}
+
+/// Whether a ray meets a triangle whose front it sees.
+bool meets_front(const RoomMesh& mesh, const Vector3d& from, const Vector3d& way) {
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    const Vector3d a = mesh.positions[mesh.indices[t]].cast<double>();
+    const Vector3d ab = mesh.positions[mesh.indices[t + 1]].cast<double>() - a;
+    const Vector3d ac = mesh.positions[mesh.indices[t + 2]].cast<double>() - a;
+    const Vector3d p = way.cross(ac), to = from - a, q = to.cross(ab);
+    const double det = ab.dot(p);
+    if (det <= 1e-15) continue;
+    const double u = to.dot(p) / det, v = way.dot(q) / det;
+    if (u >= -1e-9 && v >= -1e-9 && u + v <= 1 + 1e-9 && ac.dot(q) > 0) return true;
+  }
+  return false;
+}
+
+// A patient who was cut out of a scan: what is seen there is the tissue that the scan goes through, at the cut.
+TEST(RoomMeshes, TheCavityEndsWhereThePatientDoes) {
+  const OtherPatient patient;
+  const RoomLayout layout = room_layout(patient.scene);
+  const RoomMeshes room = room_meshes(layout, skin_of(patient));
+  double least = 1, most = -1;
+  for (const Eigen::Vector3f& p : room.cavity.positions) {
+    const double y = (layout.patient_from_table * p.cast<double>()).y();
+    least = std::min(least, y);
+    most = std::max(most, y);
+  }
+  EXPECT_NEAR(least, OtherPatient::kFrom, 1e-5);
+  EXPECT_NEAR(most, OtherPatient::kTo, 1e-5);
+  // The ends are closed: from the middle along the table, and from anywhere to within 2 cm of the skin.
+  for (const double y : {OtherPatient::kFrom, OtherPatient::kTo}) {
+    for (int i = 0; i < 24; ++i) {
+      const Vector3d skin = OtherPatient::skin(0.1 + 2 * std::numbers::pi * i / 24, y), middle(0.01, y, 0.15);
+      for (const double share : {0.02, 0.5, 1 - 0.02 / (skin - middle).norm()}) {
+        const Vector3d end = layout.patient_from_table.inverse() * Vector3d(middle + share * (skin - middle));
+        const Vector3d inside(end.x(), 0, end.z());
+        EXPECT_TRUE(meets_front(room.cut, inside, end - inside)) << y << " " << i << " " << share;
+      }
+    }
+  }
+}
+
+TEST(WindowSides, EachLineOfSightBetweenThemEndsInTheTrunk) {
+  const OtherPatient patient;
+  const RoomLayout layout = room_layout(patient.scene);
+  const std::vector<Eigen::Vector3f> skin = skin_of(patient);
+  const RoomMeshes room = room_meshes(layout, skin);
+  const Vector3d focus = layout.patient_from_table.inverse() * patient.scene.targets.front().centre;
+  constexpr double kRadius = 0.082;
+  constexpr std::size_t kEach = std::size_t{3} * 7;  // triangle of the cloth's that is looked through
+  // At the side, low at the side, from the feet, over the patient, at the head.
+  for (const Vector3d& from : {Vector3d(-0.5, -0.3, 0.3), Vector3d(-0.55, 0.05, 0.02), Vector3d(-0.1, -0.6, 0.25),
+                               Vector3d(0.02, 0, 0.6), Vector3d(-0.2, 0.5, 0.4)}) {
+    const Vector3d eye = focus + from;
+    const WindowSides sides = window_sides(layout, room.cavity.positions, eye, focus, kRadius);
+    int open = 0, closed = 0, seen = 0;
+    for (std::size_t t = 0; t + 2 < room.drape.indices.size(); t += kEach) {
+      Vector3d on = Vector3d::Zero();
+      for (std::size_t k = 0; k < 3; ++k) on += room.drape.positions[room.drape.indices[t + k]].cast<double>() / 3;
+      // Where the window is, on the near side.
+      const Vector3d axis = (eye - focus).normalized(), to = on - focus;
+      const double along = to.dot(axis);
+      if (along < -0.02 || (to - along * axis).norm() > 1.12 * kRadius) continue;
+      bool between = on.y() > sides.along[0] && on.y() < sides.along[1];
+      for (const Eigen::Vector4d& plane : sides.planes) {
+        between = between && plane.head<3>().dot(on) + plane.w() < 0;
+        EXPECT_LT(plane.head<3>().dot(focus) + plane.w(), 0) << "what the window is for";
+      }
+      ++seen;
+      const bool ends = meets_front(room.cavity, eye, on - eye) || meets_front(room.cut, eye, on - eye);
+      if (between) {
+        ++open;
+        EXPECT_TRUE(ends) << "from " << from.transpose() << " through " << on.transpose();
+      } else {
+        closed += ends ? 1 : 0;
+      }
+    }
+    EXPECT_GT(seen, 20) << from.transpose();
+    EXPECT_GT(open, 0.4 * (open + closed)) << "open where there is something to see, from " << from.transpose();
   }
 }
 
@@ -349,6 +438,43 @@ TEST_F(Room, TheWindowOpensTheClothOverThePatientAndNotBesideHim) {
   }
   EXPECT_GT(beside, 10);
   EXPECT_GT(opened, 10);
+}
+
+// One opening: where one looks in, cloth ends in the hem that it has round the field.
+TEST_F(Room, AHemGoesRoundFieldAndWindow) {
+  state.needle_positions.clear();
+  state.needle_orientations.clear();
+  state.probe_position = {0, 0, 10};
+  scene.targets.front().centre += Vector3d(-0.05, 0, 0.02);  // the window lies beside the field
+  constexpr int kSize = 400;
+  Renderer renderer(device, scene, {.width = kSize, .height = kSize, .antialias = false, .window_radius = 0.035});
+  const RoomLayout& layout = renderer.layout();
+  content::Camera camera = at_field(layout, 0.5);
+  const Picture closed = draw(renderer, camera, {.see_through = SeeThrough::closed});
+  const Picture open = draw(renderer, camera, {.see_through = SeeThrough::window});
+  const auto cloth = [](const Picture& picture, int x, int y) {
+    const std::uint8_t* p = picture.at(x, y);
+    return p[2] > p[0] + 12;
+  };
+  int opened = 0, border = 0, hem = 0;
+  for (int y = 2; y < kSize - 2; ++y)
+    for (int x = 2; x < kSize - 2; ++x) {
+      if (!cloth(closed, x, y)) continue;
+      if (!cloth(open, x, y)) {
+        ++opened;
+        continue;
+      }
+      // Cloth two pixels beside what the window has opened.
+      bool beside = false;
+      for (const auto& [dx, dy] : {std::pair{2, 0}, {-2, 0}, {0, 2}, {0, -2}})
+        beside = beside || (cloth(closed, x + dx, y + dy) && !cloth(open, x + dx, y + dy));
+      if (!beside) continue;
+      ++border;
+      hem += open.at(x, y)[0] > 90 ? 1 : 0;  // pale, where the cloth is a deep blue
+    }
+  EXPECT_GT(opened, 1000);
+  EXPECT_GT(border, 80);
+  EXPECT_GT(hem, 0.97 * border);
 }
 
 TEST_F(Room, SeeThroughShowsOrHidesTheTumour) {
