@@ -87,7 +87,7 @@ void add_free(const TissueModel& model, const Eigen::VectorXd& x, double scale, 
 SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const SimulationLoopSettings& settings)
     : settings_(settings),
       models_(models_of(bodies, settings)),
-      worker_(models_, settings.dt, settings.coarsest),
+      worker_(models_, settings.dt, settings.coarsest, settings.two_threads),
       companion_(settings.two_threads),
       path_(models_, {.spacing = settings.contact_spacing, .removal_hysteresis = settings.removal_hysteresis}) {
   workspace_.companion = &companion_;

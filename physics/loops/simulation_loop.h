@@ -55,7 +55,7 @@ struct SimulationLoopSettings {
   double fastest_tip = 1.0;      ///< that tissue is known for ahead of the tip, m/s; its compliance: up to look_ahead
   double longest_stall = 0.060;  ///< that a step may be late by beside its period, s
   double look_ahead = 0.040;     ///< how far ahead of the tip nodes are prepared with a factorisation, m
-  bool two_threads = true;       ///< a second thread takes part in long steps; the bits do not know of it
+  bool two_threads = true;  ///< second ones take part in long steps and factorizations; the bits do not know of them
   /// Of what a step reads L in: not what it converges to.
   PassPrecision coarsest = PassPrecision::sixteen_bits;
   OrganContactSettings contact{};  ///< between the bodies, and of the probe; none: no pairs, no probe

@@ -175,16 +175,16 @@ double CompactFactor::serial_share() const {
   return entry_count_ == 0 ? 0 : static_cast<double>(upper) / static_cast<double>(entry_count_);
 }
 
-void CompactFactor::read(const cholmod_factor_struct& factor, int leading, PassPrecision precision,
-                         bool same_symbols) {
+void CompactFactor::read(const cholmod_factor_struct& factor, int leading, PassPrecision precision, bool same_symbols,
+                         Companion* companion) {
   if (!same_symbols || nodes_.empty()) analyse(factor, leading);
   precision_ = precision;
-  int_.clear();
-  float_.clear();
   if (precision == PassPrecision::sixteen_bits) {
-    read_entries(factor, int_);
+    float_.clear();
+    read_entries(factor, int_, companion);
   } else {
-    read_entries(factor, float_);
+    int_.clear();
+    read_entries(factor, float_, companion);
   }
 }
 
@@ -317,11 +317,12 @@ void CompactFactor::cut(std::span<const int> parent) {
 }
 
 template <typename Stored>
-void CompactFactor::read_entries(const cholmod_factor_struct& factor, std::vector<Stored>& entries) {
+void CompactFactor::read_entries(const cholmod_factor_struct& factor, std::vector<Stored>& entries,
+                                 Companion* companion) {
   const auto* value_start = static_cast<const int*>(factor.px);
   const auto* l = static_cast<const double*>(factor.x);
   entries.resize(entry_count_);
-  for (std::size_t s = 0; s < nodes_.size(); ++s) {
+  in_parts(companion, static_cast<int>(nodes_.size()), [&](int s) {
     const Node& node = nodes_[s];
     const int rows = node.columns + node.below;
     float* head = heads_.data() + node.head_start;
@@ -351,7 +352,7 @@ void CompactFactor::read_entries(const cholmod_factor_struct& factor, std::vecto
         }
       }
     }
-  }
+  });
 }
 
 template <typename Stored>

@@ -37,7 +37,8 @@ public:
   /// Reads a factor of CHOLMOD's (supernodal, double, finite), its first `leading` columns.
   /// @param precision  sixteen_bits or single
   /// @param same_symbols  the factor has the same supernodes as the last time
-  void read(const cholmod_factor_struct& factor, int leading, PassPrecision precision, bool same_symbols);
+  void read(const cholmod_factor_struct& factor, int leading, PassPrecision precision, bool same_symbols,
+            Companion* companion = nullptr);
   void clear();
   bool empty() const { return nodes_.empty(); }
   PassPrecision precision() const { return precision_; }
@@ -69,7 +70,7 @@ private:
   void analyse(const cholmod_factor_struct& factor, int leading);
   void cut(std::span<const int> parent);
   template <typename Stored>
-  void read_entries(const cholmod_factor_struct& factor, std::vector<Stored>& entries);
+  void read_entries(const cholmod_factor_struct& factor, std::vector<Stored>& entries, Companion* companion);
   template <typename Stored>
   void eliminate_node(const Node& node, const Stored* entries, float* x, float* w) const;
   template <typename Stored>

@@ -1,10 +1,12 @@
 #include "physics/tissue/companion.h"
 
 #include <immintrin.h>
+#include <sys/resource.h>
 
 namespace stylet::physics {
 namespace {
 
+constexpr int kBackgroundNice = 10;
 constexpr int kSpins = 2000;  // some ten microseconds: the helper's last part is about to end
 
 std::uint64_t place(std::uint32_t loop, std::uint32_t part) {
@@ -13,8 +15,8 @@ std::uint64_t place(std::uint32_t loop, std::uint32_t part) {
 
 }  // namespace
 
-Companion::Companion(bool thread) {
-  if (thread) thread_ = std::thread([this] { serve(); });
+Companion::Companion(bool thread, bool background) {
+  if (thread) thread_ = std::thread([this, background] { serve(background); });
 }
 
 Companion::~Companion() {
@@ -63,7 +65,9 @@ void Companion::take(std::uint32_t loop) {
   }
 }
 
-void Companion::serve() {
+void Companion::serve(bool background) {
+  // Of this thread alone on Linux. Where it is refused the loops' own priority is what keeps them on time.
+  if (background) setpriority(PRIO_PROCESS, 0, kBackgroundNice);
   const std::uint32_t own = _mm_getcsr();
   std::uint32_t seen = 0;
   for (;;) {

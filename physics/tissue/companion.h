@@ -12,8 +12,9 @@ namespace stylet::physics {
 /// matter: parts that write apart from each other, and sums of parts taken in their order, give the same bits always.
 class Companion {
 public:
-  /// @param thread  false: all parts are the caller's
-  explicit Companion(bool thread = true);
+  /// @param thread      false: all parts are the caller's
+  /// @param background  the helper makes way for every other thread (nice)
+  explicit Companion(bool thread = true, bool background = false);
   ~Companion();
   Companion(const Companion&) = delete;
   Companion& operator=(const Companion&) = delete;
@@ -31,7 +32,7 @@ private:
   void run(int parts, Function function, const void* context);
   /// Parts of a loop until none is left to take.
   void take(std::uint32_t loop);
-  void serve();
+  void serve(bool background);
 
   // The loop in work (upper half) and its next part (lower half), taken together: a helper that comes late to a loop
   // takes nothing of the next one, whose function it may not have seen.

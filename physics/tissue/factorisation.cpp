@@ -106,7 +106,9 @@ Factorisation::Factorisation(const StiffnessPattern& pattern, SolveWorkspace& wo
 }
 
 Factorisation::Factorisation(const Factorisation& other)
-    : compact_(other.compact_),
+    : cholesky_(other.cholesky_),
+      own_from_(other.own_from_),
+      compact_(other.compact_),
       symbols_kept_(other.symbols_kept_),
       coarsest_(other.coarsest_),
       fill_reducing_(other.fill_reducing_),
@@ -120,6 +122,8 @@ Factorisation::Factorisation(const Factorisation& other)
 
 Factorisation::Factorisation(Factorisation&& other) noexcept
     : factor_(std::exchange(other.factor_, nullptr)),
+      cholesky_(std::move(other.cholesky_)),
+      own_from_(other.own_from_),
       compact_(std::move(other.compact_)),
       symbols_kept_(other.symbols_kept_),
       coarsest_(other.coarsest_),
@@ -147,6 +151,7 @@ bool Factorisation::order_last(std::span<const int> trailing, const StiffnessPat
   if (analysed == nullptr) return false;
   cholmod_free_factor(&factor_, &common);
   factor_ = analysed;
+  cholesky_.clear();
   compact_.clear();
   symbols_kept_ = false;
   trailing_.assign(trailing.begin(), trailing.end());
@@ -158,22 +163,32 @@ bool Factorisation::factorise(const StiffnessPattern& pattern, std::span<const d
   if (!Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())).allFinite()) {
     return false;
   }
-  disable_openmp_teams();
-  cholmod_sparse a = lower_triangle(pattern, values.data());
-  if (cholmod_factorize(&a, factor_, workspace.common()) == 0 || workspace.common()->status != CHOLMOD_OK ||
-      factor_->minor != factor_->n) {
-    return false;
-  }
+  if (!make_numbers(pattern, values, workspace)) return false;
   copy_trailing_block();
   const PassPrecision precision = fitting_precision(workspace);
   if (precision == PassPrecision::full) {
     compact_.clear();
     symbols_kept_ = false;
   } else {
-    compact_.read(*factor_, leading(), precision, symbols_kept_);
+    compact_.read(*factor_, leading(), precision, symbols_kept_, workspace.companion);
     symbols_kept_ = true;
   }
   return true;
+}
+
+bool Factorisation::make_numbers(const StiffnessPattern& pattern, std::span<const double> values,
+                                 SolveWorkspace& workspace) {
+  cholmod_common& common = *workspace.common();
+  if (factor_nonzeros() >= own_from_) {
+    if (factor_->xtype == CHOLMOD_PATTERN && cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, factor_, &common) == 0) {
+      return false;
+    }
+    if (cholesky_.empty()) cholesky_.analyse(*factor_, pattern);
+    return cholesky_.factorise(*factor_, values, workspace.cholesky_, workspace.companion);
+  }
+  disable_openmp_teams();
+  cholmod_sparse a = lower_triangle(pattern, values.data());
+  return cholmod_factorize(&a, factor_, &common) != 0 && common.status == CHOLMOD_OK && factor_->minor == factor_->n;
 }
 
 PassPrecision Factorisation::fitting_precision(SolveWorkspace& workspace) const {

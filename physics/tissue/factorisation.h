@@ -4,9 +4,11 @@
 
 #include "physics/tissue/compact_factor.h"
 #include "physics/tissue/stiffness.h"
+#include "physics/tissue/supernodal_cholesky.h"
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <vector>
@@ -25,8 +27,9 @@ public:
   SolveWorkspace(const SolveWorkspace&) = delete;
   SolveWorkspace& operator=(const SolveWorkspace&) = delete;
 
-  Eigen::MatrixXd columns;         ///< right-hand sides and solutions of whoever is solving; grows
-  Companion* companion = nullptr;  ///< shares the passes of one right-hand side; the bits do not know of it
+  Eigen::MatrixXd columns;  ///< right-hand sides and solutions of whoever is solving; grows
+  /// Shares the passes of one right-hand side, and large factorisations; the bits do not know of it.
+  Companion* companion = nullptr;
 
 private:
   friend class Factorisation;
@@ -36,6 +39,7 @@ private:
   cholmod_dense_struct* y_ = nullptr;
   cholmod_dense_struct* e_ = nullptr;
   CompactFactor::Scratch compact_;
+  SupernodalCholesky::Scratch cholesky_;
   // In double: a vector in the order of elimination, and the rows of one supernode.
   std::vector<double> permuted_;
   std::vector<double> gathered_;
@@ -115,10 +119,16 @@ public:
   int dof_count() const;
   /// Non-zeros of L, with the explicit zeros of its supernodes.
   std::size_t factor_nonzeros() const;
+  /// Multiplications and additions of a factorisation; 0 where CHOLMOD made it.
+  double flops() const { return cholesky_.flops(); }
+  /// An L of at least so many entries gets its numbers from SupernodalCholesky, a smaller one from CHOLMOD.
+  void make_own_from(std::size_t entries) { own_from_ = entries; }
 
 private:
+  static constexpr std::size_t kWorthTwoThreads = std::size_t{8} << 20;
   int leading() const { return dof_count() - static_cast<int>(trailing_.size()); }
   void copy_trailing_block();
+  bool make_numbers(const StiffnessPattern& pattern, std::span<const double> values, SolveWorkspace& workspace);
   PassPrecision fitting_precision(SolveWorkspace& workspace) const;
   /// x <- L^-1 x of the leading columns in the order of elimination, x_S -= L_S x; its transpose.
   void eliminate_leading(std::vector<float>& x, SolveWorkspace& workspace) const;
@@ -133,6 +143,8 @@ private:
                           Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace& workspace) const;
 
   cholmod_factor_struct* factor_ = nullptr;
+  SupernodalCholesky cholesky_;  // of a large factor; else empty
+  std::size_t own_from_ = kWorthTwoThreads;
   CompactFactor compact_;      // of the leading columns; empty where A is too ill-conditioned
   bool symbols_kept_ = false;  // compact_ knows the supernodes
   PassPrecision coarsest_ = PassPrecision::sixteen_bits;

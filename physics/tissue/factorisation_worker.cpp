@@ -12,10 +12,15 @@ namespace stylet::physics {
 namespace {
 
 constexpr double kHardlyHeld = 1e-13;  // below: rigid motion of the body is not prevented
+constexpr int kWorthAHelper = 15000;   // DOFs of a body: below, L is too small for two threads
 constexpr double kStiffer = 0.05;      // share by which a factor may be off what strain has made of the stiffness
 
 double damping_scale(const TissueModel& model, double dt) {
   return 1 + model.damping_time_s / dt;
+}
+
+bool is_large(const TissueModel& model) {
+  return model.dof_count() >= kWorthAHelper;
 }
 
 std::vector<StiffnessPattern> patterns_of(std::span<const TissueModel> models) {
@@ -36,6 +41,11 @@ FactorisationRequest sized_request(std::span<const TissueModel> models) {
     request.bodies.push_back(std::move(body));
   }
   return request;
+}
+
+SolveWorkspace& with(Companion& helper, SolveWorkspace& workspace) {
+  workspace.companion = &helper;
+  return workspace;
 }
 
 FactorisedTissue factorised_at_rest(std::span<const TissueModel> models, std::span<const StiffnessPattern> patterns,
@@ -144,12 +154,14 @@ bool nearly_of(const FactorisedTissue::Body& factor, std::span<const Eigen::Quat
                     });
 }
 
-FactorisationWorker::FactorisationWorker(std::span<const TissueModel> models, double dt, PassPrecision coarsest)
+FactorisationWorker::FactorisationWorker(std::span<const TissueModel> models, double dt, PassPrecision coarsest,
+                                         bool two_threads)
     : models_(models),
       dt_(dt),
+      helper_(two_threads && std::any_of(models.begin(), models.end(), is_large), true),
       patterns_(patterns_of(models)),
       requests_(sized_request(models)),
-      results_(factorised_at_rest(models, patterns_, dt, coarsest, workspace_)) {
+      results_(factorised_at_rest(models, patterns_, dt, coarsest, with(helper_, workspace_))) {
   for (const StiffnessPattern& pattern : patterns_) values_.emplace_back(pattern.nonzeros());
   corridors_.resize(models.size());
 }

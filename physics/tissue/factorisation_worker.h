@@ -2,6 +2,7 @@
 #pragma once
 
 #include "physics/messages/latest_value.h"
+#include "physics/tissue/companion.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/isolated_dofs.h"
 #include "physics/tissue/stiffness.h"
@@ -68,9 +69,10 @@ public:
   /// Analyses and factorises the bodies at rest: latest() is valid, epoch 0. `models` must outlive the worker.
   /// @param dt  period of the simulation loop, s (damping, eq. 5)
   /// @param coarsest  that the factors may be read in
+  /// @param two_threads  a second thread takes part in large factorisations; the bits do not know of it
   /// @throws std::invalid_argument if a body is not held well enough to be positive definite
   FactorisationWorker(std::span<const TissueModel> models, double dt,
-                      PassPrecision coarsest = PassPrecision::sixteen_bits);
+                      PassPrecision coarsest = PassPrecision::sixteen_bits, bool two_threads = true);
 
   /// Worker: takes the latest request, factorises all bodies, publishes; false if there was none. A matrix that is
   /// not positive definite is counted in failures() and nothing is published.
@@ -95,6 +97,7 @@ public:
 private:
   std::span<const TissueModel> models_;
   double dt_;
+  Companion helper_;
   SolveWorkspace workspace_;  // worker's, after construction
   std::vector<StiffnessPattern> patterns_;
   std::vector<std::vector<double>> values_;

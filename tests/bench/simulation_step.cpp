@@ -21,6 +21,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -165,10 +166,16 @@ void assembly(benchmark::State& state) {
   sample(state, [&] { t.assemble(); });
 }
 
+/// By range(1) threads; 0: as CHOLMOD makes it, one.
 void factorisation(benchmark::State& state) {
   Tissue& t = tissue(int(state.range(0)));
-  sample(state, [&] { t.factor.factorise(t.pattern, t.values, t.workspace); });
-  state.counters["nnzL_M"] = 1e-6 * double(t.factor.factor_nonzeros());
+  Companion companion(state.range(1) > 1);
+  Factorisation factor(t.pattern, t.workspace);
+  if (state.range(1) == 0) factor.make_own_from(std::numeric_limits<std::size_t>::max());
+  t.workspace.companion = &companion;
+  sample(state, [&] { factor.factorise(t.pattern, t.values, t.workspace); });
+  t.workspace.companion = nullptr;
+  state.counters["nnzL_M"] = 1e-6 * double(factor.factor_nonzeros());
 }
 
 /// One right-hand side: L is read twice.
@@ -364,12 +371,10 @@ void register_all() {
     add("solve", solve, {n}, 30);
     add("w_bar_trailing", w_bar_trailing, {n, 40}, 30);
     add("w_bar_trailing", w_bar_trailing, {n, 100}, 30);
-    if (n == 12) {
-    }
     add("w_bar_outside", w_bar_outside, {n, 4}, 2 * few);
     add("w_bar_outside", w_bar_outside, {n, 40}, few);
     add("assembly", assembly, {n}, 20);
-    add("factorisation", factorisation, {n}, few);
+    for (const int threads : {0, 1, 2}) add("factorisation", factorisation, {n, threads}, few);
     for (const auto precision : {PassPrecision::single, PassPrecision::sixteen_bits}) {
       for (const int threads : {1, 2}) {
         add("step", step, {n, 1, static_cast<int>(precision), threads}, n > 20 ? 120 : 240);
