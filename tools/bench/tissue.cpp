@@ -15,6 +15,7 @@ Report bench_tissue(const BenchOptions& options) {
   constexpr std::array kSections{
       Section{"compliance", tissue_compliance},
       Section{"okamura", tissue_okamura},
+      Section{"speed", tissue_speed},
   };
   Report report;
   for (const Section& section : kSections) {

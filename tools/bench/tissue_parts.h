@@ -13,4 +13,7 @@ Report tissue_compliance(const BenchOptions& options);
 /// A needle at 3 mm/s into a block of bovine liver, beside what is published of it: okamura.*
 Report tissue_okamura(const BenchOptions& options);
 
+/// Step and factorisation of cubes of 5,832 and 19,683 nodes beside the way before, and their bytes: speed.*
+Report tissue_speed(const BenchOptions& options);
+
 }  // namespace stylet::bench
