@@ -5,6 +5,7 @@
 #include "engine/files/json_scan.h"
 #include "engine/lab/store/digest.h"
 #include "engine/lab/store/identity.h"
+#include "engine/lab/store/lab_files.h"
 #include "engine/lab/store/schema.h"
 
 #include <fcntl.h>
@@ -36,45 +37,6 @@ constexpr std::int32_t kRecordsFile = 0x53744C62;  // "StLb"
 constexpr std::size_t kLongestName = 200;          // bytes
 constexpr std::int64_t kDayMs = 86'400'000;
 
-fs::path private_folder(fs::path folder) {
-  std::error_code error;
-  const bool made = fs::create_directories(folder, error);
-  if (made) fs::permissions(folder, fs::perms::owner_all, error);
-  if (error) {
-    throw files::ContentError(fmt::format("{}: the lab's records cannot be kept there ({}); name another folder",
-                                          folder.string(), error.message()));
-  }
-  return folder;
-}
-
-/// What was written and how the folder names it are on the disk.
-void sync(const fs::path& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return;
-  ::fsync(file);
-  ::close(file);
-}
-
-/// A folder of this object's own, gone with it unless it has been renamed.
-struct OwnFolder {
-  explicit OwnFolder(fs::path place) : path(private_folder(std::move(place))) {}
-  ~OwnFolder() {
-    std::error_code error;
-    fs::remove_all(path, error);
-  }
-  OwnFolder(const OwnFolder&) = delete;
-  OwnFolder& operator=(const OwnFolder&) = delete;
-  fs::path path;
-};
-
-/// Everything that was written to the disk that the folder is on.
-void sync_disk(const fs::path& folder) {
-  const int file = ::open(folder.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return;
-  ::syncfs(file);
-  ::close(file);
-}
-
 /// A lock that goes with its process. @return -1: another one has it, or there is no file
 int locked(const fs::path& path, int flags) {
   const int file = ::open(path.c_str(), flags | O_CLOEXEC, 0600);
@@ -97,21 +59,6 @@ int utc_offset_min(std::int64_t ms) {
   std::tm local{};
   ::localtime_r(&seconds, &local);
   return static_cast<int>(local.tm_gmtoff / 60);
-}
-
-std::string time_name(std::int64_t ms) {
-  return fmt::format("{:%Y%m%dT%H%M%SZ}", fmt::gmtime(static_cast<std::time_t>(ms / 1000)));
-}
-
-fs::path unfinished(const fs::path& recording) {
-  return recording.string() + ".part";
-}
-
-/// With what a kill left of it. @return it was there
-bool remove_recording(const fs::path& recording) {
-  std::error_code error;
-  const bool part = fs::remove(unfinished(recording), error);
-  return fs::remove(recording, error) || part;
 }
 
 Value or_null(const std::string& text) {
@@ -198,23 +145,6 @@ void Lab::sweep_locks() {
     fs::remove(entry.path(), ignored);
     ::close(file);
   }
-}
-
-void Lab::sweep_erased() {
-  for (const Row& row : database_.run("SELECT id FROM tombstone WHERE kind = 'attempt'")) {
-    remove_recording(recording_of(text(row[0])));
-  }
-  forget_erased_names();
-}
-
-void Lab::forget_erased_names() {
-  // Only whose erasure was cut off: a name without records may be of records that were lost, and is nowhere else.
-  for (const Row& row : database_.run("SELECT id FROM tombstone WHERE kind = 'name'")) forget_name(text(row[0]));
-}
-
-void Lab::forget_name(const std::string& pseudonym) {
-  roster_.remove(pseudonym);
-  database_.run("DELETE FROM tombstone WHERE id = $1 AND kind = 'name'", {pseudonym});
 }
 
 std::string Lab::station() {
@@ -523,91 +453,6 @@ std::string Lab::exclude(const std::string& attempt, const std::string& author, 
   database_.run("INSERT INTO exclusion(id, attempt, author, at_ms, why, undone) VALUES ($1, $2, $3, $4, $5, $6)",
                 {new_id(now), id, author, now, why, std::int64_t{why.empty() ? 1 : 0}});
   return id;
-}
-
-Erased Lab::erase(const Person& person) {
-  Erased erased;
-  const std::int64_t now = settings_.clock();
-  std::vector<std::string> ids;
-  {
-    Transaction transaction(database_);
-    for (const Row& row : database_.run("SELECT id FROM attempt WHERE trainee = $1", {person.id})) {
-      ids.push_back(text(row[0]));
-      database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'attempt', $2)", {ids.back(), now});
-    }
-    database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'trainee', $2)", {person.id, now});
-    // Goes when the name has gone.
-    database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'name', $2) ON CONFLICT DO NOTHING",
-                  {person.pseudonym, now});
-    for (const char* of_attempts : {"attempt_metric", "exclusion"}) {
-      database_.run(
-          fmt::format("DELETE FROM {} WHERE attempt IN (SELECT id FROM attempt WHERE trainee = $1)", of_attempts),
-          {person.id});
-    }
-    database_.run("DELETE FROM attempt WHERE trainee = $1", {person.id});
-    database_.run("DELETE FROM trainee WHERE id = $1", {person.id});
-    database_.run("DELETE FROM audit WHERE object = $1", {person.pseudonym});
-    database_.run("INSERT INTO audit(id, at_ms, who, what, object) VALUES ($1, $2, '', 'erase', '')",
-                  {new_id(now), now});
-    transaction.commit();
-  }
-  erased.attempts = static_cast<int>(ids.size());
-  std::error_code error;
-  for (const std::string& id : ids) erased.recordings += remove_recording(recording_of(id)) ? 1 : 0;
-  forget_name(person.pseudonym);
-  database_.run("VACUUM");
-  for (const auto& entry : fs::directory_iterator(settings_.folder / "backups", error)) {
-    erased.backups.push_back(fs::absolute(entry.path(), error));
-  }
-  // Also those elsewhere, a stick that is not plugged in among them.
-  for (const Row& row : database_.run("SELECT object FROM audit WHERE what = 'backup'")) {
-    const fs::path elsewhere = text(row[0]);
-    if (elsewhere.parent_path() != fs::absolute(settings_.folder / "backups", error)) {
-      erased.backups.push_back(elsewhere);
-    }
-  }
-  std::ranges::sort(erased.backups);
-  erased.backups.erase(std::unique(erased.backups.begin(), erased.backups.end()), erased.backups.end());
-  return erased;
-}
-
-fs::path Lab::back_up(fs::path to) {
-  if (to.empty()) {
-    to = private_folder(settings_.folder / "backups") / ("lab-" + time_name(settings_.clock()));
-  }
-  std::error_code error;
-  if (fs::exists(to, error)) {
-    throw files::ContentError(to.string() + ": is there already; name a folder that is not");
-  }
-  // Whole or not there: made beside its place.
-  if (const fs::path part = to.string() + ".part"; fs::exists(part, error)) {
-    throw files::ContentError(
-        part.string() +
-        ": is there already, of a backup that was cut off or of something else; take it away, or "
-        "name another folder");
-  }
-  const OwnFolder part(to.string() + ".part");
-  // On the lab's own disk first: while a database is read nobody commits to it, and a stick may take minutes.
-  std::error_code ignored;
-  {
-    const OwnFolder own(private_folder(settings_.folder / "backups") / ("making-" + new_id(settings_.clock())));
-    database_.copy_to(own.path / "lab.db");
-    roster_.database().copy_to(own.path / "roster.db");
-    fs::copy(own.path, part.path, fs::copy_options::recursive, error);
-  }
-  const fs::path recordings = settings_.folder / "recordings";
-  if (!error && fs::exists(recordings, ignored)) {
-    fs::copy(recordings, part.path / "recordings", fs::copy_options::recursive, error);
-  }
-  if (!error) sync_disk(part.path);
-  if (!error) fs::rename(part.path, to, error);
-  if (error) {
-    throw files::ContentError(
-        fmt::format("{}: cannot be written whole ({}); check folder and space", to.string(), error.message()));
-  }
-  sync(to.parent_path());
-  note("backup", fs::absolute(to, ignored).string());
-  return to;
 }
 
 void Lab::note(const std::string& what, const std::string& object) {
