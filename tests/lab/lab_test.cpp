@@ -75,6 +75,47 @@ protected:
   std::optional<Lab> lab_;
 };
 
+TEST_F(Records, AnAttemptMadeElsewhereIsTakenInAsAWholeOnce) {
+  const Person ada = lab_->enrolled("ada");
+  const fs::path recording = folder_.write("elsewhere.rec", "what was done");
+  AttemptEnd end = end_of(82, true);
+  end.recording = recording;
+  const AttemptStart start = start_of(ada);
+  constexpr std::int64_t kStarted = 1'790'000'000'000;
+  const std::string id = lab_->take_in(start, end, kStarted, kStarted + 60'000);
+  const auto attempts = lab_->attempts();
+  ASSERT_THAT(attempts, SizeIs(1));
+  EXPECT_EQ(attempts[0].id, id);
+  EXPECT_EQ(attempts[0].started_ms, kStarted);
+  EXPECT_EQ(attempts[0].ended_ms, kStarted + 60'000);
+  EXPECT_EQ(attempts[0].mode, "graded");
+  EXPECT_TRUE(attempts[0].counts() && attempts[0].succeeded());
+  EXPECT_EQ(attempts[0].recording_sha256, sha256("what was done"));
+  EXPECT_EQ(read(lab_->recording_of(id)), "what was done");
+  EXPECT_THAT(lab_->metrics(id), SizeIs(31));
+  EXPECT_THAT(refusal([&] { lab_->take_in(start, end, kStarted, kStarted); }),
+              HasSubstr("already, as the attempt " + id));
+  EXPECT_THAT(lab_->attempts(), SizeIs(1));
+  EXPECT_EQ(lab_->erase(ada).recordings, 1);
+  EXPECT_FALSE(fs::exists(lab_->recording_of(id)));
+}
+
+TEST_F(Records, WhatCannotBeTakenInWholeLeavesNothing) {
+  const Person ada = lab_->enrolled("ada");
+  AttemptEnd end = end_of(82, true);
+  end.recording = folder_.path() / "not there.rec";
+  EXPECT_THAT(refusal([&] { lab_->take_in(start_of(ada), end, 1000, 2000); }), HasSubstr("not there.rec"));
+  end.recording = folder_.write("elsewhere.rec", "what was done");
+  end.metrics.push_back(end.metrics.front());  // one metric twice: the records refuse it
+  EXPECT_THAT(refusal([&] { lab_->take_in(start_of(ada), end, 1000, 2000); }), HasSubstr("attempt_metric"));
+  EXPECT_THAT(lab_->attempts(), IsEmpty());
+  for (const auto& entry : fs::recursive_directory_iterator(folder_.path() / "lab")) {
+    EXPECT_NE(entry.path().extension(), ".rec") << entry.path();
+  }
+  end.metrics.pop_back();
+  EXPECT_NO_THROW(lab_->take_in(start_of(ada), end, 1000, 2000));
+}
+
 TEST_F(Records, AnAttemptIsThereFromItsBeginningAndWholeAtItsEnd) {
   const Person ada = lab_->enrolled("ada");
   const std::string attempt = lab_->begin(start_of(ada));

@@ -50,6 +50,24 @@ TEST(Progress, AGateTakesItsSumAndItsDays) {
   EXPECT_EQ(all[0].retention_day, 129);
 }
 
+TEST(Progress, SaysWhyAnExerciseComesNext) {
+  const Course course = small_course();
+  std::vector<std::vector<Taken>> attempts(2);
+  const auto why = [&](std::int64_t today) {
+    const auto all = progress(course, attempts, today);
+    const auto next = due(all, today);
+    return next ? course.exercises[*next].name + ": " + std::string(why_due(all[*next])) : "nothing";
+  };
+  EXPECT_EQ(why(100), "first: practice");
+  take(attempts[0], 100, "00111111");
+  EXPECT_EQ(why(100), "first: gate not passed yet");
+  take(attempts[0], 101, "1111");
+  EXPECT_EQ(why(101), "second: practice");
+  EXPECT_EQ(why(129), "first: retention test");
+  take(attempts[0], 130, "000");
+  EXPECT_EQ(why(130), "first: failures have mounted up");
+}
+
 TEST(Progress, FailuresAfterTheGateRaiseAnAlarmThatTheGateEnds) {
   const Course course = small_course();
   std::vector<std::vector<Taken>> attempts(2);

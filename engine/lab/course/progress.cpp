@@ -95,6 +95,19 @@ std::optional<std::size_t> due(std::span<const ExerciseProgress> progress, std::
       [](const ExerciseProgress& p) { return p.standing == Standing::practising || p.standing == Standing::graded; });
 }
 
+std::string_view why_due(const ExerciseProgress& progress) {
+  switch (progress.standing) {
+    case Standing::alarm:
+      return "failures have mounted up";
+    case Standing::competent:
+      return "retention test";
+    case Standing::graded:
+      return "gate not passed yet";
+    default:
+      return "practice";
+  }
+}
+
 std::string progress_words(const Exercise& exercise, const ExerciseProgress& progress) {
   switch (progress.standing) {
     case Standing::locked:

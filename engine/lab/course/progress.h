@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stylet::lab::course {
@@ -54,6 +55,9 @@ std::vector<ExerciseProgress> progress(const Course& course, std::span<const std
 /// Exercise that is due: an alarm, else a retention test, else the first open one that is not enough for today;
 /// nothing: come again another day.
 std::optional<std::size_t> due(std::span<const ExerciseProgress> progress, std::int64_t today);
+
+/// Why an exercise comes next: "retention test". @param progress  of one that is due()
+std::string_view why_due(const ExerciseProgress& progress);
 
 /// "graded, sum 1.26 of 3.52 after 7 attempts", a sentence without its point.
 std::string progress_words(const Exercise& exercise, const ExerciseProgress& progress);

@@ -28,11 +28,8 @@ std::string next_of(const course::Course& course, const TraineeView& trainee) {
   if (!trainee.due) return "nothing today";
   const course::Exercise& exercise = course.exercises[*trainee.due];
   const course::ExerciseProgress& progress = trainee.exercises[*trainee.due];
-  const char* why = progress.standing == course::Standing::alarm       ? "failures have mounted up"
-                    : progress.standing == course::Standing::competent ? "retention test"
-                    : progress.standing == course::Standing::graded    ? "gate not passed yet"
-                                                                       : "practice";
-  return fmt::format("{}: {}{}", escaped(exercise.name), why, progress.after_pause ? ", after a pause" : "");
+  return fmt::format("{}: {}{}", escaped(exercise.name), course::why_due(progress),
+                     progress.after_pause ? ", after a pause" : "");
 }
 
 }  // namespace

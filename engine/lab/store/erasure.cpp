@@ -75,7 +75,7 @@ Erased Lab::erase(const Person& person) {
     // Goes when the name has gone.
     database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'name', $2) ON CONFLICT DO NOTHING",
                   {person.pseudonym, now});
-    for (const char* of_attempts : {"attempt_metric", "exclusion"}) {
+    for (const char* of_attempts : {"attempt_metric", "exclusion", "outbox"}) {
       database_.run(
           fmt::format("DELETE FROM {} WHERE attempt IN (SELECT id FROM attempt WHERE trainee = $1)", of_attempts),
           {person.id});

@@ -129,7 +129,12 @@ void Lab::adopt_crashed() {
     std::error_code error;
     const int file = locked(lock, O_RDWR);
     if (file < 0 && fs::exists(lock, error)) continue;  // it goes on
-    database_.run("UPDATE attempt SET status = 'crashed' WHERE id = $1 AND status = 'running'", {attempt});
+    {
+      Transaction transaction(database_);
+      database_.run("UPDATE attempt SET status = 'crashed' WHERE id = $1 AND status = 'running'", {attempt});
+      tell_end(attempt);
+      transaction.commit();
+    }
     fs::remove(lock, error);
     if (file >= 0) ::close(file);
   }
@@ -293,7 +298,7 @@ std::string Lab::begin(const AttemptStart& start) {
   std::string attempt = new_id(now);
   lock_running(attempt);  // before the row: who finds the row without a lock takes it for cut off
   try {
-    write_beginning(attempt, now, of_station, start);
+    write_beginning(attempt, now, of_station, start, true);
   } catch (...) {
     unlock_running(attempt);
     throw;
@@ -302,7 +307,7 @@ std::string Lab::begin(const AttemptStart& start) {
 }
 
 void Lab::write_beginning(const std::string& attempt, std::int64_t now, const std::string& of_station,
-                          const AttemptStart& start) {
+                          const AttemptStart& start, bool tell) {
   Transaction transaction(database_);
   keep_subject("scenario", start.scenario);
   if (start.course) keep_subject("course", *start.course);
@@ -311,6 +316,7 @@ void Lab::write_beginning(const std::string& attempt, std::int64_t now, const st
       "utc_offset_min, status) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, 'running')",
       {attempt, start.trainee, start.course ? Value(start.course->sha256) : Value(), start.scenario.sha256,
        of_station, start.mode, start.build, start.stylus, start.loop_mode, now, std::int64_t{utc_offset_min(now)}});
+  if (tell) tell_beginning(attempt);
   transaction.commit();
 }
 
@@ -320,7 +326,7 @@ fs::path Lab::recording_of(const std::string& attempt) const {
          fmt::format("{:%m}", fmt::gmtime(began)) / (attempt + ".rec");
 }
 
-std::int64_t Lab::keep_recording(const std::string& attempt, const fs::path& recording) {
+Lab::KeptRecording Lab::keep_recording(const std::string& attempt, const fs::path& recording) {
   const fs::path place = recording_of(attempt);
   private_folder(settings_.folder / "recordings");
   private_folder(place.parent_path());
@@ -336,7 +342,7 @@ std::int64_t Lab::keep_recording(const std::string& attempt, const fs::path& rec
                                           error.message(), recording.string()));
   }
   sync(place.parent_path());
-  return static_cast<std::int64_t>(fs::file_size(place, error));
+  return {.bytes = static_cast<std::int64_t>(fs::file_size(place, error)), .sha256 = sha256_of_file(place)};
 }
 
 std::string Lab::end(const std::string& attempt, const AttemptEnd& end) {
@@ -344,35 +350,71 @@ std::string Lab::end(const std::string& attempt, const AttemptEnd& end) {
     unlock_running(attempt);
     throw files::ContentError(database_.file().string() + ": the trainee was erased meanwhile");
   }
-  std::optional<std::int64_t> bytes;
-  std::string hash;
+  KeptRecording kept;
   std::string problem;
   if (!end.recording.empty()) {
     try {
-      bytes = keep_recording(attempt, end.recording);
-      hash = sha256_of_file(recording_of(attempt));
+      kept = keep_recording(attempt, end.recording);
     } catch (const files::ContentError& error) {
       problem = error.what();
-      bytes.reset();
       remove_recording(recording_of(attempt));  // the numbers may need its room
     }
   }
+  write_end(attempt, end, kept, settings_.clock(), {});
+  unlock_running(attempt);
+  return problem;
+}
+
+void Lab::write_end(const std::string& attempt, const AttemptEnd& end, const KeptRecording& recording,
+                    std::int64_t ended_ms, const std::string& mode) {
   std::optional<std::int64_t> passed;
   if (end.passed) passed = *end.passed ? 1 : 0;
   Transaction transaction(database_);
   database_.run(
       "UPDATE attempt SET ended_ms = $1, status = $2, total = $3, pass_mark = $4, passed = $5, failed_critical = $6, "
-      "missed_deadlines = $7, state_hash = $8, recording_sha256 = $9, recording_bytes = $10 WHERE id = $11",
-      {settings_.clock(), end.status, value_of(end.total), value_of(end.pass_mark), value_of(passed),
-       or_null(end.failed_critical), end.missed_deadlines, or_null(end.state_hash), or_null(hash), value_of(bytes),
-       attempt});
+      "missed_deadlines = $7, state_hash = $8, recording_sha256 = $9, recording_bytes = $10, mode = coalesce($11, "
+      "mode) WHERE id = $12",
+      {ended_ms, end.status, value_of(end.total), value_of(end.pass_mark), value_of(passed),
+       or_null(end.failed_critical), end.missed_deadlines, or_null(end.state_hash), or_null(recording.sha256),
+       value_of(recording.bytes), or_null(mode), attempt});
   for (const MetricResult& metric : end.metrics) {
     database_.run("INSERT INTO attempt_metric(attempt, metric, value, points, most) VALUES ($1, $2, $3, $4, $5)",
                   {attempt, metric.metric, value_of(metric.value), value_of(metric.points), value_of(metric.most)});
   }
+  if (!mode.empty()) tell_beginning(attempt);  // all at once
+  tell_end(attempt);
   transaction.commit();
+}
+
+std::string Lab::take_in(const AttemptStart& start, const AttemptEnd& end, std::int64_t started_ms,
+                         std::int64_t ended_ms) {
+  const std::string hash = sha256_of_file(end.recording);
+  if (const auto rows = database_.run("SELECT id FROM attempt WHERE recording_sha256 = $1", {hash}); !rows.empty()) {
+    throw files::ContentError(fmt::format("{}: is in {} already, as the attempt {}", end.recording.string(),
+                                          settings_.folder.string(), text(rows[0][0])));
+  }
+  // Until it is whole it is practice: cut off in the middle it is nobody's failure, and erasure finds what it left.
+  AttemptStart unfinished_start = start;
+  unfinished_start.mode = "practice";
+  const std::string of_station = station();
+  const std::string attempt = new_id(started_ms);
+  lock_running(attempt);
+  try {
+    write_beginning(attempt, started_ms, of_station, unfinished_start, false);
+    try {
+      write_end(attempt, end, keep_recording(attempt, end.recording), ended_ms, start.mode);
+    } catch (...) {
+      remove_recording(recording_of(attempt));
+      database_.run("DELETE FROM outbox WHERE attempt = $1", {attempt});
+      database_.run("DELETE FROM attempt WHERE id = $1", {attempt});
+      throw;
+    }
+  } catch (...) {
+    unlock_running(attempt);
+    throw;
+  }
   unlock_running(attempt);
-  return problem;
+  return attempt;
 }
 
 std::vector<AttemptRecord> Lab::attempts(const std::string& trainee) {

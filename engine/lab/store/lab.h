@@ -124,6 +124,11 @@ struct LabSettings {
 /// place
 std::filesystem::path default_lab_folder();
 
+// Settings.
+inline constexpr const char* kEndpoint = "xapi.endpoint";   ///< address of the record store
+inline constexpr const char* kHomePage = "xapi.home_page";  ///< of the lab; set: attempts are told to the store
+inline constexpr const char* kKeyFile = "xapi.key_file";    ///< has the store's key
+
 /// One thread at a time.
 class Lab {
 public:
@@ -154,6 +159,11 @@ public:
   /// @throws files::ContentError  nothing is kept; it may be tried again
   std::string end(const std::string& attempt, const AttemptEnd& end);
 
+  /// An attempt made elsewhere, as a whole: its recording has the numbers. @param end  with its recording
+  /// @return id. @throws files::ContentError  nothing is kept; also where the recording is here already
+  std::string take_in(const AttemptStart& start, const AttemptEnd& end, std::int64_t started_ms,
+                      std::int64_t ended_ms);
+
   /// In order of time. @param trainee  Person::id; empty: of all
   std::vector<AttemptRecord> attempts(const std::string& trainee = {});
   std::vector<MetricResult> metrics(const std::string& attempt);
@@ -171,6 +181,11 @@ public:
 
   /// Place of an attempt's recording.
   std::filesystem::path recording_of(const std::string& attempt) const;
+  /// Of the lab, "xapi.endpoint"; empty: it is not set.
+  std::string setting(const std::string& name);
+  /// @param value  empty: not set
+  void set(const std::string& name, const std::string& value);
+
   /// Notes that somebody looked or took away: "export", "show".
   void note(const std::string& what, const std::string& object);
 
@@ -183,12 +198,21 @@ private:
   void refuse_slip(const std::string& who);
   void forget_name(const std::string& pseudonym);
   void write_beginning(const std::string& attempt, std::int64_t now, const std::string& of_station,
-                       const AttemptStart& start);
+                       const AttemptStart& start, bool tell);
+  /// Statements for a record store, where there is one (kHomePage is set); within the transaction of what they tell.
+  void tell_beginning(const std::string& attempt);
+  void tell_end(const std::string& attempt);
   void lock_running(const std::string& attempt);
   void unlock_running(const std::string& attempt);
+  struct KeptRecording {
+    std::optional<std::int64_t> bytes{};
+    std::string sha256{};
+  };
+  /// All or nothing.
+  void write_end(const std::string& attempt, const AttemptEnd& end, const KeptRecording& recording,
+                 std::int64_t ended_ms, const std::string& mode);
   void keep_subject(const char* table, const Subject& subject);
-  /// @return bytes of the recording, kept
-  std::int64_t keep_recording(const std::string& attempt, const std::filesystem::path& recording);
+  KeptRecording keep_recording(const std::string& attempt, const std::filesystem::path& recording);
 
   LabSettings settings_;
   SqliteDatabase database_;

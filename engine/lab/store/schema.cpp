@@ -49,6 +49,19 @@ const std::vector<Migration>& all() {
                "TEXT NOT NULL) STRICT",
                "CREATE TABLE tombstone(id TEXT PRIMARY KEY, kind TEXT NOT NULL, at_ms INT8 NOT NULL) STRICT",
            }},
+      {.version = 2,
+       .statements =
+           {
+               // Of the lab: "xapi.endpoint".
+               "CREATE TABLE setting(name TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT",
+               // Statements that a record store has not got yet, frozen when they were written.
+               "CREATE TABLE outbox(statement TEXT PRIMARY KEY, attempt TEXT NOT NULL REFERENCES attempt(id), seq "
+               "INT8 "
+               "NOT NULL, body TEXT NOT NULL, created_ms INT8 NOT NULL, state TEXT NOT NULL CHECK (state IN "
+               "('waiting', 'conflict', 'rejected')), said TEXT NOT NULL) STRICT",
+               "CREATE INDEX outbox_in_order ON outbox(state, created_ms, seq)",
+               "CREATE INDEX outbox_of_attempt ON outbox(attempt)",
+           }},
   };
   return steps;
 }
