@@ -36,6 +36,7 @@ CourseStanding standing_of(store::Lab& lab, const store::Person& person, const l
   std::vector<std::vector<lab::course::Taken>> taken(course.exercises.size());
   CourseStanding standing{.at_earlier_versions = std::vector<int>(course.exercises.size(), 0)};
   standing.counted.resize(course.exercises.size());
+  standing.passed.resize(course.exercises.size());
   for (std::size_t e = 0; e < course.exercises.size(); ++e) {
     const lab::course::Exercise& exercise = course.exercises[e];
     const std::string version = store::sha256_of_file(exercise.scenario);
@@ -56,6 +57,7 @@ CourseStanding standing_of(store::Lab& lab, const store::Person& person, const l
                             return measured != metrics.end() && meets(bar, measured->second);
                           });
       standing.counted[e].push_back(attempt);
+      standing.passed[e].push_back(passed);
       taken[e].push_back({.day = attempt.local_day(),
                           .outcome = passed ? lab::statistics::Outcome::pass : lab::statistics::Outcome::fail});
     }

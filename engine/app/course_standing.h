@@ -18,6 +18,8 @@ struct CourseStanding {
   std::optional<std::size_t> due{};  ///< exercise; none: another day
   /// The attempts that count, in order of time. As the exercises.
   std::vector<std::vector<lab::store::AttemptRecord>> counted{};
+  /// Of those whether they passed, bars and all.
+  std::vector<std::vector<bool>> passed{};
 };
 
 /// Days since 1970-01-01 here and now.

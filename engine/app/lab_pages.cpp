@@ -29,6 +29,7 @@ std::filesystem::path write_lab_pages(lab::store::Lab& lab, const lab::course::C
     view.exercises = std::move(standing.exercises);
     view.at_earlier_versions = std::move(standing.at_earlier_versions);
     view.counted = std::move(standing.counted);
+    view.passed = std::move(standing.passed);
     view.due = standing.due;
   }
   const lab::page::PageFacts facts{.build = build_name(), .made_ms = now};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace stylet::lab::statistics {
@@ -118,6 +119,17 @@ TEST(RetentionLoss, IsInStandardDeviationsOfTheLastFive) {
   EXPECT_NEAR(*retention_loss(before, after), 3 / std::sqrt(0.5), 1e-12);
   EXPECT_FALSE(retention_loss(before, std::span(after).first(1)));
   EXPECT_FALSE(retention_loss(std::span(before).first(4), after));
+}
+
+// Tables of the distribution, two-sided 95 %.
+TEST(LearningCurve, FewPointsWidenTheIntervalAsStudentsTable) {
+  const std::pair<int, double> table[]{{1, 12.706}, {5, 2.571}, {7, 2.365}, {30, 2.042}, {120, 1.980}};
+  for (const auto& [freedom, t] : table) {
+    CurveFit fit;
+    fit.parameters.setZero(3);
+    fit.points = freedom + 3;
+    EXPECT_NEAR(fit.standard_errors_of_95(), t, 5e-4) << freedom;
+  }
 }
 
 }  // namespace

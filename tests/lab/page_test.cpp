@@ -1,5 +1,6 @@
 // The instructor's pages: what they say, hostile texts, a browser that opens them.
 #include "engine/lab/page/page.h"
+#include "engine/lab/statistics/learning_curve.h"
 #include "tests/support/shell.h"
 #include "tests/support/temporary_folder.h"
 
@@ -7,9 +8,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -41,6 +46,7 @@ TraineeView trainee(const course::Course& course, const std::string& pseudonym, 
                     const std::string& name = "") {
   TraineeView view{.person = {.id = pseudonym, .pseudonym = pseudonym, .name = name}};
   view.counted.resize(course.exercises.size());
+  view.passed.resize(course.exercises.size());
   view.at_earlier_versions.resize(course.exercises.size());
   std::vector<std::vector<course::Taken>> taken(course.exercises.size());
   for (std::size_t i = 0; i < phantom.size(); ++i) {
@@ -64,6 +70,7 @@ TraineeView trainee(const course::Course& course, const std::string& pseudonym, 
     taken[0].push_back(
         {.day = day, .outcome = attempt.succeeded() ? statistics::Outcome::pass : statistics::Outcome::fail});
     view.counted[0].push_back(attempt);
+    view.passed[0].push_back(attempt.succeeded());
     view.attempts.push_back(attempt);
   }
   const std::int64_t today = kDay + static_cast<std::int64_t>(phantom.size()) / 4;
@@ -80,6 +87,13 @@ std::size_t count_of(const std::string& text, const std::string& part) {
   return count;
 }
 
+std::string browser() {
+  for (const char* name : {"chromium-headless-shell", "chromium"}) {
+    if (std::system(fmt::format("command -v {} >/dev/null", name).c_str()) == 0) return name;
+  }
+  return {};
+}
+
 TEST(LabPage, ATraineesPageHasEveryAttemptAsAPointAndInTheTable) {
   const course::Course course = sample_course();
   const std::string passes = "0x1101110111111101111111111111110001";
@@ -87,7 +101,7 @@ TEST(LabPage, ATraineesPageHasEveryAttemptAsAPointAndInTheTable) {
   const std::string html = trainee_page(course, view, kFacts);
   // Two are practice; each graded one is on one of the two charts, each that ended on that of the metric.
   EXPECT_EQ(count_of(html, "<circle class=\"point"), passes.size() - 2 + passes.size() - 1);
-  EXPECT_EQ(count_of(html, "<tr><th scope=\"row\">phantom</th>"), passes.size());
+  EXPECT_EQ(count_of(html, "<tr><th scope=\"row\"><bdi>phantom</bdi></th>"), passes.size());
   EXPECT_THAT(html, HasSubstr("limit 3.52"));
   EXPECT_THAT(html, HasSubstr("who fails 30 % with 0.041"));
   EXPECT_THAT(html, HasSubstr("Failures after the gate (CUSUM)"));
@@ -138,6 +152,127 @@ TEST(LabPage, HostileTextsAreTextAndNothingElse) {
   }
 }
 
+TEST(LabPage, WhoMissesABarHasNotPassedAlsoWhereRatesAreTold) {
+  const course::Course course = sample_course();
+  TraineeView view = trainee(course, "7Q4M2KX", "1111111111");
+  std::fill_n(view.passed[0].begin() + 2, 4, false);  // the scenario's marks are reached, a bar is not
+  const std::string html = trainee_page(course, view, kFacts);
+  EXPECT_THAT(html, HasSubstr("Passed 6 of 10"));
+  EXPECT_THAT(html, HasSubstr("between 31 and 83 %")) << "Wilson's of 6 of 10";
+  EXPECT_EQ(count_of(html, "a bar of the course is missed"), 8u) << "on both charts";
+  EXPECT_THAT(cohort_page(course, std::vector{view}, kFacts), HasSubstr("6 of 10 passed"));
+}
+
+TEST(LabPage, TheCurveIsOfLogarithmsWithTheIntervalOfFewPoints) {
+  const course::Course course = sample_course();
+  TraineeView view = trainee(course, "7Q4M2KX", "1111111111");
+  // Falling to 60 s by a curve of logarithms, each value 5 % off by turns.
+  for (std::size_t i = 0; i < 10; ++i) {
+    const double fall = std::exp(-static_cast<double>(i) / 2);
+    view.metrics[view.attempts[i].id] = {
+        {.metric = "elapsed_time", .value = 60 * std::exp(1.2 * fall) * (i % 2 == 0 ? 1.05 : 1 / 1.05)}};
+  }
+  const std::string html = trainee_page(course, view, kFacts);
+  EXPECT_THAT(html, HasSubstr("fitted to logarithms"));
+  const std::size_t at = html.find("Levels off at ");
+  ASSERT_NE(at, std::string::npos);
+  double plateau = 0;
+  double low = 0;
+  double high = 0;
+  ASSERT_EQ(std::sscanf(html.c_str() + at, "Levels off at %lf s (95 %%: %lf to %lf)", &plateau, &low, &high), 3);
+  EXPECT_NEAR(plateau, 60, 3);
+  EXPECT_LT(low, 60);
+  EXPECT_GT(high, 60);
+  EXPECT_NEAR(plateau / low, high / plateau, 0.03) << "as far below as above, of logarithms";
+  // Ten points less three parameters: 2.365 standard errors, not 1.96.
+  std::vector<double> logarithms;
+  for (const store::AttemptRecord& attempt : view.attempts) {
+    logarithms.push_back(std::log(view.metrics[attempt.id][0].value.value_or(1)));
+  }
+  const auto fit = statistics::fit_shape(statistics::CurveShape::exponential, logarithms, {.low = 3, .high = 7});
+  EXPECT_NEAR(std::log(high / plateau) / fit.standard_error(0), 2.365, 0.15);
+}
+
+/// In a frame so wide, what a script beside it sees of the page.
+struct Seen {
+  double overflow = 0;  ///< of the page's width, px
+  std::string ground{};
+  std::string ink{};
+  int focusable = 0;
+  int scrolling = 0;    ///< parts that scroll sideways
+  int unreachable = 0;  ///< of those, by keys
+};
+
+Seen seen(const std::string& html, int width, bool dark) {
+  const support::TemporaryFolder folder;
+  folder.write("page.html", html);
+  const auto frame = folder.write("frame.html", fmt::format(R"(<!DOCTYPE html><body style="margin:0">
+<iframe id="f" src="page.html" style="width:{}px;height:800px;border:0"></iframe><pre id="out"></pre><script>
+addEventListener("load", () => {{
+  const d = document.getElementById("f").contentDocument, w = d.defaultView, style = w.getComputedStyle(d.body);
+  const scrolling = [...d.querySelectorAll("*")].filter(e => e.scrollWidth > e.clientWidth + 1 &&
+    ["auto", "scroll"].includes(w.getComputedStyle(e).overflowX));
+  document.getElementById("out").textContent = "seen: " + [d.documentElement.scrollWidth - d.documentElement.clientWidth,
+    style.backgroundColor.replace(/ /g, ""), style.color.replace(/ /g, ""),
+    [...d.querySelectorAll("a[href], [tabindex='0'], summary")].length, scrolling.length,
+    scrolling.filter(e => e.tabIndex < 0).length].join(" ") + " .";
+}});
+</script></body>)",
+                                                            width));
+  const std::string command = fmt::format(
+      "HOME={0} timeout 60 {1} --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run "
+      "--disable-background-networking --host-resolver-rules='MAP * ~NOTFOUND' --user-data-dir={0}/user "
+      "--allow-file-access-from-files --window-size=1400,1000 --blink-settings=preferredColorScheme={3} "
+      "--virtual-time-budget=3000 --dump-dom 'file://{2}' 2>/dev/null",
+      folder.path().string(), browser(), frame.string(), dark ? 0 : 1);
+  const std::string document = support::run_in_shell(command).output;
+  Seen result;
+  std::istringstream words(document.substr(std::min(document.find("seen: "), document.size())));
+  std::string word;
+  words >> word >> result.overflow >> result.ground >> result.ink >> result.focusable >> result.scrolling >>
+      result.unreachable;
+  EXPECT_TRUE(words) << document.substr(0, 2000);
+  return result;
+}
+
+TEST(LabPage, FitsAPhoneIsReadableInTheDarkAndReachedByKeys) {
+  if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";
+  const course::Course course = sample_course();
+  const TraineeView view = trainee(course, "7Q4M2KX", "0x1101110111111101111111111111110001", "Ada");
+  for (const std::string& html :
+       {trainee_page(course, view, kFacts), cohort_page(course, std::vector{view}, kFacts)}) {
+    const Seen phone = seen(html, 360, false);
+    EXPECT_LE(phone.overflow, 0) << "what is wide scrolls by itself";
+    EXPECT_GT(phone.scrolling, 0);
+    EXPECT_EQ(phone.unreachable, 0);
+    EXPECT_GE(phone.focusable, 2);
+    EXPECT_EQ(phone.ground, "rgb(246,247,248)");
+    const Seen dark = seen(html, 1200, true);
+    EXPECT_LE(dark.overflow, 0);
+    EXPECT_EQ(dark.ground, "rgb(20,25,30)");
+    EXPECT_EQ(dark.ink, "rgb(228,234,238)");
+  }
+}
+
+TEST(LabPage, IsPrinted) {
+  if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";
+  const support::TemporaryFolder folder;
+  const course::Course course = sample_course();
+  const auto page = folder.write(
+      "page.html", trainee_page(course, trainee(course, "7Q4M2KX", "0x1101110111111101111111111111110001"), kFacts));
+  support::run_in_shell(fmt::format(
+      "HOME={0} timeout 60 {1} --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run "
+      "--disable-background-networking --host-resolver-rules='MAP * ~NOTFOUND' --user-data-dir={0}/user "
+      "--no-pdf-header-footer --print-to-pdf={0}/page.pdf 'file://{2}' 2>/dev/null",
+      folder.path().string(), browser(), page.string()));
+  std::ifstream file(folder / "page.pdf", std::ios::binary);
+  const std::string pdf{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(pdf.substr(0, 5), "%PDF-");
+  const std::size_t pages = count_of(pdf, "/Type /Page") - count_of(pdf, "/Type /Pages");
+  EXPECT_GE(pages, 1u);
+  EXPECT_LE(pages, 4u) << "charts and 36 attempts";
+}
+
 TEST(LabPage, TenThousandAttemptsOfAHundredTraineesFitInAPage) {
   const course::Course course = sample_course();
   std::vector<TraineeView> views;
@@ -146,13 +281,6 @@ TEST(LabPage, TenThousandAttemptsOfAHundredTraineesFitInAPage) {
   std::string many;
   for (int i = 0; i < 1000; ++i) many += i % 9 == 0 ? '0' : '1';
   EXPECT_LT(trainee_page(course, trainee(course, "7Q4M2KX", many), kFacts).size(), 3u << 20);
-}
-
-std::string browser() {
-  for (const char* name : {"chromium-headless-shell", "chromium"}) {
-    if (std::system(fmt::format("command -v {} >/dev/null", name).c_str()) == 0) return name;
-  }
-  return {};
 }
 
 TEST(LabPage, OpensInABrowserWithoutAWordOnItsConsole) {

@@ -16,7 +16,7 @@ namespace {
 void append_cell(std::string& html, const course::Exercise& exercise, const TraineeView& trainee, std::size_t e) {
   const course::ExerciseProgress& progress = trainee.exercises[e];
   const StandingMark mark = mark_of(progress.standing);
-  const auto passed = std::ranges::count_if(trainee.counted[e], &store::AttemptRecord::succeeded);
+  const auto passed = std::ranges::count(trainee.passed[e], true);
   fmt::format_to(std::back_inserter(html), R"(<td class="{}" title="{}"><b>{}</b>{}</td>)", mark.name,
                  escaped(course::progress_words(exercise, progress)), mark.symbol,
                  trainee.counted[e].empty() ? std::string("&ndash;")
@@ -28,7 +28,7 @@ std::string next_of(const course::Course& course, const TraineeView& trainee) {
   if (!trainee.due) return "nothing today";
   const course::Exercise& exercise = course.exercises[*trainee.due];
   const course::ExerciseProgress& progress = trainee.exercises[*trainee.due];
-  return fmt::format("{}: {}{}", escaped(exercise.name), course::why_due(progress),
+  return fmt::format("{}: {}{}", isolated(exercise.name), course::why_due(progress),
                      progress.after_pause ? ", after a pause" : "");
 }
 
@@ -37,16 +37,17 @@ std::string next_of(const course::Course& course, const TraineeView& trainee) {
 std::string cohort_page(const course::Course& course, std::span<const TraineeView> trainees, const PageFacts& facts) {
   std::string html = page_begin(course.title);
   auto out = std::back_inserter(html);
-  fmt::format_to(
-      out,
-      R"(<header><p class="brand">Stylet lab</p><h1>{}</h1><p class="facts">{} trainees</p></header>)"
-      "\n<main><section><h2>Who stands where</h2><p class=\"hint\">Attempts that count: begun, graded, not "
-      "excluded; who broke off has failed. Pointing at a cell says more.</p><div class=\"scroll\"><table "
-      "class=\"map\"><thead><tr><th scope=\"col\">Trainee</th>",
-      escaped(course.title), trainees.size());
+  fmt::format_to(out,
+                 R"(<header><p class="brand">Stylet lab</p><h1>{}</h1><p class="facts">{} trainees</p></header>)"
+                 "\n<main><section><h2 id=\"where\">Who stands where</h2><p class=\"hint\">Attempts that count: "
+                 "begun, graded, not "
+                 "excluded; who broke off has failed. Pointing at a cell says more.</p><div class=\"scroll\" "
+                 "tabindex=\"0\" role=\"region\" "
+                 "aria-labelledby=\"where\"><table class=\"map\"><thead><tr><th scope=\"col\">Trainee</th>",
+                 isolated(course.title), trainees.size());
   for (const course::Exercise& exercise : course.exercises) {
     fmt::format_to(out, R"(<th scope="col" title="{}">{}</th>)", escaped(course::gate_words(exercise)),
-                   escaped(exercise.name));
+                   isolated(exercise.name));
   }
   html += "</tr></thead><tbody>\n";
   for (const TraineeView& trainee : trainees) {
@@ -63,7 +64,8 @@ std::string cohort_page(const course::Course& course, std::span<const TraineeVie
     fmt::format_to(out, "<li>{} {}</li>", mark.symbol, mark.word);
   }
   html +=
-      "</ul></section>\n<section><h2>What is due</h2><div class=\"scroll\"><table><thead><tr><th "
+      "</ul></section>\n<section><h2 id=\"due\">What is due</h2><div class=\"scroll\" tabindex=\"0\" "
+      "role=\"region\" aria-labelledby=\"due\"><table><thead><tr><th "
       "scope=\"col\">Trainee</th><th scope=\"col\">Next</th><th scope=\"col\">Attempts</th><th scope=\"col\">Last "
       "attempt</th><th scope=\"col\">Retention test from</th></tr></thead><tbody>\n";
   for (const TraineeView& trainee : trainees) {
@@ -85,7 +87,7 @@ std::string cohort_page(const course::Course& course, std::span<const TraineeVie
     fmt::format_to(out,
                    R"(<tr><th scope="row">{}</th><td>{}</td></tr>)"
                    "\n",
-                   escaped(exercise.name), escaped(course::gate_words(exercise)));
+                   isolated(exercise.name), escaped(course::gate_words(exercise)));
   }
   html += "</tbody></table></section></main>\n";
   return html + page_end(facts);

@@ -23,6 +23,8 @@ struct TraineeView {
   std::vector<store::AttemptRecord> attempts{};       ///< all, in order of time
   /// Of each exercise those that count, in order: its practice, then the steps of its chart.
   std::vector<std::vector<store::AttemptRecord>> counted{};
+  /// Of those whether they passed: the scenario's marks and the exercise's bars.
+  std::vector<std::vector<bool>> passed{};
   std::map<std::string, std::vector<store::MetricResult>> metrics{};  ///< by attempt
 };
 

@@ -26,9 +26,13 @@ std::string page_end(const PageFacts& facts) {
       escaped(facts.build), store::utc_text(facts.made_ms).substr(0, 16) + " UTC");
 }
 
+std::string isolated(std::string_view text) {
+  return "<bdi>" + escaped(text) + "</bdi>";
+}
+
 std::string name_of(const store::Person& person) {
   if (person.name.empty()) return escaped(person.pseudonym);
-  return fmt::format("{} ({})", escaped(person.name), escaped(person.pseudonym));
+  return fmt::format("{} ({})", isolated(person.name), escaped(person.pseudonym));
 }
 
 StandingMark mark_of(course::Standing standing) {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace stylet::lab::page {
 
@@ -12,6 +13,8 @@ namespace stylet::lab::page {
 std::string page_begin(const std::string& title);
 std::string page_end(const PageFacts& facts);
 
+/// Escaped, and with its own direction of writing: what people write turns nothing around it.
+std::string isolated(std::string_view text);
 /// "ada (7Q4M2KX)", escaped.
 std::string name_of(const store::Person& person);
 /// Class, symbol and word: a color is never alone.

@@ -29,15 +29,31 @@ const content::MetricRow* find_metric(const std::string& name) {
   return found != table.end() ? &*found : nullptr;
 }
 
+/// What is fitted: of times, paths and counts + 1 the logarithm, whose scatter does not shrink with the value.
+struct FitScale {
+  bool logarithmic = false;
+  double offset = 0;
+  double to(double value) const { return logarithmic ? std::log(value + offset) : value; }
+  double from(double fitted) const { return logarithmic ? std::exp(fitted) - offset : fitted; }
+};
+
+FitScale scale_of(const content::MetricRow& metric, const std::vector<double>& values) {
+  const double offset = metric.unit.empty() ? 1 : 0;
+  const bool positive = std::ranges::all_of(values, [&](double value) { return value + offset > 0; });
+  const bool of_logarithms = metric.unit.empty() || metric.unit == "s" || metric.unit == "mm";
+  return {.logarithmic = of_logarithms && positive, .offset = offset};
+}
+
 /// From the attempt `from` on, over `to`.
 SvgLine level(const char* name, std::string label, double y, double from, double to) {
   return {.name = name, .label = std::move(label), .x = {from, to}, .y = {y, y}, .dashed = true};
 }
 
-std::string point_title(const store::AttemptRecord& attempt) {
-  return fmt::format("attempt {}, {}: {}{}", attempt.number,
+std::string point_title(const store::AttemptRecord& attempt, bool passed) {
+  return fmt::format("attempt {}, {}: {}{}{}", attempt.number,
                      store::local_text(attempt.started_ms, attempt.utc_offset_min), result_of(attempt),
-                     attempt.total ? fmt::format(", {:.0f} points", *attempt.total) : "");
+                     attempt.total ? fmt::format(", {:.0f} points", *attempt.total) : "",
+                     attempt.succeeded() && !passed ? ", a bar of the course is missed" : "");
 }
 
 /// The sums of the gate, or of the alarms after it: pieces of the chart, with their limit.
@@ -60,13 +76,10 @@ std::string gate_plot(const course::Exercise& exercise, const TraineeView& train
     const store::AttemptRecord& attempt = counted[practice + i];
     sums.x.push_back(static_cast<double>(i + 1));
     sums.y.push_back(step.sum);
-    const bool rose = i == 0 || progress.chart[i - 1].after_gate != after_gate || progress.chart[i - 1].signal
-                          ? step.sum > 0
-                          : step.sum > progress.chart[i - 1].sum;
     plot.points.push_back({.x = sums.x.back(),
                            .y = step.sum,
-                           .name = rose == after_gate ? "fail" : "pass",
-                           .title = point_title(attempt)});
+                           .name = trainee.passed[e][practice + i] ? "pass" : "fail",
+                           .title = point_title(attempt, trainee.passed[e][practice + i])});
   }
   const double end =
       std::max<double>(static_cast<double>(progress.chart.size()), after_gate ? 1 : exercise.gate.horizon);
@@ -86,40 +99,51 @@ std::string focus_plot(const course::Exercise& exercise, const TraineeView& trai
                .y_label = std::string(metric->unit.empty() ? "count" : metric->unit)};
   std::vector<double> values;
   std::vector<double> numbers;
-  for (const store::AttemptRecord& attempt : trainee.counted[e]) {
+  for (std::size_t i = 0; i < trainee.counted[e].size(); ++i) {
+    const store::AttemptRecord& attempt = trainee.counted[e][i];
+    const bool passed = trainee.passed[e][i];
     const auto measured = trainee.metrics.find(attempt.id);
     if (attempt.status != "ended" || measured == trainee.metrics.end()) continue;
     const auto result = std::ranges::find(measured->second, exercise.focus, &store::MetricResult::metric);
     if (result == measured->second.end() || !result->value) continue;
     values.push_back(*result->value);
     numbers.push_back(static_cast<double>(values.size()));
-    plot.points.push_back({.x = numbers.back(),
-                           .y = values.back(),
-                           .name = attempt.succeeded() ? "pass" : "fail",
-                           .title = fmt::format("{}, {:.3g} {}", point_title(attempt), values.back(), metric->unit)});
+    plot.points.push_back(
+        {.x = numbers.back(),
+         .y = values.back(),
+         .name = passed ? "pass" : "fail",
+         .title = fmt::format("{}, {:.3g} {}", point_title(attempt, passed), values.back(), metric->unit)});
   }
   const std::string definition = fmt::format("<p class=\"hint\">{} <small>({})</small></p>",
                                              escaped(metric->definition), escaped(metric->source));
   if (values.empty()) return {};
-  const auto [least, most] = std::ranges::minmax(values);
+  const FitScale scale = scale_of(*metric, values);
+  std::vector<double> fitted_values;
+  for (const double value : values) fitted_values.push_back(scale.to(value));
+  const auto [least, most] = std::ranges::minmax(fitted_values);
+  const double low = scale.logarithmic ? least - (most - least) : std::min(0.0, least);
   const statistics::LearningCurve curve =
-      statistics::learning_curve(values, {.low = std::min(0.0, least), .high = most + (most - least)});
+      statistics::learning_curve(fitted_values, {.low = low, .high = most + (most - least)});
   std::string words;
   if (curve.exponential) {
+    const double errors = curve.exponential->standard_errors_of_95();
     SvgLine fitted{.name = "curve", .label = "fitted"};
     SvgLine above{.name = "band", .label = "what is known of it (95 %)", .dashed = true};
     SvgLine below{.name = "band", .label = "", .dashed = true};
     for (double n = 1; n <= numbers.back(); n += 0.25) {
       const statistics::CurvePoint at = statistics::value_at(CurveShape::exponential, *curve.exponential, n);
       for (SvgLine* line : {&fitted, &above, &below}) line->x.push_back(n);
-      fitted.y.push_back(at.value);
-      above.y.push_back(at.value + 1.96 * at.standard_error);
-      below.y.push_back(at.value - 1.96 * at.standard_error);
+      fitted.y.push_back(scale.from(at.value));
+      above.y.push_back(scale.from(at.value + errors * at.standard_error));
+      below.y.push_back(scale.from(at.value - errors * at.standard_error));
     }
     plot.lines = {std::move(fitted), std::move(above), std::move(below)};
+    const double plateau = curve.exponential->parameters[0];
+    const double known = errors * curve.exponential->standard_error(0);
     words = fmt::format(
-        "Levels off at {:.3g} \u00b1 {:.2g} {} as far as {} attempts tell; a description, no promise.",
-        curve.exponential->parameters[0], 1.96 * curve.exponential->standard_error(0), metric->unit, values.size());
+        "Levels off at {:.3g} {} (95 %: {:.3g} to {:.3g}) as far as {} attempts tell{}; a description, no promise.",
+        scale.from(plateau), metric->unit, scale.from(plateau - known), scale.from(plateau + known), values.size(),
+        scale.logarithmic ? ", fitted to logarithms" : "");
   } else {
     plot.lines = {
         {.name = "median", .label = "running median of 5", .x = numbers, .y = statistics::running_median(values)}};
@@ -132,15 +156,15 @@ void append_exercise(std::string& html, const course::Exercise& exercise, const 
   const course::ExerciseProgress& progress = trainee.exercises[e];
   const StandingMark mark = mark_of(progress.standing);
   auto out = std::back_inserter(html);
-  fmt::format_to(out, R"(<section><h2>{}</h2><p class="standing {}">{} {}</p>)", escaped(exercise.name), mark.name,
+  fmt::format_to(out, R"(<section><h2>{}</h2><p class="standing {}">{} {}</p>)", isolated(exercise.name), mark.name,
                  mark.symbol, escaped(course::progress_words(exercise, progress)));
   const std::vector<store::AttemptRecord>& counted = trainee.counted[e];
   if (!counted.empty()) {
-    const auto passed = std::ranges::count_if(counted, &store::AttemptRecord::succeeded);
+    const auto passed = std::ranges::count(trainee.passed[e], true);
     const statistics::Interval rate = statistics::wilson(static_cast<int>(passed), static_cast<int>(counted.size()));
     fmt::format_to(
         out,
-        R"(<p class="hint" title="Wilson's score interval of all attempts that count">Passed {} of {}: the pass )"
+        R"(<p class="hint" title="Wilson's score interval of all attempts that count, the course's bars among what passes">Passed {} of {}: the pass )"
         R"(rate lies between {:.0f} and {:.0f} % with 95 % confidence.{}{}</p>)",
         passed, counted.size(), rate.low * 100, rate.high * 100,
         progress.retention_day ? fmt::format(" Retention test from {}.", date_of(*progress.retention_day)) : "",
@@ -167,7 +191,8 @@ void append_exercise(std::string& html, const course::Exercise& exercise, const 
 
 void append_attempts(std::string& html, const TraineeView& trainee) {
   html +=
-      "<section><h2>Every attempt</h2><div class=\"scroll\"><table><thead><tr><th scope=\"col\">Scenario</th><th "
+      "<section><h2 id=\"every\">Every attempt</h2><div class=\"scroll\" tabindex=\"0\" role=\"region\" "
+      "aria-labelledby=\"every\"><table><thead><tr><th scope=\"col\">Scenario</th><th "
       "scope=\"col\">No</th><th scope=\"col\">When</th><th scope=\"col\">Mode</th><th scope=\"col\">Points</th><th "
       "scope=\"col\">Result</th><th scope=\"col\">Id</th></tr></thead><tbody>\n";
   for (auto attempt = trainee.attempts.rbegin(); attempt != trainee.attempts.rend(); ++attempt) {
@@ -175,9 +200,9 @@ void append_attempts(std::string& html, const TraineeView& trainee) {
         std::back_inserter(html),
         R"(<tr{}><th scope="row">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>)"
         "\n",
-        attempt->counts() ? "" : " class=\"excluded\"", escaped(attempt->scenario), attempt->number,
+        attempt->counts() ? "" : " class=\"excluded\"", isolated(attempt->scenario), attempt->number,
         store::local_text(attempt->started_ms, attempt->utc_offset_min), attempt->mode,
-        attempt->total ? fmt::format("{:.0f}", *attempt->total) : "&ndash;", escaped(result_of(*attempt)),
+        attempt->total ? fmt::format("{:.0f}", *attempt->total) : "&ndash;", isolated(result_of(*attempt)),
         attempt->id.substr(24));
   }
   html += "</tbody></table></div></section>\n";
@@ -193,13 +218,13 @@ std::string trainee_page(const course::Course& course, const TraineeView& traine
       R"(<header><p class="brand"><a href="index.html">Stylet lab</a></p><h1>{}</h1><p class="facts">{} &middot; )"
       R"({} attempts</p></header>)"
       "\n<main>",
-      name_of(trainee.person), escaped(course.title), trainee.attempts.size());
+      name_of(trainee.person), isolated(course.title), trainee.attempts.size());
   if (trainee.due) {
     const course::Exercise& next = course.exercises[*trainee.due];
     fmt::format_to(out,
                    R"(<p class="next">Next: <b>{}</b>, {}</p>)"
                    "\n",
-                   escaped(next.name), escaped(course::progress_words(next, trainee.exercises[*trainee.due])));
+                   isolated(next.name), escaped(course::progress_words(next, trainee.exercises[*trainee.due])));
   }
   for (std::size_t e = 0; e < course.exercises.size(); ++e) append_exercise(html, course.exercises[e], trainee, e);
   append_attempts(html, trainee);

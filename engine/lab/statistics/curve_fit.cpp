@@ -1,5 +1,7 @@
 #include "engine/lab/statistics/curve_fit.h"
 
+#include "engine/lab/statistics/student.h"
+
 #include <Eigen/LU>
 #include <Eigen/QR>
 
@@ -63,6 +65,10 @@ double relative_change(const Eigen::VectorXd& next, const Eigen::VectorXd& p) {
 
 double CurveFit::standard_error(int parameter) const {
   return std::sqrt(covariance(parameter, parameter));
+}
+
+double CurveFit::standard_errors_of_95() const {
+  return student_t(0.95, std::max(points - static_cast<int>(parameters.size()), 1));
 }
 
 double CurveFit::aicc() const {

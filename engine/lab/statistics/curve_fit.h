@@ -28,6 +28,9 @@ struct CurveFit {
   bool converged = false;
   int points = 0;
 
+  /// Half of the 95 % interval over a standard error: Student's t of what is left of the points.
+  double standard_errors_of_95() const;
+
   double standard_error(int parameter) const;
   /// Akaike's criterion for few points: n ln(SSE/n) + 2k + 2k(k + 1)/(n - k - 1), k = parameters + 1.
   double aicc() const;
