@@ -25,23 +25,6 @@ namespace {
 
 constexpr std::size_t kLongestCourse = 4u << 20;  // bytes
 
-/// The course, in which the scenario is. @throws files::ContentError
-store::Subject course_with(const std::string& named, const fs::path& scenario) {
-  const fs::path file = lab::course::find_course(named);
-  const lab::course::Course course = lab::course::load_course(file);
-  std::vector<std::string> names;
-  for (const lab::course::Exercise& exercise : course.exercises) names.push_back(exercise.scenario.stem());
-  std::error_code error;
-  if (std::ranges::none_of(course.exercises, [&](const lab::course::Exercise& exercise) {
-        return fs::equivalent(exercise.scenario, scenario, error);
-      })) {
-    throw files::ContentError(fmt::format("the course {} has no exercise of {}; it has {}", course.name,
-                                          scenario.string(), fmt::join(names, ", ")));
-  }
-  const std::string spec = files::read_file(file, kLongestCourse);
-  return {.sha256 = store::sha256(spec), .name = course.name, .title = course.title, .text = spec};
-}
-
 /// Of a scenario: what it gives points for.
 std::string scoring_of(const content::Scene& scene) {
   nlohmann::ordered_json json;
@@ -75,6 +58,44 @@ std::vector<store::MetricResult> results_of(const training::TrainingReport& trai
 
 }  // namespace
 
+store::Subject course_with(const std::string& named, const fs::path& scenario) {
+  const fs::path file = lab::course::find_course(named);
+  const lab::course::Course course = lab::course::load_course(file);
+  std::vector<std::string> names;
+  for (const lab::course::Exercise& exercise : course.exercises) names.push_back(exercise.scenario.stem());
+  std::error_code error;
+  if (std::ranges::none_of(course.exercises, [&](const lab::course::Exercise& exercise) {
+        return fs::equivalent(exercise.scenario, scenario, error);
+      })) {
+    throw files::ContentError(fmt::format("the course {} has no exercise of {}; it has {}", course.name,
+                                          scenario.string(), fmt::join(names, ", ")));
+  }
+  const std::string spec = files::read_file(file, kLongestCourse);
+  return {.sha256 = store::sha256(spec), .name = course.name, .title = course.title, .text = spec};
+}
+
+store::Subject subject_of(const content::Scene& scene) {
+  return {.sha256 = store::sha256_of_file(scene.scenario),
+          .name = scene.scenario.stem(),
+          .title = scene.name,
+          .text = scoring_of(scene)};
+}
+
+store::AttemptEnd attempt_numbers(const training::TrainingReport& training) {
+  store::AttemptEnd end{.metrics = results_of(training)};
+  if (const auto& score = training.score) {
+    end.total = score->total;
+    end.pass_mark = score->pass_mark;
+    end.passed = score->passed;
+    std::vector<std::string> failed;
+    for (const training::ScoreLine& line : score->lines) {
+      if (line.failed) failed.push_back(line.criterion.metric);
+    }
+    end.failed_critical = fmt::format("{}", fmt::join(failed, " "));
+  }
+  return end;
+}
+
 std::unique_ptr<TraineeRecords> open_records(const TraineeSettings& settings, const std::string& scenario,
                                              Observer& observer) {
   if (settings.name.empty()) return nullptr;
@@ -95,10 +116,7 @@ std::unique_ptr<TraineeRecords> open_records(const TraineeSettings& settings, co
 LabAttempt::LabAttempt(TraineeRecords& records, const content::Scene& scene, Facts facts)
     : records_(records),
       start_{.trainee = records.person.id,
-             .scenario = {.sha256 = store::sha256_of_file(scene.scenario),
-                          .name = scene.scenario.stem(),
-                          .title = scene.name,
-                          .text = scoring_of(scene)},
+             .scenario = subject_of(scene),
              .course = records.course,
              // Time that waits for the pictures is slower than a patient's.
              .mode = !facts.by_hand                  ? "guided"
@@ -123,21 +141,11 @@ std::string LabAttempt::end(const session::SessionReport& report, const training
     } catch (const files::ContentError&) {  // locked then, or no room: once more, now that there is a result
       attempt = records_.lab.begin(start_);
     }
-    store::AttemptEnd end{.status = to_its_end ? "ended" : "aborted",
-                          .missed_deadlines = static_cast<std::int64_t>(report.run.haptic.missed_deadlines),
-                          .state_hash = session::hash_text(report.state_hash),
-                          .metrics = results_of(training),
-                          .recording = recording};
-    if (const auto& score = training.score) {
-      end.total = score->total;
-      end.pass_mark = score->pass_mark;
-      end.passed = score->passed;
-      std::vector<std::string> failed;
-      for (const training::ScoreLine& line : score->lines) {
-        if (line.failed) failed.push_back(line.criterion.metric);
-      }
-      end.failed_critical = fmt::format("{}", fmt::join(failed, " "));
-    }
+    store::AttemptEnd end = attempt_numbers(training);
+    end.status = to_its_end ? "ended" : "aborted";
+    end.missed_deadlines = static_cast<std::int64_t>(report.run.haptic.missed_deadlines);
+    end.state_hash = session::hash_text(report.state_hash);
+    end.recording = recording;
     std::string problem;
     try {
       problem = records_.lab.end(attempt, end);

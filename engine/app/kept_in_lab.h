@@ -16,6 +16,12 @@
 
 namespace stylet::app {
 
+// What of a scenario and of its numbers the records have.
+lab::store::Subject subject_of(const content::Scene& scene);
+lab::store::AttemptEnd attempt_numbers(const training::TrainingReport& training);
+/// The course, in which the scenario is. @throws files::ContentError
+lab::store::Subject course_with(const std::string& named, const std::filesystem::path& scenario);
+
 /// The records, open for one trainee.
 struct TraineeRecords {
   lab::store::Lab lab;

@@ -2,11 +2,22 @@
 #pragma once
 
 #include "engine/lab/course/course.h"
+#include "engine/lab/page/page.h"
 #include "engine/lab/store/lab.h"
 
+#include <cstdint>
 #include <filesystem>
+#include <vector>
 
 namespace stylet::app {
+
+/// Everybody of the lab in the course. @param names  beside the pseudonyms
+/// @throws files::ContentError
+std::vector<lab::page::TraineeView> lab_views(lab::store::Lab& lab, const lab::course::Course& course, bool names,
+                                              std::int64_t now_ms);
+/// One of them.
+lab::page::TraineeView lab_view(lab::store::Lab& lab, const lab::course::Course& course, lab::store::Person person,
+                                bool names, std::int64_t now_ms);
 
 /// Writes index.html and a page PSEUDONYM.html for each trainee; pages of people who are no more there are taken
 /// away.

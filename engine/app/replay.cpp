@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace stylet::app {
 
@@ -32,6 +33,9 @@ Replay::Replay(const ReplaySettings& settings, Observer& observer)
       replay_(session_.scene, session_.recording) {
   check_span(settings_, session_.duration_s());
 }
+
+Replay::Replay(RecordedSession session, Observer& observer)
+    : observer_(observer), session_(std::move(session)), replay_(session_.scene, session_.recording) {}
 
 bool Replay::run() {
   if (settings_.window) {

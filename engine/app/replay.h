@@ -35,6 +35,8 @@ class Replay {
 public:
   /// Opens the recording and its scenario. @throws files::ContentError, Stopped
   Replay(const ReplaySettings& settings, Observer& observer);
+  /// Of one that is open.
+  Replay(RecordedSession session, Observer& observer);
   Replay(const Replay&) = delete;
   Replay& operator=(const Replay&) = delete;
 

@@ -5,6 +5,7 @@
 #include "engine/lab/course/progress.h"
 #include "engine/lab/store/lab.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -26,17 +27,29 @@ struct TraineeView {
   /// Of those whether they passed: the scenario's marks and the exercise's bars.
   std::vector<std::vector<bool>> passed{};
   std::map<std::string, std::vector<store::MetricResult>> metrics{};  ///< by attempt
+  std::vector<store::Note> notes{};
+};
+
+/// Of a page that is served to somebody who is logged in: its forms.
+struct PageActions {
+  std::string instructor{};
+  std::string token{};  ///< of each form
 };
 
 struct PageFacts {
   std::string build{};
   std::int64_t made_ms = 0;
+  std::optional<PageActions> actions{};  ///< none: a file, read only
 };
 
 /// Charts of each exercise (its gate, alarms after it, the metric in focus with a fitted curve or why there is none)
 /// and every attempt.
 std::string trainee_page(const course::Course& course, const TraineeView& trainee, const PageFacts& facts);
 /// Who stands where, who is due, links to the pages PSEUDONYM.html beside it.
+/// Two attempts side by side: results, and every metric of either. @param a, b  indices into TraineeView::attempts
+std::string compare_page(const TraineeView& trainee, std::size_t a, std::size_t b, const PageFacts& facts);
+/// @param problem  why the last try let nobody in; empty: there was none
+std::string login_page(const std::string& problem, const PageFacts& facts);
 std::string cohort_page(const course::Course& course, std::span<const TraineeView> trainees, const PageFacts& facts);
 
 }  // namespace stylet::lab::page

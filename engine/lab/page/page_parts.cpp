@@ -20,10 +20,18 @@ std::string page_begin(const std::string& title) {
 }
 
 std::string page_end(const PageFacts& facts) {
-  return fmt::format(
-      "<footer>Stylet {}, {}. A gate proposes that somebody is competent; a person decides. Training use only: that "
-      "these numbers hold in the clinic is not shown. Not a medical device.</footer>\n</body></html>\n",
-      escaped(facts.build), store::utc_text(facts.made_ms).substr(0, 16) + " UTC");
+  const std::string leave =
+      facts.actions
+          ? fmt::format(R"(<form class="do" method="post" action="logout"><input type="hidden" name="token" )"
+                        R"(value="{}">Logged in as {} <button>Log out</button></form>)",
+                        escaped(facts.actions->token), isolated(facts.actions->instructor))
+          : "";
+  return leave +
+         fmt::format(
+             "<footer>Stylet {}, {}. A gate proposes that somebody is competent; a person decides. Training use "
+             "only: that "
+             "these numbers hold in the clinic is not shown. Not a medical device.</footer>\n</body></html>\n",
+             escaped(facts.build), store::utc_text(facts.made_ms).substr(0, 16) + " UTC");
 }
 
 std::string isolated(std::string_view text) {

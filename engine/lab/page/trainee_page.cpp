@@ -208,6 +208,43 @@ void append_attempts(std::string& html, const TraineeView& trainee) {
   html += "</tbody></table></div></section>\n";
 }
 
+void append_comparison(std::string& html, const TraineeView& trainee) {
+  if (trainee.attempts.size() < 2) return;
+  auto out = std::back_inserter(html);
+  html += "<section><h2>Two attempts side by side</h2><form class=\"do\" method=\"get\" action=\"compare\">";
+  for (const char* name : {"a", "b"}) {
+    fmt::format_to(out, R"(<label>{} <select name="{}">)", *name == 'a' ? "One" : "The other", name);
+    const std::size_t chosen = trainee.attempts.size() - (*name == 'a' ? 2 : 1);
+    for (std::size_t i = 0; i < trainee.attempts.size(); ++i) {
+      const store::AttemptRecord& attempt = trainee.attempts[i];
+      fmt::format_to(out, R"(<option value="{}"{}>{} {}, {}</option>)", escaped(attempt.id),
+                     i == chosen ? " selected" : "", escaped(attempt.scenario), attempt.number,
+                     store::local_text(attempt.started_ms, attempt.utc_offset_min));
+    }
+    html += "</select></label>";
+  }
+  html += "<button>Compare</button></form></section>\n";
+}
+
+void append_notes(std::string& html, const TraineeView& trainee, const PageFacts& facts) {
+  if (trainee.notes.empty() && !facts.actions) return;
+  auto out = std::back_inserter(html);
+  html += "<section><h2>Notes</h2>";
+  for (const store::Note& note : trainee.notes) {
+    fmt::format_to(out, R"(<p class="note">{}<br><small>{}, {}</small></p>)", isolated(note.body),
+                   isolated(note.author), store::utc_text(note.at_ms).substr(0, 10));
+  }
+  if (facts.actions) {
+    fmt::format_to(
+        out,
+        R"(<form class="do" method="post" action="note"><input type="hidden" name="token" value="{}"><input )"
+        R"(type="hidden" name="trainee" value="{}"><label>A note <textarea name="body" rows="3" )"
+        R"(maxlength="9000" required></textarea></label><button>Keep it</button></form>)",
+        escaped(facts.actions->token), escaped(trainee.person.pseudonym));
+  }
+  html += "</section>\n";
+}
+
 }  // namespace
 
 std::string trainee_page(const course::Course& course, const TraineeView& trainee, const PageFacts& facts) {
@@ -228,6 +265,8 @@ std::string trainee_page(const course::Course& course, const TraineeView& traine
   }
   for (std::size_t e = 0; e < course.exercises.size(); ++e) append_exercise(html, course.exercises[e], trainee, e);
   append_attempts(html, trainee);
+  if (facts.actions) append_comparison(html, trainee);
+  append_notes(html, trainee, facts);
   html += "</main>\n";
   return html + page_end(facts);
 }

@@ -80,6 +80,7 @@ Erased Lab::erase(const Person& person) {
           fmt::format("DELETE FROM {} WHERE attempt IN (SELECT id FROM attempt WHERE trainee = $1)", of_attempts),
           {person.id});
     }
+    database_.run("DELETE FROM note WHERE trainee = $1", {person.id});
     database_.run("DELETE FROM attempt WHERE trainee = $1", {person.id});
     database_.run("DELETE FROM trainee WHERE id = $1", {person.id});
     database_.run("DELETE FROM audit WHERE object = $1", {person.pseudonym});

@@ -497,11 +497,11 @@ std::string Lab::exclude(const std::string& attempt, const std::string& author, 
   return id;
 }
 
-void Lab::note(const std::string& what, const std::string& object) {
+void Lab::note(const std::string& what, const std::string& object, const std::string& who) {
   const std::int64_t now = settings_.clock();
   const char* user = std::getenv("USER");
   database_.run("INSERT INTO audit(id, at_ms, who, what, object) VALUES ($1, $2, $3, $4, $5)",
-                {new_id(now), now, std::string(user != nullptr ? user : ""), what, object});
+                {new_id(now), now, !who.empty() ? who : std::string(user != nullptr ? user : ""), what, object});
 }
 
 }  // namespace stylet::lab::store

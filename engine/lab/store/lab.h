@@ -114,6 +114,13 @@ struct Erased {
   std::vector<std::filesystem::path> backups{};  ///< that still hold the person
 };
 
+/// What an instructor wrote of a trainee.
+struct Note {
+  std::string author{};
+  std::int64_t at_ms = 0;
+  std::string body{};
+};
+
 struct LabSettings {
   std::filesystem::path folder{};
   std::string build{};  ///< version and commit, for migrations
@@ -181,13 +188,24 @@ public:
 
   /// Place of an attempt's recording.
   std::filesystem::path recording_of(const std::string& attempt) const;
+  /// @param hash  of the password; in place of an earlier one
+  void set_instructor(const std::string& name, const std::string& hash);
+  /// Hash of the password. Nothing: nobody of that name.
+  std::optional<std::string> instructor(const std::string& name);
+  bool has_instructors();
+  /// @param trainee  Person::id. @throws files::ContentError  empty or beyond 10,000 bytes
+  void add_note(const std::string& trainee, const std::string& author, const std::string& body);
+  /// In order of time.
+  std::vector<Note> notes(const std::string& trainee);
+
   /// Of the lab, "xapi.endpoint"; empty: it is not set.
   std::string setting(const std::string& name);
   /// @param value  empty: not set
   void set(const std::string& name, const std::string& value);
 
   /// Notes that somebody looked or took away: "export", "show".
-  void note(const std::string& what, const std::string& object);
+  /// @param who  empty: the user of this computer
+  void note(const std::string& what, const std::string& object, const std::string& who = {});
 
 private:
   std::string station();

@@ -62,6 +62,15 @@ const std::vector<Migration>& all() {
                "CREATE INDEX outbox_in_order ON outbox(state, created_ms, seq)",
                "CREATE INDEX outbox_of_attempt ON outbox(attempt)",
            }},
+      {.version = 3,
+       .statements =
+           {
+               "CREATE TABLE instructor(name TEXT PRIMARY KEY, password TEXT NOT NULL, created_ms INT8 NOT NULL) "
+               "STRICT",
+               "CREATE TABLE note(id TEXT PRIMARY KEY, trainee TEXT NOT NULL REFERENCES trainee(id), author TEXT NOT "
+               "NULL, at_ms INT8 NOT NULL, body TEXT NOT NULL) STRICT",
+               "CREATE INDEX note_of_trainee ON note(trainee, at_ms)",
+           }},
   };
   return steps;
 }
