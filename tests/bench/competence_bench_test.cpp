@@ -23,6 +23,7 @@ TEST(CompetenceBench, MeetsItsTargets) {
   EXPECT_EQ(count("certified."), 4);
   EXPECT_GE(count("cohort."), 6);
   EXPECT_EQ(count("records."), 4);
+  EXPECT_EQ(count("outbox."), 3);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // `stylet lab` and `stylet train --trainee`, as a lab uses them.
+#include "engine/lab/store/digest.h"
 #include "engine/lab/store/lab.h"
 #include "tests/readers/small_scenario.h"
 #include "tests/stylet/running_command.h"
@@ -10,7 +11,11 @@
 #include <nlohmann/json.hpp>
 
 #include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <random>
 #include <set>
 #include <string>
@@ -48,8 +53,8 @@ TEST_F(LabCommand, SaysWhatToDoWhereThereIsNothingYetAndWhatIsWrong) {
   for (const auto& [arguments, says] :
        {std::pair{"show", "stylet lab show WHO"}, std::pair{"show bob", "bob is nobody in"},
         std::pair{"erase", "stylet lab erase WHO"}, std::pair{"exclude 12", "--why REASON"},
-        std::pair{"page", "--course NAME --out FOLDER"}, std::pair{"exclude 12 --why x", "is no attempt"},
-        std::pair{"shw bob", "shw"}}) {
+        std::pair{"page", "--course NAME --out FOLDER"}, std::pair{"import ada", "say which: `stylet lab import WHO"},
+        std::pair{"exclude 12 --why x", "is no attempt"}, std::pair{"shw bob", "shw"}}) {
     const Outcome refused = act(arguments);
     EXPECT_EQ(refused.exit_code, 2) << arguments;
     EXPECT_THAT(refused.output, HasSubstr(says));
@@ -111,6 +116,162 @@ TEST_F(LabCommand, KeepsShowsExportsAndErasesWhatATraineeDid) {
   EXPECT_THAT(act("list").output, HasSubstr("Nobody is in"));
   act("page --course needle_basics --out " + (folder_ / "pages").string());
   EXPECT_EQ(files_below(folder_ / "pages"), std::set<std::string>{"index.html"}) << "the page goes with the person";
+}
+
+/// A course of the small scenario alone, one attempt a day.
+std::string course_text() {
+  return R"({"format": "stylet-course", "version": 1, "name": "small", "title": "A small course",
+    "spacing": {"attempts_a_day": 1},
+    "exercises": [{"name": "balls", "scenario": "scenario.json", "practice": 2,
+      "gate": {"acceptable_failure_rate": 0.1, "unacceptable_failure_rate": 0.3, "source": "a test"}}]})";
+}
+
+TEST_F(LabCommand, TheExerciseThatIsDueIsOpenedAndItIsSaidWhy) {
+  const fs::path course = small_.folder.write("course.json", course_text());
+  const std::string who = fmt::format("{} --trainee 'Ada L' --lab {}", course.string(), lab());
+  const Outcome next = run("course next " + who);
+  EXPECT_EQ(next.exit_code, 0) << next.output;
+  EXPECT_THAT(next.output, HasSubstr("Ada L is new in"));
+  EXPECT_THAT(next.output, HasSubstr("balls, because: practice (practice, 0 of 2 attempts"));
+  const Outcome trained = run(fmt::format(
+      "course run {} --device recorded --view headless --no-film --expert none --lockstep --seconds 0.5 --out {}",
+      who, (folder_ / "out").string()));
+  EXPECT_EQ(trained.exit_code, 0) << trained.output;
+  EXPECT_THAT(trained.output, HasSubstr("balls, because: practice"));
+  EXPECT_THAT(trained.output, Not(HasSubstr("is new in")));
+  {
+    lab::store::Lab records({.folder = folder_ / "lab", .build = "test"});
+    const auto attempts = records.attempts();
+    ASSERT_EQ(attempts.size(), 1u);
+    EXPECT_EQ(attempts[0].course, "small");
+    EXPECT_EQ(attempts[0].scenario, "scenario");
+    // One that counts is enough for today.
+    const std::string attempt =
+        records.begin({.trainee = records.get("Ada L").id,
+                       .scenario = {.sha256 = lab::store::sha256_of_file(small_.path()), .name = "scenario"}});
+    records.end(attempt, {.total = 80, .pass_mark = 70, .passed = true});
+  }
+  const Outcome enough = run("course run " + who);
+  EXPECT_EQ(enough.exit_code, 1) << enough.output;
+  EXPECT_THAT(enough.output, HasSubstr("Nothing of A small course is due today"));
+  EXPECT_THAT(enough.output, HasSubstr("balls: enough for today, 1 attempts"));
+  EXPECT_EQ(run("course run nothing_such --trainee ada --lab " + lab()).exit_code, 2);
+  EXPECT_THAT(run("course run needle_basics").output, HasSubstr("--trainee"));
+}
+
+TEST_F(LabCommand, ARecordingFromElsewhereIsScoredAgainAndRefusedWhereAnythingDiffers) {
+  const fs::path out = folder_ / "out";
+  ASSERT_EQ(run(fmt::format("train {} --device recorded --view headless --no-film --expert none --lockstep --seconds "
+                            "0.5 --out {}",
+                            small_.path().string(), out.string()))
+                .exit_code,
+            0);
+  lab::store::Lab({.folder = folder_ / "lab", .build = "test"}).enrolled("ada");
+  const std::string import = "import ada --recording " + out.string();
+  EXPECT_THAT(act(import + " --graded").output, HasSubstr("a demonstration, which is not graded"));
+  // Numbers that somebody has mended by hand, in the last digit that a double has.
+  const std::string numbers = read_text(out / "session.json");
+  auto changed = nlohmann::json::parse(numbers);
+  for (auto& metric : changed["metrics"]) {
+    if (metric["value"].is_number_float() && metric["value"] > 0.0) {
+      metric["value"] = std::nextafter(metric["value"].get<double>(), 0.0);
+      break;
+    }
+  }
+  const auto write = [](const fs::path& file, const std::string& text) {
+    std::ofstream(file, std::ios::binary | std::ios::trunc) << text;
+  };
+  write(out / "session.json", changed.dump());
+  const Outcome other = act(import);
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.output, HasSubstr("its metrics is not what the recording gives"));
+  write(out / "session.json", numbers);
+  // A recording that was cut short.
+  const std::string recording = read_text(out / "session.rec");
+  write(out / "session.rec", recording.substr(0, recording.size() - 100));
+  const Outcome cut = act(import);
+  EXPECT_EQ(cut.exit_code, 2);
+  EXPECT_THAT(cut.output, HasSubstr("is not whole"));
+  write(out / "session.rec", recording);
+  EXPECT_THAT(act("show ada").output, Not(HasSubstr("small")));
+  const Outcome taken = act(import);
+  EXPECT_EQ(taken.exit_code, 0) << taken.output;
+  EXPECT_THAT(taken.output, HasSubstr("the same bit for bit, and so are the numbers"));
+  EXPECT_THAT(act(import).output, HasSubstr("already, as the attempt"));
+  lab::store::Lab records({.folder = folder_ / "lab", .build = "test"});
+  const auto attempts = records.attempts();
+  ASSERT_EQ(attempts.size(), 1u);
+  EXPECT_EQ(attempts[0].mode, "guided");
+  EXPECT_EQ(attempts[0].status, "ended");
+  std::size_t same = 0;
+  const auto said = nlohmann::json::parse(numbers);
+  for (const auto& metric : said["metrics"]) {
+    for (const lab::store::MetricResult& kept : records.metrics(attempts[0].id)) {
+      if (metric["key"] != kept.metric) continue;
+      EXPECT_EQ(metric["value"].is_null(), !kept.value.has_value());
+      EXPECT_EQ(metric.value("value", nlohmann::json()), kept.value ? nlohmann::json(*kept.value) : nlohmann::json());
+      ++same;
+    }
+  }
+  EXPECT_GT(same, 20u);
+}
+
+TEST_F(LabCommand, ARecordStoreThatIsAwayKeepsNobodyFromTraining) {
+  EXPECT_THAT(act("send").output, HasSubstr("there is no record store"));
+  for (const auto& [arguments, says] :
+       {std::pair{"connect", "--store URL"},
+        std::pair{"connect --store http://lrs.example/xapi --home-page https://a/", "is no address"},
+        std::pair{"connect --store https://lrs.example/xapi --home-page https://a", "is no home page"},
+        std::pair{"connect --store https://lrs.example/xapi --home-page https://a/ --key /dev/null", "is no file"}}) {
+    const Outcome refused = act(arguments);
+    EXPECT_EQ(refused.exit_code, 2) << arguments;
+    EXPECT_THAT(refused.output, HasSubstr(says));
+  }
+  // Port 1 of this computer: nobody is there.
+  EXPECT_EQ(act("connect --store http://127.0.0.1:1/xapi --home-page https://lab.example/stylet/").exit_code, 0);
+  const Outcome trained = run(train("--lockstep --seconds 0.5 --trainee ada"));
+  EXPECT_EQ(trained.exit_code, 0) << trained.output;
+  EXPECT_THAT(trained.output, HasSubstr("wait, the oldest since"));
+  const Outcome sent = act("send");
+  EXPECT_EQ(sent.exit_code, 1);
+  EXPECT_THAT(sent.output, HasSubstr("0 statements delivered; 2 wait"));
+  EXPECT_EQ(act("connect --off").exit_code, 0);
+  EXPECT_THAT(act("send").output, HasSubstr("there is no record store"));
+}
+
+TEST_F(LabCommand, TheServerSaysWhereItIsAndLetsOnlyInstructorsIn) {
+  EXPECT_THAT(act("serve").output, HasSubstr("serve --course NAME"));
+  EXPECT_THAT(act("serve --course needle_basics").output, HasSubstr("nobody may log in yet"));
+  const auto piped = [&](const std::string& password) {
+    return support::run_in_shell(fmt::format("echo '{}' | {} '{}' lab instructor ines --lab {} 2>&1", password,
+                                             kTestEnvironment, STYLET_COMMAND, lab()));
+  };
+  EXPECT_EQ(piped("short").exit_code, 2);
+  const auto made = piped("right horse battery");
+  EXPECT_EQ(made.exit_code, 0) << made.output;
+  EXPECT_THAT(made.output, Not(HasSubstr("right horse")));
+  for (const std::string& file : files_below(folder_ / "lab")) {
+    EXPECT_THAT(read_text(folder_ / "lab" / file), Not(HasSubstr("right horse"))) << file;
+  }
+  RunningCommand server(fmt::format("lab serve --course needle_basics --port 0 --lab {}", lab()));
+  const std::string at = server.wait_for("http://");
+  const std::string host = at.substr(0, at.find('/'));
+  ASSERT_THAT(host, testing::StartsWith("127.0.0.1:")) << server.output();
+  const auto curl = [&](const std::string& arguments) {
+    return support::run_in_shell(fmt::format("curl -s -i --max-time 20 {} 2>&1", arguments)).output;
+  };
+  if (std::system("command -v curl >/dev/null") != 0) GTEST_SKIP() << "no curl";
+  EXPECT_THAT(curl("http://" + host + "/"), HasSubstr("401"));
+  EXPECT_THAT(curl(fmt::format("-H 'Host: evil.example' http://{}/", host)), HasSubstr("421"));
+  EXPECT_THAT(curl(fmt::format("--path-as-is http://{}/../../etc/passwd", host)), Not(HasSubstr("root:")));
+  const std::string jar = (folder_ / "jar").string();
+  EXPECT_THAT(curl(fmt::format("-c {} -d 'name=ines&password=right+horse+battery' http://{}/login", jar, host)),
+              HasSubstr("303"));
+  const std::string page = curl(fmt::format("-b {} http://{}/", jar, host));
+  EXPECT_THAT(page, HasSubstr("200 OK"));
+  EXPECT_THAT(page, HasSubstr("Who stands where"));
+  server.interrupt();
+  EXPECT_EQ(server.end(), 0);
 }
 
 TEST_F(LabCommand, AKilledSessionIsOnRecordAsCutOff) {

@@ -1,5 +1,6 @@
 #include "tools/bench/competence.h"
 
+#include "engine/lab/delivery/outbox.h"
 #include "engine/lab/statistics/cell_chain.h"
 #include "engine/lab/statistics/curve_fit.h"
 #include "engine/lab/statistics/proportion.h"
@@ -9,6 +10,7 @@
 #include "tools/bench/samples.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <stdlib.h>
 
@@ -19,7 +21,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <random>
+#include <set>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -287,6 +291,63 @@ void measure_records(Report& report, int attempts) {
   report.add(at_most("records.size", megabytes, "MB", 100));
 }
 
+/// A record store that is gone every second time, or takes statements and nobody hears of it.
+class FleetingStore final : public lab::delivery::RecordStore {
+public:
+  enum class Mood { there, gone, answer_lost };
+  lab::delivery::Answer post(const std::string& statements) override {
+    if (mood == Mood::gone) return {.body = "gone"};
+    for (const auto& statement : nlohmann::json::parse(statements)) {
+      if (!has.emplace(statement.at("id"), statement.dump()).second) ++known_already;
+    }
+    if (mood == Mood::answer_lost) return {.body = "cut off"};
+    return {.http = 200};
+  }
+  lab::delivery::Answer get(const std::string& id) override {
+    const auto found = has.find(id);
+    return found == has.end() ? lab::delivery::Answer{.http = 404}
+                              : lab::delivery::Answer{.http = 200, .body = found->second};
+  }
+
+  Mood mood = Mood::there;
+  std::map<std::string, std::string> has{};
+  int known_already = 0;
+};
+
+void measure_outbox(Report& report) {
+  constexpr int kTimes = 50;
+  const Scratch folder;
+  lab::store::Lab records({.folder = folder.path(), .build = "bench"});
+  records.database().run("PRAGMA synchronous=OFF");
+  records.set(lab::store::kHomePage, "https://lab.example/stylet/");
+  const lab::store::Person person = records.enrolled("trainee");
+  FleetingStore store;
+  lab::delivery::Outbox outbox(records.database(), store,
+                               {.clock = lab::store::system_ms, .random = [] { return 0.5; }});
+  std::set<std::string> told;
+  for (int i = 0; i < kTimes; ++i) {
+    store.mood = i % 2 == 0 ? FleetingStore::Mood::gone : FleetingStore::Mood::answer_lost;
+    const std::string attempt = records.begin(
+        {.trainee = person.id,
+         .scenario = {.sha256 = std::string(64, 'a'), .name = "liver_biopsy", .title = "Liver biopsy", .text = "[]"},
+         .build = "bench"});
+    (void)outbox.send();
+    records.end(attempt, {.total = 80, .pass_mark = 70, .passed = true});
+    (void)outbox.send();
+    for (const lab::store::Row& row : records.database().run("SELECT statement FROM outbox")) {
+      told.insert(lab::store::text(row[0]));
+    }
+    store.mood = FleetingStore::Mood::there;
+    (void)outbox.send();
+  }
+  const auto missing = std::ranges::count_if(told, [&](const std::string& id) { return !store.has.contains(id); });
+  const std::string of = fmt::format("store gone and back {} times", kTimes);
+  report.add(noted(within("outbox.statements", static_cast<double>(store.has.size()), "1", 3.0 * kTimes, 0), of));
+  report.add(noted(at_most("outbox.lost", static_cast<double>(missing), "1", 0), of));
+  report.add(at_most("outbox.waiting", lab::delivery::outbox_state(records.database()).waiting, "1", 0));
+  report.add({"outbox.sent_again", static_cast<double>(store.known_already), "1"});
+}
+
 }  // namespace
 
 Report bench_competence(const BenchOptions& options) {
@@ -296,6 +357,7 @@ Report bench_competence(const BenchOptions& options) {
   measure_certified(report);
   measure_cohorts(report, options.quick ? 2000 : 10000);
   measure_records(report, options.quick ? 500 : 10000);
+  measure_outbox(report);
   return report;
 }
 

@@ -27,6 +27,7 @@ void add_author(CLI::App& app, int& exit_code);
 void add_validate(CLI::App& app, int& exit_code);
 void add_devices(CLI::App& app);
 void add_schema(CLI::App& app);
+void add_course(CLI::App& app, int& exit_code);
 void add_lab(CLI::App& app, int& exit_code);
 
 }  // namespace stylet::tools

@@ -2,27 +2,41 @@
 #include "engine/lab/store/lab.h"
 #include "engine/app/build_name.h"
 #include "engine/app/course_standing.h"
+#include "engine/app/deliver_statements.h"
 #include "engine/app/lab_pages.h"
+#include "engine/app/lab_site.h"
+#include "engine/app/take_recording.h"
 #include "engine/files/error.h"
 #include "engine/files/json_scan.h"
 #include "engine/files/key_tables.h"
 #include "engine/lab/course/course_file.h"
+#include "engine/lab/server/http_server.h"
+#include "engine/lab/server/logins.h"
 #include "engine/lab/statistics/proportion.h"
 #include "engine/lab/store/export.h"
 #include "tools/stylet/commands.h"
+#include "tools/stylet/interrupt.h"
 #include "tools/stylet/session_options.h"
 #include "tools/stylet/terminal.h"
 
 #include <sys/stat.h>
+#include <termios.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace stylet::tools {
@@ -40,6 +54,15 @@ struct LabRequest {
   std::string format = "csv";
   std::string out;
   std::string why;
+  std::string recording;
+  bool graded = false;
+  std::string store;
+  std::string home_page;
+  std::string key;
+  bool off = false;
+  bool follow = false;
+  lab::server::ServerSettings server{};
+  std::vector<std::string> hosts;
   bool names = false;
   bool undo = false;
   bool yes = false;
@@ -201,12 +224,136 @@ int exclude(store::Lab& lab, const LabRequest& request) {
   return kExitYes;
 }
 
+int import_recording(store::Lab& lab, const LabRequest& request) {
+  const std::string& who = named(request, "whose it is");
+  if (request.recording.empty()) {
+    throw files::ContentError("lab import: say which: `stylet lab import WHO --recording FILE`");
+  }
+  const store::Person person = lab.get(who);
+  Terminal terminal;
+  const app::TakenRecording taken = app::take_recording(
+      lab, person, {.recording = request.recording, .course = request.course, .graded = request.graded}, terminal);
+  lab.note("import", person.pseudonym);
+  say(stdout, "{} is an attempt of {}{}{}; {}\n", taken.attempt, name_of(person),
+      taken.total ? fmt::format(", {:.0f} points", *taken.total) : "",
+      !taken.passed   ? ""
+      : *taken.passed ? ", passed"
+                      : ", failed",
+      taken.compared ? "the replay is the same bit for bit, and so are the numbers of its session.json"
+                     : "the replay is the same bit for bit; no session.json was there to compare numbers with");
+  return kExitYes;
+}
+
+int connect(store::Lab& lab, const LabRequest& request) {
+  if (request.store.empty() != request.off) {
+    throw files::ContentError(
+        "lab connect: say which: `stylet lab connect --store URL --home-page URL --key FILE`, or --off");
+  }
+  app::connect_record_store(lab, request.store, request.home_page, request.key);
+  if (request.off) {
+    say(stdout, "Attempts are told to no record store any more.\n");
+  } else {
+    say(stdout,
+        "Attempts from now on are told to {}, by pseudonym; `stylet lab send` brings what waits. Whose attempts may "
+        "be "
+        "told there is for the lab to ask.\n",
+        request.store);
+  }
+  return kExitYes;
+}
+
+int send(store::Lab& lab, const LabRequest& request) {
+  constexpr std::int64_t kLookEveryMs = 30'000;
+  while (true) {
+    const auto delivery = app::deliver_statements(lab);
+    if (!delivery) {
+      throw files::ContentError("lab send: there is no record store; `stylet lab connect` names one");
+    }
+    say(stdout, "{}\n", app::delivery_words(*delivery));
+    if (!request.follow) return delivery->left.waiting > 0 ? kExitNo : kExitYes;
+    std::fflush(stdout);
+    const std::int64_t until = delivery->sent.next_ms.value_or(store::system_ms() + kLookEveryMs);
+    while (store::system_ms() < until) {
+      if (interrupted()) return kExitInterrupted;
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    }
+  }
+}
+
+/// From the terminal without being shown there, or the first line of what is piped in.
+std::string asked_password() {
+  termios shown{};
+  const bool terminal = ::isatty(STDIN_FILENO) == 1 && ::tcgetattr(STDIN_FILENO, &shown) == 0;
+  if (terminal) {
+    termios hidden = shown;
+    hidden.c_lflag &= ~static_cast<tcflag_t>(ECHO);
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &hidden);
+    say(stdout, "Password: ");
+    std::fflush(stdout);
+  }
+  std::string password;
+  std::getline(std::cin, password);
+  if (terminal) {
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &shown);
+    say(stdout, "\n");
+  }
+  return password;
+}
+
+int add_instructor(store::Lab& lab, const LabRequest& request) {
+  constexpr std::size_t kShortest = 10;
+  constexpr std::size_t kLongest = 200;
+  const std::string& name = named(request, "who");
+  if (name.empty() || name.size() > kLongest || name != files::one_line(name)) {
+    throw files::ContentError("lab instructor: a name is one line of up to 200 bytes");
+  }
+  const std::string password = asked_password();
+  if (password.size() < kShortest || password.size() > kLongest) {
+    throw files::ContentError("lab instructor: a password has at least 10 characters; a sentence is easy to keep");
+  }
+  lab.set_instructor(name, lab::server::password_hash(password));
+  say(stdout, "{} may log in at the pages of `stylet lab serve`.\n", files::one_line(name));
+  return kExitYes;
+}
+
+int serve(store::Lab& lab, const LabRequest& request) {
+  if (request.course.empty()) {
+    throw files::ContentError("lab serve: say of which course: `stylet lab serve --course NAME`");
+  }
+  if (!lab.has_instructors()) {
+    throw files::ContentError("lab serve: nobody may log in yet; `stylet lab instructor NAME` makes a login");
+  }
+  const lab::course::Course course = lab::course::load_course(lab::course::find_course(request.course));
+  std::optional<app::LabSite> site;
+  lab::server::HttpServer server(request.server,
+                                 [&](const lab::server::Request& asked) { return site->answer(asked); });
+  app::LabSiteSettings settings{.hosts = {server.host()}, .names = request.names};
+  const std::string port = server.host().substr(server.host().rfind(':'));
+  settings.hosts.push_back("localhost" + port);
+  settings.hosts.insert(settings.hosts.end(), request.hosts.begin(), request.hosts.end());
+  site.emplace(lab, course, settings);
+  say(stdout, "http://{}/ has the pages of {}; Ctrl-C ends it\n", server.host(), files::one_line(course.title));
+  if (!request.server.address.starts_with("127.") && request.server.address != "::1") {
+    say(stdout,
+        "Other computers reach it, and what they send and see is not encrypted: let a web server with a certificate "
+        "stand before it.\n");
+  }
+  std::fflush(stdout);
+  server.run([] { return interrupted(); });
+  return kExitYes;
+}
+
 int run(const LabRequest& request) {
   ::umask(077);  // pages and exports are about people, as the records
   const fs::path folder = request.folder.empty() ? store::default_lab_folder() : request.folder;
   store::Lab lab({.folder = folder, .build = app::build_name()});
   if (request.action == "show") return show(lab, request);
   if (request.action == "export") return export_attempts(lab, request);
+  if (request.action == "serve") return serve(lab, request);
+  if (request.action == "instructor") return add_instructor(lab, request);
+  if (request.action == "connect") return connect(lab, request);
+  if (request.action == "send") return send(lab, request);
+  if (request.action == "import") return import_recording(lab, request);
   if (request.action == "page") return write_pages(lab, request);
   if (request.action == "exclude") return exclude(lab, request);
   if (request.action == "erase") return erase(lab, request);
@@ -224,11 +371,14 @@ void add_lab(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("lab", "The records of a skills lab: who trained what, and what came of it");
   auto request = std::make_shared<LabRequest>();
   command->add_option("ACTION", request->action, "What to do; without it everybody is listed")
-      ->check(CLI::IsMember({"list", "show", "page", "export", "exclude", "erase", "backup"}));
+      ->check(CLI::IsMember({"list", "show", "page", "export", "import", "exclude", "erase", "backup", "connect",
+                             "send", "serve", "instructor"}));
   command->add_option("WHO", request->who,
                       "Name or pseudonym of a trainee; of exclude an attempt, or the end of its id");
   command->add_option("--lab", request->folder, kLabHelp);
-  command->add_option("--course", request->course, "show, page: where trainees stand in it, and what comes next");
+  command->add_option("--course", request->course,
+                      "show, page, serve: where trainees stand in it, and what comes next; import: what the "
+                      "recording is an exercise of");
   command->add_option("--format", request->format, "export: csv, a row an attempt; or json, with everything")
       ->check(CLI::IsMember({"csv", "json"}))
       ->capture_default_str();
@@ -236,7 +386,25 @@ void add_lab(CLI::App& app, int& exit_code) {
       "--out", request->out,
       "export: file, default the terminal; page: folder; backup: folder that is not there yet, default "
       "backups/lab-TIME in the lab's");
-  command->add_flag("--names", request->names, "page: with names beside the pseudonyms");
+  command->add_option("--recording", request->recording, "import: a session.rec, or the folder of its results");
+  command->add_flag("--graded", request->graded,
+                    "import: counts for a gate; say so only of one that was to count before it began");
+  command->add_option("--store", request->store,
+                      "connect: https address of a learning record store (xAPI), up to before /statements");
+  command->add_option("--home-page", request->home_page,
+                      "connect: an address of the lab's own, by which its people and scenarios are named; ends in /");
+  command->add_option("--key", request->key,
+                      "connect: file with the store's name:secret, readable by its owner alone");
+  command->add_option("--port", request->server.port, "serve: 0 is any free one")->capture_default_str();
+  command
+      ->add_option("--address", request->server.address,
+                   "serve: to listen on; another than this lets other computers in")
+      ->capture_default_str();
+  command->add_option("--host", request->hosts,
+                      "serve: a name with port by which browsers may ask for it besides, such as lab.example:8480");
+  command->add_flag("--off", request->off, "connect: to no record store any more");
+  command->add_flag("--follow", request->follow, "send: goes on until Ctrl-C, as the store comes and goes");
+  command->add_flag("--names", request->names, "page, serve: with names beside the pseudonyms");
   command->add_option("--why", request->why, "exclude: the reason");
   command->add_flag("--undo", request->undo, "exclude: the attempt counts again");
   command->add_flag("--yes", request->yes, "erase: really");
@@ -251,14 +419,25 @@ void add_lab(CLI::App& app, int& exit_code) {
       "be\n"
       "  stylet lab show ada --course needle_basics      gates passed, how far it is to the next, what to train now\n"
       "  stylet lab page --course needle_basics --out pages   a cohort as HTML: who stands where, every chart\n"
+      "  stylet lab instructor ines                      a login for the pages; asks for a password\n"
+      "  stylet lab serve --course needle_basics         the same pages at http://127.0.0.1:8480/, with notes and "
+      "two\n"
+      "                                                  attempts side by side; Ctrl-C ends it\n"
       "  stylet lab export --out attempts.csv            for R or a spreadsheet: a row an attempt, a column a "
       "metric\n"
       "  stylet lab export ada --format json             everything about one, as the person may ask for\n"
+      "  stylet lab import ada --recording out/demo      a session from another computer: replayed bit for bit and "
+      "scored\n"
+      "                                                  again, refused where anything differs; practice unless "
+      "--graded\n"
       "  stylet lab exclude 3f2b1c9d0e4a --why \"stylus unplugged\"   it counts no more, and says why\n"
       "  stylet lab erase ada                            says what would go; --yes does it, for good\n"
-      "  stylet lab backup --out /media/usb/lab          a copy of all, while sessions go on\n\n"
+      "  stylet lab backup --out /media/usb/lab          a copy of all, while sessions go on\n"
+      "  stylet lab connect --store https://lrs.example/xapi --home-page https://lab.example/stylet/ --key lrs.key\n"
+      "  stylet lab send                                 what waits for the record store; sessions of a trainee send "
+      "too\n\n"
       "A gate proposes that somebody is competent; a person decides.\n"
-      "Exit code 0: done; 1: erase without --yes; 2: bad input.");
+      "Exit code 0: done; 1: erase without --yes, send with something left; 2: bad input.");
   command->callback([request, &exit_code] { exit_code = run(*request); });
 }
 

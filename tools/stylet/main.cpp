@@ -42,6 +42,7 @@ constexpr const char* kFooter =
     "  stylet validate content/scenarios/liver_biopsy.json\n"
     "  stylet schema scenario                          the keys of a scenario\n"
     "  stylet lab list                                 who trained what; `stylet train NAME --trainee WHO` keeps it\n"
+    "  stylet course run needle_basics --trainee ada   the exercise that ada is due\n"
     "  stylet bench paper                              the paper's tables and figures next to ours\n"
     "`stylet COMMAND --help` explains a command.";
 
@@ -77,6 +78,7 @@ int run(int argc, char** argv) {
   tools::add_author(app, exit_code);
   tools::add_validate(app, exit_code);
   tools::add_schema(app);
+  tools::add_course(app, exit_code);
   tools::add_lab(app, exit_code);
   tools::add_devices(app);
   tools::add_bench(app, exit_code);

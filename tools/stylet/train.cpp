@@ -1,8 +1,13 @@
 // `stylet train`: a session, and what it leaves for the trainee.
+#include "tools/stylet/train.h"
+
+#include "engine/app/build_name.h"
 #include "engine/app/default_stylus.h"
+#include "engine/app/deliver_statements.h"
 #include "engine/app/menu_window.h"
-#include "engine/app/run_session.h"
 #include "engine/app/session_window.h"
+#include "engine/files/error.h"
+#include "engine/lab/store/lab.h"
 #include "engine/readers/scenario.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/session_options.h"
@@ -35,12 +40,6 @@ const std::map<std::string, app::SessionView> kViews{{"auto", app::SessionView::
                                                      {"headset", app::SessionView::headset},
                                                      {"headless", app::SessionView::headless}};
 
-struct TrainOptions {
-  app::SessionSettings session{};
-  std::string view = "auto";
-  LinkOptions link{};
-};
-
 void print_folder(const app::SessionResult& result) {
   const std::string folder = result.folder.string();
   const std::string recording = (result.folder / "session.rec").string();
@@ -72,22 +71,34 @@ void print_folder(const app::SessionResult& result) {
           : fmt::format("  ultrasound-*.png {} saved in the session\n", result.report.saved_images.size()));
 }
 
-int train(const TrainOptions& options) {
+/// What waits for the lab's record store, once; where that is away, what waits goes on waiting.
+void tell_record_store(const app::TraineeSettings& trainee) {
+  try {
+    lab::store::Lab lab(
+        {.folder = trainee.lab.empty() ? lab::store::default_lab_folder() : trainee.lab, .build = app::build_name()});
+    const auto delivery = app::deliver_statements(lab);
+    if (delivery && delivery->left.waiting > 0) say(stderr, "stylet: {}\n", app::delivery_words(*delivery));
+  } catch (const files::ContentError& error) {
+    say(stderr, "stylet: the record store is not told: {}\n", error.what());
+  }
+}
+
+}  // namespace
+
+int run_training(const TrainOptions& options) {
   app::SessionSettings settings = options.session;
-  if (settings.scenario.empty()) return list_scenarios();
   settings.view = kViews.at(options.view);
   settings.link = link_settings(options.link);
   Terminal terminal;
   const app::SessionResult result = app::run_session(settings, terminal);
   print_folder(result);
+  if (!settings.trainee.name.empty()) tell_record_store(settings.trainee);
   if (!result.not_kept_because.empty()) return kExitBadInput;  // said when it was known
   if (result.drawn || result.waits_for_user) return result.replay_differs() ? kExitNo : kExitYes;
   if (result.not_drawn_because.empty()) return kExitInterrupted;
   say(stderr, "stylet: {}\n", result.not_drawn_because);
   return kExitBadInput;
 }
-
-}  // namespace
 
 std::optional<int> run_menu() {
   if (!app::has_display()) return std::nullopt;
@@ -102,45 +113,56 @@ std::optional<int> run_menu() {
   return exit_code;
 }
 
+void add_session_options(CLI::App& command, TrainOptions& options) {
+  app::SessionSettings& session = options.session;
+  command.add_option("--device", session.stylus, device_help(app::kDefaultStylusHelp));
+  command.add_option(
+      "--probe-device", session.probe_device,
+      "Who leads the probe: hid, hid:VID:PID, haply, force_dimension, openhaptics or a path of `stylet devices`, "
+      "another than --device; a stylus, which feels the skin where it has motors, or a space mouse");
+  command
+      .add_option("--view", options.view,
+                  "auto: a window where there is a display, else headless, as is --lockstep; headset: OpenXR, and "
+                  "where no runtime answers as auto")
+      ->check(CLI::IsMember({"auto", "window", "headset", "headless"}))
+      ->capture_default_str();
+  command.add_flag("--mute", session.mute, "Without sound; F7 in the window turns it on");
+  command.add_flag("--stereo", session.stereo, "Both eyes side by side, drawn in one pass");
+  command.add_flag(
+      "--lockstep", session.lockstep,
+      "One thread, fixed schedule: the same bits every time. Headless as fast as it goes; in a window or "
+      "headset a picture every 1/60 s of the session, for which time waits");
+  command.add_option("--coupling", session.coupling, kCouplingHelp)->check(kCouplings);
+  command.add_option("--haptic-hz", session.haptic_hz,
+                     "Rate of the haptic loop, up to 4000; default: the scenario's");
+  command.add_option("--seconds", session.seconds, "End the session after so long; default: when the stylus rests")
+      ->check(seconds_above_zero());
+  command.add_option("--seed", session.seed,
+                     "Start of who leads the needle, drawn from this number: the same one, the same start; default: "
+                     "drawn anew each time, and kept in session.json and the recording");
+  command.add_option("--record", session.record,
+                     "Motion file to write: the hand's poses, and the raw reports of a HID device; --device "
+                     "recorded:FILE plays it");
+  command.add_option("--expert", session.expert, kExpertHelp);
+  command.add_flag("!--no-film", session.film,
+                   "Leave out the film, which takes a processor minutes; `stylet replay` makes one later");
+  command.add_option("--out", session.out, "Folder for the results")->capture_default_str();
+  add_scanner_options(command, session.scanner);
+  add_link_options(command, options.link);
+  command.add_option("--language", session.language,
+                     "Of the window: en, de, or another that content/texts has; default: that of the environment");
+  command.add_flag(
+      "--left-handed", session.left_handed,
+      "Mirrored: in the window the ultrasound is on the left; in a headset the left hand holds the needle");
+  command.add_option("--gpu", session.gpu, "GPU by a part of its name or its number");
+}
+
 void add_train(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("train", "Run a training session; without a scenario: list them");
   auto options = std::make_shared<TrainOptions>();
   app::SessionSettings& session = options->session;
   command->add_option("SCENARIO", session.scenario, "Name of a scenario in content/scenarios, or a file");
-  command->add_option("--device", session.stylus, device_help(app::kDefaultStylusHelp));
-  command->add_option(
-      "--probe-device", session.probe_device,
-      "Who leads the probe: hid, hid:VID:PID, haply, force_dimension, openhaptics or a path of `stylet devices`, "
-      "another than --device; a stylus, which feels the skin where it has motors, or a space mouse");
-  command
-      ->add_option("--view", options->view,
-                   "auto: a window where there is a display, else headless, as is --lockstep; headset: OpenXR, and "
-                   "where no runtime answers as auto")
-      ->check(CLI::IsMember({"auto", "window", "headset", "headless"}))
-      ->capture_default_str();
-  command->add_flag("--mute", session.mute, "Without sound; F7 in the window turns it on");
-  command->add_flag("--stereo", session.stereo, "Both eyes side by side, drawn in one pass");
-  command->add_flag(
-      "--lockstep", session.lockstep,
-      "One thread, fixed schedule: the same bits every time. Headless as fast as it goes; in a window or "
-      "headset a picture every 1/60 s of the session, for which time waits");
-  command->add_option("--coupling", session.coupling, kCouplingHelp)->check(kCouplings);
-  command->add_option("--haptic-hz", session.haptic_hz,
-                      "Rate of the haptic loop, up to 4000; default: the scenario's");
-  command->add_option("--seconds", session.seconds, "End the session after so long; default: when the stylus rests")
-      ->check(seconds_above_zero());
-  command->add_option("--seed", session.seed,
-                      "Start of who leads the needle, drawn from this number: the same one, the same start; default: "
-                      "drawn anew each time, and kept in session.json and the recording");
-  command->add_option("--record", session.record,
-                      "Motion file to write: the hand's poses, and the raw reports of a HID device; --device "
-                      "recorded:FILE plays it");
-  command->add_option("--expert", session.expert, kExpertHelp);
-  command->add_flag("!--no-film", session.film,
-                    "Leave out the film, which takes a processor minutes; `stylet replay` makes one later");
-  command->add_option("--out", session.out, "Folder for the results")->capture_default_str();
-  add_scanner_options(*command, session.scanner);
-  add_link_options(*command, options->link);
+  add_session_options(*command, *options);
   CLI::Option* trainee = command->add_option(
       "--trainee", session.trainee.name,
       "Name or pseudonym: the attempts are kept in the lab's records, from when the procedure begins; `stylet lab`");
@@ -150,12 +172,6 @@ void add_train(CLI::App& app, int& exit_code) {
                    "The course that the attempts are of: a name in content/courses, or a file")
       ->needs(trainee);
   command->add_option("--lab", session.trainee.lab, kLabHelp)->needs(trainee);
-  command->add_option("--language", session.language,
-                      "Of the window: en, de, or another that content/texts has; default: that of the environment");
-  command->add_flag(
-      "--left-handed", session.left_handed,
-      "Mirrored: in the window the ultrasound is on the left; in a headset the left hand holds the needle");
-  command->add_option("--gpu", session.gpu, "GPU by a part of its name or its number");
   command->footer(
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
       "tissue, a thread that factorises. Everything is recorded; afterwards the recording is replayed to check that "
@@ -182,7 +198,9 @@ void add_train(CLI::App& app, int& exit_code) {
       "with a transparent patient, and none. --left-handed: the other way round.\n"
       "Ctrl-C ends the session early; what happened until then is kept and drawn.\n"
       "Exit code 0: done; 1: the replay differs; 2: bad input.");
-  command->callback([options, &exit_code] { exit_code = train(*options); });
+  command->callback([options, &exit_code] {
+    exit_code = options->session.scenario.empty() ? list_scenarios() : run_training(*options);
+  });
 }
 
 }  // namespace stylet::tools
