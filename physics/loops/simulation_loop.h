@@ -105,7 +105,7 @@ struct SimulationReport {
 
 /// Deterministic: the same inputs (and worker().step() between the same steps) give the same bits.
 /// A thread of its own, with the scheduling of who constructs it, sleeps between the steps and takes part in those of
-/// large bodies where a core is free.
+/// large bodies where a core is free. Another one, niced, does so in the factorizations of large bodies.
 /// One thread calls step(); worker().step() may run in another. Not movable: the worker refers to the models.
 class SimulationLoop {
 public:
