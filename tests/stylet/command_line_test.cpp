@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 const std::vector<std::string> kCommands{"train",  "render",  "replay", "debrief", "import", "validate",
-                                         "schema", "devices", "bench",  "author",  "lab"};
+                                         "schema", "devices", "bench",  "author",  "lab",    "course"};
 
 Outcome shell(const std::string& command) {
   const auto [exit_code, output] = support::run_in_shell(command);

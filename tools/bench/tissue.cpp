@@ -13,7 +13,8 @@ Report bench_tissue(const BenchOptions& options) {
     Report (*run)(const BenchOptions&);
   };
   constexpr std::array kSections{
-      Section{"compliance", tissue_compliance},
+      Section{"cantilever", tissue_cantilever}, Section{"elements", tissue_elements},
+      Section{"compliance", tissue_compliance}, Section{"sessions", tissue_sessions},
       Section{"okamura", tissue_okamura},
       Section{"speed", tissue_speed},
   };

@@ -6,9 +6,24 @@
 
 namespace stylet::bench {
 
-/// Compliance of wall and liver of the shipped patient where needle and probe load them, by element, over that of
-/// quadratic elements twice refined; nodes, factor and step of each: compliance.*
+/// Nodes of an abdominal wall of quadratic elements beside those that the scenarios ask for: two elements from skin
+/// to peritoneum between the ribs.
+inline constexpr int kQuadraticWallNodes = 9000;
+
+/// A bar of 10 x 2 x 2 cells bent by its end, over Timoshenko's beam, by element and Poisson's ratio: cantilever.*
+Report tissue_cantilever(const BenchOptions& options);
+
+/// Eigenvalues of the quadratic element, and of a free cube of them: elements.*
+Report tissue_elements(const BenchOptions& options);
+
+/// Compliance of wall and liver of the shipped patient where needle and probe load them, by element, over that of a
+/// mesh of many quadratic elements with the same tissues and holds in space; nodes, factor and step of each:
+/// compliance.*
 Report tissue_compliance(const BenchOptions& options);
+
+/// The recorded motions of the shipped scenarios by element: how far tissue is compressed, how long a simulation step
+/// takes: sessions.*
+Report tissue_sessions(const BenchOptions& options);
 
 /// A needle at 3 mm/s into a block of bovine liver, beside what is published of it: okamura.*
 Report tissue_okamura(const BenchOptions& options);
