@@ -84,11 +84,16 @@ void NeedleTip::relax(double dent, double dt) {
   }
 }
 
+double NeedleTip::cutting_force() const {
+  return tissues_->resistance(end_.tissue).cutting_force;
+}
+
 double NeedleTip::compliance() const {
   if (end_.place.rigid) return kBoneCompliance;
   if (!settings_.subgrid_compliance) return 0;
-  return state_ == TipState::indenting ? stiffened_tip_compliance(end_.site, settings_.tip_radius, pressed_)
-                                       : channel_tip_compliance(end_.site, settings_.tip_radius);
+  return state_ == TipState::indenting
+             ? stiffened_tip_compliance(end_.site, settings_.tip_radius, pressed_)
+             : stiffened_channel_compliance(end_.site, settings_.tip_radius, cutting_force());
 }
 
 void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) const {
@@ -335,8 +340,7 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
   // The new end has u = 0: it is off the tip by what the tissue next to it gives way. Sideways that fades as the tip
   // goes on, new tissue has not been pushed yet, and what the slanted face presses it aside with sets in (eq. 26).
   const double kept = std::exp(-solver.motion()[row] / settings_.side_length);
-  const Vector3d steering =
-      -settings_.bevel_ratio * tissues_->resistance(end_.tissue).cutting_force * shaft.tip_bevel();
+  const Vector3d steering = -settings_.bevel_ratio * cutting_force() * shaft.tip_bevel();
   ease_ *= std::exp(-solver.motion()[row] / ease_length_);
   Vector3d give = solver.compliance(row) * step.lambda[row] * contact->directions.col(0) - ease_;
   Vector3d side = Vector3d::Zero();
@@ -354,7 +358,11 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
 // that does fades over what is cut next: over enough of it that the fading itself cuts little.
 void NeedleTip::ease(const SolvedStep& step, const ActiveContact& contact, const TissuePoints& tissue) {
   const HermiteShaft& shaft = step.shaft;
-  const Vector3d force = contact.directions * step.lambda.segment<3>(contact.first_row);
+  Vector3d force = contact.directions * step.lambda.segment<3>(contact.first_row);
+  if (const double least = cutting_force(), axial = -step.lambda[contact.first_row];
+      stiffens(end_.site) && axial > least) {
+    force *= least / axial;  // the row holds no more, and is as soft as it is at that
+  }
   ease_ = shaft.tip() - tissue.position(end_.point) - lag_ * shaft.tip_tangent() - side_ + compliance() * force;
   ease_length_ = std::max(settings_.side_length, kEasier * ease_.norm());
 }

@@ -119,6 +119,8 @@ private:
   void relax(double dent, double dt);
   /// Of the tip's rows, m/N.
   double compliance() const;
+  /// Of the tissue that the tip is in, N.
+  double cutting_force() const;
   void meet_tissue(const SolvedStep& step, TissuePoints& tissue);
   void record(std::uint64_t step, int to, double force, double response);
 

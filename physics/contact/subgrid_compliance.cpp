@@ -34,7 +34,43 @@ double locking(double poisson_ratio) {
   return x * std::sqrt(x);
 }
 
+// Of a punch on a half-space, what a tip at the end of its channel yields.
+double channel_share(double poisson_ratio) {
+  return 0.512 + 0.37 * poisson_ratio;
+}
+
+// How far a tip goes into what the mesh does not see, over the same without stiffening. Rings around the tip, each
+// sheared to a slope s: c rho^2 s exp(b s^2/2) from the solid, and from a capsule the part of its tension that pulls
+// up. Without stiffening the slopes from r to `reach` add up to `linear`.
+double yielding(double b, double c, double capsule, double needle_radius, double linear, double force) {
+  const double reach = 1 / std::max(1 / needle_radius - linear * c, 0.05 / needle_radius);
+  const double width = std::log(reach / needle_radius);
+  constexpr int kRings = 6;
+  double depth = 0;
+  double linear_depth = 0;
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double rho = needle_radius * std::exp(width * (ring + 0.5) / kRings);
+    const double solid = c * rho * rho;
+    const double sheet = 2 * pi * rho * capsule;
+    double low = 0;
+    double high = force / solid;
+    linear_depth += high * rho;
+    for (int i = 0; i < kBisections; ++i) {
+      const double s = 0.5 * (low + high);
+      const double longer = std::sqrt(1 + s * s);
+      const double held = solid * s * std::exp(std::min(0.5 * b * s * s, kStiffest)) + sheet * s * (1 - 1 / longer);
+      (held > force ? high : low) = s;
+    }
+    depth += 0.5 * (low + high) * rho;
+  }
+  return depth / linear_depth;
+}
+
 }  // namespace
+
+bool stiffens(const SubgridSite& site) {
+  return site.material.stiffening > 0 || site.capsule > 0;
+}
 
 ShaftCompliance shaft_compliance(const SubgridSite& site, double needle_radius, double length) {
   const double g = shear_modulus(site.material), nu = site.material.poisson_ratio;
@@ -63,41 +99,26 @@ double surface_tip_compliance(const SubgridSite& site, double needle_radius) {
 
 double stiffened_tip_compliance(const SubgridSite& site, double needle_radius, double force) {
   const double linear = surface_tip_compliance(site, needle_radius);
-  const double b = site.material.stiffening;
-  if (!(force > 0) || (b <= 0 && site.capsule <= 0)) return linear;
-  // Rings around the tip, each sheared to a slope s: c G rho^2 s exp(b s^2/2) from the solid, and from the capsule
-  // the part of its tension that pulls up. Without stiffening the slopes from r to `reach` add up to `linear`.
+  if (!(force > 0) || !stiffens(site)) return linear;
   const double c = 4 * shear_modulus(site.material) / (1 - site.material.poisson_ratio);
-  const double reach = 1 / std::max(1 / needle_radius - linear * c, 0.05 / needle_radius);
-  const double width = std::log(reach / needle_radius);
-  constexpr int kRings = 6;
-  double depth = 0;
-  double linear_depth = 0;
-  for (int ring = 0; ring < kRings; ++ring) {
-    const double rho = needle_radius * std::exp(width * (ring + 0.5) / kRings);
-    const double solid = c * rho * rho;
-    const double sheet = 2 * pi * rho * site.capsule;
-    double low = 0;
-    double high = force / solid;
-    linear_depth += high * rho;
-    for (int i = 0; i < kBisections; ++i) {
-      const double s = 0.5 * (low + high);
-      const double longer = std::sqrt(1 + s * s);
-      const double held = solid * s * std::exp(std::min(0.5 * b * s * s, kStiffest)) + sheet * s * (1 - 1 / longer);
-      (held > force ? high : low) = s;
-    }
-    depth += 0.5 * (low + high) * rho;
-  }
-  return linear * depth / linear_depth;
+  return linear * yielding(site.material.stiffening, c, site.capsule, needle_radius, linear, force);
 }
 
 double channel_tip_compliance(const SubgridSite& site, double needle_radius) {
   const double g = shear_modulus(site.material), nu = site.material.poisson_ratio;
   const double lock = locking(nu);
-  const double tip = (0.512 + 0.37 * nu) * (1 - nu) / (4 * g * needle_radius);
+  const double tip = channel_share(nu) * (1 - nu) / (4 * g * needle_radius);
   const double seen =
       1.4 - 0.13 * lock + (2.0 - 0.25 * lock) * (site.barycentric.squaredNorm() - kMeanSquaredWeights);
   return std::max(tip - seen / (4 * pi * g * mesh_size(site)), kLeastOfTip * tip);
+}
+
+double stiffened_channel_compliance(const SubgridSite& site, double needle_radius, double force) {
+  const double linear = channel_tip_compliance(site, needle_radius);
+  if (!(force > 0) || site.material.stiffening <= 0) return linear;
+  const double nu = site.material.poisson_ratio;
+  const double c = 4 * shear_modulus(site.material) / ((1 - nu) * channel_share(nu));
+  return linear * yielding(site.material.stiffening, c, 0, needle_radius, linear, force);
 }
 
 }  // namespace stylet::physics

@@ -46,6 +46,9 @@ double turn_compliance(const SubgridSite& site, double length);
 /// @realtime pure, no allocation
 double surface_tip_compliance(const SubgridSite& site, double needle_radius);
 
+/// Whether tissue is ever less compliant the further a tip goes into it.
+bool stiffens(const SubgridSite& site);
+
 /// That of tissue which stiffens, under a capsule: how far the tip goes into what the mesh does not see, over the
 /// force (eq. 20b). surface_tip_compliance() where there is neither, or no force.
 /// @param force  on the tip, N
@@ -55,5 +58,11 @@ double stiffened_tip_compliance(const SubgridSite& site, double needle_radius, d
 /// The same for a flat tip at the bottom of its own channel, along the needle (eq. 21), m/N.
 /// @realtime pure, no allocation
 double channel_tip_compliance(const SubgridSite& site, double needle_radius);
+
+/// That of tissue which stiffens (eq. 21b); a capsule is behind the tip there. channel_tip_compliance() where it does
+/// not, or without force.
+/// @param force  on the tip, N
+/// @realtime pure, no allocation
+double stiffened_channel_compliance(const SubgridSite& site, double needle_radius, double force);
 
 }  // namespace stylet::physics

@@ -50,6 +50,26 @@ TEST(LiverBlock, TheTipsNearFieldStiffensFromBoussinesqOn) {
   EXPECT_NEAR(std::log2(depth(2e-2) / depth(1e-2)), 1.0 / 3, 0.05);
 }
 
+// Behind its own capsule too, at the end of a channel.
+TEST(LiverBlock, TheEndOfAChannelStiffensWithoutTheCapsule) {
+  physics::SubgridSite site{.tet_volume = 1e-6, .material = {.young_modulus = 6e3, .poisson_ratio = 0.49}};
+  const double linear = physics::channel_tip_compliance(site, kRadius);
+  const auto compliance = [&](double force) {
+    return physics::stiffened_channel_compliance(site, kRadius, force) / linear;
+  };
+  site.capsule = 500;
+  EXPECT_EQ(compliance(1), 1);
+  site.material.stiffening = 14;
+  EXPECT_EQ(compliance(0), 1);
+  EXPECT_NEAR(compliance(1e-5), 1, 1e-3);
+  EXPECT_LT(compliance(0.1), 0.5);
+  EXPECT_LT(compliance(0.3), compliance(0.1));
+  EXPECT_GT(0.3 * compliance(0.3), 0.1 * compliance(0.1));
+  const double capsule = compliance(0.3);
+  site.capsule = 0;
+  EXPECT_EQ(compliance(0.3), capsule);
+}
+
 TEST(LiverBlock, ForceIsConvexUntilTheCapsuleBreaks) {
   LiverBlock block(small_block());
   block.go(kSpeed, 5);
@@ -72,6 +92,27 @@ TEST(LiverBlock, ForceIsConvexUntilTheCapsuleBreaks) {
   EXPECT_LE(exponent, 2.2);
   EXPECT_LT(after, 0.5 * force.back());
   EXPECT_EQ(block.needle().flags, 0U);
+}
+
+// What holds the tip then is the force that cuts, and what holds the shaft its friction; the patch goes with the tip.
+TEST(LiverBlock, OnceThroughTheCapsuleTheTipCutsAndTheShaftRubs) {
+  const LiverBlockSettings settings = small_block();
+  LiverBlock block(settings);
+  const double cutting = settings.resistance.cutting_force;
+  double least = 1;
+  while (block.samples().empty() || block.samples().back().travel < 0.0165) {
+    block.go(kSpeed, 0.02);
+    if (block.samples().back().inside) least = std::min(least, block.samples().back().force);
+    EXPECT_EQ(block.needle().flags, 0U) << block.samples().back().travel;
+  }
+  ASSERT_EQ(block.needle().puncture_count, 1U);
+  const double last = block.samples().back().force;
+  const double rubs = settings.resistance.friction_per_length * block.needle().tip_depth;
+  std::printf("  least %.3f N, then %.3f N, %.1f mm of shaft inside\n", least, last, 1e3 * block.needle().tip_depth);
+  EXPECT_GT(least, 0.95 * cutting);
+  EXPECT_LT(least, 1.2 * cutting);
+  EXPECT_GT(rubs, 0.1);
+  EXPECT_NEAR(last, cutting + rubs, 0.05);
 }
 
 TEST(LiverBlock, UnloadedItGivesLessBackThanItTook) {
