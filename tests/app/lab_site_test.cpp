@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -244,7 +245,7 @@ std::string browser() {
 TEST_F(LabSiteTest, ABrowserShowsItAndAForeignPageDoesNotGetIn) {
   if (browser().empty()) GTEST_SKIP() << "no chromium-headless-shell, no chromium";
   std::string host;
-  std::optional<LabSite> site;
+  std::unique_ptr<LabSite> site;
   // Beside its pages one that does what an instructor does: logs in, goes to a trainee, fills in the form there,
   // sends.
   const std::string hand = fmt::format(R"(<!DOCTYPE html><body><script>(async () => {{
@@ -260,7 +261,8 @@ TEST_F(LabSiteTest, ABrowserShowsItAndAForeignPageDoesNotGetIn) {
     return request.path == "/hand" ? Response{.body = hand} : site->answer(request);
   });
   host = server.host();
-  site.emplace(lab_, course_, LabSiteSettings{.hosts = {host}, .clock = [this] { return now_ms_; }});
+  site =
+      std::make_unique<LabSite>(lab_, course_, LabSiteSettings{.hosts = {host}, .clock = [this] { return now_ms_; }});
   std::atomic<bool> over = false;
   std::thread serving([&] { server.run([&] { return over.load(); }); });
   const auto open = [&](const std::string& address) {

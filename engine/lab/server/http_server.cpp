@@ -12,11 +12,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <exception>
-#include <optional>
+#include <memory>
 #include <string_view>
+#include <utility>
 
 namespace stylet::lab::server {
 
