@@ -94,13 +94,13 @@ struct SurfaceRow {
 
 /// What the probe does to the patient, and feels.
 struct ProbeContact {
-  int points = 0;     ///< that carry force
-  double area = 0;    ///< skin they stand for, m^2
-  double depth = 0;   ///< largest overlap of head and undeformed layer, m
-  int sliding = 0;    ///< points whose friction is at its limit
-  Wrench wrench;      ///< on the probe, about the centre of its face
-  double gap = 0;     ///< to the nearest point of the skin where none carries force, at most the reach; else 0, m
-  bool near = false;  ///< there is skin in reach
+  int points = 0;        ///< that carry force
+  double area = 0;       ///< skin they stand for, m^2
+  double depth = 0;      ///< largest overlap of head and undeformed layer, m
+  int sliding = 0;       ///< points whose friction is at its limit
+  Wrench wrench;         ///< on the probe, about the centre of its face
+  double gap = 0;        ///< to the nearest point of the skin where none carries force, at most the reach; else 0, m
+  bool near = false;     ///< there is skin in reach
   double stiffness = 0;  ///< of the force along the head's axis per motion along it (README eq. 33b), N/m
 };
 

@@ -15,8 +15,7 @@ Report bench_tissue(const BenchOptions& options) {
   constexpr std::array kSections{
       Section{"cantilever", tissue_cantilever}, Section{"elements", tissue_elements},
       Section{"compliance", tissue_compliance}, Section{"sessions", tissue_sessions},
-      Section{"okamura", tissue_okamura},
-      Section{"speed", tissue_speed},
+      Section{"okamura", tissue_okamura},       Section{"speed", tissue_speed},
   };
   Report report;
   for (const Section& section : kSections) {
