@@ -1,6 +1,6 @@
 // How long a simulation step and a factorisation take, beside the way before: all of L in double, by one thread.
 #include "physics/loops/simulation_loop.h"
-#include "physics/needle/needle.h"
+#include "physics/messages/messages.h"
 #include "physics/tissue/blas.h"
 #include "physics/tissue/companion.h"
 #include "physics/tissue/factorisation.h"
@@ -10,7 +10,7 @@
 #include "tools/reference/kuhn_box.h"
 
 #include <fmt/format.h>
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -49,7 +49,7 @@ physics::NeedleState needle_to(double tip_x, const physics::TissuePatch& patch) 
   needle.node_count = 9;
   for (int i = 0; i < 9; ++i) {
     needle.positions.col(i) = Vector3d(tip_x - 0.25 + 0.03125 * i, 0.047, 0.053);
-    needle.orientations[i] = physics::orientation_along(Vector3d::UnitX());
+    needle.orientations[i] = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d::UnitX());
   }
   for (int i = 0; i < patch.bodies[0].node_count; ++i) {
     needle.forces[needle.force_count++] = {.body = 0, .node = patch.bodies[0].node_ids[i], .force = {0, 0.02, 0.01}};
