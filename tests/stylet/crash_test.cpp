@@ -55,9 +55,10 @@ void expect_debrief_and_film(const fs::path& session, const fs::path& to) {
   EXPECT_FALSE(told["metrics"].empty());
   if (support::kSanitized) return;
   const Outcome film =
-      run(fmt::format("replay {} --out {} --from 0.05 --to 0.15 --speed 0.25", session.string(), to.string()));
+      run(fmt::format("replay {} --out {} --from 0.3 --to 0.4 --speed 0.25", session.string(), to.string()));
   EXPECT_EQ(film.exit_code, 0) << film.output;
-  // 0.1 s four times as slow at 30 a second; at 15 where the processor draws.
+  // 0.1 s four times as slow at 30 a second; at 15 where the processor draws. Not from the very beginning: a busy
+  // machine makes its first simulation step late.
   EXPECT_TRUE(film.output.find("session.mp4 (13 frames)") != std::string::npos ||
               film.output.find("session.mp4 (7 frames)") != std::string::npos)
       << film.output;
