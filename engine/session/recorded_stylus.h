@@ -10,11 +10,20 @@
 
 namespace stylet::session {
 
+/// A valid reading of a stylus that is where a motion's is.
+inline haptic::StylusSample stylus_sample(const content::MotionSample& sample, double time_s) {
+  return {.time_s = time_s,
+          .position = sample.pose.position,
+          .orientation = sample.pose.orientation,
+          .buttons = sample.buttons,
+          .valid = true};
+}
+
 /// A stylus that moves as a motion's stylus track. @throws std::invalid_argument  it has no such track
 inline haptic::RecordedDevice recorded_stylus(const content::Motion& motion, std::string name = "recorded stylus") {
   std::vector<haptic::StylusSample> track;
   for (const content::MotionSample& sample : motion.stylus) {
-    track.push_back({sample.time_s, sample.pose.position, sample.pose.orientation, sample.buttons, true});
+    track.push_back(stylus_sample(sample, sample.time_s));
   }
   return haptic::RecordedDevice(std::move(track), haptic::DeviceLimits{}, std::move(name));
 }

@@ -5,6 +5,7 @@
 #include "engine/readers/motion.h"
 #include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
+#include "engine/session/recorded_stylus.h"
 
 #include <fmt/format.h>
 
@@ -45,12 +46,8 @@ void run(const content::Scene& scene, const std::string& name, double seconds) {
     loops.worker().step();
     for (int k = 0; k < per_step; ++k) {
       const double now = t + k * loops.haptic_dt();
-      const content::MotionSample sample = readers::sample_motion(scene.motion.stylus, now);
-      haptic::StylusSample stylus;
-      stylus.time_s = now;
-      stylus.position = sample.pose.position;
-      stylus.orientation = sample.pose.orientation;
-      stylus.valid = true;
+      const haptic::StylusSample stylus =
+          session::stylus_sample(readers::sample_motion(scene.motion.stylus, now), now);
       loops.haptic_step(stylus, patch);
     }
     flags |= report.flags;

@@ -4,6 +4,7 @@
 #include "engine/lab/store/digest.h"
 #include "engine/lab/store/identity.h"
 #include "engine/lab/store/schema.h"
+#include "tests/lab/refusal.h"
 #include "tests/lab/sample_attempts.h"
 #include "tests/support/temporary_folder.h"
 
@@ -32,17 +33,6 @@ using ::testing::SizeIs;
 std::string read(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// What it throws.
-template <typename Act>
-std::string refusal(const Act& act) {
-  try {
-    act();
-  } catch (const files::ContentError& error) {
-    return error.what();
-  }
-  return "nothing was refused";
 }
 
 /// Files of a folder with a text in them.

@@ -5,6 +5,7 @@
 #include "engine/lab/delivery/http_record_store.h"
 #include "engine/lab/store/lab.h"
 #include "tests/lab/record_store_server.h"
+#include "tests/lab/refusal.h"
 #include "tests/lab/sample_attempts.h"
 #include "tests/lab/xapi_rules.h"
 #include "tests/support/temporary_folder.h"
@@ -37,16 +38,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using Mood = RecordStoreServer::Mood;
-
-template <typename Act>
-std::string refusal(const Act& act) {
-  try {
-    act();
-  } catch (const files::ContentError& error) {
-    return error.what();
-  }
-  return "nothing was refused";
-}
 
 class Delivered : public ::testing::Test {
 protected:

@@ -1,6 +1,7 @@
 #include "engine/readers/motion.h"
 #include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
+#include "engine/session/recorded_stylus.h"
 #include "tools/bench/mechanics_parts.h"
 
 #include <fmt/format.h>
@@ -43,12 +44,8 @@ void breathe(const std::string& scenario, double amplitude, double faster, doubl
     deepest = std::max(deepest, done.organs.deepest);
     for (int k = 0; k < per_step; ++k) {
       const double now = step * dt + k * loops.haptic_dt();
-      const content::MotionSample sample = readers::sample_motion(scene.motion.stylus, now);
-      haptic::StylusSample stylus;
-      stylus.time_s = now;
-      stylus.position = sample.pose.position;
-      stylus.orientation = sample.pose.orientation;
-      stylus.valid = true;
+      const haptic::StylusSample stylus =
+          session::stylus_sample(readers::sample_motion(scene.motion.stylus, now), now);
       loops.haptic_step(stylus, patch);
     }
   }

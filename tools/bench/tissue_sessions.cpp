@@ -1,5 +1,6 @@
 #include "engine/readers/motion.h"
 #include "engine/session/coupled_loops.h"
+#include "engine/session/recorded_stylus.h"
 #include "physics/tissue/quadratic.h"
 #include "tools/bench/samples.h"
 #include "tools/bench/scenario_variant.h"
@@ -100,12 +101,8 @@ void run(const std::string& name, const Variant& variant, double longest, Report
     }
     for (int k = 0; k < per_step; ++k) {
       const double now = step * dt + k * loops.haptic_dt();
-      const content::MotionSample sample = readers::sample_motion(scene.motion.stylus, now);
-      haptic::StylusSample stylus;
-      stylus.time_s = now;
-      stylus.position = sample.pose.position;
-      stylus.orientation = sample.pose.orientation;
-      stylus.valid = true;
+      const haptic::StylusSample stylus =
+          session::stylus_sample(readers::sample_motion(scene.motion.stylus, now), now);
       if (loops.haptic_step(stylus, patch).puncture_count > 0 && punctured < 0) punctured = now;
     }
   }
