@@ -45,7 +45,7 @@ void connect_record_store(store::Lab& lab, const std::string& endpoint, const st
   lab.set(store::kHomePage, home_page);
 }
 
-std::optional<Delivery> deliver_statements(store::Lab& lab) {
+std::optional<Delivery> deliver_statements(store::Lab& lab, int failures) {
   const std::string endpoint = lab.setting(store::kEndpoint);
   if (endpoint.empty()) return std::nullopt;
   const std::string key_file = lab.setting(store::kKeyFile);
@@ -54,7 +54,8 @@ std::optional<Delivery> deliver_statements(store::Lab& lab) {
   std::mt19937_64 engine(std::random_device{}());
   delivery::Outbox outbox(lab.database(), record_store,
                           {.clock = store::system_ms,
-                           .random = [&engine] { return std::uniform_real_distribution<double>(0, 1)(engine); }});
+                           .random = [&engine] { return std::uniform_real_distribution<double>(0, 1)(engine); },
+                           .failures = failures});
   Delivery result{.sent = outbox.send()};
   result.left = delivery::outbox_state(lab.database());
   return result;

@@ -23,8 +23,9 @@ void connect_record_store(lab::store::Lab& lab, const std::string& endpoint, con
                           const std::string& key_file);
 
 /// Once through the outbox; waits for the store, ten seconds a request at most. Nothing: there is no record store.
+/// @param failures  of the store in a row so far, as the last Delivery says: the wait doubles with each
 /// @throws files::ContentError
-std::optional<Delivery> deliver_statements(lab::store::Lab& lab);
+std::optional<Delivery> deliver_statements(lab::store::Lab& lab, int failures = 0);
 
 /// "3 statements delivered; 2 wait, the oldest since 2026-03-02: ..." one line.
 std::string delivery_words(const Delivery& delivery);

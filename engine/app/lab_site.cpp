@@ -61,7 +61,9 @@ Response LabSite::answer(const Request& request) {
     const bool post = request.method == "POST";
     if (!post && request.method != "GET") return {.status = 405, .headers = {{"Allow", "GET, POST"}}};
     // From a page of another site, whatever it knows.
-    if (post && !request.origin.empty() && request.origin != "http://" + request.host) return {.status = 403};
+    if (post && !request.origin.empty() && request.origin != "http://" + request.host && !encrypted(request)) {
+      return {.status = 403};
+    }
     if (request.path == "/login" && post) return log_in(request);
     const std::string cookie = value(request.cookies, kCookie);
     const Session* session = logins_.session(cookie);
@@ -85,6 +87,12 @@ Response LabSite::answer(const Request& request) {
   return response;
 }
 
+/// From a page of ours that came through a web server with a certificate.
+bool LabSite::encrypted(const Request& request) const {
+  return request.origin == "https://" + request.host &&
+         std::ranges::find(settings_.behind, request.host) != settings_.behind.end();
+}
+
 Response LabSite::log_in(const Request& request) {
   const lab::page::PageFacts facts{.build = build_name(), .made_ms = settings_.clock()};
   const lab::server::Logins::Try tried = logins_.log_in(value(request.form, "name"), value(request.form, "password"));
@@ -96,8 +104,8 @@ Response LabSite::log_in(const Request& request) {
   }
   if (!tried.cookie) return {.status = 403, .body = lab::page::login_page("Name or password is wrong.", facts)};
   Response response = redirect("/");
-  response.headers.emplace_back("Set-Cookie",
-                                fmt::format("{}={}; HttpOnly; SameSite=Strict; Path=/", kCookie, *tried.cookie));
+  response.headers.emplace_back("Set-Cookie", fmt::format("{}={}; HttpOnly; SameSite=Strict; Path=/{}", kCookie,
+                                                          *tried.cookie, encrypted(request) ? "; Secure" : ""));
   return response;
 }
 

@@ -14,8 +14,9 @@
 namespace stylet::app {
 
 struct LabSiteSettings {
-  std::vector<std::string> hosts{};  ///< by which it is asked: other names lead here by a trick (DNS rebinding)
-  bool names = false;                ///< beside the pseudonyms
+  std::vector<std::string> hosts{};   ///< by which it is asked: other names lead here by a trick (DNS rebinding)
+  std::vector<std::string> behind{};  ///< of these, those that a web server with a certificate before it has
+  bool names = false;                 ///< beside the pseudonyms
   std::function<std::int64_t()> clock = lab::store::system_ms;
 };
 
@@ -30,6 +31,7 @@ public:
   lab::server::Response answer(const lab::server::Request& request);
 
 private:
+  bool encrypted(const lab::server::Request& request) const;
   lab::server::Response log_in(const lab::server::Request& request);
   lab::server::Response page(const lab::server::Request& request, const lab::server::Session& session);
   lab::server::Response act(const lab::server::Request& request, const lab::server::Session& session,

@@ -161,6 +161,22 @@ TEST_F(LabSiteTest, AFormOfAnotherSiteChangesNothing) {
   EXPECT_EQ(post("/note", form, cookie).status, 303);
 }
 
+TEST_F(LabSiteTest, BehindAWebServerWithACertificateOneLogsIn) {
+  LabSite site(lab_, course_, {.hosts = {kHost, "lab.example"}, .behind = {"lab.example"}});
+  const auto log_in_from = [&](const std::string& host, const std::string& origin) {
+    return site.answer({.method = "POST",
+                        .path = "/login",
+                        .form = {{"name", "ines"}, {"password", "right horse"}},
+                        .host = host,
+                        .origin = origin});
+  };
+  const Response in = log_in_from("lab.example", "https://lab.example");
+  EXPECT_EQ(in.status, 303);
+  EXPECT_THAT(header(in, "Set-Cookie"), HasSubstr("; Secure"));
+  EXPECT_EQ(log_in_from("lab.example", "https://evil.example").status, 403);
+  EXPECT_EQ(log_in_from(kHost, std::string("https://") + kHost).status, 403) << "nothing stands before that";
+}
+
 TEST_F(LabSiteTest, ByAnotherNameItIsNotThere) {
   const std::string cookie = log_in();
   for (const char* host : {"", "evil.example", "evil.example:8480", "127.0.0.1", "127.0.0.1:8480.evil.example"}) {

@@ -19,6 +19,7 @@
 
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <random>
@@ -112,6 +113,50 @@ TEST_F(Delivered, AStoreGetsEveryStatement) {
   EXPECT_EQ(server.requests(), 2) << "25 and 11";
   EXPECT_THAT(waiting(), IsEmpty());
   EXPECT_THAT(server.refused(), IsEmpty());
+}
+
+TEST_F(Delivered, APageThatAnswersAnythingIsNoRecordStore) {
+  RecordStoreServer server;
+  server.set(Mood::babbling);
+  take();
+  const std::set<std::string> all = waiting();
+  ASSERT_THAT(all, SizeIs(3));
+  HttpRecordStore store(address(server));
+  const Sent sent = Outbox(lab_.database(), store, settings()).send();
+  EXPECT_EQ(sent.delivered, 0);
+  EXPECT_THAT(sent.stopped_by, HasSubstr("is it a record store?"));
+  EXPECT_EQ(waiting(), all);
+  server.set(Mood::there);
+  EXPECT_EQ(Outbox(lab_.database(), store, settings()).send().delivered, 3);
+}
+
+TEST_F(Delivered, AnOutboxMadeAnewGoesOnWaitingLonger) {
+  RecordStoreServer server;
+  server.set(Mood::gone);
+  take();
+  HttpRecordStore store(address(server));
+  int failures = 0;
+  std::int64_t before_ms = 0;
+  for (int k = 0; k < 5; ++k) {
+    SendSettings again = settings();
+    again.failures = failures;
+    const Sent sent = Outbox(lab_.database(), store, again).send();
+    failures = sent.failures;
+    EXPECT_EQ(failures, k + 1);
+    const std::int64_t wait_ms = sent.next_ms.value_or(0) - now_ms_;
+    EXPECT_GT(wait_ms, before_ms);
+    before_ms = wait_ms;
+  }
+}
+
+TEST_F(Delivered, NoProxySeesWhatStaysOnThisComputer) {
+  RecordStoreServer server;
+  take();
+  setenv("http_proxy", "http://127.0.0.1:1", 1);
+  HttpRecordStore store(address(server));
+  const Sent sent = Outbox(lab_.database(), store, settings()).send();
+  unsetenv("http_proxy");
+  EXPECT_EQ(sent.delivered, 3) << sent.stopped_by;
 }
 
 TEST_F(Delivered, AStoreThatComesAndGoesFiftyTimesHasEachExactlyOnce) {

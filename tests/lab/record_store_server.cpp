@@ -120,7 +120,9 @@ void RecordStoreServer::answer(Peer& peer) {
   Reply reply{.status = 404};
   const std::string target(request.target());
   const std::string one = "/xapi/statements?statementId=";
-  if (mood == Mood::busy) {
+  if (mood == Mood::babbling) {
+    reply = {.status = 200, .body = "<!DOCTYPE html><p>Under maintenance"};
+  } else if (mood == Mood::busy) {
     reply = {.status = 503, .body = "busy"};
   } else if (mood == Mood::moved) {
     reply = {.status = 302};

@@ -24,6 +24,7 @@ public:
     stranger,     ///< 401
     moved,        ///< 302
     small,        ///< 413 for more than one statement
+    babbling,     ///< 200 and a page, whatever is asked
     stubborn,     ///< 409 for every statement that it has, also the same
   };
 

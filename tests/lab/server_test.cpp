@@ -185,6 +185,14 @@ TEST_F(LoggedIn, WhoGuessesWaitsAlsoWithTheRightOne) {
   EXPECT_TRUE(logins_.log_in("ines", "right horse").cookie);
 }
 
+TEST_F(LoggedIn, OtherNamesDoNotTakeTheBrakeOffAndLongOnesAreNobodys) {
+  for (int i = 0; i < Logins::kTries; ++i) logins_.log_in("ines", "guess");
+  EXPECT_FALSE(logins_.log_in(std::string(60'000, 'n'), "guess").cookie);
+  // As many as are looked at: then nobody is, and nobody's name is kept.
+  for (int i = 0; i < 20'000; ++i) logins_.log_in(std::to_string(i), "guess");
+  EXPECT_EQ(logins_.log_in("ines", "right horse").wait_ms, Logins::kPauseMs);
+}
+
 TEST(Secret, IsComparedAsAWhole) {
   EXPECT_TRUE(same_secret("abc", "abc"));
   EXPECT_FALSE(same_secret("abc", "abd"));

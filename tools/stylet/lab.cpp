@@ -5,6 +5,7 @@
 #include "engine/app/deliver_statements.h"
 #include "engine/app/lab_pages.h"
 #include "engine/app/lab_site.h"
+#include "engine/app/observer.h"
 #include "engine/app/take_recording.h"
 #include "engine/files/error.h"
 #include "engine/files/json_scan.h"
@@ -19,12 +20,14 @@
 #include "tools/stylet/session_options.h"
 #include "tools/stylet/terminal.h"
 
+#include <poll.h>
 #include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -264,16 +267,21 @@ int connect(store::Lab& lab, const LabRequest& request) {
 
 int send(store::Lab& lab, const LabRequest& request) {
   constexpr std::int64_t kLookEveryMs = 30'000;
+  int failures = 0;
   while (true) {
-    const auto delivery = app::deliver_statements(lab);
+    const auto delivery = app::deliver_statements(lab, failures);
     if (!delivery) {
       throw files::ContentError("lab send: there is no record store; `stylet lab connect` names one");
     }
     say(stdout, "{}\n", app::delivery_words(*delivery));
     if (!request.follow) return delivery->left.waiting > 0 ? kExitNo : kExitYes;
     std::fflush(stdout);
-    const std::int64_t until = delivery->sent.next_ms.value_or(store::system_ms() + kLookEveryMs);
-    while (store::system_ms() < until) {
+    failures = delivery->sent.failures;
+    const std::int64_t now = store::system_ms();
+    const std::int64_t wait_ms = std::max<std::int64_t>(0, delivery->sent.next_ms.value_or(now + kLookEveryMs) - now);
+    // Not by the clock on the wall, which somebody may set.
+    const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(wait_ms);
+    while (std::chrono::steady_clock::now() < until) {
       if (interrupted()) return kExitInterrupted;
       std::this_thread::sleep_for(std::chrono::milliseconds(200));
     }
@@ -292,11 +300,14 @@ std::string asked_password() {
     std::fflush(stdout);
   }
   std::string password;
-  std::getline(std::cin, password);
+  pollfd in{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  const bool cut = terminal && (::poll(&in, 1, -1) < 0 || interrupted());  // unlike a read, never begun again
+  if (!cut) std::getline(std::cin, password);
   if (terminal) {
     ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &shown);
     say(stdout, "\n");
   }
+  if (cut) throw app::Stopped();
   return password;
 }
 
@@ -331,6 +342,7 @@ int serve(store::Lab& lab, const LabRequest& request) {
   const std::string port = server.host().substr(server.host().rfind(':'));
   settings.hosts.push_back("localhost" + port);
   settings.hosts.insert(settings.hosts.end(), request.hosts.begin(), request.hosts.end());
+  settings.behind = request.hosts;
   site.emplace(lab, course, settings);
   say(stdout, "http://{}/ has the pages of {}; Ctrl-C ends it\n", server.host(), files::one_line(course.title));
   if (!request.server.address.starts_with("127.") && request.server.address != "::1") {

@@ -55,7 +55,7 @@ OutboxState outbox_state(store::Database& database) {
 }
 
 Outbox::Outbox(store::Database& database, RecordStore& store, SendSettings settings)
-    : database_(database), store_(store), settings_(std::move(settings)) {}
+    : database_(database), store_(store), settings_(std::move(settings)), failures_(settings_.failures) {}
 
 std::vector<Outbox::Waiting> Outbox::next_batch() {
   std::vector<Waiting> batch;
@@ -124,10 +124,21 @@ bool Outbox::resolve_conflict(const Waiting& statement, const Answer& conflict, 
   return true;
 }
 
+bool Outbox::names_all(const std::string& body, const std::vector<Waiting>& batch, std::size_t from, std::size_t to) {
+  const auto ids = nlohmann::json::parse(body, nullptr, false);
+  if (!ids.is_array()) return false;
+  return std::all_of(
+      batch.begin() + static_cast<std::ptrdiff_t>(from), batch.begin() + static_cast<std::ptrdiff_t>(to),
+      [&](const Waiting& each) { return std::ranges::find(ids, nlohmann::json(each.id)) != ids.end(); });
+}
+
 bool Outbox::deliver(const std::vector<Waiting>& batch, std::size_t from, std::size_t to, Sent& sent) {
   std::string body = "[";
   for (std::size_t i = from; i < to; ++i) body += (i > from ? "," : "") + batch[i].body;
   const Answer answer = store_.post(body + "]");
+  if (answer.http == 200 && !names_all(answer.body, batch, from, to)) {
+    return stop({.http = 200, .body = "but names none of the statements as kept: is it a record store?"}, sent);
+  }
   if (answer.http == 200 || answer.http == 204) {
     failures_ = 0;
     leave(batch, from, to, sent);
@@ -148,7 +159,10 @@ Sent Outbox::send() {
   Sent sent;
   while (true) {
     const std::vector<Waiting> batch = next_batch();
-    if (batch.empty() || !deliver(batch, 0, batch.size(), sent)) return sent;
+    if (batch.empty() || !deliver(batch, 0, batch.size(), sent)) {
+      sent.failures = failures_;
+      return sent;
+    }
   }
 }
 

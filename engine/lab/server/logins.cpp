@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kSecret = 32;         // bytes
 constexpr std::size_t kMostNames = 10'000;  // remembered of those that were wrong
+constexpr std::size_t kLongestName = 200;   // bytes
 constexpr int kTriesOfAny = 100;
 
 std::string hex(const unsigned char* bytes, std::size_t size) {
@@ -63,7 +64,7 @@ Logins::Logins(std::function<std::optional<std::string>(const std::string&)> has
                std::function<std::int64_t()> clock)
     : hash_of_(std::move(hash_of)), clock_(std::move(clock)), nobodys_hash_(password_hash(new_secret())) {}
 
-std::int64_t Logins::pause_of(Wrong& wrong) const {
+std::int64_t Logins::pause_of(const Wrong& wrong) const {
   return std::max<std::int64_t>(0, wrong.until_ms - clock_());
 }
 
@@ -74,13 +75,16 @@ void Logins::count(Wrong& wrong, int most) {
 }
 
 Logins::Try Logins::log_in(const std::string& instructor, const std::string& password) {
-  if (wrong_.size() > kMostNames) wrong_.clear();
-  Wrong& wrong = wrong_[instructor];
-  if (const std::int64_t wait = std::max(pause_of(wrong), pause_of(of_any_)); wait > 0) return {.wait_ms = wait};
-  const std::optional<std::string> hash = hash_of_(instructor);
+  const auto known = wrong_.find(instructor);
+  const std::int64_t of_name = known != wrong_.end() ? pause_of(known->second) : 0;
+  if (const std::int64_t wait = std::max(of_name, pause_of(of_any_)); wait > 0) return {.wait_ms = wait};
+  const bool possible = instructor.size() <= kLongestName;
+  const std::optional<std::string> hash = possible ? hash_of_(instructor) : std::nullopt;
   const bool right = is_password(hash.value_or(nobodys_hash_), password);
   if (!hash || !right) {
-    count(wrong, kTries);
+    if (wrong_.size() > kMostNames)
+      std::erase_if(wrong_, [&](const auto& each) { return pause_of(each.second) == 0; });
+    if (possible) count(wrong_[instructor], kTries);
     count(of_any_, kTriesOfAny);
     return {};
   }

@@ -45,7 +45,7 @@ private:
     int times = 0;
     std::int64_t until_ms = 0;
   };
-  std::int64_t pause_of(Wrong& wrong) const;
+  std::int64_t pause_of(const Wrong& wrong) const;
   void count(Wrong& wrong, int most);
 
   std::function<std::optional<std::string>(const std::string&)> hash_of_;

@@ -131,8 +131,10 @@ void Lab::adopt_crashed() {
     if (file < 0 && fs::exists(lock, error)) continue;  // it goes on
     {
       Transaction transaction(database_);
-      database_.run("UPDATE attempt SET status = 'crashed' WHERE id = $1 AND status = 'running'", {attempt});
-      tell_end(attempt);
+      // Another program may have been first, or the person erased meanwhile.
+      const auto changed = database_.run(
+          "UPDATE attempt SET status = 'crashed' WHERE id = $1 AND status = 'running' RETURNING id", {attempt});
+      if (!changed.empty()) tell_end(attempt);
       transaction.commit();
     }
     fs::remove(lock, error);

@@ -1,6 +1,9 @@
 // What of the attempts goes to a record store, and the lab's settings.
+#include "engine/files/error.h"
 #include "engine/lab/statement/statement.h"
 #include "engine/lab/store/lab.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -20,12 +23,14 @@ std::vector<std::string> words_of(const std::string& text) {
 }
 
 statement::AttemptFacts facts_of(Database& database, const std::string& attempt, const std::string& home_page) {
-  const Row row = database.run(
+  const auto rows = database.run(
       "SELECT t.pseudonym, s.name, s.title, a.scenario, coalesce(c.name, ''), a.mode, a.build, a.started_ms, "
       "a.ended_ms, a.status, a.total, a.passed, a.failed_critical, a.recording_sha256 FROM attempt a JOIN trainee t "
       "ON t.id = a.trainee JOIN scenario s ON s.sha256 = a.scenario LEFT JOIN course c ON c.sha256 = a.course WHERE "
       "a.id = $1",
-      {attempt})[0];
+      {attempt});
+  if (rows.empty()) throw files::ContentError(fmt::format("attempt {}: is not in the records", attempt));
+  const Row& row = rows[0];
   return {.attempt = attempt,
           .pseudonym = text(row[0]),
           .scenario = text(row[1]),
