@@ -27,6 +27,7 @@ namespace hid = haptic::hid;
 
 constexpr int kReadTimeout = 5;         // ms
 constexpr double kPlacePatience = 120;  // s, for one place
+constexpr double kAsked = 0.1;          // N
 
 std::string title(const HidDevice& device) {
   return fmt::format("{} ({:04x}:{:04x})", device.summary.product.empty() ? "HID device" : device.summary.product,
@@ -173,7 +174,7 @@ struct Felt {
 };
 
 std::string Felt::told() const {
-  constexpr double kAnything = 1;  // N, in all
+  constexpr double kAnything = 100;  // N over steps: 0.1 N s
   if (asked_sum_n < kAnything) return {};
   const double share = told_sum_n / asked_sum_n;
   std::string words = fmt::format("; the device says that it gave up to {:.2f} N, {:.0f} % of what was asked in all",
@@ -209,7 +210,8 @@ bool feel(haptic::hid::HidStylus& stylus, haptic::FeelModel& model, double secon
     const haptic::GuardedWrench out = guard.apply(input, dt_s);
     felt.most_n = std::max(felt.most_n.load(), out.force.norm());
     if ((out.flags & haptic::kOutputClamped) != 0) felt.clipped.fetch_add(1, std::memory_order_relaxed);
-    if (const auto told = stylus.told_force()) {
+    // Where nothing is asked for, what is told is the device's own: its weight, or of before.
+    if (const auto told = stylus.told_force(); told && sample.valid && out.force.norm() > kAsked) {
       felt.told_most_n = std::max(felt.told_most_n.load(), told->norm());
       felt.told_sum_n = felt.told_sum_n + told->norm();
       felt.asked_sum_n = felt.asked_sum_n + out.force.norm();

@@ -57,9 +57,12 @@ bool run_in_headset(headset::Headset& headset, gpu::Device& device, const conten
   // One simulation period behind the newest state there is always a later one to interpolate to.
   const double delay_s = 1.5 / scene.rates.simulation_hz;
   StylusWatch watch(*settings.stylus, observer);
+  std::optional<StylusWatch> other_hand;
+  if (settings.probe_device != nullptr) other_hand.emplace(*settings.probe_device, observer, "probe");
   std::uint32_t recoils = settings.course != nullptr ? settings.course->recoils() : 0;
   while (!session.finished() && !observer.stop_requested()) {
     watch.look();
+    if (other_hand) other_hand->look();
     scanner.poll(session.time_s());  // clients turn its knobs whether or not somebody looks on
     const headset::HeadsetPhase phase = headset.poll();
     if (phase == headset::HeadsetPhase::ended) return true;

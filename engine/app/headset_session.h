@@ -26,19 +26,20 @@ namespace stylet::app {
 std::unique_ptr<headset::HeadsetRuntime> find_headset(const char* instead, Observer& observer);
 
 struct HeadsetSessionSettings {
-  haptic::HandDevice* hand = nullptr;           ///< led by the controller of the hand with the needle
-  const haptic::Device* stylus = nullptr;       ///< its coming and going is noted
-  session::HeldProbe* probe = nullptr;          ///< held by the other
-  session::HeldBreath* breath = nullptr;        ///< held when a button asks for it; null: as the scene has it
-  scanner::ScannerConsole* scanner = nullptr;   ///< as it stands at the start and, where the device is lost, then
-  training::TrainingSession* course = nullptr;  ///< the menu button begins, pauses and resumes it
-  scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
-  session::PictureWatch* pictures = nullptr;    ///< told of every picture shown
-  immersive::PanelLevel* panel = nullptr;       ///< as it stands at the start, then as the trainee leaves it
-  session::PunctureWatch* punctures = nullptr;  ///< felt in the hand with the needle
-  SessionSound* sound = nullptr;                ///< follows the session; null: nothing is heard
-  bool left_handed = false;                     ///< the left hand holds the needle
-  const char* if_lost = "";                     ///< what the session does then: "going on headless"
+  haptic::HandDevice* hand = nullptr;            ///< led by the controller of the hand with the needle
+  const haptic::Device* stylus = nullptr;        ///< its coming and going is noted
+  const haptic::Device* probe_device = nullptr;  ///< the same of one that leads the probe; null: none
+  session::HeldProbe* probe = nullptr;           ///< held by the other
+  session::HeldBreath* breath = nullptr;         ///< held when a button asks for it; null: as the scene has it
+  scanner::ScannerConsole* scanner = nullptr;    ///< as it stands at the start and, where the device is lost, then
+  training::TrainingSession* course = nullptr;   ///< the menu button begins, pauses and resumes it
+  scanner::ImageWatcher* images = nullptr;       ///< gets those of the scanner
+  session::PictureWatch* pictures = nullptr;     ///< told of every picture shown
+  immersive::PanelLevel* panel = nullptr;        ///< as it stands at the start, then as the trainee leaves it
+  session::PunctureWatch* punctures = nullptr;   ///< felt in the hand with the needle
+  SessionSound* sound = nullptr;                 ///< follows the session; null: nothing is heard
+  bool left_handed = false;                      ///< the left hand holds the needle
+  const char* if_lost = "";                      ///< what the session does then: "going on headless"
 };
 
 /// Shows the session until it is finished, the trainee ends it in the runtime's menu, or the observer asks for

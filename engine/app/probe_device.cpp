@@ -1,6 +1,7 @@
 #include "engine/app/probe_device.h"
 
 #include "engine/app/hid_device.h"
+#include "engine/session/needle_base.h"
 
 #include "haptic/hid/force_writer.h"
 #include "haptic/output_guard.h"
@@ -15,6 +16,7 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(10);
 constexpr std::uint64_t kStepsOfAPeriod = 10;  // of a loop at 1 kHz
+constexpr double kStep = 1e-3;                 // s
 constexpr int kPriority = 78;                  // below the needle's haptic thread
 
 HidChoice choice_of(const std::string& description) {
@@ -30,22 +32,28 @@ std::unique_ptr<haptic::hid::HidStylus> opened(const std::string& description, c
   return open_hid_probe(choice, "--probe-device " + description, scene);
 }
 
+session::ProbeHand feeling_hand(const content::Scene& scene, session::HeldProbe& probe, session::FeltSkin& skin,
+                                const haptic::DeviceLimits& limits) {
+  const physics::NeedleBase held = session::needle_base(limits, 1 / kStep);
+  return {scene, probe, skin, held.stiffness, held.damping};
+}
+
 }  // namespace
 
 ProbeDevice::ProbeDevice(const std::string& description, const std::string& taken, const content::Scene& scene,
                          session::HeldProbe& probe)
     : device_(opened(description, taken, scene)),
-      hand_(renders_force() ? session::ProbeHand(scene, probe, skin_, device_->limits().max_stiffness_n_per_m)
-                            : session::ProbeHand(scene, probe)) {}
+      feels_(device_->limits().renders_force && scene.probe.presses >= 0),
+      hand_(feels_ ? feeling_hand(scene, probe, skin_, device_->limits()) : session::ProbeHand(scene, probe)) {}
 
 std::string ProbeDevice::warning() const {
-  if (!renders_force() || device_->lets_go()) return {};
+  if (!feels_ || device_->lets_go()) return {};
   return name() + ": its force may stay on if this computer stops; be ready to switch it off";
 }
 
 std::jthread ProbeDevice::lead(const session::LiveSession& live) {
   return std::jthread([this, &live](const std::stop_token& stop) {
-    if (renders_force()) {
+    if (feels_) {
       lead_with_force(live, stop);
     } else {
       lead_without_force(live, stop);
@@ -75,7 +83,7 @@ void ProbeDevice::lead_with_force(const session::LiveSession& live, const std::s
   double last_s = 0;
   const auto step = [&](const haptic::StepTiming& timing) {
     const double now_s = static_cast<double>(timing.started_ns) * 1e-9;
-    const double dt_s = last_s > 0 ? now_s - last_s : 1e-3;
+    const double dt_s = last_s > 0 ? now_s - last_s : kStep;
     last_s = now_s;
     const double time_s = live.time_s();
     const haptic::StylusSample sample = device_->read(time_s);
@@ -85,7 +93,7 @@ void ProbeDevice::lead_with_force(const session::LiveSession& live, const std::s
       hand_.follow(sample.position, sample.orientation, time_s);
     }
     const haptic::GuardedWrench out = guard.apply(
-        {.force = sample.valid ? hand_.force(sample.position, sample.orientation) : Eigen::Vector3d(0, 0, 0),
+        {.force = sample.valid ? hand_.force(sample.position, sample.orientation, dt_s) : Eigen::Vector3d(0, 0, 0),
          .position = sample.position,
          .orientation = sample.orientation,
          .valid = sample.valid && !live.paused() && !live.finished(),
@@ -94,7 +102,7 @@ void ProbeDevice::lead_with_force(const session::LiveSession& live, const std::s
         dt_s);
     device_->write(out.force, out.torque);
   };
-  haptic::run_paced(clock, 1'000'000, step, stop, statistics);
+  haptic::run_paced(clock, static_cast<std::int64_t>(1e9 * kStep), step, stop, statistics);
   device_->write(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
 }
 

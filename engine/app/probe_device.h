@@ -28,7 +28,9 @@ public:
               session::HeldProbe& probe);
 
   std::string name() const { return device_->name(); }
-  bool renders_force() const { return device_->limits().renders_force; }
+  const haptic::Device& device() const { return *device_; }
+  /// It has motors, and the scene's probe presses on something.
+  bool feels() const { return feels_; }
   /// What whoever holds it should know; empty: nothing.
   std::string warning() const;
   /// To be told of the steps of the session that it leads.
@@ -42,6 +44,7 @@ private:
 
   std::unique_ptr<haptic::hid::HidStylus> device_;
   session::FeltSkin skin_;
+  bool feels_;
   session::ProbeHand hand_;
 };
 

@@ -224,8 +224,9 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   std::jthread probe_hand;  // after `live`, which it looks at: whatever ends this ends it first
   if (probe_device) {
     observer.note(Note::info, fmt::format("the probe is led by {}{}", probe_device->name(),
-                                          probe_device->renders_force()
-                                              ? "; lift it off the skin, and from then on you feel the skin"
+                                          probe_device->feels()
+                                              ? "; you feel the skin: at once if you lift it off first, else its "
+                                                "force rises by itself within three seconds"
                                               : ""));
     if (const std::string warning = probe_device->warning(); !warning.empty()) {
       observer.note(Note::notice, warning);
@@ -246,7 +247,8 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
                            .punctures = punctures,
                            .sound = sound ? &*sound : nullptr,
                            .saved = saved,
-                           .left_handed = settings.left_handed};
+                           .left_handed = settings.left_handed,
+                           .probe_device = probe_device ? &probe_device->device() : nullptr};
   SessionShown end = show_to_end(live, scene, parts, settings.stereo, stylus.duration_s, observer);
   if (sound) sound->hush();
   // Who leaves in the middle, or begins anew, has broken it off; where nothing finishes it (in a headset, headless),

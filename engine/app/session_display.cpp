@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -38,6 +39,7 @@ bool pass_in_headset(Shown& session) {
   return show_in_headset(*parts.headset, parts.graphics.device(), session.scene, session.live,
                          {.hand = parts.stylus.input.hand,
                           .stylus = parts.stylus.device.get(),
+                          .probe_device = parts.probe_device,
                           .probe = &parts.probe,
                           .breath = parts.breath,
                           .scanner = &session.scanner,
@@ -56,8 +58,11 @@ bool pass_in_headset(Shown& session) {
 void pass_headless(Shown& session, double duration_s, bool drawn) {
   const SessionParts& parts = session.parts;
   StylusWatch watch(*parts.stylus.device, session.observer);
+  std::optional<StylusWatch> other_hand;
+  if (parts.probe_device != nullptr) other_hand.emplace(*parts.probe_device, session.observer, "probe");
   while (!session.live.finished() && !session.observer.stop_requested()) {
     watch.look();
+    if (other_hand) other_hand->look();
     // Who has paused it is not there to go on with it.
     constexpr training::Action kResume = training::Action::resume;
     parts.course.poll(session.live, std::span(&kResume, parts.course.state().paused ? 1U : 0U));
@@ -79,6 +84,7 @@ std::unique_ptr<SessionWindow> open_session_window(session::LiveSession& live, c
                                          SessionWindowSettings{.stereo = stereo,
                                                                .mouse = parts.stylus.input.mouse,
                                                                .stylus = parts.stylus.device.get(),
+                                                               .probe_device = parts.probe_device,
                                                                .probe = &parts.probe,
                                                                .breath = parts.breath,
                                                                .breath_button = button_words(parts.stylus),

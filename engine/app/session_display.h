@@ -35,6 +35,7 @@ struct SessionParts {
   SessionSound* sound;          ///< null: nothing is heard
   scanner::SavedImages& saved;  ///< by the trainee
   bool left_handed = false;
+  const haptic::Device* probe_device = nullptr;  ///< that leads the probe; null: none
 };
 
 /// Of a window: what opens it anew where its device was lost.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <utility>
 
 namespace stylet::app {
@@ -81,8 +82,11 @@ void SessionWindow::show_frame(double dt_s) {
 
 bool SessionWindow::run(Observer& observer) {
   StylusWatch watch(*settings_.stylus, observer);
+  std::optional<StylusWatch> other_hand;
+  if (settings_.probe_device != nullptr) other_hand.emplace(*settings_.probe_device, observer, "probe");
   while (!session_.finished() && !observer.stop_requested()) {
     watch.look();
+    if (other_hand) other_hand->look();
     const double passed_s = elapsed_s(before_);
     const double dt_s = session_.lockstep() ? session::kLockstepFrame : passed_s;
     session_.advance(dt_s);

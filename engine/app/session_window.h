@@ -28,11 +28,12 @@ bool has_display();
 
 struct SessionWindowSettings {
   bool stereo = false;
-  haptic::MouseDevice* mouse = nullptr;    ///< fed with drags and wheel when the mouse is the stylus
-  const haptic::Device* stylus = nullptr;  ///< its coming and going is noted; null: the session is over
-  session::HeldProbe* probe = nullptr;     ///< moved by keys and the middle button
-  session::HeldBreath* breath = nullptr;   ///< held when a key or a button asks for it; null: as the scene has it
-  std::string breath_button{};             ///< of the stylus that asks too: "button 3"; empty: none
+  haptic::MouseDevice* mouse = nullptr;          ///< fed with drags and wheel when the mouse is the stylus
+  const haptic::Device* stylus = nullptr;        ///< its coming and going is noted; null: the session is over
+  const haptic::Device* probe_device = nullptr;  ///< the same of one that leads the probe; null: none
+  session::HeldProbe* probe = nullptr;           ///< moved by keys and the middle button
+  session::HeldBreath* breath = nullptr;  ///< held when a key or a button asks for it; null: as the scene has it
+  std::string breath_button{};            ///< of the stylus that asks too: "button 3"; empty: none
   training::TrainingSession* course = nullptr;  ///< driven by keys and buttons
   scanner::ImageWatcher* images = nullptr;      ///< gets those of the scanner
   session::PictureWatch* pictures = nullptr;    ///< told of every picture shown

@@ -1,5 +1,7 @@
 #include "engine/app/stylus_watch.h"
 
+#include <fmt/format.h>
+
 namespace stylet::app {
 
 void StylusWatch::look() {
@@ -14,9 +16,11 @@ void StylusWatch::look() {
   }
   if (status.connected == connected_) return;
   connected_ = status.connected;
-  observer_.note(Note::notice, stylus_.name() + (connected_ ? ": back; the needle is taken up where it is"
-                                                            : ": gone; force off, the needle stays where it is; "
-                                                              "plug it in again"));
+  observer_.note(Note::notice,
+                 stylus_.name() + (connected_ ? fmt::format(": back; the {} is taken up where it is", led_)
+                                              : fmt::format(": gone; force off, the {} stays where it is; plug it in "
+                                                            "again",
+                                                            led_)));
 }
 
 }  // namespace stylet::app

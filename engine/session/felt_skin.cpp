@@ -23,7 +23,8 @@ const Skin& FeltSkin::newest() {
   return skin_.front();
 }
 
-SkinCoupling::Press SkinCoupling::press(double hand_depth, const Skin& skin, double skin_depth) const {
+SkinCoupling::Press SkinCoupling::press(double hand_depth, double hand_speed, const Skin& skin,
+                                        double skin_depth) const {
   double depth = hand_depth;
   if (skin.known) {
     const bool touches = skin.stiffness > 0 && skin.force > 0;
@@ -34,7 +35,8 @@ SkinCoupling::Press SkinCoupling::press(double hand_depth, const Skin& skin, dou
     if (hand_depth > free) depth = (stiffness_ * hand_depth + k * free) / (stiffness_ + k);
   }
   depth = std::min(depth, deepest_);
-  return {.depth = depth, .force = stiffness_ * (hand_depth - depth)};
+  const double spring = stiffness_ * (hand_depth - depth);
+  return {.depth = depth, .force = spring > 0 ? std::max(0.0, spring + damping_ * hand_speed) : 0};
 }
 
 }  // namespace stylet::session

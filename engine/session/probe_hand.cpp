@@ -22,12 +22,18 @@ SkinCoupling::Press ProbeHand::press(const Under& under) const {
   const double depth = under.inwards.dot(hand_->position() - under.position);
   if (skin_ == nullptr) return {.depth = std::min(depth, kDeepest)};
   const Skin& skin = skin_->newest();
-  return coupling_.press(depth, skin, under.inwards.dot(skin.position - under.position));
+  return coupling_.press(depth, speed_, skin, under.inwards.dot(skin.position - under.position));
 }
 
-Eigen::Vector3d ProbeHand::force(const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation) {
+Eigen::Vector3d ProbeHand::force(const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation,
+                                 double dt_s) {
   if (!hand_ || !under_) return Eigen::Vector3d::Zero();
   hand_->follow(position, orientation);
+  if (before_ && dt_s > 0) {
+    const double speed = under_->inwards.dot(hand_->position() - *before_) / dt_s;
+    speed_ += (1 - std::exp(-dt_s / kSpeedOver)) * (speed - speed_);
+  }
+  before_ = hand_->position();
   return -press(*under_).force * under_->inwards;
 }
 

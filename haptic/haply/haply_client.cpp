@@ -13,6 +13,7 @@ constexpr double kHardlyForce = 0.02;  // N
 constexpr double kOwnGain = 1.5;       // a user may have set the service stronger, but not more
 constexpr std::int64_t kEcho = 200'000'000;
 constexpr std::int64_t kWindow = 50'000'000;
+constexpr int kMostLetGoes = 3;  // of one connection
 
 std::string json_text(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
@@ -108,7 +109,10 @@ void HaplyClient::look_for_others(const Arm& arm, std::int64_t now_ns) {
   std::int64_t& since_ns = more ? more_ns_ : no_more_ns_;
   (more ? no_more_ns_ : more_ns_) = 0;
   if (since_ns == 0) since_ns = now_ns;
-  if (now_ns - since_ns > kEcho) others_ = more;
+  if (now_ns - since_ns <= kEcho) return;
+  if (more && !others_) ++let_goes_;
+  // What comes back with our own force is the service's own strength: on and off for ever would be felt.
+  others_ = more || let_goes_ >= kMostLetGoes;
 }
 
 void HaplyClient::check_echo(const Arm& arm, std::int64_t now_ns) {
@@ -136,7 +140,9 @@ std::string HaplyClient::what_is_wrong(const Grip* grip) const {
   if (!arm_.ready.value_or(false) || !arm_.started.value_or(false))
     return "it is not ready: wait, or see the Haply Hub";
   if (!pair_.grip.empty() && (grip == nullptr || !grip->there)) return "its grip sleeps: press a button of the grip";
-  if (others_) return "another program pushes it too: end that program";
+  if (others_)
+    return "it pushes more than was asked: end other programs that push it, or set its strength back in the Haply "
+           "Hub";
   if (form_ == Form::kNone) return "the service takes no forces: update the Haply Inverse Service";
   return {};
 }

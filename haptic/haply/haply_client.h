@@ -102,6 +102,7 @@ private:
   std::int64_t more_ns_ = 0;     // since when the states show more force than was sent; 0: they do not
   std::int64_t no_more_ns_ = 0;  // since when they do not; 0: they do
   bool others_ = false;          // another program pushes too: we do not
+  int let_goes_ = 0;             // times that was found
   std::string failed_;
   std::string problem_;
 };

@@ -97,8 +97,8 @@ DeviceStatus HidStylus::status() const {
 }
 
 void HidStylus::say(std::string needs) {
-  const std::scoped_lock lock(saying_);
-  needs_ = std::move(needs);
+  const std::unique_lock lock(saying_, std::try_to_lock);  // whoever reads it may not hold up the poses
+  if (lock) needs_ = std::move(needs);
 }
 
 void HidStylus::run(const std::stop_token& stop, std::unique_ptr<Link> link) {

@@ -124,13 +124,13 @@ TEST_F(Talk, WhereAnotherProgramPushesTooItDoesNotPush) {
   connect();
   push({0, 0, 2}, 300);
   EXPECT_GT(applied().norm(), 1.9);
-  service.other_force = -1;  // against ours: less than was sent is no sign of another
+  service.other_force = 1;  // against ours: less than was sent is no sign of another
   push({0, 0, 2}, 300);
   EXPECT_GT(applied().norm(), 1.9);
   service.other_force = 3;
   push({0, 0, -2}, 230);
   EXPECT_EQ(applied().norm(), 0);
-  EXPECT_THAT(client->problem(), HasSubstr("another program pushes it too"));
+  EXPECT_THAT(client->problem(), HasSubstr("end other programs that push it"));
   push({0, 0, -2}, 300);
   EXPECT_EQ(applied().norm(), 0) << "as long as it does";
   service.other_force = 0;
@@ -139,6 +139,22 @@ TEST_F(Talk, WhereAnotherProgramPushesTooItDoesNotPush) {
   push({0, 0, 2}, 100);
   EXPECT_GT(applied().norm(), 1.9);
   EXPECT_EQ(client->problem(), "");
+}
+
+TEST_F(Talk, AServiceThatIsSetStrongerIsNotSwitchedOnAndOffForEver) {
+  connect();
+  service.gives = 2;
+  int switched = 0;
+  bool on = false;
+  for (int ms = 0; ms < 5000; ++ms) {
+    push({0, 0, 2}, 1);
+    if ((applied().norm() > 0) == on) continue;
+    on = !on;
+    ++switched;
+  }
+  EXPECT_LE(switched, 6);
+  EXPECT_FALSE(on);
+  EXPECT_THAT(client->problem(), HasSubstr("set its strength back"));
 }
 
 TEST_F(Talk, TheForceIsNeverAboveItsNorm) {

@@ -154,7 +154,7 @@ TEST_F(HaplyCommand, InTheOtherHandTheSkinPushesTheProbeUp) {
                       "--probe-device haply --out '{}'",
                       out.string()));
   ASSERT_EQ(said.exit_code, 0) << said.output;
-  EXPECT_THAT(said.output, HasSubstr("lift it off the skin"));
+  EXPECT_THAT(said.output, HasSubstr("you feel the skin"));
   EXPECT_THAT(said.output, HasSubstr("its force may stay on"));
   const Eigen::Vector3d strongest = server.with_service([](HaplyService& s) { return s.strongest(); });
   EXPECT_GT(strongest.z(), 0.3);
@@ -162,6 +162,16 @@ TEST_F(HaplyCommand, InTheOtherHandTheSkinPushesTheProbeUp) {
   EXPECT_EQ(server.with_service([](HaplyService& s) { return s.applied(HaplyServer::now_ns()).norm(); }), 0);
   const recording::Recording recorded = recording::read_recording(out / "session.rec");
   ASSERT_FALSE(recorded.simulation.empty());
+}
+
+TEST_F(HaplyCommand, WhatTheOtherHandsDeviceNeedsIsSaid) {
+  server.with_service([](HaplyService& s) { s.powered = false; });
+  const Outcome said =
+      run(fmt::format("train tutorial --view headless --expert none --no-film --device recorded --seconds 2 "
+                      "--probe-device haply --out '{}'",
+                      (folder.path() / "needs").string()));
+  ASSERT_EQ(said.exit_code, 0) << said.output;
+  EXPECT_THAT(said.output, HasSubstr("its motors have no power: plug in its power supply"));
 }
 
 TEST_F(HaplyCommand, OneArmDoesNotLeadBoth) {

@@ -1,8 +1,10 @@
 // The skin in the hand that holds the probe: its law, its energy, and the simulation's force in the hand.
 #include "engine/session/felt_skin.h"
 #include "engine/session/live_session.h"
+#include "engine/session/needle_base.h"
 #include "engine/session/probe_hand.h"
 #include "engine/session/recorded_stylus.h"
+#include "haptic/output_guard.h"
 #include "tests/session/pressed_cube.h"
 #include "tests/support/temporary_folder.h"
 
@@ -22,35 +24,35 @@ constexpr double kSpring = 500;   // N/m
 constexpr double kReach = 0.002;  // m
 
 TEST(SkinCoupling, InTheAirTheProbeIsWhereTheHandIs) {
-  const SkinCoupling coupling(kSpring, 0.01);
+  const SkinCoupling coupling(kSpring, 0, 0.01);
   for (const Skin& skin : {Skin{}, Skin{.known = true, .gap = 0.002}}) {
-    const SkinCoupling::Press far = coupling.press(-0.02, skin, -0.02);
+    const SkinCoupling::Press far = coupling.press(-0.02, 0, skin, -0.02);
     EXPECT_EQ(far.depth, -0.02);
     EXPECT_EQ(far.force, 0);
   }
   const Skin close{.known = true, .near = true, .gap = 0.001};
-  EXPECT_EQ(coupling.press(0.0009, close, 0).force, 0);
-  EXPECT_GT(coupling.press(0.0011, close, 0).force, 0);
+  EXPECT_EQ(coupling.press(0.0009, 0, close, 0).force, 0);
+  EXPECT_GT(coupling.press(0.0011, 0, close, 0).force, 0);
 }
 
 TEST(SkinCoupling, HandAndSkinAreOneSpringInSeries) {
-  const SkinCoupling coupling(kSpring, 0.01);
+  const SkinCoupling coupling(kSpring, 0, 0.01);
   const Skin skin{.known = true, .near = true, .force = 2, .stiffness = 800};
   for (const double hand : {0.002, 0.006, 0.009}) {
-    const SkinCoupling::Press press = coupling.press(hand, skin, 0.004);
+    const SkinCoupling::Press press = coupling.press(hand, 0, skin, 0.004);
     EXPECT_NEAR(press.force, kSpring * (hand - press.depth), 1e-12);
     EXPECT_NEAR(press.force, std::max(0.0, 2 + SkinCoupling::kMargin * 800 * (press.depth - 0.004)), 1e-12);
   }
   // Away from it the hand is not held back.
-  const SkinCoupling::Press away = coupling.press(-0.003, skin, 0.004);
+  const SkinCoupling::Press away = coupling.press(-0.003, 0, skin, 0.004);
   EXPECT_EQ(away.force, 0);
   EXPECT_EQ(away.depth, -0.003);
 }
 
 TEST(SkinCoupling, BeyondTheDeepestTheProbeStays) {
-  const SkinCoupling coupling(kSpring, 0.01);
+  const SkinCoupling coupling(kSpring, 0, 0.01);
   const SkinCoupling::Press press =
-      coupling.press(0.05, {.known = true, .near = true, .force = 1, .stiffness = 10}, 0.01);
+      coupling.press(0.05, 0, {.known = true, .near = true, .force = 1, .stiffness = 10}, 0.01);
   EXPECT_EQ(press.depth, 0.01);
   EXPECT_NEAR(press.force, kSpring * 0.04, 1e-12);
 }
@@ -70,7 +72,7 @@ struct Pressing {
 
   /// Work of the hand over its last cycles, over peak force x stroke.
   double work() const {
-    const SkinCoupling coupling(kSpring, 0.03);
+    const SkinCoupling coupling(kSpring, 0, 0.03);
     const double period = 1 / frequency;
     std::deque<std::pair<double, Skin>> found;
     double probe = -amplitude, force = 0, hand = -amplitude, done = 0, most = 0;
@@ -87,7 +89,7 @@ struct Pressing {
                                        .stiffness = known * stiffness(probe)});
         while (found.size() > static_cast<std::size_t>(late) + 1) found.pop_front();
       }
-      const SkinCoupling::Press press = coupling.press(next, found.front().second, found.front().first);
+      const SkinCoupling::Press press = coupling.press(next, 0, found.front().second, found.front().first);
       // Of the law, not of its being held for a millisecond.
       if (t >= period) done += 0.5 * (force + press.force) * (next - hand);
       hand = next;
@@ -124,12 +126,53 @@ TEST(SkinCoupling, GivesAHandNoEnergyOverAClosedCycle) {
   EXPECT_GT(least, -1e-4);
 }
 
+/// A device that nobody holds tight, pushed against a skin that does not give way: force sampled at 1 kHz and late,
+/// through the guard.
+double swing_after(const haptic::DeviceLimits& limits, double stiffness, double damping) {
+  const SkinCoupling coupling(stiffness, damping, 1);
+  haptic::OutputGuard guard(limits);
+  const Skin skin{.known = true, .near = true, .gap = 0};
+  constexpr double kMass = 0.15, kPush = 1, kFine = 1e-5;  // kg, N, s
+  std::deque<double> under_way(static_cast<std::size_t>(std::lround(limits.loop_delay_s * 1000)), 0.0);
+  double depth = -0.001, speed = 0, last = depth, felt_speed = 0, force = 0, least = 1, most = -1;
+  for (int ms = 0; ms < 10'000; ++ms) {
+    felt_speed += (1 - std::exp(-1e-3 / 0.002)) * ((depth - last) / 1e-3 - felt_speed);
+    last = depth;
+    const double wanted = coupling.press(depth, felt_speed, skin, 0).force;
+    const haptic::GuardedWrench out =
+        guard.apply({.force = {0, 0, wanted}, .position = {0, 0, -depth}, .valid = true}, 1e-3);
+    under_way.push_back(out.force.z());
+    force = under_way.front();
+    under_way.pop_front();
+    for (double t = 0; t < 1e-3 - kFine / 2; t += kFine) {
+      speed += kFine * (kPush - force - limits.physical_damping_n_s_per_m * speed) / kMass;
+      depth += kFine * speed;
+    }
+    if (ms < 8000) continue;
+    least = std::min(least, depth);
+    most = std::max(most, depth);
+  }
+  return most - least;
+}
+
+TEST(SkinCoupling, ALightDeviceOnARigidSkinComesToRest) {
+  for (const double delay_s : {0.0015, 0.003}) {
+    const haptic::DeviceLimits limits{.renders_force = true, .max_force_n = 10, .loop_delay_s = delay_s};
+    const physics::NeedleBase held = needle_base(limits, 1000);
+    const double swing = swing_after(limits, held.stiffness, held.damping);
+    const double undamped = swing_after(limits, limits.max_stiffness_n_per_m, 0);
+    std::printf("[ %.1f ms late, %.0f N/m, %.0f N s/m ] swings by %.3f mm; as stiff as its data sheet says %.3f mm\n",
+                1e3 * delay_s, held.stiffness, held.damping, 1e3 * swing, 1e3 * undamped);
+    EXPECT_LT(swing, 0.05e-3);
+  }
+}
+
 TEST(FeltSkin, TheHandFeelsTheForceOfTheSimulation) {
   const content::Scene scene = tests::pressed_cube();
   haptic::RecordedDevice device = recorded_stylus(scene.motion);
   HeldProbe probe(scene);
   FeltSkin skin;
-  ProbeHand hand(scene, probe, skin, kSpring);
+  ProbeHand hand(scene, probe, skin, kSpring, 2);
   const support::TemporaryFolder folder;
   LiveSession session(scene, device,
                       {.duration_s = 10,
@@ -145,7 +188,7 @@ TEST(FeltSkin, TheHandFeelsTheForceOfTheSimulation) {
     for (double t = 0; t < seconds; t += 0.01) {
       session.advance(0.01);
       hand.follow({0, 0, z}, level, session.time_s());
-      force = hand.force({0, 0, z}, level);
+      force = hand.force({0, 0, z}, level, 0.01);
     }
     return force;
   };
@@ -161,7 +204,7 @@ TEST(FeltSkin, TheHandFeelsTheForceOfTheSimulation) {
   EXPECT_LT(probe.moved().press, 0.008) << "the skin holds the probe back";
   EXPECT_EQ(hold(0.02, 1.5).norm(), 0);
   hand.release();
-  EXPECT_EQ(hand.force({0, 0, -0.01}, level).norm(), 0);
+  EXPECT_EQ(hand.force({0, 0, -0.01}, level, 0.01).norm(), 0);
   session.stop();
 }
 

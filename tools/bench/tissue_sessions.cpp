@@ -99,6 +99,10 @@ void run(const std::string& name, const Variant& variant, double longest, Report
       before_puncture = of_body;
       where = fmt::format("in {} at {:.2f} s", scene.bodies[b].name, step * dt);
     }
+    if (done.inverted_tets > 0) {  // a cofactor does not know the sign
+      least = std::min(least, 0.0);
+      if (punctured < 0) before_puncture = std::min(before_puncture, 0.0);
+    }
     for (int k = 0; k < per_step; ++k) {
       const double now = step * dt + k * loops.haptic_dt();
       const haptic::StylusSample stylus =
