@@ -171,7 +171,7 @@ void factorisation(benchmark::State& state) {
   Tissue& t = tissue(int(state.range(0)));
   Companion companion(state.range(1) > 1);
   Factorisation factor(t.pattern, t.workspace);
-  if (state.range(1) == 0) factor.make_own_from(std::numeric_limits<std::size_t>::max());
+  factor.make_own_from(state.range(1) == 0 ? std::numeric_limits<std::size_t>::max() : 0);
   t.workspace.companion = &companion;
   sample(state, [&] { factor.factorise(t.pattern, t.values, t.workspace); });
   t.workspace.companion = nullptr;
