@@ -9,19 +9,17 @@ namespace stylet::view {
 
 namespace {
 
-gpu::ImageSettings srgb_image(std::uint32_t width, std::uint32_t height) {
-  return {.width = width,
-          .height = height,
-          .format = VK_FORMAT_R8G8B8A8_SRGB,
-          .usage = VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
-}
-
 void remake_if_needed(std::optional<gpu::Image>& image, gpu::Device& device, std::uint32_t width,
-                      std::uint32_t height) {
-  if (image && image->extent().width == width && image->extent().height == height) return;
+                      std::uint32_t height, VkFormat format = VK_FORMAT_R8G8B8A8_SRGB) {
+  if (image && image->extent().width == width && image->extent().height == height && image->format() == format)
+    return;
   device.wait_idle();
   image.reset();
-  image.emplace(device, srgb_image(width, height));
+  image.emplace(device,
+                gpu::ImageSettings{.width = width,
+                                   .height = height,
+                                   .format = format,
+                                   .usage = VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
 }
 
 void blit(gpu::Commands& commands, const gpu::Image& from, std::uint32_t layer, const gpu::Image& to,
@@ -82,17 +80,32 @@ void Composition::record(gpu::Commands& commands, const gpu::Image& target, cons
   const auto eyes = scene != nullptr ? static_cast<int>(scene->settings().layers) : 0;
   timestamps_.reset(commands);
   timestamps_.mark(commands, "start");
-  const bool smooth = eyes == 1 && scene->format() == VK_FORMAT_R8G8B8A8_SRGB && enlarged(*scene, scene_pane);
-  const gpu::Image* shown = smooth ? &smoothed(commands, *scene) : scene;
-  if (smooth) timestamps_.mark(commands, "smooth_edges");
-  if (eyes != 1 || !covers(target, *scene, scene_pane)) commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
-  for (int eye = 0; eye < eyes; ++eye)
-    blit(commands, *shown, static_cast<std::uint32_t>(eye), target,
-         {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
-  if (ultrasound != nullptr) {
-    const bool encoded = ultrasound->format() == VK_FORMAT_R8G8B8A8_SRGB;
-    blit(commands, encoded ? *ultrasound : srgb_copy(commands, *ultrasound, ultrasound_copy_), 0, target,
-         layout.ultrasound);
+  const bool smooth = eyes == 1 && scene->format() == VK_FORMAT_R8G8B8A8_SRGB && enlarged(*scene, scene_pane) &&
+                      covers(target, *scene, scene_pane);
+  if (smooth) {
+    const gpu::Image& small = smoothed(commands, *scene);
+    timestamps_.mark(commands, "smooth_edges");
+    // Scaled as the bytes are: to light and back a software rasterizer would take three times as long.
+    remake_if_needed(
+        bytes_, device_, target.extent().width, target.extent().height,
+        target.format() == VK_FORMAT_B8G8R8A8_SRGB ? VK_FORMAT_B8G8R8A8_UNORM : VK_FORMAT_R8G8B8A8_UNORM);
+    blit(commands, small, 0, *bytes_, scene_pane);
+    if (ultrasound != nullptr) {
+      const bool encoded = ultrasound->format() == VK_FORMAT_R8G8B8A8_SRGB;
+      blit(commands, encoded ? twin(commands, *ultrasound, ultrasound_copy_, VK_FORMAT_R8G8B8A8_UNORM) : *ultrasound,
+           0, *bytes_, layout.ultrasound);
+    }
+    copy_bytes(commands, *bytes_, target);
+  } else {
+    if (eyes != 1 || !covers(target, *scene, scene_pane)) commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
+    for (int eye = 0; eye < eyes; ++eye)
+      blit(commands, *scene, static_cast<std::uint32_t>(eye), target,
+           {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
+    if (ultrasound != nullptr) {
+      const bool encoded = ultrasound->format() == VK_FORMAT_R8G8B8A8_SRGB;
+      blit(commands, encoded ? *ultrasound : twin(commands, *ultrasound, ultrasound_copy_, VK_FORMAT_R8G8B8A8_SRGB),
+           0, target, layout.ultrasound);
+    }
   }
   if (plot != nullptr && plot->width > 0) {
     remake_if_needed(plot_copy_, device_, static_cast<std::uint32_t>(plot->width),
@@ -116,12 +129,12 @@ const gpu::Image& Composition::smoothed(gpu::Commands& commands, const gpu::Imag
   commands.dispatch(smoothing_->pipeline,
                     {gpu::sample(0, smoothing_->from, smoothing_->sampler), gpu::write(1, smoothing_->to)},
                     {(size.width + 15) / 16, (size.height + 3) / 4, 1});
-  return srgb_copy(commands, smoothing_->to, scene_copy_);
+  return smoothing_->to;
 }
 
-const gpu::Image& Composition::srgb_copy(gpu::Commands& commands, const gpu::Image& picture,
-                                         std::optional<gpu::Image>& twin) {
-  remake_if_needed(twin, device_, picture.extent().width, picture.extent().height);
+const gpu::Image& Composition::twin(gpu::Commands& commands, const gpu::Image& picture,
+                                    std::optional<gpu::Image>& twin, VkFormat format) {
+  remake_if_needed(twin, device_, picture.extent().width, picture.extent().height, format);
   copy_bytes(commands, picture, *twin);
   return *twin;
 }

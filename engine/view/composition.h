@@ -37,7 +37,9 @@ public:
   std::vector<gpu::Timestamps::Span> pass_times() const { return timestamps_.read(); }
 
 private:
-  const gpu::Image& srgb_copy(gpu::Commands& commands, const gpu::Image& picture, std::optional<gpu::Image>& twin);
+  /// The same bytes in another format.
+  const gpu::Image& twin(gpu::Commands& commands, const gpu::Image& picture, std::optional<gpu::Image>& twin,
+                         VkFormat format);
   const gpu::Image& smoothed(gpu::Commands& commands, const gpu::Image& scene);
 
   /// FXAA, between two images whose bytes mean sRGB.
@@ -51,8 +53,8 @@ private:
   gpu::Device& device_;
   gpu::Timestamps timestamps_;
   std::optional<Smoothing> smoothing_;
-  std::optional<gpu::Image> scene_copy_;
-  std::optional<gpu::Image> ultrasound_copy_;  ///< sRGB twin of an UNORM image, so that scaling knows what bytes mean
+  std::optional<gpu::Image> bytes_;            ///< of the target, before it has them
+  std::optional<gpu::Image> ultrasound_copy_;  ///< in the format whose scaling is meant
   std::optional<gpu::Image> plot_copy_;
 };
 

@@ -17,6 +17,7 @@
 #include <span>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace stylet::view {
@@ -179,7 +180,7 @@ TEST(Composition, TellsWhatSmoothingCostsBesideTheRest) {
   EXPECT_EQ(passes_into(same), Names{"compose"}) << "it is not smoothed";
 }
 
-TEST(Composition, BytesOfAnUltrasoundImageMeanSrgbWhateverItsFormatSays) {
+TEST(Composition, BytesOfAnUltrasoundImageMeanSrgbWhateverItsFormatSaysAndHoweverTheSceneIsDrawn) {
   std::atomic<std::uint32_t> messages{0};
   {
     gpu::Device device({.validation = true, .message_counter = &messages});
@@ -187,36 +188,50 @@ TEST(Composition, BytesOfAnUltrasoundImageMeanSrgbWhateverItsFormatSays) {
                                    .height = 90,
                                    .format = VK_FORMAT_R8G8B8A8_SRGB,
                                    .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT};
-    const gpu::Image scene(device, whole), target(device, whole);
+    gpu::ImageSettings smaller = whole, swapped = whole;
+    smaller.width = 80;
+    smaller.height = 60;
+    swapped.format = VK_FORMAT_B8G8R8A8_SRGB;
+    const gpu::Image scene(device, whole), small(device, smaller), target(device, whole),
+        as_on_screens(device, swapped);
     const gpu::Image plain(device, {.width = 60, .height = 60, .usage = gpu::kStorageUsage});
     const gpu::Image encoded(device, {.width = 60,
                                       .height = 60,
                                       .format = VK_FORMAT_R8G8B8A8_SRGB,
                                       .usage = gpu::kTextureUsage | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-    const picture::Picture red(120, 90, {180, 0, 0, 255});
+    const picture::Picture red(120, 90, {180, 0, 20, 255}), small_red(80, 60, {180, 0, 20, 255});
     picture::Picture steps(60, 60, {0, 0, 0, 255});
     for (int y = 0; y < 60; ++y)
       for (int x = 0; x < 60; ++x) std::fill_n(steps.at(x, y), 3, static_cast<std::uint8_t>(4 * x));
     gpu::run_now(device, [&](gpu::Commands& commands) {
       commands.upload(scene, std::as_bytes(std::span(red.rgba)));
+      commands.upload(small, std::as_bytes(std::span(small_red.rgba)));
       commands.upload(plain, std::as_bytes(std::span(steps.rgba)));
       commands.upload(encoded, std::as_bytes(std::span(steps.rgba)));
     });
     Composition composition(device);
-    const auto composed = [&](const gpu::Image& ultrasound) {
-      gpu::run_now(device, [&](gpu::Commands& commands) {
-        composition.record(commands, target,
-                           {.scene = &scene,
-                            .ultrasound = &ultrasound,
-                            .layout = {.scene = {0, 0, 120, 90}, .ultrasound = {80, 10, 30, 30}, .plot = {}}});
-      });
-      return read_picture(device, target);
-    };
-    const picture::Picture shown = composed(encoded);
-    EXPECT_EQ(shown.rgba, composed(plain).rgba);
-    EXPECT_EQ(shown.at(0, 0)[0], 180) << "the scene fills the frame";
-    EXPECT_EQ(shown.at(119, 89)[0], 180);
-    EXPECT_NEAR(shown.at(94, 25)[1], 4 * 29, 3) << "the middle of the image";
+    for (const gpu::Image* of_scene : {&scene, &small}) {
+      const auto composed = [&](const gpu::Image& ultrasound, const gpu::Image& onto) {
+        gpu::run_now(device, [&](gpu::Commands& commands) {
+          composition.record(commands, onto,
+                             {.scene = of_scene,
+                              .ultrasound = &ultrasound,
+                              .layout = {.scene = {0, 0, 120, 90}, .ultrasound = {80, 10, 30, 30}, .plot = {}}});
+        });
+        picture::Picture picture(120, 90);
+        picture.rgba = gpu::read_back<std::uint8_t>(device, onto, 0);
+        if (onto.format() == VK_FORMAT_B8G8R8A8_SRGB)
+          for (std::size_t i = 0; i < picture.rgba.size(); i += 4) std::swap(picture.rgba[i], picture.rgba[i + 2]);
+        return picture;
+      };
+      const picture::Picture shown = composed(encoded, target);
+      EXPECT_EQ(shown.rgba, composed(plain, target).rgba);
+      EXPECT_EQ(shown.rgba, composed(encoded, as_on_screens).rgba);
+      EXPECT_EQ(shown.at(0, 0)[0], 180) << "the scene fills the frame";
+      EXPECT_EQ(shown.at(0, 0)[2], 20);
+      EXPECT_EQ(shown.at(119, 89)[0], 180);
+      EXPECT_NEAR(shown.at(94, 25)[1], 4 * 29, 3) << "the middle of the image";
+    }
   }
   EXPECT_EQ(messages.load(), 0u);
 }
