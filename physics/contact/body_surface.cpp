@@ -162,15 +162,32 @@ Eigen::Vector3d BodySurface::normal(const SurfacePoint& point) const {
   return normal.normalized();
 }
 
-SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3d& facing, double range) const {
+SurfacePoint BodySurface::point_on(int face, const Eigen::Vector3d& x, double& squared) const {
+  const auto& [a, b, c] = faces_[face];
+  SurfacePoint point{.face = face};
+  point.weights = closest_weights(x, positions_.col(a), positions_.col(b), positions_.col(c));
+  point.position = point.weights[0] * positions_.col(a) + point.weights[1] * positions_.col(b) +
+                   point.weights[2] * positions_.col(c);
+  squared = (x - point.position).squaredNorm();
+  return point;
+}
+
+SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3d& facing, double range,
+                                  int near) const {
+  constexpr double kRounding = 1 + 1e-12;  // a point of a face lies in its box but for that
   SurfacePoint best;
   double best_squared = range * range;
+  if (near >= 0 && face_areas_.col(near).dot(facing) < 0) {
+    double squared = 0;
+    (void)point_on(near, x, squared);
+    best_squared = std::min(best_squared, squared);
+  }
   std::array<int, kStack> stack{};
   int depth = 0;
   stack[depth++] = 0;
   while (depth > 0) {
     const Box& node = boxes_[stack[--depth]];
-    if (node.box.squaredExteriorDistance(x) > best_squared) continue;
+    if (node.box.squaredExteriorDistance(x) > kRounding * best_squared) continue;
     if (node.left >= 0) {
       stack[depth++] = node.left;
       stack[depth++] = node.left + 1;
@@ -179,14 +196,11 @@ SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3
     for (int k = node.first; k < node.first + node.count; ++k) {
       const int f = order_[k];
       if (face_areas_.col(f).dot(facing) >= 0) continue;
-      const auto& [a, b, c] = face(f);
-      const Eigen::Vector3d weights = closest_weights(x, positions_.col(a), positions_.col(b), positions_.col(c));
-      const Eigen::Vector3d at =
-          weights[0] * positions_.col(a) + weights[1] * positions_.col(b) + weights[2] * positions_.col(c);
-      const double squared = (x - at).squaredNorm();
+      double squared = 0;
+      const SurfacePoint point = point_on(f, x, squared);
       if (squared > best_squared) continue;
       best_squared = squared;
-      best = {.face = f, .weights = weights, .position = at, .distance = 0, .on_crease = false};
+      best = point;
     }
   }
   if (best.face < 0) return best;

@@ -51,7 +51,8 @@ public:
   /// at rest. (A face's own would jump there, and a contact on the edge would never come to rest.)
   Eigen::Vector3d normal(const SurfacePoint& point) const;
   /// The nearest point within `range` on faces that look against `facing`; face = -1: none.
-  SurfacePoint closest(const Eigen::Vector3d& x, const Eigen::Vector3d& facing, double range) const;
+  /// @param near  a face that may be near, as it was a step ago: saves time and changes nothing; -1: none is known
+  SurfacePoint closest(const Eigen::Vector3d& x, const Eigen::Vector3d& facing, double range, int near = -1) const;
   /// Appends the faces whose boxes meet `box`, in the order of the tree.
   void faces_in(const Eigen::AlignedBox3d& box, std::vector<int>& out) const;
 
@@ -63,6 +64,8 @@ private:
     int first = 0;
     int count = 0;
   };
+  /// Of a face, as closest() looks at it.
+  SurfacePoint point_on(int face, const Eigen::Vector3d& x, double& squared) const;
   void build_tree(const Eigen::Matrix3Xd& rest);
   void sort_nodes(const Eigen::Matrix3Xd& rest);
   void find_smooth_patches();

@@ -105,7 +105,7 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
     const std::span<const int> nodes = bodies_[settings_.pairs[p].nodes_of].surface->nodes();
     std::vector<NodeContact>& states = nodes_.emplace_back(nodes.size());
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-      const SurfaceRow row = face_to_face(static_cast<int>(p), nodes[k], true);
+      const SurfaceRow row = face_to_face(static_cast<int>(p), nodes[k], true, states[k].near);
       if (row.support_count > 0) states[k].rest_overlap = std::min(0.0, row.gap);
     }
     capacity += static_cast<std::size_t>(settings_.max_points);
@@ -168,14 +168,15 @@ void OrganContact::remember(const RigidPose* probe) {
   positions_before_ = *bodies_[settings_.probe->body].positions;
 }
 
-SurfaceRow OrganContact::face_to_face(int pair, int node, bool pressed) const {
+SurfaceRow OrganContact::face_to_face(int pair, int node, bool pressed, int& near) const {
   const ContactPair& bodies = settings_.pairs[pair];
   const Body& body = bodies_[bodies.nodes_of];
   const BodySurface& surface = *bodies_[bodies.surface_of].surface;
   SurfaceRow row;
   const Eigen::Vector3d x = body.positions->col(node);
   if (surface.bounds().squaredExteriorDistance(x) > settings_.reach * settings_.reach) return row;
-  const SurfacePoint nearest = surface.closest(x, body.surface->node_normal(node), settings_.search);
+  const SurfacePoint nearest = surface.closest(x, body.surface->node_normal(node), settings_.search, near);
+  near = nearest.face;
   if (nearest.face < 0) return row;
   row.normal = surface.normal(nearest);
   row.gap = (x - nearest.position).dot(row.normal);
@@ -205,7 +206,7 @@ void OrganContact::find_pair(int pair) {
   const std::span<const int> nodes = bodies_[settings_.pairs[p].nodes_of].surface->nodes();
   std::vector<SurfaceRow> found;
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    SurfaceRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0);
+    SurfaceRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0, nodes_[p][k].near);
     if (row.support_count == 0 || !movable(row)) continue;
     row.gap -= nodes_[p][k].rest_overlap;
     if (row.gap > settings_.reach) continue;

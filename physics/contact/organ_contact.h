@@ -160,6 +160,7 @@ private:
   struct NodeContact {
     double lambda = 0;
     double rest_overlap = 0;  // <= 0
+    int near = -1;            // the face that was nearest a step ago
   };
   struct ProbePoint {
     int face = -1;
@@ -198,7 +199,7 @@ private:
   Eigen::Matrix3d compliance_between(const SurfaceRow& row, const SurfaceRow& other) const;
 
   /// The row of a node against a surface as both are now, without its overlap at rest; support_count = 0: none.
-  SurfaceRow face_to_face(int pair, int node, bool pressed) const;
+  SurfaceRow face_to_face(int pair, int node, bool pressed, int& near) const;
   bool movable(const SurfaceRow& row) const;
 
   OrganContactSettings settings_;
