@@ -174,7 +174,7 @@ SurfacePoint BodySurface::point_on(int face, const Eigen::Vector3d& x, double& s
 
 SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3d& facing, double range,
                                   int near) const {
-  constexpr double kRounding = 1 + 1e-12;  // a point of a face lies in its box but for that
+  constexpr double kRounding = 1e-12;  // relative, and in m: a point of a face lies in its box but for that
   SurfacePoint best;
   double best_squared = range * range;
   if (near >= 0 && face_areas_.col(near).dot(facing) < 0) {
@@ -187,7 +187,7 @@ SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3
   stack[depth++] = 0;
   while (depth > 0) {
     const Box& node = boxes_[stack[--depth]];
-    if (node.box.squaredExteriorDistance(x) > kRounding * best_squared) continue;
+    if (node.box.squaredExteriorDistance(x) > (1 + kRounding) * best_squared + kRounding * kRounding) continue;
     if (node.left >= 0) {
       stack[depth++] = node.left;
       stack[depth++] = node.left + 1;

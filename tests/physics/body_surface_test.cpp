@@ -34,7 +34,11 @@ TEST(BodySurface, FindsWhatIsNearestOfAllFacesAndTheSameFromWhereverItBegins) {
   constexpr double kRange = 0.012;
   int found = 0, none = 0;
   for (int i = 0; i < 2000; ++i) {
-    const Vector3d at(within(engine), within(engine), within(engine));
+    Vector3d at(within(engine), within(engine), within(engine));
+    if (i % 4 == 0) {  // on it, as what rests there is: at a corner, or within rounding of one
+      at = x.col(surface.face(any_face(engine))[0]);
+      if (i % 8 == 0) at += 1e-17 * Vector3d(turn(engine), turn(engine), turn(engine));
+    }
     const Vector3d facing(turn(engine), turn(engine), turn(engine));
     double least = kRange * kRange;
     bool there = false;
