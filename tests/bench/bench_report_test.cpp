@@ -3,6 +3,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tools/bench/gauss_seidel.h"
 #include "tools/bench/haptic_cost.h"
+#include "tools/bench/parts.h"
 #include "tools/bench/report.h"
 #include "tools/bench/samples.h"
 #include "tools/reference/dense_algebra.h"
@@ -18,7 +19,9 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace stylet::bench {
 namespace {
@@ -76,6 +79,36 @@ TEST(BenchReport, TableNamesTheMachineAndCallsAMissMissed) {
   EXPECT_NE(table.find("1.2.3 (commit abc)"), std::string::npos);
   EXPECT_NE(table.find("-march="), std::string::npos);
   EXPECT_NE(table.find("g++"), std::string::npos);
+}
+
+TEST(BenchParts, RunInOrderOrOneAlone) {
+  const auto part = [](const std::string& name) {
+    return Part{name, [name](const BenchOptions&) {
+                  Report report;
+                  report.add({name + ".value", 1, "1"});
+                  return report;
+                }};
+  };
+  const auto names = [&](const std::string& asked) {
+    std::vector<std::string> ran;
+    for (const Measurement& each :
+         run_parts("tissue", {part("elements"), part("speed")}, {.part = asked}).measurements) {
+      ran.push_back(each.name);
+    }
+    return ran;
+  };
+  EXPECT_EQ(names(""), (std::vector<std::string>{"elements.value", "speed.value"}));
+  EXPECT_EQ(names("speed"), std::vector<std::string>{"speed.value"});
+  const auto refusal = [&](const std::string& asked) {
+    try {
+      names(asked);
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal("sped"), "bench tissue has no part sped; did you mean speed?");
+  EXPECT_EQ(refusal("zoo"), "bench tissue has no part zoo; it has: elements, speed");
 }
 
 TEST(GaussSeidel, ComesToTheDirectSolutionAsTheToleranceFalls) {

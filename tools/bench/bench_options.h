@@ -17,6 +17,8 @@ struct BenchOptions {
   bool full = false;
   /// Also the same haptic problems as SOFA's LCPForceFeedback solves them. `paper` only.
   bool sofa_style_peer = false;
+  /// The one part to run, empty: all. `coupling`, `mechanics`, `tissue`.
+  std::string part{};
   /// hid, haply, force_dimension or openhaptics. `haptic` only.
   std::string device_kind = "hid";
 };

@@ -1,34 +1,27 @@
 #include "tools/bench/coupling.h"
 
 #include "tools/bench/coupling_parts.h"
+#include "tools/bench/parts.h"
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <utility>
 
 namespace stylet::bench {
 
 Report bench_coupling(const BenchOptions& options) {
   const reference::ReferenceInsertion insertion = reference::read_reference_insertion(options.reference_insertion);
-  struct Part {
-    const char* name;
-    Report (*run)(const reference::ReferenceInsertion&, const BenchOptions&);
+  const auto of_it = [&](Report (*run)(const reference::ReferenceInsertion&, const BenchOptions&)) {
+    return [&insertion, run](const BenchOptions& each) { return run(insertion, each); };
   };
-  constexpr std::array kParts{
-      Part{"shaft", coupling_shaft},
-      Part{"synchronisation", coupling_synchronisation},
-      Part{"sub-grid compliance", coupling_subgrid},
-      Part{"W_bar", coupling_w_bar},
-      Part{"resistance", coupling_resistance},
-      Part{"speed", coupling_speed},
-  };
-  Report report;
-  for (const Part& p : kParts) {
-    std::fprintf(stderr, "bench coupling: %s\n", p.name);
-    report.append(p.run(insertion, options));
-  }
-  return report;
+  return run_parts("coupling",
+                   {{"shaft", of_it(coupling_shaft)},
+                    {"synchronisation", of_it(coupling_synchronisation)},
+                    {"sub-grid", of_it(coupling_subgrid)},
+                    {"W_bar", of_it(coupling_w_bar)},
+                    {"resistance", of_it(coupling_resistance)},
+                    {"speed", of_it(coupling_speed)}},
+                   options);
 }
 
 std::shared_ptr<const physics::TissueMap> one_tissue(const physics::InsertionResistance& resistance) {

@@ -1,28 +1,21 @@
 #include "tools/bench/mechanics.h"
 
 #include "tools/bench/mechanics_parts.h"
-
-#include <array>
-#include <cstdio>
+#include "tools/bench/parts.h"
 
 namespace stylet::bench {
 
 Report bench_mechanics(const BenchOptions& options) {
-  struct Part {
-    const char* name;
-    Report (*run)(const BenchOptions&);
-  };
-  constexpr std::array kParts{
-      Part{"bevel", mechanics_bevel},         Part{"swept", mechanics_swept},   Part{"organs", mechanics_organs},
-      Part{"passivity", mechanics_passivity}, Part{"probe", mechanics_probe},   Part{"latency", mechanics_latency},
-      Part{"breath", mechanics_breath},       Part{"limits", mechanics_limits},
-  };
-  Report report;
-  for (const Part& part : kParts) {
-    std::fprintf(stderr, "bench mechanics: %s\n", part.name);
-    report.append(part.run(options));
-  }
-  return report;
+  return run_parts("mechanics",
+                   {{"bevel", mechanics_bevel},
+                    {"swept", mechanics_swept},
+                    {"organs", mechanics_organs},
+                    {"passivity", mechanics_passivity},
+                    {"probe", mechanics_probe},
+                    {"latency", mechanics_latency},
+                    {"breath", mechanics_breath},
+                    {"limits", mechanics_limits}},
+                   options);
 }
 
 }  // namespace stylet::bench

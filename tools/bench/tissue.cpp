@@ -1,28 +1,19 @@
 #include "tools/bench/tissue.h"
 
+#include "tools/bench/parts.h"
 #include "tools/bench/tissue_parts.h"
-
-#include <array>
-#include <cstdio>
 
 namespace stylet::bench {
 
 Report bench_tissue(const BenchOptions& options) {
-  struct Section {
-    const char* name;
-    Report (*run)(const BenchOptions&);
-  };
-  constexpr std::array kSections{
-      Section{"cantilever", tissue_cantilever}, Section{"elements", tissue_elements},
-      Section{"compliance", tissue_compliance}, Section{"sessions", tissue_sessions},
-      Section{"okamura", tissue_okamura},       Section{"speed", tissue_speed},
-  };
-  Report report;
-  for (const Section& section : kSections) {
-    std::fprintf(stderr, "bench tissue: %s\n", section.name);
-    report.append(section.run(options));
-  }
-  return report;
+  return run_parts("tissue",
+                   {{"cantilever", tissue_cantilever},
+                    {"elements", tissue_elements},
+                    {"compliance", tissue_compliance},
+                    {"sessions", tissue_sessions},
+                    {"okamura", tissue_okamura},
+                    {"speed", tissue_speed}},
+                   options);
 }
 
 }  // namespace stylet::bench

@@ -19,6 +19,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -126,6 +127,8 @@ void add_bench(CLI::App& app, int& /*exit_code*/) {
                                 "Of haptic: which kind of mocked device leads the session")
                    ->check(CLI::IsMember({"hid", "haply", "force_dimension", "openhaptics"}))
                    ->capture_default_str();
+  command->add_option("--part", request->options.part,
+                      "Of coupling, mechanics, tissue: one part alone, as the bench names it while it runs");
   command->add_flag("--quick", request->options.quick,
                     "Short runs and small meshes: a check that it works, not a result");
   command->add_flag("--full", request->options.full, "Also the largest mesh (50,653 nodes): minutes more");
@@ -136,6 +139,9 @@ void add_bench(CLI::App& app, int& /*exit_code*/) {
   command->callback([request, kind] {
     if (!kind->empty() && request->name != "haptic")
       throw CLI::ValidationError("--device-kind", "is of the bench haptic alone");
+    constexpr std::array kOfParts{"coupling", "mechanics", "tissue"};
+    if (!request->options.part.empty() && std::ranges::find(kOfParts, request->name) == kOfParts.end())
+      throw CLI::ValidationError("--part", "is of the benches coupling, mechanics and tissue");
     run_bench(*request);
   });
 }
