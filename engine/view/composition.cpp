@@ -1,5 +1,6 @@
 #include "engine/view/composition.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -8,6 +9,10 @@
 namespace stylet::view {
 
 namespace {
+
+// Where there is no picture: as light, and as the bytes that the screen gets for it.
+constexpr std::array<float, 4> kGround{0.0044F, 0.0048F, 0.006F, 1};
+constexpr std::array<float, 4> kGroundBytes{14 / 255.0F, 15 / 255.0F, 18 / 255.0F, 1};
 
 void remake_if_needed(std::optional<gpu::Image>& image, gpu::Device& device, std::uint32_t width,
                       std::uint32_t height, VkFormat format = VK_FORMAT_R8G8B8A8_SRGB) {
@@ -80,33 +85,28 @@ void Composition::record(gpu::Commands& commands, const gpu::Image& target, cons
   const auto eyes = scene != nullptr ? static_cast<int>(scene->settings().layers) : 0;
   timestamps_.reset(commands);
   timestamps_.mark(commands, "start");
-  const bool smooth = eyes == 1 && scene->format() == VK_FORMAT_R8G8B8A8_SRGB && enlarged(*scene, scene_pane) &&
-                      covers(target, *scene, scene_pane);
+  const bool smooth = eyes == 1 && scene->format() == VK_FORMAT_R8G8B8A8_SRGB && enlarged(*scene, scene_pane);
+  const gpu::Image* shown = scene;
+  const gpu::Image* onto = &target;
+  VkFormat meant = VK_FORMAT_R8G8B8A8_SRGB;  // of pictures, when they are scaled
   if (smooth) {
-    const gpu::Image& small = smoothed(commands, *scene);
+    shown = &smoothed(commands, *scene);
     timestamps_.mark(commands, "smooth_edges");
-    // Scaled as the bytes are: to light and back a software rasterizer would take three times as long.
+    // Scaled as the bytes are: a software rasterizer takes longer to light and back.
+    meant = VK_FORMAT_R8G8B8A8_UNORM;
     remake_if_needed(
         bytes_, device_, target.extent().width, target.extent().height,
         target.format() == VK_FORMAT_B8G8R8A8_SRGB ? VK_FORMAT_B8G8R8A8_UNORM : VK_FORMAT_R8G8B8A8_UNORM);
-    blit(commands, small, 0, *bytes_, scene_pane);
-    if (ultrasound != nullptr) {
-      const bool encoded = ultrasound->format() == VK_FORMAT_R8G8B8A8_SRGB;
-      blit(commands, encoded ? twin(commands, *ultrasound, ultrasound_copy_, VK_FORMAT_R8G8B8A8_UNORM) : *ultrasound,
-           0, *bytes_, layout.ultrasound);
-    }
-    copy_bytes(commands, *bytes_, target);
-  } else {
-    if (eyes != 1 || !covers(target, *scene, scene_pane)) commands.clear(target, {0.0044F, 0.0048F, 0.006F, 1});
-    for (int eye = 0; eye < eyes; ++eye)
-      blit(commands, *scene, static_cast<std::uint32_t>(eye), target,
-           {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
-    if (ultrasound != nullptr) {
-      const bool encoded = ultrasound->format() == VK_FORMAT_R8G8B8A8_SRGB;
-      blit(commands, encoded ? *ultrasound : twin(commands, *ultrasound, ultrasound_copy_, VK_FORMAT_R8G8B8A8_SRGB),
-           0, target, layout.ultrasound);
-    }
+    onto = &*bytes_;
   }
+  if (eyes != 1 || !covers(target, *scene, scene_pane)) commands.clear(*onto, smooth ? kGroundBytes : kGround);
+  for (int eye = 0; eye < eyes; ++eye)
+    blit(commands, *shown, static_cast<std::uint32_t>(eye), *onto,
+         {scene_pane.x + scene_pane.width * eye / eyes, scene_pane.y, scene_pane.width / eyes, scene_pane.height});
+  if (ultrasound != nullptr)
+    blit(commands, ultrasound->format() == meant ? *ultrasound : twin(commands, *ultrasound, ultrasound_copy_, meant),
+         0, *onto, layout.ultrasound);
+  if (smooth) copy_bytes(commands, *bytes_, target);
   if (plot != nullptr && plot->width > 0) {
     remake_if_needed(plot_copy_, device_, static_cast<std::uint32_t>(plot->width),
                      static_cast<std::uint32_t>(plot->height));

@@ -199,6 +199,7 @@ private:
   Eigen::Matrix3d compliance_between(const SurfaceRow& row, const SurfaceRow& other) const;
 
   /// The row of a node against a surface as both are now, without its overlap at rest; support_count = 0: none.
+  /// @param near  NodeContact::near of it
   SurfaceRow face_to_face(int pair, int node, bool pressed, int& near) const;
   bool movable(const SurfaceRow& row) const;
 

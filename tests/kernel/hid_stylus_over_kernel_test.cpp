@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -104,16 +106,17 @@ TEST_P(HidStylusOverKernel, EveryPoseComesInAndForcesGoOut) {
   EXPECT_NEAR(static_cast<double>(made() - made_before), static_cast<double>(counters.stream.reports - read_before),
               kOnTheWay);
   EXPECT_EQ(counters.stream.decoded[static_cast<std::size_t>(Decoded::kReading)], counters.stream.reports);
-  // Missing is what the device, which waits for the emulated processor, left out by its own clock: a step of so many
-  // periods, which its smoothed length may round either way.
+  // Missing is what the device, which waits for the emulated processor, left out by its own clock: a step of more
+  // than one and a half periods, whose length as the stylus smooths it lies between these.
+  constexpr double kShortest = 0.85 * kTicks, kLongest = 1.25 * kTicks;
   const std::vector<std::int64_t> stamps = made_at();
   std::int64_t at_least = 0;
   std::int64_t at_most = 0;
   for (std::size_t i = stamps_before - kOnTheWay; i < stamps.size(); ++i) {
-    const std::int64_t step = stamps[i] - stamps[i - 1];
+    const auto step = static_cast<double>(stamps[i] - stamps[i - 1]);
     const bool read = i >= stamps_before + kOnTheWay && i + kOnTheWay < stamps.size();
-    if (read && step >= 17) at_least += (step + 3) / kTicks - 1;
-    if (step >= 14) at_most += (step + kTicks - 1) / kTicks - 1;
+    if (read && step > 1.5 * kLongest) at_least += std::llround(step / kLongest) - 1;
+    if (step > 1.5 * kShortest) at_most += std::llround(step / kShortest) - 1;
   }
   const auto missing = static_cast<std::int64_t>(counters.stream.missing - missing_before);
   EXPECT_GE(missing, at_least);

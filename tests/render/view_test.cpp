@@ -151,6 +151,41 @@ TEST(Composition, AnEnlargedSceneHasNoStepsInItsEdgesAndAnotherStaysAsItIs) {
   EXPECT_EQ(messages.load(), 0u);
 }
 
+TEST(Composition, AnEnlargedSceneThatLeavesBarsIsSmoothedTooAndTheyAreTheSame) {
+  gpu::Device device;
+  const auto image = [&](std::uint32_t width, std::uint32_t height) {
+    return gpu::Image(device, {.width = width,
+                               .height = height,
+                               .format = VK_FORMAT_R8G8B8A8_SRGB,
+                               .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+  };
+  // As a window of 1024 x 640 drawn at 0.85: rounded, its shape is not quite the window's.
+  const gpu::Image scene = image(87, 54), same = image(103, 54), large = image(104, 64);
+  picture::Picture steps(87, 54, {40, 40, 40, 255});
+  for (int y = 0; y < 54; ++y)
+    for (int x = 0; x < 87; ++x)
+      if (y + 0.5 > 8.3 + 0.18 * (x + 0.5)) std::fill_n(steps.at(x, y), 3, std::uint8_t{200});
+  Composition composition(device);
+  const auto shown_in = [&](const gpu::Image& target) {
+    const VkExtent3D size = target.extent();
+    gpu::run_now(device, [&](gpu::Commands& commands) {
+      commands.upload(scene, std::as_bytes(std::span(steps.rgba)));
+      composition.record(commands, target,
+                         {.scene = &scene,
+                          .layout = {.scene = {0, 0, static_cast<int>(size.width), static_cast<int>(size.height)}}});
+    });
+    return read_picture(device, target);
+  };
+  const picture::Picture beside = shown_in(same);
+  EXPECT_EQ(composition.pass_times().size(), 1U) << "not enlarged";
+  const picture::Picture shown = shown_in(large);
+  EXPECT_EQ(composition.pass_times().size(), 2U) << "smoothed";
+  EXPECT_EQ(*beside.at(0, 20), 14) << "a bar";
+  EXPECT_TRUE(std::equal(shown.at(103, 20), shown.at(103, 20) + 4, beside.at(0, 20))) << "the same bar";
+  EXPECT_EQ(*shown.at(50, 4), 40);
+  EXPECT_EQ(*shown.at(50, 60), 200);
+}
+
 TEST(Composition, TellsWhatSmoothingCostsBesideTheRest) {
   gpu::Device device;
   const auto image = [&](std::uint32_t size) {

@@ -128,7 +128,7 @@ void add_bench(CLI::App& app, int& /*exit_code*/) {
                    ->check(CLI::IsMember({"hid", "haply", "force_dimension", "openhaptics"}))
                    ->capture_default_str();
   command->add_option("--part", request->options.part,
-                      "Of coupling, mechanics, tissue: one part alone, as the bench names it while it runs");
+                      "Of coupling, mechanics, tissue: one part alone; '?' lists them");
   command->add_flag("--quick", request->options.quick,
                     "Short runs and small meshes: a check that it works, not a result");
   command->add_flag("--full", request->options.full, "Also the largest mesh (50,653 nodes): minutes more");
