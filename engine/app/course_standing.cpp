@@ -29,17 +29,26 @@ std::int64_t local_day(std::int64_t now_ms) {
   return (seconds + local.tm_gmtoff) / 86400;
 }
 
-CourseStanding standing_of(store::Lab& lab, const store::Person& person, const lab::course::Course& course,
+std::vector<std::string> scenario_versions(const lab::course::Course& course) {
+  std::vector<std::string> versions;
+  versions.reserve(course.exercises.size());
+  for (const lab::course::Exercise& exercise : course.exercises) {
+    versions.push_back(store::sha256_of_file(exercise.scenario));
+  }
+  return versions;
+}
+
+CourseStanding standing_of(const lab::course::Course& course, std::span<const std::string> versions,
+                           std::span<const store::AttemptRecord> attempts,
+                           const std::map<std::string, std::vector<store::MetricResult>>& metrics,
                            std::int64_t today) {
-  const auto metrics = lab.all_metrics(person.id);
-  const auto attempts = lab.attempts(person.id);
   std::vector<std::vector<lab::course::Taken>> taken(course.exercises.size());
   CourseStanding standing{.at_earlier_versions = std::vector<int>(course.exercises.size(), 0)};
   standing.counted.resize(course.exercises.size());
   standing.passed.resize(course.exercises.size());
   for (std::size_t e = 0; e < course.exercises.size(); ++e) {
     const lab::course::Exercise& exercise = course.exercises[e];
-    const std::string version = store::sha256_of_file(exercise.scenario);
+    const std::string& version = versions[e];
     // A chart is of one scenario, as it is now, and of one device, the one in use: others are never joined to it.
     std::string stylus;
     for (const store::AttemptRecord& attempt : attempts) {
@@ -65,6 +74,11 @@ CourseStanding standing_of(store::Lab& lab, const store::Person& person, const l
   standing.exercises = lab::course::progress(course, taken, today);
   standing.due = lab::course::due(standing.exercises, today);
   return standing;
+}
+
+CourseStanding standing_of(store::Lab& lab, const store::Person& person, const lab::course::Course& course,
+                           std::int64_t today) {
+  return standing_of(course, scenario_versions(course), lab.attempts(person.id), lab.all_metrics(person.id), today);
 }
 
 }  // namespace stylet::app

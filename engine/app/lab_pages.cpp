@@ -6,6 +6,11 @@
 #include "engine/lab/page/page.h"
 #include "engine/lab/store/identity.h"
 
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <set>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -15,15 +20,14 @@ namespace stylet::app {
 
 namespace fs = std::filesystem;
 
-lab::page::TraineeView lab_view(lab::store::Lab& lab, const lab::course::Course& course, lab::store::Person person,
-                                bool names, std::int64_t now_ms) {
+namespace {
+
+lab::page::TraineeView view_of(CourseStanding standing, lab::store::Person person, bool names,
+                               std::vector<lab::store::AttemptRecord> attempts) {
   lab::page::TraineeView view;
-  CourseStanding standing = standing_of(lab, person, course, local_day(now_ms));
-  view.attempts = lab.attempts(person.id);
-  view.metrics = lab.all_metrics(person.id);
-  view.notes = lab.notes(person.id);
   view.person = std::move(person);
   if (!names) view.person.name.clear();
+  view.attempts = std::move(attempts);
   view.exercises = std::move(standing.exercises);
   view.at_earlier_versions = std::move(standing.at_earlier_versions);
   view.counted = std::move(standing.counted);
@@ -32,11 +36,50 @@ lab::page::TraineeView lab_view(lab::store::Lab& lab, const lab::course::Course&
   return view;
 }
 
-std::vector<lab::page::TraineeView> lab_views(lab::store::Lab& lab, const lab::course::Course& course, bool names,
-                                              std::int64_t now_ms) {
+/// What has a bar in the course: metrics by attempt.
+std::map<std::string, std::vector<lab::store::MetricResult>> metrics_with_bar(lab::store::Lab& lab,
+                                                                              const lab::course::Course& course,
+                                                                              std::span<const std::string> versions) {
+  std::map<std::string, std::vector<lab::store::MetricResult>> metrics;
+  for (std::size_t e = 0; e < course.exercises.size(); ++e) {
+    std::set<std::string> names;
+    for (const lab::course::Bar& bar : course.exercises[e].bars) names.insert(bar.metric);
+    // Of a scenario that two exercises use an attempt's metrics come twice.
+    for (auto& [attempt, measured] : lab.metrics_at(versions[e], names)) {
+      std::ranges::move(measured, std::back_inserter(metrics[attempt]));
+    }
+  }
+  return metrics;
+}
+
+}  // namespace
+
+lab::page::TraineeView lab_view(lab::store::Lab& lab, const lab::course::Course& course, lab::store::Person person,
+                                bool names, std::int64_t now_ms) {
+  const std::string id = person.id;
+  auto attempts = lab.attempts(id);
+  auto metrics = lab.all_metrics(id);
+  CourseStanding standing = standing_of(course, scenario_versions(course), attempts, metrics, local_day(now_ms));
+  lab::page::TraineeView view = view_of(std::move(standing), std::move(person), names, std::move(attempts));
+  view.metrics = std::move(metrics);
+  view.notes = lab.notes(id);
+  return view;
+}
+
+std::vector<lab::page::TraineeView> cohort_views(lab::store::Lab& lab, const lab::course::Course& course, bool names,
+                                                 std::int64_t now_ms) {
+  // A few queries of all, not some of each: a cohort's attempts are ten thousand, their metrics thirty times as many.
+  std::map<std::string, std::vector<lab::store::AttemptRecord>> attempts;
+  for (lab::store::AttemptRecord& attempt : lab.attempts()) {
+    attempts[attempt.pseudonym].push_back(std::move(attempt));
+  }
+  const std::vector<std::string> versions = scenario_versions(course);
+  const auto metrics = metrics_with_bar(lab, course, versions);
   std::vector<lab::page::TraineeView> views;
-  for (lab::store::PersonSummary& summary : lab.people()) {
-    views.push_back(lab_view(lab, course, std::move(summary.person), names, now_ms));
+  for (lab::store::Person& person : lab.everybody()) {
+    auto& own = attempts[person.pseudonym];
+    CourseStanding standing = standing_of(course, versions, own, metrics, local_day(now_ms));
+    views.push_back(view_of(std::move(standing), std::move(person), names, std::move(own)));
   }
   return views;
 }
@@ -44,10 +87,7 @@ std::vector<lab::page::TraineeView> lab_views(lab::store::Lab& lab, const lab::c
 std::filesystem::path write_lab_pages(lab::store::Lab& lab, const lab::course::Course& course, bool names,
                                       const fs::path& out) {
   const std::int64_t now = lab::store::system_ms();
-  std::vector<lab::page::TraineeView> views = lab_views(lab, course, names, now);
-  if (!names) {  // what is written freely names people, and so do those who wrote it
-    for (lab::page::TraineeView& view : views) view.notes.clear();
-  }
+  const std::vector<lab::page::TraineeView> views = cohort_views(lab, course, names, now);
   const lab::page::PageFacts facts{.build = build_name(), .made_ms = now};
   files::OutputDirectory folder(out);
   std::vector<std::string> earlier{"index.html"};
@@ -58,8 +98,10 @@ std::filesystem::path write_lab_pages(lab::store::Lab& lab, const lab::course::C
     }
   }
   folder.supersede(std::move(earlier));
-  for (const lab::page::TraineeView& view : views) {
-    folder.write(view.person.pseudonym + ".html", lab::page::trainee_page(course, view, facts));
+  for (const lab::page::TraineeView& one : views) {
+    lab::page::TraineeView view = lab_view(lab, course, one.person, names, now);
+    if (!names) view.notes.clear();  // what is written freely names people, and so do those who wrote it
+    folder.write(one.person.pseudonym + ".html", lab::page::trainee_page(course, view, facts));
   }
   folder.write("index.html", lab::page::cohort_page(course, views, facts));
   folder.commit("index.html");

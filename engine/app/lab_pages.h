@@ -11,11 +11,12 @@
 
 namespace stylet::app {
 
-/// Everybody of the lab in the course. @param names  beside the pseudonyms
+/// Everybody of the lab in the course, as the cohort's page shows them: without metrics and notes.
+/// @param names  beside the pseudonyms
 /// @throws files::ContentError
-std::vector<lab::page::TraineeView> lab_views(lab::store::Lab& lab, const lab::course::Course& course, bool names,
-                                              std::int64_t now_ms);
-/// One of them.
+std::vector<lab::page::TraineeView> cohort_views(lab::store::Lab& lab, const lab::course::Course& course, bool names,
+                                                 std::int64_t now_ms);
+/// One of them, with everything.
 lab::page::TraineeView lab_view(lab::store::Lab& lab, const lab::course::Course& course, lab::store::Person person,
                                 bool names, std::int64_t now_ms);
 

@@ -117,8 +117,8 @@ Response LabSite::page(const Request& request, const Session& session) {
   if (request.path == "/login") return redirect("/");
   if (request.path == "/" || request.path == "/index.html") {
     lab_.note("show", course_.name, session.instructor);
-    return {.body =
-                lab::page::cohort_page(course_, lab_views(lab_, course_, settings_.names, settings_.clock()), facts)};
+    return {.body = lab::page::cohort_page(course_, cohort_views(lab_, course_, settings_.names, settings_.clock()),
+                                           facts)};
   }
   if (request.path == "/compare") return compare(request, session);
   const std::string pseudonym = pseudonym_of(request.path);
@@ -134,10 +134,9 @@ Response LabSite::compare(const Request& request, const Session& session) {
   const std::string a = value(request.query, "a");
   const std::string b = value(request.query, "b");
   if (!lab::store::is_id(a) || !lab::store::is_id(b)) return not_found();
-  const auto all = lab_.attempts();
-  const auto found = std::ranges::find(all, a, &lab::store::AttemptRecord::id);
-  if (found == all.end()) return not_found();
-  const auto person = lab_.find(found->pseudonym);
+  const std::optional<std::string> pseudonym = lab_.taken_by(a);
+  if (!pseudonym) return not_found();
+  const auto person = lab_.find(*pseudonym);
   if (!person) return not_found();
   const lab::page::TraineeView view = lab_view(lab_, course_, *person, settings_.names, settings_.clock());
   const auto index = [&](const std::string& id) -> std::optional<std::size_t> {

@@ -2,6 +2,7 @@
 #include "engine/app/kept_in_lab.h"
 
 #include "engine/app/course_standing.h"
+#include "engine/app/lab_pages.h"
 #include "engine/files/error.h"
 #include "engine/lab/course/course_file.h"
 #include "engine/lab/store/digest.h"
@@ -208,6 +209,35 @@ TEST_F(KeptInLab, AttemptsOfAHandPutATraineeSomewhereInACourse) {
   files_.write();
   EXPECT_EQ(standing().standing, lab::course::Standing::practising);
   EXPECT_EQ(standing_of(records->lab, records->person, course, 0).at_earlier_versions[0], 21);
+}
+
+TEST_F(KeptInLab, TheCohortStandsWhereEachOfItsPeopleStands) {
+  const content::Scene scene = readers::load_scene(files_.path());
+  LabListener listener;
+  lab::course::Course course{.name = "small"};
+  lab::course::Exercise exercise{.name = "it", .scenario = files_.path(), .practice = 1, .days = 1};
+  exercise.gate = lab::statistics::learning_gate({}, 30, 0.05);
+  exercise.bars = {{.metric = "elapsed_time", .at_most = 60}};
+  course.exercises = {exercise};
+  for (const std::string name : {"ada", "bob", "eve"}) {
+    const auto records = open_records({.name = name, .lab = folder()}, files_.path().string(), listener);
+    ASSERT_NE(records, nullptr);
+    for (int i = 0; i < (name == "eve" ? 0 : 3); ++i) take(*records, scene, name == "bob" || i == 2);
+  }
+  lab::store::Lab records = lab();
+  const auto views = cohort_views(records, course, true, lab::store::system_ms());
+  ASSERT_THAT(views, SizeIs(3));
+  for (const auto& view : views) {
+    const auto alone = lab_view(records, course, view.person, true, lab::store::system_ms());
+    SCOPED_TRACE(view.person.name);
+    EXPECT_EQ(view.passed, alone.passed);
+    EXPECT_EQ(view.due, alone.due);
+    EXPECT_EQ(view.attempts.size(), alone.attempts.size());
+    EXPECT_EQ(view.exercises[0].standing, alone.exercises[0].standing);
+    EXPECT_THAT(alone.metrics, SizeIs(alone.attempts.size()));
+  }
+  EXPECT_THAT(views[1].passed[0], testing::Contains(true)) << "bars are met by metrics that were read";
+  EXPECT_THAT(views[2].attempts, IsEmpty());
 }
 
 }  // namespace

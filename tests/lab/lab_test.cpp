@@ -186,6 +186,25 @@ TEST_F(Records, NumbersAreOfATraineeAtAScenario) {
   EXPECT_EQ(people[0].attempts, 3);
   EXPECT_EQ(people[0].passed, 2);
   EXPECT_EQ(people[1].passed, 0);
+  EXPECT_EQ(lab_->taken_by(all[1].id), people[1].person.pseudonym);
+  EXPECT_EQ(lab_->taken_by("nobody's"), std::nullopt);
+}
+
+TEST_F(Records, MetricsAtAScenarioAreThoseOfEachByTheirNames) {
+  take(lab_->enrolled("ada"), 50, false);
+  take(lab_->enrolled("bob"), 60, true);
+  const auto all = lab_->all_metrics();
+  const std::string metric = all.begin()->second.back().metric;
+  const std::string scenario = lab_->attempts()[0].scenario_sha256;
+  const auto named = lab_->metrics_at(scenario, {metric, "no_such_metric"});
+  ASSERT_THAT(named, SizeIs(2));
+  for (const auto& [attempt, metrics] : named) {
+    ASSERT_THAT(metrics, SizeIs(1)) << "of the one that was asked for";
+    EXPECT_EQ(metrics[0].metric, metric);
+    EXPECT_EQ(metrics[0].value, all.at(attempt).back().value);
+  }
+  EXPECT_THAT(lab_->metrics_at(scenario, {}), IsEmpty());
+  EXPECT_THAT(lab_->metrics_at("another", {metric}), IsEmpty());
 }
 
 TEST_F(Records, PeopleAreFoundByNameOrPseudonymAsTheyAreWritten) {
@@ -246,7 +265,7 @@ TEST_F(Records, AnErasureTakesEverythingOfAPersonAndTellsWhatItCannotReach) {
 }
 
 TEST_F(Records, AnErasureThatWasCutOffIsFinishedAtTheNextStart) {
-  const Person ada = lab_->enrolled("ada");
+  const Person ada = lab_->enrolled("Yourcenar");  // no digits of an id
   const std::string attempt = lab_->begin(start_of(ada));
   AttemptEnd end = end_of(12, true);
   end.recording = folder_.write("session.rec", "how she moves");
@@ -268,7 +287,7 @@ TEST_F(Records, AnErasureThatWasCutOffIsFinishedAtTheNextStart) {
   open();
   EXPECT_FALSE(fs::exists(part));
   EXPECT_FALSE(fs::exists(recording));
-  EXPECT_THAT(holding(lab_->folder(), "ada"), IsEmpty());
+  EXPECT_THAT(holding(lab_->folder(), "Yourcenar"), IsEmpty());
 }
 
 TEST_F(Records, AnExclusionHasAnAuthorAndAReasonAndCanBeUndone) {

@@ -45,11 +45,11 @@ struct PageFacts {
 /// Charts of each exercise (its gate, alarms after it, the metric in focus with a fitted curve or why there is none)
 /// and every attempt.
 std::string trainee_page(const course::Course& course, const TraineeView& trainee, const PageFacts& facts);
-/// Who stands where, who is due, links to the pages PSEUDONYM.html beside it.
 /// Two attempts side by side: results, and every metric of either. @param a, b  indices into TraineeView::attempts
 std::string compare_page(const TraineeView& trainee, std::size_t a, std::size_t b, const PageFacts& facts);
 /// @param problem  why the last try let nobody in; empty: there was none
 std::string login_page(const std::string& problem, const PageFacts& facts);
+/// Who stands where, who is due, links to the pages PSEUDONYM.html beside it. Metrics and notes are not asked for.
 std::string cohort_page(const course::Course& course, std::span<const TraineeView> trainees, const PageFacts& facts);
 
 }  // namespace stylet::lab::page

@@ -1,12 +1,18 @@
 #include "engine/lab/store/database.h"
 
 #include <exception>
+#include <utility>
 
 namespace stylet::lab::store {
 
 std::string text(const Value& value) {
   const auto* held = std::get_if<std::string>(&value);
   return held != nullptr ? *held : std::string();
+}
+
+std::string text(Value&& value) {
+  auto* held = std::get_if<std::string>(&value);
+  return held != nullptr ? std::move(*held) : std::string();
 }
 
 std::int64_t integer(const Value& value) {

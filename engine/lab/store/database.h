@@ -24,6 +24,7 @@ Value value_of(const std::optional<T>& value) {
 
 // Values as the column's type has them; null is empty, 0 or nothing.
 std::string text(const Value& value);
+std::string text(Value&& value);
 std::int64_t integer(const Value& value);
 std::optional<double> number(const Value& value);
 std::optional<bool> truth(const Value& value);

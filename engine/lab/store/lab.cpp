@@ -24,7 +24,9 @@
 #include <cstring>
 #include <ctime>
 #include <set>
+#include <string_view>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 namespace stylet::lab::store {
@@ -229,24 +231,30 @@ void Lab::refuse_slip(const std::string& who) {
       meant.empty() ? "`stylet lab list` shows everybody" : fmt::format("did you mean {}?", meant)));
 }
 
-std::vector<PersonSummary> Lab::people() {
+std::vector<Person> Lab::everybody() {
   const auto names = roster_.names();
+  std::vector<Person> all;
+  for (Row& row : database_.run("SELECT id, pseudonym FROM trainee ORDER BY created_ms, id")) {
+    Person& person = all.emplace_back();
+    person.id = text(std::move(row[0]));
+    person.pseudonym = text(std::move(row[1]));
+    if (const auto name = names.find(person.pseudonym); name != names.end()) person.name = name->second;
+  }
+  return all;
+}
+
+std::vector<PersonSummary> Lab::people() {
+  std::map<std::string, PersonSummary> taken;  // by pseudonym
+  for (const AttemptRecord& attempt : attempts()) {
+    PersonSummary& summary = taken[attempt.pseudonym];
+    summary.attempts += 1;
+    summary.passed += attempt.counts() && attempt.succeeded() ? 1 : 0;
+    summary.last_ms = attempt.started_ms;
+  }
   std::vector<PersonSummary> all;
-  for (
-      const Row& row : database_.run(
-          "SELECT t.id, t.pseudonym, count(a.id), coalesce(sum(CASE WHEN a.status = 'ended' AND a.mode IN ('graded', "
-          "'retention') AND coalesce((SELECT e.undone FROM exclusion e WHERE e.attempt = a.id ORDER BY e.at_ms DESC, "
-          "e.id DESC LIMIT 1), 1) = 1 THEN a.passed ELSE 0 END), "
-          "0), coalesce(max(a.started_ms), 0) FROM trainee t LEFT JOIN attempt a ON a.trainee = t.id GROUP BY t.id, "
-          "t.pseudonym ORDER BY t.created_ms, t.id")) {
-    PersonSummary& summary = all.emplace_back();
-    summary.person.id = text(row[0]);
-    summary.person.pseudonym = text(row[1]);
-    const auto name = names.find(summary.person.pseudonym);
-    if (name != names.end()) summary.person.name = name->second;
-    summary.attempts = static_cast<int>(integer(row[2]));
-    summary.passed = static_cast<int>(integer(row[3]));
-    summary.last_ms = integer(row[4]);
+  for (Person& person : everybody()) {
+    PersonSummary& summary = all.emplace_back(taken[person.pseudonym]);
+    summary.person = std::move(person);
   }
   return all;
 }
@@ -419,44 +427,67 @@ std::string Lab::take_in(const AttemptStart& start, const AttemptEnd& end, std::
   return attempt;
 }
 
+std::map<std::string, std::string> Lab::exclusions() {
+  std::map<std::string, std::string> why;
+  for (Row& row : database_.run("SELECT attempt, why, undone FROM exclusion ORDER BY at_ms, id")) {
+    why[text(std::move(row[0]))] = integer(row[2]) == 0 ? text(std::move(row[1])) : "";
+  }
+  return why;
+}
+
+std::map<std::string, std::string> Lab::words(const std::string& sql) {
+  std::map<std::string, std::string> all;
+  for (Row& row : database_.run(sql)) all[text(std::move(row[0]))] = text(std::move(row[1]));
+  return all;
+}
+
 std::vector<AttemptRecord> Lab::attempts(const std::string& trainee) {
-  const std::string where = trainee.empty() ? "" : "WHERE a.trainee = $1 ";
+  // Of ten thousand the joins and the order were most of the time: names are looked up here.
+  const std::string where = trainee.empty() ? "" : " WHERE trainee = $1";
   std::vector<Value> values;
   if (!trainee.empty()) values.emplace_back(trainee);
+  std::vector<Row> rows = database_.run(
+      "SELECT id, trainee, scenario, course, mode, build, stylus, started_ms, utc_offset_min, ended_ms, status, "
+      "total, "
+      "pass_mark, passed, failed_critical, recording_sha256 FROM attempt" +
+          where,
+      values);
+  const auto pseudonyms = words("SELECT id, pseudonym FROM trainee");
+  const auto scenarios = words("SELECT sha256, name FROM scenario");
+  const auto courses = words("SELECT sha256, name FROM course");
+  const auto excluded = exclusions();
+  const auto word = [](const std::map<std::string, std::string>& all, const std::string& key) {
+    const auto found = all.find(key);
+    return found != all.end() ? found->second : std::string();
+  };
   std::vector<AttemptRecord> all;
-  for (const Row& row : database_.run(
-           "SELECT a.id, t.pseudonym, s.name, a.scenario, coalesce(c.name, ''), row_number() OVER (PARTITION BY "
-           "a.trainee, s.name ORDER BY a.started_ms, a.id), a.mode, a.build, a.stylus, a.started_ms, "
-           "a.utc_offset_min, "
-           "a.ended_ms, a.status, a.total, a.pass_mark, a.passed, a.failed_critical, a.recording_sha256, (SELECT "
-           "CASE "
-           "WHEN e.undone = 0 THEN e.why ELSE '' END FROM exclusion e WHERE e.attempt = a.id ORDER BY e.at_ms DESC, "
-           "e.id "
-           "DESC LIMIT 1) FROM attempt a JOIN trainee t ON t.id = a.trainee JOIN scenario s ON s.sha256 = a.scenario "
-           "LEFT JOIN course c ON c.sha256 = a.course " +
-               where + "ORDER BY a.started_ms, a.id",
-           values)) {
+  all.reserve(rows.size());
+  for (Row& row : rows) {
+    const std::string pseudonym = word(pseudonyms, text(std::move(row[1])));
+    if (pseudonym.empty()) continue;  // erased by another program in between
     AttemptRecord& record = all.emplace_back();
-    record.id = text(row[0]);
-    record.pseudonym = text(row[1]);
-    record.scenario = text(row[2]);
-    record.scenario_sha256 = text(row[3]);
-    record.course = text(row[4]);
-    record.number = static_cast<int>(integer(row[5]));
-    record.mode = text(row[6]);
-    record.build = text(row[7]);
-    record.stylus = text(row[8]);
-    record.started_ms = integer(row[9]);
-    record.utc_offset_min = static_cast<int>(integer(row[10]));
-    if (number(row[11])) record.ended_ms = integer(row[11]);
-    record.status = text(row[12]);
-    record.total = number(row[13]);
-    record.pass_mark = number(row[14]);
-    record.passed = truth(row[15]);
-    record.failed_critical = text(row[16]);
-    record.recording_sha256 = text(row[17]);
-    record.excluded = text(row[18]);
+    record.id = text(std::move(row[0]));
+    record.pseudonym = pseudonym;
+    record.scenario_sha256 = text(std::move(row[2]));
+    record.scenario = word(scenarios, record.scenario_sha256);
+    record.course = word(courses, text(std::move(row[3])));
+    record.mode = text(std::move(row[4]));
+    record.build = text(std::move(row[5]));
+    record.stylus = text(std::move(row[6]));
+    record.started_ms = integer(row[7]);
+    record.utc_offset_min = static_cast<int>(integer(row[8]));
+    if (number(row[9])) record.ended_ms = integer(row[9]);
+    record.status = text(std::move(row[10]));
+    record.total = number(row[11]);
+    record.pass_mark = number(row[12]);
+    record.passed = truth(row[13]);
+    record.failed_critical = text(std::move(row[14]));
+    record.recording_sha256 = text(std::move(row[15]));
+    record.excluded = word(excluded, record.id);
   }
+  std::ranges::sort(all, {}, [](const AttemptRecord& record) { return std::tie(record.started_ms, record.id); });
+  std::map<std::pair<std::string_view, std::string_view>, int> taken;
+  for (AttemptRecord& record : all) record.number = ++taken[{record.pseudonym, record.scenario}];
   return all;
 }
 
@@ -472,14 +503,36 @@ std::vector<MetricResult> Lab::metrics(const std::string& attempt) {
 std::map<std::string, std::vector<MetricResult>> Lab::all_metrics(const std::string& trainee) {
   std::map<std::string, std::vector<MetricResult>> all;
   const std::string columns = "SELECT m.attempt, m.metric, m.value, m.points, m.most FROM attempt_metric m ";
-  const auto rows =
+  auto rows =
       trainee.empty()
           ? database_.run(columns + "ORDER BY m.attempt, m.metric")
           : database_.run(
                 columns + "JOIN attempt a ON a.id = m.attempt WHERE a.trainee = $1 ORDER BY m.attempt, m.metric",
                 {trainee});
-  for (const Row& row : rows) all[text(row[0])].push_back(metric_of(row, 1));
+  for (Row& row : rows) all[text(std::move(row[0]))].push_back(metric_of(row, 1));
   return all;
+}
+
+std::map<std::string, std::vector<MetricResult>> Lab::metrics_at(const std::string& scenario_sha256,
+                                                                 const std::set<std::string>& names) {
+  std::map<std::string, std::vector<MetricResult>> all;
+  for (const std::string& name : names) {
+    // Each attempt's own row by its key: a scan would read thirty times as many.
+    for (Row& row : database_.run(
+             "SELECT m.attempt, m.metric, m.value, m.points, m.most FROM attempt a CROSS JOIN attempt_metric "
+             "m WHERE a.scenario = $1 AND m.attempt = a.id AND m.metric = $2",
+             {scenario_sha256, name})) {
+      all[text(std::move(row[0]))].push_back(metric_of(row, 1));
+    }
+  }
+  return all;
+}
+
+std::optional<std::string> Lab::taken_by(const std::string& attempt) {
+  const auto rows = database_.run(
+      "SELECT t.pseudonym FROM attempt a JOIN trainee t ON t.id = a.trainee WHERE a.id = $1", {attempt});
+  if (rows.empty()) return std::nullopt;
+  return text(rows[0][0]);
 }
 
 std::string Lab::exclude(const std::string& attempt, const std::string& author, const std::string& why) {

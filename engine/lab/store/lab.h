@@ -18,6 +18,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -157,6 +158,9 @@ public:
   /// The same; a name that is new gets a pseudonym. @throws files::ContentError  no name: empty, too long, with
   /// control characters, a pseudonym with a slip or of nobody
   Person enrolled(const std::string& who);
+  /// In the order in which they came.
+  std::vector<Person> everybody();
+  /// The same, with what they have done.
   std::vector<PersonSummary> people();
 
   /// The procedure begins. @return id of the attempt, which is "running" while this lives
@@ -176,6 +180,11 @@ public:
   std::vector<MetricResult> metrics(const std::string& attempt);
   /// By attempt; of all where trainee is empty.
   std::map<std::string, std::vector<MetricResult>> all_metrics(const std::string& trainee = {});
+  /// The same of everybody's attempts at a scenario, only the metrics of those names.
+  std::map<std::string, std::vector<MetricResult>> metrics_at(const std::string& scenario_sha256,
+                                                              const std::set<std::string>& names);
+  /// Pseudonym of whose attempt it is. Nothing: there is none of that id.
+  std::optional<std::string> taken_by(const std::string& attempt);
 
   /// An attempt that does not count, by a rule that was there before. @param attempt  id, or an end of one that is
   /// alone in ending so. @return its id. @throws files::ContentError
@@ -209,6 +218,10 @@ public:
 
 private:
   std::string station();
+  /// Why attempts do not count, by attempt; empty: it counts again.
+  std::map<std::string, std::string> exclusions();
+  /// Second columns by first ones.
+  std::map<std::string, std::string> words(const std::string& sql);
   void adopt_crashed();
   void sweep_locks();
   void sweep_erased();
