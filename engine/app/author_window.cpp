@@ -260,8 +260,9 @@ private:
                                   .needle_length = scene_.needle.length,
                                   .breathing = scene_.breathing});
     }
-    return motion::biopsy_motion(
-        motion::demonstration(entry, target.centre, std::min(target.radius, 0.012), scene_.needle.length));
+    return motion::biopsy_motion(motion::demonstration(
+        entry, target.centre, std::clamp(target.radius, motion::kLeastAimed, motion::kMostAimed),
+        scene_.needle.length));
   }
 
   /// @return whether it is on disk

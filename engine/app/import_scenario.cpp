@@ -15,8 +15,10 @@ namespace {
 /// As the briefing has it: straight in within the image, to where the needle enters the target. The breath is held
 /// from the start.
 content::Motion plan_motion(const import::ImportedScene& scene, const content::Needle& needle) {
-  // Of the target along the way, which ends at its middle; in a large one a core is had without going so far back.
-  const double radius = scene.path.empty() ? 0 : std::min(scene.path.back().to - scene.path.back().from, 0.012);
+  // Of the target along the way, which ends at its middle.
+  const double radius = scene.path.empty() ? 0
+                                           : std::clamp(scene.path.back().to - scene.path.back().from,
+                                                        motion::kLeastAimed, motion::kMostAimed);
   motion::BiopsyPlan plan = motion::demonstration(scene.entry, scene.target, radius, needle.length);
   plan.wait = 0.5;
   return motion::biopsy_motion(plan);

@@ -87,6 +87,10 @@ void propose_exercise(const ImportedScene& imported, const SideScenario& scenari
                    criterion("skin_contacts", 1, 5, 1, false), criterion("out_of_plane_time", 0.5, 5, 2, false),
                    criterion("angle_error", 5, 20, 1, false), criterion("time_in_tissue", 30, 180, 1, false)});
   if (json.contains("forbidden")) json["scoring"].push_back(criterion("forbidden_hits", 0, 1, 2, true));
+  // Needles shoot 22 or 11 mm ahead, with a core 5 mm shorter: the longer one that a way through the target's middle
+  // holds. The planned path ends there.
+  const double half = imported.path.empty() ? 0 : imported.path.back().to - imported.path.back().from;
+  const int throw_mm = 2 * half < 0.017 ? 11 : 22;
   const double deep_mm = 1e3 * (imported.target - imported.entry).norm();
   std::string way;
   for (const PathPiece& piece : imported.path) {
@@ -97,9 +101,11 @@ void propose_exercise(const ImportedScene& imported, const SideScenario& scenari
       {"steps", Json::array({fmt::format("Find the {} in the image, {:.0f} mm from the skin on a straight way.",
                                          scenario.target, deep_mm),
                              "Go in with the needle in the plane of the image, and keep the tip in sight.",
-                             "Stop where the needle enters it: fired, it shoots 22 mm ahead. Fire, then finish."})}};
+                             fmt::format("Stop where the needle enters it: fired, it shoots {} mm ahead. Fire, then "
+                                         "finish.",
+                                         throw_mm)})}};
   if (!way.empty()) json["briefing"]["anatomy"] = "On the straight way: " + way + ".";
-  json["sampling"] = {{"kind", "biopsy"}, {"throw_mm", 22}, {"bore_mm", 1.1}};
+  json["sampling"] = {{"kind", "biopsy"}, {"throw_mm", throw_mm}, {"bore_mm", 1.1}};
   json["hints"] = Json::array(
       {{{"when", {{"probe_lifted", true}}}, {"text", "The probe has lost the skin: press it on gently."}},
        {{"when", {{"stage", "procedure"}, {"force_n", {6, 100}}}}, {"text", "You push hard: are you on a rib?"}},

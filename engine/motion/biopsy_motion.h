@@ -24,6 +24,10 @@ struct BiopsyPlan {
   bool leaves = false;        ///< withdraws the needle at the end
 };
 
+/// Radii between which a target is aimed at, m: in a large one a core is had without going so far back; to a small
+/// one the organ gives way by less than to where it would be aimed past it.
+inline constexpr double kLeastAimed = 0.0085, kMostAimed = 0.012;
+
 /// An expert's: straight in under sight, a rest, then slowly to where the needle enters a target of that radius, as
 /// the briefing has it; fires there and withdraws.
 BiopsyPlan demonstration(const Eigen::Vector3d& entry, const Eigen::Vector3d& target, double target_radius,

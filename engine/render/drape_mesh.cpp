@@ -39,25 +39,30 @@ Station body_at(double y) {
           a.cleft + t * (b.cleft - a.cleft)};
 }
 
-constexpr double kBelowSkin = 0.016;     // m: the cavity's wall, at least
-constexpr double kCutBelowSkin = 0.006;  // and what closes its ends: nobody looks past it between wall and cloth
-constexpr double kMattressHalf = 0.285;  // the sheet turns down here
-constexpr double kHang = 0.40;           // and falls so far
+constexpr double kBelowSkin = 0.016;        // m: the cavity's wall, at least
+constexpr double kLiningBelowSkin = 0.002;  // skin that is made up
+constexpr double kLiningBeyond = 0.09;      // and how far it goes on past the ends of the trunk
+constexpr double kCutBelowSkin = 0.006;     // and what closes its ends: nobody looks past it between wall and cloth
+constexpr double kMattressHalf = 0.285;     // the sheet turns down here
+constexpr double kHang = 0.40;              // and falls so far
 constexpr double kFoot = -1.40, kHead = kScreenY;
 
 // Columns of one half of the sheet, from the middle outwards: over the body, over the mattress, down the side.
 constexpr int kOver = 18, kFlat = 8, kDown = 14;
 constexpr int kClothColumns = kOver + kFlat + kDown;
 
+/// Point of the body's half section, `offset` m outside it; x outwards, y up.
+Vector2d on_body(const RoomLayout& layout, const Station& body, double angle, double offset) {
+  const double width = layout.trunk_half.x() * body.width + offset;
+  const double height = layout.trunk_half.y() * body.height + offset;
+  const double middle = std::max(layout.trunk_half.y() * body.height - 0.006, 0.0);
+  const double dip = body.cleft * std::exp(-std::pow(angle / 0.35, 2.0));
+  return {width * std::sin(angle), std::max(middle + height * std::cos(angle) - dip, 0.008)};
+}
+
 /// Point of the sheet's half section at column i (0 ... kClothColumns); x outwards, y up.
 Vector2d section(const RoomLayout& layout, const Station& body, int i) {
-  const double width = layout.trunk_half.x() * body.width + kDrapeOffset;
-  const double height = layout.trunk_half.y() * body.height + kDrapeOffset;
-  const double middle = std::max(layout.trunk_half.y() * body.height - 0.006, 0.0);
-  const auto round = [&](double angle) {
-    const double dip = body.cleft * std::exp(-std::pow(angle / 0.35, 2.0));
-    return Vector2d(width * std::sin(angle), std::max(middle + height * std::cos(angle) - dip, 0.008));
-  };
+  const auto round = [&](double angle) { return on_body(layout, body, angle, kDrapeOffset); };
   const Vector2d leaves = round(kDrapeLeaves);
   const double ground = 0.006;
   if (i <= kOver) return round(kDrapeLeaves * i / kOver);
@@ -112,20 +117,24 @@ public:
       most = std::max(most, round.norm());
     }
     fill(share);
-    // The cloth bridges what is narrower than two cells, and keeps off the skin between them.
+    // The cloth bridges what is narrower than two cells, and keeps off the skin between them; what lies below keeps
+    // below it.
     share_ = share;
+    inner_ = share;
     for (int row = 0; row < rows_; ++row)
       for (int i = 0; i < kAround; ++i)
         for (int dr = -1; dr <= 1; ++dr)
           for (int di = -1; di <= 1; ++di) {
-            const std::size_t other = index(i + di, std::clamp(row + dr, 0, rows_ - 1));
-            double& most = share_[index(i, row)];
-            if (known_[other] > 0) most = std::max(most, share[other]);
+            const std::size_t cell = index(i, row), other = index(i + di, std::clamp(row + dr, 0, rows_ - 1));
+            if (known_[other] <= 0) continue;
+            share_[cell] = std::max(share_[cell], share[other]);
+            inner_[cell] = std::min(inner_[cell], share[other]);
           }
   }
 
   struct Place {
-    double share = 1;  ///< of the ellipse's radius
+    double share = 1;  ///< of the ellipse's radius, on the skin or outside it
+    double inner = 1;  ///< on it or inside
     double known = 0;  ///< 1: there is skin; falls to 0 away from it
   };
   /// Between cells linear.
@@ -133,12 +142,13 @@ public:
     const double column = (std::remainder(angle, 2 * std::numbers::pi) + std::numbers::pi) / kAngle - 0.5;
     const double row = std::clamp((y - first_) / kLength - 0.5, 0.0, static_cast<double>(rows_ - 1));
     const int i = static_cast<int>(std::floor(column)), j = std::min(static_cast<int>(row), rows_ - 2);
-    Place place{.share = 0, .known = 0};
+    Place place{.share = 0, .inner = 0, .known = 0};
     for (int di = 0; di <= 1; ++di)
       for (int dj = 0; dj <= 1; ++dj) {
         const double weight = (di > 0 ? column - i : 1 - column + i) * (dj > 0 ? row - j : 1 - row + j);
         const std::size_t cell = index(i + di, j + dj);
         place.share += weight * share_[cell];
+        place.inner += weight * inner_[cell];
         place.known += weight * known_[cell];
       }
     return place;
@@ -187,7 +197,7 @@ private:
 
   double first_;
   int rows_ = 0;
-  std::vector<double> share_, known_;  // [rows][around]
+  std::vector<double> share_, inner_, known_;  // [rows][around]
 };
 
 void compute_normals(RoomMesh& mesh) {
@@ -264,6 +274,31 @@ RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>
     }
   }
   join_grid(mesh, static_cast<std::uint32_t>(rows + kBehind), 2 * kClothColumns + 1);
+  compute_normals(mesh);
+  return mesh;
+}
+
+RoomMesh lining_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin) {
+  constexpr std::uint32_t kColumns = 73;
+  constexpr double kApart = 0.01;  // m between rows
+  const SkinProfile profile(layout, skin);
+  const double first = layout.trunk_y[0] - kLiningBeyond, length = layout.trunk_y[1] + kLiningBeyond - first;
+  const auto rows = static_cast<std::uint32_t>(std::ceil(length / kApart)) + 1;
+  RoomMesh mesh;
+  for (std::uint32_t row = 0; row < rows; ++row)
+    for (std::uint32_t column = 0; column < kColumns; ++column) {
+      const double y = first + length * row / (rows - 1);
+      const double angle = kDrapeLeaves * (2.0 * column / (kColumns - 1) - 1);
+      const SkinProfile::Place place = profile.at(angle, y);
+      const Vector2d made_up = on_body(layout, body_at(y), std::abs(angle), -kLiningBelowSkin);
+      const double share = place.inner - kLiningBelowSkin / layout.trunk_half.minCoeff();
+      const Vector2d theirs =
+          Vector2d(0, layout.trunk_centre.y()) +
+          share * layout.trunk_half.cwiseProduct(Vector2d(std::sin(std::abs(angle)), std::cos(angle)));
+      const Vector2d p = (1 - place.known) * made_up + place.known * theirs;
+      mesh.positions.push_back(Vector3d(std::copysign(p.x(), angle), y, p.y()).cast<float>());
+    }
+  join_grid(mesh, rows, kColumns);
   compute_normals(mesh);
   return mesh;
 }

@@ -20,15 +20,16 @@ inline constexpr double kScreenY = 0.47;
 /// How far the cloth keeps off the skin, m.
 inline constexpr double kDrapeOffset = 0.005;
 
-/// Where it leaves the trunk, down to the mattress: rad round the trunk, either side of its top.
-inline constexpr double kDrapeLeaves = 1.85;
-
 /// A sheet over trunk and legs, down both sides of the table, and up to the bar at the head. It clings to the trunk
 /// (as the film round a field does) and falls in folds elsewhere. All of it, the opening of the field too: the shader
 /// leaves that out, by the coordinates.
 /// @param skin  points on it, a centimeter apart at most, patient frame: the cloth lies on its outside, and as the
 ///              trunk's ellipse has it where there is none
 RoomMesh drape_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin);
+
+/// Skin under the cloth, a little below the patient's own and to some way past the ends of the trunk: what one sees
+/// where his surfaces have none, or a gap. Without coordinates. @param skin  as drape_mesh() has it
+RoomMesh lining_mesh(const RoomLayout& layout, const std::vector<Eigen::Vector3f>& skin);
 
 /// Points of a ring of the cavity's wall, the first once more as the last.
 inline constexpr std::uint32_t kCavityRing = 49;

@@ -148,9 +148,10 @@ std::vector<Eigen::Vector3f> skin_of(const content::Scene& scene) {
   return skin;
 }
 
-/// Lets the cloth go with the skin under it: a vertex near one that a body carries is carried by the same
-/// tetrahedron.
-void lay_on_skin(Geometry& geometry, const Piece& drape, const content::Scene& scene) {
+/// Lets cloth, or skin that is made up, go with the skin beside it: a vertex near one that a body carries is carried
+/// by the same tetrahedron.
+void lay_on_skin(Geometry& geometry, const Piece& piece, const content::Scene& scene,
+                 const std::vector<Eigen::Vector3f>& skin_points) {
   constexpr float kNear = 0.02F;     // m
   constexpr float kFarthest = 4.0F;  // times a tetrahedron's size that its motion is carried on outside it
   std::size_t first_node = 0;
@@ -160,11 +161,11 @@ void lay_on_skin(Geometry& geometry, const Piece& drape, const content::Scene& s
     first_node += body.mesh.nodes.size();
   }
   Eigen::AlignedBox3f around;
-  for (const Eigen::Vector3f& position : skin_of(scene)) around.extend(position);
+  for (const Eigen::Vector3f& position : skin_points) around.extend(position);
   around.min().array() -= kNear;
   around.max().array() += kNear;
-  const std::uint32_t* begin = &geometry.indices[drape.first_index];
-  const auto [least, most] = std::minmax_element(begin, begin + drape.index_count);
+  const std::uint32_t* begin = &geometry.indices[piece.first_index];
+  const auto [least, most] = std::minmax_element(begin, begin + piece.index_count);
   for (std::uint32_t i = *least; i <= *most; ++i) {
     RestVertex& vertex = geometry.rest[i];
     const Eigen::Vector3f at(vertex.weights[0], vertex.weights[1], vertex.weights[2]);
@@ -220,7 +221,8 @@ void split_drape(Geometry& geometry, const RoomLayout& layout) {
 }
 
 void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayout& layout) {
-  const RoomMeshes meshes = room_meshes(layout, skin_of(scene));
+  const std::vector<Eigen::Vector3f> skin = skin_of(scene);
+  const RoomMeshes meshes = room_meshes(layout, skin);
   const auto style = [](std::array<float, 3> c, vec4 surface, std::uint32_t kind = kMatte) {
     return SurfaceStyle{{c[0], c[1], c[2], 1}, surface, {}, {kind, 0, 0, 0}};
   };
@@ -229,8 +231,15 @@ void append_room(Geometry& geometry, const content::Scene& scene, const RoomLayo
   };
   add(geometry.drape, "drape", meshes.drape, style({0.030F, 0.145F, 0.190F}, {0.88F, 0, 0.2F, 0}, kCloth));
   if (!geometry.drape.empty()) {
-    lay_on_skin(geometry, geometry.drape.front(), scene);
+    lay_on_skin(geometry, geometry.drape.front(), scene, skin);
     split_drape(geometry, layout);
+  }
+  const auto tissue = std::ranges::find(scene.tissues, kSkin, &content::Tissue::name);
+  if (tissue != scene.tissues.end() && style_of(*tissue).kind[0] == kCover) {
+    SurfaceStyle look = style_of(*tissue);
+    look.kind[1] = static_cast<std::uint32_t>(tissue - scene.tissues.begin());
+    add(geometry.lining, "lining", meshes.lining, look);
+    if (!geometry.lining.empty()) lay_on_skin(geometry, geometry.lining.front(), scene, skin);
   }
   add(geometry.cavity, "cavity", meshes.cavity, style({0.050F, 0.015F, 0.012F}, {0.6F, 0, 0, 0.15F}, kCavity));
   add(geometry.cavity, "cut", meshes.cut, style({0.36F, 0.11F, 0.085F}, {0.6F, 0, 0, 0.15F}, kCavity));

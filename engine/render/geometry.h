@@ -54,6 +54,7 @@ struct Geometry {
   std::vector<Piece> glass;          ///< translucent organs, in the order of the scene
   std::vector<Piece> glass_targets;  ///< opaque targets once more, as glass: what is shot into them is seen
   std::vector<Piece> covers;         ///< skin, fat, muscle: what is cut open towards the focus
+  std::vector<Piece> lining;         ///< skin that is made up below theirs; none without a room
   std::vector<Piece> room;           ///< furniture; empty without a room
   std::vector<Piece> panel;          ///< the session's monitor, drawn where it has a picture
   std::vector<Piece> drape;          ///< cloth, or nothing

@@ -79,6 +79,7 @@ void LabelPass::draw(const Geometry& geometry, const gpu::Buffer& frame, const g
       if (shown.cores > 0 && shown.see_through != SeeThrough::closed) draw_piece(geometry.first_cores(shown.cores));
       draw_pieces(geometry.glass);
       draw_pieces(geometry.covers);
+      if (shown.see_through != SeeThrough::glass) draw_pieces(geometry.lining);
       if (shown.needle) draw_pieces(geometry.needle_pieces);
       if (shown.shot) draw_piece(geometry.shot_piece);
       if (shown.syringe) {

@@ -489,8 +489,12 @@ void Renderer::draw(gpu::Commands& commands, const ViewOptions& options, const P
     draw_piece(pass.pipelines.surface(kGlass), geometry_.barrel);
   }
   // Skin, fat and muscle are one shell: of all of them together only the nearest surface is seen.
-  for (const Piece& piece : geometry_.covers) draw_piece(pass.pipelines.depth(kCover), piece);
-  for (const Piece& piece : geometry_.covers) draw_piece(pass.pipelines.surface(kCover), piece);
+  std::vector<const Piece*> shell;
+  for (const Piece& piece : geometry_.covers) shell.push_back(&piece);
+  if (see_through_ != SeeThrough::glass)
+    for (const Piece& piece : geometry_.lining) shell.push_back(&piece);
+  for (const Piece* piece : shell) draw_piece(pass.pipelines.depth(kCover), *piece);
+  for (const Piece* piece : shell) draw_piece(pass.pipelines.surface(kCover), *piece);
   const VkSubpassEndInfo end{VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
   vkCmdEndRenderPass2(cmd, &end);
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 namespace stylet::render {
@@ -14,6 +13,7 @@ using Eigen::Vector3d;
 
 constexpr double kSkinMargin = 0.022;   // m of skin that stays under the drape where the patient's surfaces end
 constexpr double kFieldMargin = 0.040;  // m of open skin round probe and needle
+constexpr double kHemOnTrunk = 0.015;   // m of cloth that lies on the skin beside the field
 constexpr double kWhole = 0.6;          // of the farther side, that the nearer reaches from the highest point
 constexpr double kEyeHeight = 1.62;     // m over the floor
 
@@ -58,8 +58,10 @@ void place_field(const content::Scene& scene, RoomLayout& layout) {
   const Vector3d entry = needle_entry(scene, layout).value_or(probe);
   const double round = (layout.trunk_half.x() + layout.trunk_half.y()) / 2;
   const double a = layout.trunk_angle(probe), b = layout.trunk_angle(entry);
-  layout.field_angle = (a + b) / 2;
-  layout.field_half.x() = round * std::abs(a - b) / 2 + kFieldMargin + 0.006;
+  const double margin = (kFieldMargin + 0.006) / round, lowest = kDrapeLeaves - kHemOnTrunk / round;
+  const double right = std::max(std::min(a, b) - margin, -lowest), left = std::min(std::max(a, b) + margin, lowest);
+  layout.field_angle = (right + left) / 2;
+  layout.field_half.x() = std::max(round * (left - right) / 2, 0.02);
   double low = std::min(probe.y(), entry.y()) - kFieldMargin, high = std::max(probe.y(), entry.y()) + kFieldMargin;
   low = std::max(low, layout.trunk_y[0] + kSkinMargin);
   high = std::min(high, layout.trunk_y[1] - kSkinMargin);
@@ -101,7 +103,7 @@ double RoomLayout::trunk_angle(const Vector3d& in_table) const {
 
 Eigen::Vector2d RoomLayout::in_field(double angle, double y) const {
   const double round = (trunk_half.x() + trunk_half.y()) / 2;
-  return {round * std::remainder(angle - field_angle, 2 * std::numbers::pi), y - field_y};
+  return {round * (angle - field_angle), y - field_y};
 }
 
 double RoomLayout::outside_field(double angle, double y) const {
@@ -134,7 +136,7 @@ RoomLayout room_layout(const content::Scene& scene) {
   const Eigen::Isometry3d axes = axes_of(scene);
   constexpr double kFar = std::numeric_limits<double>::max();
   Vector3d least = Vector3d::Constant(kFar), most = -least, skin_top = -least;
-  double skin_side_z = 0, skin_least = kFar, skin_most = -kFar;
+  double skin_side_z = 0, skin_least = kFar, skin_most = -kFar, skin_bottom = kFar;
   const auto is_skin = [&](const content::Surface& surface) { return scene.tissues[surface.tissue].name == kSkin; };
   for (const content::Surface& surface : scene.surfaces) {
     const bool skin = is_skin(surface);
@@ -147,6 +149,7 @@ RoomLayout room_layout(const content::Scene& scene) {
       if (p.z() > skin_top.z()) skin_top = p;
       skin_least = std::min(skin_least, p.x());
       skin_most = std::max(skin_most, p.x());
+      skin_bottom = std::min(skin_bottom, p.z());
     }
   }
   if (least.x() > most.x()) least = Vector3d(-0.1, -0.1, 0), most = Vector3d(0.1, 0.1, 0.2);
@@ -163,11 +166,12 @@ RoomLayout room_layout(const content::Scene& scene) {
       }
     }
     layout.trunk_centre.x() = skin_top.x();
-    // Of a whole trunk the highest point need not lie in the midline.
+    // Of a whole trunk the highest point need not lie in the midline, nor the widest at half its height.
     const double right = skin_top.x() - skin_least, left = skin_most - skin_top.x();
     if (std::min(left, right) > kWhole * std::max(left, right)) {
       layout.trunk_centre.x() = (skin_least + skin_most) / 2;
       widest = (skin_most - skin_least) / 2;
+      skin_side_z = (skin_bottom + skin_top.z()) / 2;
     }
     layout.trunk_half = {widest, skin_top.z() - skin_side_z};
     least.z() = std::min(least.z(), skin_side_z - layout.trunk_half.y());

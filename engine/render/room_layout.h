@@ -13,6 +13,9 @@ namespace stylet::render {
 
 inline constexpr const char* kSkin = "skin";  ///< name of the tissue that is draped
 
+/// Where the cloth leaves the trunk, down to the mattress: rad round the trunk, either side of its top.
+inline constexpr double kDrapeLeaves = 1.85;
+
 /// The table's frame: origin on the mattress under the middle of the patient, +X across to the patient's left, +Y
 /// along to the head, +Z up. All lengths are metres in this frame but where said otherwise.
 struct RoomLayout {

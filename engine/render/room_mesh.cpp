@@ -219,6 +219,7 @@ RoomMeshes room_meshes(const RoomLayout& layout, const std::vector<Eigen::Vector
   if (!layout.draped) add_tray(room, layout);
   if (layout.draped) {
     room.drape = drape_mesh(layout, skin);
+    room.lining = lining_mesh(layout, skin);
     room.cavity = cavity_mesh(layout, skin);
     room.cut = cut_mesh(layout, skin);
     for (const double side : {-1.0, 1.0}) {

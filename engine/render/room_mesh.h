@@ -40,6 +40,7 @@ struct RoomMeshes {
   RoomMesh panel_case;     ///< its bezel
   RoomMesh panel_picture;  ///< coordinates as those of the screen
   RoomMesh drape;          ///< coordinates: RoomLayout::in_field. Empty: no skin
+  RoomMesh lining;         ///< skin where the patient has none under the cloth
   RoomMesh cavity;         ///< inside of the trunk, seen from within where the patient is cut open. Empty: no skin
   RoomMesh cut;            ///< its ends
 };

@@ -139,6 +139,21 @@ TEST(ImportScene, FindsWhereTheScanEnds) {
   }
 }
 
+// A core that the target does not hold would have to miss a part of it, however well one aims.
+TEST(ScenarioJson, ProposesTheLongCoreWhereTheTargetHoldsIt) {
+  for (const auto& [radius, throw_mm] : {std::pair(0.010, 22), std::pair(0.006, 11)}) {
+    ImportedScene scene;
+    scene.entry = {0, 0, 0.1};
+    scene.path = {{"liver", 0.03, 0.1}, {"lesion", 0.1 - radius, 0.1}};
+    SideFile side;
+    side.scenario.emplace();
+    const auto json = nlohmann::json::parse(scenario_json(scene, side));
+    EXPECT_EQ(json["sampling"]["throw_mm"], throw_mm);
+    EXPECT_THAT(json["briefing"]["steps"].back().get<std::string>(), HasSubstr(fmt::format("{} mm", throw_mm)));
+    EXPECT_LE(throw_mm - 5, 2e3 * radius) << "the core is as long as the throw less 5 mm";
+  }
+}
+
 TEST(ImportScene, WallLiesWithinItsDepthOfTheSkinAndClearOfTheOrgans) {
   const TriangleMesh& wall = surface(torso_scene(), "abdominal_wall").mesh;
   const mesh::SurfaceReport report = mesh::inspect(wall);

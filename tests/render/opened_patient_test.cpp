@@ -43,7 +43,7 @@ struct OtherPatient {
   static constexpr double kFrom = -0.18, kTo = 0.15;
   static constexpr double kEntryAngle = -1.25, kEntryY = 0.08;
 
-  OtherPatient() {
+  explicit OtherPatient(double entry_angle = kEntryAngle) {
     scene.room_from_patient.linear() =
         Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d::UnitX()).toRotationMatrix();  // on the back
     content::Surface surface;
@@ -66,8 +66,8 @@ struct OtherPatient {
         surface.indices.insert(surface.indices.end(), {a, d, b, a, c, d});
       }
     scene.surfaces = {surface};
-    entry = skin(kEntryAngle, kEntryY);
-    probe = skin(kEntryAngle + 0.28, kEntryY - 0.03);
+    entry = skin(entry_angle, kEntryY);
+    probe = skin(entry_angle + 0.28, kEntryY - 0.03);
     const Vector3d middle(0.01, kEntryY, 0.15);
     scene.targets.front().centre = entry + 0.4 * (middle - entry);
     const Vector3d way = (middle - entry).normalized();
@@ -90,6 +90,21 @@ std::vector<Eigen::Vector3f> skin_of(const OtherPatient&) {
   for (double y = OtherPatient::kFrom; y <= OtherPatient::kTo; y += 0.004)
     for (int i = 0; i < 400; ++i) skin.push_back(OtherPatient::skin(2 * std::numbers::pi * i / 400, y).cast<float>());
   return skin;
+}
+
+/// Whether a ray meets a triangle whose front it sees.
+bool meets_front(const RoomMesh& mesh, const Vector3d& from, const Vector3d& way) {
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    const Vector3d a = mesh.positions[mesh.indices[t]].cast<double>();
+    const Vector3d ab = mesh.positions[mesh.indices[t + 1]].cast<double>() - a;
+    const Vector3d ac = mesh.positions[mesh.indices[t + 2]].cast<double>() - a;
+    const Vector3d p = way.cross(ac), to = from - a, q = to.cross(ab);
+    const double det = ab.dot(p);
+    if (det <= 1e-15) continue;
+    const double u = to.dot(p) / det, v = way.dot(q) / det;
+    if (u >= -1e-9 && v >= -1e-9 && u + v <= 1 + 1e-9 && ac.dot(q) > 0) return true;
+  }
+  return false;
 }
 
 TEST(DrapeMesh, LiesOnTheSkinOfAPatientOfAnyShapeWithTheFieldOverEntryAndProbe) {
@@ -126,19 +141,83 @@ TEST(DrapeMesh, LiesOnTheSkinOfAPatientOfAnyShapeWithTheFieldOverEntryAndProbe) 
   }
 }
 
-/// Whether a ray meets a triangle whose front it sees.
-bool meets_front(const RoomMesh& mesh, const Vector3d& from, const Vector3d& way) {
-  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
-    const Vector3d a = mesh.positions[mesh.indices[t]].cast<double>();
-    const Vector3d ab = mesh.positions[mesh.indices[t + 1]].cast<double>() - a;
-    const Vector3d ac = mesh.positions[mesh.indices[t + 2]].cast<double>() - a;
-    const Vector3d p = way.cross(ac), to = from - a, q = to.cross(ab);
-    const double det = ab.dot(p);
-    if (det <= 1e-15) continue;
-    const double u = to.dot(p) / det, v = way.dot(q) / det;
-    if (u >= -1e-9 && v >= -1e-9 && u + v <= 1 + 1e-9 && ac.dot(q) > 0) return true;
+// Down the flank the field ends where the cloth leaves the skin: what hangs beside the table stays whole.
+TEST(DrapeMesh, IsOpenOnTheSkinOnlyHoweverLowOneGoesIn) {
+  for (const double entry_angle : {-1.5, -1.75, -2.0, 1.5}) {
+    const OtherPatient patient(entry_angle);
+    const RoomLayout layout = room_layout(patient.scene);
+    const std::vector<Eigen::Vector3f> skin = skin_of(patient);
+    const RoomMesh drape = room_meshes(layout, skin).drape;
+    int open = 0;
+    for (std::size_t i = 0; i < drape.positions.size(); ++i) {
+      const Eigen::Vector2d at(drape.coordinates[i][0], drape.coordinates[i][1]);
+      if ((at.cwiseAbs().array() > layout.field_half.array()).any()) continue;
+      ++open;
+      const Eigen::Vector3f cloth = (layout.patient_from_table * drape.positions[i].cast<double>()).cast<float>();
+      float distance = 1;
+      for (const Eigen::Vector3f& p : skin) distance = std::min(distance, (p - cloth).norm());
+      EXPECT_LT(distance, 0.014F) << at.transpose();
+    }
+    EXPECT_GT(open, 5);
+    // The opening is cut by the coordinates between the vertices, too: they go on round the patient without a jump.
+    for (std::size_t t = 0; t + 2 < drape.indices.size(); t += 3)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto a = drape.indices[t + k], b = drape.indices[t + (k + 1) % 3];
+        EXPECT_LT(std::abs(drape.coordinates[a][0] - drape.coordinates[b][0]), 0.10F)
+            << drape.positions[a].transpose();
+      }
   }
-  return false;
+}
+
+// Out of a scan the widest place may be at the hips, low down: the back lies on the mattress for all that.
+TEST(RoomLayout, AWholeTrunkLiesOnTheMattressWhereverItIsWidest) {
+  OtherPatient patient;
+  const double before = room_layout(patient.scene).trunk_half.y();
+  for (Eigen::Vector3f& p : patient.scene.surfaces.front().positions)
+    p.x() += 0.25F * (p.x() - 0.01F) * (0.15F - p.z()) / 0.13F;
+  const RoomLayout layout = room_layout(patient.scene);
+  double bottom = 1, top = -1;
+  for (const Eigen::Vector3f& p : patient.scene.surfaces.front().positions) {
+    const Vector3d at = layout.patient_from_table.inverse() * p.cast<double>();
+    bottom = std::min(bottom, at.z());
+    top = std::max(top, at.z());
+  }
+  EXPECT_NEAR(layout.trunk_half.y(), before, 0.002);
+  EXPECT_NEAR(bottom, 0, 0.008);
+  EXPECT_NEAR(layout.trunk_point(0, 0).z(), top, 0.001);
+}
+
+// A patient may have skin where the procedure is and nowhere else, and gaps in it: what one sees there is skin, too.
+TEST(RoomMeshes, UnderTheClothThereIsSkinEverywhereAndBelowTheirs) {
+  const OtherPatient patient;
+  const RoomLayout layout = room_layout(patient.scene);
+  const std::vector<Eigen::Vector3f> whole = skin_of(patient);
+  const Eigen::Isometry3d table_from_patient = layout.patient_from_table.inverse();
+  std::vector<Eigen::Vector3f> half;
+  for (const Eigen::Vector3f& p : whole)
+    if (layout.trunk_angle(table_from_patient * p.cast<double>()) < 0.3) half.push_back(p);
+  for (const bool only_half : {false, true}) {
+    const RoomMesh lining = room_meshes(layout, only_half ? half : whole).lining;
+    double lowest = 0;
+    for (std::size_t i = 0; i < lining.positions.size(); i += 3) {
+      const Vector3d at = layout.patient_from_table * lining.positions[i].cast<double>();
+      const double trunk_angle = layout.trunk_angle(lining.positions[i].cast<double>());
+      if (at.y() < OtherPatient::kFrom || at.y() > OtherPatient::kTo || (only_half && trunk_angle > 0.28)) continue;
+      const double angle = std::atan2(at.x() - 0.01, at.z() - 0.15);
+      const Vector3d on = OtherPatient::skin_towards(angle, at.y());
+      const double height = std::hypot(at.x() - 0.01, at.z() - 0.15) - std::hypot(on.x() - 0.01, on.z() - 0.15);
+      EXPECT_LT(height, -0.5e-3) << "theirs is what one sees, " << angle << " " << at.y();
+      lowest = std::min(lowest, height);
+    }
+    EXPECT_LT(lowest, -0.5e-3) << "it is there";
+    EXPECT_GT(lowest, -0.012) << "no pit under a gap";
+    for (double y = layout.trunk_y[0] - 0.08; y < layout.trunk_y[1] + 0.08; y += 0.04)
+      for (double angle = -1.7; angle < 1.75; angle += 0.2) {
+        const Vector3d centre(layout.trunk_centre.x(), y, layout.trunk_centre.y());
+        const Vector3d outside = centre + 2 * (layout.trunk_point(angle, y) - centre);
+        EXPECT_TRUE(meets_front(lining, outside, centre - outside)) << "angle " << angle << " y " << y;
+      }
+  }
 }
 
 // A patient who was cut out of a scan: what is seen there is the tissue that the scan goes through, at the cut.

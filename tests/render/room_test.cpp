@@ -602,6 +602,42 @@ TEST_F(Room, ClothHidesLabelsAndHasNone) {
   EXPECT_EQ(view.labels[80 * 160 + 80], 1);
 }
 
+// Where the patient's surfaces leave a gap one sees skin, not his inside; seen through, he is what he is.
+TEST_F(Room, AGapInTheSkinShowsSkin) {
+  state.needle_positions.clear();
+  state.needle_orientations.clear();
+  state.probe_position = {0, 0, 10};
+  const RoomLayout layout = room_layout(scene);
+  const content::Camera camera = at_field(layout, 0.6);
+  const auto in_the_middle = [&](SeeThrough see_through) {
+    Renderer renderer(device, scene, {.width = 160, .height = 160});
+    renderer.render(state, camera, {.see_through = see_through});
+    const ViewLabels view = renderer.read_labels();
+    return std::pair(int{view.labels[80 * 160 + 80]}, kDepthUnit * static_cast<double>(view.depth[80 * 160 + 80]));
+  };
+  const double whole = in_the_middle(SeeThrough::closed).second;
+  for (content::Surface& surface : scene.surfaces) {
+    if (scene.tissues[surface.tissue].name != kSkin) continue;
+    std::vector<std::uint32_t> kept;
+    for (std::size_t t = 0; t + 2 < surface.indices.size(); t += 3) {
+      const Vector3d at = surface.positions[surface.indices[t]].cast<double>();
+      const Vector3d way = (camera.look_at - camera.eye).normalized(), from_eye = at - camera.eye;
+      if ((from_eye - from_eye.dot(way) * way).norm() < 0.02) continue;
+      kept.insert(kept.end(), surface.indices.begin() + static_cast<std::ptrdiff_t>(t),
+                  surface.indices.begin() + static_cast<std::ptrdiff_t>(t) + 3);
+    }
+    EXPECT_LT(kept.size(), surface.indices.size());
+    surface.indices = kept;
+  }
+  const auto [label, depth] = in_the_middle(SeeThrough::closed);
+  EXPECT_EQ(label, 1);
+  EXPECT_NEAR(depth, whole, 0.012);
+  EXPECT_NE(in_the_middle(SeeThrough::glass).first, 1);
+  const Geometry geometry(scene, &layout);
+  ASSERT_EQ(geometry.lining.size(), 1U);
+  EXPECT_TRUE(Geometry(scene).lining.empty()) << "without a room";
+}
+
 TEST_F(Room, DrawsTheTestSceneInItsRoom) {
   if (const auto why = tests::no_golden_for(device.identity())) GTEST_SKIP() << *why;
   Renderer renderer(device, scene, {.width = 320, .height = 180});
