@@ -9,8 +9,11 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 
@@ -94,6 +97,7 @@ public:
   explicit MeanMaterial(std::size_t samples) : samples_(static_cast<double>(samples)) {}
 
   void add(const physics::ElasticMaterial& m) {
+    softness_ += 1 / (m.young_modulus * samples_);
     mean_.young_modulus += m.young_modulus / samples_;
     mean_.poisson_ratio += m.poisson_ratio / samples_;
     mean_.stiffening += m.stiffening * m.young_modulus / samples_;
@@ -105,6 +109,7 @@ public:
   }
   physics::ElasticMaterial get() const {
     physics::ElasticMaterial mean = mean_;
+    mean.layers.across = std::min(1.0, 1 / (softness_ * mean.young_modulus));
     mean.stiffening /= mean.young_modulus;
     for (std::size_t i = 0; i < rate_.size(); ++i) {
       physics::Relaxation& term = mean.relaxation[i];
@@ -116,9 +121,40 @@ public:
 
 private:
   double samples_;
+  double softness_ = 0;  // 1/Pa
   physics::ElasticMaterial mean_{.young_modulus = 0, .poisson_ratio = 0};
   std::array<double, 2> rate_{};
 };
+
+/// Where the tissues of an element differ: normals of the nearest surfaces between them, the nearer the more.
+void find_layers(std::span<const mesh::Solid* const> regions, content::DeformableBody& body) {
+  constexpr double kReach = 3;        // of the radius of a tetrahedron
+  constexpr double kOnSurface = 0.1;  // of it
+  for (std::size_t first = 0; first < body.mesh.tets.size(); first += physics::kTetsOfRefined) {
+    const std::span<physics::ElasticMaterial> materials =
+        std::span(body.tet_mechanics).subspan(first, physics::kTetsOfRefined);
+    if (std::ranges::all_of(materials, [&](const physics::ElasticMaterial& m) {
+          return m.young_modulus == materials[0].young_modulus && m.layers.across == 1;
+        })) {
+      continue;
+    }
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+      Eigen::Matrix<double, 3, 4> corners;
+      for (int c = 0; c < 4; ++c) corners.col(c) = body.mesh.nodes[body.mesh.tets[first + i][c]];
+      const Eigen::Vector3d centroid = corners.rowwise().mean();
+      const double radius = (corners.colwise() - centroid).colwise().norm().maxCoeff();
+      Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
+      for (const mesh::Solid* region : regions) {
+        if (region->bounds().exteriorDistance(centroid) >= kReach * radius) continue;
+        const mesh::Solid::Nearest nearest = region->nearest(centroid);
+        normals += nearest.normal * nearest.normal.transpose() /
+                   (nearest.distance * nearest.distance + std::pow(kOnSurface * radius, 2));
+      }
+      const Eigen::Vector3d normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normals).eigenvectors().col(2);
+      materials[i].layers.normal = {normal.x(), normal.y(), normal.z()};
+    }
+  }
+}
 
 }  // namespace
 
@@ -178,6 +214,10 @@ void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::spa
     }
     body.tet_mechanics.push_back(mean.get());
   }
+  if (body.element != physics::Element::quadratic) return;
+  std::vector<const mesh::Solid*> solids;
+  for (const Region& region : regions) solids.push_back(&region.solid);
+  find_layers(solids, body);
 }
 
 content::DeformableBody build_body(const BodyRequest& request, std::span<const Organ> organs,

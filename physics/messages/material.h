@@ -12,15 +12,22 @@ struct Relaxation {
   double time_s = 1;  ///< to 1/e
 };
 
+/// Parallel layers thinner than the mesh, soft ones between stiff ones (physics/README.md eq. 51).
+struct Layering {
+  double across = 1;               ///< E across them, the harmonic mean, over E along them, the mean; -
+  std::array<double, 3> normal{};  ///< unit, at rest; zero: unknown, what differs is taken for one of the mean
+};
+
 /// Mechanical material of a tetrahedron (physics/README.md eq. 2, 45).
 struct ElasticMaterial {
   double young_modulus = 5000.0;           ///< E, Pa; at once, and at small strain
   double poisson_ratio = 0.45;             ///< nu, -
   double stiffening = 0;                   ///< b of eq. 45, -; quadratic elements only
   std::array<Relaxation, 2> relaxation{};  ///< shares together below 1; quadratic elements only
+  Layering layers{};                       ///< quadratic elements only
 };
 
-/// Adds a part of a material to a mean; what fades does so at the mean rate.
+/// Adds a part of a material to a mean; what fades does so at the mean rate. Layers are left out.
 inline void add_part(ElasticMaterial& mean, const ElasticMaterial& material, double weight) {
   mean.young_modulus += weight * material.young_modulus;
   mean.poisson_ratio += weight * material.poisson_ratio;

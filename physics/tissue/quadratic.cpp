@@ -2,6 +2,7 @@
 
 #include "physics/tissue/refinement.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -154,6 +155,9 @@ double cubed(double size) {
 /// stiff: keeps what a wild step makes finite. Engineering value.
 constexpr double kStiffest = 5;
 
+/// Relative, of moduli along layers and across: rounding.
+constexpr double kSameAcross = 1e-9;
+
 constexpr std::array<std::pair<std::size_t, std::size_t>, 6> kSymmetric{
     {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
 
@@ -171,7 +175,32 @@ struct PointStress {
   std::array<Lanes, 3> turning;  // y: the derivative of U by S where T and S do not share axes, as R (T - [y]x)
 };
 
-/// T = (g_inf exp(b |E|^2) + sum g_i) E - sum g_i alpha_i   (eq. 45).
+/// L E = P E P + c tr(P E P) P, P = I - n n^T: what sheets in plane stress make of a strain   (eq. 51).
+LaneMatrix along_layers(const QuadraticRest& rest, const LaneMatrix& strain) {
+  const auto& n = rest.normal;
+  std::array<Lanes, 3> across;  // E n
+  for (std::size_t i = 0; i < 3; ++i) across[i] = strain[i][0] * n[0] + strain[i][1] * n[1] + strain[i][2] * n[2];
+  const Lanes stretch = n[0] * across[0] + n[1] * across[1] + n[2] * across[2];
+  const Lanes spread = rest.spread * (trace(strain) - stretch);
+  LaneMatrix along;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      along[i][k] = strain[i][k] - across[i] * n[k] - n[i] * across[k] + (stretch - spread) * n[i] * n[k];
+    }
+    along[i][i] += spread;
+  }
+  return along;
+}
+
+Lanes product(const LaneMatrix& a, const LaneMatrix& b) {
+  Lanes sum = Lanes::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) sum += a[i][k] * b[i][k];
+  }
+  return sum;
+}
+
+/// T = (g_inf exp(b |E|^2) + sum g_i) E - K + s L (E - K), K = sum g_i alpha_i   (eq. 45, 51).
 /// @param memory  null: nothing has relaxed
 PointStress stress_of(const QuadraticRest& rest, const LaneMatrix& strain, const Lanes& size,
                       const StrainMemory* memory) {
@@ -183,18 +212,32 @@ PointStress stress_of(const QuadraticRest& rest, const LaneMatrix& strain, const
     for (std::size_t k = 0; k < 3; ++k) stress.symmetric[i][k] = ratio * strain[i][k];
     stress.turning[i].setZero();
   }
-  if (memory == nullptr) return stress;
-  LaneMatrix kept;  // sum g_i alpha_i
+  if (memory == nullptr && !rest.layered) return stress;
+  LaneMatrix kept;  // K - s L (E - K): what does not share its axes with S
   for (std::size_t c = 0; c < kSymmetric.size(); ++c) {
     const auto [i, k] = kSymmetric[c];
-    kept[i][k] = rest.share[0] * memory->alpha[0][c] + rest.share[1] * memory->alpha[1][c];
+    if (memory != nullptr) {
+      kept[i][k] = rest.share[0] * memory->alpha[0][c] + rest.share[1] * memory->alpha[1][c];
+    } else {
+      kept[i][k].setZero();
+    }
     kept[k][i] = kept[i][k];
+  }
+  if (rest.layered) {
+    LaneMatrix left = strain;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) left[i][k] -= kept[i][k];
+    }
+    const LaneMatrix along = along_layers(rest, left);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) kept[i][k] -= rest.sheets * along[i][k];
+    }
   }
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) stress.symmetric[i][k] -= kept[i][k];
   }
   // dU = T : dS = T : (R^T dF) - T : (Omega S), Omega = R^T dR, and dR follows from F by
-  // (tr(S) I - S) omega = axial(R^T dF - dF^T R). What shares its axes with S is not turned: alpha alone is.
+  // (tr(S) I - S) omega = axial(R^T dF - dF^T R). What shares its axes with S is not turned.
   const auto axial = [](const LaneMatrix& a, const LaneMatrix& b, std::size_t i, std::size_t k) {
     return Lanes(a[i][0] * b[0][k] + a[i][1] * b[1][k] + a[i][2] * b[2][k] - a[k][0] * b[0][i] - a[k][1] * b[1][i] -
                  a[k][2] * b[2][i]);
@@ -266,8 +309,11 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
     QuadraticRest& rest = elements[e];
     rest.nodes = nodes_of(mesh, e);
     const Gradients x = rest_of(mesh, rest.nodes);
-    double lambda = 0;
+    double lambda = 0;                                          // integral
+    double compressibility = 0;                                 // integral of 1 / lambda
+    bool in_layers = false;                                     // it is known how they lie
     std::array<Lanes, 2> fading{Lanes::Zero(), Lanes::Zero()};  // share times rate
+    double poisson_ratio = 0;
     for (int p = 0; p < kLanes; ++p) {
       const Gradients& local = gradients_at_points()[static_cast<std::size_t>(p)];
       const Eigen::Matrix3d jacobian = x * local.transpose();
@@ -280,28 +326,48 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
         }
       }
       rest.volume[p] = determinant / 24;
-      rest.mu[p] = 0;
+      double along = 0;     // mean of mu
+      double softness = 0;  // mean of 1 / mu, across layers
+      Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
       for (const std::size_t near : {0U, 4U}) {
         const ElasticMaterial& m = materials[kTetsOfRefined * e + near + static_cast<std::size_t>(p)];
         const double mu = 0.5 * m.young_modulus / (2 * (1 + m.poisson_ratio));
-        rest.mu[p] += mu;
+        const double lambda_mu = 2 * m.poisson_ratio / (1 - 2 * m.poisson_ratio);  // lambda / mu
+        along += mu;
+        softness += 0.25 / (mu * m.layers.across);
+        lambda += rest.volume[p] * mu * lambda_mu;
+        compressibility += 0.25 * rest.volume[p] / (mu * m.layers.across * lambda_mu);
+        poisson_ratio += 0.5 * m.poisson_ratio / kLanes;
+        const Eigen::Map<const Eigen::Vector3d> normal(m.layers.normal.data());
+        in_layers = in_layers || !normal.isZero();
+        normals += normal * normal.transpose();
         rest.stiffening[p] += mu * m.stiffening;
         for (std::size_t i = 0; i < 2; ++i) {
           rest.share[i][p] += mu * m.relaxation[i].share;
           fading[i][p] += mu * m.relaxation[i].share / m.relaxation[i].time_s;
         }
-        lambda += 0.5 * rest.volume[p] * m.young_modulus * m.poisson_ratio /
-                  ((1 + m.poisson_ratio) * (1 - 2 * m.poisson_ratio));
       }
+      rest.stiffening[p] /= along;
+      for (std::size_t i = 0; i < 2; ++i) {
+        rest.rate[i][p] = rest.share[i][p] > 0 ? fading[i][p] / rest.share[i][p] : 0;
+        rest.share[i][p] /= along;
+      }
+      const double stiffer = along * softness - 1;
+      if (stiffer < kSameAcross || normals.isZero()) {
+        rest.mu[p] = along;
+        continue;
+      }
+      rest.mu[p] = 1 / softness;
+      rest.sheets[p] = stiffer;
+      const Eigen::Vector3d normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normals).eigenvectors().col(2);
+      for (std::size_t i = 0; i < 3; ++i) rest.normal[i][p] = normal[static_cast<Eigen::Index>(i)];
     }
-    rest.lambda = lambda / rest.volume.sum();
-    rest.stiffening /= rest.mu;
-    rest.linear = (rest.stiffening == 0).all();
-    for (std::size_t i = 0; i < 2; ++i) {
-      rest.linear = rest.linear && (rest.share[i] == 0).all();
-      rest.rate[i] = (rest.share[i] > 0).select(fading[i] / rest.share[i], 0);
-      rest.share[i] /= rest.mu;
-    }
+    rest.spread = poisson_ratio / (1 - poisson_ratio);
+    // One pressure: the softer part gives way to it the more.
+    rest.lambda = in_layers ? rest.volume.sum() / compressibility : lambda / rest.volume.sum();
+    rest.layered = (rest.sheets > 0).any();
+    rest.linear =
+        !rest.layered && (rest.stiffening == 0).all() && (rest.share[0] == 0).all() && (rest.share[1] == 0).all();
   }
   return elements;
 }
@@ -445,6 +511,12 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
                  {t[1][0] - y[2], t[1][1], t[1][2] + y[0]},
                  {t[2][0] + y[1], t[2][1] - y[0], t[2][2]}}};
     }
+    if (rest.layered && linearised) {
+      const LaneMatrix along = along_layers(rest, strain);
+      for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) strain[i][k] += rest.sheets * along[i][k];
+      }
+    }
     const Lanes twice_mu = 2 * rest.mu * rest.volume;
     LaneMatrix p;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -495,6 +567,10 @@ double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positi
           }
         }
         all += rest.share[i] * squared_norm(fading);
+        if (rest.layered) all += rest.sheets * rest.share[i] * product(fading, along_layers(rest, fading));
+      }
+      if (rest.layered) {
+        all += rest.sheets * (1 - rest.share[0] - rest.share[1]) * product(strain, along_layers(rest, strain));
       }
       squares = all;
     }

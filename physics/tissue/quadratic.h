@@ -20,8 +20,7 @@
 namespace stylet::physics {
 
 /// The elements of a mesh of refined tetrahedra.
-/// @param materials  [tets]; a point has the mean of the two tetrahedra next to it, an element's lambda that of its
-/// points
+/// @param materials  [tets]; a point has those of the two tetrahedra next to it, in layers if they differ (eq. 51)
 /// @throws std::invalid_argument if the tetrahedra are not runs of eight as refined() makes them, or an element is
 ///         not positively oriented at one of its points
 std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<const ElasticMaterial> materials);

@@ -136,6 +136,9 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
     // Of a squeezed point V psi'' (dJ/dp)(dJ/dp)^T, of one that stiffens what it does along its strain (eq. 47).
     std::array<Gradients, 8> roots;
     std::size_t root_count = 0;
+    std::array<Gradients, 4> in_plane;
+    std::array<Eigen::Matrix3d, 4> planes;
+    std::array<double, 4> sheets{};
     for (std::size_t p = 0; p < 4; ++p) {
       const auto lane = static_cast<Eigen::Index>(p);
       Gradients g;
@@ -146,6 +149,14 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
       }
       turned[p] = rotations[4 * e + p].toRotationMatrix() * g;
       mu[p] = scale * rest.volume[lane] * rest.mu[lane];
+      if (rest.layered) {
+        const Eigen::Vector3d normal =
+            rotations[4 * e + p].toRotationMatrix() *
+            Eigen::Vector3d(rest.normal[0][lane], rest.normal[1][lane], rest.normal[2][lane]);
+        planes[p] = Eigen::Matrix3d::Identity() - normal * normal.transpose();
+        in_plane[p] = planes[p] * turned[p];
+        sheets[p] = mu[p] * rest.sheets[lane];
+      }
       if (!rest.linear && !stiffening.empty()) {
         const PointStiffness& stiff = stiffening[4 * e + p];
         if (rest.stiffening[lane] > 0) roots[root_count++] = std::sqrt(2 * mu[p]) * (stiff.along * g);
@@ -166,6 +177,13 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
         const Eigen::Vector3d b = turned[p].col(address.column);
         block += b * a.transpose();
         block.diagonal().array() += a.dot(b);
+      }
+      for (std::size_t p = 0; p < 4 && rest.layered; ++p) {
+        // Of the layers the same in their plane, and what plane stress adds: V mu s (g_b g_a^T + (g_a . g_b) P +
+        // 2 c g_a g_b^T), g = P R grad N   (eq. 52).
+        const Eigen::Vector3d a = sheets[p] * in_plane[p].col(address.row);
+        const Eigen::Vector3d b = in_plane[p].col(address.column);
+        block += b * a.transpose() + 2 * rest.spread * a * b.transpose() + a.dot(b) * planes[p];
       }
       for (std::size_t k = 0; k < root_count; ++k) {
         block += roots[k].col(address.row) * roots[k].col(address.column).transpose();

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -40,6 +41,11 @@ void check(const TetMesh& mesh, std::span<const ElasticMaterial> materials, std:
     const ElasticMaterial& m = materials[t];
     if (!(m.young_modulus > 0) || !(m.poisson_ratio > -1 && m.poisson_ratio < 0.5)) {
       refuse("material of tetrahedron " + std::to_string(t) + " needs E > 0 and -1 < nu < 0.5");
+    }
+    const auto& [x, y, z] = m.layers.normal;
+    const double squared = x * x + y * y + z * z;
+    if (!(m.layers.across > 0 && m.layers.across <= 1) || !(squared == 0 || std::abs(squared - 1) < 1e-6)) {
+      refuse("layers of tetrahedron " + std::to_string(t) + " need a share across in (0, 1] and a unit normal or none");
     }
     const auto& [first, second] = m.relaxation;
     if (!(m.stiffening >= 0) || !(first.share >= 0 && second.share >= 0 && first.share + second.share < 1) ||

@@ -43,10 +43,15 @@ struct QuadraticRest {
   std::array<int, 10> nodes{};                                ///< corners, then the middles of kTetEdges
   std::array<std::array<Eigen::Array4d, 3>, 10> gradients{};  ///< [node][axis] of the shape functions, 1/m
   Eigen::Array4d volume = Eigen::Array4d::Zero();             ///< of a point, m^3
-  Eigen::Array4d mu = Eigen::Array4d::Zero();                 ///< shear modulus, Pa
+  Eigen::Array4d mu = Eigen::Array4d::Zero();                 ///< shear modulus, of layers that across them, Pa
   double lambda = 0;                                          ///< first Lame parameter, Pa
-  bool linear = true;                                         ///< no stiffening, no relaxation at any point
-  Eigen::Array4d stiffening = Eigen::Array4d::Zero();         ///< b of eq. 45, -
+  bool linear = true;                              ///< no layers, no stiffening, no relaxation at any point
+  bool layered = false;                            ///< at some point
+  Eigen::Array4d sheets = Eigen::Array4d::Zero();  ///< of layers, s of eq. 51: what they are stiffer along, over mu
+  std::array<Eigen::Array4d, 3> normal{Eigen::Array4d::Zero(), Eigen::Array4d::Zero(),
+                                       Eigen::Array4d::Zero()};  ///< of layers, unit, at rest; zero: there are none
+  double spread = 0;                                             ///< c of eq. 51, -
+  Eigen::Array4d stiffening = Eigen::Array4d::Zero();            ///< b of eq. 45, -
   std::array<Eigen::Array4d, 2> share{Eigen::Array4d::Zero(), Eigen::Array4d::Zero()};  ///< g_i of eq. 45, -
   std::array<Eigen::Array4d, 2> rate{Eigen::Array4d::Zero(), Eigen::Array4d::Zero()};   ///< 1/tau_i, 1/s
 };

@@ -66,6 +66,19 @@ TEST(QuadraticLoop, FindsTheEquilibriumOfALargeStretch) {
   }
 }
 
+// Layers twenty times stiffer along than across: of what turns with them K leaves out a part.
+TEST(QuadraticLoop, FindsTheEquilibriumOfLayers) {
+  for (const Eigen::Vector3d& normal : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.6, 0, 0.8)}) {
+    SimulationBody body = cube(0.49);
+    for (ElasticMaterial& material : body.tet_materials)
+      material.layers = {.across = 0.05, .normal = {normal.x(), normal.y(), normal.z()}};
+    body.load = pull(body, Eigen::Vector3d(0.4, 0.1, 0.3));
+    EXPECT_LT(settle(body, true), 300);
+    body.load = -body.load;  // pressed
+    EXPECT_LT(settle(body, true), 300);
+  }
+}
+
 TEST(QuadraticLoop, FindsTheEquilibriumWithTheFactorOfRest) {
   for (const double poisson_ratio : {0.45, 0.49}) {
     SimulationBody body = cube(poisson_ratio);
