@@ -14,8 +14,8 @@ namespace stylet::readers {
 /// Fills tet_tissue and tet_mechanics of a body whose name and mesh are known. A tetrahedron gets the tissue of the
 /// last region or target that the body carries and that contains its centroid, else of the boundary. Its mechanics is
 /// the mean over its volume (20 points) of what lies there, vessels included: the last region that contains a point
-/// counts. What lies in quadratic elements lies in layers: along the surfaces of the regions stiff as the mean, across
-/// them soft as the mean of the softnesses.
+/// counts. What lies in quadratic elements lies in layers: along the surfaces of the regions stiff as the mean,
+/// across them soft as the mean of the softnesses.
 void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::span<const content::Tissue> tissues,
                   content::DeformableBody& body);
 

@@ -45,7 +45,8 @@ void check(const TetMesh& mesh, std::span<const ElasticMaterial> materials, std:
     const auto& [x, y, z] = m.layers.normal;
     const double squared = x * x + y * y + z * z;
     if (!(m.layers.across > 0 && m.layers.across <= 1) || !(squared == 0 || std::abs(squared - 1) < 1e-6)) {
-      refuse("layers of tetrahedron " + std::to_string(t) + " need a share across in (0, 1] and a unit normal or none");
+      refuse("layers of tetrahedron " + std::to_string(t) +
+             " need a share across in (0, 1] and a unit normal or none");
     }
     const auto& [first, second] = m.relaxation;
     if (!(m.stiffening >= 0) || !(first.share >= 0 && second.share >= 0 && first.share + second.share < 1) ||

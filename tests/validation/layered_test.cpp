@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -44,9 +45,12 @@ ElasticMaterial skin_and_fat(double poisson_ratio, const Eigen::Vector3d& normal
           .layers = {.across = across / along, .normal = {normal.x(), normal.y(), normal.z()}}};
 }
 
+/// @param jitter  of the inner nodes, m
 StaticBody box(const Eigen::Vector3d& size, const std::array<int, 3>& cells, const Material& material,
-               const Where& is_fixed) {
-  TetMesh mesh = refined(reference::kuhn_box(Eigen::Vector3d::Zero(), size, cells));
+               const Where& is_fixed, double jitter = 0) {
+  TetMesh coarse = reference::kuhn_box(Eigen::Vector3d::Zero(), size, cells);
+  if (jitter > 0) reference::jitter_inner_nodes(coarse, jitter, 11);
+  TetMesh mesh = refined(coarse);
   std::vector<ElasticMaterial> materials;
   for (const auto& tet : mesh.tets) {
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -180,6 +184,54 @@ TEST(Layered, StiffnessAtRestIsTheDerivativeOfTheForce) {
     worst = std::max(worst, (column - k.col(i)).cwiseAbs().maxCoeff());
   }
   report_residual("|dF/dp - K| / |K| at rest", worst / k.cwiseAbs().maxCoeff(), 1e-8);
+}
+
+// All surface nodes follow an affine map of large rotation and 5 % strain; the inner nodes must find it.
+TEST(Layered, PatchTestHoldsOnIrregularMesh) {
+  const Where on_surface = [](const Eigen::Vector3d& x) {
+    return (x.array() < 1e-9).any() || (x.array() > 1 - 1e-9).any();
+  };
+  for (const double poisson_ratio : {0.3, 0.499}) {
+    StaticBody body = box(
+        Eigen::Vector3d::Ones(), {2, 2, 2},
+        [&](const Eigen::Vector3d&) { return skin_and_fat(poisson_ratio, some_normal()); }, on_surface, 0.07);
+    Eigen::Matrix3d affine;
+    affine << 1.04, 0.03, 0, 0.01, 0.97, -0.02, 0.02, 0, 1.05;
+    const Eigen::Matrix3Xd exact = turn_of_layers() * affine * body.positions;
+    body.positions = exact;
+    for (int n = 0; n < body.model().node_count(); ++n) {
+      if (body.model().free_index[static_cast<std::size_t>(n)] >= 0)
+        body.positions.col(n) += 0.01 * Eigen::Vector3d(1, -1, 0.5);
+    }
+    body.relax(Eigen::Matrix3Xd::Zero(3, body.model().node_count()), 1e-9, 200);
+    report_residual("patch test, nu " + std::to_string(poisson_ratio).substr(0, 5) + ", largest error / edge",
+                    (body.positions - exact).cwiseAbs().maxCoeff(), 1e-11);
+  }
+}
+
+// Softer than the layers across all of it nothing gets: six rigid motions are free, and no other.
+TEST(Layered, OnlyRigidMotionsAreFree) {
+  for (const double poisson_ratio : {0.3, 0.499}) {
+    const auto eigenvalues = [&](const Material& material) {
+      StaticBody body = box(Eigen::Vector3d::Ones(), {2, 2, 2}, material, on_base, 0.07);
+      body.positions = (turn_of_layers() * body.positions).eval();
+      body.forces();  // finds the rotations
+      return Eigen::VectorXd(
+          Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(body.dense_stiffness(), Eigen::EigenvaluesOnly)
+              .eigenvalues());
+    };
+    const Eigen::VectorXd layered =
+        eigenvalues([&](const Eigen::Vector3d&) { return skin_and_fat(poisson_ratio, some_normal()); });
+    const Eigen::VectorXd softest = eigenvalues([&](const Eigen::Vector3d&) {
+      const ElasticMaterial material = skin_and_fat(poisson_ratio, some_normal());
+      return ElasticMaterial{.young_modulus = material.young_modulus * material.layers.across,
+                             .poisson_ratio = poisson_ratio};
+    });
+    report_residual("largest of six that must be zero / largest",
+                    layered.head<6>().cwiseAbs().maxCoeff() / layered.maxCoeff(), 1e-12);
+    std::printf("  softest shape %.3f of what is as soft all over\n", layered[6] / softest[6]);
+    EXPECT_GT(layered[6], softest[6]);
+  }
 }
 
 // A soft sheet of a tenth between stiff ones, in the middle of an element: sheared along it, and pressed where it can
