@@ -1,5 +1,6 @@
 #include "haptic/paced_loop.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <ctime>
 
@@ -24,7 +25,7 @@ double LoopStatistics::actual_rate_hz() const {
 }
 
 void run_paced(PacingClock& clock, std::int64_t period_ns, const std::function<void(const StepTiming&)>& step,
-               const std::stop_token& stop, LoopStatistics& statistics) {
+               const std::stop_token& stop, LoopStatistics& statistics, int most_behind) {
   const std::int64_t origin = clock.now_ns();
   std::int64_t grid_index = 0;
   std::uint64_t executed = 0;
@@ -43,10 +44,14 @@ void run_paced(PacingClock& clock, std::int64_t period_ns, const std::function<v
     statistics.last_ns.store(started, std::memory_order_relaxed);
     statistics.steps.store(++executed, std::memory_order_relaxed);
 
-    // The next grid point that has not passed; those in between are lost.
-    std::int64_t next = grid_index + 1;
-    if (ended > origin + next * period_ns) next = (ended - origin + period_ns - 1) / period_ns;
-    missed += static_cast<std::uint64_t>(next - (grid_index + 1));
+    // From the next grid point that has not passed back to those that are still chased; what lies before is lost.
+    const std::int64_t due = grid_index + 1;
+    std::int64_t next = due;
+    if (ended > origin + due * period_ns) {
+      const std::int64_t future = (ended - origin + period_ns - 1) / period_ns;
+      next = std::max(due, future - most_behind);
+      missed += static_cast<std::uint64_t>(std::max<std::int64_t>(1, next - due));
+    }
     statistics.missed.store(missed, std::memory_order_relaxed);
     grid_index = next;
   }

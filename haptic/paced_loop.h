@@ -38,7 +38,7 @@ struct LoopStatistics {
   LatencyHistogram wakeup_latency;  ///< start of the step minus its grid point
   LatencyHistogram step_time;       ///< end of the step minus its start
   std::atomic<std::uint64_t> steps{0};
-  std::atomic<std::uint64_t> missed{0};   ///< grid points without a step of their own
+  std::atomic<std::uint64_t> missed{0};   ///< deadlines: grid points that passed during the step before theirs
   std::atomic<std::int64_t> first_ns{0};  ///< start of the first step
   std::atomic<std::int64_t> last_ns{0};   ///< start of the latest step
 
@@ -47,10 +47,11 @@ struct LoopStatistics {
 };
 
 /// Runs `step` at start + k * period, k = 0, 1, ..., until a stop is asked for. A step that is not done when the next
-/// grid point passes is a missed deadline: the grid points passed are counted and never chased; the loop goes on at
-/// the next one in the future.
+/// grid point passes is a missed deadline: the grid points passed are counted and, but for the last `most_behind` of
+/// them, never chased: 0 goes on at the next one in the future; else the next step begins at once, so that steps
+/// which are a little too long now and then, or on the average nearly as long as the period, keep their rate.
 /// @realtime itself: no allocation, no lock; system calls are the clock and the sleep
 void run_paced(PacingClock& clock, std::int64_t period_ns, const std::function<void(const StepTiming&)>& step,
-               const std::stop_token& stop, LoopStatistics& statistics);
+               const std::stop_token& stop, LoopStatistics& statistics, int most_behind = 0);
 
 }  // namespace stylet::haptic

@@ -73,7 +73,7 @@ RealTimeThread::RealTimeThread(const RealTimeSettings& settings, std::function<v
     const FlushDenormals flush;
     configured.set_value(configure_thread(settings));
     MonotonicClock clock;
-    run_paced(clock, period_ns, step, stop, statistics_);
+    run_paced(clock, period_ns, step, stop, statistics_, settings.most_behind);
   });
   warning_ = refused.get();
 }

@@ -14,6 +14,7 @@ struct RealTimeSettings {
   int fifo_priority = 80;   ///< SCHED_FIFO priority; 0: keep the ordinary scheduler
   bool lock_memory = true;  ///< mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) for the whole process
   int cpu = -1;             ///< bind to this processor, -1: any
+  int most_behind = 0;      ///< steps that are caught up with when late (run_paced)
 };
 
 /// Runs a callable at a fixed rate (run_paced) under SCHED_FIFO with memory locked and denormals flushed. Where the

@@ -8,6 +8,12 @@
 
 namespace stylet::session {
 
+namespace {
+
+constexpr int kMostBehind = 5;  // steps of the simulation: tissue relaxes by steps, and a lost one slows it down
+
+}  // namespace
+
 ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const content::Scene& scene,
                          const ThreadedSettings& settings)
     : loops_(loops),
@@ -21,7 +27,7 @@ ThreadedRun::ThreadedRun(CoupledLoops& loops, haptic::Device& device, const cont
   clock_state_.store(began_ns_, std::memory_order_release);
   worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
   simulation_ = std::make_unique<haptic::RealTimeThread>(
-      haptic::RealTimeSettings{.rate_hz = scene.rates.simulation_hz, .fifo_priority = 0},
+      haptic::RealTimeSettings{.rate_hz = scene.rates.simulation_hz, .fifo_priority = 0, .most_behind = kMostBehind},
       [this](const haptic::StepTiming& timing) { simulation_step(timing); });
   haptic_ = std::make_unique<haptic::RealTimeThread>(
       haptic::RealTimeSettings{.rate_hz = scene.rates.haptic_hz, .fifo_priority = settings.fifo_priority},

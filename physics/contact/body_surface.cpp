@@ -13,6 +13,11 @@ constexpr int kLeafFaces = 4;
 constexpr double kSmooth = 0.64;  // cosine between faces that share a corner: beyond 50 degrees it is a crease
 constexpr int kStack = 64;        // deep enough for 2^32 faces: the tree is balanced
 
+/// The least v . facing of all v in the box.
+double against(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& facing) {
+  return box.min().cwiseProduct(facing).cwiseMin(box.max().cwiseProduct(facing)).sum();
+}
+
 }  // namespace
 
 Eigen::Vector3d closest_weights(const Eigen::Vector3d& x, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
@@ -106,7 +111,7 @@ void BodySurface::build_tree(const Eigen::Matrix3Xd& rest) {
     const auto& [a, b, c] = faces_[f];
     centres.col(static_cast<Eigen::Index>(f)) = (rest.col(a) + rest.col(b) + rest.col(c)) / 3;
   }
-  boxes_.push_back({.box = {}, .left = -1, .first = 0, .count = face_count()});
+  boxes_.push_back({.box = {}, .areas = {}, .left = -1, .first = 0, .count = face_count()});
   for (std::size_t i = 0; i < boxes_.size(); ++i) {  // breadth first: children come after their parents
     const int first = boxes_[i].first;
     const int count = boxes_[i].count;
@@ -121,8 +126,8 @@ void BodySurface::build_tree(const Eigen::Matrix3Xd& rest) {
                        return centres(axis, a) != centres(axis, b) ? centres(axis, a) < centres(axis, b) : a < b;
                      });
     boxes_[i].left = static_cast<int>(boxes_.size());
-    boxes_.push_back({.box = {}, .left = -1, .first = first, .count = half});
-    boxes_.push_back({.box = {}, .left = -1, .first = first + half, .count = count - half});
+    boxes_.push_back({.box = {}, .areas = {}, .left = -1, .first = first, .count = half});
+    boxes_.push_back({.box = {}, .areas = {}, .left = -1, .first = first + half, .count = count - half});
   }
 }
 
@@ -139,11 +144,16 @@ void BodySurface::update(const Eigen::Matrix3Xd& positions) {
   for (std::size_t i = boxes_.size(); i-- > 0;) {
     Box& node = boxes_[i];
     node.box.setEmpty();
+    node.areas.setEmpty();
     if (node.left >= 0) {
-      node.box = boxes_[node.left].box.merged(boxes_[static_cast<std::size_t>(node.left) + 1].box);
+      const Box& left = boxes_[node.left];
+      const Box& right = boxes_[static_cast<std::size_t>(node.left) + 1];
+      node.box = left.box.merged(right.box);
+      node.areas = left.areas.merged(right.areas);
       continue;
     }
     for (int k = node.first; k < node.first + node.count; ++k) {
+      node.areas.extend(face_areas_.col(order_[k]));
       for (const int n : face(order_[k])) node.box.extend(positions.col(n));
     }
   }
@@ -188,6 +198,7 @@ SurfacePoint BodySurface::closest(const Eigen::Vector3d& x, const Eigen::Vector3
   while (depth > 0) {
     const Box& node = boxes_[stack[--depth]];
     if (node.box.squaredExteriorDistance(x) > (1 + kRounding) * best_squared + kRounding * kRounding) continue;
+    if (against(node.areas, facing) > kRounding * kRounding) continue;  // none looks against it
     if (node.left >= 0) {
       stack[depth++] = node.left;
       stack[depth++] = node.left + 1;

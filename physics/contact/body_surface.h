@@ -60,7 +60,8 @@ private:
   /// A box of the tree. Children come after their parents, a leaf's faces are order_[first .. first + count).
   struct Box {
     Eigen::AlignedBox3d box;
-    int left = -1;  // the right child is left + 1; -1: leaf
+    Eigen::AlignedBox3d areas;  // of the faces' normals times twice their areas
+    int left = -1;              // the right child is left + 1; -1: leaf
     int first = 0;
     int count = 0;
   };

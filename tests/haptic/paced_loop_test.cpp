@@ -30,7 +30,7 @@ struct PacedRun {
 };
 
 /// Runs `work_ns.size()` steps that take so long.
-void run(PacedRun& out, SimulatedClock& clock, const std::vector<std::int64_t>& work_ns) {
+void run(PacedRun& out, SimulatedClock& clock, const std::vector<std::int64_t>& work_ns, int most_behind = 0) {
   std::stop_source stop;
   run_paced(
       clock, kPeriod,
@@ -39,7 +39,7 @@ void run(PacedRun& out, SimulatedClock& clock, const std::vector<std::int64_t>& 
         clock.work(work_ns[timing.index]);
         if (out.steps.size() == work_ns.size()) stop.request_stop();
       },
-      stop.get_token(), out.statistics);
+      stop.get_token(), out.statistics, most_behind);
 }
 
 TEST(PacedLoop, StepsOnTheGrid) {
@@ -78,6 +78,37 @@ TEST(PacedLoop, MissedDeadlineIsCountedAndNotChased) {
     EXPECT_EQ((r.steps[i].scheduled_ns - r.steps[0].scheduled_ns) % kPeriod, 0);
     EXPECT_GE(r.steps[i].started_ns - r.steps[i - 1].started_ns, kPeriod);
   }
+}
+
+TEST(PacedLoop, StepsThatMayBeBehindKeepTheirRate) {
+  PacedRun r;
+  SimulatedClock clock;
+  std::vector<std::int64_t> work(100, 800'000);
+  for (std::size_t i = 10; i < 90; i += 2) work[i] = 1'150'000;  // 0.975 ms on the average
+  run(r, clock, work, 2);
+  for (std::size_t i = 0; i < work.size(); ++i) {
+    EXPECT_EQ(r.steps[i].scheduled_ns - r.steps[0].scheduled_ns, static_cast<std::int64_t>(i) * kPeriod);
+    if (i > 0) {
+      EXPECT_GE(r.steps[i].started_ns, r.steps[i - 1].started_ns + work[i - 1]) << "one after the other";
+    }
+  }
+  EXPECT_EQ(r.statistics.missed, 40u) << "each late end is counted";
+  EXPECT_NEAR(r.statistics.actual_rate_hz(), 1000, 2);
+}
+
+TEST(PacedLoop, WhatLiesFurtherBehindIsLost) {
+  PacedRun r;
+  SimulatedClock clock;
+  std::vector<std::int64_t> work(20, 100'000);
+  work[5] = 6'400'000;  // over grid points 6 to 11: 10 and 11 are caught up with
+  run(r, clock, work, 2);
+  const auto grid = [&](std::size_t i) { return (r.steps[i].scheduled_ns - r.steps[0].scheduled_ns) / kPeriod; };
+  EXPECT_EQ(grid(5), 5);
+  EXPECT_EQ(grid(6), 10);
+  EXPECT_EQ(grid(7), 11);
+  EXPECT_EQ(grid(8), 12);
+  EXPECT_EQ(r.steps[8].started_ns, r.steps[8].scheduled_ns) << "on the grid again";
+  EXPECT_EQ(r.statistics.missed, 5u) << "6 to 9, and what was late because of it";
 }
 
 TEST(PacedLoop, StepThatEndsExactlyAtTheNextGridPointMissesNothing) {
