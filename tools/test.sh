@@ -29,6 +29,8 @@ One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder'
 STYLET_SOAK_MINUTES of session time, 30; in real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), a
 hundred random users at the window, again under AddressSanitizer, each scenario changed STYLET_SCENARIO_CASES times at
 random and trained (700), coverage-guided fuzzing of every reader (STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
+A PostgreSQL server is started for the tests of a lab's server, on a socket of its own; without one they are skipped and
+counted. STYLET_TEST_POSTGRES=postgresql:///postgres?host=... names another, whose user may make databases.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
 HELP
   exit 0
@@ -67,7 +69,8 @@ install_packages "${sections[@]}"
 
 XDG_RUNTIME_DIR=$(mktemp -d)
 chmod 700 "$XDG_RUNTIME_DIR"
-trap 'rm -rf "$XDG_RUNTIME_DIR"; kill $(jobs -p) 2>/dev/null || true' EXIT
+postgres=()  # as whom, which folder, which programs
+trap 'stop_postgres; rm -rf "$XDG_RUNTIME_DIR"; kill $(jobs -p) 2>/dev/null || true' EXIT
 export XDG_RUNTIME_DIR
 # The software rasterizer, so that pictures are the same everywhere; hazards between submissions count too.
 export VK_LOADER_DRIVERS_SELECT=${VK_LOADER_DRIVERS_SELECT:-lvp_icd*}
@@ -78,6 +81,37 @@ mkdir -p "$MESA_SHADER_CACHE_DIR"
 export ALSOFT_DRIVERS=null  # nobody is to hear them; tests of sound choose another
 export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1 UBSAN_OPTIONS=print_stacktrace=1
 export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
+
+# A throwaway PostgreSQL: of an unprivileged user (initdb refuses root), on a socket, without waiting for the disk.
+start_postgres() {
+  unset STYLET_LAB_DATABASE
+  [ -z "${STYLET_TEST_POSTGRES:-}" ] || return 0
+  local programs folder as=()
+  programs=$(find /usr/lib/postgresql -path '*/bin/initdb' 2>/dev/null | sort -V | tail -n 1 || true)
+  programs=$(dirname "${programs:-$(command -v initdb || echo none)}")
+  [ -x "$programs/pg_ctl" ] || return 0
+  folder=$(mktemp -d /tmp/stylet-postgres-XXXXXX)  # a socket's path has 107 characters at most
+  if [ "$(id -u)" -eq 0 ]; then
+    local user
+    user=$(id -un postgres 2>/dev/null || id -un nobody)
+    as=(runuser -u "$user" --)
+    chown "$user" "$folder"
+  fi
+  postgres=("$folder" "$programs" "${as[@]}")
+  (cd "$folder" &&
+    "${as[@]}" "$programs/initdb" -D data -U stylet -A trust -E UTF8 --locale=C --locale-provider=icu \
+      --icu-locale=en-US --no-sync --no-instructions &&
+    "${as[@]}" "$programs/pg_ctl" start -w -t 120 -s -D data -l server.log \
+      -o "-k '$folder' -c listen_addresses= -c fsync=off") >"$XDG_RUNTIME_DIR/postgres.log" 2>&1 </dev/null ||
+    { echo "PostgreSQL does not start:"; tail -n 5 "$XDG_RUNTIME_DIR/postgres.log"; return 0; }
+  export STYLET_TEST_POSTGRES="postgresql:///postgres?user=stylet&host=$folder"
+}
+stop_postgres() {
+  [ ${#postgres[@]} -gt 0 ] || return 0
+  (cd "${postgres[0]}" && "${postgres[@]:2}" "${postgres[1]}/pg_ctl" stop -w -m immediate -D data) >/dev/null 2>&1 || true
+  rm -rf "${postgres[0]}"
+}
+start_postgres
 
 status=0
 data=-DSTYLET_TEST_DATA=${STYLET_TEST_DATA:-}

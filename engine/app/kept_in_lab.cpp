@@ -56,6 +56,20 @@ std::vector<store::MetricResult> results_of(const training::TrainingReport& trai
   return results;
 }
 
+store::LabSettings station_settings(const TraineeSettings& settings) {
+  return {.folder = settings.lab.empty() ? store::default_lab_folder() : settings.lab, .build = build_name()};
+}
+
+void say_station(const store::Station& station, Observer& observer) {
+  if (!station.away.empty()) {
+    observer.note(Note::notice,
+                  fmt::format("attempts stay on this computer until the lab's server is there: {}", station.away));
+  } else if (station.server) {
+    const std::string words = store::handed_over_words(station.handed_over, station.server->database().place());
+    if (!words.empty()) observer.note(Note::info, words);
+  }
+}
+
 }  // namespace
 
 store::Subject course_with(const std::string& named, const fs::path& scenario) {
@@ -101,16 +115,25 @@ std::unique_ptr<TraineeRecords> open_records(const TraineeSettings& settings, co
   if (settings.name.empty()) return nullptr;
   std::optional<store::Subject> course;
   if (!settings.course.empty()) course = course_with(settings.course, readers::find_scenario(scenario));
-  std::unique_ptr<TraineeRecords> records(new TraineeRecords{
-      .lab = store::Lab(
-          {.folder = settings.lab.empty() ? store::default_lab_folder() : settings.lab, .build = build_name()})});
-  records->person = records->lab.enrolled(settings.name);
+  std::unique_ptr<TraineeRecords> records(
+      new TraineeRecords{.station = store::open_station(station_settings(settings))});
+  records->person = records->station.enrolled(settings.name);
   records->course = std::move(course);
   if (records->person.added) {
     observer.note(Note::notice, fmt::format("{} is new in {}, with the pseudonym {}", settings.name,
                                             records->lab.folder().string(), records->person.pseudonym));
   }
+  say_station(records->station, observer);
+  records->station.server.reset();  // nobody waits at it while the session lasts
   return records;
+}
+
+void hand_over_after(const TraineeSettings& settings, Observer& observer) {
+  try {
+    say_station(store::open_station(station_settings(settings)), observer);
+  } catch (const files::ContentError& error) {
+    observer.note(Note::notice, error.what());
+  }
 }
 
 LabAttempt::LabAttempt(TraineeRecords& records, const content::Scene& scene, Facts facts)

@@ -5,6 +5,7 @@
 #include "engine/app/run_session.h"
 #include "engine/content/scene.h"
 #include "engine/lab/store/lab.h"
+#include "engine/lab/store/station.h"
 #include "engine/session/session_report.h"
 #include "engine/training/training_report.h"
 
@@ -22,9 +23,10 @@ lab::store::AttemptEnd attempt_numbers(const training::TrainingReport& training)
 /// The course, in which the scenario is. @throws files::ContentError
 lab::store::Subject course_with(const std::string& named, const std::filesystem::path& scenario);
 
-/// The records, open for one trainee.
+/// The records, open for one trainee: this computer's own files, whether or not the lab has a server.
 struct TraineeRecords {
-  lab::store::Lab lab;
+  lab::store::Station station;
+  lab::store::Lab& lab = *station.own;
   lab::store::Person person{};
   std::optional<lab::store::Subject> course{};
 };
@@ -35,6 +37,9 @@ struct TraineeRecords {
 /// @throws files::ContentError
 std::unique_ptr<TraineeRecords> open_records(const TraineeSettings& settings, const std::string& scenario,
                                              Observer& observer);
+
+/// Gives the lab's server, where there is one, what the session left; a server that is away is said in one line.
+void hand_over_after(const TraineeSettings& settings, Observer& observer);
 
 /// Main thread; the beginning is written by another, which it waits for at the end.
 class LabAttempt {

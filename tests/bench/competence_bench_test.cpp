@@ -1,4 +1,5 @@
 // What `stylet bench competence` promises: every target is met, and simulated trainees are among them.
+#include "tests/support/postgres_database.h"
 #include "tools/bench/competence.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,13 @@ TEST(CompetenceBench, MeetsItsTargets) {
   EXPECT_GE(count("published."), 13);
   EXPECT_EQ(count("certified."), 4);
   EXPECT_GE(count("cohort."), 6);
-  EXPECT_EQ(count("records."), 4);
+  EXPECT_EQ(count("records."), 6);
+  const bool left_out =
+      std::ranges::any_of(report.measurements, [](const Measurement& m) { return m.name == "postgres.left_out"; });
+  EXPECT_EQ(count("postgres."), left_out ? 0 : 3);
+  if (support::test_postgres()) {
+    EXPECT_FALSE(left_out);
+  }
   EXPECT_EQ(count("outbox."), 3);
 }
 

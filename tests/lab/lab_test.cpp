@@ -4,8 +4,10 @@
 #include "engine/lab/store/digest.h"
 #include "engine/lab/store/identity.h"
 #include "engine/lab/store/schema.h"
+#include "engine/lab/store/sqlite.h"
 #include "tests/lab/refusal.h"
 #include "tests/lab/sample_attempts.h"
+#include "tests/support/postgres_database.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gmock/gmock.h>
@@ -51,8 +53,10 @@ protected:
   Records() { open(); }
   void open() {
     lab_.reset();
-    lab_.emplace(
-        LabSettings{.folder = folder_.path() / "lab", .build = "test", .clock = [this] { return now_ms_ += 1000; }});
+    lab_.emplace(LabSettings{.folder = folder_.path() / "lab",
+                             .build = "test",
+                             .clock = [this] { return now_ms_ += 1000; },
+                             .database = database_ ? database_->address() : ""});
   }
   std::string take(const Person& person, double total, bool passed, const std::string& scenario = "liver_biopsy") {
     const std::string attempt = lab_->begin(start_of(person, scenario));
@@ -61,11 +65,26 @@ protected:
   }
 
   support::TemporaryFolder folder_;
+  std::optional<support::PostgresTestDatabase> database_;
   std::int64_t now_ms_ = 1'772'442'985'480;  // 2026-03-02
   std::optional<Lab> lab_;
 };
 
-TEST_F(Records, AnAttemptMadeElsewhereIsTakenInAsAWholeOnce) {
+/// On both databases.
+class AnyRecords : public Records, public testing::WithParamInterface<const char*> {
+protected:
+  void SetUp() override {
+    if (GetParam() == std::string("SQLite")) return;
+    const auto server = support::test_postgres();
+    if (!server) GTEST_SKIP() << "STYLET_TEST_POSTGRES is not set";
+    database_.emplace(*server);
+    open();
+  }
+};
+INSTANTIATE_TEST_SUITE_P(On, AnyRecords, testing::Values("SQLite", "PostgreSQL"),
+                         [](const auto& database) { return std::string(database.param); });
+
+TEST_P(AnyRecords, AnAttemptMadeElsewhereIsTakenInAsAWholeOnce) {
   const Person ada = lab_->enrolled("ada");
   const fs::path recording = folder_.write("elsewhere.rec", "what was done");
   AttemptEnd end = end_of(82, true);
@@ -90,7 +109,7 @@ TEST_F(Records, AnAttemptMadeElsewhereIsTakenInAsAWholeOnce) {
   EXPECT_FALSE(fs::exists(lab_->recording_of(id)));
 }
 
-TEST_F(Records, WhatCannotBeTakenInWholeLeavesNothing) {
+TEST_P(AnyRecords, WhatCannotBeTakenInWholeLeavesNothing) {
   const Person ada = lab_->enrolled("ada");
   AttemptEnd end = end_of(82, true);
   end.recording = folder_.path() / "not there.rec";
@@ -106,7 +125,7 @@ TEST_F(Records, WhatCannotBeTakenInWholeLeavesNothing) {
   EXPECT_NO_THROW(lab_->take_in(start_of(ada), end, 1000, 2000));
 }
 
-TEST_F(Records, AnAttemptIsThereFromItsBeginningAndWholeAtItsEnd) {
+TEST_P(AnyRecords, AnAttemptIsThereFromItsBeginningAndWholeAtItsEnd) {
   const Person ada = lab_->enrolled("ada");
   const std::string attempt = lab_->begin(start_of(ada));
   ASSERT_THAT(lab_->attempts(), SizeIs(1));
@@ -138,7 +157,7 @@ TEST_F(Records, AnAttemptIsThereFromItsBeginningAndWholeAtItsEnd) {
   EXPECT_THAT(lab_->recording_of(attempt).string(), HasSubstr("recordings/2026/03/"));
 }
 
-TEST_F(Records, WhoWalksAwayOrIsCutOffHasFailedAndADemonstrationDoesNotCount) {
+TEST_P(AnyRecords, WhoWalksAwayOrIsCutOffHasFailedAndADemonstrationDoesNotCount) {
   const Person ada = lab_->enrolled("ada");
   const std::string left = lab_->begin(start_of(ada));
   AttemptEnd broken_off = end_of(90, true);  // numbers as they were: it had not come to its end
@@ -157,19 +176,19 @@ TEST_F(Records, WhoWalksAwayOrIsCutOffHasFailedAndADemonstrationDoesNotCount) {
   EXPECT_TRUE(all[1].counts());
   EXPECT_FALSE(all[1].succeeded());
   EXPECT_FALSE(all[2].counts());
-  EXPECT_TRUE(fs::is_empty(lab_->folder() / "running"));
+  EXPECT_TRUE(fs::is_empty(lab_->folder() / (database_ ? "running-at-server" : "running")));
 }
 
-TEST_F(Records, AnAttemptUnderWayIsNotTakenForCutOffByAnotherProgram) {
+TEST_P(AnyRecords, AnAttemptUnderWayIsNotTakenForCutOffByAnotherProgram) {
   const Person ada = lab_->enrolled("ada");
   const std::string attempt = lab_->begin(start_of(ada));
-  Lab other({.folder = lab_->folder(), .build = "test"});
+  Lab other({.folder = lab_->folder(), .build = "test", .database = database_ ? database_->address() : ""});
   EXPECT_EQ(other.attempts()[0].status, "running");
   lab_->end(attempt, end_of(80, true));
   EXPECT_EQ(other.attempts()[0].status, "ended");
 }
 
-TEST_F(Records, NumbersAreOfATraineeAtAScenario) {
+TEST_P(AnyRecords, NumbersAreOfATraineeAtAScenario) {
   const Person ada = lab_->enrolled("ada");
   const Person bob = lab_->enrolled("bob");
   take(ada, 50, false);
@@ -207,7 +226,7 @@ TEST_F(Records, MetricsAtAScenarioAreThoseOfEachByTheirNames) {
   EXPECT_THAT(lab_->metrics_at("another", {metric}), IsEmpty());
 }
 
-TEST_F(Records, PeopleAreFoundByNameOrPseudonymAsTheyAreWritten) {
+TEST_P(AnyRecords, PeopleAreFoundByNameOrPseudonymAsTheyAreWritten) {
   const Person ada = lab_->enrolled("ada lovelace");
   EXPECT_TRUE(ada.added);
   EXPECT_FALSE(lab_->enrolled("ada lovelace").added);
@@ -290,7 +309,7 @@ TEST_F(Records, AnErasureThatWasCutOffIsFinishedAtTheNextStart) {
   EXPECT_THAT(holding(lab_->folder(), "Yourcenar"), IsEmpty());
 }
 
-TEST_F(Records, AnExclusionHasAnAuthorAndAReasonAndCanBeUndone) {
+TEST_P(AnyRecords, AnExclusionHasAnAuthorAndAReasonAndCanBeUndone) {
   const Person ada = lab_->enrolled("ada");
   const std::string attempt = take(ada, 20, false);
   take(ada, 80, true);
@@ -330,7 +349,7 @@ TEST_F(Records, WhoWasErasedComesBackAsSomebodyNew) {
   EXPECT_EQ(lab_->people()[0].person.name, "ada");
 }
 
-TEST_F(Records, ASlipInAPseudonymEnrolsNobody) {
+TEST_P(AnyRecords, ASlipInAPseudonymEnrolsNobody) {
   const Person ada = lab_->enrolled("ada");
   std::string slip = ada.pseudonym;
   slip[2] = slip[2] == '7' ? '8' : '7';
@@ -344,7 +363,7 @@ TEST_F(Records, ASlipInAPseudonymEnrolsNobody) {
   for (const char* name : {"charles", "1234567", "bob"}) EXPECT_TRUE(lab_->enrolled(name).added) << name;
 }
 
-TEST_F(Records, TheRecordingIsACopyAndTheNumbersAreKeptAlsoWithoutIt) {
+TEST_P(AnyRecords, TheRecordingIsACopyAndTheNumbersAreKeptAlsoWithoutIt) {
   const Person ada = lab_->enrolled("ada");
   const std::string attempt = lab_->begin(start_of(ada));
   AttemptEnd end = end_of(80, true);
@@ -362,13 +381,13 @@ TEST_F(Records, TheRecordingIsACopyAndTheNumbersAreKeptAlsoWithoutIt) {
   EXPECT_THAT(lab_->metrics(second), SizeIs(31));
 }
 
-TEST_F(Records, ABeginningThatCannotBeWrittenLeavesNothing) {
+TEST_P(AnyRecords, ABeginningThatCannotBeWrittenLeavesNothing) {
   AttemptStart nobody = start_of({.id = "nobody"});
   EXPECT_THROW(lab_->begin(nobody), files::ContentError);
-  EXPECT_TRUE(fs::is_empty(lab_->folder() / "running"));
+  EXPECT_TRUE(fs::is_empty(lab_->folder() / (database_ ? "running-at-server" : "running")));
 }
 
-TEST_F(Records, AClockThatIsSetBackChangesNoOrderAndNoLastWord) {
+TEST_P(AnyRecords, AClockThatIsSetBackChangesNoOrderAndNoLastWord) {
   const Person ada = lab_->enrolled("ada");
   const std::string first = take(ada, 20, false);
   lab_->exclude(first, "trainer", "unplugged");
@@ -380,14 +399,14 @@ TEST_F(Records, AClockThatIsSetBackChangesNoOrderAndNoLastWord) {
   EXPECT_EQ(lab_->attempts()[1].number, 2);
 }
 
-TEST_F(Records, ACutOffAttemptIsFoundWhateverTheComputerIsCalled) {
+TEST_P(AnyRecords, ACutOffAttemptIsFoundWhateverTheComputerIsCalled) {
   lab_->begin(start_of(lab_->enrolled("ada")));
   lab_->database().run("UPDATE station SET name = 'as it was called'");
   open();
   EXPECT_EQ(lab_->attempts()[0].status, "crashed");
 }
 
-TEST_F(Records, PassesOfTheListAreThoseThatCount) {
+TEST_P(AnyRecords, PassesOfTheListAreThoseThatCount) {
   const Person ada = lab_->enrolled("ada");
   AttemptStart shown = start_of(ada);
   shown.mode = "guided";
@@ -401,7 +420,7 @@ TEST_F(Records, PassesOfTheListAreThoseThatCount) {
   EXPECT_EQ(lab_->people()[0].passed, 1);
 }
 
-TEST_F(Records, NothingGoesWithItsAttemptUnasked) {
+TEST_P(AnyRecords, NothingGoesWithItsAttemptUnasked) {
   take(lab_->enrolled("ada"), 80, true);
   EXPECT_THROW(lab_->database().run("DELETE FROM attempt"), files::ContentError);
   EXPECT_THAT(lab_->all_metrics(), SizeIs(1));

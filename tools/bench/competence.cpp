@@ -7,12 +7,12 @@
 #include "engine/lab/statistics/run_length.h"
 #include "engine/lab/statistics/sequential.h"
 #include "engine/lab/store/lab.h"
+#include "tools/bench/competence_stations.h"
 #include "tools/bench/samples.h"
+#include "tools/bench/scratch.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-
-#include <stdlib.h>
 
 #include <algorithm>
 #include <array>
@@ -25,9 +25,7 @@
 #include <random>
 #include <set>
 #include <span>
-#include <stdexcept>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -211,24 +209,6 @@ void measure_cohorts(Report& report, int trainees) {
   report.add(within("in_a_row.five_of_thirty.half", in_a_row_within(5, 30, 0.5), "1", 0.368, 5e-4));
 }
 
-/// A folder of its own, gone at the end.
-class Scratch {
-public:
-  Scratch() : path_((std::filesystem::temp_directory_path() / "stylet-bench-XXXXXX").string()) {
-    if (::mkdtemp(path_.data()) == nullptr) throw std::runtime_error(path_ + ": cannot be made; set TMPDIR");
-  }
-  ~Scratch() {
-    std::error_code error;
-    std::filesystem::remove_all(path_, error);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  std::filesystem::path path() const { return path_; }
-
-private:
-  std::string path_;
-};
-
 template <typename Act>
 double milliseconds(const Act& act) {
   const auto begun = std::chrono::steady_clock::now();
@@ -360,6 +340,8 @@ Report bench_competence(const BenchOptions& options) {
   measure_certified(report);
   measure_cohorts(report, options.quick ? 2000 : 10000);
   measure_records(report, options.quick ? 500 : 10000);
+  measure_kills(report, options.quick ? 20 : 200);
+  measure_stations(report, options.quick ? 5 : 50);
   measure_outbox(report);
   return report;
 }

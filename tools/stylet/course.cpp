@@ -4,6 +4,7 @@
 #include "engine/files/json_scan.h"
 #include "engine/lab/course/course_file.h"
 #include "engine/lab/store/lab.h"
+#include "engine/lab/store/station.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/terminal.h"
 #include "tools/stylet/train.h"
@@ -51,15 +52,19 @@ int run(const CourseRequest& request) {
   app::CourseStanding standing;
   {
     // Closed again before the session, which has it open by itself.
-    lab::store::Lab lab(
+    lab::store::Station station = lab::store::open_station(
         {.folder = trainee.lab.empty() ? lab::store::default_lab_folder() : trainee.lab, .build = app::build_name()});
-    const lab::store::Person person = lab.enrolled(trainee.name);
+    const lab::store::Person person = station.enrolled(trainee.name);
+    if (!station.away.empty()) {
+      say(stderr, "stylet: what is due is told by the attempts on this computer alone: {}\n", station.away);
+    }
+    lab::store::Lab& lab = station.lab();
     if (person.added) {
       say(stdout, "{} is new in {}, with the pseudonym {}\n", files::one_line(trainee.name), lab.folder().string(),
           person.pseudonym);
     }
     trainee.name = person.pseudonym;
-    standing = app::standing_of(lab, person, course, app::local_day(lab::store::system_ms()));
+    standing = app::standing_of(lab, station.in_lab(person), course, app::local_day(lab::store::system_ms()));
   }
   if (!standing.due) {
     say(stdout, "Nothing of {} is due today.\n", files::one_line(course.title));

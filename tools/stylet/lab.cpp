@@ -15,6 +15,8 @@
 #include "engine/lab/server/logins.h"
 #include "engine/lab/statistics/proportion.h"
 #include "engine/lab/store/export.h"
+#include "engine/lab/store/postgres.h"
+#include "engine/lab/store/station.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/interrupt.h"
 #include "tools/stylet/session_options.h"
@@ -53,6 +55,7 @@ struct LabRequest {
   std::string action;
   std::string who;
   fs::path folder;
+  std::string database;
   std::string course;
   std::string format = "csv";
   std::string out;
@@ -355,10 +358,54 @@ int serve(store::Lab& lab, const LabRequest& request) {
   return kExitYes;
 }
 
+int join(const store::LabSettings& settings, const LabRequest& request) {
+  if (request.database.empty() != request.off) {
+    throw files::ContentError(
+        "lab join: say which: `stylet lab join --database postgresql://HOST/DATABASE`, or --off");
+  }
+  store::Lab own({.folder = settings.folder, .build = settings.build});
+  if (request.off) {
+    own.set(store::kDatabase, {});
+    say(stdout, "This computer is a station of no server any more; what it kept is in {}.\n", own.folder().string());
+    return kExitYes;
+  }
+  if (store::has_password(request.database)) {
+    throw files::ContentError(
+        "lab join: an address with a password is not kept; write the password into ~/.pgpass, the address without "
+        "it");
+  }
+  store::Lab server(settings);
+  const std::string words = store::handed_over_words(own.hand_over(server), server.database().place());
+  own.set(store::kDatabase, request.database);
+  say(stdout, "This computer is a station of {}.{}\n", server.database().place(),
+      words.empty() ? "" : " " + words + ".");
+  return kExitYes;
+}
+
+int hand_over(store::Station& station) {
+  if (!station.server) station.hand_over();  // says why not
+  const std::string words = store::handed_over_words(station.handed_over, station.server->database().place());
+  say(stdout, "{}\n", words.empty() ? station.server->database().place() + " has everything" : words);
+  return station.handed_over.left > 0 ? kExitNo : kExitYes;
+}
+
 int run(const LabRequest& request) {
   ::umask(077);  // pages and exports are about people, as the records
-  const fs::path folder = request.folder.empty() ? store::default_lab_folder() : request.folder;
-  store::Lab lab({.folder = folder, .build = app::build_name()});
+  const store::LabSettings settings{.folder = request.folder.empty() ? store::default_lab_folder() : request.folder,
+                                    .build = app::build_name(),
+                                    .database = request.database};
+  if (request.action == "join") return join(settings, request);
+  store::Station station = store::open_station(settings);
+  if (request.action == "hand-over") return hand_over(station);
+  // Half the attempts would be a wrong answer.
+  if (!station.away.empty()) {
+    throw files::ContentError(station.away + "; `--database own` is what this computer has by itself");
+  }
+  if (station.server) {
+    const std::string words = store::handed_over_words(station.handed_over, station.server->database().place());
+    if (!words.empty()) say(stderr, "stylet: {}\n", words);
+  }
+  store::Lab& lab = station.lab();
   if (request.action == "show") return show(lab, request);
   if (request.action == "export") return export_attempts(lab, request);
   if (request.action == "serve") return serve(lab, request);
@@ -368,7 +415,11 @@ int run(const LabRequest& request) {
   if (request.action == "import") return import_recording(lab, request);
   if (request.action == "page") return write_pages(lab, request);
   if (request.action == "exclude") return exclude(lab, request);
-  if (request.action == "erase") return erase(lab, request);
+  if (request.action == "erase") {
+    const int exit_code = erase(lab, request);
+    if (station.server) station.hand_over();  // forgets who was erased there
+    return exit_code;
+  }
   if (request.action == "backup") {
     say(stdout, "{} holds a copy of all records; `stylet lab list --lab {}` reads it\n",
         lab.back_up(request.out).string(), request.out.empty() ? "FOLDER" : request.out);
@@ -384,10 +435,13 @@ void add_lab(CLI::App& app, int& exit_code) {
   auto request = std::make_shared<LabRequest>();
   command->add_option("ACTION", request->action, "What to do; without it everybody is listed")
       ->check(CLI::IsMember({"list", "show", "page", "export", "import", "exclude", "erase", "backup", "connect",
-                             "send", "serve", "instructor"}));
+                             "send", "serve", "instructor", "join", "hand-over"}));
   command->add_option("WHO", request->who,
                       "Name or pseudonym of a trainee; of exclude an attempt, or the end of its id");
   command->add_option("--lab", request->folder, kLabHelp);
+  command->add_option("--database", request->database,
+                      "Of a lab with many stations: its PostgreSQL server, postgresql://USER@HOST/DATABASE; default: "
+                      "STYLET_LAB_DATABASE, else what `join` kept; own: this computer's files alone");
   command->add_option("--course", request->course,
                       "show, page, serve: where trainees stand in it, and what comes next; import: what the "
                       "recording is an exercise of");
@@ -414,7 +468,7 @@ void add_lab(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--host", request->hosts,
                       "serve: a name with port by which browsers may ask for it besides, such as lab.example:8480");
-  command->add_flag("--off", request->off, "connect: to no record store any more");
+  command->add_flag("--off", request->off, "connect: to no record store any more; join: to no server any more");
   command->add_flag("--follow", request->follow, "send: goes on until Ctrl-C, as the store comes and goes");
   command->add_flag("--names", request->names, "page, serve: with names beside the pseudonyms");
   command->add_option("--why", request->why, "exclude: the reason");
@@ -447,9 +501,13 @@ void add_lab(CLI::App& app, int& exit_code) {
       "  stylet lab backup --out /media/usb/lab          a copy of all, while sessions go on\n"
       "  stylet lab connect --store https://lrs.example/xapi --home-page https://lab.example/stylet/ --key lrs.key\n"
       "  stylet lab send                                 what waits for the record store; sessions of a trainee send "
-      "too\n\n"
+      "too\n"
+      "  stylet lab join --database postgresql://lab@db.example/lab   makes this computer a station of that server\n"
+      "  stylet lab hand-over                            gives it what this computer kept while it was away; "
+      "sessions\n"
+      "                                                  and every `stylet lab` do so too\n\n"
       "A gate proposes that somebody is competent; a person decides.\n"
-      "Exit code 0: done; 1: erase without --yes, send with something left; 2: bad input.");
+      "Exit code 0: done; 1: erase without --yes, send or hand-over with something left; 2: bad input.");
   command->callback([request, &exit_code] { exit_code = run(*request); });
 }
 

@@ -4,10 +4,12 @@
 #include "engine/app/build_name.h"
 #include "engine/app/default_stylus.h"
 #include "engine/app/deliver_statements.h"
+#include "engine/app/kept_in_lab.h"
 #include "engine/app/menu_window.h"
 #include "engine/app/session_window.h"
 #include "engine/files/error.h"
 #include "engine/lab/store/lab.h"
+#include "engine/lab/store/station.h"
 #include "engine/readers/scenario.h"
 #include "tools/stylet/commands.h"
 #include "tools/stylet/session_options.h"
@@ -76,6 +78,7 @@ void tell_record_store(const app::TraineeSettings& trainee) {
   try {
     lab::store::Lab lab(
         {.folder = trainee.lab.empty() ? lab::store::default_lab_folder() : trainee.lab, .build = app::build_name()});
+    if (!lab::store::server_of(lab, {}).empty()) return;  // that server's, by who has the key: `stylet lab send`
     const auto delivery = app::deliver_statements(lab);
     if (delivery && delivery->left.waiting > 0) say(stderr, "stylet: {}\n", app::delivery_words(*delivery));
   } catch (const files::ContentError& error) {
@@ -92,7 +95,10 @@ int run_training(const TrainOptions& options) {
   Terminal terminal;
   const app::SessionResult result = app::run_session(settings, terminal);
   print_folder(result);
-  if (!settings.trainee.name.empty()) tell_record_store(settings.trainee);
+  if (!settings.trainee.name.empty()) {
+    app::hand_over_after(settings.trainee, terminal);
+    tell_record_store(settings.trainee);
+  }
   if (!result.not_kept_because.empty()) return kExitBadInput;  // said when it was known
   if (result.drawn || result.waits_for_user) return result.replay_differs() ? kExitNo : kExitYes;
   if (result.not_drawn_because.empty()) return kExitInterrupted;

@@ -31,6 +31,17 @@ std::optional<bool> truth(const Value& value) {
   return held != nullptr ? std::optional(*held != 0) : std::nullopt;
 }
 
+std::string with_words(std::string_view text,
+                       const std::vector<std::pair<std::string_view, std::string_view>>& words) {
+  std::string replaced(text);
+  for (const auto& [from, to] : words) {
+    for (std::size_t at = replaced.find(from); at != std::string::npos; at = replaced.find(from, at + to.size())) {
+      replaced.replace(at, from.size(), to);
+    }
+  }
+  return replaced;
+}
+
 Transaction::Transaction(Database& database) : database_(database) {
   database_.begin();
 }

@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -37,9 +39,20 @@ public:
   /// A statement that makes a table, written with INT8, REAL8, STRICT and KEYED (its primary key is its order), in
   /// the words of this database.
   virtual std::string in_its_words(std::string_view ddl) const = 0;
-  /// Begins a transaction that may write; waits for others.
+  /// Begins a transaction that may write; waits until it is the only one.
   virtual void begin() = 0;
+  /// Its file or server, without a password.
+  virtual std::string place() const = 0;
+  /// What was deleted is no more in the files that it reads and writes.
+  virtual void wipe_deleted() = 0;
+  /// Writes a copy, whole as of now, while others go on. @throws files::ContentError  also where `to` is there
+  /// already, or the database is one of a server
+  virtual void copy_to(const std::filesystem::path& to) = 0;
 };
+
+/// The text with each of the words replaced.
+std::string with_words(std::string_view text,
+                       const std::vector<std::pair<std::string_view, std::string_view>>& words);
 
 /// All or nothing: rolled back unless committed.
 class Transaction {

@@ -72,6 +72,10 @@ Erased Lab::erase(const Person& person) {
       database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'attempt', $2)", {ids.back(), now});
     }
     database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'trainee', $2)", {person.id, now});
+    // Whom stations know by another id, which they may bring again.
+    database_.run("INSERT INTO tombstone(id, kind, at_ms) SELECT id, 'trainee', $1 FROM joined WHERE trainee = $2",
+                  {now, person.id});
+    database_.run("DELETE FROM joined WHERE trainee = $1", {person.id});
     // Goes when the name has gone.
     database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'name', $2) ON CONFLICT DO NOTHING",
                   {person.pseudonym, now});
@@ -92,7 +96,7 @@ Erased Lab::erase(const Person& person) {
   std::error_code error;
   for (const std::string& id : ids) erased.recordings += remove_recording(recording_of(id)) ? 1 : 0;
   forget_name(person.pseudonym);
-  database_.run("VACUUM");
+  database_.wipe_deleted();
   for (const auto& entry : fs::directory_iterator(settings_.folder / "backups", error)) {
     erased.backups.push_back(fs::absolute(entry.path(), error));
   }

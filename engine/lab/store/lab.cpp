@@ -6,7 +6,9 @@
 #include "engine/lab/store/digest.h"
 #include "engine/lab/store/identity.h"
 #include "engine/lab/store/lab_files.h"
+#include "engine/lab/store/postgres.h"
 #include "engine/lab/store/schema.h"
+#include "engine/lab/store/sqlite.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -67,6 +69,20 @@ Value or_null(const std::string& text) {
   return text.empty() ? Value() : Value(text);
 }
 
+std::unique_ptr<Database> records_of(const LabSettings& settings) {
+  private_folder(settings.folder);
+  if (!settings.database.empty()) return std::make_unique<PostgresDatabase>(settings.database, "stylet");
+  return std::make_unique<SqliteDatabase>(settings.folder / "lab.db", kRecordsFile);
+}
+
+Roster roster_of(const LabSettings& settings) {
+  // Apart from the records also there: a dump of "stylet" alone names nobody.
+  if (!settings.database.empty()) {
+    return Roster(std::make_unique<PostgresDatabase>(settings.database, "stylet_roster"));
+  }
+  return Roster(settings.folder / "roster.db");
+}
+
 MetricResult metric_of(const Row& row, std::size_t from) {
   return {.metric = text(row[from]),
           .value = number(row[from + 1]),
@@ -103,11 +119,12 @@ std::int64_t AttemptRecord::local_day() const {
 
 Lab::Lab(LabSettings settings)
     : settings_(std::move(settings)),
-      database_(private_folder(settings_.folder) / "lab.db", kRecordsFile),
-      roster_(settings_.folder / "roster.db") {
+      opened_(records_of(settings_)),
+      database_(*opened_),
+      roster_(roster_of(settings_)) {
   const int version = schema_version(database_);
   const int newest = migrations().back().version;
-  if (version > 0 && version < newest) {
+  if (version > 0 && version < newest && settings_.database.empty()) {
     const fs::path backups = private_folder(settings_.folder / "backups");
     database_.copy_to(backups / fmt::format("before-version-{}-{}.db", newest, time_name(settings_.clock())));
   }
@@ -121,13 +138,31 @@ Lab::~Lab() {
   for (const auto& [attempt, file] : running_) ::close(file);
 }
 
+fs::path Lab::running_folder() const {
+  return settings_.folder / (settings_.database.empty() ? "running" : "running-at-server");
+}
+
+std::vector<std::string> Lab::perhaps_cut_off() {
+  std::vector<std::string> attempts;
+  if (settings_.database.empty()) {
+    // Whatever this computer is called today: the file is of one, the lock tells.
+    for (const Row& row : database_.run("SELECT id FROM attempt WHERE status = 'running'")) {
+      attempts.push_back(text(row[0]));
+    }
+    return attempts;
+  }
+  // Other stations' attempts go on there; this one's have left their locks.
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(running_folder(), error)) {
+    if (is_id(entry.path().filename().string())) attempts.push_back(entry.path().filename());
+  }
+  return attempts;
+}
+
 void Lab::adopt_crashed() {
-  for (const Row& row :
-       // Whatever this computer is called today: the file is of one, the lock tells.
-       database_.run("SELECT id FROM attempt WHERE status = 'running'")) {
-    const std::string attempt = text(row[0]);
+  for (const std::string& attempt : perhaps_cut_off()) {
     if (running_.contains(attempt)) continue;
-    const fs::path lock = settings_.folder / "running" / attempt;
+    const fs::path lock = running_folder() / attempt;
     std::error_code error;
     const int file = locked(lock, O_RDWR);
     if (file < 0 && fs::exists(lock, error)) continue;  // it goes on
@@ -146,7 +181,7 @@ void Lab::adopt_crashed() {
 
 void Lab::sweep_locks() {
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(settings_.folder / "running", error)) {
+  for (const auto& entry : fs::directory_iterator(running_folder(), error)) {
     const int file = locked(entry.path(), O_RDWR);
     if (file < 0) continue;
     // Of a process that is gone: killed before its row was there, or after its attempt was kept.
@@ -170,6 +205,7 @@ std::string Lab::station() {
 }
 
 std::optional<Person> Lab::find(const std::string& who) {
+  if (!files::is_utf8(who)) return std::nullopt;  // nobody is called so, and not every database is to be asked
   std::string pseudonym = roster_.pseudonym_of(who).value_or("");
   if (pseudonym.empty()) pseudonym = normalized_pseudonym(who);
   const auto rows = database_.run("SELECT id, pseudonym FROM trainee WHERE pseudonym = $1", {pseudonym});
@@ -271,7 +307,7 @@ void Lab::keep_subject(const char* table, const Subject& subject) {
 }
 
 void Lab::lock_running(const std::string& attempt) {
-  const fs::path lock = private_folder(settings_.folder / "running") / attempt;
+  const fs::path lock = private_folder(running_folder()) / attempt;
   constexpr int kTries = 100;
   int file = -1;
   for (int k = 0; k < kTries; ++k) {
@@ -292,7 +328,7 @@ void Lab::unlock_running(const std::string& attempt) {
   const auto found = running_.find(attempt);
   if (found == running_.end()) return;
   std::error_code error;
-  fs::remove(settings_.folder / "running" / attempt, error);
+  fs::remove(running_folder() / attempt, error);
   ::close(found->second);
   running_.erase(found);
 }
@@ -358,7 +394,7 @@ Lab::KeptRecording Lab::keep_recording(const std::string& attempt, const fs::pat
 std::string Lab::end(const std::string& attempt, const AttemptEnd& end) {
   if (database_.run("SELECT 1 FROM attempt WHERE id = $1", {attempt}).empty()) {
     unlock_running(attempt);
-    throw files::ContentError(database_.file().string() + ": the trainee was erased meanwhile");
+    throw files::ContentError(database_.place() + ": the trainee was erased meanwhile");
   }
   KeptRecording kept;
   std::string problem;
@@ -536,7 +572,8 @@ std::optional<std::string> Lab::taken_by(const std::string& attempt) {
 }
 
 std::string Lab::exclude(const std::string& attempt, const std::string& author, const std::string& why) {
-  const auto rows = database_.run("SELECT id FROM attempt WHERE id = $1 OR substr(id, -length($1)) = $1", {attempt});
+  const auto rows = database_.run(
+      "SELECT id FROM attempt WHERE id = $1 OR substr(id, length(id) - length($1) + 1) = $1", {attempt});
   if (attempt.empty() || rows.size() != 1) {
     throw files::ContentError(fmt::format("{} is {}; `stylet lab show TRAINEE` lists the ends of their ids",
                                           files::printable(attempt),

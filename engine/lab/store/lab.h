@@ -6,17 +6,20 @@
 //   running/           a lock for each attempt under way
 //   backups/           lab-TIME/: copies
 //
+// Or records and roster on a PostgreSQL server, for many stations: recordings stay in the station's folder, and a
+// station without its server goes on in its own files (station.h).
+//
 // An attempt is written when its procedure begins and once more when it ends, so that who walks away leaves a trace.
 #pragma once
 
 #include "engine/lab/store/database.h"
 #include "engine/lab/store/roster.h"
-#include "engine/lab/store/sqlite.h"
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -126,6 +129,17 @@ struct LabSettings {
   std::filesystem::path folder{};
   std::string build{};  ///< version and commit, for migrations
   Clock clock = system_ms;
+  std::string database{};  ///< address of a PostgreSQL server that has records and roster; empty: files of the folder
+};
+
+/// What a station gave to its server.
+struct HandedOver {
+  int attempts = 0;
+  int people = 0;                                ///< new to the server
+  int erased = 0;                                ///< people erased there, whom the station has now forgotten too
+  std::vector<std::filesystem::path> backups{};  ///< of the station, that still hold those
+  int left = 0;                                  ///< people or attempts that the server does not take
+  std::string problem{};                         ///< of the last of those
 };
 
 /// STYLET_LAB, else stylet/lab in XDG_DATA_HOME or ~/.local/share. @throws files::ContentError  there is no such
@@ -136,6 +150,8 @@ std::filesystem::path default_lab_folder();
 inline constexpr const char* kEndpoint = "xapi.endpoint";   ///< address of the record store
 inline constexpr const char* kHomePage = "xapi.home_page";  ///< of the lab; set: attempts are told to the store
 inline constexpr const char* kKeyFile = "xapi.key_file";    ///< has the store's key
+
+inline constexpr const char* kDatabase = "lab.database";  ///< of a station: address of its server, no password in it
 
 /// One thread at a time.
 class Lab {
@@ -174,6 +190,19 @@ public:
   /// @return id. @throws files::ContentError  nothing is kept; also where the recording is here already
   std::string take_in(const AttemptStart& start, const AttemptEnd& end, std::int64_t started_ms,
                       std::int64_t ended_ms);
+
+  /// Gives all attempts that are over to a server, with everything of them but their recordings, each all or nothing
+  /// and once: killed in between, or done by two programs, it comes to the same. Nothing of an attempt stays in these
+  /// files; people do. Who was enrolled here and has a name, or a pseudonym, that somebody there has is that person.
+  /// Who was erased there is erased here. The server tells its record store what this one did not.
+  /// @throws files::ContentError  what was handed over until then is
+  HandedOver hand_over(Lab& server);
+  /// Somebody of the server, known here from now on.
+  Person known(const Person& of_server);
+  /// A station's person here. @param id  there. Nothing: nobody yet, or erased
+  std::optional<Person> of_station(const std::string& id);
+  /// enrolled(), where nobody can be asked: who gives a pseudonym that is well formed is taken for its owner.
+  Person enrolled_without_server(const std::string& who);
 
   /// In order of time. @param trainee  Person::id; empty: of all
   std::vector<AttemptRecord> attempts(const std::string& trainee = {});
@@ -222,6 +251,12 @@ private:
   std::map<std::string, std::string> exclusions();
   /// Second columns by first ones.
   std::map<std::string, std::string> words(const std::string& sql);
+  std::filesystem::path running_folder() const;
+  std::vector<std::string> perhaps_cut_off();
+  /// Within a transaction. @return id here of a station's person; empty: erased here
+  std::string joined(Lab& from, const Person& person, HandedOver& done);
+  void hand_over_person(Lab& server, const Person& person, HandedOver& done);
+  void hand_over_attempt(Lab& server, const Person& person, const std::string& attempt, HandedOver& done);
   void adopt_crashed();
   void sweep_locks();
   void sweep_erased();
@@ -246,7 +281,8 @@ private:
   KeptRecording keep_recording(const std::string& attempt, const std::filesystem::path& recording);
 
   LabSettings settings_;
-  SqliteDatabase database_;
+  std::unique_ptr<Database> opened_;
+  Database& database_;  ///< that
   Roster roster_;
   std::map<std::string, int> running_;  ///< locked files of attempts under way
 };

@@ -1,11 +1,12 @@
 // Which name has which pseudonym: a file of its own, so that the records by themselves name nobody.
 #pragma once
 
-#include "engine/lab/store/sqlite.h"
+#include "engine/lab/store/database.h"
 
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -13,8 +14,10 @@ namespace stylet::lab::store {
 
 class Roster {
 public:
-  /// @throws files::ContentError
+  /// Of a file. @throws files::ContentError
   explicit Roster(const std::filesystem::path& file);
+  /// @throws files::ContentError
+  explicit Roster(std::unique_ptr<Database> database);
 
   /// Of a name as it was written. Nothing: nobody has it.
   std::optional<std::string> pseudonym_of(const std::string& name);
@@ -23,10 +26,10 @@ public:
   void remove(const std::string& pseudonym);
   /// Names by pseudonym.
   std::map<std::string, std::string> names();
-  SqliteDatabase& database() { return database_; }
+  Database& database() { return *database_; }
 
 private:
-  SqliteDatabase database_;
+  std::unique_ptr<Database> database_;
 };
 
 }  // namespace stylet::lab::store

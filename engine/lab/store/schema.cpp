@@ -71,6 +71,13 @@ const std::vector<Migration>& all() {
                "NULL, at_ms INT8 NOT NULL, body TEXT NOT NULL) STRICT",
                "CREATE INDEX note_of_trainee ON note(trainee, at_ms)",
            }},
+      {.version = 4,
+       .statements =
+           {
+               // Whoever was enrolled at a station without the server, and was somebody there already.
+               "CREATE TABLE joined(id TEXT PRIMARY KEY, trainee TEXT NOT NULL REFERENCES trainee(id)) STRICT",
+               "CREATE INDEX joined_of_trainee ON joined(trainee)",
+           }},
   };
   return steps;
 }
@@ -91,8 +98,11 @@ std::span<const Migration> migrations() {
 }
 
 int schema_version(Database& database) {
+  Transaction transaction(database);  // of two programs at once one makes it
   database.run(database.in_its_words(kVersions));
-  return version_in(database);
+  const int version = version_in(database);
+  transaction.commit();
+  return version;
 }
 
 void migrate(Database& database, std::span<const Migration> steps, std::int64_t now_ms, const std::string& build) {

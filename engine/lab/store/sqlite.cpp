@@ -174,15 +174,7 @@ std::vector<Row> SqliteDatabase::run(const std::string& sql, const std::vector<V
 }
 
 std::string SqliteDatabase::in_its_words(std::string_view ddl) const {
-  std::string words(ddl);
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kWords{
-      {{"INT8", "INTEGER"}, {"REAL8", "REAL"}, {"KEYED", "STRICT, WITHOUT ROWID"}}};
-  for (const auto& [from, to] : kWords) {
-    for (std::size_t at = words.find(from); at != std::string::npos; at = words.find(from, at + to.size())) {
-      words.replace(at, from.size(), to);
-    }
-  }
-  return words;
+  return with_words(ddl, {{"INT8", "INTEGER"}, {"REAL8", "REAL"}, {"KEYED", "STRICT, WITHOUT ROWID"}});
 }
 
 void SqliteDatabase::check() {

@@ -35,10 +35,9 @@ public:
 
   /// Reads the whole file for damage. @throws files::ContentError  there is some
   void check();
-  /// Writes a copy, whole as of now, while others go on. @throws files::ContentError  also where `to` is there
-  /// already
-  void copy_to(const std::filesystem::path& to);
-  const std::filesystem::path& file() const { return file_; }
+  void copy_to(const std::filesystem::path& to) override;
+  std::string place() const override { return file_.string(); }
+  void wipe_deleted() override { run("VACUUM"); }
   /// The journal of a transaction that was cut off lay there when it was opened (and has been rolled back).
   bool was_cut_off() const { return was_cut_off_; }
 
