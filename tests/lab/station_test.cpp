@@ -61,6 +61,26 @@ TEST_F(StationTest, GoesOnWithoutAServerThatIsAwayAndSaysSoInOneLine) {
   EXPECT_THAT(station.enrolled("7ZZZZZR").pseudonym, Not(IsEmpty())) << "whatever was given";
 }
 
+TEST_F(StationTest, AServerThatCannotTakeSomebodyKeepsNobodyFromTraining) {
+  const auto postgres = support::test_postgres();
+  if (!postgres) GTEST_SKIP() << "STYLET_TEST_POSTGRES is not set";
+  const support::PostgresTestDatabase database(*postgres);
+  Station station = open_station(settings(database.address()));
+  ASSERT_NE(station.server, nullptr) << station.away;
+  Database& there = station.server->database();
+  there.run(
+      "CREATE FUNCTION refuse() RETURNS trigger LANGUAGE plpgsql AS 'BEGIN RAISE EXCEPTION ''the disk is full''; "
+      "END'");
+  there.run("CREATE TRIGGER full_up BEFORE INSERT ON trainee FOR EACH ROW EXECUTE FUNCTION refuse()");
+  const Person ada = station.enrolled("ada");
+  EXPECT_TRUE(ada.added);
+  EXPECT_THAT(station.away, HasSubstr("the disk is full"));
+  station.own->end(station.own->begin(start_of(ada)), end_of(80, true));
+  EXPECT_THAT(station.lab().attempts(), SizeIs(1));
+  Station odd = open_station(settings(database.address()));
+  EXPECT_THAT(refusal([&] { odd.enrolled(" "); }), HasSubstr("is no name")) << "of whom the server is not to blame";
+}
+
 TEST_F(StationTest, WithoutAServerIsTheLab) {
   Station station = open_station(settings());
   EXPECT_EQ(&station.lab(), station.own.get());

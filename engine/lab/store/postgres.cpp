@@ -246,10 +246,10 @@ void PostgresDatabase::fail(const Result& result) {
   const std::string said = one_line_of(PQerrorMessage(connection_.get()));
   const char* field = PQresultErrorField(result.get(), PG_DIAG_SQLSTATE);
   const std::string_view code = field != nullptr ? field : "";
-  throw files::ContentError(fmt::format("{}: cannot be read or written ({}){}", place_, said,
-                                        code == "55P03"   ? "; another station writes to it, try again"
-                                        : code == "53100" ? "; make room on its disk"
-                                                          : ""));
+  throw ServerProblem(fmt::format("{}: cannot be read or written ({}){}", place_, said,
+                                  code == "55P03"   ? "; another station writes to it, try again"
+                                  : code == "53100" ? "; make room on its disk"
+                                                    : ""));
 }
 
 std::vector<Row> PostgresDatabase::run(const std::string& sql, const std::vector<Value>& values) {

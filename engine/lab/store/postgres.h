@@ -15,10 +15,16 @@ struct pg_result;
 
 namespace stylet::lab::store {
 
-/// The server is not there, or is no more: another try later may do.
-class ServerAway : public files::ContentError {
+/// The server cannot do what it was asked for: it is full, may only be read, or is not there.
+class ServerProblem : public files::ContentError {
 public:
   using ContentError::ContentError;
+};
+
+/// The server is not there, or is no more: another try later may do.
+class ServerAway : public ServerProblem {
+public:
+  using ServerProblem::ServerProblem;
 };
 
 /// Whether a connection string has a password in it. @throws files::ContentError  it is no connection string
@@ -37,6 +43,7 @@ public:
   /// @throws ServerAway; files::ContentError  the address is none, or would go through a network in the clear
   PostgresDatabase(std::string address, std::string schema);
 
+  /// @throws ServerProblem
   std::vector<Row> run(const std::string& sql, const std::vector<Value>& values = {}) override;
   std::string in_its_words(std::string_view ddl) const override;
   void begin() override;

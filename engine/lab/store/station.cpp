@@ -44,7 +44,7 @@ Person Station::enrolled(const std::string& who) {
   if (server) {
     try {
       return own->known(server->enrolled(who));
-    } catch (const ServerAway& error) {
+    } catch (const ServerProblem& error) {
       server.reset();
       away = error.what();
     }

@@ -14,7 +14,7 @@ inline constexpr const char* kOwnFiles = "own";
 struct Station {
   std::unique_ptr<Lab> own{};
   std::unique_ptr<Lab> server{};  ///< null: there is none, or it is away
-  std::string away{};             ///< why, one line; empty: it is there, or there is none
+  std::string away{};             ///< why, or what it refused, one line; empty: it is there, or there is none
   HandedOver handed_over{};       ///< at opening
 
   /// Where all attempts are, as far as can be known now.
