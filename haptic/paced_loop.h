@@ -38,7 +38,8 @@ struct LoopStatistics {
   LatencyHistogram wakeup_latency;  ///< start of the step minus its grid point
   LatencyHistogram step_time;       ///< end of the step minus its start
   std::atomic<std::uint64_t> steps{0};
-  std::atomic<std::uint64_t> missed{0};   ///< deadlines: grid points that passed during the step before theirs
+  std::atomic<std::uint64_t> missed{
+      0};  ///< deadlines: grid points without a step of their own, and steps that came late
   std::atomic<std::int64_t> first_ns{0};  ///< start of the first step
   std::atomic<std::int64_t> last_ns{0};   ///< start of the latest step
 

@@ -76,6 +76,21 @@ Eigen::MatrixXd StaticBody::dense_stiffness() {
   return k;
 }
 
+double StaticBody::stiffness_error(double h) {
+  const Eigen::MatrixXd k = dense_stiffness();
+  double worst = 0;
+  for (Eigen::Index i = 0; i < positions.size(); ++i) {
+    const double here = positions.data()[i];
+    positions.data()[i] = here + h;
+    const Eigen::Matrix3Xd up = forces();
+    positions.data()[i] = here - h;
+    const Eigen::Matrix3Xd down = forces();
+    positions.data()[i] = here;
+    worst = std::max(worst, ((up - down).reshaped() / (2 * h) - k.col(i)).cwiseAbs().maxCoeff());
+  }
+  return worst / k.cwiseAbs().maxCoeff();
+}
+
 void StaticBody::factorise() {
   assemble(model_, pattern_, values_);
   if (!factor_.factorise(pattern_, values_, workspace_))

@@ -34,6 +34,9 @@ public:
   void fade(double dt);
   /// K of all nodes at `positions` [3 nodes x 3 nodes], whatever is fixed, N/m.
   Eigen::MatrixXd dense_stiffness();
+  /// Largest difference of dense_stiffness() from the derivative of forces(), over the largest entry: by central
+  /// differences of steps `h`, m.
+  double stiffness_error(double h);
 
   /// K^-1 f at `positions`, on the free nodes; K refactorised. [3 x nodes], zero at the fixed ones.
   Eigen::Matrix3Xd linear_answer(const Eigen::Matrix3Xd& load);

@@ -484,8 +484,7 @@ std::vector<AttemptRecord> Lab::attempts(const std::string& trainee) {
   if (!trainee.empty()) values.emplace_back(trainee);
   std::vector<Row> rows = database_.run(
       "SELECT id, trainee, scenario, course, mode, build, stylus, started_ms, utc_offset_min, ended_ms, status, "
-      "total, "
-      "pass_mark, passed, failed_critical, recording_sha256 FROM attempt" +
+      "total, pass_mark, passed, failed_critical, recording_sha256 FROM attempt" +
           where,
       values);
   const auto pseudonyms = words("SELECT id, pseudonym FROM trainee");
