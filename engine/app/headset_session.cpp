@@ -5,9 +5,11 @@
 #include "engine/immersive/hands_on_patient.h"
 #include "engine/immersive/immersive_view.h"
 #include "engine/immersive/thumb_on_scanner.h"
+#include "engine/immersive/trainee_panel.h"
 #include "engine/panels/breath_watch.h"
 #include "engine/panels/session_watch.h"
 #include "engine/scanner/live_scanner.h"
+#include "engine/session/frame_publisher.h"
 
 #include <fmt/format.h>
 
@@ -41,6 +43,12 @@ std::unique_ptr<headset::HeadsetRuntime> find_headset(const char* instead, Obser
 }
 
 namespace {
+
+headset::HeadsetSettings place_in(const content::Scene& scene, bool left_handed) {
+  return {.room_from_standing = immersive::standing_place(scene),
+          .room_from_floor = immersive::floor_place(scene),
+          .left_handed = left_handed};
+}
 
 /// As show_in_headset(), of a headset that is there.
 bool run_in_headset(headset::Headset& headset, gpu::Device& device, const content::Scene& scene,
@@ -139,10 +147,7 @@ bool show_in_headset(headset::HeadsetRuntime& runtime, gpu::Device& device, cons
                      session::LiveSession& session, const HeadsetSessionSettings& settings, Observer& observer) {
   std::optional<headset::Headset> headset;
   try {
-    headset.emplace(runtime, device,
-                    headset::HeadsetSettings{.room_from_standing = immersive::standing_place(scene),
-                                             .room_from_floor = immersive::floor_place(scene),
-                                             .left_handed = settings.left_handed});
+    headset.emplace(runtime, device, place_in(scene, settings.left_handed));
   } catch (const headset::HeadsetError& error) {
     observer.note(Note::notice, fmt::format("{}: {}; {}", runtime.name(), error.what(), settings.if_lost));
     return false;
@@ -155,6 +160,46 @@ bool show_in_headset(headset::HeadsetRuntime& runtime, gpu::Device& device, cons
     *settings.scanner = scanner.console();
     throw;
   }
+}
+
+bool chosen_in_headset(headset::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
+                       panels::TraineeChoice& choice, const content::Texts& texts, bool left_handed,
+                       Observer& observer) {
+  std::optional<headset::Headset> headset;
+  try {
+    headset.emplace(runtime, device, place_in(scene, left_handed));
+  } catch (const headset::HeadsetError& error) {
+    observer.note(Note::notice, fmt::format("{}: {}", runtime.name(), error.what()));
+    return false;
+  }
+  immersive::ImmersiveView view(device, scene);
+  immersive::TraineePanel panel(device, left_handed);
+  immersive::HandsOnChoice hands;
+  const state::FrameState rest = session::rest_frame(scene);
+  while (!observer.stop_requested()) {
+    const headset::HeadsetPhase phase = headset->poll();
+    if (phase == headset::HeadsetPhase::ended) return false;
+    if (phase == headset::HeadsetPhase::lost) {
+      observer.note(Note::notice, headset->reason());
+      return false;
+    }
+    const std::optional<headset::HeadsetFrame> frame = headset->begin_frame();
+    if (!frame) {
+      std::this_thread::sleep_for(kIdle);
+      continue;
+    }
+    const panels::TraineeWish wish =
+        choice.handle(hands.keys(frame->hands, static_cast<double>(frame->display_time_ns) * 1e-9));
+    // There is nowhere to go back to: a name, or none, is always one of them.
+    if (wish == panels::TraineeWish::chosen || !frame->draw) {
+      headset->end_frame(nullptr);
+      if (wish == panels::TraineeWish::chosen) return true;
+      continue;
+    }
+    panel.draw(choice, texts, frame->period_s);
+    headset->end_frame(&view.draw(*frame, rest, {.panel = &panel.picture()}));
+  }
+  return false;
 }
 
 }  // namespace stylet::app

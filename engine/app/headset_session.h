@@ -4,9 +4,11 @@
 #include "engine/app/observer.h"
 #include "engine/app/session_sound.h"
 #include "engine/content/scene.h"
+#include "engine/content/texts.h"
 #include "engine/gpu/device.h"
 #include "engine/headset/headset_runtime.h"
 #include "engine/immersive/session_panel.h"
+#include "engine/panels/trainee_choice.h"
 #include "engine/scanner/live_scanner.h"
 #include "engine/scanner/scanner_console.h"
 #include "engine/session/held_breath.h"
@@ -48,5 +50,14 @@ struct HeadsetSessionSettings {
 /// Main thread. @throws gpu::GpuError
 bool show_in_headset(headset::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
                      session::LiveSession& session, const HeadsetSessionSettings& settings, Observer& observer);
+
+/// Asks in the headset who trains, beside the patient that is to come.
+/// @param texts  in the language of whoever is asked
+/// @return whether somebody, or nobody, was chosen; false: headset or runtime have gone before, which is noted, the
+/// trainee has ended it in the runtime's menu, or the observer asks for the end
+/// Main thread. @throws gpu::GpuError
+bool chosen_in_headset(headset::HeadsetRuntime& runtime, gpu::Device& device, const content::Scene& scene,
+                       panels::TraineeChoice& choice, const content::Texts& texts, bool left_handed,
+                       Observer& observer);
 
 }  // namespace stylet::app

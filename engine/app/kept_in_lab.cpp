@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <exception>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,7 +24,8 @@ namespace store = lab::store;
 
 namespace {
 
-constexpr std::size_t kLongestCourse = 4u << 20;  // bytes
+constexpr std::size_t kLongestCourse = 4u << 20;       // bytes
+constexpr std::string_view kBrokenOff = "broken_off";  // event
 
 /// Of a scenario: what it gives points for.
 std::string scoring_of(const content::Scene& scene) {
@@ -71,6 +73,17 @@ void say_station(const store::Station& station, Observer& observer) {
 }
 
 }  // namespace
+
+void mark_broken_off(session::LiveSession& live, training::TrainingSession& course) {
+  const auto& now = course.watch().latest().now;
+  live.add_event({.time_s = now.time_s, .step = now.haptic_step, .name = std::string(kBrokenOff)});
+}
+
+bool broken_off(const recording::Recording& recording) {
+  return std::ranges::any_of(recording.events, [](const recording::EventRecord& event) {
+    return event.name == kBrokenOff || event.name == training::flow_event::kReset;
+  });
+}
 
 store::Subject course_with(const std::string& named, const fs::path& scenario) {
   const fs::path file = lab::course::find_course(named);

@@ -6,8 +6,11 @@
 #include "engine/content/scene.h"
 #include "engine/lab/store/lab.h"
 #include "engine/lab/store/station.h"
+#include "engine/recording/recording.h"
+#include "engine/session/live_session.h"
 #include "engine/session/session_report.h"
 #include "engine/training/training_report.h"
+#include "engine/training/training_session.h"
 
 #include <filesystem>
 #include <future>
@@ -22,6 +25,11 @@ lab::store::Subject subject_of(const content::Scene& scene);
 lab::store::AttemptEnd attempt_numbers(const training::TrainingReport& training);
 /// The course, in which the scenario is. @throws files::ContentError
 lab::store::Subject course_with(const std::string& named, const std::filesystem::path& scenario);
+
+/// Puts on record that the session ends before its end. While `live` still records, before course.end().
+void mark_broken_off(session::LiveSession& live, training::TrainingSession& course);
+/// Whether a recording says so, or that the trainee began anew.
+bool broken_off(const recording::Recording& recording);
 
 /// The records, open for one trainee: this computer's own files, whether or not the lab has a server.
 struct TraineeRecords {

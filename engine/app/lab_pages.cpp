@@ -63,6 +63,11 @@ lab::page::TraineeView lab_view(lab::store::Lab& lab, const lab::course::Course&
   lab::page::TraineeView view = view_of(std::move(standing), std::move(person), names, std::move(attempts));
   view.metrics = std::move(metrics);
   view.notes = lab.notes(id);
+  view.consents = lab.consents(id);
+  if (const auto days = lab.retention_days(); days && !view.attempts.empty()) {
+    constexpr std::int64_t kMsOfDay = 86'400'000;
+    view.kept_until_ms = view.attempts.back().started_ms + *days * kMsOfDay;
+  }
   return view;
 }
 

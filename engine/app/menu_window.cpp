@@ -1,12 +1,17 @@
 #include "engine/app/menu_window.h"
 
+#include "engine/app/ask_trainee.h"
 #include "engine/app/screen.h"
+#include "engine/app/trainee_door.h"
 #include "engine/desktop/menu.h"
 #include "engine/files/error.h"
+#include "engine/panels/trainee_choice.h"
 #include "engine/readers/scenario.h"
 #include "engine/readers/texts_file.h"
 
 #include <exception>
+#include <filesystem>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -40,7 +45,7 @@ desktop::Menu make_menu() {
 }
 
 /// @return false: the user leaves
-bool chosen_in(desktop::Menu& menu, const std::string& gpu_name, Observer& observer) {
+bool chosen_in(desktop::Menu& menu, const std::string& gpu_name, std::string& trainee, Observer& observer) {
   std::optional<gpu::Device> device;
   Screen screen;
   device.emplace(gpu::DeviceSettings{.gpu = gpu_name, .window_extensions = screen.display().vulkan_extensions()});
@@ -48,34 +53,45 @@ bool chosen_in(desktop::Menu& menu, const std::string& gpu_name, Observer& obser
   desktop::MenuWish wish = desktop::MenuWish::nothing;
   std::string language = menu.language();
   content::Texts texts = readers::find_texts(language);
-  while (wish == desktop::MenuWish::nothing) {
-    if (observer.stop_requested()) wish = desktop::MenuWish::leave;
-    view::Overlay& overlay = screen.overlay();
-    const view::Input input = screen.window().poll();
-    const int width = screen.window().width(), height = screen.window().height();
-    overlay.begin(view::overlay_frame(input, width, height));
-    const desktop::MenuWish by_keys = menu.handle(input), by_pointer = menu.draw(width, height, texts);
-    if (language != menu.language()) texts = readers::find_texts(language = menu.language());
-    if (by_keys != desktop::MenuWish::nothing) wish = by_keys;
-    if (by_pointer != desktop::MenuWish::nothing) wish = by_pointer;
-    if (screen.window().minimised()) {
-      screen.window().idle();
-    } else {
-      screen.window().present(overlay);
+  const auto asked_who = [&] {
+    try {
+      const std::unique_ptr<TraineeDoor> door = TraineeDoor::at({});
+      if (!door) return true;
+      panels::TraineeChoice choice = door->choice();
+      choice.choose(trainee);
+      if (!chosen_in_window(screen, choice, texts, observer)) return false;
+      trainee = choice.pseudonym();
+      return true;
+    } catch (const files::ContentError& error) {  // of the records
+      menu.say(error.what());
+      return false;
     }
-  }
+  };
+  do {
+    wish = desktop::MenuWish::leave;  // where the observer asks for it
+    show_panels(screen, observer, [&](const view::Input& input, int width, int height) {
+      const desktop::MenuWish by_keys = menu.handle(input), by_pointer = menu.draw(width, height, texts);
+      if (language != menu.language()) texts = readers::find_texts(language = menu.language());
+      const desktop::MenuWish asked = by_pointer != desktop::MenuWish::nothing ? by_pointer : by_keys;
+      if (asked == desktop::MenuWish::nothing) return false;
+      wish = asked;
+      return true;
+    });
+  } while (wish == desktop::MenuWish::start && !asked_who() && !observer.stop_requested());
   screen.close();  // before its device
-  return wish == desktop::MenuWish::start;
+  return wish == desktop::MenuWish::start && !observer.stop_requested();
 }
 
 }  // namespace
 
 void run_from_menu(const SessionSettings& settings, SessionObserver& observer,
-                   const std::function<void(const SessionResult&)>& done) {
+                   const std::function<void(const SessionSettings&, const SessionResult&)>& done) {
   desktop::Menu menu = make_menu();
   menu.set_language(readers::language_of_environment());
-  while (chosen_in(menu, settings.gpu, observer)) {
+  std::string trainee;
+  while (chosen_in(menu, settings.gpu, trainee, observer)) {
     SessionSettings chosen = settings;
+    chosen.trainee.name = trainee;
     chosen.scenario = menu.scenario();
     chosen.stylus = menu.stylus();
     chosen.language = menu.language();
@@ -83,7 +99,7 @@ void run_from_menu(const SessionSettings& settings, SessionObserver& observer,
     chosen.view = menu.view() == "headset" ? SessionView::headset : SessionView::window;
     menu.say("");
     try {
-      done(run_session(chosen, observer));
+      done(chosen, run_session(chosen, observer));
     } catch (const Stopped&) {
       throw;
     } catch (const std::exception& error) {

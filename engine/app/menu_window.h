@@ -8,10 +8,11 @@
 namespace stylet::app {
 
 /// Shows the menu, runs what is chosen, and shows the menu again, until the user leaves it or the observer asks for
-/// the end. What keeps a session from starting is told in the menu. Main thread.
+/// the end. What keeps a session from starting is told in the menu. Where the lab's records (those of
+/// lab::store::default_lab_folder()) have names, who trains is asked before each. Main thread.
 /// @param done  after every session
 /// @throws gpu::GpuError  there is no window; files::ContentError  no scenario
 void run_from_menu(const SessionSettings& settings, SessionObserver& observer,
-                   const std::function<void(const SessionResult&)>& done);
+                   const std::function<void(const SessionSettings&, const SessionResult&)>& done);
 
 }  // namespace stylet::app

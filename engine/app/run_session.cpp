@@ -255,6 +255,7 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
   // leaving is its end.
   const bool to_its_end = course.state().stage == training::Stage::debrief ||
                           ((live.finished() || !end.could_finish) && !course.reset_asked_for());
+  if (!to_its_end) mark_broken_off(live, course);
   course.end(live);
   probe_hand = {};
   report.run = live.stop();

@@ -37,4 +37,20 @@ view::Overlay& Screen::overlay() {
   return overlay_.emplace(*device_, window_->format(), wanted);
 }
 
+void show_panels(Screen& screen, Observer& observer,
+                 const std::function<bool(const view::Input& input, int width, int height)>& step) {
+  for (bool enough = false; !enough && !observer.stop_requested();) {
+    view::Overlay& overlay = screen.overlay();
+    const view::Input input = screen.window().poll();
+    const int width = screen.window().width(), height = screen.window().height();
+    overlay.begin(view::overlay_frame(input, width, height));
+    enough = step(input, width, height);
+    if (screen.window().minimised()) {
+      screen.window().idle();
+    } else {
+      screen.window().present(overlay);
+    }
+  }
+}
+
 }  // namespace stylet::app

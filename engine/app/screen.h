@@ -2,11 +2,14 @@
 // go, it stays as its user has put it.
 #pragma once
 
+#include "engine/app/observer.h"
 #include "engine/desktop/desktop_view.h"
 #include "engine/gpu/device.h"
+#include "engine/view/input.h"
 #include "engine/view/overlay.h"
 #include "engine/view/window.h"
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -43,5 +46,10 @@ private:
   std::optional<view::Overlay> overlay_;
   int width_ = 0, height_ = 0;  // of the window at the frame before
 };
+
+/// Shows panels, and nothing else, until `step` has had enough or the observer asks for the end.
+/// @param step  draws them, with what happened and the size of the frame; true: enough
+void show_panels(Screen& screen, Observer& observer,
+                 const std::function<bool(const view::Input& input, int width, int height)>& step);
 
 }  // namespace stylet::app

@@ -97,10 +97,12 @@ TakenRecording take_recording(store::Lab& lab, const store::Person& person, cons
   const training::TrainingReport training = replay.training();
   TakenRecording taken{.compared = compare(file, training)};
   store::AttemptEnd end = attempt_numbers(training);
+  if (broken_off(replay.recording())) end.status = "aborted";
   end.state_hash = session::hash_text(replay.state_hash());
   end.recording = file;
   taken.total = end.total;
   taken.passed = end.passed;
+  taken.broken_off = end.status == "aborted";
   const std::int64_t ended_ms = std::min(written_ms(file), store::system_ms());
   taken.attempt = lab.take_in(start, end, ended_ms - static_cast<std::int64_t>(duration_s * 1000), ended_ms);
   return taken;

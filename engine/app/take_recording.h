@@ -19,7 +19,8 @@ struct TakenRecording {
   std::string attempt{};
   std::optional<double> total{};
   std::optional<bool> passed{};
-  bool compared = false;  ///< with the numbers of a session.json beside it
+  bool broken_off = false;  ///< as its recording says: it is a failure where it counts
+  bool compared = false;    ///< with the numbers of a session.json beside it
 };
 
 /// Replays the recording bit for bit and measures it; its numbers are those, and where session.json lies beside it,

@@ -10,10 +10,7 @@
 namespace stylet::immersive {
 namespace {
 
-// An em is 1/37 of the width: 0.9 degrees or more from where the scenarios' trainees stand, and more texels there
-// than a headset has pixels.
-constexpr int kWidth = 1056, kHeight = 528;
-constexpr double kScale = 1.9;
+constexpr int kWidth = Monitor::kWidth, kHeight = Monitor::kHeight;
 constexpr float kColumn = 17;  // ems
 
 constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
@@ -105,27 +102,12 @@ render::SeeThrough see_through(PanelLevel level) {
   return level == PanelLevel::instructor ? render::SeeThrough::glass : render::SeeThrough::window;
 }
 
-SessionPanel::SessionPanel(gpu::Device& device, bool left_handed, bool asks)
-    : device_(device),
-      left_handed_(left_handed),
-      asks_(asks),
-      picture_(device, {.width = kWidth,
-                        .height = kHeight,
-                        .format = VK_FORMAT_R8G8B8A8_SRGB,
-                        .usage = gpu::kTargetUsage | VK_IMAGE_USAGE_TRANSFER_DST_BIT}),
-      overlay_(device, VK_FORMAT_R8G8B8A8_SRGB, kScale),
-      ring_(device) {}
-
-SessionPanel::~SessionPanel() {
-  device_.settle();  // the last frame may still be drawn, or seen by the renderer
-}
-
 void SessionPanel::draw(const panels::SessionFacts& facts, PanelLevel level, double now_s) {
   const bool due = level != level_ || now_s >= drawn_s_ + kPeriod || now_s < drawn_s_;
   level_ = level;
   if (!due || level == PanelLevel::hidden) return;
   drawn_s_ = now_s;
-  overlay_.begin({.width = kWidth, .height = kHeight, .dt_s = kPeriod});
+  monitor_.begin(kPeriod);
   const bool briefing = !facts.briefing.empty();
   const Help help{.briefing = briefing, .left_handed = left_handed_, .asks = asks_};
   begin("course", 0, briefing ? 1.0F : 0.5F);
@@ -138,10 +120,7 @@ void SessionPanel::draw(const panels::SessionFacts& facts, PanelLevel level, dou
     draw_help(help);
     ImGui::End();
   }
-  gpu::Commands& commands = ring_.next();
-  commands.clear(picture_, {0.006F, 0.009F, 0.012F, 1});
-  overlay_.draw(commands, picture_);
-  commands.submit();
+  monitor_.end();
 }
 
 }  // namespace stylet::immersive

@@ -3,11 +3,10 @@
 // panels.
 #pragma once
 
-#include "engine/gpu/commands.h"
 #include "engine/gpu/device.h"
+#include "engine/immersive/monitor.h"
 #include "engine/panels/session_facts.h"
 #include "engine/render/view_options.h"
-#include "engine/view/overlay.h"
 
 #include <cstdint>
 
@@ -23,30 +22,25 @@ PanelLevel next(PanelLevel level);
 /// How far one sees into the patient then.
 render::SeeThrough see_through(PanelLevel level);
 
-/// One at a time, and no other view::Overlay beside it. Thread: the one that uses the device.
+/// Is a Monitor. Thread: the one that uses the device.
 class SessionPanel {
 public:
   /// @param asks  a button asks the patient to hold the breath. @throws gpu::GpuError
-  explicit SessionPanel(gpu::Device& device, bool left_handed = false, bool asks = false);
-  ~SessionPanel();
-  SessionPanel(const SessionPanel&) = delete;
-  SessionPanel& operator=(const SessionPanel&) = delete;
+  explicit SessionPanel(gpu::Device& device, bool left_handed = false, bool asks = false)
+      : left_handed_(left_handed), asks_(asks), monitor_(device) {}
 
   /// Draws anew where `level` is another or kPeriod has passed: what stands there is to be read, not to be followed.
   /// @param now_s  of a clock that goes on while the session is paused
   void draw(const panels::SessionFacts& facts, PanelLevel level, double now_s);
   /// As last drawn; null: the monitor is hidden. R8G8B8A8_SRGB.
-  const gpu::Image* picture() const { return level_ == PanelLevel::hidden ? nullptr : &picture_; }
+  const gpu::Image* picture() const { return level_ == PanelLevel::hidden ? nullptr : &monitor_.picture(); }
 
   static constexpr double kPeriod = 0.1;  ///< s
 
 private:
-  gpu::Device& device_;
   bool left_handed_;
   bool asks_;
-  gpu::Image picture_;
-  view::Overlay overlay_;
-  gpu::FrameRing ring_;
+  Monitor monitor_;
   PanelLevel level_ = PanelLevel::hidden;
   double drawn_s_ = 0;
 };

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "engine/headset/headset_controllers.h"
+#include "engine/immersive/thumb.h"
 #include "engine/scanner/command.h"
 
-#include <cstdint>
 #include <vector>
 
 namespace stylet::immersive {
@@ -18,11 +18,7 @@ public:
   std::vector<scanner::Command> commands(const headset::Hands& hands, double time_s);
 
 private:
-  enum class Push : std::uint8_t { none, up, down, right, left };
-  static Push direction(const Eigen::Vector2f& stick);
-
-  Push held_ = Push::none;
-  double next_s_ = 0;  ///< when it turns further
+  Thumb thumb_;
 };
 
 }  // namespace stylet::immersive

@@ -16,9 +16,9 @@ constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 constexpr float kFontSize = 15;  // pixels at scale 1
 constexpr std::uint32_t kBufferedFrames = 3;
 
-/// Latin, Greek, dashes and quotes, arrows, mathematical signs.
-constexpr std::array<ImWchar, 11> kGlyphs{0x20,   0xFF,   0x391,  0x3C9,  0x2010, 0x2027,
-                                          0x2190, 0x2193, 0x2248, 0x2265, 0};
+/// Latin with the letters of Europe's names, Greek, Cyrillic, dashes and quotes, arrows, mathematical signs.
+constexpr std::array<ImWchar, 13> kGlyphs{0x20,   0x17F,  0x391,  0x3C9,  0x400,  0x45F, 0x2010,
+                                          0x2027, 0x2190, 0x2193, 0x2248, 0x2265, 0};
 
 /// The attachment is sRGB, so what the shader writes is linear; Dear ImGui's colours mean sRGB.
 ImVec4 linear(const ImVec4& srgb) {

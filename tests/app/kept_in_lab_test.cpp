@@ -1,13 +1,20 @@
 // What a session leaves in the lab's records, and where that puts a trainee in a course.
 #include "engine/app/kept_in_lab.h"
 
+#include "engine/app/build_name.h"
 #include "engine/app/course_standing.h"
 #include "engine/app/lab_pages.h"
+#include "engine/app/take_recording.h"
+#include "engine/app/trainee_door.h"
 #include "engine/files/error.h"
 #include "engine/lab/course/course_file.h"
+#include "engine/lab/server/logins.h"
 #include "engine/lab/store/digest.h"
 #include "engine/lab/store/lab.h"
 #include "engine/readers/scenario.h"
+#include "engine/session/live_session.h"
+#include "engine/session/recorded_stylus.h"
+#include "engine/training/training_session.h"
 #include "tests/readers/small_scenario.h"
 
 #include <gmock/gmock.h>
@@ -168,6 +175,65 @@ TEST_F(KeptInLab, WhatIsWrongIsRefusedBeforeThePatientIsLoaded) {
   EXPECT_THAT(refusal(wrong), HasSubstr("the course other has no exercise of"));
   wrong.trainee = {.name = " ", .lab = folder()};
   EXPECT_THAT(refusal(wrong), HasSubstr("is no name"));
+}
+
+TEST_F(KeptInLab, AnImportedSessionThatWasBrokenOffIsNoneThatEnded) {
+  lab::store::Lab records = lab();
+  const lab::store::Person ada = records.enrolled("ada");
+  LabListener listener;
+  const content::Scene scene = readers::load_scene(files_.path());
+  for (const bool broken_off : {false, true}) {
+    const fs::path recording = files_.folder / (broken_off ? "broken.rec" : "whole.rec");
+    haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
+    training::TrainingSession course(scene, {.automatic = true});
+    session::LiveSession live(scene, device,
+                              {.duration_s = 0.2,
+                               .lockstep = true,
+                               .recording = recording,
+                               .build = build_name(),
+                               .listeners = {&course.watch()}});
+    live.run_in_lockstep([&](double share) {
+      if (share < 1) {
+        course.poll(live);
+      } else {
+        if (broken_off) mark_broken_off(live, course);
+        course.end(live);
+      }
+    });
+    const TakenRecording taken = take_recording(records, ada, {.recording = recording.string()}, listener);
+    EXPECT_EQ(taken.broken_off, broken_off);
+    EXPECT_EQ(records.attempts().back().id, taken.attempt);
+    EXPECT_EQ(records.attempts().back().status, broken_off ? "aborted" : "ended");
+  }
+}
+
+TEST_F(KeptInLab, TheDoorAsksOnlyWhereTheLabHasNamesAndOpensByThePinAlone) {
+  EXPECT_EQ(TraineeDoor::at(folder()), nullptr);
+  EXPECT_FALSE(fs::exists(folder())) << "asking makes no records";
+  std::string bob, ada;
+  {
+    lab::store::Lab records = lab();
+    EXPECT_EQ(TraineeDoor::at(folder()), nullptr) << "nobody is in them";
+    ada = records.enrolled("ada").pseudonym;
+    bob = records.enrolled("bob").pseudonym;
+    records.set_pin(records.get("bob").id, lab::server::password_hash("2468"));
+  }
+  const auto door = TraineeDoor::at(folder());
+  ASSERT_NE(door, nullptr);
+  EXPECT_TRUE(door->try_pin(ada, "").right) << "has none";
+  const panels::PinAnswer wrong = door->try_pin(bob, "2469");
+  EXPECT_FALSE(wrong.right);
+  EXPECT_TRUE(wrong.looked_at);
+  EXPECT_GE(wrong.wait_s, 1);
+  const panels::PinAnswer early = TraineeDoor::at(folder())->try_pin(bob, "2468");
+  EXPECT_TRUE(early.right || !early.looked_at) << "held up, unless that second is over";
+  lab().pin_tried(lab().get("bob").id, true);
+  EXPECT_TRUE(door->try_pin(bob, "2468").right);
+  panels::TraineeChoice choice = door->choice();
+  choice.choose(bob);
+  EXPECT_EQ(choice.pseudonym(), bob);
+  for (const char* none : {"", "123", "1234567890123", "12a4", "12 4"}) EXPECT_FALSE(is_pin(none)) << none;
+  EXPECT_TRUE(is_pin("0000"));
 }
 
 TEST_F(KeptInLab, AttemptsOfAHandPutATraineeSomewhereInACourse) {

@@ -239,6 +239,42 @@ TEST_F(LabSiteTest, ScriptsInNamesAndNotesAreText) {
   EXPECT_EQ(post("/note", {{"token", token}, {"trainee", "' OR 1=1"}, {"body", "x"}}, cookie).status, 404);
 }
 
+TEST_F(LabSiteTest, ANoteIsShownWithItsLinesAndAsLongAsTheFormLetsIt) {
+  const std::string cookie = log_in();
+  const std::string page = "/" + ada_.pseudonym + ".html";
+  const Response form = get(page, cookie);
+  const std::string before = "maxlength=\"";
+  const std::size_t at = form.body.find(before);
+  ASSERT_NE(at, std::string::npos);
+  const int most = std::stoi(form.body.substr(at + before.size()));
+  EXPECT_GE(most, 2000);
+  std::string longest;  // as many as a browser lets in, each of three bytes
+  for (int i = 0; i < most; ++i) longest += "\u20ac";
+  const auto noted = [&](const std::string& body) {
+    return post("/note", {{"token", token_of(form)}, {"trainee", ada_.pseudonym}, {"body", body}}, cookie).status;
+  };
+  EXPECT_EQ(noted(longest), 303);
+  EXPECT_EQ(noted(longest + "\u20ac"), 400);
+  EXPECT_EQ(noted("Holds the probe well.\r\n\r\nNext: depth <b>"), 303);
+  EXPECT_THAT(get(page, cookie).body, HasSubstr("Holds the probe well.\n\nNext: depth &lt;b&gt;</bdi>"));
+}
+
+TEST_F(LabSiteTest, APageSaysWhatSomebodyAgreedToAndHowLongTheyAreKept) {
+  const std::string cookie = log_in();
+  const std::string page = "/" + ada_.pseudonym + ".html";
+  EXPECT_THAT(get(page, cookie).body, HasSubstr("<td>never asked, which is no consent</td>"));
+  EXPECT_THAT(get(page, cookie).body, Not(HasSubstr("Kept until")));
+  lab_.set_consent(ada_.id, lab::store::kRecordStore, true);
+  lab_.set_consent(ada_.id, lab::store::kResearch, false);
+  lab_.set(lab::store::kRetentionDays, "730");
+  const std::string shown = get(page, cookie).body;
+  EXPECT_THAT(shown, HasSubstr(">Record store</th><td>agreed 20"));
+  EXPECT_THAT(shown, HasSubstr(">Research</th><td>refused 20"));
+  EXPECT_THAT(shown, HasSubstr(">Kept until</th>"));
+  lab_.make_anonymous(ada_);
+  EXPECT_THAT(get("/", cookie).body, HasSubstr("0 trainees")) << "numbers of nobody are no trainee";
+}
+
 TEST_F(LabSiteTest, WhoGuessesPasswordsIsHeldUp) {
   for (int i = 0; i < lab::server::Logins::kTries; ++i) {
     EXPECT_EQ(post("/login", {{"name", "ines"}, {"password", "guess"}}, "").status, 403);
@@ -273,8 +309,12 @@ TEST_F(LabSiteTest, ABrowserShowsItAndAForeignPageDoesNotGetIn) {
     note.requestSubmit();
   }})()</script></body>)",
                                        ada_.pseudonym);
+  std::map<std::string, std::vector<int>> logins;  // what was answered, by the page that asked
   lab::server::HttpServer server({.port = 0}, [&](const Request& request) {
-    return request.path == "/hand" ? Response{.body = hand} : site->answer(request);
+    if (request.path == "/hand") return Response{.body = hand};
+    Response response = site->answer(request);
+    if (request.path == "/login" && request.method == "POST") logins[request.origin].push_back(response.status);
+    return response;
   });
   host = server.host();
   site =
@@ -292,18 +332,23 @@ TEST_F(LabSiteTest, ABrowserShowsItAndAForeignPageDoesNotGetIn) {
   const std::string page = open("http://" + host + "/");
   EXPECT_THAT(page, HasSubstr("name=\"password\""));
   EXPECT_THAT(page, Not(HasSubstr(ada_.pseudonym)));
-  // With the right password, even: it is not its form.
-  const auto foreign = folder_.write(
-      "foreign.html",
-      fmt::format(R"(<form method="post" action="http://{}/login"><input name="name" value="ines"><input )"
-                  R"(name="password" value="right horse"></form><script>document.forms[0].submit()</script>)",
-                  host));
-  EXPECT_THAT(open("file://" + foreign.string()), Not(HasSubstr("Who stands where")));
   const std::string noted = open("http://" + host + "/hand");
   EXPECT_THAT(noted, HasSubstr("From a browser."));
   EXPECT_THAT(noted, HasSubstr("<h2 id=\"every\">")) << "the trainee's page again";
+  // Another site, with the right password even: it is not its form.
+  const std::string form = fmt::format(
+      R"(<!DOCTYPE html><form method="post" action="http://{}/login"><input name="name" value="ines"><input )"
+      R"(name="password" value="right horse"></form><script>document.forms[0].submit()</script>)",
+      host);
+  lab::server::HttpServer other({.port = 0}, [&](const Request&) { return Response{.body = form}; });
+  std::thread serving_other([&] { other.run([&] { return over.load(); }); });
+  const std::string foreign = "http://localhost" + other.host().substr(other.host().rfind(':'));
+  EXPECT_THAT(open(foreign + "/"), Not(HasSubstr("Who stands where")));
   over = true;
   serving.join();
+  serving_other.join();
+  EXPECT_THAT(logins["http://" + host], testing::ElementsAre(303)) << "its own page";
+  EXPECT_THAT(logins[foreign], testing::ElementsAre(403)) << "it was asked, and let nobody in";
   EXPECT_THAT(lab_.notes(ada_.id), SizeIs(1));
   if (const char* keep = std::getenv("STYLET_KEEP_PAGES")) {  // to be looked at
     const std::string cookie = log_in();

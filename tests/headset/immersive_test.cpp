@@ -3,6 +3,7 @@
 #include "engine/immersive/immersive_view.h"
 #include "engine/immersive/session_panel.h"
 #include "engine/immersive/thumb_on_scanner.h"
+#include "engine/immersive/trainee_panel.h"
 #include "engine/picture/picture.h"
 #include "engine/render/room_layout.h"
 #include "engine/session/puncture_watch.h"
@@ -305,6 +306,81 @@ TEST(SessionPanel, ButtonGoesRound) {
   EXPECT_EQ(next(PanelLevel::hidden), PanelLevel::panel);
   EXPECT_EQ(see_through(PanelLevel::panel), render::SeeThrough::window);
   EXPECT_EQ(see_through(PanelLevel::instructor), render::SeeThrough::glass);
+}
+
+// --- who trains ---
+
+TEST(HandsOnChoice, ButtonsOfEitherHandAreKeys) {
+  using view::Key;
+  for (const bool left_handed : {false, true}) {
+    immersive::HandsOnChoice choice;
+    headset::Hands hands{.left_handed = left_handed};
+    headset::Hand& needle = left_handed ? hands.left : hands.right;
+    double time_s = 0;
+    /// The keys of the next half a second of frames, in which what is pressed since the last frame is so once.
+    const auto keys = [&] {
+      std::vector<Key> all;
+      for (int frame = 0; frame < 40; ++frame) {
+        for (const view::Stroke& stroke : choice.keys(hands, time_s += 0.01).strokes) all.push_back(stroke.key);
+        hands.menu_pressed = hands.panel_pressed = false;
+      }
+      return all;
+    };
+    using Keys = std::vector<Key>;
+    needle.trigger = true;
+    EXPECT_EQ(keys(), Keys{}) << "pulled before it was asked";
+    needle.trigger = false;
+    EXPECT_EQ(keys(), Keys{});
+    needle.trigger = true;
+    EXPECT_EQ(keys(), Keys{Key::space});
+    hands.panel_pressed = true;
+    EXPECT_EQ(keys(), Keys{Key::tab});
+    hands.menu_pressed = true;
+    EXPECT_EQ(keys(), Keys{Key::backspace});
+    for (headset::Hand* hand : {&hands.left, &hands.right}) {
+      hand->stick = {0, 1};
+      EXPECT_EQ(keys(), Keys{Key::up});
+      hand->stick = {0, 0};
+      keys();
+      hand->stick = {-1, 0.1F};
+      EXPECT_EQ(keys(), Keys{Key::left});
+      hand->stick = {0, 0};
+      keys();
+    }
+  }
+}
+
+TEST(TraineePanel, ShowsNamesAndAPadThatFit) {
+  Rig rig;
+  {
+    immersive::TraineePanel panel(rig.device());
+    panels::TraineeChoice choice(
+        {{.pseudonym = "P-ADA", .name = "Ada"}, {.pseudonym = "P-BOB", .name = "Bob", .has_pin = true}}, 12,
+        [](const std::string&, const std::string&) { return panels::PinAnswer{.wait_s = 300}; });
+    const auto drawn = [&] {
+      for (int i = 0; i < 3; ++i) panel.draw(choice, {}, 0.01);
+      return view::read_picture(rig.device(), panel.picture());
+    };
+    const auto press = [&](std::vector<view::Key> keys) {
+      for (const view::Key key : keys) {
+        view::Input input;
+        input.strokes = {{.key = key}};
+        choice.handle(input);
+      }
+    };
+    const picture::Picture nobody = drawn();
+    press({view::Key::tab});
+    const picture::Picture ada = drawn();
+    EXPECT_GT(changed(ada, nobody)[0], 500) << "who is chosen is seen";
+    press({view::Key::tab, view::Key::space});
+    ASSERT_TRUE(choice.asks_for_pin());
+    const picture::Picture pad = drawn();
+    press({view::Key::right});
+    EXPECT_GT(changed(drawn(), pad)[0], 500) << "where one is on the pad is seen";
+    press({view::Key::space, view::Key::enter});
+    EXPECT_GT(changed(drawn(), pad)[1], 500) << "that the PIN was wrong";
+  }
+  rig.expect_clean();
 }
 
 // --- hands ---

@@ -81,7 +81,7 @@ TEST(Export, IsATableOfAttemptsByPseudonymAndTheSameAsJson) {
   EXPECT_EQ(field(2, "excluded"), "'=HYPERLINK(\"x\"), said\r\nthe stylus") << "no formula in a spreadsheet";
   EXPECT_EQ(field(3, "status"), "running");
   EXPECT_EQ(field(3, "ended"), "");
-  EXPECT_THAT(parsed(attempts_as_csv(lab, ada.id)), SizeIs(3));
+  EXPECT_THAT(parsed(attempts_as_csv(lab, {.trainee = ada.id})), SizeIs(3));
 
   const json all = json::parse(attempts_as_json(lab));
   EXPECT_EQ(all["format"], "stylet-lab-export");
@@ -89,6 +89,34 @@ TEST(Export, IsATableOfAttemptsByPseudonymAndTheSameAsJson) {
   EXPECT_EQ(all["attempts"][0]["metrics"]["metric_01"]["value"], 83.5);
   EXPECT_EQ(all["attempts"][1]["passed"], false);
   EXPECT_TRUE(all["attempts"][2]["passed"].is_null());
+}
+
+TEST(Export, OfOnePersonHasConsentAndNotesAndForResearchThoseAloneWhoAgreed) {
+  const support::TemporaryFolder folder;
+  Lab lab({.folder = folder / "lab", .build = "test"});
+  const Person ada = lab.enrolled("ada");
+  const Person bob = lab.enrolled("bob");
+  const Person cleo = lab.enrolled("cleo");
+  for (const Person& person : {ada, bob, cleo}) lab.end(lab.begin(test::start_of(person)), test::end_of(80, true, 1));
+  lab.add_note(ada.id, "ines", "first line\nsecond line");
+  lab.set_consent(ada.id, kResearch, true);
+  lab.set_consent(cleo.id, kResearch, true);
+  lab.set_consent(cleo.id, kResearch, false);
+  const json of_ada = json::parse(attempts_as_json(lab, {.trainee = ada.id}));
+  ASSERT_THAT(of_ada["notes"], SizeIs(1));
+  EXPECT_EQ(of_ada["notes"][0]["author"], "ines");
+  EXPECT_EQ(of_ada["notes"][0]["body"], "first line\nsecond line");
+  ASSERT_THAT(of_ada["consent"], SizeIs(2));
+  EXPECT_TRUE(of_ada["consent"][0]["given"].is_null()) << "never asked";
+  EXPECT_EQ(of_ada["consent"][1]["purpose"], "research");
+  EXPECT_EQ(of_ada["consent"][1]["given"], true);
+  EXPECT_FALSE(json::parse(attempts_as_json(lab)).contains("notes")) << "a cohort's table names nobody";
+  EXPECT_THAT(parsed(attempts_as_csv(lab)), SizeIs(4));
+  const auto rows = parsed(attempts_as_csv(lab, {.for_research = true}));
+  ASSERT_THAT(rows, SizeIs(2));
+  EXPECT_EQ(rows[1][0], ada.pseudonym);
+  lab.make_anonymous(ada);
+  EXPECT_THAT(parsed(attempts_as_csv(lab, {.for_research = true})), SizeIs(2)) << "numbers of nobody";
 }
 
 TEST(Export, TimesAreUtcAndLocalOnesAreSo) {

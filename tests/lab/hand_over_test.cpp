@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <functional>
@@ -18,6 +19,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace stylet::lab::store {
@@ -48,6 +50,12 @@ protected:
   LabSettings own_settings() const { return {.folder = folder_ / "own", .build = "test"}; }
   LabSettings server_settings() const {
     return {.folder = folder_ / "server", .build = "test", .database = database_ ? database_->address() : ""};
+  }
+  /// Somebody of whom a record store may be told.
+  static Person told_of(Lab& lab, const std::string& who) {
+    const Person person = lab.enrolled(who);
+    if (!lab.consents_to(person.id, kRecordStore)) lab.set_consent(person.id, kRecordStore, true);
+    return person;
   }
   std::string take(Lab& lab, const Person& person, double total = 80) const {
     const std::string attempt = lab.begin(start_of(person));
@@ -116,7 +124,7 @@ TEST_P(HandOver, GivesEverythingOfAnAttemptAndKeepsNothingButItsRecording) {
 
 TEST_P(HandOver, AgainAfterAKillAtItsWorstMomentIsTheSameAndEachStatementIsToldOnce) {
   server_->set(kHomePage, "https://lab.example/stylet/");
-  const std::string attempt = take(*own_, own_->enrolled("ada"));
+  const std::string attempt = take(*own_, told_of(*own_, "ada"));
   std::set<std::string> told;
   with_own_files_back([&] {
     own_->hand_over(*server_);
@@ -134,12 +142,80 @@ TEST_P(HandOver, AgainAfterAKillAtItsWorstMomentIsTheSameAndEachStatementIsToldO
 
 TEST_P(HandOver, StatementsOfAStationsOwnWaitAtAServerThatTellsNobodyYet) {
   own_->set(kHomePage, "https://lab.example/stylet/");
-  take(*own_, own_->enrolled("ada"));
+  take(*own_, told_of(*own_, "ada"));
   const auto waiting = column(*own_, "SELECT body FROM outbox ORDER BY seq");
   own_->hand_over(*server_);
   EXPECT_THAT(waiting, SizeIs(3));
   EXPECT_EQ(column(*server_, "SELECT body FROM outbox ORDER BY seq"), waiting);
   EXPECT_THAT(column(*own_, "SELECT body FROM outbox"), IsEmpty());
+}
+
+TEST_P(HandOver, TheLastWordOnAPurposeCountsWhereverItWasSaid) {
+  server_->set(kHomePage, "https://lab.example/stylet/");
+  const Person there = server_->enrolled("ada");
+  const Person here = told_of(*own_, "ada");
+  ASSERT_NE(here.id, there.id);
+  take(*own_, here);
+  own_->hand_over(*server_);
+  EXPECT_TRUE(server_->consents_to(there.id, kRecordStore)) << "said at the station, of whom the server knew by name";
+  EXPECT_THAT(column(*server_, "SELECT statement FROM outbox"), SizeIs(3));
+  // Taken back there, where the station does not know it yet.
+  server_->set_consent(there.id, kRecordStore, false);
+  EXPECT_THAT(column(*server_, "SELECT statement FROM outbox"), IsEmpty());
+  take(*own_, here);
+  own_->hand_over(*server_);
+  EXPECT_TRUE(server_->refuses(there.id, kRecordStore));
+  EXPECT_THAT(column(*server_, "SELECT statement FROM outbox"), IsEmpty());
+  // And the other way round: what waits at the server goes once the station hands over the refusal.
+  server_->set_consent(there.id, kRecordStore, true);
+  take(*server_, there);
+  EXPECT_THAT(column(*server_, "SELECT statement FROM outbox"), SizeIs(3));
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));  // another clock's reading than that of the word before
+  own_->set_consent(here.id, kRecordStore, false);
+  own_->hand_over(*server_);
+  EXPECT_TRUE(server_->refuses(there.id, kRecordStore));
+  EXPECT_THAT(column(*server_, "SELECT statement FROM outbox"), IsEmpty());
+  EXPECT_THAT(server_->attempts(there.id), SizeIs(3)) << "which are kept as before";
+}
+
+TEST_P(HandOver, StatementsOfWhomTheServerHasTheRefusalStayBehind) {
+  own_->set(kHomePage, "https://lab.example/stylet/");
+  const Person there = server_->enrolled("ada");
+  const Person here = own_->known(there);
+  own_->set_consent(here.id, kRecordStore, true);
+  take(*own_, here);
+  EXPECT_THAT(column(*own_, "SELECT statement FROM outbox"), SizeIs(3));
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  server_->set_consent(there.id, kRecordStore, false);
+  own_->hand_over(*server_);
+  EXPECT_THAT(server_->attempts(), SizeIs(1));
+  EXPECT_THAT(column(*server_, "SELECT statement FROM outbox"), IsEmpty());
+  EXPECT_THAT(column(*own_, "SELECT statement FROM outbox"), IsEmpty());
+}
+
+TEST_P(HandOver, APinGoesAlongAndChangesNoneThatIsThere) {
+  const Person ada = own_->enrolled("ada");
+  own_->set_pin(ada.id, "of the station");
+  own_->hand_over(*server_);
+  ASSERT_TRUE(server_->pin(ada.id).has_value());
+  EXPECT_EQ(server_->pin(ada.id).value_or(Pin{}).hash, "of the station");
+  server_->set_pin(ada.id, "of the server");
+  own_->hand_over(*server_);
+  EXPECT_EQ(server_->pin(ada.id).value_or(Pin{}).hash, "of the server");
+}
+
+TEST_P(HandOver, WhoseNumbersAloneAreLeftIsNobodyAtTheServerToo) {
+  const Person ada = own_->enrolled("ada");
+  own_->set_consent(ada.id, kResearch, true);
+  take(*own_, ada);
+  own_->make_anonymous(ada);
+  own_->hand_over(*server_);
+  ASSERT_THAT(server_->people(), SizeIs(1));
+  EXPECT_TRUE(server_->people()[0].anonymous);
+  EXPECT_THAT(server_->everybody(), IsEmpty());
+  EXPECT_EQ(server_->find("ada"), std::nullopt);
+  ASSERT_THAT(server_->attempts(), SizeIs(1));
+  EXPECT_EQ(server_->attempts()[0].started_ms, 0);
 }
 
 TEST_P(HandOver, LeavesWhatIsUnderWayAndWhatWasWrittenOfAnAttemptMeanwhile) {
@@ -157,13 +233,14 @@ TEST_P(HandOver, LeavesWhatIsUnderWayAndWhatWasWrittenOfAnAttemptMeanwhile) {
 TEST_P(HandOver, WhoIsThereAlreadyByNameIsThatPersonAndIsToldOfByTheirPseudonym) {
   server_->set(kHomePage, "https://lab.example/stylet/");
   const Person there = server_->enrolled("ada");
-  const Person here = own_->enrolled("ada");
+  const Person here = told_of(*own_, "ada");
   ASSERT_NE(here.id, there.id);
   const std::string attempt = take(*own_, here);
   EXPECT_EQ(own_->hand_over(*server_).people, 0);
   EXPECT_THAT(server_->people(), SizeIs(1));
   EXPECT_EQ(server_->attempts(there.id)[0].id, attempt);
   EXPECT_EQ(server_->of_station(here.id)->id, there.id);
+  EXPECT_THAT(column(*server_, "SELECT body FROM outbox"), SizeIs(3));
   for (const std::string& body : column(*server_, "SELECT body FROM outbox")) {
     EXPECT_THAT(body, HasSubstr(there.pseudonym));
     EXPECT_THAT(body, Not(HasSubstr(here.pseudonym)));
@@ -272,7 +349,7 @@ TEST_P(HandOver, KilledAgainAndAgainItLosesNothingAndDoublesNothing) {
   server_->set(kHomePage, "https://lab.example/stylet/");
   server_->enrolled("ada");
   std::set<std::string> taken;
-  for (int i = 0; i < kAttempts; ++i) taken.insert(take(*own_, own_->enrolled(i % 2 == 0 ? "ada" : "bob")));
+  for (int i = 0; i < kAttempts; ++i) taken.insert(take(*own_, told_of(*own_, i % 2 == 0 ? "ada" : "bob")));
   own_.reset();
   server_.reset();
   std::mt19937 random(27);

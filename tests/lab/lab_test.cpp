@@ -109,6 +109,116 @@ TEST_P(AnyRecords, AnAttemptMadeElsewhereIsTakenInAsAWholeOnce) {
   EXPECT_FALSE(fs::exists(lab_->recording_of(id)));
 }
 
+constexpr std::int64_t kTestDayMs = 86'400'000;
+
+TEST_P(AnyRecords, WhoHasNotTrainedForTheTimeThatRecordsAreKeptIsOverdue) {
+  const Person ada = lab_->enrolled("ada");
+  lab_->enrolled("bob");
+  take(ada, 80, true);
+  EXPECT_THAT(lab_->overdue(), IsEmpty()) << "no time is set";
+  for (const char* no_time : {"", "0", "-5", "ten", "10 days"}) {
+    lab_->set(kRetentionDays, no_time);
+    now_ms_ += 4000 * kTestDayMs;
+    EXPECT_THAT(lab_->overdue(), IsEmpty()) << no_time;
+    now_ms_ -= 4000 * kTestDayMs;
+  }
+  lab_->set(kRetentionDays, "730");
+  now_ms_ += 500 * kTestDayMs;
+  take(ada, 80, true);
+  EXPECT_THAT(lab_->overdue(), IsEmpty());
+  now_ms_ += 231 * kTestDayMs;
+  const auto overdue = lab_->overdue();
+  ASSERT_THAT(overdue, SizeIs(1));
+  EXPECT_EQ(overdue[0].person.name, "bob");
+  now_ms_ += 500 * kTestDayMs;
+  EXPECT_THAT(lab_->overdue(), SizeIs(2)) << "ada's last attempt is too long ago";
+}
+
+TEST_P(AnyRecords, NumbersMadeAnonymousAreNobodysAndTheRestIsErased) {
+  const Person ada = lab_->enrolled("Marguerite Yourcenar");
+  lab_->set_consent(ada.id, kResearch, true);
+  lab_->add_note(ada.id, "ines", "born in Brussels");
+  AttemptEnd end = end_of(82.25, true, 3);
+  end.recording = folder_.write("session.rec", "how she moves");
+  const std::string first = lab_->begin(start_of(ada));
+  lab_->end(first, end);
+  now_ms_ += 9 * kTestDayMs;
+  const std::string second = take(ada, 40, false);
+  lab_->exclude(second, "trainer", "she was ill");
+  const auto before = lab_->attempts();
+  const auto metrics = lab_->metrics(first);
+  const Erased gone = lab_->make_anonymous(ada);
+  EXPECT_EQ(gone.attempts, 2);
+  EXPECT_EQ(gone.recordings, 1);
+  EXPECT_EQ(lab_->find("Marguerite Yourcenar"), std::nullopt);
+  EXPECT_EQ(lab_->find(ada.pseudonym), std::nullopt);
+  const auto people = lab_->people();
+  ASSERT_THAT(people, SizeIs(1));
+  EXPECT_TRUE(people[0].anonymous);
+  EXPECT_THAT(people[0].person.name, IsEmpty());
+  const auto after = lab_->attempts();
+  ASSERT_THAT(after, SizeIs(2));
+  EXPECT_EQ(after[0].total, 82.25);
+  EXPECT_EQ(after[1].passed, false);
+  EXPECT_FALSE(after[1].counts()) << "excluded as before";
+  EXPECT_EQ(after[0].started_ms, 0) << "not on a calendar";
+  EXPECT_EQ(after[1].started_ms, before[1].started_ms - before[0].started_ms) << "the days between stay";
+  const auto kept = lab_->metrics(after[0].id);
+  ASSERT_EQ(kept.size(), metrics.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) EXPECT_EQ(kept[i].value, metrics[i].value);
+  lab_->set(kRetentionDays, "30");
+  EXPECT_THAT(lab_->overdue(), IsEmpty()) << "nobody is overdue any more";
+  lab_.reset();
+  for (const std::string& trace : {std::string("Yourcenar"), ada.pseudonym, std::string("how she moves"),
+                                   std::string("Brussels"), std::string("she was ill"), std::string("trainer")}) {
+    EXPECT_THAT(holding(folder_.path() / "lab", trace), IsEmpty()) << trace;
+  }
+  open();
+  lab_->erase(*lab_->find(people[0].person.pseudonym));
+  EXPECT_THAT(lab_->attempts(), IsEmpty());
+}
+
+TEST_P(AnyRecords, AWrongPinMakesTheNextTryWaitLongerAlsoAfterARestart) {
+  std::optional<Lab> lab;
+  const auto start = [&] {
+    lab.reset();
+    lab.emplace(LabSettings{.folder = folder_.path() / "lab",
+                            .build = "test",
+                            .clock = [this] { return now_ms_; },
+                            .database = database_ ? database_->address() : ""});
+  };
+  const Person ada = lab_->enrolled("ada");
+  lab_.reset();
+  start();
+  EXPECT_FALSE(lab->pin(ada.id).has_value());
+  lab->set_pin(ada.id, "a hash");
+  const auto wait_ms = [&] {
+    const auto pin = lab->pin(ada.id);
+    return pin ? pin->wait_ms : -1;
+  };
+  EXPECT_EQ(wait_ms(), 0);
+  std::int64_t before = 0;
+  for (int i = 0; i < 12; ++i) {
+    lab->pin_tried(ada.id, false);
+    start();
+    const std::int64_t wait = wait_ms();
+    EXPECT_EQ(wait, i == 0 ? 1000 : std::min(2 * before, kLongestPinWaitMs));
+    before = wait;
+    now_ms_ += wait;
+    EXPECT_EQ(wait_ms(), 0) << "it ends";
+  }
+  lab->pin_tried(ada.id, false);
+  now_ms_ -= 400 * kTestDayMs;  // the clock is set back
+  EXPECT_EQ(wait_ms(), kLongestPinWaitMs);
+  lab->pin_tried(ada.id, true);
+  EXPECT_EQ(wait_ms(), 0);
+  lab->set_pin(ada.id, "");
+  EXPECT_FALSE(lab->pin(ada.id).has_value());
+  lab->set_pin(ada.id, "a hash");
+  lab->erase(ada);
+  EXPECT_THAT(lab->database().run("SELECT 1 FROM pin"), IsEmpty());
+}
+
 TEST_P(AnyRecords, WhatCannotBeTakenInWholeLeavesNothing) {
   const Person ada = lab_->enrolled("ada");
   AttemptEnd end = end_of(82, true);
@@ -484,6 +594,71 @@ TEST(Migrations, GoForwardAllOrNothing) {
   EXPECT_EQ(schema_version(database), before + 1);
   EXPECT_EQ(text(database.run("SELECT pseudonym FROM trainee WHERE born IS NULL")[0][0]), "P");
   EXPECT_EQ(integer(database.run("SELECT count(*) FROM schema_version")[0][0]), before + 1);
+}
+
+TEST(Migrations, TheVeryFirstRecordsAreOpenedAndGoOn) {
+  const support::TemporaryFolder folder;
+  const fs::path lab = folder.path() / "lab";
+  fs::create_directories(lab);
+  const std::string attempt = new_id(1'772'442'985'480);
+  {
+    // As the first version wrote them.
+    SqliteDatabase database(lab / "lab.db", 0x53744C62);
+    migrate(database, migrations().first(1), 1, "first");
+    ASSERT_EQ(schema_version(database), 1);
+    EXPECT_THROW(database.run("SELECT 1 FROM setting"), files::ContentError);
+    database.run("INSERT INTO station VALUES ('s', 'here', 1)");
+    database.run("INSERT INTO trainee VALUES ('t', $1, 'trainee', '', 1)", {std::string("7Q4M2KX")});
+    database.run("INSERT INTO scenario VALUES ('h', 'liver_biopsy', 'A title', '[]')");
+    database.run(
+        "INSERT INTO attempt(id, trainee, scenario, station, mode, build, stylus, loop_mode, started_ms, "
+        "utc_offset_min, ended_ms, status, total, passed) VALUES ($1, 't', 'h', 's', 'graded', 'first', 'mouse', "
+        "'threaded', 1772442985480, 60, 1772443000000, 'ended', 82.5, 1)",
+        {attempt});
+    database.run("INSERT INTO attempt_metric VALUES ($1, 'elapsed_time', 61.5, NULL, NULL)", {attempt});
+  }
+  Lab opened({.folder = lab, .build = "now"});
+  EXPECT_EQ(schema_version(opened.database()), migrations().back().version);
+  const auto attempts = opened.attempts();
+  ASSERT_THAT(attempts, SizeIs(1));
+  EXPECT_EQ(attempts[0].total, 82.5);
+  EXPECT_TRUE(attempts[0].succeeded());
+  EXPECT_EQ(opened.metrics(attempt)[0].value, 61.5);
+  bool copied = false;
+  for (const auto& entry : fs::directory_iterator(lab / "backups")) {
+    copied = copied || entry.path().filename().string().starts_with("before-version-");
+  }
+  EXPECT_TRUE(copied) << "as it was before";
+  // And everything of today works on it.
+  opened.set(kRetentionDays, "30");
+  EXPECT_THAT(opened.overdue(), SizeIs(1));
+  opened.set_consent("t", kResearch, true);
+  opened.set_pin("t", "a hash");
+  opened.add_note("t", "ines", "good");
+  opened.end(opened.begin(start_of({.id = "t"})), end_of(90, true));
+  EXPECT_THAT(opened.attempts(), SizeIs(2));
+}
+
+TEST(Migrations, WhatWaitedBeforeAnybodyWasAskedIsKept) {
+  const support::TemporaryFolder folder;
+  const fs::path lab = folder.path() / "lab";
+  fs::create_directories(lab);
+  {
+    SqliteDatabase database(lab / "lab.db", 0x53744C62);
+    migrate(database, migrations().first(4), 1, "asks nobody");
+    database.run("INSERT INTO station VALUES ('s', 'here', 1)");
+    database.run("INSERT INTO trainee VALUES ('t', '7Q4M2KX', 'trainee', '', 1)");
+    database.run("INSERT INTO scenario VALUES ('h', 'liver_biopsy', 'A title', '[]')");
+    database.run(
+        "INSERT INTO attempt(id, trainee, scenario, station, mode, build, stylus, loop_mode, started_ms, "
+        "utc_offset_min, status) VALUES ('a', 't', 'h', 's', 'graded', 'b', 'mouse', 'threaded', 1, 60, 'ended')");
+    database.run("INSERT INTO outbox VALUES ('one', 'a', 0, '{}', 1, 'waiting', '')");
+  }
+  Lab opened({.folder = lab, .build = "now"});
+  EXPECT_THAT(opened.database().run("SELECT 1 FROM outbox WHERE state = 'waiting'"), SizeIs(1));
+  EXPECT_FALSE(opened.consents_to("t", kRecordStore));
+  opened.set_consent("t", kRecordStore, false);
+  EXPECT_THAT(opened.database().run("SELECT 1 FROM outbox"), IsEmpty()) << "asked, and refused";
 }
 
 TEST(Identity, IdsSortByTimeAndPseudonymsFindASlip) {

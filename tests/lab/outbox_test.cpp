@@ -42,7 +42,10 @@ using Mood = RecordStoreServer::Mood;
 
 class Delivered : public ::testing::Test {
 protected:
-  Delivered() { lab_.set(store::kHomePage, "https://lab.example/stylet/"); }
+  Delivered() {
+    lab_.set(store::kHomePage, "https://lab.example/stylet/");
+    lab_.set_consent(ada_.id, store::kRecordStore, true);
+  }
 
   std::string take(bool passed = true) {
     const std::string attempt = lab_.begin(start_of(ada_));
@@ -78,6 +81,48 @@ TEST_F(Delivered, NothingIsToldWhereNoRecordStoreIsWanted) {
   lab_.set(store::kHomePage, "");
   take();
   EXPECT_THAT(waiting(), IsEmpty());
+}
+
+TEST_F(Delivered, NobodyIsToldOfWithoutConsentAndWhatWaitsGoesWithIt) {
+  const store::Person bob = lab_.enrolled("bob");
+  EXPECT_FALSE(lab_.consents_to(bob.id, store::kRecordStore));
+  lab_.end(lab_.begin(start_of(bob)), end_of(80, true));
+  EXPECT_THAT(waiting(), IsEmpty()) << "never asked is no consent";
+  lab_.set_consent(bob.id, store::kResearch, true);
+  lab_.end(lab_.begin(start_of(bob)), end_of(80, true));
+  EXPECT_THAT(waiting(), IsEmpty()) << "to another purpose";
+  take();
+  lab_.set_consent(bob.id, store::kRecordStore, true);
+  lab_.end(lab_.begin(start_of(bob)), end_of(80, true));
+  EXPECT_THAT(waiting(), SizeIs(6));
+  now_ms_ -= 3'600'000;  // the clock is set back: the last word is the newest all the same
+  lab_.set_consent(bob.id, store::kRecordStore, false);
+  EXPECT_FALSE(lab_.consents_to(bob.id, store::kRecordStore));
+  EXPECT_TRUE(lab_.consents_to(bob.id, store::kResearch));
+  EXPECT_THAT(waiting(), SizeIs(3)) << "ada's stay";
+  EXPECT_THAT(refusal([&] { lab_.set_consent(bob.id, "advertising", true); }), HasSubstr("record_store, research"));
+  lab_.erase(bob);
+  EXPECT_THAT(lab_.database().run("SELECT 1 FROM consent WHERE trainee = $1", {bob.id}), IsEmpty());
+}
+
+TEST_F(Delivered, WhatWaitsOfWhoWasNeverAskedIsHeldBackUntilConsent) {
+  RecordStoreServer server;
+  HttpRecordStore store(address(server));
+  take();
+  const store::Person bob = lab_.enrolled("bob");
+  lab_.set_consent(bob.id, store::kRecordStore, true);
+  lab_.end(lab_.begin(start_of(bob)), end_of(80, true));
+  lab_.database().run("DELETE FROM consent WHERE trainee = $1", {ada_.id});  // as in records of earlier versions
+  const OutboxState before = outbox_state(lab_.database());
+  EXPECT_EQ(before.held, 3);
+  EXPECT_EQ(before.waiting, 3);
+  EXPECT_EQ(Outbox(lab_.database(), store, settings()).send().delivered, 3) << "bob's";
+  EXPECT_THAT(server.statements(), SizeIs(3));
+  EXPECT_EQ(outbox_state(lab_.database()).held, 3);
+  EXPECT_EQ(outbox_state(lab_.database()).waiting, 0);
+  lab_.set_consent(ada_.id, store::kRecordStore, true);
+  EXPECT_EQ(Outbox(lab_.database(), store, settings()).send().delivered, 3);
+  EXPECT_THAT(server.statements(), SizeIs(6));
 }
 
 TEST_F(Delivered, StatementsAreWrittenWithTheAttemptOrNotAtAll) {
@@ -318,6 +363,34 @@ TEST_F(Delivered, AnAttemptThatWasCutOffIsToldWhenItIsKnown) {
     verbs.insert(statement["verb"]["display"]["en"]);
   }
   EXPECT_EQ(verbs, (std::set<std::string>{"initialized", "terminated"}));
+}
+
+TEST_F(Delivered, WhatWasSetAsideIsTriedAgainWhereSomebodyAsks) {
+  RecordStoreServer server;
+  HttpRecordStore store(address(server));
+  take();
+  const std::string id = *waiting().begin();
+  const std::string good =
+      store::text(lab_.database().run("SELECT body FROM outbox WHERE statement = $1", {id})[0][0]);
+  lab_.database().run("UPDATE outbox SET body = '{}' WHERE statement = $1", {id});
+  EXPECT_EQ(Outbox(lab_.database(), store, settings()).send().delivered, 2);
+  EXPECT_EQ(outbox_state(lab_.database()).rejected, 1);
+  lab_.database().run("UPDATE outbox SET body = $1 WHERE statement = $2", {good, id});
+  EXPECT_EQ(Outbox(lab_.database(), store, settings()).send().delivered, 0) << "nobody asked";
+  EXPECT_EQ(try_again(lab_.database()), 1);
+  EXPECT_EQ(Outbox(lab_.database(), store, settings()).send().delivered, 1);
+  EXPECT_EQ(try_again(lab_.database()), 0);
+  EXPECT_THAT(server.statements(), SizeIs(3));
+}
+
+TEST(HttpRecordStore, KnowsWhichVersionAStoreSpeaks) {
+  EXPECT_EQ(version_of({.http = 200, .body = R"({"version": ["0.95", "1.0.0", "1.0.3"]})"}), "1.0.3");
+  EXPECT_EQ(version_of({.http = 200, .body = R"({"version": ["2.0.0", "1.0.3"]})"}), "2.0.0");
+  for (const char* none : {"", "<html>", "[]", "{}", R"({"version": "2.0.0"})", R"({"version": [2, null]})",
+                           R"({"version": ["3.0"]})"}) {
+    EXPECT_EQ(version_of({.http = 200, .body = none}), "") << none;
+  }
+  EXPECT_EQ(version_of({.http = 404, .body = R"({"version": ["2.0.0"]})"}), "");
 }
 
 TEST(HttpRecordStore, TakesOnlySafeAddressesAndPrivateKeys) {

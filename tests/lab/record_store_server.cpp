@@ -126,9 +126,11 @@ void RecordStoreServer::answer(Peer& peer) {
     reply = {.status = 503, .body = "busy"};
   } else if (mood == Mood::moved) {
     reply = {.status = 302};
+  } else if (mood != Mood::stranger && target == "/xapi/about") {
+    reply = {.status = 200, .body = nlohmann::json({{"version", {"0.95", version_}}}).dump()};
   } else if (mood == Mood::stranger || request[http::field::authorization] != basic(kKey)) {
     reply = {.status = 401, .body = "who are you?"};
-  } else if (request["X-Experience-API-Version"] != "2.0.0") {
+  } else if (request["X-Experience-API-Version"] != version_) {
     reply = {.status = 400, .body = "no version of xAPI"};
   } else if (request.method() == http::verb::post && target == "/xapi/statements") {
     reply = take(request.body());

@@ -37,6 +37,8 @@ public:
   static constexpr const char* kKey = "lab:secret of the tests";
 
   void set(Mood mood) { mood_ = mood; }
+  /// The one version of xAPI that it takes and tells of; before it is asked anything.
+  void speak(const std::string& version) { version_ = version; }
   /// What it has, by id.
   std::map<std::string, nlohmann::json> statements() const;
   void put(const nlohmann::json& statement);
@@ -57,6 +59,7 @@ private:
   Reply give(const std::string& id) const;
 
   std::unique_ptr<Io> io_;
+  std::string version_ = "2.0.0";
   std::atomic<Mood> mood_ = Mood::there;
   std::atomic<bool> over_ = false;
   std::atomic<int> requests_ = 0;

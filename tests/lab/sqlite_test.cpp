@@ -58,6 +58,13 @@ TEST(Sqlite, ValuesComeBackAsTheyWere) {
   EXPECT_THROW(database.run("INSERT INTO t VALUES ('text', 1, 2)"), files::ContentError) << "strict types";
 }
 
+TEST(Sqlite, ParametersAreKnownByTheirNumberNotTheirPlace) {
+  const support::TemporaryFolder folder;
+  SqliteDatabase database(folder / "a.db", 5);
+  const auto rows = database.run("SELECT $2, $1, $2", {std::string("one"), std::string("two")});
+  EXPECT_EQ(text(rows[0][0]) + text(rows[0][1]) + text(rows[0][2]), "twoonetwo");
+}
+
 TEST(Sqlite, ATransactionThatIsNotCommittedLeavesNothing) {
   const support::TemporaryFolder folder;
   SqliteDatabase database(folder / "a.db", 5);

@@ -1,4 +1,5 @@
 // `stylet train --view headset` as a user runs it, in the mock runtime's headset and where there is none.
+#include "engine/lab/store/lab.h"
 #include "engine/recording/recording.h"
 #include "tests/readers/small_scenario.h"
 #include "tests/stylet/command.h"
@@ -149,6 +150,43 @@ TEST_F(Headset, AShotIsFeltInTheHandWithTheNeedle) {
   std::size_t full = 0;
   for (std::size_t at = lines.find("right 1"); at != std::string::npos; at = lines.find("right 1", at + 1)) ++full;
   EXPECT_EQ(full, 1U) << lines << "the punctures of the block of agar are weaker";
+}
+
+TEST_F(Headset, WhoTrainsIsAskedThereBeforeTheBriefing) {
+  const fs::path records = folder_ / "lab";
+  lab::store::Person ada;
+  {
+    lab::store::Lab lab({.folder = records, .build = "test"});
+    ada = lab.enrolled("ada");
+    lab.enrolled("bob");
+  }
+  // The session's own frames are counted anew.
+  const Outcome outcome =
+      train(STYLET_MOCK_OPENXR_MANIFEST, "steady=100 size=96x80 panel=4 trigger=8 menu=14 end=24" + look_at_panel(),
+            fmt::format("--lockstep --expert none --ask-trainee --lab {}", records.string()));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(read_text(refused()), "");
+  EXPECT_GT(panel_pixels(), 100);
+  lab::store::Lab lab({.folder = records, .build = "test"});
+  const auto attempts = lab.attempts();
+  ASSERT_EQ(attempts.size(), 1U) << outcome.output;
+  EXPECT_EQ(attempts[0].pseudonym, ada.pseudonym);
+  EXPECT_EQ(attempts[0].status, "ended");
+}
+
+TEST_F(Headset, WhoGoesWhileAskedHasBegunNothing) {
+  const fs::path records = folder_ / "lab";
+  lab::store::Lab({.folder = records, .build = "test"}).enrolled("ada");
+  for (const char* end : {"lose=6", "end=6"}) {
+    const Outcome outcome = train(STYLET_MOCK_OPENXR_MANIFEST, fmt::format("steady=100 size=96x80 {}", end),
+                                  fmt::format("--lockstep --ask-trainee --lab {}", records.string()));
+    EXPECT_NE(outcome.exit_code, 0) << outcome.output;
+    EXPECT_FALSE(fs::exists(out())) << end;
+    EXPECT_TRUE(lab::store::Lab({.folder = records, .build = "test"}).attempts().empty());
+  }
+  const Outcome nowhere = train("/nonexistent.json", "", fmt::format("--ask-trainee --lab {}", records.string()));
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_NE(nowhere.output.find("no display and no headset"), std::string::npos) << nowhere.output;
 }
 
 TEST_F(Headset, LostInTheMiddleASessionOfItsHandsEnds) {

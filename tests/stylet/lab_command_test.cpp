@@ -229,14 +229,88 @@ TEST_F(LabCommand, ARecordStoreThatIsAwayKeepsNobodyFromTraining) {
   }
   // Port 1 of this computer: nobody is there.
   EXPECT_EQ(act("connect --store http://127.0.0.1:1/xapi --home-page https://lab.example/stylet/").exit_code, 0);
+  lab::store::Lab({.folder = folder_ / "lab", .build = "test"}).enrolled("ada");
+  EXPECT_THAT(act("consent ada").output, HasSubstr("record_store  never asked"));
+  EXPECT_EQ(act("consent ada --given").exit_code, 2);
+  EXPECT_EQ(act("consent ada --purpose advertising --given").exit_code, 2);
+  EXPECT_THAT(act("consent ada --purpose record_store --given").output, HasSubstr("record_store  given 20"));
   const Outcome trained = run(train("--lockstep --seconds 0.5 --trainee ada"));
   EXPECT_EQ(trained.exit_code, 0) << trained.output;
   EXPECT_THAT(trained.output, HasSubstr("wait, the oldest since"));
   const Outcome sent = act("send");
   EXPECT_EQ(sent.exit_code, 1);
   EXPECT_THAT(sent.output, HasSubstr("0 statements delivered; 2 wait"));
+  const Outcome elsewhere = act("connect --store http://127.0.0.1:2/xapi --home-page https://lab.example/stylet/");
+  EXPECT_EQ(elsewhere.exit_code, 2);
+  EXPECT_THAT(elsewhere.output, HasSubstr("--waiting send, or --waiting drop"));
   EXPECT_EQ(act("connect --off").exit_code, 0);
   EXPECT_THAT(act("send").output, HasSubstr("there is no record store"));
+}
+
+TEST_F(LabCommand, RetentionIsSaidBeforeItIsDone) {
+  EXPECT_THAT(act("retain").output, HasSubstr("say for how long"));
+  std::int64_t then = lab::store::system_ms() - std::int64_t{800} * 86'400'000;
+  {
+    lab::store::Lab records({.folder = folder_ / "lab", .build = "test", .clock = [&then] { return then += 1; }});
+    for (const char* name : {"ada", "bob"}) {
+      const auto person = records.enrolled(name);
+      const std::string attempt =
+          records.begin({.trainee = person.id, .scenario = {.sha256 = std::string(64, 'a'), .name = "scenario"}});
+      records.end(attempt, {.total = 80, .pass_mark = 70, .passed = true});
+    }
+    records.enrolled("cleo");
+    records.set_consent(records.get("bob").id, lab::store::kResearch, true);
+  }
+  lab::store::Lab({.folder = folder_ / "lab", .build = "test"})
+      .begin({.trainee = lab::store::Lab({.folder = folder_ / "lab"}).get("cleo").id,
+              .scenario = {.sha256 = std::string(64, 'a'), .name = "scenario"}});
+  EXPECT_THAT(act("retain --days 900").output, HasSubstr("Nobody's records are older than 900 days"));
+  const Outcome said = act("retain --days 730");
+  EXPECT_EQ(said.exit_code, 1);
+  EXPECT_THAT(said.output, testing::ContainsRegex("ada \\(.*1 attempts.*everything would be erased"));
+  EXPECT_THAT(said.output, testing::ContainsRegex("bob \\(.*the numbers would stay"));
+  EXPECT_THAT(said.output, Not(HasSubstr("cleo")));
+  EXPECT_THAT(act("list").output, HasSubstr("2 have not trained for the 730 days"));
+  EXPECT_EQ(act("retain --days 1 --yes").exit_code, 2) << "said before it is done";
+  EXPECT_THAT(act("list").output, HasSubstr("cleo"));
+  const Outcome done = act("retain --yes");
+  EXPECT_EQ(done.exit_code, 0);
+  const Outcome list = act("list");
+  EXPECT_THAT(list.output, Not(HasSubstr("ada")));
+  EXPECT_THAT(list.output, Not(HasSubstr("bob")));
+  EXPECT_THAT(list.output, HasSubstr("cleo"));
+  EXPECT_THAT(list.output, HasSubstr("numbers of 1 who are nobody"));
+  EXPECT_EQ(act("export --research").lines(), 2) << "bob's, of nobody";
+  EXPECT_EQ(act("retain --off").exit_code, 0);
+  EXPECT_EQ(act("retain").exit_code, 2);
+}
+
+TEST_F(LabCommand, WhoIsEnrolledOnceIsThere) {
+  EXPECT_EQ(act("enroll").exit_code, 2);
+  const Outcome ada = act("enroll 'Ada Lovelace'");
+  EXPECT_EQ(ada.exit_code, 0) << ada.output;
+  const std::string pseudonym =
+      lab::store::Lab({.folder = folder_ / "lab", .build = "test"}).get("Ada Lovelace").pseudonym;
+  EXPECT_THAT(ada.output, HasSubstr(pseudonym));
+  EXPECT_THAT(act("list").output, HasSubstr("Ada Lovelace"));
+  const Outcome again = act("enroll 'Ada Lovelace'");
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.output, HasSubstr(pseudonym));
+}
+
+TEST_F(LabCommand, APinIsDigitsAndIsKeptAsAHash) {
+  lab::store::Lab({.folder = folder_ / "lab", .build = "test"}).enrolled("ada");
+  const auto piped = [&](const std::string& pin) {
+    return support::run_in_shell(
+        fmt::format("echo '{}' | {} '{}' lab pin ada --lab {} 2>&1", pin, kTestEnvironment, STYLET_COMMAND, lab()));
+  };
+  EXPECT_EQ(piped("12a4").exit_code, 2);
+  EXPECT_EQ(piped("24681357").exit_code, 0);
+  for (const std::string& file : files_below(folder_ / "lab")) {
+    EXPECT_THAT(read_text(folder_ / "lab" / file), Not(HasSubstr("24681357"))) << file;
+  }
+  EXPECT_EQ(act("pin ada --off").exit_code, 0);
+  EXPECT_EQ(run("train tutorial --ask-trainee --trainee ada").exit_code, 2);
 }
 
 TEST_F(LabCommand, TheServerSaysWhereItIsAndLetsOnlyInstructorsIn) {

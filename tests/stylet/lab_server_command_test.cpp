@@ -74,6 +74,9 @@ TEST_F(LabServerCommand, ASessionWithoutItsServerIsKeptAndHandedOverToAllStation
   const Outcome again = train();
   EXPECT_EQ(again.exit_code, 0) << again.output;
   EXPECT_THAT(again.output, HasSubstr("1 attempts and 0 new people"));
+  const std::string more = database.address().find('?') == std::string::npos ? "?" : "&";
+  const Outcome seen = act("list --database '" + database.address() + more + "password=seen'", "two");
+  EXPECT_THAT(seen.output, HasSubstr("~/.pgpass")) << "what the list of processes shows is said";
   ::setenv("STYLET_LAB_DATABASE", database.address().c_str(), 1);
   const Outcome shown = act("show 'Ada L'", "two");
   EXPECT_EQ(shown.exit_code, 0) << shown.output;

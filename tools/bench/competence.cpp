@@ -304,6 +304,7 @@ void measure_outbox(Report& report) {
   records.database().run("PRAGMA synchronous=OFF");
   records.set(lab::store::kHomePage, "https://lab.example/stylet/");
   const lab::store::Person person = records.enrolled("trainee");
+  records.set_consent(person.id, lab::store::kRecordStore, true);
   FleetingStore store;
   lab::delivery::Outbox outbox(records.database(), store,
                                {.clock = lab::store::system_ms, .random = [] { return 0.5; }});

@@ -7,6 +7,7 @@
 #include "engine/app/lab_site.h"
 #include "engine/app/observer.h"
 #include "engine/app/take_recording.h"
+#include "engine/app/trainee_door.h"
 #include "engine/files/error.h"
 #include "engine/files/json_scan.h"
 #include "engine/files/key_tables.h"
@@ -38,6 +39,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,8 +67,15 @@ struct LabRequest {
   std::string store;
   std::string home_page;
   std::string key;
+  std::string xapi;
+  std::string waiting;
   bool off = false;
   bool follow = false;
+  std::string purpose;
+  bool given = false;
+  bool refused = false;
+  bool for_research = false;
+  int days = 0;
   lab::server::ServerSettings server{};
   std::vector<std::string> hosts;
   bool names = false;
@@ -91,16 +100,27 @@ std::string name_of(const store::Person& person) {
 int list(store::Lab& lab) {
   const std::vector<store::PersonSummary> people = lab.people();
   if (people.empty()) {
-    say(stdout, "Nobody is in {} yet; `stylet train SCENARIO --trainee NAME` begins.\n", lab.folder().string());
+    say(stdout, "Nobody is in {} yet; `stylet lab enroll NAME` and `stylet train SCENARIO --trainee NAME` begin.\n",
+        lab.folder().string());
     return kExitYes;
   }
   std::vector<std::vector<std::string>> rows{{"PSEUDONYM", "NAME", "ATTEMPTS", "PASSED", "LAST"}};
+  int anonymous = 0;
   for (const store::PersonSummary& summary : people) {
+    if (summary.anonymous) {
+      ++anonymous;
+      continue;
+    }
     rows.push_back({summary.person.pseudonym, files::one_line(summary.person.name), std::to_string(summary.attempts),
                     std::to_string(summary.passed),
                     summary.last_ms > 0 ? store::utc_text(summary.last_ms).substr(0, 10) : "-"});
   }
   say(stdout, "{}", files::columns(rows));
+  if (anonymous > 0) say(stdout, "And numbers of {} who are nobody any more.\n", anonymous);
+  if (const auto overdue = lab.overdue().size(); overdue > 0) {
+    say(stdout, "{} have not trained for the {} days that records are kept; `stylet lab retain` names them\n",
+        overdue, lab.retention_days().value_or(0));
+  }
   return kExitYes;
 }
 
@@ -166,15 +186,15 @@ int show(store::Lab& lab, const LabRequest& request) {
 }
 
 int export_attempts(store::Lab& lab, const LabRequest& request) {
-  std::string trainee;
-  std::string object = "everybody";
+  store::ExportScope scope{.for_research = request.for_research};
+  std::string object = request.for_research ? "everybody, for research" : "everybody";
   if (!request.who.empty()) {
     const store::Person person = lab.get(request.who);
-    trainee = person.id;
+    scope.trainee = person.id;
     object = person.pseudonym;
   }
   const std::string text =
-      request.format == "json" ? store::attempts_as_json(lab, trainee) : store::attempts_as_csv(lab, trainee);
+      request.format == "json" ? store::attempts_as_json(lab, scope) : store::attempts_as_csv(lab, scope);
   lab.note("export", object);  // before anybody has it
   if (request.out.empty()) {
     if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
@@ -200,6 +220,23 @@ int write_pages(store::Lab& lab, const LabRequest& request) {
   return kExitYes;
 }
 
+/// @param anonymous  the numbers stay, as those of nobody
+void take_away(store::Lab& lab, const store::Person& person, bool anonymous) {
+  const store::Erased erased = anonymous ? lab.make_anonymous(person) : lab.erase(person);
+  say(stdout, "{} is gone: {} attempts, {} recordings, the name{}\n", name_of(person), erased.attempts,
+      erased.recordings, anonymous ? "; the numbers stay, as those of nobody" : "");
+  for (const fs::path& backup : erased.backups) {
+    say(stdout, "  {} may still hold them; remove it, or let its time run out\n", backup.string());
+  }
+  // Also of who has never agreed, or no more: earlier versions asked nobody.
+  std::string place = lab.setting(store::kWaitsFor);
+  if (place.empty()) place = lab.setting(store::kEndpoint);
+  if (erased.attempts > 0 && !place.empty()) {
+    say(stdout, "  {} may have been told of {}: ask there for its statements to be erased\n", files::printable(place),
+        person.pseudonym);
+  }
+}
+
 int erase(store::Lab& lab, const LabRequest& request) {
   const store::Person person = lab.get(named(request, "whom"));
   if (!request.yes) {
@@ -209,12 +246,7 @@ int erase(store::Lab& lab, const LabRequest& request) {
         name_of(person), lab.attempts(person.id).size(), lab.folder().string(), person.pseudonym);
     return kExitNo;
   }
-  const store::Erased erased = lab.erase(person);
-  say(stdout, "{} is gone: {} attempts, {} recordings, the name\n", name_of(person), erased.attempts,
-      erased.recordings);
-  for (const fs::path& backup : erased.backups) {
-    say(stdout, "  {} may still hold them; remove it, or let its time run out\n", backup.string());
-  }
+  take_away(lab, person, false);
   say(stdout, "Results that sessions left elsewhere (--out) and exports are not known here.\n");
   return kExitYes;
 }
@@ -240,8 +272,8 @@ int import_recording(store::Lab& lab, const LabRequest& request) {
   const app::TakenRecording taken = app::take_recording(
       lab, person, {.recording = request.recording, .course = request.course, .graded = request.graded}, terminal);
   lab.note("import", person.pseudonym);
-  say(stdout, "{} is an attempt of {}{}{}; {}\n", taken.attempt, name_of(person),
-      taken.total ? fmt::format(", {:.0f} points", *taken.total) : "",
+  say(stdout, "{} is an attempt of {}{}{}{}; {}\n", taken.attempt, name_of(person),
+      taken.broken_off ? ", broken off" : "", taken.total ? fmt::format(", {:.0f} points", *taken.total) : "",
       !taken.passed   ? ""
       : *taken.passed ? ", passed"
                       : ", failed",
@@ -250,20 +282,82 @@ int import_recording(store::Lab& lab, const LabRequest& request) {
   return kExitYes;
 }
 
+int consent(store::Lab& lab, const LabRequest& request) {
+  const store::Person person = lab.get(named(request, "whose"));
+  if (request.given && request.refused) throw files::ContentError("lab consent: say --given or --refused, not both");
+  if (request.given || request.refused) {
+    if (request.purpose.empty()) {
+      throw files::ContentError("lab consent: say to what: --purpose record_store, or research");
+    }
+    lab.set_consent(person.id, request.purpose, request.given);
+    lab.note(request.given ? "consent given" : "consent refused", person.pseudonym);
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const store::Consent& said : lab.consents(person.id)) {
+    rows.push_back({name_of(person), said.purpose,
+                    !said.given ? "never asked, which is no consent"
+                                : fmt::format("{} {}", *said.given ? "given" : "refused",
+                                              store::utc_text(said.at_ms).substr(0, 10))});
+  }
+  say(stdout, "{}", files::columns(rows));
+  return kExitYes;
+}
+
+int retain(store::Lab& lab, const LabRequest& request) {
+  if (request.off) {
+    lab.set(store::kRetentionDays, {});
+    say(stdout, "Records are kept without a limit of time.\n");
+    return kExitYes;
+  }
+  if (request.days > 0 && request.yes) {
+    throw files::ContentError(
+        "lab retain: --days alone says first who would go; `stylet lab retain --yes` then does it");
+  }
+  if (request.days > 0) lab.set(store::kRetentionDays, std::to_string(request.days));
+  const std::optional<std::int64_t> days = lab.retention_days();
+  if (!days) throw files::ContentError("lab retain: say for how long: `stylet lab retain --days 730`");
+  const std::vector<store::PersonSummary> overdue = lab.overdue();
+  if (overdue.empty()) say(stdout, "Nobody's records are older than {} days.\n", *days);
+  for (const store::PersonSummary& summary : overdue) {
+    const bool anonymous = lab.consents_to(summary.person.id, store::kResearch);
+    if (request.yes) {
+      take_away(lab, summary.person, anonymous);
+    } else {
+      say(stdout, "{} has not trained for {} days: {} attempts, the last {}; {}\n", name_of(summary.person), *days,
+          summary.attempts,
+          summary.last_ms > 0 ? store::utc_text(summary.last_ms).substr(0, 10) : std::string("never"),
+          anonymous ? "the numbers would stay, as those of nobody (agreed to research)"
+                    : "everything would be erased");
+    }
+  }
+  if (!overdue.empty() && !request.yes) say(stdout, "Nothing is done; say --yes to do it, for good.\n");
+  return overdue.empty() || request.yes ? kExitYes : kExitNo;
+}
+
+const std::map<std::string, app::Waiting> kWaiting{
+    {"", app::Waiting::refuse}, {"send", app::Waiting::send}, {"drop", app::Waiting::drop}};
+
 int connect(store::Lab& lab, const LabRequest& request) {
   if (request.store.empty() != request.off) {
     throw files::ContentError(
         "lab connect: say which: `stylet lab connect --store URL --home-page URL --key FILE`, or --off");
   }
-  app::connect_record_store(lab, request.store, request.home_page, request.key);
+  const app::Connected connected = app::connect_record_store(lab, {.endpoint = request.store,
+                                                                   .home_page = request.home_page,
+                                                                   .key_file = request.key,
+                                                                   .version = request.xapi,
+                                                                   .waiting = kWaiting.at(request.waiting)});
   if (request.off) {
-    say(stdout, "Attempts are told to no record store any more.\n");
-  } else {
-    say(stdout,
-        "Attempts from now on are told to {}, by pseudonym; `stylet lab send` brings what waits. Whose attempts may "
-        "be "
-        "told there is for the lab to ask.\n",
-        request.store);
+    say(stdout, "Attempts are told to no record store any more; what waits stays.\n");
+    return kExitYes;
+  }
+  say(stdout,
+      "Attempts from now on are told to {} in xAPI {}{}, by pseudonym, of those who have agreed (`stylet lab consent "
+      "WHO --purpose record_store --given`); `stylet lab send` brings what waits.\n",
+      request.store, connected.version,
+      connected.not_asked.empty() ? "" : fmt::format(" (it did not say which: {})", connected.not_asked));
+  if (connected.tried_again > 0) {
+    say(stdout, "{} statements that were refused earlier are tried again.\n", connected.tried_again);
   }
   return kExitYes;
 }
@@ -292,14 +386,14 @@ int send(store::Lab& lab, const LabRequest& request) {
 }
 
 /// From the terminal without being shown there, or the first line of what is piped in.
-std::string asked_password() {
+std::string asked_secret(const char* what) {
   termios shown{};
   const bool terminal = ::isatty(STDIN_FILENO) == 1 && ::tcgetattr(STDIN_FILENO, &shown) == 0;
   if (terminal) {
     termios hidden = shown;
     hidden.c_lflag &= ~static_cast<tcflag_t>(ECHO);
     ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &hidden);
-    say(stdout, "Password: ");
+    say(stdout, "{}: ", what);
     std::fflush(stdout);
   }
   std::string password;
@@ -314,6 +408,34 @@ std::string asked_password() {
   return password;
 }
 
+int enroll(store::Station& station, const LabRequest& request) {
+  const store::Person person = station.enrolled(named(request, "who"));
+  if (!person.added) {
+    throw files::ContentError(
+        fmt::format("lab enroll: {} is there already, as {}", name_of(person), person.pseudonym));
+  }
+  if (station.server) station.hand_over();
+  say(stdout, "{} goes by {}; `stylet lab pin` asks for a PIN, `stylet lab consent` keeps what was agreed to.\n",
+      name_of(person), person.pseudonym);
+  return kExitYes;
+}
+
+int set_pin(store::Lab& lab, const LabRequest& request) {
+  const store::Person person = lab.get(named(request, "whose"));
+  if (request.off) {
+    lab.set_pin(person.id, {});
+    say(stdout, "{} trains by the name alone.\n", name_of(person));
+    return kExitYes;
+  }
+  const std::string pin = asked_secret("PIN");
+  if (!app::is_pin(pin)) {
+    throw files::ContentError(fmt::format("lab pin: a PIN has {} to {} digits", app::kShortestPin, app::kLongestPin));
+  }
+  lab.set_pin(person.id, lab::server::password_hash(pin));
+  say(stdout, "{} is asked for the PIN from now on; it is a convenience, no lock on the records.\n", name_of(person));
+  return kExitYes;
+}
+
 int add_instructor(store::Lab& lab, const LabRequest& request) {
   constexpr std::size_t kShortest = 10;
   constexpr std::size_t kLongest = 200;
@@ -321,7 +443,7 @@ int add_instructor(store::Lab& lab, const LabRequest& request) {
   if (name.empty() || name.size() > kLongest || name != files::one_line(name)) {
     throw files::ContentError("lab instructor: a name is one line of up to 200 bytes");
   }
-  const std::string password = asked_password();
+  const std::string password = asked_secret("Password");
   if (password.size() < kShortest || password.size() > kLongest) {
     throw files::ContentError("lab instructor: a password has at least 10 characters; a sentence is easy to keep");
   }
@@ -402,12 +524,21 @@ int run(const LabRequest& request) {
     throw files::ContentError(station.away + "; `--database own` is what this computer has by itself");
   }
   if (station.server) {
+    if (store::has_password(request.database)) {
+      say(stderr,
+          "stylet: everybody on this computer can read the password in --database while this runs; ~/.pgpass keeps "
+          "it\n");
+    }
     const std::string words = store::handed_over_words(station.handed_over, station.server->database().place());
     if (!words.empty()) say(stderr, "stylet: {}\n", words);
   }
+  if (request.action == "enroll") return enroll(station, request);
   store::Lab& lab = station.lab();
   if (request.action == "show") return show(lab, request);
   if (request.action == "export") return export_attempts(lab, request);
+  if (request.action == "consent") return consent(lab, request);
+  if (request.action == "retain") return retain(lab, request);
+  if (request.action == "pin") return set_pin(lab, request);
   if (request.action == "serve") return serve(lab, request);
   if (request.action == "instructor") return add_instructor(lab, request);
   if (request.action == "connect") return connect(lab, request);
@@ -434,8 +565,9 @@ void add_lab(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("lab", "The records of a skills lab: who trained what, and what came of it");
   auto request = std::make_shared<LabRequest>();
   command->add_option("ACTION", request->action, "What to do; without it everybody is listed")
-      ->check(CLI::IsMember({"list", "show", "page", "export", "import", "exclude", "erase", "backup", "connect",
-                             "send", "serve", "instructor", "join", "hand-over"}));
+      ->check(
+          CLI::IsMember({"list", "show", "page", "export", "import", "exclude", "erase", "backup", "connect", "send",
+                         "serve", "instructor", "join", "hand-over", "enroll", "consent", "retain", "pin"}));
   command->add_option("WHO", request->who,
                       "Name or pseudonym of a trainee; of exclude an attempt, or the end of its id");
   command->add_option("--lab", request->folder, kLabHelp);
@@ -468,12 +600,29 @@ void add_lab(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--host", request->hosts,
                       "serve: a name with port by which browsers may ask for it besides, such as lab.example:8480");
-  command->add_flag("--off", request->off, "connect: to no record store any more; join: to no server any more");
+  command->add_option("--xapi", request->xapi, "connect: version that the store speaks; default: the newest it says")
+      ->check(CLI::IsMember({"1.0.3", "2.0.0"}));
+  command
+      ->add_option("--waiting", request->waiting,
+                   "connect to another store: send it what waits for the one before, or drop that")
+      ->check(CLI::IsMember({"send", "drop"}));
+  command
+      ->add_option("--purpose", request->purpose,
+                   "consent: record_store (attempts are told to it, by pseudonym) or research (numbers by pseudonym "
+                   "leave the lab, and outlast the person's records)")
+      ->check(CLI::IsMember(store::purposes()));
+  command->add_flag("--given", request->given, "consent: was given");
+  command->add_flag("--refused", request->refused, "consent: was refused or taken back; what waits is not told");
+  command->add_flag("--research", request->for_research, "export: of those alone who agreed to it");
+  command->add_option("--days", request->days, "retain: that records are kept after somebody's last attempt")
+      ->check(CLI::Range(1, 36'500));
+  command->add_flag("--off", request->off,
+                    "connect: to no record store any more; join: to no server; retain: no limit; pin: none");
   command->add_flag("--follow", request->follow, "send: goes on until Ctrl-C, as the store comes and goes");
   command->add_flag("--names", request->names, "page, serve: with names beside the pseudonyms");
   command->add_option("--why", request->why, "exclude: the reason");
   command->add_flag("--undo", request->undo, "exclude: the attempt counts again");
-  command->add_flag("--yes", request->yes, "erase: really");
+  command->add_flag("--yes", request->yes, "erase, retain: really");
   command->footer(
       "`stylet train SCENARIO --trainee NAME` keeps an attempt from when its procedure begins: who tries again or "
       "walks\n"
@@ -497,6 +646,16 @@ void add_lab(CLI::App& app, int& exit_code) {
       "                                                  again, refused where anything differs; practice unless "
       "--graded\n"
       "  stylet lab exclude 3f2b1c9d0e4a --why \"stylus unplugged\"   it counts no more, and says why\n"
+      "  stylet lab enroll \"Ada Lovelace\"               somebody new, who is asked for in window and headset from "
+      "then\n"
+      "                                                  on; `train --trainee NAME` enrolls too\n"
+      "  stylet lab consent ada --purpose record_store --given   what somebody agrees to; without --given: what was "
+      "said\n"
+      "  stylet lab retain --days 730                    who has not trained for so long; --yes erases them, or "
+      "keeps "
+      "the\n"
+      "                                                  numbers of who agreed to research as those of nobody\n"
+      "  stylet lab pin ada                              is asked for where a trainee is chosen\n"
       "  stylet lab erase ada                            says what would go; --yes does it, for good\n"
       "  stylet lab backup --out /media/usb/lab          a copy of all, while sessions go on\n"
       "  stylet lab connect --store https://lrs.example/xapi --home-page https://lab.example/stylet/ --key lrs.key\n"
@@ -507,7 +666,7 @@ void add_lab(CLI::App& app, int& exit_code) {
       "sessions\n"
       "                                                  and every `stylet lab` do so too\n\n"
       "A gate proposes that somebody is competent; a person decides.\n"
-      "Exit code 0: done; 1: erase without --yes, send or hand-over with something left; 2: bad input.");
+      "Exit code 0: done; 1: erase or retain without --yes, send or hand-over with something left; 2: bad input.");
   command->callback([request, &exit_code] { exit_code = run(*request); });
 }
 

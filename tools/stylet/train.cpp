@@ -1,6 +1,7 @@
 // `stylet train`: a session, and what it leaves for the trainee.
 #include "tools/stylet/train.h"
 
+#include "engine/app/ask_trainee.h"
 #include "engine/app/build_name.h"
 #include "engine/app/default_stylus.h"
 #include "engine/app/deliver_statements.h"
@@ -93,6 +94,7 @@ int run_training(const TrainOptions& options) {
   settings.view = kViews.at(options.view);
   settings.link = link_settings(options.link);
   Terminal terminal;
+  if (options.ask_trainee && !app::ask_trainee(settings, terminal)) return kExitInterrupted;
   const app::SessionResult result = app::run_session(settings, terminal);
   print_folder(result);
   if (!settings.trainee.name.empty()) {
@@ -112,8 +114,12 @@ std::optional<int> run_menu() {
   std::fflush(stdout);
   Terminal terminal;
   int exit_code = kExitYes;
-  app::run_from_menu({}, terminal, [&](const app::SessionResult& result) {
+  app::run_from_menu({}, terminal, [&](const app::SessionSettings& settings, const app::SessionResult& result) {
     print_folder(result);
+    if (!settings.trainee.name.empty()) {
+      app::hand_over_after(settings.trainee, terminal);
+      tell_record_store(settings.trainee);
+    }
     if (result.replay_differs()) exit_code = kExitNo;
   });
   return exit_code;
@@ -173,11 +179,13 @@ void add_train(CLI::App& app, int& exit_code) {
       "--trainee", session.trainee.name,
       "Name or pseudonym: the attempts are kept in the lab's records, from when the procedure begins; `stylet lab`");
   trainee->check([](const std::string& name) { return name.empty() ? std::string("names nobody") : std::string(); });
+  command->add_option("--course", session.trainee.course,
+                      "The course that the attempts are of: a name in content/courses, or a file");
   command
-      ->add_option("--course", session.trainee.course,
-                   "The course that the attempts are of: a name in content/courses, or a file")
-      ->needs(trainee);
-  command->add_option("--lab", session.trainee.lab, kLabHelp)->needs(trainee);
+      ->add_flag("--ask-trainee", options->ask_trainee,
+                 "Asks in the window or headset, by name and PIN (`stylet lab pin`), where the lab has names")
+      ->excludes(trainee);
+  command->add_option("--lab", session.trainee.lab, kLabHelp);
   command->footer(
       "The session runs in real time: a haptic thread (1 kHz) with the needle, a simulation thread (50 Hz) with the\n"
       "tissue, a thread that factorises. Everything is recorded; afterwards the recording is replayed to check that "
@@ -190,6 +198,8 @@ void add_train(CLI::App& app, int& exit_code) {
       "  stylet train liver_biopsy --link                3D Slicer connects to localhost:18944\n"
       "  stylet train liver_biopsy --link --device link  and a tracked needle drives the needle\n"
       "  stylet train liver_biopsy --trainee ada         and the lab keeps what came of it; `stylet lab show ada`\n"
+      "  stylet train liver_biopsy --ask-trainee         who trains is chosen in the window, as in the menu of "
+      "`stylet`\n"
       "In the window: Enter begins and finishes, T fires or heats, X pauses, F7 mutes, Backspace tries again (the "
       "attempt "
       "before\n"
@@ -205,6 +215,10 @@ void add_train(CLI::App& app, int& exit_code) {
       "Ctrl-C ends the session early; what happened until then is kept and drawn.\n"
       "Exit code 0: done; 1: the replay differs; 2: bad input.");
   command->callback([options, &exit_code] {
+    const app::TraineeSettings& of = options->session.trainee;
+    if (of.name.empty() && !options->ask_trainee && (!of.course.empty() || !of.lab.empty())) {
+      throw files::ContentError("--course and --lab are of a trainee's attempts: say whose with --trainee NAME");
+    }
     exit_code = options->session.scenario.empty() ? list_scenarios() : run_training(*options);
   });
 }

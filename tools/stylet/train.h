@@ -14,6 +14,7 @@ struct TrainOptions {
   app::SessionSettings session{};
   std::string view = "auto";
   LinkOptions link{};
+  bool ask_trainee = false;  ///< where the lab has names
 };
 
 /// All but scenario, trainee and course.

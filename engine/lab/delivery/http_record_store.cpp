@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <array>
 #include <cstddef>
@@ -138,6 +139,24 @@ Answer HttpRecordStore::ask(const std::string& url, const std::string* body) {
 
 Answer HttpRecordStore::post(const std::string& statements) {
   return ask(settings_.endpoint + "/statements", &statements);
+}
+
+Answer HttpRecordStore::about() {
+  return ask(settings_.endpoint + "/about", nullptr);
+}
+
+std::string version_of(const Answer& about) {
+  if (about.http != 200) return {};
+  const auto json = nlohmann::json::parse(about.body, nullptr, false);
+  if (!json.is_object() || !json.contains("version") || !json["version"].is_array()) return {};
+  std::string newest;
+  for (const nlohmann::json& version : json["version"]) {
+    if (!version.is_string()) continue;
+    const std::string text = version;
+    if (text.starts_with("2.0")) return "2.0.0";
+    if (text.starts_with("1.0")) newest = "1.0.3";
+  }
+  return newest;
 }
 
 Answer HttpRecordStore::get(const std::string& id) {

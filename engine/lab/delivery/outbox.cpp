@@ -13,6 +13,10 @@ namespace {
 constexpr std::int64_t kFirstWaitMs = 1000;
 constexpr std::int64_t kLongestWaitMs = 15 * 60'000;
 constexpr std::int64_t kNotLetInMs = 60 * 60'000;
+// Of a row of the outbox: whom it is about agrees to it now.
+constexpr const char* kAgreed =
+    "EXISTS (SELECT 1 FROM attempt a JOIN consent_now c ON c.trainee = a.trainee WHERE a.id = outbox.attempt AND "
+    "c.purpose = 'record_store' AND c.given = 1)";
 constexpr std::size_t kMostSaid = 2000;  // bytes of an answer that are kept
 
 /// What a store adds by itself (stored, authority, version, what is absent in ours) is no difference.
@@ -38,13 +42,16 @@ std::string shortened(const std::string& text) {
 OutboxState outbox_state(store::Database& database) {
   OutboxState state;
   for (const store::Row& row :
-       database.run("SELECT state, count(*), min(created_ms) FROM outbox GROUP BY state ORDER BY state")) {
+       database.run(fmt::format("SELECT CASE WHEN state = 'waiting' AND NOT {} THEN 'held' ELSE state END, count(*), "
+                                "min(created_ms) FROM outbox GROUP BY 1 ORDER BY 1",
+                                kAgreed))) {
     const std::string name = store::text(row[0]);
     const int count = static_cast<int>(store::integer(row[1]));
     if (name == "waiting") {
       state.waiting = count;
       state.oldest_ms = store::integer(row[2]);
     }
+    if (name == "held") state.held = count;
     if (name == "conflict") state.conflicts = count;
     if (name == "rejected") state.rejected = count;
   }
@@ -54,6 +61,16 @@ OutboxState outbox_state(store::Database& database) {
   return state;
 }
 
+int try_again(store::Database& database) {
+  return static_cast<int>(
+      database.run("UPDATE outbox SET state = 'waiting', said = '' WHERE state <> 'waiting' RETURNING statement")
+          .size());
+}
+
+void empty_outbox(store::Database& database) {
+  database.run("DELETE FROM outbox");
+}
+
 Outbox::Outbox(store::Database& database, RecordStore& store, SendSettings settings)
     : database_(database), store_(store), settings_(std::move(settings)), failures_(settings_.failures) {}
 
@@ -61,8 +78,9 @@ std::vector<Outbox::Waiting> Outbox::next_batch() {
   std::vector<Waiting> batch;
   std::size_t bytes = 2;
   for (const store::Row& row :
-       database_.run("SELECT statement, body FROM outbox WHERE state = 'waiting' ORDER BY created_ms, seq, statement "
-                     "LIMIT $1",
+       database_.run(fmt::format("SELECT statement, body FROM outbox WHERE state = 'waiting' AND {} ORDER BY "
+                                 "created_ms, seq, statement LIMIT $1",
+                                 kAgreed),
                      {static_cast<std::int64_t>(settings_.most)})) {
     Waiting waiting{.id = store::text(row[0]), .body = store::text(row[1])};
     bytes += waiting.body.size() + 1;

@@ -17,11 +17,17 @@ namespace stylet::lab::delivery {
 struct OutboxState {
   int waiting = 0;
   std::optional<std::int64_t> oldest_ms{};  ///< of those that wait
+  int held = 0;                             ///< until those whom they are about agree
   int conflicts = 0;                        ///< the store has another text by their id
   int rejected = 0;                         ///< the store does not take them
   std::string said{};                       ///< by the store, of the last of those two
 };
 OutboxState outbox_state(store::Database& database);
+
+/// What was set aside waits again. @return how many
+int try_again(store::Database& database);
+/// Nothing waits any more, and nothing is set aside.
+void empty_outbox(store::Database& database);
 
 struct SendSettings {
   std::function<std::int64_t()> clock{};  ///< Unix milliseconds
@@ -43,10 +49,11 @@ class Outbox {
 public:
   Outbox(store::Database& database, RecordStore& store, SendSettings settings);
 
-  /// Sends what waits, oldest first, until nothing does or the store is away. A statement leaves the outbox where the
-  /// store says that it has it: 200 with its id, or 204; 409, where what the store has by its id is the same. A batch
-  /// that is refused (400, 409, 413) is halved until it is known which one it is. Each time that the store is away
-  /// the next try is twice as far, 15 minutes at most; an hour where it does not let us in.
+  /// Sends what waits of those who agree to it now, oldest first, until nothing does or the store is away. A
+  /// statement leaves the outbox where the store says that it has it: 200 with its id, or 204; 409, where what the
+  /// store has by its id is the same. A batch that is refused (400, 409, 413) is halved until it is known which one
+  /// it is. Each time that the store is away the next try is twice as far, 15 minutes at most; an hour where it does
+  /// not let us in.
   /// @throws files::ContentError  of the database
   Sent send();
 

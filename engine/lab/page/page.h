@@ -28,6 +28,8 @@ struct TraineeView {
   std::vector<std::vector<bool>> passed{};
   std::map<std::string, std::vector<store::MetricResult>> metrics{};  ///< by attempt
   std::vector<store::Note> notes{};
+  std::vector<store::Consent> consents{};       ///< the last word on each purpose
+  std::optional<std::int64_t> kept_until_ms{};  ///< without another attempt; none: no time is set
 };
 
 /// Of a page that is served to somebody who is logged in: its forms.

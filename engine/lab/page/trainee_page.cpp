@@ -11,7 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <iterator>
+#include <string_view>
 #include <utility>
 
 namespace stylet::lab::page {
@@ -226,12 +228,55 @@ void append_comparison(std::string& html, const TraineeView& trainee) {
   html += "<button>Compare</button></form></section>\n";
 }
 
+/// The same with the line breaks that somebody wrote, for what is laid out with them.
+std::string isolated_lines(std::string_view text) {
+  std::string html = "<bdi>";
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t end = std::min(text.find('\n', from), text.size());
+    std::string_view line = text.substr(from, end - from);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    html += (from > 0 ? "\n" : "") + escaped(line);
+    from = end + 1;
+  }
+  return html + "</bdi>";
+}
+
+/// A browser counts units of UTF-16, each of which has three bytes of UTF-8 at most.
+constexpr std::size_t kMostNoteUnits = store::kLongestNote / 3;
+
+void append_consents(std::string& html, const TraineeView& trainee) {
+  if (trainee.consents.empty() && !trainee.kept_until_ms) return;
+  auto out = std::back_inserter(html);
+  html += "<section><h2>Consent and retention</h2><table><tbody>\n";
+  for (const store::Consent& consent : trainee.consents) {
+    const bool to_store = consent.purpose == store::kRecordStore;
+    fmt::format_to(
+        out,
+        R"(<tr><th scope="row" title="{}">{}</th><td>{}</td></tr>)"
+        "\n",
+        to_store ? "Statements by pseudonym go to the lab's learning record store"
+                 : "Numbers by pseudonym may be used in research, and outlast the person's records without them",
+        to_store ? "Record store" : "Research",
+        consent.given ? fmt::format("{} {}", *consent.given ? "agreed" : "refused",
+                                    store::utc_text(consent.at_ms).substr(0, 10))
+                      : std::string("never asked, which is no consent"));
+  }
+  if (trainee.kept_until_ms) {
+    fmt::format_to(out,
+                   R"(<tr><th scope="row" title="The lab's retention time after the last attempt">Kept until</th>)"
+                   R"(<td>{}</td></tr>)"
+                   "\n",
+                   store::utc_text(*trainee.kept_until_ms).substr(0, 10));
+  }
+  html += "</tbody></table></section>\n";
+}
+
 void append_notes(std::string& html, const TraineeView& trainee, const PageFacts& facts) {
   if (trainee.notes.empty() && !facts.actions) return;
   auto out = std::back_inserter(html);
   html += "<section><h2>Notes</h2>";
   for (const store::Note& note : trainee.notes) {
-    fmt::format_to(out, R"(<p class="note">{}<br><small>{}, {}</small></p>)", isolated(note.body),
+    fmt::format_to(out, R"(<p class="note">{}<br><small>{}, {}</small></p>)", isolated_lines(note.body),
                    isolated(note.author), store::utc_text(note.at_ms).substr(0, 10));
   }
   if (facts.actions) {
@@ -239,8 +284,8 @@ void append_notes(std::string& html, const TraineeView& trainee, const PageFacts
         out,
         R"(<form class="do" method="post" action="note"><input type="hidden" name="token" value="{}"><input )"
         R"(type="hidden" name="trainee" value="{}"><label>A note <textarea name="body" rows="3" )"
-        R"(maxlength="9000" required></textarea></label><button>Keep it</button></form>)",
-        escaped(facts.actions->token), escaped(trainee.person.pseudonym));
+        R"(maxlength="{}" required></textarea></label><button>Keep it</button></form>)",
+        escaped(facts.actions->token), escaped(trainee.person.pseudonym), kMostNoteUnits);
   }
   html += "</section>\n";
 }
@@ -267,6 +312,7 @@ std::string trainee_page(const course::Course& course, const TraineeView& traine
   append_attempts(html, trainee);
   if (facts.actions) append_comparison(html, trainee);
   append_notes(html, trainee, facts);
+  append_consents(html, trainee);
   html += "</main>\n";
   return html + page_end(facts);
 }

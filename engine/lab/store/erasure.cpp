@@ -62,6 +62,14 @@ void Lab::forget_name(const std::string& pseudonym) {
 }
 
 Erased Lab::erase(const Person& person) {
+  return take_away(person, false);
+}
+
+Erased Lab::make_anonymous(const Person& person) {
+  return take_away(person, true);
+}
+
+Erased Lab::take_away(const Person& person, bool keep_numbers) {
   Erased erased;
   const std::int64_t now = settings_.clock();
   std::vector<std::string> ids;
@@ -71,6 +79,7 @@ Erased Lab::erase(const Person& person) {
       ids.push_back(text(row[0]));
       database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'attempt', $2)", {ids.back(), now});
     }
+    if (keep_numbers) keep_numbers_of_nobody(person.id, now);
     database_.run("INSERT INTO tombstone(id, kind, at_ms) VALUES ($1, 'trainee', $2)", {person.id, now});
     // Whom stations know by another id, which they may bring again.
     database_.run("INSERT INTO tombstone(id, kind, at_ms) SELECT id, 'trainee', $1 FROM joined WHERE trainee = $2",
@@ -84,7 +93,9 @@ Erased Lab::erase(const Person& person) {
           fmt::format("DELETE FROM {} WHERE attempt IN (SELECT id FROM attempt WHERE trainee = $1)", of_attempts),
           {person.id});
     }
-    database_.run("DELETE FROM note WHERE trainee = $1", {person.id});
+    for (const char* of_person : {"consent", "pin", "note"}) {
+      database_.run(fmt::format("DELETE FROM {} WHERE trainee = $1", of_person), {person.id});
+    }
     database_.run("DELETE FROM attempt WHERE trainee = $1", {person.id});
     database_.run("DELETE FROM trainee WHERE id = $1", {person.id});
     database_.run("DELETE FROM audit WHERE object = $1", {person.pseudonym});

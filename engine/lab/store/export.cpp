@@ -35,6 +35,17 @@ nlohmann::ordered_json or_null(const std::optional<T>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
 }
 
+std::vector<AttemptRecord> attempts_of(Lab& lab, const ExportScope& scope) {
+  std::vector<AttemptRecord> attempts = lab.attempts(scope.trainee);
+  if (!scope.for_research) return attempts;
+  std::set<std::string> agreed;
+  for (const PersonSummary& each : lab.people()) {
+    if (each.anonymous || lab.consents_to(each.person.id, kResearch)) agreed.insert(each.person.pseudonym);
+  }
+  std::erase_if(attempts, [&](const AttemptRecord& attempt) { return !agreed.contains(attempt.pseudonym); });
+  return attempts;
+}
+
 }  // namespace
 
 std::string utc_text(std::int64_t ms) {
@@ -46,8 +57,8 @@ std::string local_text(std::int64_t ms, int utc_offset_min) {
                      fmt::gmtime(static_cast<std::time_t>(ms / 1000 + std::int64_t{utc_offset_min} * 60)));
 }
 
-std::string attempts_as_csv(Lab& lab, const std::string& trainee) {
-  const auto metrics = lab.all_metrics(trainee);
+std::string attempts_as_csv(Lab& lab, const ExportScope& scope) {
+  const auto metrics = lab.all_metrics(scope.trainee);
   std::set<std::string> names;
   for (const auto& [attempt, results] : metrics) {
     for (const MetricResult& result : results) names.insert(result.metric);
@@ -57,7 +68,7 @@ std::string attempts_as_csv(Lab& lab, const std::string& trainee) {
       "failed_critical,excluded,scenario_sha256,build,stylus,recording_sha256";
   for (const std::string& name : names) csv += "," + field(name);
   csv += "\r\n";
-  for (const AttemptRecord& a : lab.attempts(trainee)) {
+  for (const AttemptRecord& a : attempts_of(lab, scope)) {
     csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", field(a.pseudonym),
                        field(a.scenario), a.number, a.id, field(a.course), a.mode, utc_text(a.started_ms),
                        a.utc_offset_min, a.ended_ms ? utc_text(*a.ended_ms) : "", a.status, field(a.total),
@@ -75,13 +86,25 @@ std::string attempts_as_csv(Lab& lab, const std::string& trainee) {
   return csv;
 }
 
-std::string attempts_as_json(Lab& lab, const std::string& trainee) {
-  const auto metrics = lab.all_metrics(trainee);
+std::string attempts_as_json(Lab& lab, const ExportScope& scope) {
+  const auto metrics = lab.all_metrics(scope.trainee);
   nlohmann::ordered_json json;
   json["format"] = "stylet-lab-export";
   json["version"] = 1;
+  if (!scope.trainee.empty()) {  // everything about one, as the person may ask for
+    json["consent"] = nlohmann::ordered_json::array();
+    for (const Consent& consent : lab.consents(scope.trainee)) {
+      json["consent"].push_back({{"purpose", consent.purpose},
+                                 {"given", or_null(consent.given)},
+                                 {"at", consent.given ? utc_text(consent.at_ms) : ""}});
+    }
+    json["notes"] = nlohmann::ordered_json::array();
+    for (const Note& note : lab.notes(scope.trainee)) {
+      json["notes"].push_back({{"author", note.author}, {"at", utc_text(note.at_ms)}, {"body", note.body}});
+    }
+  }
   json["attempts"] = nlohmann::ordered_json::array();
-  for (const AttemptRecord& a : lab.attempts(trainee)) {
+  for (const AttemptRecord& a : attempts_of(lab, scope)) {
     nlohmann::ordered_json& entry = json["attempts"].emplace_back();
     entry["pseudonym"] = a.pseudonym;
     entry["scenario"] = a.scenario;

@@ -150,6 +150,7 @@ void Lab::hand_over_person(Lab& server, const Person& person, HandedOver& done) 
     if (of_person.table == "attempt" || of_person.table == "joined") continue;
     copy_rows(database_, server.database_, of_person, person.id, {{of_person.column, there}});
   }
+  if (server.refuses(there, kRecordStore)) server.take_back_statements(there);
   transaction.commit();
 }
 
@@ -177,7 +178,9 @@ void Lab::hand_over_attempt(Lab& server, const Person& person, const std::string
       }
       // In its own words, by the pseudonym that the person has there; once, whoever brings the attempt again.
       if (is_new && server.setting(kHomePage).empty()) {
-        copy_rows(database_, server.database_, {"outbox", "attempt"}, attempt);  // until it has a record store
+        if (!server.refuses(there, kRecordStore)) {
+          copy_rows(database_, server.database_, {"outbox", "attempt"}, attempt);  // until it has a record store
+        }
       } else if (is_new) {
         server.tell_beginning(attempt);
         server.tell_end(attempt);

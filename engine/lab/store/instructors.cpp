@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -33,9 +32,8 @@ bool Lab::has_instructors() {
 }
 
 void Lab::add_note(const std::string& trainee, const std::string& author, const std::string& body) {
-  constexpr std::size_t kLongest = 10'000;
-  if (body.empty() || body.size() > kLongest || !files::is_utf8(body)) {
-    throw files::ContentError(fmt::format("a note has up to {} bytes, and some", kLongest));
+  if (body.empty() || body.size() > kLongestNote || !files::is_utf8(body)) {
+    throw files::ContentError(fmt::format("a note has up to {} bytes, and some", kLongestNote));
   }
   const std::int64_t now = settings_.clock();
   database_.run("INSERT INTO note(id, trainee, author, at_ms, body) VALUES ($1, $2, $3, $4, $5)",

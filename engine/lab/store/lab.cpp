@@ -267,14 +267,24 @@ void Lab::refuse_slip(const std::string& who) {
       meant.empty() ? "`stylet lab list` shows everybody" : fmt::format("did you mean {}?", meant)));
 }
 
-std::vector<Person> Lab::everybody() {
+std::vector<PersonSummary> Lab::listed() {
   const auto names = roster_.names();
-  std::vector<Person> all;
-  for (Row& row : database_.run("SELECT id, pseudonym FROM trainee ORDER BY created_ms, id")) {
-    Person& person = all.emplace_back();
+  std::vector<PersonSummary> all;
+  for (Row& row : database_.run("SELECT id, pseudonym, level FROM trainee ORDER BY created_ms, id")) {
+    PersonSummary& summary = all.emplace_back();
+    Person& person = summary.person;
     person.id = text(std::move(row[0]));
     person.pseudonym = text(std::move(row[1]));
+    summary.anonymous = text(row[2]) == kAnonymous;
     if (const auto name = names.find(person.pseudonym); name != names.end()) person.name = name->second;
+  }
+  return all;
+}
+
+std::vector<Person> Lab::everybody() {
+  std::vector<Person> all;
+  for (PersonSummary& summary : listed()) {
+    if (!summary.anonymous) all.push_back(std::move(summary.person));
   }
   return all;
 }
@@ -287,10 +297,12 @@ std::vector<PersonSummary> Lab::people() {
     summary.passed += attempt.counts() && attempt.succeeded() ? 1 : 0;
     summary.last_ms = attempt.started_ms;
   }
-  std::vector<PersonSummary> all;
-  for (Person& person : everybody()) {
-    PersonSummary& summary = all.emplace_back(taken[person.pseudonym]);
-    summary.person = std::move(person);
+  std::vector<PersonSummary> all = listed();
+  for (PersonSummary& summary : all) {
+    const PersonSummary& counted = taken[summary.person.pseudonym];
+    summary.attempts = counted.attempts;
+    summary.passed = counted.passed;
+    summary.last_ms = counted.last_ms;
   }
   return all;
 }

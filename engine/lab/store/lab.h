@@ -15,6 +15,7 @@
 #include "engine/lab/store/database.h"
 #include "engine/lab/store/roster.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -109,6 +110,7 @@ struct PersonSummary {
   int attempts = 0;
   int passed = 0;
   std::int64_t last_ms = 0;  ///< 0: none
+  bool anonymous = false;    ///< whose numbers alone are left
 };
 
 /// What an erasure took, and what it cannot reach.
@@ -123,6 +125,20 @@ struct Note {
   std::string author{};
   std::int64_t at_ms = 0;
   std::string body{};
+};
+
+/// The last word on a purpose.
+struct Consent {
+  std::string purpose{};
+  std::optional<bool> given{};  ///< none: never asked, which is no consent
+  std::int64_t at_ms = 0;       ///< when it was said
+};
+
+/// Of a trainee at a station.
+struct Pin {
+  std::string hash{};
+  int wrong = 0;             ///< tries in a row
+  std::int64_t wait_ms = 0;  ///< above 0: no try is looked at now
 };
 
 struct LabSettings {
@@ -147,9 +163,22 @@ struct HandedOver {
 std::filesystem::path default_lab_folder();
 
 // Settings.
-inline constexpr const char* kEndpoint = "xapi.endpoint";   ///< address of the record store
-inline constexpr const char* kHomePage = "xapi.home_page";  ///< of the lab; set: attempts are told to the store
-inline constexpr const char* kKeyFile = "xapi.key_file";    ///< has the store's key
+inline constexpr const char* kEndpoint = "xapi.endpoint";    ///< address of the record store
+inline constexpr const char* kHomePage = "xapi.home_page";   ///< of the lab; set: attempts are told to the store
+inline constexpr const char* kKeyFile = "xapi.key_file";     ///< has the store's key
+inline constexpr const char* kXapiVersion = "xapi.version";  ///< that the store speaks
+inline constexpr const char* kWaitsFor = "xapi.waits_for";   ///< endpoint of what waits, also after it is set no more
+
+inline constexpr const char* kRetentionDays = "retention.days";  ///< that people are kept after their last attempt
+
+// Purposes of consent.
+inline constexpr const char* kRecordStore = "record_store";  ///< statements by pseudonym leave the lab
+inline constexpr const char* kResearch = "research";         ///< numbers by pseudonym leave the lab; they outlast it
+std::vector<std::string> purposes();
+
+inline constexpr std::size_t kLongestNote = 15'000;     ///< bytes
+inline constexpr const char* kAnonymous = "anonymous";  ///< level of those whose numbers alone are left
+inline constexpr std::int64_t kLongestPinWaitMs = 300'000;
 
 inline constexpr const char* kDatabase = "lab.database";  ///< of a station: address of its server, no password in it
 
@@ -176,7 +205,7 @@ public:
   Person enrolled(const std::string& who);
   /// In the order in which they came.
   std::vector<Person> everybody();
-  /// The same, with what they have done.
+  /// The same, with what they have done, and those whose numbers alone are left.
   std::vector<PersonSummary> people();
 
   /// The procedure begins. @return id of the attempt, which is "running" while this lives
@@ -221,17 +250,42 @@ public:
 
   /// Everything about a person: attempts, metrics, recordings, name; what stays is that somebody was erased.
   Erased erase(const Person& person);
+  /// The same, and the numbers of attempts that are over stay as those of nobody: another pseudonym, other ids, the
+  /// first attempt on 1970-01-01, no name, note, recording or reason.
+  Erased make_anonymous(const Person& person);
   /// A whole copy into a folder that is not there yet; empty: backups/lab-TIME of this one. @return it
   std::filesystem::path back_up(std::filesystem::path to = {});
 
   /// Place of an attempt's recording.
   std::filesystem::path recording_of(const std::string& attempt) const;
+
+  /// What somebody was asked and said. With kRecordStore refused, statements that wait go; who was never asked has
+  /// none written, and what waits from before there was the question is held back until this.
+  /// @throws files::ContentError  there is no such purpose
+  void set_consent(const std::string& trainee, const std::string& purpose, bool given);
+  /// The last word on each purpose.
+  std::vector<Consent> consents(const std::string& trainee);
+  bool consents_to(const std::string& trainee, const std::string& purpose);
+  /// Who was never asked neither consents nor refuses.
+  bool refuses(const std::string& trainee, const std::string& purpose);
+  /// kRetentionDays; none: no time is set.
+  std::optional<std::int64_t> retention_days();
+  /// Whose last attempt (or, without one, enrolment) is longer ago than that; nobody where it is not set.
+  std::vector<PersonSummary> overdue();
+
+  /// @param hash  in place of an earlier one; empty: no PIN any more
+  void set_pin(const std::string& trainee, const std::string& hash);
+  /// None: the name is enough.
+  std::optional<Pin> pin(const std::string& trainee);
+  /// Each wrong try in a row doubles the wait from a second, up to kLongestPinWaitMs, also over restarts.
+  void pin_tried(const std::string& trainee, bool right);
+
   /// @param hash  of the password; in place of an earlier one
   void set_instructor(const std::string& name, const std::string& hash);
   /// Hash of the password. Nothing: nobody of that name.
   std::optional<std::string> instructor(const std::string& name);
   bool has_instructors();
-  /// @param trainee  Person::id. @throws files::ContentError  empty or beyond 10,000 bytes
+  /// @param trainee  Person::id. @throws files::ContentError  empty or beyond kLongestNote
   void add_note(const std::string& trainee, const std::string& author, const std::string& body);
   /// In order of time.
   std::vector<Note> notes(const std::string& trainee);
@@ -247,6 +301,8 @@ public:
 
 private:
   std::string station();
+  /// people() without numbers.
+  std::vector<PersonSummary> listed();
   /// Why attempts do not count, by attempt; empty: it counts again.
   std::map<std::string, std::string> exclusions();
   /// Second columns by first ones.
@@ -263,9 +319,15 @@ private:
   void forget_erased_names();
   void refuse_slip(const std::string& who);
   void forget_name(const std::string& pseudonym);
+  Erased take_away(const Person& person, bool keep_numbers);
+  std::optional<bool> last_word(const std::string& trainee, const std::string& purpose);
+  /// What waits of somebody is not told any more. Within a transaction.
+  void take_back_statements(const std::string& trainee);
+  void keep_numbers_of_nobody(const std::string& trainee, std::int64_t now);
   void write_beginning(const std::string& attempt, std::int64_t now, const std::string& of_station,
                        const AttemptStart& start, bool tell);
-  /// Statements for a record store, where there is one (kHomePage is set); within the transaction of what they tell.
+  /// Statements for a record store, where there is one (kHomePage is set) and the trainee consents; within the
+  /// transaction of what they tell.
   void tell_beginning(const std::string& attempt);
   void tell_end(const std::string& attempt);
   void lock_running(const std::string& attempt);

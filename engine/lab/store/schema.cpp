@@ -78,6 +78,22 @@ const std::vector<Migration>& all() {
                "CREATE TABLE joined(id TEXT PRIMARY KEY, trainee TEXT NOT NULL REFERENCES trainee(id)) STRICT",
                "CREATE INDEX joined_of_trainee ON joined(trainee)",
            }},
+      {.version = 5,
+       .statements =
+           {
+               "CREATE TABLE consent(id TEXT PRIMARY KEY, trainee TEXT NOT NULL REFERENCES trainee(id), purpose TEXT "
+               "NOT NULL CHECK (purpose IN ('record_store', 'research')), given INT8 NOT NULL, at_ms INT8 NOT NULL) "
+               "STRICT",
+               "CREATE INDEX consent_of_trainee ON consent(trainee, purpose, at_ms)",
+               // The last word on a purpose. Statements that wait from before are held back without it.
+               "CREATE VIEW consent_now AS SELECT c.trainee, c.purpose, c.given, c.at_ms FROM consent c WHERE NOT "
+               "EXISTS (SELECT 1 FROM consent later WHERE later.trainee = c.trainee AND later.purpose = c.purpose "
+               "AND "
+               "(later.at_ms > c.at_ms OR (later.at_ms = c.at_ms AND later.id > c.id)))",
+               // Of a trainee at a station; how many tries in a row were wrong, and from when the next is looked at.
+               "CREATE TABLE pin(trainee TEXT PRIMARY KEY REFERENCES trainee(id), hash TEXT NOT NULL, wrong INT8 NOT "
+               "NULL, until_ms INT8 NOT NULL) STRICT",
+           }},
   };
   return steps;
 }

@@ -160,7 +160,11 @@ std::vector<Row> SqliteDatabase::run(const std::string& sql, const std::vector<V
       sqlite3_clear_bindings(statement);
     }
   } reset{statement};
-  for (std::size_t i = 0; i < values.size(); ++i) bind(statement, static_cast<int>(i) + 1, values[i]);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    // SQLite numbers names such as $2 in the order in which they come.
+    const int index = sqlite3_bind_parameter_index(statement, fmt::format("${}", i + 1).c_str());
+    if (index > 0) bind(statement, index, values[i]);
+  }
   std::vector<Row> rows;
   int result = SQLITE_OK;
   while ((result = sqlite3_step(statement)) == SQLITE_ROW) {

@@ -49,6 +49,12 @@ statement::AttemptFacts facts_of(Database& database, const std::string& attempt,
           .recording_sha256 = text(row[13])};
 }
 
+/// Whose it is agrees to its being told.
+bool may_be_told(Lab& lab, const std::string& attempt) {
+  const auto rows = lab.database().run("SELECT trainee FROM attempt WHERE id = $1", {attempt});
+  return !rows.empty() && lab.consents_to(text(rows[0][0]), kRecordStore);
+}
+
 void write(Database& database, const std::string& attempt, const statement::Statement& told, std::int64_t seq,
            std::int64_t now) {
   // The same statement again is the one that is there.
@@ -74,13 +80,13 @@ void Lab::set(const std::string& name, const std::string& value) {
 
 void Lab::tell_beginning(const std::string& attempt) {
   const std::string home_page = setting(kHomePage);
-  if (home_page.empty()) return;
+  if (home_page.empty() || !may_be_told(*this, attempt)) return;
   write(database_, attempt, statement::beginning(facts_of(database_, attempt, home_page)), 0, settings_.clock());
 }
 
 void Lab::tell_end(const std::string& attempt) {
   const std::string home_page = setting(kHomePage);
-  if (home_page.empty()) return;
+  if (home_page.empty() || !may_be_told(*this, attempt)) return;
   statement::AttemptFacts facts = facts_of(database_, attempt, home_page);
   const std::int64_t now = settings_.clock();
   if (facts.status == "crashed") facts.ended_ms = std::max(facts.started_ms, now);  // known now

@@ -11,6 +11,7 @@
 // breath=N     the right hand presses its upper button at frame N
 // menu=N       the left hand presses its menu button after N frames, and lets go two later
 // yaw=A, pitch=A  of the head, degrees; without: it looks down at the table
+// trigger=N    the right hand pulls its trigger at frame N
 // panel=N, panel2=N  the left, the right hand presses its lower button after N frames
 // stage=CM     the runtime knows the floor, so far below the head
 // felt=FILE    appends "HAND AMPLITUDE" of every vibration
@@ -91,6 +92,7 @@ const bool read_environment = [] {
     hand.grip = looking(0.2F, -0.3F, {0.15F, -0.25F, -0.3F - 0.02F * (1 - std::cos(0.5F * seconds(time)))});
     hand.lower = report().frames != 0 && report().frames == plan().number("panel2");
     hand.upper = report().frames != 0 && report().frames == plan().number("breath");
+    hand.trigger = report().frames != 0 && report().frames == plan().number("trigger");
     return hand;
   };
   script.left = [](XrTime time) {
