@@ -23,13 +23,10 @@ constexpr std::array<TissueKey, 27> kKeys{{
     {"mechanics", key::number("density_kg_per_m3", "kg/m^3", {1, 3000}, "rho").known_as("density"),
      [](Tissue& t) -> double& { return t.density; }},
     {"mechanics",
-     key::number("stiffening", "", {0, 200},
-                 "b: strained tissue is exp(b strain^2) times as stiff; bodies of quadratic elements only")
-         .otherwise(0),
+     key::number("stiffening", "", {0, 200}, "b: strained tissue is exp(b strain^2) times as stiff").otherwise(0),
      [](Tissue& t) -> double& { return t.mechanics.stiffening; }},
     {"mechanics",
-     key::number("relaxation_share_1", "", {0, 0.45},
-                 "share of the shear stress that fades while the strain stays; bodies of quadratic elements only")
+     key::number("relaxation_share_1", "", {0, 0.45}, "share of the shear stress that fades while the strain stays")
          .otherwise(0),
      [](Tissue& t) -> double& { return t.mechanics.relaxation[0].share; }},
     {"mechanics", key::number("relaxation_time_1_s", "s", {1e-3, 1e5}, "until 1/e of it is left").otherwise(1),

@@ -94,7 +94,7 @@ typedef struct stylet_needle {
   double young_modulus;  /* Pa; 200e9 */
   double poisson_ratio;  /* 0.3 */
   double bevel_ratio;    /* lateral over axial force on a tip that cuts; 0 */
-  double tip_radius;     /* of the area that the tip presses on, m; 5e-3 */
+  double tip_radius;     /* of the area that the tip presses on in tissue that does not stiffen, m; 5e-3 */
   double base_stiffness; /* of a spring between hub and needle, N/m; 0, as it is: the hub holds it rigidly */
   double base_rotational_stiffness; /* N m/rad; with base_stiffness only, then > 0 */
   int32_t beams;                    /* 1 to 64; 8 */

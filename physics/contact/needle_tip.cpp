@@ -26,8 +26,12 @@ constexpr double kBoneCompliance = 1e-6;  // m/N; as little as a needle of steel
 
 }  // namespace
 
-NeedleTip::NeedleTip(const NeedleTrackSettings& settings, std::shared_ptr<const TissueMap> tissues)
-    : settings_(settings), tissues_(std::move(tissues)), places_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)) {}
+NeedleTip::NeedleTip(const NeedleTrackSettings& settings, double needle_radius,
+                     std::shared_ptr<const TissueMap> tissues)
+    : settings_(settings),
+      radius_(needle_radius),
+      tissues_(std::move(tissues)),
+      places_(Eigen::Matrix3Xd::Zero(3, kMaxContacts)) {}
 
 void NeedleTip::clear() {
   leave();
@@ -91,9 +95,15 @@ double NeedleTip::cutting_force() const {
 double NeedleTip::compliance() const {
   if (end_.place.rigid) return kBoneCompliance;
   if (!settings_.subgrid_compliance) return 0;
-  return state_ == TipState::indenting
-             ? stiffened_tip_compliance(end_.site, settings_.tip_radius, pressed_)
-             : stiffened_channel_compliance(end_.site, settings_.tip_radius, cutting_force());
+  // Tissue that stiffens spreads the load of a thin tip itself.
+  const SubgridSite& site = end_.site;
+  if (state_ == TipState::indenting) {
+    return stiffens(site) ? stiffened_tip_compliance(site, radius_, pressed_)
+                          : surface_tip_compliance(site, settings_.tip_radius);
+  }
+  const double spread = channel_tip_compliance(site, settings_.tip_radius);
+  return site.material.stiffening > 0 ? std::min(spread, stiffened_channel_compliance(site, radius_, cutting_force()))
+                                      : spread;
 }
 
 void NeedleTip::add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) const {

@@ -43,7 +43,7 @@ struct SolvedStep {
 /// @realtime nothing after the constructor allocates
 class NeedleTip {
 public:
-  NeedleTip(const NeedleTrackSettings& settings, std::shared_ptr<const TissueMap> tissues);
+  NeedleTip(const NeedleTrackSettings& settings, double needle_radius, std::shared_ptr<const TissueMap> tissues);
 
   /// There is no tissue: forgets everything but the punctures counted.
   void clear();
@@ -125,6 +125,7 @@ private:
   void record(std::uint64_t step, int to, double force, double response);
 
   NeedleTrackSettings settings_;
+  double radius_;  // of the needle, m
   std::shared_ptr<const TissueMap> tissues_;
   TipState state_ = TipState::outside;
   TrackPoint end_;

@@ -54,7 +54,7 @@ NeedleTrack::NeedleTrack(const NeedleTrackSettings& settings, double needle_radi
       radius_(needle_radius),
       tissues_(tissues != nullptr ? std::move(tissues) : std::make_shared<const TissueMap>()),
       points_(settings.spacing),
-      tip_(settings, tissues_),
+      tip_(settings, needle_radius, tissues_),
       scratch_contacts_(TrackPoints::kMost + 1),
       scratch_bodies_(TrackPoints::kMost + 1) {}
 

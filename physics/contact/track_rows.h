@@ -21,8 +21,8 @@ struct NeedleTrackSettings {
   bool subgrid_compliance = true;  ///< of shaft and tip, README eq. 19-21
   double bevel_ratio = 0;   ///< lateral over axial force on the tip that cuts; pushes away from the bevel's face
   double tip_friction = 1;  ///< Coulomb, sideways, of a tip that presses on something
-  /// Of the area that a tip presses on, m. More than the needle's: a capsule and the stiffening of strained tissue
-  /// spread the load, and neither is modelled.
+  /// Of the area that a tip presses on in tissue that does not stiffen, m: more than the needle's own, since nothing
+  /// else spreads the load there.
   double tip_radius = 5e-3;
   double side_length = 2e-3;       ///< over which a tip that cuts loses what presses it sideways, m
   double reentry_distance = 2e-3;  ///< a tip that touches a body this close to its old hole goes in there, m

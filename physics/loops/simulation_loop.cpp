@@ -121,7 +121,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
       bodies_.back().surface = std::make_shared<const SurfaceTopology>(surface_topology(model));
     }
     if (model.stiffens()) bodies_.back().stiffening.resize(model.point_count());
-    if (model.relaxes()) bodies_.back().memory.resize(model.quadratics.size());
+    if (model.relaxes()) bodies_.back().memory.resize(model.memory_count());
     take_free(model, bodies[b].load, bodies_.back().load);
     bodies_.back().contact_force = bodies_.back().load;
   }
@@ -536,7 +536,10 @@ void SimulationLoop::relax() {
     BodyState& body = bodies_[b];
     if (body.memory.empty()) continue;
     relax_strain(models_[b], tissue_.positions[b], body.rotations, body.rest_size, settings_.dt, body.memory);
-    gather_internal_force(models_[b], tissue_.positions[b], body);
+    body.squeezed = update_rotations_and_forces(models_[b], tissue_.positions[b], body.rotations, body.nodal_force,
+                                                body.rest_size, body.memory, elements_)
+                        .squeezed;
+    take_free(models_[b], body.nodal_force, body.internal_force);
   }
 }
 

@@ -185,7 +185,7 @@ private:
     int squeezed = 0;                                  // tetrahedra in the barrier at the positions of internal_force
     std::vector<Cavity> cavities{};
     std::vector<double> rest_size{};           // [tets] g of eq. 34; empty until a cavity is not full
-    std::vector<StrainMemory> memory{};        // [quadratic elements] of eq. 46; empty where nothing relaxes
+    std::vector<StrainMemory> memory{};        // [memory_count()] of eq. 46; empty where nothing relaxes
     std::vector<PointStiffness> stiffening{};  // [points] now; empty where nothing stiffens
   };
 

@@ -25,7 +25,7 @@ NodeSurroundings surroundings_of(const PatchSource& source, int node) {
   for (int k = model.incident_start[node]; k < model.incident_start[node + 1]; ++k) {
     const auto t = static_cast<std::size_t>(model.incident_tets[k]);
     const double here = model.tets[t].volume * model.materials[t].young_modulus;
-    const std::size_t point = 4 * (t / kTetsOfRefined) + t % 4;
+    const std::size_t point = model.is_quadratic() ? 4 * (t / kTetsOfRefined) + t % 4 : t;
     stiffness += here * source.stiffening[point].ratio;
     at_rest += here;
   }

@@ -22,8 +22,8 @@ struct Layering {
 struct ElasticMaterial {
   double young_modulus = 5000.0;           ///< E, Pa; at once, and at small strain
   double poisson_ratio = 0.45;             ///< nu, -
-  double stiffening = 0;                   ///< b of eq. 45, -; quadratic elements only
-  std::array<Relaxation, 2> relaxation{};  ///< shares together below 1; quadratic elements only
+  double stiffening = 0;                   ///< b of eq. 45, -
+  std::array<Relaxation, 2> relaxation{};  ///< shares together below 1
   Layering layers{};                       ///< quadratic elements only
 };
 
@@ -45,7 +45,7 @@ inline void add_part(ElasticMaterial& mean, const ElasticMaterial& material, dou
 /// which the values of tetrahedra are not.
 struct NodeSurroundings {
   double tet_volume = 0;       ///< at rest, m^3
-  ElasticMaterial material{};  ///< by volume, as the stiffness of the node is made; of linear elements E and nu alone
+  ElasticMaterial material{};  ///< by volume, as the stiffness of the node is made
   double capsule = 0;          ///< modulus times thickness of the membrane over the body, N/m
 };
 

@@ -70,7 +70,7 @@ CavityState Cavity::state(const TissueModel& model, const Eigen::Matrix3Xd& posi
     for (const int t : tets_) {
       const TetRest& rest = model.tets[t];
       const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
-      const CorotatedStress local = corotated_stress(rest, f, rotations[t].toRotationMatrix(), size_);
+      const CorotatedStress local = corotated_stress(model, t, f, rotations[t].toRotationMatrix(), size_, memory);
       state.volume += rest.volume * f.determinant();
       work += rest.volume * local.stress.cwiseProduct(local.stretch).sum();
     }

@@ -2,12 +2,16 @@
 
 #include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/inversion.h"
+#include "physics/tissue/lanes.h"
 #include "physics/tissue/membrane.h"
 #include "physics/tissue/quadratic.h"
 
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <vector>
 
 namespace stylet::physics {
 namespace {
@@ -49,6 +53,61 @@ void set_lanes(const std::array<Lanes, 4>& q, std::span<Eigen::Quaterniond> rota
   }
 }
 
+LaneMatrix matrix_of(const std::array<Lanes, 4>& q) {
+  const auto& [x, y, z, w] = q;
+  return {{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+           {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+           {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
+}
+
+/// The law of tetrahedron t and those beside it; null: none.
+const StrainLaw* law_of(const TissueModel& model, int t) {
+  if (model.laws.empty()) return nullptr;
+  const StrainLaw& law = model.laws[static_cast<std::size_t>(t / kLanes)];
+  return law.linear ? nullptr : &law;
+}
+
+const StrainMemory* memory_of(std::span<const StrainMemory> memory, int t) {
+  return memory.empty() ? nullptr : &memory[static_cast<std::size_t>(t / kLanes)];
+}
+
+/// A matrix in one of the lanes; in the others nothing.
+LaneMatrix in_lane(const Eigen::Matrix3d& m, int lane) {
+  LaneMatrix result;
+  for (auto& row : result) row.fill(Lanes::Zero());
+  set_lane(m, lane, result);
+  return result;
+}
+
+/// sym(R^T F) - g I of up to four tetrahedra from `first` on, and R.
+struct LaneStrain {
+  LaneMatrix rotation;
+  LaneMatrix strain;
+};
+LaneStrain strain_at(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, int first) {
+  LaneStrain found;
+  const int count = std::min(kLanes, model.tet_count() - first);
+  Lanes size = Lanes::Ones();
+  if (count == kLanes) {
+    found.rotation = matrix_of(lanes_of(rotations, first));
+    if (!rest_size.empty()) size = Eigen::Map<const Lanes>(rest_size.data() + first);
+    found.strain = strain_of(stretch_of(found.rotation, deformation_gradients(model, positions, first)), size);
+    return found;
+  }
+  found.rotation = found.strain = in_lane(Eigen::Matrix3d::Zero(), 0);
+  for (int lane = 0; lane < count; ++lane) {
+    const int t = first + lane;
+    const Eigen::Matrix3d r = rotations[static_cast<std::size_t>(t)].toRotationMatrix();
+    Eigen::Matrix3d strain = r.transpose() * deformation_gradient(model, positions, t);
+    strain = (0.5 * (strain + strain.transpose())).eval();
+    strain.diagonal().array() -= rest_size.empty() ? 1 : rest_size[static_cast<std::size_t>(t)];
+    set_lane(r, lane, found.rotation);
+    set_lane(strain, lane, found.strain);
+  }
+  return found;
+}
+
 }  // namespace
 
 CorotatedStress corotated_stress(const TetRest& rest, const Eigen::Matrix3d& f, const Eigen::Matrix3d& r,
@@ -58,6 +117,21 @@ CorotatedStress corotated_stress(const TetRest& rest, const Eigen::Matrix3d& f, 
   result.stretch = 0.5 * (m + m.transpose());
   const Eigen::Matrix3d strain = result.stretch - rest_size * Eigen::Matrix3d::Identity();
   result.stress = 2 * rest.mu * strain;
+  result.stress.diagonal().array() += rest.lambda * strain.trace();
+  return result;
+}
+
+CorotatedStress corotated_stress(const TissueModel& model, int tet, const Eigen::Matrix3d& f,
+                                 const Eigen::Matrix3d& r, double rest_size, std::span<const StrainMemory> memory) {
+  const TetRest& rest = model.tets[static_cast<std::size_t>(tet)];
+  CorotatedStress result = corotated_stress(rest, f, r, rest_size);
+  const StrainLaw* const law = law_of(model, tet);
+  if (law == nullptr) return result;
+  const Eigen::Matrix3d strain = result.stretch - rest_size * Eigen::Matrix3d::Identity();
+  const int lane = tet % kLanes;
+  const LaneMatrix stress =
+      stress_of(*law, in_lane(strain, lane), Lanes::Constant(rest_size), memory_of(memory, tet));
+  result.stress = 2 * rest.mu * of_lane(stress, lane);
   result.stress.diagonal().array() += rest.lambda * strain.trace();
   return result;
 }
@@ -86,16 +160,19 @@ int update_rotations_one_by_one(const TissueModel& model, const Eigen::Matrix3Xd
 /// Adds to the columns from `first_node` on; returns how many tetrahedra are in the barrier.
 int add_forces_one_by_one(const TissueModel& model, const Eigen::Matrix3Xd& positions, int begin, int end,
                           std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                          bool with_barrier, int first_node, Eigen::Ref<Eigen::Matrix3Xd> forces) {
+                          std::span<const StrainMemory> memory, bool linearised, int first_node,
+                          Eigen::Ref<Eigen::Matrix3Xd> forces) {
   int squeezed = 0;
   for (int t = begin; t < end; ++t) {
     const TetRest& rest = model.tets[t];
     const double size = rest_size.empty() ? 1 : rest_size[t];
     const Eigen::Matrix3d r = rotations[t].toRotationMatrix();
     const Eigen::Matrix3d f = deformation_gradient(model, positions, t);
+    const Eigen::Matrix3d stress = linearised ? corotated_stress(rest, f, r, size).stress
+                                              : corotated_stress(model, t, f, r, size, memory).stress;
     // Stress times volume, in the deformed frame.
-    Eigen::Matrix3d p = rest.volume * r * corotated_stress(rest, f, r, size).stress;
-    if (const double j = f.determinant(); j < kSqueezed && size == 1 && with_barrier) {
+    Eigen::Matrix3d p = rest.volume * r * stress;
+    if (const double j = f.determinant(); j < kSqueezed && size == 1 && !linearised) {
       p += rest.volume * barrier(rest, j).slope * cofactor(f);
       ++squeezed;
     }
@@ -108,16 +185,13 @@ int add_forces_one_by_one(const TissueModel& model, const Eigen::Matrix3Xd& posi
 /// Rotations and forces of tetrahedra first .. first + 3; false, and nothing is done, where one is in the barrier or
 /// is not near its rotation.
 bool add_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int first,
-               std::span<Eigen::Quaterniond> rotations, std::span<const double> rest_size, int first_node,
-               Eigen::Ref<Eigen::Matrix3Xd> forces) {
+               std::span<Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+               std::span<const StrainMemory> memory, int first_node, Eigen::Ref<Eigen::Matrix3Xd> forces) {
   const LaneMatrix f = deformation_gradients(model, positions, first);
   std::array<Lanes, 4> q = lanes_of(rotations, first);
   if (!(determinant(f) >= kSqueezed).all() || !closest_rotations(f, q)) return false;
   set_lanes(q, rotations, first);
-  const auto& [x, y, z, w] = q;
-  const LaneMatrix r{{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-                      {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-                      {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
+  const LaneMatrix r = matrix_of(q);
   LaneMatrix s;  // R^T F, its symmetric part, stress times volume
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) s[i][j] = r[0][i] * f[0][j] + r[1][i] * f[1][j] + r[2][i] * f[2][j];
@@ -128,9 +202,20 @@ bool add_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int 
   for (std::size_t i = 0; i < 3; ++i) s[i][i] -= size;
   const Lanes twice_mu = 2 * rest.mu * rest.volume;
   const Lanes pressure = rest.lambda * rest.volume * (s[0][0] + s[1][1] + s[2][2]);
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < i; ++j) s[i][j] = s[j][i] = 0.5 * twice_mu * (s[i][j] + s[j][i]);
-    s[i][i] = twice_mu * s[i][i] + pressure;
+  if (const StrainLaw* const law = law_of(model, first)) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < i; ++j) s[i][j] = s[j][i] = 0.5 * (s[i][j] + s[j][i]);
+    }
+    s = stress_of(*law, s, size, memory_of(memory, first));
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) s[i][j] *= twice_mu;
+      s[i][i] += pressure;
+    }
+  } else {
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < i; ++j) s[i][j] = s[j][i] = 0.5 * twice_mu * (s[i][j] + s[j][i]);
+      s[i][i] = twice_mu * s[i][i] + pressure;
+    }
   }
   const LaneMatrix& g = rest.gradients;
   LaneMatrix force;  // [axis][node - 1]
@@ -172,13 +257,16 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
 int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                     std::span<const double> rest_size, bool with_barrier, std::span<const StrainMemory> memory) {
+  int squeezed = 0;
   if (model.is_quadratic()) {
-    const int squeezed = quadratic_forces(model, positions, rotations, forces, rest_size, !with_barrier, memory);
-    add_membrane_forces(model, positions, !with_barrier, forces);
-    return squeezed;
+    squeezed = quadratic_forces(model, positions, rotations, forces, rest_size, !with_barrier, memory);
+  } else {
+    forces.setZero();
+    squeezed = add_forces_one_by_one(model, positions, 0, model.tet_count(), rotations, rest_size, memory,
+                                     !with_barrier, 0, forces);
   }
-  forces.setZero();
-  return add_forces_one_by_one(model, positions, 0, model.tet_count(), rotations, rest_size, with_barrier, 0, forces);
+  add_membrane_forces(model, positions, !with_barrier, forces);
+  return squeezed;
 }
 
 ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -199,14 +287,14 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
     }
     int first = run.begin;
     for (; first + kLanes <= run.end; first += kLanes) {
-      if (add_lanes(model, positions, first, rotations, rest_size, run.first_node, sum)) continue;
+      if (add_lanes(model, positions, first, rotations, rest_size, memory, run.first_node, sum)) continue;
       count.inverted += update_rotations_one_by_one(model, positions, first, first + kLanes, rotations);
-      count.squeezed += add_forces_one_by_one(model, positions, first, first + kLanes, rotations, rest_size, true,
-                                              run.first_node, sum);
+      count.squeezed += add_forces_one_by_one(model, positions, first, first + kLanes, rotations, rest_size, memory,
+                                              false, run.first_node, sum);
     }
     count.inverted += update_rotations_one_by_one(model, positions, first, run.end, rotations);
-    count.squeezed +=
-        add_forces_one_by_one(model, positions, first, run.end, rotations, rest_size, true, run.first_node, sum);
+    count.squeezed += add_forces_one_by_one(model, positions, first, run.end, rotations, rest_size, memory, false,
+                                            run.first_node, sum);
   });
   ElementCount all;
   forces.setZero();
@@ -215,8 +303,41 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
     all.inverted += counts[r].inverted;
     all.squeezed += counts[r].squeezed;
   }
-  if (model.is_quadratic()) add_membrane_forces(model, positions, false, forces);
+  add_membrane_forces(model, positions, false, forces);
   return all;
+}
+
+void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                     std::span<PointStiffness> stiffness) {
+  if (model.is_quadratic()) {
+    find_quadratic_stiffening(model, positions, rotations, rest_size, stiffness);
+    return;
+  }
+  for (int first = 0; first < model.tet_count(); first += kLanes) {
+    std::array<PointStiffness, kLanes> found;
+    if (const StrainLaw* const law = law_of(model, first)) {
+      const LaneStrain at = strain_at(model, positions, rotations, rest_size, first);
+      find_stiffness(*law, at.rotation, at.strain, found);
+    }
+    const int count = std::min(kLanes, model.tet_count() - first);
+    std::copy_n(found.begin(), count, stiffness.begin() + first);
+  }
+}
+
+void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                  std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
+                  std::span<StrainMemory> memory) {
+  if (model.is_quadratic()) {
+    relax_quadratic_strain(model, positions, rotations, rest_size, dt, memory);
+    return;
+  }
+  for (int first = 0; first < model.tet_count(); first += kLanes) {
+    if (const StrainLaw* const law = law_of(model, first)) {
+      relax(*law, strain_at(model, positions, rotations, rest_size, first).strain, dt,
+            memory[static_cast<std::size_t>(first / kLanes)]);
+    }
+  }
 }
 
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -230,7 +351,11 @@ double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& position
     const Eigen::Matrix3d m = rotations[t].toRotationMatrix().transpose() * f;
     const double size = rest_size.empty() ? 1 : rest_size[t];
     const Eigen::Matrix3d strain = 0.5 * (m + m.transpose()) - size * Eigen::Matrix3d::Identity();
-    energy += rest.volume * (rest.mu * strain.squaredNorm() + 0.5 * rest.lambda * strain.trace() * strain.trace());
+    double squares = strain.squaredNorm();
+    if (const StrainLaw* const law = law_of(model, t)) {
+      squares = energy_of(*law, in_lane(strain, t % kLanes), memory_of(memory, t))[t % kLanes];
+    }
+    energy += rest.volume * (rest.mu * squares + 0.5 * rest.lambda * strain.trace() * strain.trace());
     if (size == 1) energy += rest.volume * barrier(rest, f.determinant()).energy;
   }
   return energy;

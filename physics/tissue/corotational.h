@@ -3,6 +3,7 @@
 
 #include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/companion.h"
+#include "physics/tissue/strain_law.h"
 #include "physics/tissue/strain_memory.h"
 #include "physics/tissue/tissue_model.h"
 
@@ -28,7 +29,7 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
 /// @param rotations    [points] of these very positions (update_rotations)
 /// @param rest_size    [tets] edge without stress over that at rest (eq. 34); empty: 1
 /// @param with_barrier false: at given rotations linear in the positions
-/// @param memory       [quadratic elements] what has relaxed (eq. 46); empty: nothing has
+/// @param memory       [memory_count()] what has relaxed (eq. 46); empty: nothing has
 /// @param[out] forces  [3 x nodes], N; at fixed nodes minus the reaction of the support
 int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
@@ -52,6 +53,21 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
                                          std::span<const double> rest_size, std::span<const StrainMemory> memory,
                                          ElementScratch& scratch);
 
+/// How the law has stiffened each point   (eq. 47).
+/// @param rotations         [points] of these very positions
+/// @param[out] stiffness    [points]
+void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                     std::span<PointStiffness> stiffness);
+
+/// A step of what relaxes, at a strain that stays   (eq. 46).
+/// @param rotations       [points] of these very positions
+/// @param dt              h, s
+/// @param[in,out] memory  [memory_count()]
+void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                  std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
+                  std::span<StrainMemory> memory);
+
 /// Elastic energy U(p), J   (eq. 2, 34, 37).
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                       std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size = {},
@@ -65,5 +81,9 @@ struct CorotatedStress {
 /// @param rest_size  g, edge without stress over that at rest (eq. 34)
 CorotatedStress corotated_stress(const TetRest& rest, const Eigen::Matrix3d& f, const Eigen::Matrix3d& r,
                                  double rest_size = 1);
+/// The same with the tetrahedron's law (eq. 45): `stress` times R is dU/dF, and no longer symmetric.
+/// @param memory  [memory_count()] or empty
+CorotatedStress corotated_stress(const TissueModel& model, int tet, const Eigen::Matrix3d& f,
+                                 const Eigen::Matrix3d& r, double rest_size, std::span<const StrainMemory> memory);
 
 }  // namespace stylet::physics

@@ -1,5 +1,6 @@
 #include "physics/tissue/quadratic.h"
 
+#include "physics/tissue/lanes.h"
 #include "physics/tissue/refinement.h"
 
 #include <Eigen/Eigenvalues>
@@ -98,16 +99,6 @@ LaneMatrix cofactors_of(const LaneMatrix& f) {
   return c;
 }
 
-Eigen::Matrix3d of_lane(const LaneMatrix& m, int lane) {
-  Eigen::Matrix3d result;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      result(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = m[i][j][lane];
-    }
-  }
-  return result;
-}
-
 /// Rotations of an element's points, [row][column].
 LaneMatrix rotations_of(std::span<const Eigen::Quaterniond> rotations, std::size_t element) {
   Lanes x;
@@ -126,18 +117,6 @@ LaneMatrix rotations_of(std::span<const Eigen::Quaterniond> rotations, std::size
            {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
 }
 
-/// S = sym(R^T F).
-LaneMatrix stretch_of(const LaneMatrix& r, const LaneMatrix& f) {
-  LaneMatrix m;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) m[i][j] = r[0][i] * f[0][j] + r[1][i] * f[1][j] + r[2][i] * f[2][j];
-  }
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < i; ++j) m[i][j] = m[j][i] = 0.5 * (m[i][j] + m[j][i]);
-  }
-  return m;
-}
-
 Lanes trace(const LaneMatrix& m) {
   return m[0][0] + m[1][1] + m[2][2];
 }
@@ -151,124 +130,12 @@ double cubed(double size) {
   return size * size * size;
 }
 
-/// b |E|^2 from which on the stress no longer grows exponentially but in proportion to the strain, e^5 = 148 times as
-/// stiff: keeps what a wild step makes finite. Engineering value.
-constexpr double kStiffest = 5;
-
 /// Relative, of moduli along layers and across: rounding.
 constexpr double kSameAcross = 1e-9;
 
-constexpr std::array<std::pair<std::size_t, std::size_t>, 6> kSymmetric{
-    {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
-
-Lanes squared_norm(const LaneMatrix& m) {
-  Lanes sum = Lanes::Zero();
-  for (const auto& row : m) {
-    for (const Lanes& entry : row) sum += entry.square();
-  }
-  return sum;
-}
-
-/// Stress of points over 2 mu that the law makes of a strain, where it is not the strain itself.
-struct PointStress {
-  LaneMatrix symmetric;          // T = dU/dE
-  std::array<Lanes, 3> turning;  // y: the derivative of U by S where T and S do not share axes, as R (T - [y]x)
-};
-
-/// L E = P E P + c tr(P E P) P, P = I - n n^T: what sheets in plane stress make of a strain   (eq. 51).
-LaneMatrix along_layers(const QuadraticRest& rest, const LaneMatrix& strain) {
-  const auto& n = rest.normal;
-  std::array<Lanes, 3> across;  // E n
-  for (std::size_t i = 0; i < 3; ++i) across[i] = strain[i][0] * n[0] + strain[i][1] * n[1] + strain[i][2] * n[2];
-  const Lanes stretch = n[0] * across[0] + n[1] * across[1] + n[2] * across[2];
-  const Lanes spread = rest.spread * (trace(strain) - stretch);
-  LaneMatrix along;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      along[i][k] = strain[i][k] - across[i] * n[k] - n[i] * across[k] + (stretch - spread) * n[i] * n[k];
-    }
-    along[i][i] += spread;
-  }
-  return along;
-}
-
-Lanes product(const LaneMatrix& a, const LaneMatrix& b) {
-  Lanes sum = Lanes::Zero();
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) sum += a[i][k] * b[i][k];
-  }
-  return sum;
-}
-
-/// T = (g_inf exp(b |E|^2) + sum g_i) E - K + s L (E - K), K = sum g_i alpha_i   (eq. 45, 51).
-/// @param memory  null: nothing has relaxed
-PointStress stress_of(const QuadraticRest& rest, const LaneMatrix& strain, const Lanes& size,
-                      const StrainMemory* memory) {
-  PointStress stress;
-  const Lanes fading = rest.share[0] + rest.share[1];
-  const Lanes ratio =
-      (1 - fading) * (rest.stiffening * squared_norm(strain)).min(Lanes::Constant(kStiffest)).exp() + fading;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) stress.symmetric[i][k] = ratio * strain[i][k];
-    stress.turning[i].setZero();
-  }
-  if (memory == nullptr && !rest.layered) return stress;
-  LaneMatrix kept;  // K - s L (E - K): what does not share its axes with S
-  for (std::size_t c = 0; c < kSymmetric.size(); ++c) {
-    const auto [i, k] = kSymmetric[c];
-    if (memory != nullptr) {
-      kept[i][k] = rest.share[0] * memory->alpha[0][c] + rest.share[1] * memory->alpha[1][c];
-    } else {
-      kept[i][k].setZero();
-    }
-    kept[k][i] = kept[i][k];
-  }
-  if (rest.layered) {
-    LaneMatrix left = strain;
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t k = 0; k < 3; ++k) left[i][k] -= kept[i][k];
-    }
-    const LaneMatrix along = along_layers(rest, left);
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t k = 0; k < 3; ++k) kept[i][k] -= rest.sheets * along[i][k];
-    }
-  }
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) stress.symmetric[i][k] -= kept[i][k];
-  }
-  // dU = T : dS = T : (R^T dF) - T : (Omega S), Omega = R^T dR, and dR follows from F by
-  // (tr(S) I - S) omega = axial(R^T dF - dF^T R). What shares its axes with S is not turned.
-  const auto axial = [](const LaneMatrix& a, const LaneMatrix& b, std::size_t i, std::size_t k) {
-    return Lanes(a[i][0] * b[0][k] + a[i][1] * b[1][k] + a[i][2] * b[2][k] - a[k][0] * b[0][i] - a[k][1] * b[1][i] -
-                 a[k][2] * b[2][i]);
-  };
-  const Lanes v0 = axial(kept, strain, 1, 2);  // of -kept * S: S and the strain differ by a multiple of I
-  const Lanes v1 = axial(kept, strain, 2, 0);
-  const Lanes v2 = axial(kept, strain, 0, 1);
-  const Lanes c00 = strain[1][1] + strain[2][2] + 2 * size;
-  const Lanes c11 = strain[0][0] + strain[2][2] + 2 * size;
-  const Lanes c22 = strain[0][0] + strain[1][1] + 2 * size;
-  const Lanes& c01 = strain[0][1];  // the negative of C's
-  const Lanes& c02 = strain[0][2];
-  const Lanes& c12 = strain[1][2];
-  const Lanes k00 = c11 * c22 - c12 * c12;
-  const Lanes k01 = c02 * c12 + c01 * c22;
-  const Lanes k02 = c01 * c12 + c02 * c11;
-  const Lanes k11 = c00 * c22 - c02 * c02;
-  const Lanes k12 = c01 * c02 + c00 * c12;
-  const Lanes k22 = c00 * c11 - c01 * c01;
-  const Lanes determinant = c00 * k00 - c01 * k01 - c02 * k02;
-  // Zero only where the rotation is not defined.
-  const Lanes inverse = (determinant > 1e-9).select(1 / determinant, 0);
-  stress.turning = {inverse * (k00 * v0 + k01 * v1 + k02 * v2), inverse * (k01 * v0 + k11 * v1 + k12 * v2),
-                    inverse * (k02 * v0 + k12 * v1 + k22 * v2)};
-  return stress;
-}
-
-LaneMatrix strain_of(const LaneMatrix& stretch, double size) {
-  LaneMatrix strain = stretch;
-  for (std::size_t i = 0; i < 3; ++i) strain[i][i] -= size;
-  return strain;
+/// Null: none.
+const LayerLaw* layers_of(const QuadraticRest& rest) {
+  return rest.layered ? &rest : nullptr;
 }
 
 const StrainMemory* memory_of(std::span<const StrainMemory> memory, std::size_t element) {
@@ -436,9 +303,9 @@ void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& posi
   }
 }
 
-void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                     std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                     std::span<PointStiffness> stiffness) {
+void find_quadratic_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                               std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                               std::span<PointStiffness> stiffness) {
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     const QuadraticRest& rest = model.quadratics[e];
     const std::span<PointStiffness> of_points = stiffness.subspan(kLanes * e, kLanes);
@@ -447,33 +314,21 @@ void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions
       continue;
     }
     const LaneMatrix r = rotations_of(rotations, e);
-    const LaneMatrix strain = strain_of(stretch_of(r, deformation_gradients(rest, positions)), size_of(rest_size, e));
-    const Lanes exponent = rest.stiffening * squared_norm(strain);
-    const Lanes fading = rest.share[0] + rest.share[1];
-    const Lanes grown = (1 - fading) * exponent.min(Lanes::Constant(kStiffest)).exp();
-    const Lanes along = (exponent < kStiffest).select((2 * rest.stiffening * grown).sqrt(), 0);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      of_points[static_cast<std::size_t>(lane)] = {.ratio = grown[lane] + fading[lane],
-                                                   .along = along[lane] * of_lane(r, lane) * of_lane(strain, lane)};
-    }
+    find_stiffness(
+        rest, r,
+        strain_of(stretch_of(r, deformation_gradients(rest, positions)), Lanes::Constant(size_of(rest_size, e))),
+        of_points);
   }
 }
 
-void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                  std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
-                  std::span<StrainMemory> memory) {
+void relax_quadratic_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                            std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                            double dt, std::span<StrainMemory> memory) {
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     const QuadraticRest& rest = model.quadratics[e];
     if (rest.linear) continue;
-    const LaneMatrix strain = strain_of(
-        stretch_of(rotations_of(rotations, e), deformation_gradients(rest, positions)), size_of(rest_size, e));
-    for (std::size_t i = 0; i < 2; ++i) {
-      const Lanes part = 1 - (-dt * rest.rate[i]).exp();
-      for (std::size_t c = 0; c < kSymmetric.size(); ++c) {
-        Lanes& alpha = memory[e].alpha[i][c];
-        alpha += part * (strain[kSymmetric[c].first][kSymmetric[c].second] - alpha);
-      }
-    }
+    const LaneMatrix stretch = stretch_of(rotations_of(rotations, e), deformation_gradients(rest, positions));
+    relax(rest, strain_of(stretch, Lanes::Constant(size_of(rest_size, e))), dt, memory[e]);
   }
 }
 
@@ -504,12 +359,9 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
       }
     }
     // First Piola-Kirchhoff stress times volume, 2 mu R (S - g I) + lambda (J - g^3) cof F.
-    LaneMatrix strain = strain_of(s, size);
+    LaneMatrix strain = strain_of(s, Lanes::Constant(size));
     if (!rest.linear && !linearised) {
-      const auto [t, y] = stress_of(rest, strain, Lanes::Constant(size), memory_of(memory, e));
-      strain = {{{t[0][0], t[0][1] + y[2], t[0][2] - y[1]},
-                 {t[1][0] - y[2], t[1][1], t[1][2] + y[0]},
-                 {t[2][0] + y[1], t[2][1] - y[0], t[2][2]}}};
+      strain = stress_of(rest, strain, Lanes::Constant(size), memory_of(memory, e), layers_of(rest));
     }
     if (rest.layered && linearised) {
       const LaneMatrix along = along_layers(rest, strain);
@@ -545,35 +397,7 @@ double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positi
     const LaneMatrix f = deformation_gradients(rest, positions);
     const LaneMatrix s = stretch_of(rotations_of(rotations, e), f);
     const double size = size_of(rest_size, e);
-    const LaneMatrix strain = strain_of(s, size);
-    Lanes squares = squared_norm(strain);
-    if (!rest.linear) {
-      const Lanes exponent = rest.stiffening * squares;
-      Lanes all = Lanes::Zero();
-      for (int lane = 0; lane < kLanes; ++lane) {
-        const double q = std::min(exponent[lane], kStiffest);
-        const double tail = std::exp(q) * (exponent[lane] - q);
-        const double b = rest.stiffening[lane];
-        all[lane] =
-            (1 - rest.share[0][lane] - rest.share[1][lane]) * (b > 0 ? (std::expm1(q) + tail) / b : squares[lane]);
-      }
-      for (std::size_t i = 0; i < 2; ++i) {
-        LaneMatrix fading = strain;  // E - alpha_i
-        if (const StrainMemory* const kept = memory_of(memory, e)) {
-          for (std::size_t c = 0; c < kSymmetric.size(); ++c) {
-            const auto [row, column] = kSymmetric[c];
-            fading[row][column] -= kept->alpha[i][c];
-            fading[column][row] = fading[row][column];
-          }
-        }
-        all += rest.share[i] * squared_norm(fading);
-        if (rest.layered) all += rest.sheets * rest.share[i] * product(fading, along_layers(rest, fading));
-      }
-      if (rest.layered) {
-        all += rest.sheets * (1 - rest.share[0] - rest.share[1]) * product(strain, along_layers(rest, strain));
-      }
-      squares = all;
-    }
+    const Lanes squares = energy_of(rest, strain_of(s, Lanes::Constant(size)), memory_of(memory, e), layers_of(rest));
     energy += (rest.volume * rest.mu * squares).sum();
     const Lanes j = determinant(f);
     const double volume = rest.volume.sum();
@@ -593,12 +417,16 @@ ElementWork work_of(const TissueModel& model, const Eigen::Matrix3Xd& positions,
   const QuadraticRest& rest = model.quadratics[e];
   const LaneMatrix f = deformation_gradients(rest, positions);
   const LaneMatrix s = stretch_of(rotations_of(rotations, e), f);
-  Lanes shape = squared_norm(s) - size * trace(s);  // (S - g I) : S
+  Lanes shape = -size * trace(s);  // (S - g I) : S
+  for (const auto& row : s) {
+    for (const Lanes& entry : row) shape += entry.square();
+  }
   if (!rest.linear) {
-    const PointStress stress = stress_of(rest, strain_of(s, size), Lanes::Constant(size), memory_of(memory, e));
+    const LaneMatrix stress = stress_of(rest, strain_of(s, Lanes::Constant(size)), Lanes::Constant(size),
+                                        memory_of(memory, e), layers_of(rest));
     shape.setZero();
     for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t k = 0; k < 3; ++k) shape += stress.symmetric[i][k] * s[i][k];
+      for (std::size_t k = 0; k < 3; ++k) shape += 0.5 * (stress[i][k] + stress[k][i]) * s[i][k];
     }
   }
   const double volume = (rest.volume * determinant(f)).sum();

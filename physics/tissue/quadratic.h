@@ -7,6 +7,7 @@
 
 #include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/inversion.h"
+#include "physics/tissue/strain_law.h"
 #include "physics/tissue/strain_memory.h"
 #include "physics/tissue/tissue_model.h"
 
@@ -45,24 +46,14 @@ void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions,
 void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                           std::span<const double> rest_size, std::vector<SqueezedTet>& found);
 
-/// How the law of a point has stiffened it (eq. 47).
-struct PointStiffness {
-  double ratio = 1;  ///< secant: times mu
-  /// Along the strain: sqrt(2 b g_inf exp(b |E|^2)) R E.
-  Eigen::Matrix3d along = Eigen::Matrix3d::Zero();
-};
-/// @param[out] stiffness  [points]
-void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                     std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                     std::span<PointStiffness> stiffness);
-
-/// One step of what relaxes, at a strain that stays: alpha += (1 - exp(-h/tau)) (E - alpha)   (eq. 46).
-/// @param rotations       [points] of these very positions
-/// @param dt              h, s
-/// @param[in,out] memory  [elements]
-void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                  std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
-                  std::span<StrainMemory> memory);
+/// As find_stiffening().
+void find_quadratic_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                               std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                               std::span<PointStiffness> stiffness);
+/// As relax_strain().
+void relax_quadratic_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                            std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                            double dt, std::span<StrainMemory> memory);
 
 /// As internal_forces(), without the capsule; returns the number of points in the barrier.
 /// @param linearised  at the given rotations: linear in the positions, without barrier

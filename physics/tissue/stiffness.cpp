@@ -90,7 +90,21 @@ void StiffnessPattern::assemble(const TissueModel& model, std::span<const Eigen:
     // without ever forming K0.
     const Eigen::Matrix<double, 3, 4> g = rotations[t].toRotationMatrix() * rest.gradients;
     const double lambda = scale * rest.volume * rest.lambda;
-    const double mu = scale * rest.volume * rest.mu;
+    double mu = scale * rest.volume * rest.mu;
+    if (!stiffening.empty() && model.materials[t].stiffening > 0) {
+      // What stiffens does so along its strain, too: of rank one (eq. 47).
+      const Eigen::Matrix<double, 3, 4> root = std::sqrt(2 * mu) * (stiffening[t].along * rest.gradients);
+      for (const BlockAddress& address : blocks_of(t)) {
+        if (address.start[0] < 0) continue;
+        for (int c = 0; c < 3; ++c) {
+          double* const column = values.data() + address.start[c];
+          for (int r = address.row != address.column ? 0 : c; r < 3; ++r) {
+            column[r] += root(r, address.row) * root(c, address.column);
+          }
+        }
+      }
+      mu *= stiffening[t].ratio;
+    }
     for (const BlockAddress& address : blocks_of(t)) {
       if (address.start[0] < 0) continue;
       const Eigen::Vector3d a = g.col(address.row);

@@ -99,10 +99,7 @@ TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet
   tets.reserve(mesh.tets.size());
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) tets.push_back(make_rest(mesh, t, materials[t]));
   if (element == Element::quadratic) quadratics = quadratic_elements(mesh, materials);
-  for (const QuadraticRest& rest : quadratics) {
-    stiffens_ = stiffens_ || (rest.stiffening > 0).any();
-    relaxes_ = relaxes_ || (rest.share[0] > 0).any() || (rest.share[1] > 0).any();
-  }
+  find_laws();
   if (!(capsule >= 0)) refuse("the stiffness of a capsule must be 0 or more");
   if (capsule > 0) membrane = membrane_of(mesh, topology, capsule);
 
@@ -129,6 +126,32 @@ TissueModel::TissueModel(TetMesh rest_mesh, std::span<const ElasticMaterial> tet
   }
   find_surroundings(capsule);
   find_runs();
+}
+
+void TissueModel::find_laws() {
+  const auto note = [&](const StrainLaw& law) {
+    stiffens_ = stiffens_ || (law.stiffening > 0).any();
+    relaxes_ = relaxes_ || (law.share[0] > 0).any() || (law.share[1] > 0).any();
+  };
+  if (is_quadratic()) {
+    for (const QuadraticRest& rest : quadratics) note(rest);
+    return;
+  }
+  laws.resize((tets.size() + kLanes - 1) / kLanes);
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    StrainLaw& law = laws[t / kLanes];
+    const auto lane = static_cast<Eigen::Index>(t % kLanes);
+    law.stiffening[lane] = materials[t].stiffening;
+    law.linear = law.linear && materials[t].stiffening == 0;
+    for (std::size_t i = 0; i < law.share.size(); ++i) {
+      const Relaxation& term = materials[t].relaxation[i];
+      law.share[i][lane] = term.share;
+      law.rate[i][lane] = 1 / term.time_s;
+      law.linear = law.linear && term.share == 0;
+    }
+    note(law);
+  }
+  if (!stiffens_ && !relaxes_) laws.clear();
 }
 
 void TissueModel::find_runs() {
@@ -173,8 +196,8 @@ void TissueModel::find_surroundings(double capsule) {
     }
     mean.material.young_modulus /= mean.tet_volume;
     mean.material.poisson_ratio /= mean.tet_volume;
-    mean.material.stiffening *= is_quadratic() ? 1 / mean.tet_volume : 0;
-    for (Relaxation& term : mean.material.relaxation) term.share *= is_quadratic() ? 1 / mean.tet_volume : 0;
+    mean.material.stiffening /= mean.tet_volume;
+    for (Relaxation& term : mean.material.relaxation) term.share /= mean.tet_volume;
     mean.capsule = capsule;
     mean.tet_volume /= incident_start[n + 1] - incident_start[n];
     surroundings[n] = mean;

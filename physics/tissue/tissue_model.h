@@ -3,6 +3,7 @@
 
 #include "physics/messages/material.h"
 #include "physics/tissue/closest_rotation.h"
+#include "physics/tissue/strain_law.h"
 #include "physics/tissue/tet_mesh.h"
 #include "physics/tissue/tet_topology.h"
 
@@ -39,21 +40,12 @@ struct TetRun {
 };
 
 /// Rest shape and material of a quadratic tetrahedron (eq. 42); of its four points one a lane.
-struct QuadraticRest {
+struct QuadraticRest : StrainLaw, LayerLaw {
   std::array<int, 10> nodes{};                                ///< corners, then the middles of kTetEdges
   std::array<std::array<Eigen::Array4d, 3>, 10> gradients{};  ///< [node][axis] of the shape functions, 1/m
   Eigen::Array4d volume = Eigen::Array4d::Zero();             ///< of a point, m^3
   Eigen::Array4d mu = Eigen::Array4d::Zero();                 ///< shear modulus, of layers that across them, Pa
   double lambda = 0;                                          ///< first Lame parameter, Pa
-  bool linear = true;                              ///< no layers, no stiffening, no relaxation at any point
-  bool layered = false;                            ///< at some point
-  Eigen::Array4d sheets = Eigen::Array4d::Zero();  ///< of layers, s of eq. 51: what they are stiffer along, over mu
-  std::array<Eigen::Array4d, 3> normal{Eigen::Array4d::Zero(), Eigen::Array4d::Zero(),
-                                       Eigen::Array4d::Zero()};  ///< of layers, unit, at rest; zero: there are none
-  double spread = 0;                                             ///< c of eq. 51, -
-  Eigen::Array4d stiffening = Eigen::Array4d::Zero();            ///< b of eq. 45, -
-  std::array<Eigen::Array4d, 2> share{Eigen::Array4d::Zero(), Eigen::Array4d::Zero()};  ///< g_i of eq. 45, -
-  std::array<Eigen::Array4d, 2> rate{Eigen::Array4d::Zero(), Eigen::Array4d::Zero()};   ///< 1/tau_i, 1/s
 };
 
 /// A triangle of a capsule (eq. 49).
@@ -85,11 +77,15 @@ struct TissueModel {
   /// Where strain is measured: tetrahedra, or four points of each quadratic element.
   int point_count() const { return is_quadratic() ? 4 * static_cast<int>(quadratics.size()) : tet_count(); }
 
+  /// Of what remembers strain, four points each: quadratic elements, or four tetrahedra.
+  std::size_t memory_count() const { return is_quadratic() ? quadratics.size() : laws.size(); }
+
   TetMesh mesh;
   TetTopology topology;
   std::vector<ElasticMaterial> materials;  ///< [tets]
   std::vector<TetRest> tets;               ///< [tets]
   std::vector<TetLanes> lanes;             ///< [tets / 4] of linear elements
+  std::vector<StrainLaw> laws;             ///< [tets / 4, rounded up] of linear elements; empty: none has one
   std::vector<TetRun> runs;                ///< all tetrahedra; one where they are few
   std::vector<QuadraticRest> quadratics;   ///< [tets / 8]; empty: the tetrahedra themselves are the elements
   std::vector<MembraneTriangle> membrane;  ///< empty: no capsule
@@ -102,6 +98,7 @@ struct TissueModel {
   std::vector<NodeSurroundings> surroundings;  ///< [nodes]
 
 private:
+  void find_laws();
   void find_surroundings(double capsule);
   void find_runs();
   bool stiffens_ = false;

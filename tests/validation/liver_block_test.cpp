@@ -94,6 +94,22 @@ TEST(LiverBlock, ForceIsConvexUntilTheCapsuleBreaks) {
   EXPECT_EQ(block.needle().flags, 0U);
 }
 
+// Where tissue spreads the load of the tip itself, no larger area than the needle's own is made up for it.
+TEST(LiverBlock, ThatWhichStiffensIsPressedByTheNeedlesOwnTip) {
+  const auto pressed = [](double stiffening, double capsule, double tip_radius) {
+    LiverBlockSettings settings = small_block();
+    settings.material.stiffening = stiffening;
+    settings.capsule = capsule;
+    settings.tip_radius = tip_radius;
+    LiverBlock block(settings);
+    block.go(kSpeed, 0.5);
+    return block.samples().back().force;
+  };
+  EXPECT_EQ(pressed(14, 600, 5e-3), pressed(14, 600, kRadius));
+  EXPECT_EQ(pressed(14, 0, 5e-3), pressed(14, 0, kRadius));
+  EXPECT_NE(pressed(0, 0, 5e-3), pressed(0, 0, kRadius)) << "nothing else spreads the load";
+}
+
 // What holds the tip then is the force that cuts, and what holds the shaft its friction; the patch goes with the tip.
 TEST(LiverBlock, OnceThroughTheCapsuleTheTipCutsAndTheShaftRubs) {
   const LiverBlockSettings settings = small_block();

@@ -20,7 +20,7 @@ constexpr int kRenewal = 10;  // iterations after which a new factor has paid fo
 
 StaticBody::StaticBody(physics::TissueModel rest)
     : positions(physics::rest_positions(rest)),
-      memory(rest.relaxes() ? rest.quadratics.size() : 0),
+      memory(rest.relaxes() ? rest.memory_count() : 0),
       model_(std::move(rest)),
       rotations_(model_.point_count(), Eigen::Quaterniond::Identity()),
       pattern_(model_),

@@ -21,7 +21,7 @@ public:
 
   const physics::TissueModel& model() const { return model_; }
   Eigen::Matrix3Xd positions;                 ///< [3 x nodes], m
-  std::vector<physics::StrainMemory> memory;  ///< [quadratic elements] of what relaxes, else empty
+  std::vector<physics::StrainMemory> memory;  ///< [memory_count()] of what relaxes, else empty
 
   /// F_int at `positions`, N [3 x nodes].
   Eigen::Matrix3Xd forces();

@@ -12,6 +12,7 @@ Report bench_tissue(const BenchOptions& options) {
                     {"compliance", tissue_compliance},
                     {"sessions", tissue_sessions},
                     {"okamura", tissue_okamura},
+                    {"capsule", tissue_capsule},
                     {"speed", tissue_speed}},
                    options);
 }

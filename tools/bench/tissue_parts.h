@@ -28,6 +28,10 @@ Report tissue_sessions(const BenchOptions& options);
 /// A needle at 3 mm/s into a block of bovine liver, beside what is published of it: okamura.*
 Report tissue_okamura(const BenchOptions& options);
 
+/// The needles of shipped scenarios against their liver, as shipped and with one that stiffens and relaxes in its
+/// capsule: force over dent until it breaks, what of the force fades and of the work is lost: capsule.*
+Report tissue_capsule(const BenchOptions& options);
+
 /// Step and factorisation of cubes of 5,832 and 19,683 nodes beside the way before, and their bytes: speed.*
 Report tissue_speed(const BenchOptions& options);
 

@@ -42,7 +42,7 @@ LiverBlock::LiverBlock(const LiverBlockSettings& settings) : settings_(settings)
   tissues->tissues = {{}, settings.resistance};
   physics::HapticLoopSettings haptic;
   haptic.coupling = physics::Coupling::stylet;
-  haptic.track.tip_radius = 0.5 * haptic.needle.outer_diameter;  // the needle's own
+  haptic.track.tip_radius = settings.tip_radius;
   haptic.tissues = std::move(tissues);
   haptic_ = std::make_unique<physics::HapticLoop>(haptic, base());
   patch_ = simulation_->make_patch();

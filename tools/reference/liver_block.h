@@ -21,7 +21,8 @@ struct LiverBlockSettings {
                                     .relaxation = {{{.share = 0.15, .time_s = 0.5}, {.share = 0.35, .time_s = 5}}}};
   double capsule = 600;  ///< modulus times thickness, N/m
   physics::InsertionResistance resistance{.puncture_force = 1.41, .cutting_force = 0.15, .friction_per_length = 18};
-  double gap = 0.009;  ///< between tip and face at the start
+  double tip_radius = 0.635e-3;  ///< where it does not stiffen: the needle's own, too
+  double gap = 0.009;            ///< between tip and face at the start
   double haptic_hz = 1000;
   double simulation_hz = 50;
 };
