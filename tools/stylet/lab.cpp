@@ -100,7 +100,7 @@ std::string name_of(const store::Person& person) {
 int list(store::Lab& lab) {
   const std::vector<store::PersonSummary> people = lab.people();
   if (people.empty()) {
-    say(stdout, "Nobody is in {} yet; `stylet lab enroll NAME` and `stylet train SCENARIO --trainee NAME` begin.\n",
+    say(stdout, "Nobody is in {} yet; `stylet lab enroll NAME` or `stylet train SCENARIO --trainee NAME` begins.\n",
         lab.folder().string());
     return kExitYes;
   }
