@@ -125,6 +125,7 @@ physics::SimulationLoopSettings simulation_settings(const content::Scene& scene,
     settings.contact.probe.emplace();
     settings.contact.probe->shape = probe_shape(scene.probe);
     settings.contact.probe->body = scene.probe.presses;
+    settings.contact.probe->held_at = scene.probe.pose.position;
     settings.contact.probe->friction = scene.probe.gel ? kGelFriction : kDryFriction;
   }
   return settings;

@@ -68,6 +68,8 @@ double stiffest(const Eigen::Matrix2d& m) {
   return 0.5 * (m.trace() + std::hypot(m(0, 0) - m(1, 1), 2 * m(0, 1)));
 }
 
+constexpr double kHeldWithin = 0.045;  // of the middle of the face: the head's half width and its way in, m
+
 double mean_edge(const BodySurface& surface, const TissueModel& model) {
   double sum = 0;
   for (int f = 0; f < surface.face_count(); ++f) {
@@ -80,7 +82,7 @@ double mean_edge(const BodySurface& surface, const TissueModel& model) {
 }  // namespace
 
 OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const Factorisation* const> rest,
-                           OrganContactSettings settings)
+                           OrganContactSettings settings, Companion* companion)
     : settings_(std::move(settings)), bodies_(models.size()) {
   check(models, settings_);
   std::vector<char> used(models.size(), 0);
@@ -136,6 +138,7 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
   for (std::size_t p = 0; p < settings_.pairs.size(); ++p) find_pair(static_cast<int>(p));
   for (const TissueModel& model : models) learn(model.node_count(), workspace);
   rows_.clear();
+  learn_beforehand(companion);
 }
 
 void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const RigidPose* probe,
@@ -288,6 +291,31 @@ void OrganContact::take_deepest(std::vector<SurfaceRow>& found, int most) {
   rows_.insert(rows_.end(), found.begin(), found.end());
 }
 
+bool OrganContact::is_large(const Body& body) const {
+  return body.model != nullptr && body.model->dof_count() >= settings_.large_dofs;
+}
+
+void OrganContact::learn_beforehand(Companion* companion) {
+  std::vector<std::vector<int>> wanted(bodies_.size());
+  for (std::size_t p = 0; p < settings_.pairs.size(); ++p) {
+    for (const int node : bodies_[settings_.pairs[p].nodes_of].surface->nodes()) {
+      int near = -1;
+      const SurfaceRow row = face_to_face(static_cast<int>(p), node, true, near);
+      for (int s = 0; s < row.support_count; ++s) wanted[row.supports[s].body].push_back(row.supports[s].node);
+    }
+  }
+  if (settings_.probe && settings_.probe->held_at) {
+    const int body = settings_.probe->body;
+    for (const int node : bodies_[body].surface->nodes()) {
+      const double distance = (bodies_[body].model->mesh.nodes[node] - *settings_.probe->held_at).norm();
+      if (distance < kHeldWithin) wanted[body].push_back(node);
+    }
+  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (is_large(bodies_[b])) bodies_[b].compliance->learn_all(wanted[b], companion);
+  }
+}
+
 void OrganContact::learn(int limit, SolveWorkspace& workspace) {
   for (Body& body : bodies_) body.touched.clear();
   for (const bool pressed : {true, false}) {
@@ -300,7 +328,9 @@ void OrganContact::learn(int limit, SolveWorkspace& workspace) {
     }
   }
   for (Body& body : bodies_) {
-    if (body.compliance) body.compliance->learn(body.touched, limit, workspace);
+    if (body.compliance == nullptr) continue;
+    body.compliance->learn(body.touched, is_large(body) ? std::min(limit, settings_.large_learn_limit) : limit,
+                           workspace);
   }
   std::erase_if(rows_, [&](const SurfaceRow& row) {  // they come in the next steps
     return std::any_of(row.supports.begin(), row.supports.begin() + row.support_count,

@@ -18,6 +18,7 @@
 #include "physics/contact/probe_shape.h"
 #include "physics/contact/surface_compliance.h"
 #include "physics/messages/messages.h"
+#include "physics/tissue/companion.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -45,6 +46,8 @@ struct ProbeContactSettings {
   double friction = 0;               ///< Coulomb, of the head on the skin
   double shear_compliance = 1.5e-7;  ///< yield of the same layer sideways (an incompressible one: 3 times): m per Pa
   int max_points = 160;
+  /// Middle of the head's face when it is held as planned, patient frame, m: see OrganContact.
+  std::optional<Eigen::Vector3d> held_at{};
 };
 
 struct OrganContactSettings {
@@ -56,6 +59,9 @@ struct OrganContactSettings {
   /// two steps, as in the couplings of the paper.
   bool at_haptic_rate = true;
   int learn_limit = 12;  ///< nodes of a body whose compliance one step may compute (three solves each)
+  /// The same of a body of at least large_dofs, where a solve takes a good part of a step.
+  int large_learn_limit = 1;
+  int large_dofs = 15000;
   std::optional<ProbeContactSettings> probe{};
 };
 
@@ -120,9 +126,10 @@ public:
   /// Rest overlap of the meshes is taken as contact without force: the node keeps it as its zero.
   /// @param models  outlive this
   /// @param rest    factors of the bodies at rest
+  /// Of large bodies the compliance is learnt here (eq. 31): it takes seconds, with the companion half as long.
   /// @throws std::invalid_argument if a pair or the probe names a body that does not exist, or a body twice
   OrganContact(std::span<const TissueModel> models, std::span<const Factorisation* const> rest,
-               OrganContactSettings settings);
+               OrganContactSettings settings, Companion* companion = nullptr);
 
   /// New rows and multipliers for these positions. Never throws.
   /// @param positions  [bodies] [3 x nodes] after the motion correction, m
@@ -179,6 +186,9 @@ private:
   /// Into rows_, those with the smallest gaps if there are more than `most`.
   void take_deepest(std::vector<SurfaceRow>& found, int most);
   void learn(int limit, SolveWorkspace& workspace);
+  bool is_large(const Body& body) const;
+  /// Of large bodies all that touches at rest, and what lies around where the probe will be held.
+  void learn_beforehand(Companion* companion);
   void assemble();
   void foresee_turn();
   void relax();

@@ -3,6 +3,12 @@
 #include <algorithm>
 
 namespace stylet::physics {
+namespace {
+
+constexpr std::size_t kNodesAPass = 32;  // 96 right-hand sides for one reading of L
+constexpr std::size_t kWorkers = 4;      // each with scratch of its own; enough that two threads end together
+
+}  // namespace
 
 SurfaceCompliance::SurfaceCompliance(const TissueModel& model, const Factorisation& at_rest,
                                      std::span<const int> boundary)
@@ -22,7 +28,29 @@ int SurfaceCompliance::learn(std::span<const int> nodes, int limit, SolveWorkspa
     if (static_cast<int>(fresh.size()) == limit) break;
     if (!known(node) && std::find(fresh.begin(), fresh.end(), node) == fresh.end()) fresh.push_back(node);
   }
-  if (fresh.empty()) return 0;
+  if (!fresh.empty()) solve(fresh, workspace);
+  return static_cast<int>(fresh.size());
+}
+
+void SurfaceCompliance::learn_all(std::span<const int> nodes, Companion* companion) {
+  std::vector<int> fresh;
+  for (const int node : nodes) {
+    if (!known(node)) fresh.push_back(node);
+  }
+  std::sort(fresh.begin(), fresh.end());
+  fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+  const std::size_t passes = (fresh.size() + kNodesAPass - 1) / kNodesAPass;
+  const std::size_t workers = std::min<std::size_t>(passes, kWorkers);
+  in_parts(companion, static_cast<int>(workers), [&](int part) {
+    SolveWorkspace workspace;
+    for (std::size_t p = static_cast<std::size_t>(part); p < passes; p += workers) {
+      const std::size_t first = p * kNodesAPass;
+      solve(std::span(fresh).subspan(first, std::min(kNodesAPass, fresh.size() - first)), workspace);
+    }
+  });
+}
+
+void SurfaceCompliance::solve(std::span<const int> fresh, SolveWorkspace& workspace) {
   Eigen::MatrixXd& unit = workspace.columns;
   unit.setZero(model_.dof_count(), static_cast<Eigen::Index>(3 * fresh.size()));
   for (std::size_t k = 0; k < fresh.size(); ++k) {
@@ -40,7 +68,6 @@ int SurfaceCompliance::learn(std::span<const int> nodes, int limit, SolveWorkspa
           unit.block<3, 3>(dof, static_cast<Eigen::Index>(3 * k)).cast<float>();
     }
   }
-  return static_cast<int>(fresh.size());
 }
 
 Eigen::Matrix3d SurfaceCompliance::block(int a, int b) const {

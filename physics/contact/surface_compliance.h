@@ -2,6 +2,7 @@
 // kept.
 #pragma once
 
+#include "physics/tissue/companion.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/tissue_model.h"
 
@@ -24,11 +25,16 @@ public:
   bool known(int node) const { return columns_[index(node)].rows() > 0 || fixed(node); }
   /// Computes up to `limit` of the unknown nodes, in their order; returns how many. Three solves a node.
   int learn(std::span<const int> nodes, int limit, SolveWorkspace& workspace);
+  /// Computes all that are unknown.
+  /// @param companion  takes a part of them, or null
+  void learn_all(std::span<const int> nodes, Companion* companion);
   /// Motion of node a for a force on node b, m/N; both are known. Zero for fixed nodes. block(a, b) = block(b, a)^T.
   Eigen::Matrix3d block(int a, int b) const;
 
 private:
   std::size_t index(int node) const { return static_cast<std::size_t>(place_[node]); }
+  /// @param fresh  unknown, distinct
+  void solve(std::span<const int> fresh, SolveWorkspace& workspace);
   bool fixed(int node) const { return model_.free_index[node] < 0; }
 
   const TissueModel& model_;

@@ -145,7 +145,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
   if (settings.contact.pairs.empty() && !settings.contact.probe) return;
   std::vector<const Factorisation*> at_rest;
   for (const FactorisedTissue::Body& body : worker_.latest().bodies) at_rest.push_back(&body.factor);
-  contact_.emplace(models_, at_rest, settings.contact);
+  contact_.emplace(models_, at_rest, settings.contact, &companion_);
   follow_organs_ = settings.contact.at_haptic_rate && !settings.lay_contacts;
 }
 
@@ -178,6 +178,7 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   follow_probe(input.probe, report);
   touch(input.probe, report);
   free_motion(report);
+  stiffen();
   isolate(needle, report, out);
   request_factorisation(input, needle, report);
   fill_patch(out);
@@ -372,7 +373,7 @@ void SimulationLoop::couple_organs(const NeedleState* needle, TissuePatch& out) 
 void SimulationLoop::gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                            BodyState& body) {
   body.squeezed =
-      internal_forces(model, positions, body.rotations, body.nodal_force, body.rest_size, true, body.memory);
+      internal_forces(model, positions, body.rotations, body.nodal_force, body.rest_size, body.memory, elements_);
   take_free(model, body.nodal_force, body.internal_force);
 }
 
@@ -535,7 +536,12 @@ void SimulationLoop::relax() {
   for (std::size_t b = 0; b < models_.size(); ++b) {
     BodyState& body = bodies_[b];
     if (body.memory.empty()) continue;
-    relax_strain(models_[b], tissue_.positions[b], body.rotations, body.rest_size, settings_.dt, body.memory);
+    relax_strain(models_[b], tissue_.positions[b], body.rotations, body.rest_size, settings_.dt, body.memory,
+                 &companion_);
+    if (models_[b].is_quadratic()) {
+      gather_internal_force(models_[b], tissue_.positions[b], body);
+      continue;
+    }
     body.squeezed = update_rotations_and_forces(models_[b], tissue_.positions[b], body.rotations, body.nodal_force,
                                                 body.rest_size, body.memory, elements_)
                         .squeezed;
@@ -554,9 +560,6 @@ void SimulationLoop::free_motion(SimulationReport& report) {
   double force = 0;
   for (std::size_t b = 0; b < models_.size(); ++b) {
     BodyState& body = bodies_[b];
-    if (!body.stiffening.empty()) {
-      find_stiffening(models_[b], tissue_.positions[b], body.rotations, body.rest_size, body.stiffening);
-    }
     body.displacement = body.internal_force - body.needle_force - body.contact_force;
     residual = std::hypot(residual, body.displacement.stableNorm());
     force = std::hypot(force, body.needle_force.stableNorm());
@@ -575,6 +578,14 @@ void SimulationLoop::free_motion(SimulationReport& report) {
   }
   report.residual_n = residual;
   report.force_n = force;
+}
+
+void SimulationLoop::stiffen() {
+  for (std::size_t b = 0; b < models_.size(); ++b) {
+    BodyState& body = bodies_[b];
+    if (body.stiffening.empty()) continue;
+    find_stiffening(models_[b], tissue_.positions[b], body.rotations, body.rest_size, body.stiffening, &companion_);
+  }
 }
 
 void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out) {
@@ -655,7 +666,7 @@ void SimulationLoop::request_factorisation(const SimulationInput& input, const N
     if (bodies_[b].squeezed > 0) {
       find_squeezed(models_[b], tissue_.positions[b], bodies_[b].rest_size, body.squeezed);
     }
-    if (models_[b].is_quadratic()) find_cofactors(models_[b], tissue_.positions[b], body.cofactors);
+    if (models_[b].is_quadratic()) find_cofactors(models_[b], tissue_.positions[b], body.cofactors, &companion_);
     body.stiffening = bodies_[b].stiffening;
     for (std::size_t t = 0; t < body.membrane.size(); ++t) {
       body.membrane[t] = membrane_gradient(models_[b].membrane[t], tissue_.positions[b]);

@@ -149,6 +149,7 @@ private:
   void follow_probe(const RigidPose* probe, SimulationReport& report);
   void touch(const RigidPose* probe, SimulationReport& report);
   void free_motion(SimulationReport& report);
+  void stiffen();
   void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
   void couple_organs(const NeedleState* needle, TissuePatch& out);
   void choose_nodes(std::size_t body, const NeedleState& needle, std::uint32_t& flags);
@@ -203,7 +204,7 @@ private:
   /// @param held  [3 x nodes] motion of the held nodes, zero elsewhere, m
   Eigen::Matrix3Xd field_of(std::size_t body, const Eigen::Matrix3Xd& held);
   /// F_int at `positions` with the body's rotations, into body.internal_force.
-  static void gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions, BodyState& body);
+  void gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions, BodyState& body);
   /// 1, or the fraction of the step from `before` to body.trial after which the potential would be least.
   /// @param pull_before  external force - F_int at `before`
   static double overshoot(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& before,

@@ -269,6 +269,18 @@ int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
   return squeezed;
 }
 
+int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                    std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                    std::span<const double> rest_size, std::span<const StrainMemory> memory,
+                    ElementScratch& scratch) {
+  if (!model.is_quadratic() || model.runs.size() == 1) {  // tetrahedra come here only when a cavity is filled
+    return internal_forces(model, positions, rotations, forces, rest_size, true, memory);
+  }
+  const int squeezed = quadratic_forces(model, positions, rotations, forces, rest_size, memory, scratch);
+  add_membrane_forces(model, positions, false, forces);
+  return squeezed;
+}
+
 ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                          std::span<Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                                          std::span<const double> rest_size, std::span<const StrainMemory> memory,
@@ -281,8 +293,7 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
     sum.setZero(3, run.end_node - run.first_node);
     ElementCount& count = counts[r];
     if (model.is_quadratic()) {
-      count.inverted = update_quadratic_rotations(model, positions, rotations, &run);
-      count.squeezed = quadratic_forces(model, positions, rotations, sum, rest_size, false, memory, &run);
+      count = update_quadratic_rotations_and_forces(model, positions, rotations, run, sum, rest_size, memory);
       return;
     }
     int first = run.begin;
@@ -309,9 +320,9 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
 
 void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                     std::span<PointStiffness> stiffness) {
+                     std::span<PointStiffness> stiffness, Companion* companion) {
   if (model.is_quadratic()) {
-    find_quadratic_stiffening(model, positions, rotations, rest_size, stiffness);
+    find_quadratic_stiffening(model, positions, rotations, rest_size, stiffness, companion);
     return;
   }
   for (int first = 0; first < model.tet_count(); first += kLanes) {
@@ -327,9 +338,9 @@ void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions
 
 void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                   std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
-                  std::span<StrainMemory> memory) {
+                  std::span<StrainMemory> memory, Companion* companion) {
   if (model.is_quadratic()) {
-    relax_quadratic_strain(model, positions, rotations, rest_size, dt, memory);
+    relax_quadratic_strain(model, positions, rotations, rest_size, dt, memory, companion);
     return;
   }
   for (int first = 0; first < model.tet_count(); first += kLanes) {

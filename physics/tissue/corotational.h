@@ -2,7 +2,7 @@
 #pragma once
 
 #include "physics/tissue/closest_rotation.h"
-#include "physics/tissue/companion.h"
+#include "physics/tissue/element_scratch.h"
 #include "physics/tissue/strain_law.h"
 #include "physics/tissue/strain_memory.h"
 #include "physics/tissue/tissue_model.h"
@@ -35,19 +35,13 @@ int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                     std::span<const double> rest_size = {}, bool with_barrier = true,
                     std::span<const StrainMemory> memory = {});
+/// The same bits, with the barrier, with the companion's help.
+int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                    std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                    std::span<const double> rest_size, std::span<const StrainMemory> memory, ElementScratch& scratch);
 
-/// What a loop over the elements needs beside its result. One a thread.
-struct ElementScratch {
-  Companion* companion = nullptr;      ///< takes a part of the loop; the bits do not know of it
-  std::vector<Eigen::Matrix3Xd> sums;  // [runs] forces of a run
-};
-
-struct ElementCount {
-  int inverted = 0;  ///< as update_rotations()
-  int squeezed = 0;  ///< as internal_forces()
-};
-/// update_rotations(), then internal_forces() with the barrier, run by run; of linear tetrahedra in one pass, where F
-/// and R are found once, four tetrahedra at a time. Equal to those two to rounding.
+/// update_rotations(), then internal_forces() with the barrier, run by run, in one pass where F and R
+/// are found once; of linear tetrahedra four at a time. Equal to those two to rounding.
 ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                          std::span<Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                                          std::span<const double> rest_size, std::span<const StrainMemory> memory,
@@ -56,9 +50,10 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
 /// How the law has stiffened each point   (eq. 47).
 /// @param rotations         [points] of these very positions
 /// @param[out] stiffness    [points]
+/// @param companion         takes a part of the quadratic elements, here and below; the bits do not know of it
 void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                     std::span<PointStiffness> stiffness);
+                     std::span<PointStiffness> stiffness, Companion* companion = nullptr);
 
 /// A step of what relaxes, at a strain that stays   (eq. 46).
 /// @param rotations       [points] of these very positions
@@ -66,7 +61,7 @@ void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions
 /// @param[in,out] memory  [memory_count()]
 void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                   std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
-                  std::span<StrainMemory> memory);
+                  std::span<StrainMemory> memory, Companion* companion = nullptr);
 
 /// Elastic energy U(p), J   (eq. 2, 34, 37).
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

@@ -8,7 +8,9 @@
 namespace stylet::physics {
 namespace {
 
-constexpr int kNodesPerPass = 16;  // 48 right-hand sides: matrix products in the supernodes, bounded scratch
+constexpr int kNodesPerPass = 16;         // 48 right-hand sides: matrix products in the supernodes, bounded scratch
+constexpr int kRowsWorthSharing = 15000;  // of y; products of shorter ones are done before another thread wakes
+constexpr std::size_t kParts = 8;         // enough that two threads end together
 
 /// A node mistaken for another gives a W_bar that looks right and is not.
 void require_coverage(std::span<const int> nodes, const TissueModel& model, const Factorisation& factor) {
@@ -91,18 +93,18 @@ int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, 
     const Eigen::MatrixXd on_trailing = factor.substitute_back_trailing(columns);
     for (std::size_t k = 0; k < count; ++k) {
       const auto c = static_cast<Eigen::Index>(3 * k);
-      add(fresh[begin + k], columns.middleCols<3>(c), on_trailing.middleCols<3>(c));
+      add(fresh[begin + k], columns.middleCols<3>(c), on_trailing.middleCols<3>(c), workspace.companion);
     }
   }
   return static_cast<int>(fresh.size());
 }
 
 void IsolatedDofs::add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forward,
-                       const Eigen::Ref<const Eigen::MatrixX3d>& on_trailing) {
+                       const Eigen::Ref<const Eigen::MatrixX3d>& on_trailing, Companion* companion) {
   const auto j = static_cast<Eigen::Index>(3 * known_.size());
   slot_[node] = static_cast<int>(known_.size());
   known_.push_back({.node = node, .trailing = -1, .forward = forward});
-  for (std::size_t s = 0; s < known_.size(); ++s) {
+  const auto fill = [&](std::size_t s) {
     const auto i = static_cast<Eigen::Index>(3 * s);
     const Known& other = known_[s];
     Eigen::Matrix3d compliance;
@@ -115,7 +117,12 @@ void IsolatedDofs::add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forwa
     if (i == j) compliance = 0.5 * (compliance + compliance.transpose()).eval();
     w_.block<3, 3>(i, j) = compliance;
     w_.block<3, 3>(j, i) = compliance.transpose();
-  }
+  };
+  const std::size_t count = known_.size();
+  const std::size_t parts = forward.rows() < kRowsWorthSharing ? 1 : std::min<std::size_t>(count, kParts);
+  in_parts(companion, static_cast<int>(parts), [&](int part) {
+    for (std::size_t s = static_cast<std::size_t>(part); s < count; s += parts) fill(s);
+  });
 }
 
 void IsolatedDofs::gather(std::span<const int> nodes, Eigen::Ref<Eigen::MatrixXd> w_bar) const {

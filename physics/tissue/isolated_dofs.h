@@ -1,6 +1,7 @@
 // W_bar: the compliance of the few nodes the needle touches (paper II-B, the IsoDOFs method).
 #pragma once
 
+#include "physics/tissue/companion.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/tissue_model.h"
 
@@ -65,7 +66,7 @@ private:
   void keep_only(std::span<const int> nodes);
   /// @param on_trailing  A^-1 e on S [S x 3]
   void add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forward,
-           const Eigen::Ref<const Eigen::MatrixX3d>& on_trailing);
+           const Eigen::Ref<const Eigen::MatrixX3d>& on_trailing, Companion* companion);
 
   int capacity_;
   std::vector<int> slot_;     // [body nodes] place in known_, -1

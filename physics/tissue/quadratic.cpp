@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -147,9 +148,80 @@ TetRest lame_of(const QuadraticRest& rest, int point) {
 }
 
 /// The first element of a run and the one after its last.
-std::pair<std::size_t, std::size_t> elements_of(const TissueModel& model, const TetRun* run) {
-  if (run == nullptr) return {0, model.quadratics.size()};
-  return {static_cast<std::size_t>(run->begin) / kTetsOfRefined, static_cast<std::size_t>(run->end) / kTetsOfRefined};
+std::pair<std::size_t, std::size_t> elements_of(const TetRun& run) {
+  return {static_cast<std::size_t>(run.begin) / kTetsOfRefined, static_cast<std::size_t>(run.end) / kTetsOfRefined};
+}
+
+/// each(element) for every one; parts of them by the companion, which must not matter.
+template <typename Each>
+void for_elements(const TissueModel& model, Companion* companion, const Each& each) {
+  in_parts(companion, static_cast<int>(model.runs.size()), [&](int r) {
+    const auto [begin, end] = elements_of(model.runs[r]);
+    for (std::size_t e = begin; e < end; ++e) each(e);
+  });
+}
+
+/// Brings the rotations of an element's points to F, J = det F; returns how many of them are inverted.
+int turn(const LaneMatrix& f, const Lanes& j, std::span<Eigen::Quaterniond> of_points) {
+  std::array<Lanes, 4> q;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const auto& start = of_points[static_cast<std::size_t>(lane)].coeffs();
+    for (std::size_t i = 0; i < 4; ++i) q[i][lane] = start[static_cast<Eigen::Index>(i)];
+  }
+  if ((j > 0).all() && closest_rotations(f, q)) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      of_points[static_cast<std::size_t>(lane)].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
+    }
+    return 0;
+  }
+  int inverted = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    auto& rotation = of_points[static_cast<std::size_t>(lane)];
+    rotation = closest_rotation(of_lane(f, lane), rotation);
+    if (!(j[lane] > 0)) ++inverted;
+  }
+  return inverted;
+}
+
+/// Forces of an element on its nodes, to add(node of the element, axis, N); returns how many points are in the
+/// barrier.
+template <typename Add>
+int forces_of(const QuadraticRest& rest, const LaneMatrix& f, const Lanes& j, const LaneMatrix& r, double size,
+              bool linearised, const StrainMemory* memory, const Add& add) {
+  int squeezed = 0;
+  const LaneMatrix s = stretch_of(r, f);
+  const LaneMatrix& volume_gradient = linearised ? r : cofactors_of(f);
+  const Lanes dilatation = linearised ? Lanes(trace(s) - 2) : j;
+  Lanes tension = rest.volume * (rest.lambda * ((rest.volume * dilatation).sum() / rest.volume.sum() - cubed(size)));
+  if (!linearised && size == 1 && (j < kSqueezed).any()) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!(j[lane] < kSqueezed)) continue;
+      tension[lane] += rest.volume[lane] * barrier(lame_of(rest, lane), j[lane]).slope;
+      ++squeezed;
+    }
+  }
+  // First Piola-Kirchhoff stress times volume, 2 mu R (S - g I) + lambda (J - g^3) cof F.
+  LaneMatrix strain = strain_of(s, Lanes::Constant(size));
+  if (!rest.linear && !linearised) strain = stress_of(rest, strain, Lanes::Constant(size), memory, layers_of(rest));
+  if (rest.layered && linearised) {
+    const LaneMatrix along = along_layers(rest, strain);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) strain[i][k] += rest.sheets * along[i][k];
+    }
+  }
+  const Lanes twice_mu = 2 * rest.mu * rest.volume;
+  LaneMatrix p;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[i][k] = twice_mu * (r[i][0] * strain[0][k] + r[i][1] * strain[1][k] + r[i][2] * strain[2][k]) +
+                tension * volume_gradient[i][k];
+    }
+  }
+  for (std::size_t a = 0; a < rest.nodes.size(); ++a) {
+    const auto& g = rest.gradients[a];
+    for (std::size_t i = 0; i < 3; ++i) add(a, i, (p[i][0] * g[0] + p[i][1] * g[1] + p[i][2] * g[2]).sum());
+  }
+  return squeezed;
 }
 
 int inverted_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element) {
@@ -248,42 +320,45 @@ Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element) {
 }
 
 int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                               std::span<Eigen::Quaterniond> rotations, const TetRun* run) {
+                               std::span<Eigen::Quaterniond> rotations) {
   int inverted = 0;
-  const auto [begin, end] = elements_of(model, run);
-  for (std::size_t e = begin; e < end; ++e) {
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     const LaneMatrix f = deformation_gradients(model.quadratics[e], positions);
-    const std::span<Eigen::Quaterniond> of_points = rotations.subspan(kLanes * e, kLanes);
-    std::array<Lanes, 4> q;
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const auto& start = of_points[static_cast<std::size_t>(lane)].coeffs();
-      for (std::size_t i = 0; i < 4; ++i) q[i][lane] = start[static_cast<Eigen::Index>(i)];
-    }
-    const Lanes j = determinant(f);
-    const bool upright = (j > 0).all();
-    if (upright && closest_rotations(f, q)) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        of_points[static_cast<std::size_t>(lane)].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
-      }
-    } else {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        auto& rotation = of_points[static_cast<std::size_t>(lane)];
-        rotation = closest_rotation(of_lane(f, lane), rotation);
-        if (!(j[lane] > 0)) ++inverted;
-      }
-    }
+    inverted += turn(f, determinant(f), rotations.subspan(kLanes * e, kLanes));
     inverted += inverted_tets(model, positions, e);
   }
   return inverted;
 }
 
-void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                    std::span<Eigen::Matrix3d> cofactors) {
-  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                                                   std::span<Eigen::Quaterniond> rotations, const TetRun& run,
+                                                   Eigen::Ref<Eigen::Matrix3Xd> forces,
+                                                   std::span<const double> rest_size,
+                                                   std::span<const StrainMemory> memory) {
+  ElementCount count;
+  forces.setZero();
+  const auto [begin, end] = elements_of(run);
+  for (std::size_t e = begin; e < end; ++e) {
+    const QuadraticRest& rest = model.quadratics[e];
+    const LaneMatrix f = deformation_gradients(rest, positions);
+    const Lanes j = determinant(f);
+    count.inverted += turn(f, j, rotations.subspan(kLanes * e, kLanes));
+    count.inverted += inverted_tets(model, positions, e);
+    count.squeezed += forces_of(rest, f, j, rotations_of(rotations, e), size_of(rest_size, e), false,
+                                memory_of(memory, e), [&](std::size_t a, std::size_t i, double force) {
+                                  forces(static_cast<Eigen::Index>(i), rest.nodes[a] - run.first_node) += force;
+                                });
+  }
+  return count;
+}
+
+void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::span<Eigen::Matrix3d> cofactors,
+                    Companion* companion) {
+  for_elements(model, companion, [&](std::size_t e) {
     const LaneMatrix c = cofactors_of(deformation_gradients(model.quadratics[e], positions));
     for (int lane = 0; lane < kLanes; ++lane)
       cofactors[kLanes * e + static_cast<std::size_t>(lane)] = of_lane(c, lane);
-  }
+  });
 }
 
 void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -305,87 +380,74 @@ void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& posi
 
 void find_quadratic_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                               std::span<PointStiffness> stiffness) {
-  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+                               std::span<PointStiffness> stiffness, Companion* companion) {
+  for_elements(model, companion, [&](std::size_t e) {
     const QuadraticRest& rest = model.quadratics[e];
     const std::span<PointStiffness> of_points = stiffness.subspan(kLanes * e, kLanes);
     if (rest.linear) {
       std::fill(of_points.begin(), of_points.end(), PointStiffness{});
-      continue;
+      return;
     }
     const LaneMatrix r = rotations_of(rotations, e);
     find_stiffness(
         rest, r,
         strain_of(stretch_of(r, deformation_gradients(rest, positions)), Lanes::Constant(size_of(rest_size, e))),
         of_points);
-  }
+  });
 }
 
 void relax_quadratic_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                             std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                            double dt, std::span<StrainMemory> memory) {
-  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
+                            double dt, std::span<StrainMemory> memory, Companion* companion) {
+  for_elements(model, companion, [&](std::size_t e) {
     const QuadraticRest& rest = model.quadratics[e];
-    if (rest.linear) continue;
+    if (rest.linear) return;
     const LaneMatrix stretch = stretch_of(rotations_of(rotations, e), deformation_gradients(rest, positions));
     relax(rest, strain_of(stretch, Lanes::Constant(size_of(rest_size, e))), dt, memory[e]);
-  }
+  });
 }
 
 int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size, bool linearised, std::span<const StrainMemory> memory,
-                     const TetRun* run) {
+                     std::span<const double> rest_size, bool linearised, std::span<const StrainMemory> memory) {
   int squeezed = 0;
   forces.setZero();
-  const auto [begin, end] = elements_of(model, run);
-  const int first_node = run == nullptr ? 0 : run->first_node;
-  for (std::size_t e = begin; e < end; ++e) {
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     const QuadraticRest& rest = model.quadratics[e];
     const LaneMatrix f = deformation_gradients(rest, positions);
-    const LaneMatrix r = rotations_of(rotations, e);
-    const LaneMatrix s = stretch_of(r, f);
-    const LaneMatrix& volume_gradient = linearised ? r : cofactors_of(f);
-    const double size = size_of(rest_size, e);
-    const Lanes j = determinant(f);
-    const Lanes dilatation = linearised ? Lanes(trace(s) - 2) : j;
-    Lanes tension =
-        rest.volume * (rest.lambda * ((rest.volume * dilatation).sum() / rest.volume.sum() - cubed(size)));
-    if (!linearised && size == 1 && (j < kSqueezed).any()) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        if (!(j[lane] < kSqueezed)) continue;
-        tension[lane] += rest.volume[lane] * barrier(lame_of(rest, lane), j[lane]).slope;
-        ++squeezed;
-      }
-    }
-    // First Piola-Kirchhoff stress times volume, 2 mu R (S - g I) + lambda (J - g^3) cof F.
-    LaneMatrix strain = strain_of(s, Lanes::Constant(size));
-    if (!rest.linear && !linearised) {
-      strain = stress_of(rest, strain, Lanes::Constant(size), memory_of(memory, e), layers_of(rest));
-    }
-    if (rest.layered && linearised) {
-      const LaneMatrix along = along_layers(rest, strain);
-      for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t k = 0; k < 3; ++k) strain[i][k] += rest.sheets * along[i][k];
-      }
-    }
-    const Lanes twice_mu = 2 * rest.mu * rest.volume;
-    LaneMatrix p;
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        p[i][k] = twice_mu * (r[i][0] * strain[0][k] + r[i][1] * strain[1][k] + r[i][2] * strain[2][k]) +
-                  tension * volume_gradient[i][k];
-      }
-    }
-    for (std::size_t a = 0; a < rest.nodes.size(); ++a) {
-      const auto& g = rest.gradients[a];
-      auto force = forces.col(rest.nodes[a] - first_node);
-      for (std::size_t i = 0; i < 3; ++i) {
-        force[static_cast<Eigen::Index>(i)] += (p[i][0] * g[0] + p[i][1] * g[1] + p[i][2] * g[2]).sum();
-      }
-    }
+    squeezed += forces_of(rest, f, determinant(f), rotations_of(rotations, e), size_of(rest_size, e), linearised,
+                          memory_of(memory, e), [&](std::size_t a, std::size_t i, double force) {
+                            forces(static_cast<Eigen::Index>(i), rest.nodes[a]) += force;
+                          });
   }
   return squeezed;
+}
+
+int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                     std::span<const double> rest_size, std::span<const StrainMemory> memory,
+                     ElementScratch& scratch) {
+  scratch.of_nodes.resize(model.quadratics.size());
+  std::vector<int> squeezed(model.runs.size(), 0);
+  in_parts(scratch.companion, static_cast<int>(model.runs.size()), [&](int r) {
+    const auto [begin, end] = elements_of(model.runs[r]);
+    for (std::size_t e = begin; e < end; ++e) {
+      const QuadraticRest& rest = model.quadratics[e];
+      const LaneMatrix f = deformation_gradients(rest, positions);
+      squeezed[r] += forces_of(rest, f, determinant(f), rotations_of(rotations, e), size_of(rest_size, e), false,
+                               memory_of(memory, e), [&](std::size_t a, std::size_t i, double force) {
+                                 scratch.of_nodes[e](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) =
+                                     force;
+                               });
+    }
+  });
+  forces.setZero();
+  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {  // in the order of the loop above this one
+    for (std::size_t a = 0; a < model.quadratics[e].nodes.size(); ++a) {
+      forces.col(model.quadratics[e].nodes[a]) += scratch.of_nodes[e].col(static_cast<Eigen::Index>(a));
+    }
+  }
+  return std::accumulate(squeezed.begin(), squeezed.end(), 0);
 }
 
 double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

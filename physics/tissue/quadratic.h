@@ -6,6 +6,8 @@
 #pragma once
 
 #include "physics/tissue/closest_rotation.h"
+#include "physics/tissue/companion.h"
+#include "physics/tissue/element_scratch.h"
 #include "physics/tissue/inversion.h"
 #include "physics/tissue/strain_law.h"
 #include "physics/tissue/strain_memory.h"
@@ -33,14 +35,22 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
 Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element);
 
 /// As update_rotations(). Counts points and tetrahedra of the mesh with det F <= 0.
-/// @param run  of its elements alone; null: of all
 int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                               std::span<Eigen::Quaterniond> rotations, const TetRun* run = nullptr);
+                               std::span<Eigen::Quaterniond> rotations);
+
+/// As update_rotations_and_forces(), without the capsule, of the elements of a run alone.
+/// @param[out] forces  [3 x nodes of the run], N
+ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                                                   std::span<Eigen::Quaterniond> rotations, const TetRun& run,
+                                                   Eigen::Ref<Eigen::Matrix3Xd> forces,
+                                                   std::span<const double> rest_size,
+                                                   std::span<const StrainMemory> memory);
 
 /// cof F = dJ/dF of every point, which turn and stretch the gradient of the volume (eq. 44).
 /// @param[out] cofactors  [points]
-void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                    std::span<Eigen::Matrix3d> cofactors);
+/// @param companion       takes a part of the loop, here and below; the bits do not know of it
+void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::span<Eigen::Matrix3d> cofactors,
+                    Companion* companion = nullptr);
 
 /// As find_squeezed(), of points.
 void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -49,19 +59,22 @@ void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& posi
 /// As find_stiffening().
 void find_quadratic_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                               std::span<PointStiffness> stiffness);
+                               std::span<PointStiffness> stiffness, Companion* companion);
 /// As relax_strain().
 void relax_quadratic_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                             std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                            double dt, std::span<StrainMemory> memory);
+                            double dt, std::span<StrainMemory> memory, Companion* companion);
 
 /// As internal_forces(), without the capsule; returns the number of points in the barrier.
 /// @param linearised  at the given rotations: linear in the positions, without barrier
-/// @param run         of its elements alone, forces of its nodes; null: of all
 int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size, bool linearised, std::span<const StrainMemory> memory,
-                     const TetRun* run = nullptr);
+                     std::span<const double> rest_size, bool linearised, std::span<const StrainMemory> memory);
+/// The same bits, not linearised, with the companion's help.
+int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                     std::span<const double> rest_size, std::span<const StrainMemory> memory,
+                     ElementScratch& scratch);
 
 /// As elastic_energy(), without the capsule.
 double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

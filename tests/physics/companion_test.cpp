@@ -1,9 +1,14 @@
 // A second thread in the simulation step: the same bits with it and without.
 #include "physics/tissue/companion.h"
+#include "physics/contact/surface_compliance.h"
 #include "physics/loops/simulation_loop.h"
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/factorisation.h"
+#include "physics/tissue/isolated_dofs.h"
+#include "physics/tissue/quadratic.h"
 #include "physics/tissue/refinement.h"
+#include "physics/tissue/stiffness.h"
+#include "physics/tissue/strain_memory.h"
 #include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
@@ -116,6 +121,105 @@ TEST(Companion, QuadraticElementsAreSharedToo) {
   }
   EXPECT_LT((forces[0] - exact).cwiseAbs().maxCoeff(), 1e-13 * exact.cwiseAbs().maxCoeff());
   EXPECT_EQ(forces[0], forces[1]);
+}
+
+TEST(Companion, WhatStiffensAndRelaxesHasTheSameBitsWithOneThreadAndTwo) {
+  const TetMesh mesh = refined(cube(6).mesh);
+  std::vector<ElasticMaterial> materials(
+      mesh.tets.size(), {.young_modulus = 10e3,
+                         .poisson_ratio = 0.49,
+                         .stiffening = 8,
+                         .relaxation = {{{.share = 0.2, .time_s = 0.3}, {.share = 0.25, .time_s = 4}}}});
+  for (std::size_t t = 0; t < 8 * (mesh.tets.size() / 24); ++t) materials[t] = {10e3, 0.45};  // linear elements, too
+  const TissueModel model(mesh, materials,
+                          reference::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; }), 0,
+                          Element::quadratic, 100);
+  ASSERT_GT(model.runs.size(), 1U);
+  Eigen::Matrix3Xd positions = rest_positions(model);
+  for (int n = 0; n < model.node_count(); ++n) positions(0, n) += 6 * positions(2, n) * positions(2, n);
+  positions.col(model.node_count() / 2) += Eigen::Vector3d(0.006, 0, 0);  // some are squeezed
+  std::vector<Eigen::Quaterniond> rotations(model.point_count(), Eigen::Quaterniond::Identity());
+  update_rotations(model, positions, rotations);
+
+  Companion companion;
+  struct Found {
+    std::vector<StrainMemory> memory;
+    std::vector<PointStiffness> stiffness;
+    std::vector<Eigen::Matrix3d> cofactors;
+    Eigen::Matrix3Xd forces;
+    int squeezed = 0;
+  };
+  std::array<Found, 3> found;  // one loop, in parts by one thread, by two
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    Found& of = found[i];
+    of.memory.resize(model.quadratics.size());
+    of.stiffness.resize(model.point_count());
+    of.cofactors.resize(model.point_count());
+    of.forces.resize(3, model.node_count());
+    ElementScratch scratch{.companion = i == 2 ? &companion : nullptr, .sums = {}};
+    relax_strain(model, positions, rotations, {}, 0.02, of.memory, scratch.companion);
+    find_stiffening(model, positions, rotations, {}, of.stiffness, scratch.companion);
+    find_cofactors(model, positions, of.cofactors, scratch.companion);
+    of.squeezed = i == 0 ? internal_forces(model, positions, rotations, of.forces, {}, true, of.memory)
+                         : internal_forces(model, positions, rotations, of.forces, {}, of.memory, scratch);
+  }
+  EXPECT_GT(found[0].squeezed, 0);
+  for (const Found& of : {found[1], found[2]}) {
+    EXPECT_EQ(of.forces, found[0].forces);
+    EXPECT_EQ(of.squeezed, found[0].squeezed);
+    EXPECT_EQ(of.cofactors, found[0].cofactors);
+    for (std::size_t e = 0; e < of.memory.size(); ++e) {
+      for (std::size_t term = 0; term < 2; ++term) {
+        for (std::size_t c = 0; c < 6; ++c) {
+          ASSERT_TRUE((of.memory[e].alpha[term][c] == found[0].memory[e].alpha[term][c]).all());
+        }
+      }
+    }
+    for (std::size_t p = 0; p < of.stiffness.size(); ++p) {
+      ASSERT_EQ(of.stiffness[p].ratio, found[0].stiffness[p].ratio);
+      ASSERT_EQ(of.stiffness[p].along, found[0].stiffness[p].along);
+    }
+  }
+}
+
+TEST(Companion, ComplianceHasTheSameBitsWithOneThreadAndTwo) {
+  const SimulationBody body = cube(19);  // large enough to be shared
+  const TissueModel model(body.mesh, body.tet_materials, body.fixed_nodes);
+  const StiffnessPattern pattern(model);
+  std::vector<double> values(pattern.nonzeros());
+  pattern.assemble(model, std::vector<Eigen::Quaterniond>(model.tets.size(), Eigen::Quaterniond::Identity()), 1,
+                   values);
+  Companion companion;
+  SolveWorkspace workspace;
+  Factorisation factor(pattern, workspace);
+  ASSERT_TRUE(factor.factorise(pattern, values, workspace));
+  std::vector<int> nodes;
+  for (int k = 0; k < 20; ++k) nodes.push_back(model.node_count() - 1 - 37 * k);
+  std::array<Eigen::MatrixXd, 2> w_bar;
+  std::array<std::vector<Eigen::Matrix3d>, 2> of_surface;
+  for (const bool two : {false, true}) {
+    workspace.companion = two ? &companion : nullptr;
+    IsolatedDofs isolated(model.node_count(), 64);
+    isolated.isolate(nodes, model, factor, workspace);
+    w_bar[two].resize(60, 60);
+    isolated.gather(nodes, w_bar[two]);
+    SurfaceCompliance surface(model, factor, nodes);
+    surface.learn_all(nodes, workspace.companion);
+    for (const int a : nodes) {
+      ASSERT_TRUE(surface.known(a));
+      for (const int b : nodes) of_surface[two].push_back(surface.block(a, b));
+    }
+  }
+  EXPECT_EQ(w_bar[0], w_bar[1]);
+  EXPECT_EQ(of_surface[0], of_surface[1]);
+  // Both are blocks of one inverse, the surface's in single precision.
+  for (std::size_t a = 0; a < nodes.size(); ++a) {
+    for (std::size_t b = 0; b < nodes.size(); ++b) {
+      const Eigen::Matrix3d exact =
+          w_bar[0].block<3, 3>(static_cast<Eigen::Index>(3 * a), static_cast<Eigen::Index>(3 * b));
+      EXPECT_LT((of_surface[0][nodes.size() * a + b] - exact).cwiseAbs().maxCoeff(), 1e-6 * w_bar[0].maxCoeff());
+    }
+  }
 }
 
 TEST(Companion, RotationsAndForcesInOnePassAreThoseOfTwo) {
