@@ -155,6 +155,7 @@ std::pair<std::size_t, std::size_t> elements_of(const TetRun& run) {
 /// each(element) for every one; parts of them by the companion, which must not matter.
 template <typename Each>
 void for_elements(const TissueModel& model, Companion* companion, const Each& each) {
+  if (!model.is_quadratic()) return;
   in_parts(companion, static_cast<int>(model.runs.size()), [&](int r) {
     const auto [begin, end] = elements_of(model.runs[r]);
     for (std::size_t e = begin; e < end; ++e) each(e);
