@@ -328,9 +328,7 @@ void OrganContact::learn(int limit, SolveWorkspace& workspace) {
     }
   }
   for (Body& body : bodies_) {
-    if (body.compliance == nullptr) continue;
-    body.compliance->learn(body.touched, is_large(body) ? std::min(limit, settings_.large_learn_limit) : limit,
-                           workspace);
+    if (body.compliance) body.compliance->learn(body.touched, limit, workspace);
   }
   std::erase_if(rows_, [&](const SurfaceRow& row) {  // they come in the next steps
     return std::any_of(row.supports.begin(), row.supports.begin() + row.support_count,

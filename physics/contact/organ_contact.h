@@ -59,8 +59,8 @@ struct OrganContactSettings {
   /// two steps, as in the couplings of the paper.
   bool at_haptic_rate = true;
   int learn_limit = 12;  ///< nodes of a body whose compliance one step may compute (three solves each)
-  /// The same of a body of at least large_dofs, where a solve takes a good part of a step.
-  int large_learn_limit = 1;
+  /// Of a body of at least so many, where such a solve takes a good part of a step, it is computed beforehand where
+  /// that can be foreseen.
   int large_dofs = 15000;
   std::optional<ProbeContactSettings> probe{};
 };
