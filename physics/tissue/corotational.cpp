@@ -38,28 +38,6 @@ LaneMatrix deformation_gradients(const TissueModel& model, const Eigen::Matrix3X
   return f;
 }
 
-std::array<Lanes, 4> lanes_of(std::span<const Eigen::Quaterniond> rotations, int first) {
-  std::array<Lanes, 4> q;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const auto& from = rotations[static_cast<std::size_t>(first + lane)].coeffs();
-    for (std::size_t i = 0; i < 4; ++i) q[i][lane] = from[static_cast<Eigen::Index>(i)];
-  }
-  return q;
-}
-
-void set_lanes(const std::array<Lanes, 4>& q, std::span<Eigen::Quaterniond> rotations, int first) {
-  for (int lane = 0; lane < kLanes; ++lane) {
-    rotations[static_cast<std::size_t>(first + lane)].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
-  }
-}
-
-LaneMatrix matrix_of(const std::array<Lanes, 4>& q) {
-  const auto& [x, y, z, w] = q;
-  return {{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-           {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-           {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
-}
-
 /// The law of tetrahedron t and those beside it; null: none.
 const StrainLaw* law_of(const TissueModel& model, int t) {
   if (model.laws.empty()) return nullptr;
@@ -90,7 +68,7 @@ LaneStrain strain_at(const TissueModel& model, const Eigen::Matrix3Xd& positions
   const int count = std::min(kLanes, model.tet_count() - first);
   Lanes size = Lanes::Ones();
   if (count == kLanes) {
-    found.rotation = matrix_of(lanes_of(rotations, first));
+    found.rotation = matrix_of(quaternions_of(rotations, first));
     if (!rest_size.empty()) size = Eigen::Map<const Lanes>(rest_size.data() + first);
     found.strain = strain_of(stretch_of(found.rotation, deformation_gradients(model, positions, first)), size);
     return found;
@@ -188,9 +166,9 @@ bool add_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int 
                std::span<Eigen::Quaterniond> rotations, std::span<const double> rest_size,
                std::span<const StrainMemory> memory, int first_node, Eigen::Ref<Eigen::Matrix3Xd> forces) {
   const LaneMatrix f = deformation_gradients(model, positions, first);
-  std::array<Lanes, 4> q = lanes_of(rotations, first);
+  std::array<Lanes, 4> q = quaternions_of(rotations, first);
   if (!(determinant(f) >= kSqueezed).all() || !closest_rotations(f, q)) return false;
-  set_lanes(q, rotations, first);
+  set_quaternions(q, rotations, first);
   const LaneMatrix r = matrix_of(q);
   LaneMatrix s;  // R^T F, its symmetric part, stress times volume
   for (std::size_t i = 0; i < 3; ++i) {
@@ -244,9 +222,9 @@ int update_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions
   const int in_lanes = model.tet_count() / kLanes * kLanes;
   for (int first = 0; first < in_lanes; first += kLanes) {
     const LaneMatrix f = deformation_gradients(model, positions, first);
-    std::array<Lanes, 4> q = lanes_of(rotations, first);
+    std::array<Lanes, 4> q = quaternions_of(rotations, first);
     if ((determinant(f) > 0).all() && closest_rotations(f, q)) {
-      set_lanes(q, rotations, first);
+      set_quaternions(q, rotations, first);
     } else {
       inverted += update_rotations_one_by_one(model, positions, first, first + kLanes, rotations);
     }

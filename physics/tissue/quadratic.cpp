@@ -102,20 +102,7 @@ LaneMatrix cofactors_of(const LaneMatrix& f) {
 
 /// Rotations of an element's points, [row][column].
 LaneMatrix rotations_of(std::span<const Eigen::Quaterniond> rotations, std::size_t element) {
-  Lanes x;
-  Lanes y;
-  Lanes z;
-  Lanes w;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const Eigen::Vector4d& q = rotations[kLanes * element + static_cast<std::size_t>(lane)].coeffs();
-    x[lane] = q[0];
-    y[lane] = q[1];
-    z[lane] = q[2];
-    w[lane] = q[3];
-  }
-  return {{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-           {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-           {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
+  return matrix_of(quaternions_of(rotations, kLanes * element));
 }
 
 Lanes trace(const LaneMatrix& m) {
@@ -164,15 +151,9 @@ void for_elements(const TissueModel& model, Companion* companion, const Each& ea
 
 /// Brings the rotations of an element's points to F, J = det F; returns how many of them are inverted.
 int turn(const LaneMatrix& f, const Lanes& j, std::span<Eigen::Quaterniond> of_points) {
-  std::array<Lanes, 4> q;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const auto& start = of_points[static_cast<std::size_t>(lane)].coeffs();
-    for (std::size_t i = 0; i < 4; ++i) q[i][lane] = start[static_cast<Eigen::Index>(i)];
-  }
+  std::array<Lanes, 4> q = quaternions_of(of_points, 0);
   if ((j > 0).all() && closest_rotations(f, q)) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      of_points[static_cast<std::size_t>(lane)].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
-    }
+    set_quaternions(q, of_points, 0);
     return 0;
   }
   int inverted = 0;
