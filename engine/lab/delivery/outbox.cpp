@@ -1,5 +1,7 @@
 #include "engine/lab/delivery/outbox.h"
 
+#include "engine/lab/store/lab.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -13,11 +15,15 @@ namespace {
 constexpr std::int64_t kFirstWaitMs = 1000;
 constexpr std::int64_t kLongestWaitMs = 15 * 60'000;
 constexpr std::int64_t kNotLetInMs = 60 * 60'000;
-// Of a row of the outbox: whom it is about agrees to it now.
-constexpr const char* kAgreed =
-    "EXISTS (SELECT 1 FROM attempt a JOIN consent_now c ON c.trainee = a.trainee WHERE a.id = outbox.attempt AND "
-    "c.purpose = 'record_store' AND c.given = 1)";
 constexpr std::size_t kMostSaid = 2000;  // bytes of an answer that are kept
+
+/// Of a row of the outbox: whom it is about agrees to it now.
+std::string agreed() {
+  return fmt::format(
+      "EXISTS (SELECT 1 FROM attempt a JOIN consent_now c ON c.trainee = a.trainee WHERE a.id = outbox.attempt AND "
+      "c.purpose = '{}' AND c.given = 1)",
+      store::kRecordStore);
+}
 
 /// What a store adds by itself (stored, authority, version, what is absent in ours) is no difference.
 bool says_the_same(const nlohmann::json& ours, const nlohmann::json& theirs) {
@@ -44,7 +50,7 @@ OutboxState outbox_state(store::Database& database) {
   for (const store::Row& row :
        database.run(fmt::format("SELECT CASE WHEN state = 'waiting' AND NOT {} THEN 'held' ELSE state END, count(*), "
                                 "min(created_ms) FROM outbox GROUP BY 1 ORDER BY 1",
-                                kAgreed))) {
+                                agreed()))) {
     const std::string name = store::text(row[0]);
     const int count = static_cast<int>(store::integer(row[1]));
     if (name == "waiting") {
@@ -80,7 +86,7 @@ std::vector<Outbox::Waiting> Outbox::next_batch() {
   for (const store::Row& row :
        database_.run(fmt::format("SELECT statement, body FROM outbox WHERE state = 'waiting' AND {} ORDER BY "
                                  "created_ms, seq, statement LIMIT $1",
-                                 kAgreed),
+                                 agreed()),
                      {static_cast<std::int64_t>(settings_.most)})) {
     Waiting waiting{.id = store::text(row[0]), .body = store::text(row[1])};
     bytes += waiting.body.size() + 1;

@@ -122,15 +122,13 @@ void Lab::keep_numbers_of_nobody(const std::string& trainee, std::int64_t now) {
     const Value ended = number(row[2]) ? Value(integer(row[2]) - first) : Value();
     database_.run(
         "INSERT INTO attempt(id, trainee, course, scenario, station, mode, build, stylus, loop_mode, started_ms, "
-        "utc_offset_min, ended_ms, status, total, pass_mark, passed, failed_critical, missed_deadlines) SELECT $1, "
-        "$2, "
-        "course, scenario, station, mode, build, stylus, loop_mode, $3, 0, $4, status, total, pass_mark, passed, "
-        "failed_critical, missed_deadlines FROM attempt WHERE id = $5",
+        "utc_offset_min, ended_ms, status, total, pass_mark, passed, failed_critical, missed_deadlines) "
+        "SELECT $1, $2, course, scenario, station, mode, build, stylus, loop_mode, $3, 0, $4, status, total, "
+        "pass_mark, passed, failed_critical, missed_deadlines FROM attempt WHERE id = $5",
         {id, nobody, began, ended, text(row[0])});
     database_.run(
-        "INSERT INTO attempt_metric(attempt, metric, value, points, most) SELECT $1, metric, value, points, most "
-        "FROM "
-        "attempt_metric WHERE attempt = $2",
+        "INSERT INTO attempt_metric(attempt, metric, value, points, most) "
+        "SELECT $1, metric, value, points, most FROM attempt_metric WHERE attempt = $2",
         {id, text(row[0])});
     const auto excluded = database_.run(
         "SELECT undone FROM exclusion WHERE attempt = $1 ORDER BY at_ms DESC, id DESC LIMIT 1", {text(row[0])});
