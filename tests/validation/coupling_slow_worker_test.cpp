@@ -10,7 +10,9 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <thread>
 #include <vector>
 
@@ -151,7 +153,12 @@ TEST(SlowWorker, ThreadedLoopsNeverWaitAndComeToRestInTheSameEquilibrium) {
       ++simulation_steps;
     });
     double time_s = 0;
-    while (simulation_steps.load() < steps || taken.load() < 4) {  // however little the worker is let run
+    // However little the worker is let run: four factors, then as long a rest as ever.
+    const auto rest = std::uint64_t(kRest * insertion.simulation_hz);
+    constexpr auto kNotYet = std::numeric_limits<std::uint64_t>::max();
+    std::uint64_t end = kNotYet;
+    while (simulation_steps.load() < end) {
+      if (end == kNotYet && taken.load() >= 4) end = std::max(steps, simulation_steps.load() + rest);
       const double now_s = double(simulation_steps.load() + 1) / insertion.simulation_hz;
       time_s = std::min(time_s + 1 / insertion.haptic_hz, now_s);
       patches.update();
