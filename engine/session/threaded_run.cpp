@@ -3,6 +3,8 @@
 #include "engine/session/force_scale.h"
 #include "haptic/denormals.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -10,6 +12,7 @@ namespace stylet::session {
 
 namespace {
 
+constexpr int kWorkerNice = 5;  // a factor that comes later costs less than a step that does
 constexpr int kMostBehind = 5;  // steps of the simulation: tissue relaxes by steps, and a lost one slows it down
 
 }  // namespace
@@ -112,6 +115,7 @@ void ThreadedRun::simulation_step(const haptic::StepTiming& timing) {
 
 void ThreadedRun::work(const std::stop_token& stop) {
   const haptic::FlushDenormals flush;
+  setpriority(PRIO_PROCESS, 0, kWorkerNice);  // of this thread alone on Linux
   while (true) {
     requests_.acquire();
     if (stop.stop_requested()) return;

@@ -22,6 +22,7 @@ constexpr double kOnSurface = 1e-5;  // m: nearer than this the way has no direc
 constexpr double kOverRim = 1e-3;    // m: a pressed node no further beside the rim stays; else it would come and go
 constexpr int kMaxSubdivision = 6;   // of a face's edge into probe points
 constexpr double kAtLimit = 1e-9;    // relative: friction nearer to its limit than this slides
+constexpr int kParts = 8;            // of a loop that two threads share: enough that they end together
 
 void check(std::span<const TissueModel> models, const OrganContactSettings& settings) {
   const auto exists = [&](int body) { return body >= 0 && body < static_cast<int>(models.size()); };
@@ -135,7 +136,7 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
 
   // What touches at rest is learnt here, so that the first steps need not.
   SolveWorkspace workspace;
-  for (std::size_t p = 0; p < settings_.pairs.size(); ++p) find_pair(static_cast<int>(p));
+  for (std::size_t p = 0; p < settings_.pairs.size(); ++p) find_pair(static_cast<int>(p), companion);
   for (const TissueModel& model : models) learn(model.node_count(), workspace);
   rows_.clear();
   learn_beforehand(companion);
@@ -150,10 +151,10 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
     bodies_[b].positions = &positions[b];
     bodies_[b].surface->update(positions[b]);
   }
-  for (std::size_t p = 0; p < settings_.pairs.size(); ++p) find_pair(static_cast<int>(p));
+  for (std::size_t p = 0; p < settings_.pairs.size(); ++p) find_pair(static_cast<int>(p), workspace.companion);
   if (settings_.probe && probe != nullptr) find_probe(*probe);
   learn(settings_.learn_limit, workspace);
-  assemble();
+  assemble(workspace.companion);
   relax();
   keep(probe);
   sum_up(probe);
@@ -204,19 +205,24 @@ bool OrganContact::movable(const SurfaceRow& row) const {
   });
 }
 
-void OrganContact::find_pair(int pair) {
+void OrganContact::find_pair(int pair, Companion* companion) {
   const auto p = static_cast<std::size_t>(pair);
   const std::span<const int> nodes = bodies_[settings_.pairs[p].nodes_of].surface->nodes();
+  std::array<std::vector<SurfaceRow>, kParts> of_part;
+  in_parts(companion, kParts, [&](int part) {
+    const auto run = static_cast<std::size_t>(part);
+    for (std::size_t k = run * nodes.size() / kParts; k < (run + 1) * nodes.size() / kParts; ++k) {
+      SurfaceRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0, nodes_[p][k].near);
+      if (row.support_count == 0 || !movable(row)) continue;
+      row.gap -= nodes_[p][k].rest_overlap;
+      if (row.gap > settings_.reach) continue;
+      row.lambda = nodes_[p][k].lambda;
+      row.slot = k;
+      of_part[run].push_back(row);
+    }
+  });
   std::vector<SurfaceRow> found;
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
-    SurfaceRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0, nodes_[p][k].near);
-    if (row.support_count == 0 || !movable(row)) continue;
-    row.gap -= nodes_[p][k].rest_overlap;
-    if (row.gap > settings_.reach) continue;
-    row.lambda = nodes_[p][k].lambda;
-    row.slot = k;
-    found.push_back(row);
-  }
+  for (const std::vector<SurfaceRow>& rows : of_part) found.insert(found.end(), rows.begin(), rows.end());
   take_deepest(found, settings_.max_points);
 }
 
@@ -365,7 +371,7 @@ Eigen::Matrix3d OrganContact::compliance_between(const SurfaceRow& row, const Su
   return sum;
 }
 
-void OrganContact::assemble() {
+void OrganContact::assemble(Companion* companion) {
   unknowns_ = 0;
   for (SurfaceRow& row : rows_) {
     row.first = static_cast<int>(unknowns_);
@@ -376,8 +382,7 @@ void OrganContact::assemble() {
     d << row.normal, row.across[0], row.across[1];
     return d;
   };
-  double trace = 0;
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
+  const auto couple = [&](std::size_t i) {
     const SurfaceRow& row = rows_[i];
     for (std::size_t j = 0; j <= i; ++j) {
       const SurfaceRow& other = rows_[j];
@@ -391,8 +396,12 @@ void OrganContact::assemble() {
       w_.block(row.first, other.first, m, n) = block.topLeftCorner(m, n);
       w_.block(other.first, row.first, n, m) = block.topLeftCorner(m, n).transpose();
     }
-    trace += w_(row.first, row.first);
-  }
+  };
+  in_parts(companion, kParts, [&](int part) {
+    for (std::size_t i = static_cast<std::size_t>(part); i < rows_.size(); i += kParts) couple(i);
+  });
+  double trace = 0;
+  for (const SurfaceRow& row : rows_) trace += w_(row.first, row.first);
   const double proximal = rows_.empty() ? 0 : kProximal * trace / static_cast<double>(rows_.size());
   for (const SurfaceRow& row : rows_) {
     w_(row.first, row.first) += proximal + row.compliance;

@@ -181,7 +181,7 @@ private:
   };
 
   // The stages of update(), in order.
-  void find_pair(int pair);
+  void find_pair(int pair, Companion* companion);
   void find_probe(const RigidPose& pose);
   /// Into rows_, those with the smallest gaps if there are more than `most`.
   void take_deepest(std::vector<SurfaceRow>& found, int most);
@@ -189,7 +189,7 @@ private:
   bool is_large(const Body& body) const;
   /// Of large bodies all that touches at rest, and what lies around where the probe will be held.
   void learn_beforehand(Companion* companion);
-  void assemble();
+  void assemble(Companion* companion);
   void foresee_turn();
   void relax();
   void keep(const RigidPose* probe);

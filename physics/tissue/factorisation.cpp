@@ -19,6 +19,7 @@ namespace {
 constexpr double kConditionForSingle = 1e-4;
 // At this estimate an iteration with L in 16 bits still makes its error 20 times smaller a step.
 constexpr double kConditionForSixteenBits = 1e-3;
+constexpr std::size_t kSpareRoom = 16;  // one part in so many, for an L whose trailing DOFs make it larger
 constexpr std::size_t kWorthSixteenBits = std::size_t{1} << 20;  // entries of L; fewer stay in a core's cache
 
 /// CHOLMOD's view of the pattern and its values: symmetric, lower triangle stored.
@@ -66,6 +67,14 @@ std::vector<int> constrained_order(std::span<const int> order, std::span<const i
   if (cholmod_postorder(parent.data(), rest.size(), nullptr, postorder.data(), common) != leading) return {};
   for (std::size_t i = 0; i < rest.size(); ++i) constrained[i] = rest[postorder[i]];
   return constrained;
+}
+
+/// Where the numbers of an analysed factor go.
+void lay(cholmod_factor& factor, void* numbers) {
+  factor.x = numbers;
+  factor.xtype = CHOLMOD_REAL;
+  factor.dtype = CHOLMOD_DOUBLE;
+  factor.minor = factor.n;
 }
 
 /// A common block for copying and freeing factors: those need no settings.
@@ -149,6 +158,12 @@ bool Factorisation::order_last(std::span<const int> trailing, const StiffnessPat
   common.method[0].ordering = CHOLMOD_METIS;
   common.postorder = 1;
   if (analysed == nullptr) return false;
+  if (room_ >= analysed->xsize && analysed->xsize >= own_from_ && factor_->x != nullptr) {
+    // Fresh memory costs its pages, a sixth of a factorisation: the new L lies where the old one did.
+    lay(*analysed, std::exchange(factor_->x, nullptr));
+  } else {
+    room_ = 0;
+  }
   cholmod_free_factor(&factor_, &common);
   factor_ = analysed;
   cholesky_.clear();
@@ -180,8 +195,12 @@ bool Factorisation::make_numbers(const StiffnessPattern& pattern, std::span<cons
                                  SolveWorkspace& workspace) {
   cholmod_common& common = *workspace.common();
   if (factor_nonzeros() >= own_from_) {
-    if (factor_->xtype == CHOLMOD_PATTERN && cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, factor_, &common) == 0) {
-      return false;
+    if (factor_->xtype == CHOLMOD_PATTERN) {
+      const std::size_t room = factor_->xsize + factor_->xsize / kSpareRoom;
+      void* const numbers = cholmod_malloc(room, sizeof(double), &common);
+      if (numbers == nullptr) return false;
+      lay(*factor_, numbers);
+      room_ = room;
     }
     if (cholesky_.empty()) cholesky_.analyse(*factor_, pattern);
     return cholesky_.factorise(*factor_, values, workspace.cholesky_, workspace.companion);
@@ -347,19 +366,36 @@ Eigen::MatrixXd Factorisation::substitute_back_trailing(const Eigen::Ref<const E
   return trailing_block_.triangularView<Eigen::Lower>().transpose().solve(y.bottomRows(trailing_block_.rows()));
 }
 
-void Factorisation::eliminate_columns(Eigen::Ref<Eigen::MatrixXd> b, SolveWorkspace& workspace) const {
+std::vector<Rows> Factorisation::eliminate_units(std::span<const int> dofs, Eigen::Ref<Eigen::MatrixXd> y,
+                                                 SolveWorkspace& workspace) const {
   const auto* order = static_cast<const int*>(factor_->Perm);
-  const int n = dof_count();
-  Eigen::VectorXd& permuted = workspace.eliminated_;
-  permuted.resize(n);
-  for (Eigen::Index c = 0; c < b.cols(); ++c) {
-    for (int i = 0; i < n; ++i) permuted[i] = b(order[i], c);
-    b.col(c) = permuted;
+  const auto* super = static_cast<const int*>(factor_->super);
+  const auto supernode_of = [&](int row) {
+    return static_cast<std::size_t>(std::upper_bound(super, super + factor_->nsuper, row) - super - 1);
+  };
+  std::vector<int>& places = workspace.places_;
+  places.resize(factor_->n);
+  for (int i = 0; i < dof_count(); ++i) places[order[i]] = i;
+  std::vector<char> reached(factor_->nsuper, 0);
+  for (std::size_t c = 0; c < dofs.size(); ++c) {
+    const int row = places[dofs[c]];
+    y(row, static_cast<Eigen::Index>(c)) = 1;
+    reached[supernode_of(row)] = 1;
   }
   const auto* l = static_cast<const double*>(factor_->x);
+  std::vector<Rows> rows;
   for (std::size_t s = 0; s < factor_->nsuper; ++s) {
-    physics::eliminate_columns(Supernode<double>(*factor_, l, s, n), b, workspace.below_);
+    if (reached[s] == 0) continue;
+    const Supernode<double> node(*factor_, l, s, dof_count());
+    eliminate_columns(node, y, workspace.below_);
+    if (node.rows > node.columns) reached[supernode_of(node.row[node.columns])] = 1;  // and so on to the root
+    if (!rows.empty() && rows.back().end() == node.first) {
+      rows.back().count += node.columns;
+    } else {
+      rows.push_back({.first = node.first, .count = node.columns});
+    }
   }
+  return rows;
 }
 
 void Factorisation::trailing_compliance(Eigen::Ref<Eigen::MatrixXd> compliance) const {

@@ -27,7 +27,8 @@ public:
   SolveWorkspace(const SolveWorkspace&) = delete;
   SolveWorkspace& operator=(const SolveWorkspace&) = delete;
 
-  Eigen::MatrixXd columns;  ///< right-hand sides and solutions of whoever is solving; grows
+  Eigen::MatrixXd columns;    ///< right-hand sides and solutions of whoever is solving; grows
+  std::vector<double> zeros;  ///< zero again when whoever used it is done; grows
   /// Shares the passes of one right-hand side, and large factorisations; the bits do not know of it.
   Companion* companion = nullptr;
 
@@ -44,7 +45,14 @@ private:
   std::vector<double> permuted_;
   std::vector<double> gathered_;
   Eigen::VectorXd eliminated_;
-  Eigen::MatrixXd below_;
+  std::vector<int> places_;  // of DOFs in the order of elimination
+  std::vector<double> below_;
+};
+
+/// Rows that follow each other.
+struct Rows {
+  Eigen::Index first = 0, count = 0;
+  Eigen::Index end() const { return first + count; }
 };
 
 /// P A P^T = L L^T. Copying copies L (that is how the slots of a LatestValue are filled at load).
@@ -107,8 +115,12 @@ public:
   /// The same on S alone, x_S = L_SS^-T y_S, for any number of columns.
   /// @param y  [DOFs x columns], as above
   Eigen::MatrixXd substitute_back_trailing(const Eigen::Ref<const Eigen::MatrixXd>& y) const;
-  /// y = L^-1 P b in double for several columns at once, in place [DOFs x columns].
-  void eliminate_columns(Eigen::Ref<Eigen::MatrixXd> b, SolveWorkspace& workspace) const;
+  /// y = L^-1 P e_d in double for several DOFs d at once, a column each. Costs what they reach in the elimination
+  /// tree.
+  /// @param y  [DOFs x dofs], zero before
+  /// @return the rows of y that may be other than zero, ascending
+  std::vector<Rows> eliminate_units(std::span<const int> dofs, Eigen::Ref<Eigen::MatrixXd> y,
+                                    SolveWorkspace& workspace) const;
 
   /// (L_SS L_SS^T)^-1, the block of A^-1 of the trailing DOFs in their order, exactly symmetric.
   /// @param[out] compliance  [S x S], m/N
@@ -151,6 +163,7 @@ private:
   std::vector<int> fill_reducing_;  // [DOFs] the order without trailing DOFs
   std::vector<int> trailing_;
   Eigen::MatrixXd trailing_block_;  // L_SS, zero above the diagonal
+  std::size_t room_ = 0;            // entries of L that fit where it lies; 0: CHOLMOD laid it
 };
 
 }  // namespace stylet::physics

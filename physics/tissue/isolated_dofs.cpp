@@ -8,9 +8,10 @@
 namespace stylet::physics {
 namespace {
 
-constexpr int kNodesPerPass = 16;         // 48 right-hand sides: matrix products in the supernodes, bounded scratch
-constexpr int kRowsWorthSharing = 15000;  // of y; products of shorter ones are done before another thread wakes
-constexpr std::size_t kParts = 8;         // enough that two threads end together
+constexpr int kNodesPerPass = 16;    // 48 right-hand sides: matrix products in the supernodes, bounded scratch
+constexpr int kLargeBody = 15000;    // rows of y: products of shorter ones are done before another thread wakes
+constexpr Eigen::Index kBlock = 32;  // rows that are left out together where they are zero
+constexpr std::size_t kParts = 8;    // enough that two threads end together
 
 /// A node mistaken for another gives a W_bar that looks right and is not.
 void require_coverage(std::span<const int> nodes, const TissueModel& model, const Factorisation& factor) {
@@ -46,7 +47,7 @@ void IsolatedDofs::reset(std::span<const int> trailing, const TissueModel& model
   for (const int node : trailing) {
     const auto place = static_cast<int>(known_.size());
     slot_[node] = place;
-    known_.push_back({.node = node, .trailing = place, .forward = {}});
+    known_.push_back({.node = node, .trailing = place, .runs = {}, .forward = {}});
   }
 }
 
@@ -81,29 +82,73 @@ int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, 
   }
   if (known_.size() + fresh.size() > static_cast<std::size_t>(capacity_)) keep_only(nodes);
 
-  Eigen::MatrixXd& columns = workspace.columns;
   for (std::size_t begin = 0; begin < fresh.size(); begin += kNodesPerPass) {
     const std::size_t count = std::min<std::size_t>(kNodesPerPass, fresh.size() - begin);
-    columns.setZero(factor.dof_count(), static_cast<Eigen::Index>(3 * count));
-    for (std::size_t k = 0; k < count; ++k) {
-      const int dof = 3 * model.free_index[fresh[begin + k]];
-      for (int c = 0; c < 3; ++c) columns(dof + c, static_cast<Eigen::Index>(3 * k) + c) = 1;
+    std::vector<int> dofs;
+    for (std::size_t k = 0; k < 3 * count; ++k) {
+      dofs.push_back(3 * model.free_index[fresh[begin + k / 3]] + static_cast<int>(k % 3));
     }
-    factor.eliminate_columns(columns, workspace);
+    const std::size_t size = dofs.size() * static_cast<std::size_t>(factor.dof_count());
+    if (workspace.zeros.size() < size) workspace.zeros.resize(size, 0.0);
+    Eigen::Map<Eigen::MatrixXd> columns(workspace.zeros.data(), factor.dof_count(),
+                                        static_cast<Eigen::Index>(dofs.size()));
+    const std::vector<Rows> reached = factor.eliminate_units(dofs, columns, workspace);
     const Eigen::MatrixXd on_trailing = factor.substitute_back_trailing(columns);
     for (std::size_t k = 0; k < count; ++k) {
       const auto c = static_cast<Eigen::Index>(3 * k);
-      add(fresh[begin + k], columns.middleCols<3>(c), on_trailing.middleCols<3>(c), workspace.companion);
+      add(fresh[begin + k], columns.middleCols<3>(c), reached, on_trailing.middleCols<3>(c), workspace.companion);
     }
+    for (const Rows& rows : reached) columns.middleRows(rows.first, rows.count).setZero();
   }
   return static_cast<int>(fresh.size());
 }
 
-void IsolatedDofs::add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forward,
+void IsolatedDofs::keep(const Eigen::Ref<const Eigen::MatrixX3d>& y, std::span<const Rows> reached, Known& known) {
+  if (y.rows() < kLargeBody) {
+    known.runs = {{.rows = {.first = 0, .count = y.rows()}, .at = 0}};
+    known.forward = y;
+    return;
+  }
+  Eigen::Index kept = 0;
+  for (const Rows& rows : reached) {
+    for (Eigen::Index row = rows.first; row < rows.end(); row += kBlock) {
+      const Eigen::Index count = std::min(kBlock, rows.end() - row);
+      if ((y.middleRows(row, count).array() == 0).all()) continue;
+      if (!known.runs.empty() && known.runs.back().rows.end() == row) {
+        known.runs.back().rows.count += count;
+      } else {
+        known.runs.push_back({.rows = {.first = row, .count = count}, .at = kept});
+      }
+      kept += count;
+    }
+  }
+  known.forward.resize(kept, 3);
+  for (const Run& run : known.runs) {
+    known.forward.middleRows(run.at, run.rows.count) = y.middleRows(run.rows.first, run.rows.count);
+  }
+}
+
+Eigen::Matrix3d IsolatedDofs::product(const Known& a, const Known& b) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0, j = 0; i < a.runs.size() && j < b.runs.size();) {
+    const Run& p = a.runs[i];
+    const Run& q = b.runs[j];
+    const Eigen::Index begin = std::max(p.rows.first, q.rows.first);
+    const Eigen::Index count = std::min(p.rows.end(), q.rows.end()) - begin;
+    if (count > 0) {
+      sum.noalias() += a.forward.middleRows(p.at + begin - p.rows.first, count).transpose() *
+                       b.forward.middleRows(q.at + begin - q.rows.first, count);
+    }
+    (p.rows.end() < q.rows.end() ? i : j) += 1;
+  }
+  return sum;
+}
+
+void IsolatedDofs::add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forward, std::span<const Rows> reached,
                        const Eigen::Ref<const Eigen::MatrixX3d>& on_trailing, Companion* companion) {
   const auto j = static_cast<Eigen::Index>(3 * known_.size());
   slot_[node] = static_cast<int>(known_.size());
-  known_.push_back({.node = node, .trailing = -1, .forward = forward});
+  keep(forward, reached, known_.emplace_back(Known{.node = node, .trailing = -1, .runs = {}, .forward = {}}));
   const auto fill = [&](std::size_t s) {
     const auto i = static_cast<Eigen::Index>(3 * s);
     const Known& other = known_[s];
@@ -111,7 +156,7 @@ void IsolatedDofs::add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forwa
     if (other.trailing >= 0) {
       compliance = on_trailing.middleRows<3>(3 * other.trailing);
     } else {
-      compliance.noalias() = other.forward.transpose() * forward;
+      compliance = product(other, known_.back());
     }
     // Symmetric up to rounding: make it exactly so.
     if (i == j) compliance = 0.5 * (compliance + compliance.transpose()).eval();
@@ -119,7 +164,7 @@ void IsolatedDofs::add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forwa
     w_.block<3, 3>(j, i) = compliance.transpose();
   };
   const std::size_t count = known_.size();
-  const std::size_t parts = forward.rows() < kRowsWorthSharing ? 1 : std::min<std::size_t>(count, kParts);
+  const std::size_t parts = forward.rows() < kLargeBody ? 1 : std::min<std::size_t>(count, kParts);
   in_parts(companion, static_cast<int>(parts), [&](int part) {
     for (std::size_t s = static_cast<std::size_t>(part); s < count; s += parts) fill(s);
   });
@@ -159,7 +204,11 @@ void IsolatedDofs::solution_at(std::span<const int> nodes, const Eigen::VectorXd
     if (entry.trailing >= 0) {
       to = on_trailing.segment<3>(3 * entry.trailing);
     } else {
-      to.noalias() = entry.forward.transpose() * eliminated;
+      to.setZero();
+      for (const Run& run : entry.runs) {
+        to.noalias() += entry.forward.middleRows(run.at, run.rows.count).transpose() *
+                        eliminated.segment(run.rows.first, run.rows.count);
+      }
     }
   }
 }

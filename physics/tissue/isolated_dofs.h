@@ -57,15 +57,25 @@ public:
                    Eigen::Ref<Eigen::Matrix3Xd> x) const;
 
 private:
+  struct Run {
+    Rows rows;            // of y
+    Eigen::Index at = 0;  // of the first of them in `forward`
+  };
   struct Known {
     int node = 0;
     int trailing = -1;         // its place in S, counted in nodes
-    Eigen::MatrixX3d forward;  // y = L^-1 P e [free DOFs x 3]; unused for trailing nodes
+    std::vector<Run> runs;     // rows of y = L^-1 P e; none for trailing nodes
+    Eigen::MatrixX3d forward;  // [rows of the runs x 3]
   };
+  /// Keeps y, of a large body without its zeros: what a node reaches in the elimination tree is a small share of it.
+  static void keep(const Eigen::Ref<const Eigen::MatrixX3d>& y, std::span<const Rows> reached, Known& known);
+  /// y_a^T y_b
+  static Eigen::Matrix3d product(const Known& a, const Known& b);
   /// Forgets the nodes that are not in `nodes`.
   void keep_only(std::span<const int> nodes);
+  /// @param reached      rows of `forward` that may be other than zero
   /// @param on_trailing  A^-1 e on S [S x 3]
-  void add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forward,
+  void add(int node, const Eigen::Ref<const Eigen::MatrixX3d>& forward, std::span<const Rows> reached,
            const Eigen::Ref<const Eigen::MatrixX3d>& on_trailing, Companion* companion);
 
   int capacity_;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <vector>
 
 namespace stylet::physics {
 
@@ -84,19 +85,21 @@ void substitute_back(const Supernode<Scalar>& node, Scalar* y, Scalar* scratch) 
 }
 
 /// eliminate() for all columns of `y` [DOFs x columns] at once: L is read once for all of them.
+/// @param scratch  grows
 template <typename Scalar>
 void eliminate_columns(const Supernode<Scalar>& node, Eigen::Ref<typename Supernode<Scalar>::Matrix> y,
-                       typename Supernode<Scalar>::Matrix& scratch) {
+                       std::vector<Scalar>& scratch) {
   auto mine = y.middleRows(node.first, node.columns);
-  if ((mine.array() == Scalar(0)).all()) return;
   const auto l = node.panel(0, node.columns);
   l.topRows(node.columns).template triangularView<Eigen::Lower>().solveInPlace(mine);
   const int below = node.rows - node.columns;
   if (below == 0) return;
-  scratch.resize(below, y.cols());
-  scratch.noalias() = l.bottomRows(below) * mine;
+  const auto size = static_cast<std::size_t>(below * y.cols());
+  if (scratch.size() < size) scratch.resize(size);
+  Eigen::Map<typename Supernode<Scalar>::Matrix> change(scratch.data(), below, y.cols());
+  change.noalias() = l.bottomRows(below) * mine;
   for (Eigen::Index c = 0; c < y.cols(); ++c) {
-    for (int i = 0; i < below; ++i) y(node.row[node.columns + i], c) -= scratch(i, c);
+    for (int i = 0; i < below; ++i) y(node.row[node.columns + i], c) -= change(i, c);
   }
 }
 

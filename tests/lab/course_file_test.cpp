@@ -69,10 +69,10 @@ TEST(CourseFile, TheShippedOneGoesFromPhantomToAblation) {
   ASSERT_EQ(course.exercises.size(), 4u);
   EXPECT_EQ(course.exercises.front().scenario.stem(), "tutorial");
   EXPECT_EQ(course.exercises.back().scenario.stem(), "rfa");
-  // Every scenario that is shipped is in it.
+  // Every scenario that is shipped is in it, but for the one that is another again on a finer mesh.
   int scenarios = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kContent / "scenarios")) {
-    if (entry.path().extension() != ".json") continue;
+    if (entry.path().extension() != ".json" || entry.path().stem() == "liver_biopsy_fine") continue;
     ++scenarios;
     EXPECT_TRUE(std::ranges::any_of(course.exercises, [&](const Exercise& exercise) {
       return std::filesystem::equivalent(exercise.scenario, entry.path());

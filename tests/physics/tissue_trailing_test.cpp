@@ -217,6 +217,43 @@ TEST(IsolatedDofs, NodesInsideAndOutsideTheCorridorMatchTheDenseInverse) {
   EXPECT_LT(worst_solution, 1e-5);
 }
 
+TEST(IsolatedDofs, OfALargeBodyWhatIsLeftOutIsZero) {
+  // From 15,000 DOFs on a node keeps only what it reaches in the elimination tree.
+  JitteredCube cube(17);
+  ASSERT_GT(cube.model.dof_count(), 15000);
+  const std::vector<int> corridor = cube.nodes_where(
+      [](const Eigen::Vector3d& x) { return std::abs(x.y() - 0.047) < 0.006 && std::abs(x.z() - 0.053) < 0.006; });
+  cube.factorise(corridor);
+  IsolatedDofs isolated(cube.model.node_count(), 256);
+  isolated.reset(corridor, cube.model, cube.factor);
+  std::vector<int> nodes = cube.nodes_where([](const Eigen::Vector3d& x) { return x.z() > 0.0999 && x.x() < 0.012; });
+  for (int node = 401; node < cube.model.node_count(); node += 613) {
+    if (std::find(nodes.begin(), nodes.end(), node) == nodes.end()) nodes.push_back(node);
+  }
+  const int computed = isolated.isolate(nodes, cube.model, cube.factor, cube.workspace);
+  ASSERT_GT(computed, 32) << "several passes";
+  EXPECT_EQ(isolated.isolate(nodes, cube.model, cube.factor, cube.workspace), 0);
+  const std::vector<int> dofs = cube.dofs(nodes);
+  const auto size = Eigen::Index(dofs.size());
+  Eigen::MatrixXd w_bar(size, size);
+  isolated.gather(nodes, w_bar);
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(cube.model.dof_count(), size);
+  for (Eigen::Index k = 0; k < size; ++k) columns(dofs[k], k) = 1;
+  cube.factor.solve(columns, columns, cube.workspace);
+  const Eigen::VectorXd b = Eigen::VectorXd::Random(cube.model.dof_count());
+  Eigen::VectorXd y(b.size()), exact(b.size());
+  cube.factor.eliminate(b, y, cube.workspace);
+  cube.factor.solve(b, exact, cube.workspace);
+  Eigen::Matrix3Xd x(3, nodes.size());
+  isolated.solution_at(nodes, y, cube.factor.substitute_back_trailing(y), x);
+  const double error = relative(w_bar, columns(dofs, Eigen::all));
+  const double solution = relative(x.reshaped(), exact(dofs));
+  std::printf("  %d nodes outside: off full solves by %.1e, solutions (16 bits) by %.1e\n", computed, error,
+              solution);
+  EXPECT_LT(error, 1e-12);
+  EXPECT_LT(solution, 1e-2);
+}
+
 TEST(IsolatedDofsDeathTest, RefusesACorridorThatIsNotTheFactors) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   JitteredCube cube(3);

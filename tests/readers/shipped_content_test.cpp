@@ -81,8 +81,9 @@ TEST(ShippedContent, EveryFileIsSound) {
   for (const char* folder : {"needles", "probes", "motions", "scenarios"}) {
     for (const auto& entry : std::filesystem::directory_iterator(kContent / folder)) {
       if (entry.path().extension() != ".json") continue;
-      // The patient of liver_biopsy again, half a minute long.
-      if (support::kSanitized && entry.path().filename() == "rfa.json") continue;
+      // The patient of liver_biopsy again, half a minute each.
+      const std::string name = entry.path().stem();
+      if (support::kSanitized && (name == "rfa" || name == "liver_biopsy_fine")) continue;
       EXPECT_THAT(validate(entry.path()), IsEmpty()) << entry.path();
       ++checked;
     }
@@ -90,6 +91,20 @@ TEST(ShippedContent, EveryFileIsSound) {
   EXPECT_THAT(validate(kContent / "tissues.json"), IsEmpty());
   EXPECT_THAT(validate(kContent / "phantom_tissues.json"), IsEmpty());
   EXPECT_GE(checked, 4);
+}
+
+TEST(ShippedContent, TheFineBiopsyIsTheBiopsyInSmallTetrahedra) {
+  nlohmann::json biopsy = files::JsonFile(kDefaultScenario).tree();
+  nlohmann::json fine = files::JsonFile(kContent / "scenarios" / "liver_biopsy_fine.json").tree();
+  int nodes = 0;
+  for (nlohmann::json& body : fine["bodies"]) nodes += body["mesh"]["target_nodes"].get<int>();
+  EXPECT_GE(3 * nodes, 100'000);
+  for (nlohmann::json* scenario : {&biopsy, &fine}) {
+    scenario->erase("name");
+    scenario->erase("title");
+    for (nlohmann::json& body : (*scenario)["bodies"]) body.erase("mesh");
+  }
+  EXPECT_EQ(fine, biopsy);
 }
 
 TEST(ShippedContent, EveryFolderStatesALicence) {

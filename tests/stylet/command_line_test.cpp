@@ -170,7 +170,7 @@ Outcome Installed::log;
 TEST_F(Installed, BashCompletesCommandsOptionsAndWhatTheyTake) {
   EXPECT_THAT(offered("tr"), ElementsAre("train"));
   EXPECT_EQ(set_of(offered("''")), set_of(kCommands));
-  EXPECT_THAT(offered("train li"), ElementsAre("liver_biopsy"));
+  EXPECT_THAT(offered("train li"), ElementsAre("liver_biopsy", "liver_biopsy_fine"));
   EXPECT_EQ(
       set_of(offered("train liver_biopsy --device ''")),
       (std::set<std::string>{"hid", "hid:", "haply", "haply:", "force_dimension", "force_dimension:", "openhaptics",

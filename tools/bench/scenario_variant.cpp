@@ -2,14 +2,11 @@
 
 #include "engine/files/json_reader.h"
 #include "engine/readers/scenario.h"
+#include "tools/bench/scratch.h"
 
 #include <nlohmann/json.hpp>
 
-#include <unistd.h>
-
-#include <cerrno>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -19,25 +16,6 @@ namespace stylet::bench {
 namespace {
 
 namespace fs = std::filesystem;
-
-class ScratchFolder {
-public:
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "stylet-bench-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::system_error(errno, std::generic_category(), name);
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
-private:
-  fs::path path_;
-};
 
 /// Files are named from the scenario's folder.
 void make_absolute(nlohmann::json& json, const fs::path& folder) {
@@ -60,7 +38,7 @@ nlohmann::json shipped_scenario(const std::string& name) {
   return json;
 }
 
-fs::path write_json(const ScratchFolder& folder, const char* name, const nlohmann::json& json) {
+fs::path write_json(const Scratch& folder, const char* name, const nlohmann::json& json) {
   fs::path file = folder.path() / name;
   std::ofstream(file) << json.dump(1);
   return file;
@@ -72,7 +50,7 @@ content::Scene scenario_with_tissues(const std::string& name, const std::string&
   nlohmann::json json = shipped_scenario(name);
   nlohmann::json table = files::JsonFile(json["tissues"].get<std::string>()).tree();
   table.merge_patch(nlohmann::json::parse(tissues));
-  const ScratchFolder folder;
+  const Scratch folder;
   json["tissues"] = write_json(folder, "tissues.json", table).string();
   return readers::load_scene(write_json(folder, "scenario.json", json));
 }
@@ -89,7 +67,7 @@ content::Scene scenario_variant(const std::string& name, const MeshChoice& choic
     if (choice.wall_nodes > 0 && body["name"] == "abdominal_wall") mesh = {{"target_nodes", choice.wall_nodes}};
     mesh["element"] = choice.element == physics::Element::quadratic ? "quadratic" : "linear";
   }
-  const ScratchFolder folder;
+  const Scratch folder;
   content::Scene scene = readers::load_scene(write_json(folder, "scenario.json", json));
   for (content::Tissue& tissue : scene.tissues) tissue.mechanics.poisson_ratio = choice.poisson_ratio;
   for (content::DeformableBody& body : scene.bodies) {

@@ -13,7 +13,8 @@ Report bench_tissue(const BenchOptions& options) {
                     {"sessions", tissue_sessions},
                     {"okamura", tissue_okamura},
                     {"capsule", tissue_capsule},
-                    {"speed", tissue_speed}},
+                    {"speed", tissue_speed},
+                    {"fine", tissue_fine}},
                    options);
 }
 

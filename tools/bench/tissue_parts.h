@@ -35,4 +35,7 @@ Report tissue_capsule(const BenchOptions& options);
 /// Step and factorisation of cubes of 5,832 and 19,683 nodes beside the way before, and their bytes: speed.*
 Report tissue_speed(const BenchOptions& options);
 
+/// `liver_biopsy_fine` in threads, led by its recorded hand: rates, missed deadlines and steps of its loops: fine.*
+Report tissue_fine(const BenchOptions& options);
+
 }  // namespace stylet::bench
