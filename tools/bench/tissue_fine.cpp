@@ -22,7 +22,11 @@ constexpr double kQuickSeconds = 2;
 Report tissue_fine(const BenchOptions& options) {
   const content::Scene scene = readers::load_scene(readers::find_scenario(kName));
   std::size_t nodes = 0;
-  for (const content::DeformableBody& body : scene.bodies) nodes += body.mesh.nodes.size();
+  std::size_t held = 0;
+  for (const content::DeformableBody& body : scene.bodies) {
+    nodes += body.mesh.nodes.size();
+    held += body.fixed_nodes.size();
+  }
   const double whole = scene.motion.stylus.back().time_s;
   const Scratch folder;
   haptic::RecordedDevice device = session::recorded_stylus(scene.motion);
@@ -37,6 +41,7 @@ Report tissue_fine(const BenchOptions& options) {
   const std::string key = "fine.";
   const auto steps = [](const session::LoopRun& loop) { return std::to_string(loop.steps) + " steps"; };
   report.add({.name = key + "degrees_of_freedom", .value = 3.0 * static_cast<double>(nodes), .unit = "1"});
+  report.add({.name = key + "degrees_of_freedom.held", .value = 3.0 * static_cast<double>(held), .unit = "1"});
   report.add(noted(at_least(key + "haptic.rate", run.haptic.rate_hz, "Hz", 0.999 * scene.rates.haptic_hz),
                    steps(run.haptic)));
   report.add(at_most(key + "haptic.missed",
