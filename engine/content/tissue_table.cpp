@@ -18,7 +18,10 @@ constexpr std::array<TissueKey, 27> kKeys{{
      key::number("young_modulus_pa", "Pa", {10, 1e10}, "E; from 1 MPa on the tissue is rigid")
          .known_as("youngsModulus"),
      [](Tissue& t) -> double& { return t.mechanics.young_modulus; }},
-    {"mechanics", key::number("poisson_ratio", "", {0, 0.499}, "nu").known_as("poissonsRatio"),
+    {"mechanics",
+     key::number("poisson_ratio", "", {0, 0.499},
+                 "nu; in bodies of linear elements at most 0.45 of it counts, beyond which they lock")
+         .known_as("poissonsRatio"),
      [](Tissue& t) -> double& { return t.mechanics.poisson_ratio; }},
     {"mechanics", key::number("density_kg_per_m3", "kg/m^3", {1, 3000}, "rho").known_as("density"),
      [](Tissue& t) -> double& { return t.density; }},

@@ -45,7 +45,8 @@ BiopsyPlan demonstration(const Eigen::Vector3d& entry, const Eigen::Vector3d& ta
           .lateral = 0,
           .steer = 0,
           .lead = 0,
-          .beyond = 0.0070 - target_radius,
+          .beyond = 0.0090 - target_radius,
+          .front = 0.0014,
           .back = 0,
           .last = 0.015,
           .last_speed = 0.020,
@@ -81,6 +82,7 @@ content::Motion biopsy_motion(const BiopsyPlan& plan) {
   Eigen::Matrix3d frame;
   frame << across, axis.cross(across), axis;
   const Eigen::Quaterniond straight(frame);
+  const Eigen::Vector3d start = plan.entry - plan.front * frame.col(1);
   // +X of the needle, the bevel's normal: the tip is pushed the other way.
   const Eigen::Quaterniond bevel(Eigen::AngleAxisd(plan.lead < 0 ? kPi : 0, Eigen::Vector3d::UnitZ()));
 
@@ -105,7 +107,7 @@ content::Motion biopsy_motion(const BiopsyPlan& plan) {
     content::MotionSample sample;
     sample.time_s = t;
     const Eigen::Vector3d shake(tremor(t, 0.4), tremor(t, 1.7), 0.5 * tremor(t, 2.9));
-    sample.pose.position = plan.entry + (tip - plan.needle_length) * axis + side * across + frame * shake;
+    sample.pose.position = start + (tip - plan.needle_length) * axis + side * across + frame * shake;
     // A positive lean about +Y turns +Z towards +X; leaning back turns the tip towards the axis.
     sample.pose.orientation =
         straight * Eigen::Quaterniond(Eigen::AngleAxisd(-lean, Eigen::Vector3d::UnitY())) * bevel;

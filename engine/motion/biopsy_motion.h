@@ -18,6 +18,7 @@ struct BiopsyPlan {
   double steer = -0.010;      ///< sideways place of the hub at the end: what bends the needle round into the target
   double lead = -0.0097;      ///< sideways, how far beside the target the hand aims: what the bend then makes up for
   double beyond = 0.0045;     ///< how far behind the target it aims: what the organ gives way by
+  double front = 0;           ///< how far in front of that (+y): what the skin, pressed aslant, carries it back by
   double back = 0.030;        ///< withdrawn by so much and advanced again, once short of the end; 0: one way in
   double last = 0.003;        ///< how far before the end the hand rests and looks
   double last_speed = 0.030;  ///< peak of what then follows, m/s

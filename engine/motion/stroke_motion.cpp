@@ -91,7 +91,7 @@ content::Motion stay_motion(const StayMotionPlan& plan) {
   constexpr double kOutside = 0.040, kWait = 0.5, kPress = 0.3;
   const Eigen::Vector3d axis = (plan.target - plan.entry).normalized();
   const Eigen::Vector3d begin = plan.entry - kOutside * axis;
-  const Eigen::Vector3d end = plan.target + plan.exposed / 2 * axis;
+  const Eigen::Vector3d end = plan.target + (plan.exposed / 2 + plan.beyond) * axis;
   const double way = stroke_time((end - begin).norm());
   const double there = plan.begin + way;
   const Eigen::Vector3d pivot = plan.entry + plan.pivot_depth * axis;

@@ -23,10 +23,14 @@ struct TourPlan {
 /// the patient's front, so that what it bends the needle by stays in an image plane that the needle lies in.
 content::Motion tour_motion(const TourPlan& plan);
 
+/// What the shipped liver gives way by before an electrode, m.
+inline constexpr double kLiverYields = 0.002;
+
 struct StayMotionPlan {
   Eigen::Vector3d entry = Eigen::Vector3d::Zero();
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
   double exposed = 0.030;  ///< bare tip: its middle comes to lie in the target, m; 0: the tip itself
+  double beyond = 0;       ///< how far behind that it aims, m: what the organ gives way by
   double needle_length = 0.150;
   content::Breathing breathing{};
   Eigen::Vector3d carried = Eigen::Vector3d::Zero();  ///< of the target at full inspiration, m

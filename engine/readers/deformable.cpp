@@ -16,11 +16,13 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <numbers>
 
 namespace stylet::readers {
 namespace {
 
-constexpr double kLeastFilled = 0.9;  // of an organ by its tetrahedra; coarse ones lose some percent at the surface
+constexpr double kMostOfLinear = 0.45;  // Poisson's ratio: closer to 0.5 linear tetrahedra hardly bend any more
+constexpr double kLeastFilled = 0.9;    // of an organ by its tetrahedra; coarse ones lose some percent at the surface
 
 /// Fills fixed_nodes and held_motion. Where regions overlap, the later one says how its nodes move.
 void hold_nodes(const BodyRequest& request, std::span<const Organ> organs, const std::string& scenario,
@@ -156,6 +158,19 @@ void find_layers(std::span<const mesh::Solid* const> regions, content::Deformabl
   }
 }
 
+/// Around a cavity, as far as it is thick: it has stretched that as it grew, and what has come to terms with being
+/// stretched does not stiffen where it comes back.
+void take_grown(const mesh::TriangleMesh& cavity, content::DeformableBody& body) {
+  const double radius = std::cbrt(0.75 / std::numbers::pi * mesh::inspect(cavity).volume);
+  const mesh::Solid solid(cavity);
+  for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
+    Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+    for (const int n : body.mesh.tets[t]) centroid += body.mesh.nodes[n] / 4;
+    if (solid.bounds().exteriorDistance(centroid) > radius || solid.signed_distance(centroid) > radius) continue;
+    body.tet_mechanics[t].stiffening = 0;
+  }
+}
+
 }  // namespace
 
 void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::span<const content::Tissue> tissues,
@@ -213,6 +228,12 @@ void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::spa
       mean.add(tissues[tissue].mechanics);
     }
     body.tet_mechanics.push_back(mean.get());
+  }
+  if (body.element == physics::Element::linear) {
+    for (physics::ElasticMaterial& m : body.tet_mechanics) m.poisson_ratio = std::min(m.poisson_ratio, kMostOfLinear);
+  }
+  for (const Organ& organ : organs) {
+    if (organ.body == body.name && tissues[organ.tissue].fluid) take_grown(organ.mesh, body);
   }
   if (body.element != physics::Element::quadratic) return;
   std::vector<const mesh::Solid*> solids;

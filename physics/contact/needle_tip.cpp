@@ -369,7 +369,7 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
 void NeedleTip::ease(const SolvedStep& step, const ActiveContact& contact, const TissuePoints& tissue) {
   const HermiteShaft& shaft = step.shaft;
   Vector3d force = contact.directions * step.lambda.segment<3>(contact.first_row);
-  if (const double least = cutting_force(), axial = -step.lambda[contact.first_row];
+  if (const double least = cutting_force(), axial = -force.dot(shaft.tip_tangent());
       stiffens(end_.site) && axial > least) {
     force *= least / axial;  // the row holds no more, and is as soft as it is at that
   }
@@ -396,6 +396,7 @@ bool NeedleTip::press_on(const SolvedStep& step, const ActiveContact* contact, T
     if (state == RowState::lower && ahead >= 0) {
       if (lag_ > 0) lag_ = std::max(0.0, ahead + step.solver.compliance(row) * step.lambda[row]);
       enter(step.number, -step.lambda[row], step.solver.response(row));
+      if (end_.patch_tet >= 0) end_.site = site_in_patch(step.patch, end_);  // strained as it is now, not when met
       ease(step, *contact, tissue);
     }
   }
@@ -483,7 +484,14 @@ bool NeedleTip::move_end(const SolvedStep& step, const Vector3d& target, const A
   const bool behind = barrier_ <= 0 && (held_up_ || lag_ > 0 || left > kEndStride);
   lag_ = behind ? std::max(0.0, left) : 0;
   if (far) tissue.hold_others(places_.leftCols(tissue.count()));
-  if (far && contact != nullptr) ease(step, *contact, tissue);
+  if (contact == nullptr) return false;
+  if (far) {
+    ease(step, *contact, tissue);
+  } else if (stiffens(end_.site)) {  // how much it has, a new patch says anew
+    const int row = contact->first_row;
+    ease_ += (compliance() - step.solver.compliance(row)) * (contact->directions * step.lambda.segment<3>(row));
+    ease_length_ = std::max(settings_.side_length, kEasier * ease_.norm());
+  }
   return false;
 }
 

@@ -154,13 +154,14 @@ TEST(ShippedContent, DefaultSceneHasTheAnatomyOfABiopsy) {
   EXPECT_TRUE(has_tissue(liver, "tumour"));
   // Mechanics by volume: somewhere between the softest and the stiffest that lie in a body; layers thinner than a
   // tetrahedron count with their share.
+  const double stiffest = scene.tissues[content::find_tissue(scene.tissues, "skin")].mechanics.young_modulus;
   for (const content::DeformableBody& body : scene.bodies) {
     ASSERT_EQ(body.tet_mechanics.size(), body.mesh.tets.size());
     int mixed = 0;
     for (std::size_t t = 0; t < body.tet_mechanics.size(); ++t) {
       const double young = body.tet_mechanics[t].young_modulus;
       EXPECT_GE(young, 999);
-      EXPECT_LE(young, 200e3 * (1 + 1e-12));
+      EXPECT_LE(young, stiffest * (1 + 1e-12));
       if (young != scene.tissues[body.tet_tissue[t]].mechanics.young_modulus) ++mixed;
     }
     EXPECT_GT(mixed, 50) << body.name;
@@ -221,10 +222,14 @@ TEST(ShippedContent, MotionGoesWhereABiopsyGoes) {
   const content::Target& target = scene.targets.at(0);
   const auto fires = std::ranges::find(stylus, 1U, &content::MotionSample::buttons);
   ASSERT_NE(fires, stylus.end());
-  EXPECT_NEAR((tip(*fires) - target.centre).norm(), target.radius, 0.008) << "where the needle enters the tumour";
+
+  // Where the needle enters the tumour: between its surface and its middle, since the liver gives way before that.
+  const Eigen::Vector3d axis = (target.centre - tip(stylus.front())).normalized();
+  const double short_of = axis.dot(target.centre - tip(*fires));
+  EXPECT_GT(short_of, 0.002);
+  EXPECT_LT(short_of, target.radius);
 
   // Along the plan, and never back before it fires; straight; fast as a hand; and out again.
-  const Eigen::Vector3d axis = (target.centre - tip(stylus.front())).normalized();
   double deepest = -1;
   double side = 0;
   double speed = 0;

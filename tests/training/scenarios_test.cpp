@@ -190,6 +190,7 @@ TEST(RfaScenario, TumourLiesBesideTheVeinAndTheElectrodeInTheTumour) {
   expect_same(motion::stay_motion({.entry = procedure.entry,
                                    .target = procedure.target,
                                    .exposed = plan.exposed,
+                                   .beyond = motion::kLiverYields,
                                    .breathing = scenario.breathing,
                                    .carried = 0.9 * scenario.breathing.rigid_motion,
                                    .stay = plan.duration_s / plan.time_factor + 2}),

@@ -94,6 +94,32 @@ TEST(LiverBlock, ForceIsConvexUntilTheCapsuleBreaks) {
   EXPECT_EQ(block.needle().flags, 0U);
 }
 
+// The channel that a broken surface becomes is of the tissue as it is strained there, not as it was met: else the row
+// is another one as soon as the tip cuts, and kicks.
+TEST(LiverBlock, OnceTheCapsuleBreaksTheForceFallsAndDoesNotComeBack) {
+  LiverBlockSettings settings = small_block();
+  settings.gap = 0.002;
+  settings.simulation_hz = settings.haptic_hz;  // samples of every haptic step
+  settings.resistance.puncture_force = 1.8;
+  settings.resistance.cutting_force = 0.94;
+  settings.resistance.cutting_viscosity = 2;
+  settings.material.stiffening = 40;
+  LiverBlock block(settings);
+  while (block.needle().puncture_count == 0 && block.samples().size() < 2000) block.go(20e-3, 0.001);
+  ASSERT_EQ(block.needle().puncture_count, 1U);
+  double before = block.samples().back().force;
+  const double broken = before;
+  double rise = 0;
+  for (int i = 0; i < 30; ++i) {
+    block.go(20e-3, 0.001);
+    rise = std::max(rise, block.samples().back().force - before);
+    before = block.samples().back().force;
+  }
+  std::printf("  %.2f N, 30 ms later %.2f N; rises by %.1f mN in 1 ms\n", broken, before, 1e3 * rise);
+  EXPECT_LT(before, 0.7 * broken);
+  EXPECT_LT(rise, 0.01);
+}
+
 // Where tissue spreads the load of the tip itself, no larger area than the needle's own is made up for it.
 TEST(LiverBlock, ThatWhichStiffensIsPressedByTheNeedlesOwnTip) {
   const auto pressed = [](double stiffening, double capsule, double tip_radius) {

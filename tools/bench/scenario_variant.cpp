@@ -30,33 +30,12 @@ void make_absolute(nlohmann::json& json, const fs::path& folder) {
   }
 }
 
-/// With the paths of what it names absolute.
-nlohmann::json shipped_scenario(const std::string& name) {
+}  // namespace
+
+content::Scene scenario_variant(const std::string& name, const MeshChoice& choice) {
   const fs::path shipped = readers::find_scenario(name);
   nlohmann::json json = files::JsonFile(shipped).tree();
   make_absolute(json, shipped.parent_path());
-  return json;
-}
-
-fs::path write_json(const Scratch& folder, const char* name, const nlohmann::json& json) {
-  fs::path file = folder.path() / name;
-  std::ofstream(file) << json.dump(1);
-  return file;
-}
-
-}  // namespace
-
-content::Scene scenario_with_tissues(const std::string& name, const std::string& tissues) {
-  nlohmann::json json = shipped_scenario(name);
-  nlohmann::json table = files::JsonFile(json["tissues"].get<std::string>()).tree();
-  table.merge_patch(nlohmann::json::parse(tissues));
-  const Scratch folder;
-  json["tissues"] = write_json(folder, "tissues.json", table).string();
-  return readers::load_scene(write_json(folder, "scenario.json", json));
-}
-
-content::Scene scenario_variant(const std::string& name, const MeshChoice& choice) {
-  nlohmann::json json = shipped_scenario(name);
   for (nlohmann::json& body : json["bodies"]) {
     nlohmann::json& mesh = body["mesh"];
     if (mesh.contains("target_nodes")) {
@@ -68,7 +47,9 @@ content::Scene scenario_variant(const std::string& name, const MeshChoice& choic
     mesh["element"] = choice.element == physics::Element::quadratic ? "quadratic" : "linear";
   }
   const Scratch folder;
-  content::Scene scene = readers::load_scene(write_json(folder, "scenario.json", json));
+  const fs::path file = folder.path() / "scenario.json";
+  std::ofstream(file) << json.dump(1);
+  content::Scene scene = readers::load_scene(file);
   for (content::Tissue& tissue : scene.tissues) tissue.mechanics.poisson_ratio = choice.poisson_ratio;
   for (content::DeformableBody& body : scene.bodies) {
     for (physics::ElasticMaterial& material : body.tet_mechanics) material.poisson_ratio = choice.poisson_ratio;

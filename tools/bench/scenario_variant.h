@@ -1,4 +1,4 @@
-// A shipped scenario with other tetrahedra, or other tissues.
+// A shipped scenario with other tetrahedra.
 #pragma once
 
 #include "engine/content/scene.h"
@@ -18,10 +18,5 @@ struct MeshChoice {
 /// The scenario with its bodies meshed so.
 /// @throws files::ContentError  it cannot be read
 content::Scene scenario_variant(const std::string& name, const MeshChoice& choice);
-
-/// The scenario with keys of its tissues replaced.
-/// @param tissues  JSON merge patch (RFC 7396) of the file of its tissues
-/// @throws files::ContentError  it cannot be read
-content::Scene scenario_with_tissues(const std::string& name, const std::string& tissues);
 
 }  // namespace stylet::bench

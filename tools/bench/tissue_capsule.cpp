@@ -1,11 +1,9 @@
-// The needle of shipped scenarios pressed against the organ until its surface gives way: as shipped, and with liver
-// that stiffens and relaxes in its capsule, under a tip as thin as the needle.
+// The needle of shipped scenarios pressed against the organ until its surface gives way.
 #include "engine/content/scene.h"
 #include "engine/readers/motion.h"
 #include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
 #include "engine/session/recorded_stylus.h"
-#include "tools/bench/scenario_variant.h"
 #include "tools/bench/tissue_parts.h"
 #include "tools/reference/liver_block.h"
 
@@ -26,15 +24,6 @@ constexpr double kApproachSpeed = 40e-3;  // m/s, through what lies before it
 constexpr double kPressingSpeed = 3e-3;   // m/s, as Okamura, Simone and O'Leary (2004)
 constexpr double kPressedShare = 0.6;     // of the force that breaks it: pressed and held, and taken back
 constexpr double kStartBefore = 0.10;     // m before the deepest point of the recorded hand
-
-// Of linear tetrahedra, fitted on the shipped meshes so that 1.8 N break it after a dent of 10 mm with a force that
-// rises as dent^1.7 to 2.2. E: at small strain, shear modulus 1.8 +- 0.4 kPa (PMC6925591 table 1). Capsule: 8.22 MPa
-// (Umale et al. 2011, doi:10.1016/j.jbiomech.2011.03.029) times 73 um, an engineering value. Relaxation: engineering
-// values, of the order of Liu and Bilston 2000 (Biorheology 37:191).
-constexpr const char* kLawOfLiver = R"({"tissues": {"liver": {"mechanics": {
-  "young_modulus_pa": 6400, "stiffening": 60, "capsule_modulus_pa": 8220000, "capsule_thickness_m": 73e-6,
-  "relaxation_share_1": 0.12, "relaxation_time_1_s": 0.5, "relaxation_share_2": 0.28, "relaxation_time_2_s": 5
-}}}})";
 
 /// The recorded hand's line where it comes closest to the target: the hub there, and its direction.
 physics::StylusPose hand_line_of(const content::Scene& scene) {
@@ -141,20 +130,12 @@ void press_until(PressedOrgan& press, double speed, double force) {
     press.step(speed);
 }
 
-/// @param bounded  whether what is published of liver is asked of it
-void press_in(content::Scene scene, const std::string& key, const char* organ, bool bounded, Report& report) {
+void press_in(content::Scene scene, const std::string& key, const char* organ, Report& report) {
   scene.breathing.amplitude = 0;
   int body = 0;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     if (scene.bodies[b].name == organ) body = static_cast<int>(b);
   }
-  const auto add = [&](Measurement value, const std::string& note) {
-    if (!bounded) {
-      value.target.clear();
-      value.met.reset();
-    }
-    report.add(noted(std::move(value), note));
-  };
   PressedOrgan first(scene, body);
   if (!first.approach()) {
     report.add(at_least(key + "touched", 0, "1", 1));
@@ -168,17 +149,18 @@ void press_in(content::Scene scene, const std::string& key, const char* organ, b
     first.step(kPressingSpeed);
   }
   const double strength = first.puncture();
-  add({.name = key + "puncture.force", .value = strength, .unit = "N"}, "18G in liver: 1 to 3 N");
-  add(within(key + "puncture.dent", 1e3 * depth.back(), "mm", 10, 5), "way of the tip from touching it");
-  add(within(key + "exponent", reference::force_exponent(depth, force), "1", 1.95, 0.25),
-      "n of force ~ dent^n before it breaks");
+  report.add(noted({.name = key + "puncture.force", .value = strength, .unit = "N"}, "18G in liver: 1 to 3 N"));
+  report.add(
+      noted(within(key + "puncture.dent", 1e3 * depth.back(), "mm", 10, 5), "way of the tip from touching it"));
+  report.add(noted(within(key + "exponent", reference::force_exponent(depth, force), "1", 1.95, 0.25),
+                   "n of force ~ dent^n before it breaks"));
   const double before = first.depth();
   double after = strength;
   while (first.depth() < before + 1e-3) {
     first.step(kPressingSpeed);
     after = std::min(after, first.force());
   }
-  add({.name = key + "after", .value = after, .unit = "N"}, "least within a millimeter after it");
+  report.add(noted({.name = key + "after", .value = after, .unit = "N"}, "least within a millimeter after it"));
 
   PressedOrgan cycled(scene, body);
   cycled.approach();
@@ -187,11 +169,12 @@ void press_in(content::Scene scene, const std::string& key, const char* organ, b
   const double taken = cycled.work() - touched;
   press_until(cycled, -kPressingSpeed, 0);
   const double lost = cycled.work() - touched;
-  add(at_least(key + "hysteresis", 100 * lost / taken, "%", 5),
-      "of the work of pressing to 0.6 of that force and back that does not come back");
+  report.add(noted(at_least(key + "hysteresis", 100 * lost / taken, "%", 5),
+                   "of the work of pressing to 0.6 of that force and back that does not come back"));
   press_until(cycled, kPressingSpeed, kPressedShare * strength);
   press_until(cycled, -kPressingSpeed, 0);
-  add(at_least(key + "cycle_2.energy", 1e3 * (cycled.work() - touched - lost), "mJ", 0), "of the second such cycle");
+  report.add(noted(at_least(key + "cycle_2.energy", 1e3 * (cycled.work() - touched - lost), "mJ", 0),
+                   "of the second such cycle"));
 
   PressedOrgan held(scene, body);
   held.approach();
@@ -199,8 +182,8 @@ void press_in(content::Scene scene, const std::string& key, const char* organ, b
   const double pressed = held.force();
   const auto steps = std::lround(10 * scene.rates.simulation_hz);
   for (long i = 0; i < steps; ++i) held.step(0);
-  add(within(key + "relaxation", 100 * (1 - held.force() / pressed), "%", 30, 10),
-      "of the force after 10 s, stopped at 0.6 of that which breaks it");
+  report.add(noted(within(key + "relaxation", 100 * (1 - held.force() / pressed), "%", 30, 10),
+                   "of the force after 10 s, stopped at 0.6 of that which breaks it"));
 }
 
 }  // namespace
@@ -209,11 +192,7 @@ Report tissue_capsule(const BenchOptions& options) {
   Report report;
   for (const std::string name : {"liver_biopsy", "rfa"}) {
     if (options.quick && name != "liver_biopsy") continue;
-    press_in(scenario_with_tissues(name, kLawOfLiver), "capsule." + name + ".law.", "liver", true, report);
-    if (!options.quick) {
-      press_in(readers::load_scene(readers::find_scenario(name)), "capsule." + name + ".shipped.", "liver", false,
-               report);
-    }
+    press_in(readers::load_scene(readers::find_scenario(name)), "capsule." + name + ".", "liver", report);
   }
   return report;
 }

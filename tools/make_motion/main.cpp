@@ -71,6 +71,7 @@ stylet::content::Motion make_stay(bool ablates, const char* procedure, const cha
   return stylet::motion::stay_motion({.entry = planned.entry,
                                       .target = planned.target,
                                       .exposed = exposed,
+                                      .beyond = ablates ? stylet::motion::kLiverYields : 0,
                                       .needle_length = needle_length(scenario),
                                       .breathing = scenario.breathing,
                                       .carried = 0.9 * scenario.breathing.rigid_motion,
