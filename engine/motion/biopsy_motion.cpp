@@ -45,7 +45,7 @@ BiopsyPlan demonstration(const Eigen::Vector3d& entry, const Eigen::Vector3d& ta
           .lateral = 0,
           .steer = 0,
           .lead = 0,
-          .beyond = 0.0090 - target_radius,
+          .beyond = 0.0093 - target_radius,
           .front = 0.0014,
           .back = 0,
           .last = 0.015,
