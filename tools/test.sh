@@ -113,6 +113,7 @@ stop_postgres() {
 }
 start_postgres
 
+[ -n "${STYLET_TEST_DATA:-}" ] || unset STYLET_TEST_DATA  # set to nothing it is not set
 status=0
 data=-DSTYLET_TEST_DATA=${STYLET_TEST_DATA:-}
 release=(-DBUILD_TESTING=ON -DSTYLET_DRACO=ON "$data")

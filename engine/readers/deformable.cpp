@@ -160,13 +160,12 @@ void find_layers(std::span<const mesh::Solid* const> regions, content::Deformabl
 
 /// Around a cavity, as far as it is thick: it has stretched that as it grew, and what has come to terms with being
 /// stretched does not stiffen where it comes back.
-void take_grown(const mesh::TriangleMesh& cavity, content::DeformableBody& body) {
-  const double radius = std::cbrt(0.75 / std::numbers::pi * mesh::inspect(cavity).volume);
-  const mesh::Solid solid(cavity);
+void take_grown(const mesh::Solid& cavity, double volume, content::DeformableBody& body) {
+  const double radius = std::cbrt(0.75 / std::numbers::pi * volume);
   for (std::size_t t = 0; t < body.mesh.tets.size(); ++t) {
     Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
     for (const int n : body.mesh.tets[t]) centroid += body.mesh.nodes[n] / 4;
-    if (solid.bounds().exteriorDistance(centroid) > radius || solid.signed_distance(centroid) > radius) continue;
+    if (cavity.bounds().exteriorDistance(centroid) > radius || cavity.signed_distance(centroid) > radius) continue;
     body.tet_mechanics[t].stiffening = 0;
   }
 }
@@ -181,12 +180,14 @@ void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::spa
     std::uint8_t tissue;
     bool labels;  // a vessel changes how the tetrahedra around it yield, not what they are called
     mesh::Solid solid;
+    double volume;  // m^3
   };
   std::vector<Region> regions;
   for (const Organ& organ : organs) {
     const bool part = organ.role == content::SurfaceRole::region || organ.role == content::SurfaceRole::target;
     if (organ.body != body.name || (!part && organ.role != content::SurfaceRole::vessel)) continue;
-    regions.push_back({static_cast<std::uint8_t>(organ.tissue), part, mesh::Solid(organ.mesh)});
+    regions.push_back(
+        {static_cast<std::uint8_t>(organ.tissue), part, mesh::Solid(organ.mesh), mesh::inspect(organ.mesh).volume});
   }
   const std::vector<Eigen::Vector4d> samples = sample_points();
   enum class Overlap { outside, inside, partly };
@@ -232,8 +233,8 @@ void give_tissues(const Organ& boundary, std::span<const Organ> organs, std::spa
   if (body.element == physics::Element::linear) {
     for (physics::ElasticMaterial& m : body.tet_mechanics) m.poisson_ratio = std::min(m.poisson_ratio, kMostOfLinear);
   }
-  for (const Organ& organ : organs) {
-    if (organ.body == body.name && tissues[organ.tissue].fluid) take_grown(organ.mesh, body);
+  for (const Region& region : regions) {
+    if (region.labels && tissues[region.tissue].fluid) take_grown(region.solid, region.volume, body);
   }
   if (body.element != physics::Element::quadratic) return;
   std::vector<const mesh::Solid*> solids;
