@@ -16,31 +16,6 @@ namespace stylet::session {
 
 namespace {
 
-// What resists the needle, by voxel. It touches deformable bodies and the bone in them only: voxels of anything else
-// are where a mesh's surface is not quite the organ's, and count as outside (TissueMap::at then looks around).
-std::shared_ptr<const physics::TissueMap> tissue_map(const content::Scene& scene) {
-  auto map = std::make_shared<physics::TissueMap>();
-  const content::LabelVolume& volume = scene.labels;
-  if (volume.labels.empty()) {
-    if (scene.tissues.size() > 1) map->tissues[1] = scene.tissues[1].needle;
-    return map;
-  }
-  map->origin = volume.origin.cast<double>();
-  map->spacing = volume.spacing;
-  map->size = volume.size;
-  map->labels = volume.labels;
-  map->tissues.clear();
-  for (const content::Tissue& tissue : scene.tissues) {
-    map->tissues.push_back(tissue.needle);
-    map->tissues.back().rigid = content::is_bone(tissue);
-  }
-  for (std::size_t v = 0; v < map->labels.size(); ++v) {
-    if (volume.bodies[v] < 0 && !map->resistance(map->labels[v]).rigid) map->labels[v] = 0;
-  }
-  map->surfaces = scene.tissue_surfaces;
-  return map;
-}
-
 physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics::Coupling coupling,
                                             const physics::NeedleBase& base) {
   physics::HapticLoopSettings settings;
@@ -164,6 +139,32 @@ physics::Coupling coupling_from_name(const std::string& name) {
   }
   throw files::ContentError(
       fmt::format("coupling \"{}\": there is stylet, paper-updated, paper-trajectory and paper-frozen", name));
+}
+
+// The needle touches deformable bodies and the bone in them only: voxels of anything else are where a mesh's surface
+// is not quite the organ's, and count as outside (TissueMap::at then looks around).
+std::shared_ptr<const physics::TissueMap> tissue_map(const content::Scene& scene) {
+  auto map = std::make_shared<physics::TissueMap>();
+  const content::LabelVolume& volume = scene.labels;
+  if (volume.labels.empty()) {
+    if (scene.tissues.size() > 1) map->tissues[1] = scene.tissues[1].needle;
+    return map;
+  }
+  map->origin = volume.origin.cast<double>();
+  map->spacing = volume.spacing;
+  map->size = volume.size;
+  map->labels = volume.labels;
+  map->tissues.clear();
+  for (const content::Tissue& tissue : scene.tissues) {
+    map->tissues.push_back(tissue.needle);
+    map->tissues.back().rigid = content::is_bone(tissue);
+    map->young_modulus.push_back(tissue.mechanics.young_modulus);
+  }
+  for (std::size_t v = 0; v < map->labels.size(); ++v) {
+    if (volume.bodies[v] < 0 && !map->resistance(map->labels[v]).rigid) map->labels[v] = 0;
+  }
+  map->surfaces = scene.tissue_surfaces;
+  return map;
 }
 
 CoupledLoops::CoupledLoops(const content::Scene& scene, physics::Coupling coupling, const physics::StylusPose& start,

@@ -10,6 +10,7 @@
 #include "physics/loops/simulation_loop.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -40,6 +41,9 @@ public:
 const char* coupling_name(physics::Coupling coupling);
 /// @throws files::ContentError  not a coupling; lists those there are
 physics::Coupling coupling_from_name(const std::string& name);
+
+/// What resists the needle, by voxel.
+std::shared_ptr<const physics::TissueMap> tissue_map(const content::Scene& scene);
 
 class CoupledLoops {
 public:

@@ -209,6 +209,7 @@ bool NeedleTip::touch(const HermiteShaft& shaft, const TissuePatch& patch, const
   }
   Vector3d rest = Vector3d::Zero();
   for (int c = 0; c < 3; ++c) rest += hit.weights[c] * surface.topology->rest_positions.col(face.corners[c]);
+  end_.rest = rest;
   beyond_ = tissues_->at(rest, 1);
   end_.tissue = beyond_;
   barrier_ = tissues_->puncture_force(0, beyond_);
@@ -234,7 +235,7 @@ bool NeedleTip::begin_inside(const HermiteShaft& shaft, const TissuePatch& patch
   threaded_[body] = true;
   end_.body = body;
   put_in_patch(patch, at.patch_tet, at.barycentric, end_);
-  end_.tissue = tissues_->at(rest_position(patch, body, end_.place), 1);
+  end_.tissue = tissues_->at(end_.rest, 1);
   if (!points.lay(end_, shaft.length())) flags_ |= kNeedleRowOverflow;
   return true;
 }
@@ -281,7 +282,7 @@ void NeedleTip::go_aside(const SolvedStep& step, const Vector3d& aside, TissuePo
   const PatchWalk at = walk_from(step.patch, end_, target, tissue);
   if (at.left == PatchWalk::Left::patch) flags_ |= kNeedlePatchLeft;
   if (put_end(at, step.patch, tissue) && barrier_ <= 0) {
-    end_.tissue = tissues_->at(rest_position(step.patch, end_.body, end_.place), end_.tissue);
+    end_.tissue = tissues_->at(end_.rest, end_.tissue);
   }
 }
 
@@ -295,7 +296,7 @@ bool NeedleTip::begin_anew(int body, const SolvedStep& step, const TissuePoints&
   state_ = TipState::inside;
   end_.body = body;
   put_in_patch(step.patch, at.patch_tet, at.barycentric, end_);
-  end_.tissue = tissues_->at(rest_position(step.patch, body, end_.place), 1);
+  end_.tissue = tissues_->at(end_.rest, 1);
   return true;
 }
 
@@ -419,7 +420,7 @@ bool NeedleTip::follow_slide(const SolvedStep& step, const ActiveContact& contac
   if (at.left == PatchWalk::Left::body) return false;
   if (at.left == PatchWalk::Left::patch) flags_ |= kNeedlePatchLeft;
   if (!put_end(at, patch, tissue)) return true;
-  const int beyond = tissues_->at(rest_position(patch, end_.body, end_.place), 1);
+  const int beyond = tissues_->at(end_.rest, 1);
   if (beyond != beyond_) {
     beyond_ = end_.tissue = beyond;
     barrier_ = tissues_->puncture_force(0, beyond);
@@ -511,7 +512,7 @@ bool NeedleTip::move_end_on(const SolvedStep& step, const Vector3d& target, Tiss
     // way out, or to nowhere. At rest it is known; what the step misses for the deformation the next ones make up
     // for.
     const Vector3d way = target - tissue.position(end_.point);
-    const Vector3d from = rest_position(step.patch, end_.body, end_.place);
+    const Vector3d from = end_.rest;
     at = walk_patch_at_rest(step.patch, end_.body, end_.patch_tet, from + way);
   }
   if (at.left == PatchWalk::Left::patch) {
@@ -534,7 +535,7 @@ void NeedleTip::meet_tissue(const SolvedStep& step, TissuePoints& tissue) {
   if (barrier_ > 0) return;
   const Vector3d tip = step.shaft.tip();
   const int bone = tissues_->bone_at(tip);
-  const int here = bone != 0 ? bone : tissues_->at(rest_position(step.patch, end_.body, end_.place), end_.tissue);
+  const int here = bone != 0 ? bone : tissues_->at(end_.rest, end_.tissue);
   if (here == end_.tissue) return;
   barrier_ = tissues_->puncture_force(end_.tissue, here);
   beyond_ = here;

@@ -64,6 +64,10 @@ public:
   /// @param last   that contact
   /// @param reach  as above
   double overhang(const TrackPoint& last, double reach) const;
+  /// Where the track ends in a body, at rest, m.
+  const Eigen::Vector3d& end_in(int body) const {
+    return state_ == TipState::inside && end_.body == body ? end_.rest : ends_[body].rest;
+  }
 
   /// Row along what the tip presses on or cuts, and two across; none where nothing resists.   (README eq. 25, 26)
   void add_rows(const HermiteShaft& shaft, double dt, TrackRows& out) const;

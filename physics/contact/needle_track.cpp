@@ -138,7 +138,7 @@ void NeedleTrack::share_shaft(double reach) {
     const TrackPoint* last = points_.last_active(body);
     if (last == nullptr) continue;
     const double overhang = tip_.overhang(*last, reach);
-    points_.share_shaft(body, overhang);
+    points_.share_shaft(body, tip_.end_in(body), overhang, *tissues_);
     if (tip_.state() == TipState::inside && tip_.end().body == body) points_.fade_leaving(overhang);
   }
   points_.share_out_leaving();
@@ -156,8 +156,10 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
   contact.directions << shaft.lateral_directions(at), at.tangent;
   const double share = point.share;
   const double held_by = held_share(point, settings_.spacing);
+  SubgridSite site = point.site;
+  if (point.modulus > 0) site.material.young_modulus = point.modulus * site.strained;
   const ShaftCompliance soft =
-      settings_.subgrid_compliance ? shaft_compliance(point.site, radius_, held_by) : ShaftCompliance{};
+      settings_.subgrid_compliance ? shaft_compliance(site, radius_, held_by) : ShaftCompliance{};
   const std::uint64_t id = kRowsOfId * point.place.id;
   const auto row = static_cast<std::size_t>(out.row_count);
   // A piece of shaft shorter than it is thick presses with its end, too.
@@ -187,7 +189,7 @@ void NeedleTrack::add_contact(const HermiteShaft& shaft, const TrackPoint& point
   }
   if (contact.turns()) {
     out.laws[row + 3] = friction_row(id + 3, adhesion, resistance.friction_coefficient, lateral, viscosity,
-                                     turn_compliance(point.site, held_by));
+                                     turn_compliance(site, held_by));
     out.slip[out.row_count + 3] = point.turned + radius_ * hub_turn_.dot(at.tangent);
     if (!lugre) {  // along and round, it slides one way
       out.laws[row + 2].across = out.row_count + 3;
@@ -320,8 +322,9 @@ double NeedleTrack::move_aside(const TissuePatch& patch, const Eigen::Vector3d& 
     flags_ |= kNeedleNonFinite;
     return 0;
   }
+  point.rest = rest_position(patch, point.body, point.place);
   point.site = site_in_patch(patch, point);
-  point.tissue = tissues_->at(rest_position(patch, point.body, point.place), point.tissue);
+  point.tissue = tissues_->at(point.rest, point.tissue);
   return at.left == PatchWalk::Left::body ? (target - tissue.position(point.point)).norm() : 0;
 }
 

@@ -13,7 +13,8 @@ struct SubgridSite {
   double tet_volume = 0;  ///< of the tetrahedra there, at rest, m^3; their size is h = (6 V)^(1/3): the edge of the
                           ///< cell for Kuhn tetrahedra
   ElasticMaterial material;
-  double capsule = 0;  ///< modulus times thickness of the membrane over the surface, N/m
+  double strained = 1;  ///< E over that at rest
+  double capsule = 0;   ///< modulus times thickness of the membrane over the surface, N/m
   Eigen::Vector4d barycentric = Eigen::Vector4d::Constant(0.25);
 };
 

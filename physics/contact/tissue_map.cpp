@@ -33,6 +33,36 @@ int TissueMap::at(const Eigen::Vector3d& rest, int inside) const {
   return inside;
 }
 
+double TissueMap::modulus_at(const Eigen::Vector3d& x) const {
+  const Eigen::Vector3d at = (x - origin) / spacing;
+  const Eigen::Vector3d low = at.array().floor();
+  const Eigen::Vector3d beyond = at - low;
+  double sum = 0;
+  double known = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3i step{corner & 1, corner >> 1 & 1, corner >> 2};
+    const int found = label(low.cast<int>() + step);
+    if (found == 0 || resistance(found).rigid) continue;
+    double weight = 1;
+    for (int d = 0; d < 3; ++d) weight *= step[d] == 1 ? beyond[d] : 1 - beyond[d];
+    known += weight;
+    sum += weight * young_modulus[static_cast<std::size_t>(found)];
+  }
+  return known > 0 ? sum / known : 0;
+}
+
+double TissueMap::modulus_along(const Eigen::Vector3d& from, const Eigen::Vector3d& to, int steps) const {
+  if (labels.empty() || young_modulus.empty()) return 0;
+  double sum = 0;
+  int known = 0;
+  for (int k = 0; k < steps; ++k) {
+    const double modulus = modulus_at(from + (k + 0.5) / steps * (to - from));
+    sum += modulus;
+    if (modulus > 0) ++known;
+  }
+  return known > 0 ? sum / known : 0;
+}
+
 int TissueMap::bone_at(const Eigen::Vector3d& x) const {
   const int found = labels.empty() ? 0 : label(voxel_at(x));
   return resistance(found).rigid ? found : 0;

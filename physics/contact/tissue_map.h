@@ -39,10 +39,16 @@ struct TissueMap {
   std::vector<std::uint8_t> labels;                  ///< x fastest; empty: one tissue
   std::vector<InsertionResistance> tissues{{}, {}};  ///< by label
   std::vector<TissueSurface> surfaces;
+  /// By label, E at rest, Pa; empty: what surrounds the needle is as the mesh says, a mean over its elements.
+  std::vector<double> young_modulus;
 
   /// Tissue at a rest position inside a body; never 0 nor bone: where the voxels say that, the nearest tissue within
   /// two voxels, else `inside`. @realtime
   int at(const Eigen::Vector3d& rest, int inside) const;
+  /// Mean E of the soft tissue along a straight way at rest, Pa, continuous in its ends within tissue. 0: nothing is
+  /// known of it.
+  /// @realtime
+  double modulus_along(const Eigen::Vector3d& from, const Eigen::Vector3d& to, int steps) const;
   /// Bone at a position: it stays where it was at rest. 0: there is none. @realtime
   int bone_at(const Eigen::Vector3d& x) const;
   const InsertionResistance& resistance(int tissue) const { return tissues[tissue]; }
@@ -53,6 +59,8 @@ struct TissueMap {
   double puncture_force(int from, int to) const;
 
 private:
+  /// E of the soft tissue around a position, between voxels, Pa; 0: there is none.
+  double modulus_at(const Eigen::Vector3d& x) const;
   Eigen::Vector3i voxel_at(const Eigen::Vector3d& x) const;
   int label(const Eigen::Vector3i& voxel) const;
 };

@@ -9,10 +9,29 @@
 namespace stylet::physics {
 namespace {
 
+using Eigen::Vector3d;
+
 constexpr int kNearTip = 8;        // points laid last, which stay when others have to go
 constexpr double kSoonGone = 0.1;  // part of its share that a point may have left when it goes
 // Patches for which a point is kept that they lack. They are only late as a rule, and breathing tissue moves on.
 constexpr int kMostKept = 10;
+constexpr int kSteps = 16;  // of the way from one point to the next, at which it is looked what is there
+
+/// A piece of shaft, m, in tissue of that E.
+void give(double length, double modulus, TrackPoint& point) {
+  const double share = point.share + length;
+  point.modulus = share > 0 ? (point.share * point.modulus + length * modulus) / share : modulus;
+  point.share = share;
+}
+
+/// E of the tissue on the way from one point to the next, by halves: once, unless one of them has moved.
+void find_halves(const TrackPoint& from, const TissueMap& tissues, TrackPoint& to) {
+  if (to.halves_of[0] == from.rest && to.halves_of[1] == to.rest) return;
+  const Vector3d middle = 0.5 * (from.rest + to.rest);
+  to.halves = {tissues.modulus_along(from.rest, middle, kSteps / 2),
+               tissues.modulus_along(middle, to.rest, kSteps / 2)};
+  to.halves_of = {from.rest, to.rest};
+}
 
 }  // namespace
 
@@ -25,6 +44,7 @@ void put_in_patch(const TissuePatch& patch, int patch_tet, const Eigen::Vector4d
   point.place.patch_nodes = body.tet_nodes[patch_tet];
   for (std::size_t k = 0; k < 4; ++k) point.place.nodes[k] = body.node_ids[point.place.patch_nodes[k]];
   point.place.barycentric = barycentric;
+  point.rest = rest_position(patch, point.body, point.place);
   point.site = site_in_patch(patch, point);
 }
 
@@ -68,11 +88,13 @@ SubgridSite site_in_patch(const TissuePatch& patch, const TrackPoint& point) {
   // A point a little outside is taken on the face.
   const Eigen::Vector4d inside = site.barycentric.cwiseMax(0.0);
   const Eigen::Vector4d weights = inside / inside.sum();
+  site.strained = 0;
   for (std::size_t k = 0; k < 4; ++k) {
     const NodeSurroundings& around = body.surroundings[nodes[k]];
     const double weight = weights[static_cast<Eigen::Index>(k)];
     site.tet_volume += weight * around.tet_volume;
     add_part(site.material, around.material, weight);
+    site.strained += weight * around.strained;
     site.capsule += weight * around.capsule;
   }
   return site;
@@ -149,7 +171,7 @@ bool TrackPoints::lay(const TrackPoint& end, double arc) {
   return unfelt;
 }
 
-void TrackPoints::share_shaft(int body, double overhang) {
+void TrackPoints::share_shaft(int body, const Vector3d& end, double overhang, const TissueMap& tissues) {
   TrackPoint* previous = nullptr;
   TrackPoint* last = last_active(body);
   if (last == nullptr) return;
@@ -157,14 +179,20 @@ void TrackPoints::share_shaft(int body, double overhang) {
     if (point.body != body || !point.active) continue;
     point.share = 0;
     if (previous != nullptr) {
+      find_halves(*previous, tissues, point);
       const double gap = std::max(0.0, point.arc - previous->arc);
       const double grown = &point == last ? std::min(1.0, overhang / spacing_) : 1.0;
-      point.share = 0.5 * grown * gap;
-      previous->share += gap - point.share;
+      give(0.5 * gap, point.halves[0], *previous);
+      give(0.5 * (1 - grown) * gap, point.halves[1], *previous);
+      give(0.5 * grown * gap, point.halves[1], point);
     }
     previous = &point;
   }
-  last->share += overhang;
+  const Vector3d way = end - last->rest;
+  const double length = way.norm();
+  // Withdrawn, the shaft ends before the track does.
+  const double reached = length > overhang ? overhang / length : 1;
+  give(overhang, tissues.modulus_along(last->rest, last->rest + reached * way, kSteps), *last);
 }
 
 void TrackPoints::fade_leaving(double overhang) {
@@ -191,8 +219,8 @@ void TrackPoints::share_out_leaving(int body) {
   const double to_before =
       behind == nullptr ? given : given * gap_behind / std::max(gap_before + gap_behind, 1e-3 * spacing_);
   leaving->share -= given;
-  before->share += to_before;
-  if (behind != nullptr) behind->share += given - to_before;
+  give(to_before, leaving->modulus, *before);
+  if (behind != nullptr) give(given - to_before, leaving->modulus, *behind);
 }
 
 // The point with the least between its neighbours; of equal ones the oldest.

@@ -5,9 +5,11 @@
 #include "physics/contact/patch_walk.h"
 #include "physics/contact/subgrid_compliance.h"
 #include "physics/contact/surface_sweep.h"
+#include "physics/contact/tissue_map.h"
 #include "physics/contact/tissue_points.h"
 #include "physics/messages/messages.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,21 +20,25 @@ namespace stylet::physics {
 struct TrackPoint {
   PatchContact place;  ///< id, tetrahedron, patch nodes, barycentric
   int body = -1;
-  int tissue = 0;        ///< index into the map
-  int patch_tet = -1;    ///< -1: not in the patch
-  int kept_patches = 0;  ///< how many have lacked it
-  int point = -1;        ///< index into TissuePoints
-  bool active = false;   ///< the shaft is there
-  bool lost = false;     ///< it was, when the patch ceased to hold the point
-  double arc = 0;        ///< of the shaft at the point, m
-  double held_arc = 0;   ///< needle material that sticks to the point, m
-  double share = 0;      ///< of the shaft, m
-  SubgridSite site{};    ///< what the mesh is like there
-  Bristles bristles{};   ///< with ShaftFriction::lugre
-  double pressed = 0;    ///< lateral force of the last step there, N
-  double turned = 0;     ///< how far the shaft's surface has gone round since it stuck to the point, m
-  bool cuts = false;     ///< in the last step, sideways
-  double torn = 0;       ///< how far beyond the body's surface the shaft is there, cut out of it sideways, m
+  int tissue = 0;                                  ///< index into the map
+  int patch_tet = -1;                              ///< -1: not in the patch
+  Eigen::Vector3d rest = Eigen::Vector3d::Zero();  ///< where it is in the patient at rest, m
+  int kept_patches = 0;                            ///< how many have lacked it
+  int point = -1;                                  ///< index into TissuePoints
+  bool active = false;                             ///< the shaft is there
+  bool lost = false;                               ///< it was, when the patch ceased to hold the point
+  double arc = 0;                                  ///< of the shaft at the point, m
+  double held_arc = 0;                             ///< needle material that sticks to the point, m
+  double share = 0;                                ///< of the shaft, m
+  double modulus = 0;  ///< mean E of the tissue along its share, at rest, Pa; 0: not known, that of `site` counts
+  std::array<double, 2> halves{};  ///< E of the way to it from the point before, of either half, Pa
+  std::array<Eigen::Vector3d, 2> halves_of{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< [the two] then, m
+  SubgridSite site{};   ///< what the mesh is like there
+  Bristles bristles{};  ///< with ShaftFriction::lugre
+  double pressed = 0;   ///< lateral force of the last step there, N
+  double turned = 0;    ///< how far the shaft's surface has gone round since it stuck to the point, m
+  bool cuts = false;    ///< in the last step, sideways
+  double torn = 0;      ///< how far beyond the body's surface the shaft is there, cut out of it sideways, m
 };
 
 /// Puts a point into a tetrahedron of a patch. Its `site` goes with it.
@@ -83,8 +89,9 @@ public:
 
   /// Shares of a body's active points: the shaft half way to the neighbours. The last one has the overhang too, and
   /// takes half of the gap before it over as that grows to `spacing`.
+  /// @param end       where the track ends, at rest, m
   /// @param overhang  of the shaft beyond the last one, m
-  void share_shaft(int body, double overhang);
+  void share_shaft(int body, const Eigen::Vector3d& end, double overhang, const TissueMap& tissues);
   /// How far the tip is beyond the last point: what makes room goes in proportion.
   void fade_leaving(double overhang);
   void share_out_leaving();

@@ -29,7 +29,8 @@ NodeSurroundings surroundings_of(const PatchSource& source, int node) {
     stiffness += here * source.stiffening[point].ratio;
     at_rest += here;
   }
-  around.material.young_modulus *= stiffness / at_rest;
+  around.strained = stiffness / at_rest;
+  around.material.young_modulus *= around.strained;
   return around;
 }
 

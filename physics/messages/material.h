@@ -46,6 +46,7 @@ inline void add_part(ElasticMaterial& mean, const ElasticMaterial& material, dou
 struct NodeSurroundings {
   double tet_volume = 0;       ///< at rest, m^3
   ElasticMaterial material{};  ///< by volume, as the stiffness of the node is made
+  double strained = 1;         ///< how much stiffer than at rest strain has made it (eq. 47); E above is with it
   double capsule = 0;          ///< modulus times thickness of the membrane over the body, N/m
 };
 

@@ -8,6 +8,7 @@
 #include "engine/readers/patient_procedure.h"
 #include "engine/readers/scenario.h"
 #include "engine/readers/scenario_file.h"
+#include "engine/session/coupled_loops.h"
 #include "physics/contact/subgrid_compliance.h"
 #include "physics/loops/simulation_loop.h"
 #include "physics/tissue/tet_topology.h"
@@ -41,6 +42,7 @@ struct Patient {
   std::vector<content::Tissue> tissues;
   std::vector<readers::Organ> organs;
   content::Probe probe;
+  std::shared_ptr<const physics::TissueMap> resistance;
   double needle_radius = 0;  ///< m
   Vector3d entry, direction;
   double depth = 0;  ///< of the target's middle along the needle, m
@@ -62,6 +64,7 @@ Patient read_patient(const std::string& name) {
   files::JsonFile probe(patient.scenario.probe);
   patient.probe = readers::read_probe(probe);
   patient.probe.pose = patient.scenario.probe_pose;
+  patient.resistance = session::tissue_map(readers::load_scene(patient.scenario.path));
   std::vector<gltf::GltfScene> files;
   for (const auto& organ : patient.scenario.organs) files.push_back(gltf::read_gltf(organ.path));
   patient.organs = readers::build_anatomy(patient.scenario, files, patient.tissues, problems);
@@ -211,12 +214,13 @@ Compliances measure(Body& body, const Patient& patient, const Vector3d& surface,
   const auto points = static_cast<int>((to - from) / kSpacing);
   Load track{{}, patient.direction.cross(Vector3d::UnitY()).normalized()};
   double below = 0;
+  const double share = (to - from) / points;
   for (int i = 0; i < points; ++i) {
-    track.points.push_back(
-        body.inside(patient.entry + (from + (i + 0.5) * (to - from) / points) * patient.direction));
-    below += physics::shaft_compliance(body.site(track.points.back()), patient.needle_radius, (to - from) / points)
-                 .lateral /
-             (points * points);
+    const Vector3d start = patient.entry + (from + i * share) * patient.direction;
+    track.points.push_back(body.inside(start + 0.5 * share * patient.direction));
+    physics::SubgridSite site = body.site(track.points.back());
+    site.material.young_modulus = patient.resistance->modulus_along(start, start + share * patient.direction, 16);
+    below += physics::shaft_compliance(site, patient.needle_radius, share).lateral / (points * points);
   }
   result.of_mesh[3] = body.compliance(track);
   result.whole[3] = result.of_mesh[3] + below;
