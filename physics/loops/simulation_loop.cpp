@@ -189,6 +189,17 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   return report;
 }
 
+void SimulationLoop::settle(SimulationInput input, int steps) {
+  input.needle = nullptr;
+  input.take_factorisation = input.request_factorisation = false;
+  TissuePatch unused = make_patch();
+  for (int k = 0; k < steps; ++k) {
+    step(input, unused);
+    input.time_s += settings_.dt;
+  }
+  tissue_.step = 0;
+}
+
 const NeedleState* SimulationLoop::accept(const NeedleState* needle, SimulationReport& report) {
   const auto unload = [this] {
     for (BodyState& body : bodies_) {

@@ -119,6 +119,10 @@ public:
   /// isolated DOFs, patch. `out` is filled whole; publish it.
   SimulationReport step(const SimulationInput& input, TissuePatch& out);
 
+  /// So many steps without a needle and with the factor at rest, which do not count: the next one is the first.
+  /// Before the session, on any thread.
+  void settle(SimulationInput input, int steps);
+
   /// A patch with arrays sized for these bodies, epoch 0 ("no tissue yet").
   TissuePatch make_patch() const;
   /// State after the last step (rest before the first): what the pictures show.

@@ -269,6 +269,33 @@ TEST(SimulationLoop, AColumnSettlesUnderItsWeightAsFarAsTheorySays) {
   EXPECT_LT(worst, 0.01 * top);
 }
 
+TEST(SimulationLoop, SettledItHasGivenWayBeforeItsFirstStep) {
+  const SimulationBody body = cube();
+  const auto loaded = [] {
+    std::vector<SimulationBody> bodies;
+    bodies.push_back(cube());
+    bodies.back().load = Eigen::Matrix3Xd::Zero(3, Eigen::Index(bodies.back().mesh.nodes.size()));
+    bodies.back().load.row(2).setConstant(-0.01);
+    return SimulationLoop(std::move(bodies), {.dt = 0.02});
+  };
+  SimulationLoop stepped = loaded();
+  TissuePatch patch = stepped.make_patch();
+  const Eigen::Matrix3Xd rest = stepped.tissue().positions[0];
+  for (int i = 0; i < 60; ++i) {
+    stepped.step({.take_factorisation = false, .request_factorisation = false}, patch);
+  }
+  SimulationLoop loop = loaded();
+  const NeedleState needle = pull(body, Eigen::Vector3d(1, 0, 0));
+  loop.settle({.needle = &needle}, 60);  // the needle is not there yet
+  const Eigen::Matrix3Xd settled = loop.tissue().positions[0];
+  EXPECT_GT((settled - rest).norm(), 1e-3);
+  EXPECT_EQ(settled, stepped.tissue().positions[0]);
+  const SimulationReport report = loop.step({}, patch);
+  EXPECT_EQ(report.step, 1U);
+  EXPECT_EQ(patch.epoch, 1U);
+  EXPECT_LT((loop.tissue().positions[0] - settled).norm(), 1e-9);
+}
+
 TEST(SimulationLoop, NonFiniteNeedleIsRefused) {
   const SimulationBody body = cube();
   SimulationLoop loop = one_cube();
