@@ -59,21 +59,19 @@ OrganResponse::OrganResponse()
       unbounded_(kMaxOrganRows, std::numeric_limits<double>::infinity()),
       pivoting_(kMaxOrganRows) {}
 
-void OrganResponse::find_openings(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
-  std::vector<int> places;
+void OrganResponse::find_motions(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const IsolatedDofs& isolated = bodies[b].isolated;
-    const auto patch_nodes = static_cast<Eigen::Index>(bodies[b].patch_nodes.size());
-    places.clear();
-    for (const int node : bodies[b].patch_nodes) places.push_back(isolated.place(node));
-    openings_[b].setZero(3, patch_nodes * static_cast<Eigen::Index>(rows.size()));
+    places_[b].clear();
+    for (const int node : bodies[b].patch_nodes) places_[b].push_back(isolated.place(node));
+    motions_[b].setZero(3 * isolated.known_nodes(), static_cast<Eigen::Index>(rows.size()));
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (!known(rows[i], bodies)) continue;
       for (int s = 0; s < rows[i].support_count; ++s) {
         const SurfaceRow::Support& support = rows[i].supports[s];
         if (support.body != static_cast<int>(b) || !isolated.known(support.node)) continue;
-        isolated.add_motion(places, support.node, rows[i].normal, support.weight,
-                            openings_[b].middleCols(static_cast<Eigen::Index>(i) * patch_nodes, patch_nodes));
+        isolated.add_motion_of_all(support.node, support.weight * rows[i].normal,
+                                   motions_[b].col(static_cast<Eigen::Index>(i)));
       }
     }
   }
@@ -82,15 +80,16 @@ void OrganResponse::find_openings(std::span<const SurfaceRow> rows, std::span<co
 void OrganResponse::choose(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
   count_ = 0;
   chosen_.clear();
-  find_openings(rows, bodies);
+  find_motions(rows, bodies);
   std::vector<std::pair<double, int>> ranked;  // by what the needle does to the row, the most first
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!known(rows[i], bodies)) continue;
     double most = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-      const auto patch_nodes = static_cast<Eigen::Index>(bodies[b].patch_nodes.size());
-      const auto of_row = openings_[b].middleCols(static_cast<Eigen::Index>(i) * patch_nodes, patch_nodes);
-      for (Eigen::Index n = 0; n < patch_nodes; ++n) most = std::max(most, of_row.col(n).squaredNorm());
+      const auto of_row = motions_[b].col(static_cast<Eigen::Index>(i));
+      for (const int place : places_[b]) {
+        if (place >= 0) most = std::max(most, of_row.segment<3>(3 * place).squaredNorm());
+      }
     }
     const double gap = rows[i].lambda > 0 ? 0 : std::max(0.0, rows[i].gap) / kNear;
     if (most > 0) ranked.emplace_back(-most / (1 + gap * gap), static_cast<int>(i));
@@ -132,45 +131,19 @@ void OrganResponse::find_nodes(std::span<const SurfaceRow> rows, std::span<const
       at_[i][s] = known;
     }
   }
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    motions_[b].setZero(4, static_cast<Eigen::Index>(3 * nodes_[b].size()));
-  }
 }
 
-// W_ij = n_i^T (motion of row i per force on row j) n_j, plus the compliance of the row itself.
+// W_ij = n_i^T (motion of row i per force on row j), plus the compliance of the row itself.
 void OrganResponse::couple(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
-  std::array<int, kMaxBodies> first{};  // of nodes_ that the rows from j on have
-  for (std::size_t b = 0; b < bodies.size(); ++b) first[b] = static_cast<int>(nodes_[b].size());
-  for (int j = count_; j-- > 0;) {
-    const SurfaceRow& other = rows[chosen_[j]];
-    std::array<Eigen::Array4d, kMaxBodies> weights;  // of the supports of j on a body; 0: on another, or held
-    weights.fill(Eigen::Array4d::Zero());
-    for (int b = 0; b < other.support_count; ++b) {
-      const SurfaceRow::Support& from = other.supports[b];
-      if (at_[j][b] < 0) continue;
-      weights[from.body][b] = from.weight;
-      first[from.body] = std::min(first[from.body], at_[j][b]);
-    }
-    for (int b = 0; b < other.support_count; ++b) {
-      const SurfaceRow::Support& from = other.supports[b];
-      if (at_[j][b] < 0) continue;
-      const std::vector<int>& nodes = nodes_[from.body];
-      for (int k = first[from.body]; k < static_cast<int>(nodes.size()); ++k) {
-        const Vector3d motion = bodies[from.body].isolated.block(nodes[k], from.node) * other.normal;
-        for (int c = 0; c < 3; ++c) motions_[from.body](b, 3 * k + c) = motion[c];
-      }
-    }
+  for (int j = 0; j < count_; ++j) {
     for (int i = j; i < count_; ++i) {
       const SurfaceRow& row = rows[chosen_[i]];
       double sum = 0;
       for (int a = 0; a < row.support_count; ++a) {
         if (at_[i][a] < 0) continue;
         const SurfaceRow::Support& at = row.supports[a];
-        const auto motion = motions_[at.body].middleCols<3>(3 * at_[i][a]);
-        const Eigen::Array4d opening =
-            (row.normal.x() * motion.col(0) + row.normal.y() * motion.col(1)) + row.normal.z() * motion.col(2);
-        const Eigen::Array4d shares = at.weight * weights[at.body] * opening;
-        for (int b = 0; b < other.support_count; ++b) sum += shares[b];
+        const int place = bodies[at.body].isolated.place(at.node);
+        sum += at.weight * row.normal.dot(motions_[at.body].col(chosen_[j]).segment<3>(3 * place));
       }
       w_(i, j) = w_(j, i) = sum;
     }
@@ -200,11 +173,16 @@ void OrganResponse::fill(std::span<const SurfaceRow> rows, OrganRows& out) const
   out.lambda.head(count_) = lambda_0_.head(count_);
   out.w.topLeftCorner(count_, count_) = w_.topLeftCorner(count_, count_);
   for (int i = 0; i < count_; ++i) out.ids[i] = id_of(rows[chosen_[i]]);
-  for (std::size_t b = 0; b < openings_.size(); ++b) {
-    const Eigen::Index patch_nodes = openings_[b].cols() / static_cast<Eigen::Index>(rows.size());
-    for (Eigen::Index n = 0; n < patch_nodes; ++n) {
-      auto y = out.y[b].middleCols<3>(3 * n);
-      for (int i = 0; i < count_; ++i) y.row(i) = openings_[b].col(chosen_[i] * patch_nodes + n).transpose();
+  for (std::size_t b = 0; b < places_.size(); ++b) {
+    for (std::size_t n = 0; n < places_[b].size(); ++n) {
+      auto y = out.y[b].middleCols<3>(static_cast<Eigen::Index>(3 * n));
+      if (places_[b][n] < 0) {
+        y.topRows(count_).setZero();
+        continue;
+      }
+      for (int i = 0; i < count_; ++i) {
+        y.row(i) = motions_[b].col(chosen_[i]).segment<3>(3 * places_[b][n]).transpose();
+      }
     }
   }
 }

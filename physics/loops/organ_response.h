@@ -52,7 +52,7 @@ public:
 
 private:
   // The stages of choose(), in order.
-  void find_openings(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
+  void find_motions(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
   void find_nodes(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
   void couple(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
 
@@ -60,10 +60,9 @@ private:
   std::vector<int> chosen_;                         // [count_] indices of rows
   std::array<std::vector<int>, kMaxBodies> nodes_;  // of the chosen rows, free
   std::array<std::array<int, 4>, kMaxOrganRows>
-      at_{};  // [count_] [supports] in nodes_ of the support's body; -1: held
-  std::array<Eigen::Matrix3Xd, kMaxBodies> openings_;  // [rows] [3 x patch nodes] of a row per force on a node, m/N
-  std::array<Eigen::Array4Xd, kMaxBodies>
-      motions_;  // scratch: [supports of a row] [3 nodes_] per force along the row
+      at_{};                                         // [count_] [supports] in nodes_ of the support's body; -1: held
+  std::array<std::vector<int>, kMaxBodies> places_;  // of the patch nodes among the known ones, -1
+  std::array<Eigen::MatrixXd, kMaxBodies> motions_;  // [3 known nodes x rows] per force on a row, m/N
   Eigen::MatrixXd w_;
   Eigen::VectorXd gap_, lambda_0_, lambda_, u_, d_;
   std::vector<RowState> states_;

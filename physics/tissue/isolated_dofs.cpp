@@ -192,6 +192,11 @@ void IsolatedDofs::add_motion(std::span<const int> places, int node, const Eigen
   }
 }
 
+void IsolatedDofs::add_motion_of_all(int node, const Eigen::Vector3d& force,
+                                     Eigen::Ref<Eigen::VectorXd> motion) const {
+  motion.noalias() += w_.block(0, 3 * slot_[node], motion.size(), 3) * force;
+}
+
 void IsolatedDofs::solution_at(std::span<const int> nodes, const Eigen::VectorXd& eliminated,
                                const Eigen::VectorXd& on_trailing, Eigen::Ref<Eigen::Matrix3Xd> x) const {
   for (std::size_t k = 0; k < nodes.size(); ++k) {

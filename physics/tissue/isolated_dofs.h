@@ -48,6 +48,9 @@ public:
   /// @param motion  [3 x places], m
   void add_motion(std::span<const int> places, int node, const Eigen::Vector3d& force, double weight,
                   Eigen::Ref<Eigen::Matrix3Xd> motion) const;
+  /// motion += W_bar[:, node] * force, of all that are known, by place().
+  /// @param motion  [3 known nodes], m
+  void add_motion_of_all(int node, const Eigen::Vector3d& force, Eigen::Ref<Eigen::VectorXd> motion) const;
   /// x = A^-1 b at some nodes, from y = L^-1 P b: what the second half of the solve would find there.
   /// @param nodes        isolated before
   /// @param eliminated   y of Factorisation::eliminate() [free DOFs]
