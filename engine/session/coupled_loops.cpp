@@ -16,7 +16,7 @@ namespace stylet::session {
 
 namespace {
 
-constexpr int kSettlingSteps = 25;  // half a second at 50 Hz; the volume of elements is within 0.1 % after a fifth
+constexpr int kSettlingSteps = 25;  // half a second at 50 Hz; after a fifth the volume of elements is within 0.2 %
 
 physics::HapticLoopSettings haptic_settings(const content::Scene& scene, physics::Coupling coupling,
                                             const physics::NeedleBase& base) {
