@@ -17,11 +17,13 @@ constexpr double kSoonGone = 0.1;  // part of its share that a point may have le
 constexpr int kMostKept = 10;
 constexpr int kSteps = 16;  // of the way from one point to the next, at which it is looked what is there
 
-/// A piece of shaft, m, in tissue of that E.
+/// A piece of shaft, m, in tissue of that E; 0: not known, taken for what is known next to it.
 void give(double length, double modulus, TrackPoint& point) {
-  const double share = point.share + length;
-  point.modulus = share > 0 ? (point.share * point.modulus + length * modulus) / share : modulus;
-  point.share = share;
+  if (modulus > 0 && (length > 0 || point.share == 0)) {
+    const double known = point.modulus > 0 ? point.share : 0;
+    point.modulus = known + length > 0 ? (known * point.modulus + length * modulus) / (known + length) : modulus;
+  }
+  point.share += length;
 }
 
 /// E of the tissue on the way from one point to the next, by halves: once, unless one of them has moved.
@@ -177,7 +179,7 @@ void TrackPoints::share_shaft(int body, const Vector3d& end, double overhang, co
   if (last == nullptr) return;
   for (TrackPoint& point : all()) {
     if (point.body != body || !point.active) continue;
-    point.share = 0;
+    point.share = point.modulus = 0;
     if (previous != nullptr) {
       find_halves(*previous, tissues, point);
       const double gap = std::max(0.0, point.arc - previous->arc);

@@ -145,6 +145,26 @@ TEST(TrackPoints, ShareOutWhatTissueIsOnTheWay) {
   EXPECT_LT(jump_back, 1.5 * kModulus[0] * kStep * 2);
 }
 
+// The way to the second of three points is in no tissue.
+TEST(TrackPoints, AWayOfWhichNothingIsKnownDoesNotSoftenTheRest) {
+  const auto map = wall();
+  TrackPoints points(kSpacing);
+  TrackPoint end;
+  end.body = 0;
+  for (const double x : {-0.012, -0.002, 0.008}) {
+    end.rest = x * Vector3d::UnitX();
+    points.lay(end, x);
+  }
+  for (TrackPoint& point : points.all()) point.active = true;
+  points.share_shaft(0, end.rest, 0, *map);
+  EXPECT_EQ(points.all()[0].modulus, 0);
+  const auto mean = [&](double from, double to) {
+    return map->modulus_along(from * Vector3d::UnitX(), to * Vector3d::UnitX(), 8);
+  };
+  EXPECT_NEAR(points.all()[1].share, 1.5 * kSpacing, 1e-12);
+  EXPECT_NEAR(points.all()[1].modulus, (2 * mean(-0.002, 0.003) + mean(0.003, 0.008)) / 3, 1e-3);
+}
+
 /// Along the reference insertion, sideways too: step of the force without the slope that it stands on, N.
 Vector3d discontinuity(std::shared_ptr<const TissueMap> map, double& sum) {
   const reference::ReferenceInsertion insertion = r1();
