@@ -84,7 +84,7 @@ void find_squeezed(const TissueModel& model, const Eigen::Matrix3Xd& positions, 
                    std::vector<SqueezedTet>& found) {
   found.clear();
   if (model.is_quadratic()) {
-    find_squeezed_points(model, positions, rest_size, found);
+    find_squeezed_quadratics(model, positions, rest_size, found);
     return;
   }
   for (int t = 0; t < model.tet_count(); ++t) {
@@ -95,16 +95,19 @@ void find_squeezed(const TissueModel& model, const Eigen::Matrix3Xd& positions, 
   }
 }
 
+double uninverted_fraction(const Eigen::Matrix3d& before, const Eigen::Matrix3d& change, double limit) {
+  const double j = before.determinant();
+  if (!(j > 0)) return limit;
+  return up_to_first_root({(1 - kKept) * j, cofactor(before).cwiseProduct(change).sum(),
+                           cofactor(change).cwiseProduct(before).sum(), change.determinant()},
+                          limit);
+}
+
 double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after) {
-  double fraction = 1;
+  double fraction = model.is_quadratic() ? uninverted_fraction_of_points(model, before, after) : 1;
   for (int t = 0; t < model.tet_count(); ++t) {
     const Eigen::Matrix3d a = edges(model, before, t);
-    const double volume = a.determinant();
-    if (!(volume > 0)) continue;
-    const Eigen::Matrix3d b = edges(model, after, t) - a;
-    fraction = up_to_first_root(
-        {(1 - kKept) * volume, cofactor(a).cwiseProduct(b).sum(), cofactor(b).cwiseProduct(a).sum(), b.determinant()},
-        fraction);
+    fraction = uninverted_fraction(a, edges(model, after, t) - a, fraction);
   }
   return fraction;
 }

@@ -29,9 +29,12 @@ Barrier barrier(const TetRest& rest, double j);
 /// d det F / dF.
 Eigen::Matrix3d cofactor(const Eigen::Matrix3d& f);
 
+/// What has a barrier of its own in a quadratic element: its four points, then its eight tetrahedra.
+inline constexpr int kSqueezable = 12;
+
 /// A tetrahedron in the barrier, as the stiffness needs it: psi'' and d J / dF where it is now.
 struct SqueezedTet {
-  int tet = 0;           ///< of quadratic elements: point
+  int tet = 0;           ///< of quadratic elements: kSqueezable * element + which of it
   double curvature = 0;  ///< psi'', Pa
   Eigen::Matrix3d cofactor = Eigen::Matrix3d::Identity();
 };
@@ -40,9 +43,12 @@ struct SqueezedTet {
 void find_squeezed(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::span<const double> rest_size,
                    std::vector<SqueezedTet>& found);
 
-/// Largest fraction <= 1 of the straight way from `before` to `after` on which every tetrahedron keeps three tenths
-/// of the volume that it has before. Exact to 1e-6: the volume is a cubic along the way. Tetrahedra inverted before
-/// do not count.
+/// Largest fraction <= 1 of the straight way from `before` to `after` on which every tetrahedron, and every point of
+/// a quadratic element, keeps three tenths of the volume that it has before. Exact to 1e-6: the volume is a cubic
+/// along the way. What is inverted before does not count.
 double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after);
+/// The same of one tetrahedron or point, up to `limit`.
+/// @param before  its edges, or F;  @param change  of them on the whole way
+double uninverted_fraction(const Eigen::Matrix3d& before, const Eigen::Matrix3d& change, double limit);
 
 }  // namespace stylet::physics

@@ -1,5 +1,6 @@
 #include "physics/tissue/quadratic.h"
 
+#include "physics/tissue/corotational.h"
 #include "physics/tissue/lanes.h"
 #include "physics/tissue/refinement.h"
 
@@ -130,8 +131,14 @@ const StrainMemory* memory_of(std::span<const StrainMemory> memory, std::size_t 
   return memory.empty() ? nullptr : &memory[element];
 }
 
-TetRest lame_of(const QuadraticRest& rest, int point) {
-  return {.gradients = {}, .volume = rest.volume[point], .lambda = rest.lambda, .mu = rest.mu[point]};
+// The element holds its volume in the mean; what a part of it answers to losing its own with is its shape. A barrier
+// (eq. 40) as stiff as the mean would be unlike all around it, and cut steps short whose factor does not have it yet.
+Barrier barrier_at(const QuadraticRest& rest, int point, double j) {
+  return barrier({.gradients = {}, .volume = 0, .lambda = 0, .mu = rest.mu[point]}, j);
+}
+
+Barrier barrier_of(const TissueModel& model, std::size_t tet, double j) {
+  return barrier({.gradients = {}, .volume = 0, .lambda = 0, .mu = model.tets[tet].mu}, j);
 }
 
 /// The first element of a run and the one after its last.
@@ -178,7 +185,7 @@ int forces_of(const QuadraticRest& rest, const LaneMatrix& f, const Lanes& j, co
   if (!linearised && size == 1 && (j < kSqueezed).any()) {
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!(j[lane] < kSqueezed)) continue;
-      tension[lane] += rest.volume[lane] * barrier(lame_of(rest, lane), j[lane]).slope;
+      tension[lane] += rest.volume[lane] * barrier_at(rest, lane, j[lane]).slope;
       ++squeezed;
     }
   }
@@ -206,19 +213,59 @@ int forces_of(const QuadraticRest& rest, const LaneMatrix& f, const Lanes& j, co
   return squeezed;
 }
 
-int inverted_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element) {
-  int inverted = 0;
+/// each(t, det F) of the eight tetrahedra of an element.
+template <typename Each>
+void for_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element, const Each& each) {
   for (std::size_t t = kTetsOfRefined * element; t < kTetsOfRefined * (element + 1); ++t) {
     const auto& n = model.mesh.tets[t];
     const Eigen::Vector3d origin = positions.col(n[0]);
     const Eigen::Vector3d a = positions.col(n[1]) - origin;
     const Eigen::Vector3d b = positions.col(n[2]) - origin;
-    if (!(a.cross(b).dot(positions.col(n[3]) - origin) > 0)) ++inverted;
+    each(t, a.cross(b).dot(positions.col(n[3]) - origin) / (6 * model.tets[t].volume));
   }
+}
+
+int inverted_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element) {
+  int inverted = 0;
+  for_tets(model, positions, element, [&](std::size_t, double j) { inverted += j > 0 ? 0 : 1; });
   return inverted;
 }
 
+/// Forces of the barriers of an element's tetrahedra, as forces_of(); returns how many are in it.
+template <typename Add>
+int forces_of_flat_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element, double size,
+                        const Add& add) {
+  if (size != 1) return 0;
+  int squeezed = 0;
+  for_tets(model, positions, element, [&](std::size_t t, double j) {
+    if (!(j < kSqueezed) || !(j > 0)) return;
+    ++squeezed;
+    const TetRest& rest = model.tets[t];
+    const Eigen::Matrix3d f = deformation_gradient(model, positions, static_cast<int>(t));
+    const Eigen::Matrix<double, 3, 4> forces =
+        rest.volume * barrier_of(model, t, j).slope * cofactor(f) * rest.gradients;
+    const std::array<std::size_t, 4> places = places_of(model, static_cast<int>(t));
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        add(places[k], i, forces(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)));
+      }
+    }
+  });
+  return squeezed;
+}
+
 }  // namespace
+
+std::array<std::size_t, 4> places_of(const TissueModel& model, int tet) {
+  const auto t = static_cast<std::size_t>(tet);
+  const std::array<int, 10>& nodes = model.quadratics[t / kTetsOfRefined].nodes;
+  std::array<std::size_t, 4> places{};
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const auto* const found = std::find(nodes.begin(), nodes.end(), model.mesh.tets[t][k]);
+    places[k] = static_cast<std::size_t>(found - nodes.begin());
+  }
+  return places;
+}
 
 std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<const ElasticMaterial> materials) {
   if (mesh.tets.size() % kTetsOfRefined != 0) {
@@ -326,10 +373,12 @@ ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, con
     const Lanes j = determinant(f);
     count.inverted += turn(f, j, rotations.subspan(kLanes * e, kLanes));
     count.inverted += inverted_tets(model, positions, e);
-    count.squeezed += forces_of(rest, f, j, rotations_of(rotations, e), size_of(rest_size, e), false,
-                                memory_of(memory, e), [&](std::size_t a, std::size_t i, double force) {
-                                  forces(static_cast<Eigen::Index>(i), rest.nodes[a] - run.first_node) += force;
-                                });
+    const auto add = [&](std::size_t a, std::size_t i, double force) {
+      forces(static_cast<Eigen::Index>(i), rest.nodes[a] - run.first_node) += force;
+    };
+    count.squeezed +=
+        forces_of(rest, f, j, rotations_of(rotations, e), size_of(rest_size, e), false, memory_of(memory, e), add);
+    count.squeezed += forces_of_flat_tets(model, positions, e, size_of(rest_size, e), add);
   }
   return count;
 }
@@ -343,21 +392,42 @@ void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions,
   });
 }
 
-void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                          std::span<const double> rest_size, std::vector<SqueezedTet>& found) {
+void find_squeezed_quadratics(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                              std::span<const double> rest_size, std::vector<SqueezedTet>& found) {
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     if (size_of(rest_size, e) != 1) continue;
     const LaneMatrix f = deformation_gradients(model.quadratics[e], positions);
     const Lanes j = determinant(f);
     for (int lane = 0; lane < kLanes; ++lane) {
-      const double curvature = barrier(lame_of(model.quadratics[e], lane), j[lane]).curvature;
+      const double curvature = barrier_at(model.quadratics[e], lane, j[lane]).curvature;
       if (curvature > 0) {
-        found.push_back({.tet = kLanes * static_cast<int>(e) + lane,
+        found.push_back({.tet = kSqueezable * static_cast<int>(e) + lane,
                          .curvature = curvature,
                          .cofactor = cofactor(of_lane(f, lane))});
       }
     }
+    for_tets(model, positions, e, [&](std::size_t t, double j_of_tet) {
+      const double curvature = barrier_of(model, t, j_of_tet).curvature;
+      if (!(curvature > 0)) return;
+      const int which = kLanes + static_cast<int>(t - kTetsOfRefined * e);
+      found.push_back({.tet = kSqueezable * static_cast<int>(e) + which,
+                       .curvature = curvature,
+                       .cofactor = cofactor(deformation_gradient(model, positions, static_cast<int>(t)))});
+    });
   }
+}
+
+double uninverted_fraction_of_points(const TissueModel& model, const Eigen::Matrix3Xd& before,
+                                     const Eigen::Matrix3Xd& after) {
+  double fraction = 1;
+  for (const QuadraticRest& rest : model.quadratics) {
+    const LaneMatrix f = deformation_gradients(rest, before);
+    const LaneMatrix g = deformation_gradients(rest, after);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      fraction = uninverted_fraction(of_lane(f, lane), of_lane(g, lane) - of_lane(f, lane), fraction);
+    }
+  }
+  return fraction;
 }
 
 void find_quadratic_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -397,10 +467,12 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     const QuadraticRest& rest = model.quadratics[e];
     const LaneMatrix f = deformation_gradients(rest, positions);
+    const auto add = [&](std::size_t a, std::size_t i, double force) {
+      forces(static_cast<Eigen::Index>(i), rest.nodes[a]) += force;
+    };
     squeezed += forces_of(rest, f, determinant(f), rotations_of(rotations, e), size_of(rest_size, e), linearised,
-                          memory_of(memory, e), [&](std::size_t a, std::size_t i, double force) {
-                            forces(static_cast<Eigen::Index>(i), rest.nodes[a]) += force;
-                          });
+                          memory_of(memory, e), add);
+    if (!linearised) squeezed += forces_of_flat_tets(model, positions, e, size_of(rest_size, e), add);
   }
   return squeezed;
 }
@@ -416,11 +488,13 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
     for (std::size_t e = begin; e < end; ++e) {
       const QuadraticRest& rest = model.quadratics[e];
       const LaneMatrix f = deformation_gradients(rest, positions);
+      scratch.of_nodes[e].setZero();
+      const auto add = [&](std::size_t a, std::size_t i, double force) {
+        scratch.of_nodes[e](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) += force;
+      };
       squeezed[r] += forces_of(rest, f, determinant(f), rotations_of(rotations, e), size_of(rest_size, e), false,
-                               memory_of(memory, e), [&](std::size_t a, std::size_t i, double force) {
-                                 scratch.of_nodes[e](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) =
-                                     force;
-                               });
+                               memory_of(memory, e), add);
+      squeezed[r] += forces_of_flat_tets(model, positions, e, size_of(rest_size, e), add);
     }
   });
   forces.setZero();
@@ -448,8 +522,12 @@ double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positi
     const double change = (rest.volume * j).sum() / volume - cubed(size);
     energy += 0.5 * rest.lambda * volume * change * change;
     for (int lane = 0; lane < kLanes && size == 1; ++lane) {
-      energy += rest.volume[lane] * barrier(lame_of(rest, lane), j[lane]).energy;
+      energy += rest.volume[lane] * barrier_at(rest, lane, j[lane]).energy;
     }
+    if (size != 1) continue;
+    for_tets(model, positions, e, [&](std::size_t t, double j_of_tet) {
+      energy += model.tets[t].volume * barrier_of(model, t, j_of_tet).energy;
+    });
   }
   return energy;
 }

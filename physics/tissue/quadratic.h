@@ -34,6 +34,9 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
 /// @throws std::invalid_argument if its tetrahedra are not as refined() makes them
 Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element);
 
+/// Where the nodes of a tetrahedron of the mesh are among the ten of its element.
+std::array<std::size_t, 4> places_of(const TissueModel& model, int tet);
+
 /// As update_rotations(). Counts points and tetrahedra of the mesh with det F <= 0.
 int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                std::span<Eigen::Quaterniond> rotations);
@@ -52,9 +55,13 @@ ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, con
 void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::span<Eigen::Matrix3d> cofactors,
                     Companion* companion = nullptr);
 
-/// As find_squeezed(), of points.
-void find_squeezed_points(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                          std::span<const double> rest_size, std::vector<SqueezedTet>& found);
+/// As find_squeezed(), of points and tetrahedra.
+void find_squeezed_quadratics(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                              std::span<const double> rest_size, std::vector<SqueezedTet>& found);
+
+/// As uninverted_fraction(), of points.
+double uninverted_fraction_of_points(const TissueModel& model, const Eigen::Matrix3Xd& before,
+                                     const Eigen::Matrix3Xd& after);
 
 /// As find_stiffening().
 void find_quadratic_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,

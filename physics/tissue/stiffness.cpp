@@ -1,5 +1,7 @@
 #include "physics/tissue/stiffness.h"
 
+#include "physics/tissue/refinement.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -148,7 +150,7 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
     std::array<double, 4> mu{};
     Gradients volume = Gradients::Zero();
     // Of a squeezed point V psi'' (dJ/dp)(dJ/dp)^T, of one that stiffens what it does along its strain (eq. 47).
-    std::array<Gradients, 8> roots;
+    std::array<Gradients, 4 + kSqueezable> roots;
     std::size_t root_count = 0;
     std::array<Gradients, 4> in_plane;
     std::array<Eigen::Matrix3d, 4> planes;
@@ -177,10 +179,25 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
         mu[p] *= stiff.ratio;
       }
       volume += rest.volume[lane] * (cofactors.empty() ? turned[p] : Gradients(cofactors[4 * e + p] * g));
-      if (next_squeezed == squeezed.end() || next_squeezed->tet != static_cast<int>(4 * e + p)) continue;
+      if (next_squeezed == squeezed.end() ||
+          next_squeezed->tet != kSqueezable * static_cast<int>(e) + static_cast<int>(p))
+        continue;
       roots[root_count++] =
           std::sqrt(scale * rest.volume[lane] * next_squeezed->curvature) * (next_squeezed->cofactor * g);
       ++next_squeezed;
+    }
+    for (; next_squeezed != squeezed.end(); ++next_squeezed) {
+      const int which = next_squeezed->tet - kSqueezable * static_cast<int>(e);
+      if (which >= kSqueezable) break;
+      const int t = kTetsOfRefined * static_cast<int>(e) + which - 4;
+      const TetRest& tet = model.tets[t];
+      const Eigen::Matrix<double, 3, 4> g =
+          std::sqrt(scale * tet.volume * next_squeezed->curvature) * (next_squeezed->cofactor * tet.gradients);
+      Gradients& root = roots[root_count++];
+      root.setZero();
+      const std::array<std::size_t, 4> places = places_of(model, t);
+      for (std::size_t k = 0; k < places.size(); ++k)
+        root.col(static_cast<Eigen::Index>(places[k])) = g.col(static_cast<Eigen::Index>(k));
     }
     const double lambda = scale * rest.lambda / rest.volume.sum();
     for (const BlockAddress& address : std::span(scatter_).subspan(kQuadraticPairs * e, kQuadraticPairs)) {

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -77,6 +78,34 @@ TEST(QuadraticLoop, FindsTheEquilibriumOfLayers) {
     body.load = -body.load;  // pressed
     EXPECT_LT(settle(body, true), 300);
   }
+}
+
+// A finger's push into three nodes of an edge: tetrahedra of the mesh are squeezed flat where the points of their
+// element are not. If nothing kept them from it no step could be taken any more, and the body would stand still
+// unbalanced.
+TEST(QuadraticLoop, IsNotHeldUpByTetrahedraSqueezedFlat) {
+  SimulationBody body = cube(0.49);
+  body.load = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(body.mesh.nodes.size()));
+  const auto pushed = reference::nodes_where(body.mesh, [](const Eigen::Vector3d& x) {
+    return x.z() > kEdge - 1e-9 && (x - Eigen::Vector3d(0.05, 0.05, kEdge)).norm() < 0.02;
+  });
+  ASSERT_FALSE(pushed.empty());
+  for (const int n : pushed) body.load.col(n).z() = -20.0 / static_cast<double>(pushed.size());
+  SimulationLoop loop({body}, {.dt = 0.02});
+  TissuePatch patch = loop.make_patch();
+  SimulationReport report;
+  int steps = 0;
+  do {
+    report = loop.step({.request_factorisation = true}, patch);
+    loop.worker().step();
+    EXPECT_EQ(report.inverted_tets, 0);
+  } while (report.residual_n > 1e-9 && ++steps < 600);
+  std::vector<SqueezedTet> squeezed;
+  find_squeezed(loop.model(0), loop.tissue().positions[0], {}, squeezed);
+  const auto flat = std::ranges::count_if(squeezed, [](const SqueezedTet& s) { return s.tet % kSqueezable >= 4; });
+  std::printf("  %d steps, residual %.1e N, %d tetrahedra flat\n", steps, report.residual_n, static_cast<int>(flat));
+  EXPECT_GT(flat, 0);
+  EXPECT_LT(steps, 600);
 }
 
 TEST(QuadraticLoop, FindsTheEquilibriumWithTheFactorOfRest) {

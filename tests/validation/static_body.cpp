@@ -108,7 +108,9 @@ void StaticBody::assemble(const physics::TissueModel& model, const physics::Stif
   for (const physics::MembraneTriangle& triangle : model_.membrane) {
     membrane.push_back(physics::membrane_gradient(triangle, positions));
   }
-  pattern.assemble(model, rotations_, 1, values, {}, cofactors, stiffening, membrane);
+  std::vector<physics::SqueezedTet> squeezed;
+  physics::find_squeezed(model_, positions, {}, squeezed);
+  pattern.assemble(model, rotations_, 1, values, squeezed, cofactors, stiffening, membrane);
 }
 
 VectorXd StaticBody::free_part(const Matrix3Xd& nodes) const {
