@@ -5,8 +5,9 @@
 namespace stylet::physics {
 namespace {
 
-constexpr double kStride = 2e-3;  // m along the line: less than a tetrahedron
-constexpr int kMostOutside = 3;   // strides before the first one inside: the surface is not quite where it was
+constexpr double kStride = 0.5e-3;  // m along the line: less than a tetrahedron, a flat one too
+constexpr double kOutside = 2e-3;   // m; the same outside, where the surface is not quite where it was
+constexpr int kMostOutside = 3;     // such strides before the first one inside
 // A tip that has gone into a body by less than this is still found where it did: it goes on while a patch is made.
 constexpr double kPassed = 60e-3;  // m
 
@@ -94,13 +95,17 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
     }
   }
   int outside = 0;
-  for (; s <= range; s += kStride) {
+  while (s <= range) {
     const TetPoint point = model.topology.locate(positions, tip + s * axis, hint);
-    if (point.tet < 0 && ++outside > kMostOutside) break;
-    if (point.tet < 0) continue;
+    if (point.tet < 0) {
+      if (++outside > kMostOutside) break;
+      s += kOutside;
+      continue;
+    }
     outside = kMostOutside;
     nodes.add_with_neighbours(point.tet, rings);
     hint = point.tet;
+    s += kStride;
   }
   return nodes.take();
 }
