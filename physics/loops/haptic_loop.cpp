@@ -16,6 +16,8 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr int kContactsOfTip = 2;  // the tip's own, and the hole that it has just made
+
 std::unique_ptr<NeedleCoupling> make_coupling(const HapticLoopSettings& settings, const Needle& needle) {
   if (settings.coupling == Coupling::stylet) return std::make_unique<TrackCoupling>(settings, needle);
   return std::make_unique<PaperCoupling>(settings, needle);
@@ -164,7 +166,9 @@ bool HapticLoop::correct() {
   const double most =
       settings_.coupling == Coupling::stylet ? settings_.max_node_rotation_stylet : settings_.max_node_rotation;
   if (largest > most) {
-    flags_ |= kNeedleStepShortened;
+    // What springs back when a surface lets go of the tip goes on so in the next steps: its mass would not be faster.
+    const bool springs_back = settings_.coupling == Coupling::stylet && system_.rows.contact_count <= kContactsOfTip;
+    if (!springs_back) flags_ |= kNeedleStepShortened;
     free_motion_ = most / largest * motion_;
     move(shape_, free_motion_);
   } else {

@@ -219,7 +219,8 @@ enum NeedleFlag : std::uint32_t {
   kNeedleRowOverflow = 1u << 1,    ///< more rows than capacity: the shallowest contacts were left out
   kNeedleSolveFailed = 1u << 2,    ///< a factorisation failed (not SPD); the previous contact forces were kept
   kNeedleNonFinite = 1u << 3,      ///< a non-finite input was refused; the previous state was kept
-  kNeedleStepShortened = 1u << 4,  ///< the Newton step turned a node too far and was shortened; the next ones go on
+  kNeedleStepShortened = 1u << 4,  ///< the Newton step turned a node too far and was shortened; the next ones go on.
+                                   ///< Not said of a needle that springs back, held by its tip alone
   kNeedlePatchLeft = 1u << 6,      ///< track or tip are beyond the patch: the tissue there is not known yet
   kNeedleSolveInexact = 1u << 7,   ///< the bounded solver used its fall-back
   kNeedleBoundsLagged = 1u << 8,  ///< solved exactly, but for friction bounds of the step before: they did not settle
