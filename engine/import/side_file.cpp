@@ -20,18 +20,13 @@ namespace {
 
 constexpr files::Range kCoordinate{-100, 100};  // m, as glTF files
 
-constexpr int kNodesOfQuadraticWall = 4000;  // with fewer an element is as long as the wall is thick
-
-constexpr Key element_key(std::string_view what) {
-  return key::choice("element", files::one_of<"linear", "quadratic">, what);
-}
-
 /// Keys of whatever deforms.
 struct MeshKeys {
   Key cell = key::number("cell_mm", "mm", {1, 100}, "edge of the lattice of its tetrahedra; excludes target_nodes")
                  .optional();
   Key target_nodes;
-  Key element = element_key("linear: locks where tissue bends or hardly gives way; quadratic: of ten nodes, does not")
+  Key element = key::choice("element", files::one_of<"linear", "quadratic">,
+                            "linear: locks where tissue bends or hardly gives way; quadratic: of ten nodes, does not")
                     .otherwise("linear");
   Key held_by = key::texts("held_by", "organ ids: nodes near them do not move").optional();
   Key held_within = key::number("held_within_mm", "mm", {0, 200}, "how near").otherwise(5);
@@ -100,9 +95,7 @@ constexpr struct {
                    .optional();
   Key clearance =
       key::number("clearance_mm", "mm", {0, 20}, "between the wall and the organs taken out of it").otherwise(1);
-  MeshKeys mesh{
-      .target_nodes = nodes_key(6000),
-      .element = element_key("absent: quadratic, but linear with cell_mm and with fewer than 4000 nodes").optional()};
+  MeshKeys mesh{.target_nodes = nodes_key(2000)};
   Key filler = key::text("filler", "tissue of the body between the organs; absent: nothing lies there").optional();
 } kWall;
 
@@ -165,8 +158,7 @@ void read_mesh(JsonObject& object, const MeshKeys& keys, double& cell, int& targ
   }
   cell = object.number(keys.cell, 0) * 1e-3;
   target_nodes = object.integer(keys.target_nodes);
-  const std::string named = object.choice(keys.element);
-  if (!named.empty()) element = named == "quadratic" ? physics::Element::quadratic : physics::Element::linear;
+  if (object.choice(keys.element) == "quadratic") element = physics::Element::quadratic;
 }
 
 void read_holds(JsonObject& object, const MeshKeys& keys, std::vector<std::string>& held_by, double& held_within) {
@@ -258,9 +250,6 @@ SideWall read_wall(JsonFile& file, JsonObject object) {
   }
   wall.clearance = object.number(kWall.clearance) * 1e-3;
   read_mesh(object, kWall.mesh, wall.cell, wall.target_nodes, wall.element);
-  if (!object.has(kWall.mesh.element) && (wall.cell > 0 || wall.target_nodes < kNodesOfQuadraticWall)) {
-    wall.element = physics::Element::linear;
-  }
   read_holds(object, kWall.mesh, wall.held_by, wall.held_within);
   wall.filler = object.text(kWall.filler);
   object.finish();

@@ -53,8 +53,8 @@ struct SideWall {
   std::vector<WallLayer> layers{};
   double clearance = 0.001;  ///< between the wall and the organs taken out of it, m
   double cell = 0;
-  int target_nodes = 6000;
-  physics::Element element = physics::Element::quadratic;
+  int target_nodes = 2000;
+  physics::Element element = physics::Element::linear;
   std::vector<std::string> held_by{};  ///< organs that stay inside the wall and hold it: ribs
   double held_within = 0.005;
   std::string filler{};  ///< tissue of the body between the organs; empty: nothing lies there
