@@ -206,8 +206,8 @@ TEST(BenchCommand, WritesTheNumbersOfThePaperAsJson) {
 }
 
 /// What a quick run of `stylet bench haptic` says. Latency and deadlines depend on how busy this machine is and are
-/// not judged here; a force that comes too late or is refused may, so what does not meet its target is measured
-/// again: what is wrong with the program is so in every run.
+/// not judged here; a force that comes too late or is refused may, and a device that is not served in time is lost,
+/// so what does not meet its target, or end, is measured again: what is wrong with the program is so in every run.
 std::map<std::string, json> measured(const std::string& options, const std::vector<std::string>& met) {
   constexpr int kMostRuns = 5;
   std::map<std::string, json> numbers;
@@ -216,16 +216,14 @@ std::map<std::string, json> measured(const std::string& options, const std::vect
     const auto file = folder.path() / "haptic.json";
     const std::string command = std::string("'") + STYLET_COMMAND + "' bench haptic --quick " + options +
                                 " --json '" + file.string() + "' >/dev/null";
-    if (std::system(command.c_str()) != 0) {
-      ADD_FAILURE() << command;
-      return numbers;
-    }
+    if (std::system(command.c_str()) != 0) continue;
     std::ifstream in(file);
     for (const json& entry : json::parse(in)) numbers[entry.at("name")] = entry;
     if (std::ranges::all_of(met, [&](const std::string& name) { return numbers.at(name).at("met").get<bool>(); })) {
       break;
     }
   }
+  if (numbers.empty()) throw std::runtime_error("stylet bench haptic " + options + " never got to its end");
   for (const std::string& name : met) EXPECT_TRUE(numbers.at(name).at("met").get<bool>()) << numbers.at(name);
   return numbers;
 }
