@@ -6,7 +6,8 @@ namespace stylet::physics {
 namespace {
 
 constexpr double kStride = 0.5e-3;  // m along the line: less than a tetrahedron, a flat one too
-constexpr double kOutside = 2e-3;   // m; the same outside, where the surface is not quite where it was
+constexpr double kNear = 12e-3;     // m ahead of the tip; further on a flat one may be missed for a step
+constexpr double kFar = 2e-3;       // m; the same there, and outside, where the surface is not quite where it was
 constexpr int kMostOutside = 3;     // such strides before the first one inside
 // A tip that has gone into a body by less than this is still found where it did: it goes on while a patch is made.
 constexpr double kPassed = 60e-3;  // m
@@ -71,7 +72,7 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
     nodes.add_with_neighbours(hint, rings);
     // The needle may have gone on since the track's end was known: from there to the tip, too.
     s = std::min(0.0, (end - tip).dot(axis));
-    if (needle.tip == TipState::indenting) s += kStride;  // it is on the surface
+    if (needle.tip == TipState::indenting) s += kFar;  // it is on the surface
   }
   if (hint < 0) {
     std::vector<SurfaceCrossing> crossings;
@@ -99,13 +100,13 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
     const TetPoint point = model.topology.locate(positions, tip + s * axis, hint);
     if (point.tet < 0) {
       if (++outside > kMostOutside) break;
-      s += kOutside;
+      s += kFar;
       continue;
     }
     outside = kMostOutside;
     nodes.add_with_neighbours(point.tet, rings);
     hint = point.tet;
-    s += kStride;
+    s += s < kNear ? kStride : kFar;
   }
   return nodes.take();
 }
