@@ -350,9 +350,9 @@ bool NeedleTip::advance(const SolvedStep& step, TissuePoints& tissue, TrackPoint
   }
   // The new end has u = 0: it is off the tip by what the tissue next to it gives way. Sideways that fades as the tip
   // goes on, new tissue has not been pushed yet, and what the slanted face presses it aside with sets in (eq. 26).
-  const double kept = std::exp(-solver.motion()[row] / settings_.side_length);
+  const double kept = std::exp(-step.motion(row) / settings_.side_length);
   const Vector3d steering = -settings_.bevel_ratio * cutting_force() * shaft.tip_bevel();
-  ease_ *= std::exp(-solver.motion()[row] / ease_length_);
+  ease_ *= std::exp(-step.motion(row) / ease_length_);
   Vector3d give = solver.compliance(row) * step.lambda[row] * contact->directions.col(0) - ease_;
   Vector3d side = Vector3d::Zero();
   for (int k = 1; k < 3; ++k) {
@@ -413,8 +413,7 @@ bool NeedleTip::follow_slide(const SolvedStep& step, const ActiveContact& contac
   const int row = contact.first_row;
   if (solver.state(row + 1) == RowState::sticking && solver.state(row + 2) == RowState::sticking) return true;
   if (end_.patch_tet < 0) return true;  // there is nothing known to slide on
-  const Eigen::Vector2d slide(solver.motion()[static_cast<std::size_t>(row) + 1],
-                              solver.motion()[static_cast<std::size_t>(row) + 2]);
+  const Eigen::Vector2d slide(step.motion(row + 1), step.motion(row + 2));
   const PatchWalk from{.patch_tet = end_.patch_tet, .barycentric = end_.place.barycentric};
   const PatchWalk at = slide_on_surface(patch, end_.body, from, contact.directions.rightCols<2>(), slide, tissue);
   if (at.left == PatchWalk::Left::body) return false;

@@ -29,6 +29,10 @@ struct SolvedStep {
   const Eigen::VectorXd& lambda;  ///< [rows], N
   std::uint64_t number;           ///< of the haptic step
   double dt;                      ///< s
+  double taken;                   ///< of the solved motion, by the needle: the rest is for the next steps
+
+  /// Of a row, m: what the needle has not done has not slid or cut.
+  double motion(int row) const { return taken * solver.motion()[static_cast<std::size_t>(row)]; }
 };
 
 /// State of the tip and the end of its track, with what it left behind in bodies that it went through or out of:

@@ -237,7 +237,7 @@ void NeedleTrack::slide(const SolvedStep& step) {
       if (settings_.friction == ShaftFriction::lugre) {
         point.held_arc -= lugre_row(point).advance(step.lambda[row], dt_, point.bristles);
       } else if (step.solver.state(row) != RowState::sticking) {
-        point.held_arc -= step.solver.motion()[row];
+        point.held_arc -= step.motion(row);
       }
     }
   }
@@ -251,7 +251,7 @@ NeedleTrack::Cut NeedleTrack::cut_at(const SolvedStep& step, const TissuePoints&
     if (contact.point != point.point) continue;
     const int row = contact.first_row;
     if (!step.rows.laws[row].bilateral && step.solver.state(row) != RowState::sticking) {
-      const Eigen::Vector2d slid(step.solver.motion()[row], step.solver.motion()[row + 1]);
+      const Eigen::Vector2d slid(step.motion(row), step.motion(row + 1));
       return {contact.directions.leftCols<2>() * slid, slid.norm(), -slid.dot(step.lambda.segment<2>(row))};
     }
     if (tissues_->resistance(point.tissue).side_strength <= 0) break;

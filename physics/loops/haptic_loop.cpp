@@ -165,11 +165,12 @@ bool HapticLoop::correct() {
   shape_ = predicted_;
   const double most =
       settings_.coupling == Coupling::stylet ? settings_.max_node_rotation_stylet : settings_.max_node_rotation;
+  system_.taken = std::min(1.0, most / largest);
   if (largest > most) {
     // What springs back when a surface lets go of the tip goes on so in the next steps: its mass would not be faster.
     const bool springs_back = settings_.coupling == Coupling::stylet && system_.rows.contact_count <= kContactsOfTip;
     if (!springs_back) flags_ |= kNeedleStepShortened;
-    free_motion_ = most / largest * motion_;
+    free_motion_ = system_.taken * motion_;
     move(shape_, free_motion_);
   } else {
     move(shape_, motion_);

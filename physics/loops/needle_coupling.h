@@ -22,6 +22,7 @@ struct ContactSystem {
   TrackRows rows;                                                ///< laws and slip: Coupling::stylet only
   Eigen::VectorXd delta_free = Eigen::VectorXd::Zero(kMaxRows);  ///< [rows], m
   Eigen::VectorXd lambda = Eigen::VectorXd::Zero(kMaxRows);      ///< [rows], N; where a step begins, of the last one
+  double taken = 1;  ///< of the solved step, by the needle: one that would turn it too far is shortened
 };
 
 /// The stages of a haptic step that differ between couplings, in the order in which HapticLoop calls them. Where

@@ -28,17 +28,6 @@ bool known(const SurfaceRow& row, std::span<const OrganResponseBody> bodies) {
   return any;
 }
 
-/// Opening of a row per force on a node [3], m/N.
-Vector3d opening(const SurfaceRow& row, int body, int node, const OrganResponseBody& of) {
-  Vector3d sum = Vector3d::Zero();
-  for (int s = 0; s < row.support_count; ++s) {
-    const SurfaceRow::Support& support = row.supports[s];
-    if (support.body != body || !of.isolated.known(support.node)) continue;
-    sum += support.weight * (of.isolated.block(node, support.node) * row.normal);
-  }
-  return sum;
-}
-
 std::uint64_t id_of(const SurfaceRow& row) {
   return (static_cast<std::uint64_t>(row.pair + 1) << 40) + row.slot;
 }
@@ -60,13 +49,15 @@ OrganResponse::OrganResponse()
       pivoting_(kMaxOrganRows) {}
 
 void OrganResponse::find_motions(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
+  known_.clear();
+  for (const SurfaceRow& row : rows) known_.push_back(known(row, bodies) ? 1 : 0);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const IsolatedDofs& isolated = bodies[b].isolated;
     places_[b].clear();
     for (const int node : bodies[b].patch_nodes) places_[b].push_back(isolated.place(node));
     motions_[b].setZero(3 * isolated.known_nodes(), static_cast<Eigen::Index>(rows.size()));
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (!known(rows[i], bodies)) continue;
+      if (known_[i] == 0) continue;
       for (int s = 0; s < rows[i].support_count; ++s) {
         const SurfaceRow::Support& support = rows[i].supports[s];
         if (support.body != static_cast<int>(b) || !isolated.known(support.node)) continue;
@@ -83,7 +74,7 @@ void OrganResponse::choose(std::span<const SurfaceRow> rows, std::span<const Org
   find_motions(rows, bodies);
   std::vector<std::pair<double, int>> ranked;  // by what the needle does to the row, the most first
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (!known(rows[i], bodies)) continue;
+    if (known_[i] == 0) continue;
     double most = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const auto of_row = motions_[b].col(static_cast<Eigen::Index>(i));
@@ -135,15 +126,31 @@ void OrganResponse::find_nodes(std::span<const SurfaceRow> rows, std::span<const
 
 // W_ij = n_i^T (motion of row i per force on row j), plus the compliance of the row itself.
 void OrganResponse::couple(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
+  struct Share {
+    int body = 0;
+    Eigen::Index dof = 0;  // of motions_
+    Vector3d opens = Vector3d::Zero();
+  };
+  std::vector<Share> shares;
+  std::vector<std::size_t> ends;  // of each row's
+  for (int i = 0; i < count_; ++i) {
+    const SurfaceRow& row = rows[chosen_[i]];
+    for (int s = 0; s < row.support_count; ++s) {
+      const SurfaceRow::Support& at = row.supports[s];
+      if (at_[i][s] < 0) continue;
+      shares.push_back({.body = at.body,
+                        .dof = 3 * Eigen::Index{bodies[at.body].isolated.place(at.node)},
+                        .opens = at.weight * row.normal});
+    }
+    ends.push_back(shares.size());
+  }
   for (int j = 0; j < count_; ++j) {
+    std::size_t share = j == 0 ? 0 : ends[j - 1];
     for (int i = j; i < count_; ++i) {
-      const SurfaceRow& row = rows[chosen_[i]];
       double sum = 0;
-      for (int a = 0; a < row.support_count; ++a) {
-        if (at_[i][a] < 0) continue;
-        const SurfaceRow::Support& at = row.supports[a];
-        const int place = bodies[at.body].isolated.place(at.node);
-        sum += at.weight * row.normal.dot(motions_[at.body].col(chosen_[j]).segment<3>(3 * place));
+      for (; share < ends[i]; ++share) {
+        const Share& of = shares[share];
+        sum += of.opens.dot(motions_[of.body].col(chosen_[j]).segment<3>(of.dof));
       }
       w_(i, j) = w_(j, i) = sum;
     }
@@ -187,19 +194,18 @@ void OrganResponse::fill(std::span<const SurfaceRow> rows, OrganRows& out) const
   }
 }
 
-bool OrganResponse::respond(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies,
-                            std::span<const Eigen::VectorXd* const> forces,
+bool OrganResponse::respond(std::span<const OrganResponseBody> bodies, std::span<const Eigen::VectorXd* const> forces,
                             std::span<const std::vector<int>* const> loaded) {
   if (count_ == 0) return false;
   d_.head(count_) = gap_.head(count_);
   d_.head(count_).noalias() -= w_.topLeftCorner(count_, count_) * lambda_0_.head(count_);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     for (const int node : *loaded[b]) {
-      if (!bodies[b].isolated.known(node)) continue;
+      const int place = bodies[b].isolated.place(node);
+      if (place < 0) continue;
+      // What a force on the row moves the node by is how a force on the node opens the row: W_bar is symmetric.
       const Vector3d force = forces[b]->segment<3>(3 * bodies[b].model.free_index[node]);
-      for (int i = 0; i < count_; ++i) {
-        d_[i] += opening(rows[chosen_[i]], static_cast<int>(b), node, bodies[b]).dot(force);
-      }
+      for (int i = 0; i < count_; ++i) d_[i] += motions_[b].col(chosen_[i]).segment<3>(3 * place).dot(force);
     }
   }
   return solve_unilateral(pivoting_, w_.topLeftCorner(count_, count_), d_, zeros_, unbounded_, states_.data(),

@@ -43,8 +43,8 @@ public:
   /// Multipliers under needle forces.
   /// @param forces  [free DOFs] of each body, N, zero but at `loaded`
   /// @return whether there are any
-  bool respond(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies,
-               std::span<const Eigen::VectorXd* const> forces, std::span<const std::vector<int>* const> loaded);
+  bool respond(std::span<const OrganResponseBody> bodies, std::span<const Eigen::VectorXd* const> forces,
+               std::span<const std::vector<int>* const> loaded);
 
   int count() const { return count_; }
   std::span<const int> rows() const { return {chosen_.data(), static_cast<std::size_t>(count_)}; }
@@ -57,6 +57,7 @@ private:
   void couple(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
 
   int count_ = 0;
+  std::vector<char> known_;                         // [rows] whether their compliance is
   std::vector<int> chosen_;                         // [count_] indices of rows
   std::array<std::vector<int>, kMaxBodies> nodes_;  // of the chosen rows, free
   std::array<std::array<int, 4>, kMaxOrganRows>

@@ -353,7 +353,7 @@ void SimulationLoop::respond_organs() {
     forces.push_back(&body.needle_force);
     loaded.push_back(&body.loaded_nodes);
   }
-  if (!organs_.respond(contact_->rows(), organ_bodies(nullptr), forces, loaded)) return;
+  if (!organs_.respond(organ_bodies(nullptr), forces, loaded)) return;
   contact_->take(organs_.rows(), organs_.lambda());
   for (std::size_t b = 0; b < models_.size(); ++b) {
     bodies_[b].contact_force = bodies_[b].load;

@@ -59,7 +59,8 @@ std::uint32_t TrackCoupling::solve(const Delassus& delassus, ContactSystem& syst
 std::uint32_t TrackCoupling::advance(const NeedleShape& shape, const TissuePatch& patch, std::uint64_t number,
                                      ContactSystem& system) {
   system.tissue.settle_organs(patch);
-  track_.advance({shaft(shape), patch, system.rows, solver_, system.lambda, number, dt_}, system.tissue);
+  track_.advance({shaft(shape), patch, system.rows, solver_, system.lambda, number, dt_, system.taken},
+                 system.tissue);
   return track_.flags();
 }
 

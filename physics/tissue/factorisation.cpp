@@ -363,7 +363,15 @@ void Factorisation::substitute_back_in(std::vector<Scalar>& z, const Eigen::Ref<
 }
 
 Eigen::MatrixXd Factorisation::substitute_back_trailing(const Eigen::Ref<const Eigen::MatrixXd>& y) const {
-  return trailing_block_.triangularView<Eigen::Lower>().transpose().solve(y.bottomRows(trailing_block_.rows()));
+  Eigen::MatrixXd x = y.bottomRows(trailing_block_.rows());
+  const auto l_transposed = trailing_block_.triangularView<Eigen::Lower>().transpose();
+  if (x.cols() == 1) {  // without packing the block for a product
+    auto column = x.col(0);
+    l_transposed.solveInPlace(column);
+  } else {
+    l_transposed.solveInPlace(x);
+  }
+  return x;
 }
 
 std::vector<Rows> Factorisation::eliminate_units(std::span<const int> dofs, Eigen::Ref<Eigen::MatrixXd> y,
