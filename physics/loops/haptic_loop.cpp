@@ -165,7 +165,7 @@ bool HapticLoop::correct() {
   shape_ = predicted_;
   const double most =
       settings_.coupling == Coupling::stylet ? settings_.max_node_rotation_stylet : settings_.max_node_rotation;
-  system_.taken = std::min(1.0, most / largest);
+  system_.taken = largest > most ? most / largest : 1;
   if (largest > most) {
     // What springs back when a surface lets go of the tip goes on so in the next steps: its mass would not be faster.
     const bool springs_back = settings_.coupling == Coupling::stylet && system_.rows.contact_count <= kContactsOfTip;

@@ -547,15 +547,8 @@ void SimulationLoop::relax() {
   for (std::size_t b = 0; b < models_.size(); ++b) {
     BodyState& body = bodies_[b];
     if (body.memory.empty()) continue;
-    relax_strain(models_[b], tissue_.positions[b], body.rotations, body.rest_size, settings_.dt, body.memory,
-                 &companion_);
-    if (models_[b].is_quadratic()) {
-      gather_internal_force(models_[b], tissue_.positions[b], body);
-      continue;
-    }
-    body.squeezed = update_rotations_and_forces(models_[b], tissue_.positions[b], body.rotations, body.nodal_force,
-                                                body.rest_size, body.memory, elements_)
-                        .squeezed;
+    body.squeezed = relax_strain_and_forces(models_[b], tissue_.positions[b], body.rotations, body.nodal_force,
+                                            body.rest_size, settings_.dt, body.memory, elements_);
     take_free(models_[b], body.nodal_force, body.internal_force);
   }
 }

@@ -57,6 +57,11 @@ LaneMatrix in_lane(const Eigen::Matrix3d& m, int lane) {
   return result;
 }
 
+/// Edges without stress over those at rest of tetrahedra first .. first + 3.
+Lanes sizes_of(std::span<const double> rest_size, int first) {
+  return rest_size.empty() ? Lanes(Lanes::Ones()) : Lanes(Eigen::Map<const Lanes>(rest_size.data() + first));
+}
+
 /// sym(R^T F) - g I of up to four tetrahedra from `first` on, and R.
 struct LaneStrain {
   LaneMatrix rotation;
@@ -66,11 +71,10 @@ LaneStrain strain_at(const TissueModel& model, const Eigen::Matrix3Xd& positions
                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, int first) {
   LaneStrain found;
   const int count = std::min(kLanes, model.tet_count() - first);
-  Lanes size = Lanes::Ones();
   if (count == kLanes) {
     found.rotation = matrix_of(quaternions_of(rotations, first));
-    if (!rest_size.empty()) size = Eigen::Map<const Lanes>(rest_size.data() + first);
-    found.strain = strain_of(stretch_of(found.rotation, deformation_gradients(model, positions, first)), size);
+    found.strain = strain_of(stretch_of(found.rotation, deformation_gradients(model, positions, first)),
+                             sizes_of(rest_size, first));
     return found;
   }
   found.rotation = found.strain = in_lane(Eigen::Matrix3d::Zero(), 0);
@@ -160,23 +164,16 @@ int add_forces_one_by_one(const TissueModel& model, const Eigen::Matrix3Xd& posi
   return squeezed;
 }
 
-/// Rotations and forces of tetrahedra first .. first + 3; false, and nothing is done, where one is in the barrier or
-/// is not near its rotation.
-bool add_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int first,
-               std::span<Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-               std::span<const StrainMemory> memory, int first_node, Eigen::Ref<Eigen::Matrix3Xd> forces) {
-  const LaneMatrix f = deformation_gradients(model, positions, first);
-  std::array<Lanes, 4> q = quaternions_of(rotations, first);
-  if (!(determinant(f) >= kSqueezed).all() || !closest_rotations(f, q)) return false;
-  set_quaternions(q, rotations, first);
-  const LaneMatrix r = matrix_of(q);
+/// Forces of tetrahedra first .. first + 3, none of them in the barrier, at F and R.
+void add_forces_of_lanes(const TissueModel& model, const LaneMatrix& f, const LaneMatrix& r, int first,
+                         std::span<const double> rest_size, std::span<const StrainMemory> memory, int first_node,
+                         Eigen::Ref<Eigen::Matrix3Xd> forces) {
   LaneMatrix s;  // R^T F, its symmetric part, stress times volume
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) s[i][j] = r[0][i] * f[0][j] + r[1][i] * f[1][j] + r[2][i] * f[2][j];
   }
   const TetLanes& rest = model.lanes[static_cast<std::size_t>(first / kLanes)];
-  Lanes size = Lanes::Ones();
-  if (!rest_size.empty()) size = Eigen::Map<const Lanes>(rest_size.data() + first);
+  const Lanes size = sizes_of(rest_size, first);
   for (std::size_t i = 0; i < 3; ++i) s[i][i] -= size;
   const Lanes twice_mu = 2 * rest.mu * rest.volume;
   const Lanes pressure = rest.lambda * rest.volume * (s[0][0] + s[1][1] + s[2][2]);
@@ -210,7 +207,75 @@ bool add_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int 
       forces(axis, n[0] - first_node) -= force[i][0][lane] + force[i][1][lane] + force[i][2][lane];
     }
   }
+}
+
+/// Rotations and forces of tetrahedra first .. first + 3; false, and nothing is done, where one is in the barrier or
+/// is not near its rotation.
+bool add_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int first,
+               std::span<Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+               std::span<const StrainMemory> memory, int first_node, Eigen::Ref<Eigen::Matrix3Xd> forces) {
+  const LaneMatrix f = deformation_gradients(model, positions, first);
+  std::array<Lanes, 4> q = quaternions_of(rotations, first);
+  if (!(determinant(f) >= kSqueezed).all() || !closest_rotations(f, q)) return false;
+  set_quaternions(q, rotations, first);
+  add_forces_of_lanes(model, f, matrix_of(q), first, rest_size, memory, first_node, forces);
   return true;
+}
+
+/// What relaxes in tetrahedra first .. first + 3, and their forces then; false, and nothing is done, where one is in
+/// the barrier.
+bool relax_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int first,
+                 std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
+                 std::span<StrainMemory> memory, int first_node, Eigen::Ref<Eigen::Matrix3Xd> forces) {
+  const LaneMatrix f = deformation_gradients(model, positions, first);
+  if (!(determinant(f) >= kSqueezed).all()) return false;
+  const LaneMatrix r = matrix_of(quaternions_of(rotations, first));
+  if (const StrainLaw* const law = law_of(model, first)) {
+    relax(*law, strain_of(stretch_of(r, f), sizes_of(rest_size, first)), dt,
+          memory[static_cast<std::size_t>(first / kLanes)]);
+  }
+  add_forces_of_lanes(model, f, r, first, rest_size, memory, first_node, forces);
+  return true;
+}
+
+/// of_run(run, forces of the run) for all of them, and the forces of all.
+template <typename OfRun>
+ElementCount sum_over_runs(const TissueModel& model, Eigen::Ref<Eigen::Matrix3Xd> forces, ElementScratch& scratch,
+                           const OfRun& of_run) {
+  scratch.sums.resize(model.runs.size());
+  std::vector<ElementCount> counts(model.runs.size());
+  in_parts(scratch.companion, static_cast<int>(model.runs.size()), [&](int r) {
+    const TetRun& run = model.runs[r];
+    Eigen::Matrix3Xd& sum = scratch.sums[r];
+    sum.setZero(3, run.end_node - run.first_node);
+    counts[r] = of_run(run, sum);
+  });
+  ElementCount all;
+  forces.setZero();
+  for (std::size_t r = 0; r < model.runs.size(); ++r) {  // in their order: the same bits whoever did which
+    forces.middleCols(model.runs[r].first_node, scratch.sums[r].cols()) += scratch.sums[r];
+    all.inverted += counts[r].inverted;
+    all.squeezed += counts[r].squeezed;
+  }
+  return all;
+}
+
+/// What relaxes in up to four tetrahedra from `first` on.
+void relax_four(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, int first,
+                double dt, std::span<StrainMemory> memory) {
+  if (const StrainLaw* const law = law_of(model, first)) {
+    relax(*law, strain_at(model, positions, rotations, rest_size, first).strain, dt,
+          memory[static_cast<std::size_t>(first / kLanes)]);
+  }
+}
+
+/// each(first) of every four tetrahedra; parts of them by the companion, which must not matter.
+template <typename Each>
+void for_fours(const TissueModel& model, Companion* companion, const Each& each) {
+  in_parts(companion, static_cast<int>(model.runs.size()), [&](int r) {
+    for (int first = model.runs[r].begin; first < model.runs[r].end; first += kLanes) each(first);
+  });
 }
 
 }  // namespace
@@ -263,17 +328,11 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
                                          std::span<Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                                          std::span<const double> rest_size, std::span<const StrainMemory> memory,
                                          ElementScratch& scratch) {
-  scratch.sums.resize(model.runs.size());
-  std::vector<ElementCount> counts(model.runs.size());
-  in_parts(scratch.companion, static_cast<int>(model.runs.size()), [&](int r) {
-    const TetRun& run = model.runs[r];
-    Eigen::Matrix3Xd& sum = scratch.sums[r];
-    sum.setZero(3, run.end_node - run.first_node);
-    ElementCount& count = counts[r];
+  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Matrix3Xd& sum) {
     if (model.is_quadratic()) {
-      count = update_quadratic_rotations_and_forces(model, positions, rotations, run, sum, rest_size, memory);
-      return;
+      return update_quadratic_rotations_and_forces(model, positions, rotations, run, sum, rest_size, memory);
     }
+    ElementCount count;
     int first = run.begin;
     for (; first + kLanes <= run.end; first += kLanes) {
       if (add_lanes(model, positions, first, rotations, rest_size, memory, run.first_node, sum)) continue;
@@ -284,16 +343,36 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
     count.inverted += update_rotations_one_by_one(model, positions, first, run.end, rotations);
     count.squeezed += add_forces_one_by_one(model, positions, first, run.end, rotations, rest_size, memory, false,
                                             run.first_node, sum);
+    return count;
   });
-  ElementCount all;
-  forces.setZero();
-  for (std::size_t r = 0; r < model.runs.size(); ++r) {  // in their order: the same bits whoever did which
-    forces.middleCols(model.runs[r].first_node, scratch.sums[r].cols()) += scratch.sums[r];
-    all.inverted += counts[r].inverted;
-    all.squeezed += counts[r].squeezed;
-  }
   add_membrane_forces(model, positions, false, forces);
   return all;
+}
+
+int relax_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                            std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                            std::span<const double> rest_size, double dt, std::span<StrainMemory> memory,
+                            ElementScratch& scratch) {
+  if (model.is_quadratic()) {
+    relax_quadratic_strain(model, positions, rotations, rest_size, dt, memory, scratch.companion);
+    return internal_forces(model, positions, rotations, forces, rest_size, memory, scratch);
+  }
+  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Matrix3Xd& sum) {
+    ElementCount count;
+    for (int first = run.begin; first < run.end; first += kLanes) {
+      const int end = std::min(first + kLanes, run.end);
+      if (end == first + kLanes &&
+          relax_lanes(model, positions, first, rotations, rest_size, dt, memory, run.first_node, sum)) {
+        continue;
+      }
+      relax_four(model, positions, rotations, rest_size, first, dt, memory);
+      count.squeezed += add_forces_one_by_one(model, positions, first, end, rotations, rest_size, memory, false,
+                                              run.first_node, sum);
+    }
+    return count;
+  });
+  add_membrane_forces(model, positions, false, forces);
+  return all.squeezed;
 }
 
 void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -303,7 +382,7 @@ void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions
     find_quadratic_stiffening(model, positions, rotations, rest_size, stiffness, companion);
     return;
   }
-  for (int first = 0; first < model.tet_count(); first += kLanes) {
+  for_fours(model, companion, [&](int first) {
     std::array<PointStiffness, kLanes> found;
     if (const StrainLaw* const law = law_of(model, first)) {
       const LaneStrain at = strain_at(model, positions, rotations, rest_size, first);
@@ -311,7 +390,7 @@ void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions
     }
     const int count = std::min(kLanes, model.tet_count() - first);
     std::copy_n(found.begin(), count, stiffness.begin() + first);
-  }
+  });
 }
 
 void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -321,12 +400,8 @@ void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
     relax_quadratic_strain(model, positions, rotations, rest_size, dt, memory, companion);
     return;
   }
-  for (int first = 0; first < model.tet_count(); first += kLanes) {
-    if (const StrainLaw* const law = law_of(model, first)) {
-      relax(*law, strain_at(model, positions, rotations, rest_size, first).strain, dt,
-            memory[static_cast<std::size_t>(first / kLanes)]);
-    }
-  }
+  for_fours(model, companion,
+            [&](int first) { relax_four(model, positions, rotations, rest_size, first, dt, memory); });
 }
 
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

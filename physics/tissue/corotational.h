@@ -50,7 +50,7 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
 /// How the law has stiffened each point   (eq. 47).
 /// @param rotations         [points] of these very positions
 /// @param[out] stiffness    [points]
-/// @param companion         takes a part of the quadratic elements, here and below; the bits do not know of it
+/// @param companion         takes a part of the elements, here and below; the bits do not know of it
 void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
                      std::span<PointStiffness> stiffness, Companion* companion = nullptr);
@@ -62,6 +62,13 @@ void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions
 void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                   std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
                   std::span<StrainMemory> memory, Companion* companion = nullptr);
+
+/// relax_strain(), then internal_forces() with the barrier; of linear tetrahedra in one pass where F is found once.
+/// Equal to those two to rounding. Returns the number of tetrahedra in the barrier or beyond it.
+int relax_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                            std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
+                            std::span<const double> rest_size, double dt, std::span<StrainMemory> memory,
+                            ElementScratch& scratch);
 
 /// Elastic energy U(p), J   (eq. 2, 34, 37).
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdio>
 #include <random>
 
@@ -43,6 +46,35 @@ TEST(Corotational, ClosestRotationIsThePolarFactor) {
     const Eigen::Quaterniond warm =
         closest_rotation(q.toRotationMatrix() * stretch, q * Eigen::Quaterniond(1, .05, -.04, .03).normalized());
     worst = std::max({worst, q.angularDistance(cold), q.angularDistance(warm)});
+  }
+  std::printf("  largest angle to the polar factor: %.2e rad\n", worst);
+  EXPECT_LT(worst, 1e-13);
+}
+
+// However far off it begins: what is left of a small step is of third order, so none is needed after it.
+TEST(Corotational, ClosestRotationIsThePolarFactorFromEverySmallDistance) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  const auto direction = [&] { return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized(); };
+  double worst = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Quaterniond q(Eigen::AngleAxisd(normal(random), direction()));
+    const Eigen::Matrix3d a = Eigen::Matrix3d::NullaryExpr([&] { return 0.3 * normal(random); });
+    const Eigen::Matrix3d f = q.toRotationMatrix() * (a * a.transpose() + 0.2 * Eigen::Matrix3d::Identity());
+    for (const double angle : {1e-8, 1e-6, 1e-5, 1.9e-5, 2.1e-5, 1e-4, 1e-3, 1e-2}) {
+      std::array<Lanes, 4> four;
+      const Eigen::Quaterniond start = q * Eigen::Quaterniond(Eigen::AngleAxisd(angle, direction()));
+      for (std::size_t k = 0; k < 4; ++k) four[k].setConstant(start.coeffs()[static_cast<Eigen::Index>(k)]);
+      LaneMatrix gradient;
+      for (std::size_t r = 0; r < 3; ++r) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          gradient[r][c].setConstant(f(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)));
+        }
+      }
+      ASSERT_TRUE(closest_rotations(gradient, four));
+      const Eigen::Quaterniond together(four[3][1], four[0][1], four[1][1], four[2][1]);
+      worst = std::max({worst, q.angularDistance(closest_rotation(f, start)), q.angularDistance(together)});
+    }
   }
   std::printf("  largest angle to the polar factor: %.2e rad\n", worst);
   EXPECT_LT(worst, 1e-13);
