@@ -41,6 +41,7 @@ public:
   /// @param out  reserved
   void fill(std::span<const SurfaceRow> rows, OrganRows& out) const;
   /// Multipliers under needle forces.
+  /// @param bodies  with the factor and the known nodes that choose() had
   /// @param forces  [free DOFs] of each body, N, zero but at `loaded`
   /// @return whether there are any
   bool respond(std::span<const OrganResponseBody> bodies, std::span<const Eigen::VectorXd* const> forces,
