@@ -58,9 +58,10 @@ FramePublisher::Carrier FramePublisher::carrier_of(const Eigen::Vector3d& centre
 }
 
 void FramePublisher::show_probe(const physics::RigidPose& pose, const physics::ProbeContact& contact) {
-  frame_.probe_position = pose.position.cast<float>();
+  const Eigen::Vector3d axis = pose.orientation * Eigen::Vector3d::UnitZ();
+  frame_.probe_position = (pose.position - contact.yielded * axis).cast<float>();
   frame_.probe_orientation = pose.orientation.cast<float>();
-  const double force = -contact.wrench.force.dot(pose.orientation * Eigen::Vector3d::UnitZ());
+  const double force = -contact.wrench.force.dot(axis);
   frame_.probe_force = static_cast<float>(force);
   frame_.probe_area = static_cast<float>(contact.area);
   frame_.probe_lifted = scene_.probe.presses >= 0 && !(contact.area > 0) ? 1.0F : 0.0F;

@@ -261,7 +261,9 @@ void OrganContact::find_probe(const RigidPose& pose) {
       if (distance.value < 0) point.side = side;
       row.gap = distance.value;
       row.area = point.area;
+      // The secant of (30) at the force of the step before.
       row.compliance = probe.layer_compliance / point.area;
+      row.compliance /= std::hypot(1, row.compliance * point.lambda / probe.layer_thickness);
       row.lambda = point.lambda;
       row.slot = slot;
       row.support_count = 3;

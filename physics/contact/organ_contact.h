@@ -42,9 +42,12 @@ struct ProbeContactSettings {
   ProbeShape shape{};
   int body = 0;
   double point_spacing = 0.005;      ///< of the material points on the body's faces that feel the probe, at rest, m
-  double layer_compliance = 5e-8;    ///< yield of skin surface and gel: m per Pa of pressure
+  double layer_compliance = 5e-8;    ///< yield of skin surface and gel at first: m per Pa of pressure
+  double layer_thickness = 0.005;    ///< the most it yields under any pressure (eq. 30), m
   double friction = 0;               ///< Coulomb, of the head on the skin
   double shear_compliance = 1.5e-7;  ///< yield of the same layer sideways (an incompressible one: 3 times): m per Pa
+  double grip_force = 40;            ///< along the axis, at which the hand has given way by grip_yield (eq. 33c), N
+  double grip_yield = 0.005;         ///< m
   int max_points = 160;
   /// Middle of the head's face when it is held as planned, patient frame, m: see OrganContact.
   std::optional<Eigen::Vector3d> held_at{};
@@ -108,6 +111,7 @@ struct ProbeContact {
   double gap = 0;        ///< to the nearest point of the skin where none carries force, at most the reach; else 0, m
   bool near = false;     ///< there is skin in reach
   double stiffness = 0;  ///< of the force along the head's axis per motion along it (README eq. 33b), N/m
+  double yielded = 0;    ///< how far the head is behind where the hand would have it, along its axis (eq. 33c), m
 };
 
 /// Of the last update().

@@ -146,6 +146,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
   std::vector<const Factorisation*> at_rest;
   for (const FactorisedTissue::Body& body : worker_.latest().bodies) at_rest.push_back(&body.factor);
   contact_.emplace(models_, at_rest, settings.contact, &companion_);
+  if (settings.contact.probe) grip_.emplace(*settings.contact.probe);
   follow_organs_ = settings.contact.at_haptic_rate && !settings.lay_contacts;
 }
 
@@ -464,13 +465,17 @@ void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
     report.flags |= kSimulationNonFinite;
     probe = nullptr;
   }
-  contact_->update({tissue_.positions.data(), models_.size()}, probe, workspace_);
+  std::optional<RigidPose> head;
+  if (grip_ && probe != nullptr) head = grip_->head(*probe);
+  contact_->update({tissue_.positions.data(), models_.size()}, head ? &*head : nullptr, workspace_);
   for (std::size_t b = 0; b < models_.size(); ++b) {
     bodies_[b].contact_force = bodies_[b].load;
     contact_->add_forces(static_cast<int>(b), bodies_[b].contact_force);
   }
   report.organs = contact_->report();
   report.probe = contact_->probe();
+  if (head) grip_->feel(*head, report.probe);
+  if (grip_ && !head) grip_->release();
 }
 
 void SimulationLoop::correct_motion(bool shown, SimulationReport& report) {

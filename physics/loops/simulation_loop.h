@@ -10,6 +10,7 @@
 
 #include "physics/contact/insertion_path.h"
 #include "physics/contact/organ_contact.h"
+#include "physics/contact/probe_grip.h"
 #include "physics/loops/organ_response.h"
 #include "physics/messages/messages.h"
 #include "physics/tissue/cavity.h"
@@ -223,6 +224,7 @@ private:
   std::vector<BodyState> bodies_;
   InsertionPath path_;
   std::optional<OrganContact> contact_;
+  std::optional<ProbeGrip> grip_;
   OrganResponse organs_;
   bool follow_organs_ = false;
   double held_amplitude_ = 0;

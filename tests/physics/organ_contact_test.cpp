@@ -182,7 +182,7 @@ TEST(ProbeShape, DistanceIsExactOnTheFaceAndItsGradientOnTheWay) {
 /// method on dense textbook elements: the layer makes the pressure a function of the overlap, so no contact problem
 /// is left to solve. `cuts`^2 points a face.
 double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, const std::vector<int>& held,
-                         double top, double depth, int cuts, double layer, double* area) {
+                         double top, double depth, int cuts, double layer, double thickness, double* area) {
   const std::vector<ElasticMaterial> materials(mesh.tets.size(), material);
   const support::DenseTissue dense(mesh, materials, held);
   // The upper faces of a Kuhn box: two triangles a cell of the top.
@@ -227,15 +227,19 @@ double dense_probe_force(const TetMesh& mesh, const ElasticMaterial& material, c
       for (int a = 0; a < 3; ++a) x += point.weights[a] * p.segment<3>(3 * point.nodes[a]);
       Eigen::Vector3d n = x - axis;
       n.y() = 0;
-      const double overlap = 0.06 - n.norm();
+      // At rest, where Newton's method starts, the block is deeper in the cylinder than any pressure brings it.
+      const double overlap = std::min(0.06 - n.norm(), 0.9 * thickness);
       if (overlap <= 0) continue;
       n.normalize();
-      const double k = point.area / layer;
-      force += k * overlap * -n.z();
+      // overlap = q / sqrt(1 + (q / thickness)^2), q = layer * pressure
+      const double full = 1 - overlap * overlap / (thickness * thickness);
+      const double push = point.area / layer * overlap / std::sqrt(full);
+      const double k = push / (overlap * full);
+      force += push * -n.z();
       *area += point.area;
       for (int a = 0; a < 3; ++a) {
         const int row = 3 * point.nodes[a];
-        residual.segment<3>(row) += point.weights[a] * k * overlap * n;
+        residual.segment<3>(row) += point.weights[a] * push * n;
         for (int b = 0; b < 3; ++b) {
           stiffness.block<3, 3>(row, 3 * point.nodes[b]) +=
               point.weights[a] * point.weights[b] * k * n * n.transpose();
@@ -269,6 +273,7 @@ TEST(OrganContact, ProbePressedFiveMillimetresMatchesADenseReference) {
       .body = 0,
       .point_spacing = 0.006,
       .layer_compliance = 5e-8,
+      .layer_thickness = 0.005,
       .max_points = 640};
   bench.touch(settings);
   RigidPose pose;
@@ -284,7 +289,7 @@ TEST(OrganContact, ProbePressedFiveMillimetresMatchesADenseReference) {
   double best = 1e9, reference = 0;
   for (int n = 1; n <= 4; ++n) {
     double a = 0;
-    const double force = dense_probe_force(mesh, {kYoung, 0.4}, held, 0.04, 0.005, n, 5e-8, &a);
+    const double force = dense_probe_force(mesh, {kYoung, 0.4}, held, 0.04, 0.005, n, 5e-8, 0.005, &a);
     std::printf("[ dense, %2d points a face ] %.6f N on %.1f mm^2\n", n * n, force, 1e6 * a);
     if (std::abs(force - probe.wrench.force.z()) < best) {
       best = std::abs(force - probe.wrench.force.z());

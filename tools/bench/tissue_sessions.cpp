@@ -46,6 +46,7 @@ content::Scene scene_of(const std::string& name, const std::string& variant) {
 struct LeastVolume {
   double at_point = std::numeric_limits<double>::infinity();
   double of_element = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< a node of the element of at_point, m
 };
 
 LeastVolume least_volume(const physics::TissueModel& model, std::span<const Eigen::Array4d> volumes,
@@ -58,7 +59,10 @@ LeastVolume least_volume(const physics::TissueModel& model, std::span<const Eige
       Eigen::Array4d ratios;
       for (std::size_t q = 0; q < 4; ++q)  // det cof F = (det F)^2
         ratios[static_cast<Eigen::Index>(q)] = std::sqrt(std::max(cofactors[4 * e + q].determinant(), 0.0));
-      least.at_point = std::min(least.at_point, ratios.minCoeff());
+      if (ratios.minCoeff() < least.at_point) {
+        least.at_point = ratios.minCoeff();
+        least.point = positions.col(model.mesh.tets[physics::kTetsOfRefined * e][0]);
+      }
       least.of_element = std::min(least.of_element, (ratios * volumes[e]).sum() / volumes[e].sum());
     }
     return least;
@@ -68,10 +72,20 @@ LeastVolume least_volume(const physics::TissueModel& model, std::span<const Eige
     const Eigen::Vector3d origin = positions.col(n[0]);
     const Eigen::Vector3d a = positions.col(n[1]) - origin;
     const Eigen::Vector3d b = positions.col(n[2]) - origin;
-    least.at_point =
-        std::min(least.at_point, a.cross(b).dot(positions.col(n[3]) - origin) / (6 * model.tets[t].volume));
+    const double ratio = a.cross(b).dot(positions.col(n[3]) - origin) / (6 * model.tets[t].volume);
+    if (ratio >= least.at_point) continue;
+    least.at_point = ratio;
+    least.point = origin;
   }
   least.of_element = least.at_point;
+  return least;
+}
+
+/// K of the softest element of the body, across its layers, Pa.
+double least_bulk_modulus(const content::DeformableBody& body) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const physics::ElasticMaterial& m : body.tet_mechanics)
+    least = std::min(least, m.young_modulus * m.layers.across / (3 * (1 - 2 * m.poisson_ratio)));
   return least;
 }
 
@@ -95,7 +109,8 @@ void run(const std::string& name, const std::string& variant, double longest, Re
   const double seconds = std::min(scene.motion.stylus.back().time_s, longest);
   LeastVolume least;
   LeastVolume before_puncture;
-  std::string where;
+  std::string where, where_point;
+  double pressure = 0;  // of the head, in the mean of its face, before the first puncture, Pa
   double punctured = -1;
   int inverted = 0;
   int since_request = -1;
@@ -110,6 +125,10 @@ void run(const std::string& name, const std::string& variant, double longest, Re
     });
     inverted += done.inverted_tets;
     if (take) since_request = -1;
+    const physics::RigidPose held = session::probe_pose(scene, step * dt);
+    if (punctured < 0 && done.probe.area > 0)
+      pressure = std::max(
+          pressure, -done.probe.wrench.force.dot(held.orientation * Eigen::Vector3d::UnitZ()) / done.probe.area);
     if (done.factorisation_requested) {
       loops.worker().step();
       since_request = 0;
@@ -119,7 +138,15 @@ void run(const std::string& name, const std::string& variant, double longest, Re
       least.at_point = std::min(least.at_point, of_body.at_point);
       least.of_element = std::min(least.of_element, of_body.of_element);
       if (punctured >= 0) continue;
-      before_puncture.at_point = std::min(before_puncture.at_point, of_body.at_point);
+      if (of_body.at_point < before_puncture.at_point) {
+        before_puncture.at_point = of_body.at_point;
+        const physics::NeedleState& needle = loops.needle();
+        where_point = fmt::format(
+            "in {} at {:.2f} s, {:.0f} mm from the tip of the needle, {:.0f} mm from the middle of the head's face",
+            scene.bodies[b].name, step * dt,
+            1e3 * (of_body.point - needle.positions.col(needle.node_count - 1)).norm(),
+            1e3 * (of_body.point - held.position).norm());
+      }
       if (of_body.of_element >= before_puncture.of_element) continue;
       before_puncture.of_element = of_body.of_element;
       where = fmt::format("in {} at {:.2f} s", scene.bodies[b].name, step * dt);
@@ -150,7 +177,17 @@ void run(const std::string& name, const std::string& variant, double longest, Re
   before("least_det_f_before_puncture", before_puncture.of_element,
          "in the mean of an element, " + where +
              (punctured < 0 ? "; nothing was punctured" : fmt::format("; first puncture at {:.2f} s", punctured)));
-  before("least_det_f_before_puncture.at_point", before_puncture.at_point, "where strain is measured");
+  before("least_det_f_before_puncture.at_point", before_puncture.at_point,
+         "where strain is measured: " + where_point);
+  if (scene.probe.presses >= 0) {
+    const double bulk = least_bulk_modulus(scene.bodies[static_cast<std::size_t>(scene.probe.presses)]);
+    report.add({.name = key + "head.pressure", .value = 1e-3 * pressure, .unit = "kPa"});
+    report.add(
+        noted({.name = key + "head.least_det_f", .value = 1 - pressure / bulk, .unit = "1"},
+              fmt::format("1 - p/K, p on the face's mean, K = {:.0f} kPa of the softest element: no mesh has more "
+                          "everywhere under it",
+                          1e-3 * bulk)));
+  }
   report.add({.name = key + "least_det_f", .value = least.of_element, .unit = "1"});
   report.add({.name = key + "least_det_f.at_point", .value = least.at_point, .unit = "1"});
   report.add(at_most(key + "inverted", inverted, "1", 0));
