@@ -5,6 +5,11 @@
 #include <cmath>
 
 namespace stylet::physics {
+namespace {
+
+constexpr double kUpright = 1 - 1e-9;  // sine: of a rim that is nearly the next side
+
+}  // namespace
 
 ProbeShape::Unrolled ProbeShape::unroll(const Eigen::Vector3d& x) const {
   Unrolled point{.at = x};
@@ -40,35 +45,39 @@ ProbeShape::Distance ProbeShape::distance(const Eigen::Vector3d& x) const {
 }
 
 ProbeShape::Distance ProbeShape::distance_from(ProbeSide side, const Eigen::Vector3d& x) const {
-  if (side == ProbeSide::none) return distance(x);
+  const Distance nearest = distance(x);
+  if (side == ProbeSide::none || nearest.value >= 0) return nearest;
   const auto& [at, t, r] = unroll(x);
   const Eigen::Vector3d half = core();
-  // As in distance(), to the bit.
-  const Eigen::Vector3d beyond(std::abs(at.x()) - half.x(), std::abs(at.y()) - half.y(),
-                               at.z() + length / 2 - half.z());
-  if (beyond.z() >= 0) return distance(x);
-  const Eigen::Vector2d aside = beyond.head<2>().cwiseMax(0.0);
-  const double outside = aside.norm();
-  if (side != ProbeSide::face) {
-    if (outside > 0) return distance(x);
-    const bool along_x = side == ProbeSide::plus_x || side == ProbeSide::minus_x;
+  const double below = at.z() + length / 2 - half.z();  // the level where the rim of the face begins, if negative
+  const Eigen::Vector3d lateral = std::copysign(1, at.x()) * t;
+  const Eigen::Vector3d elevation = std::copysign(1, at.y()) * Eigen::Vector3d::UnitY();
+  // The way it came, and over the rim.
+  double back = below, over = 0;
+  Eigen::Vector3d out = r, aside;
+  if (side == ProbeSide::face) {
+    const Eigen::Vector2d beyond = (at.head<2>().cwiseAbs() - half.head<2>()).cwiseMax(0.0);
+    over = beyond.norm();
+    if (over > 0) aside = (beyond.x() * lateral + beyond.y() * elevation) / over;
+  } else {
+    const int axis = side == ProbeSide::plus_x || side == ProbeSide::minus_x ? 0 : 1;
     const double sign = side == ProbeSide::plus_x || side == ProbeSide::plus_y ? 1 : -1;
-    const int axis = along_x ? 0 : 1;
-    return {sign * at[axis] - half[axis] - rounding,
-            sign * (along_x ? t : Eigen::Vector3d(Eigen::Vector3d::UnitY()))};
+    if (std::abs(at[1 - axis]) > half[1 - axis]) return nearest;  // an edge between two sides
+    back = sign * at[axis] - half[axis];
+    over = std::max(0.0, below);
+    out = sign * (axis == 0 ? t : Eigen::Vector3d(Eigen::Vector3d::UnitY()));
+    aside = r;
   }
-  if (outside >= rounding) return distance(x);
-  if (outside == 0) return {beyond.z() - rounding, r};
-  // g = z cos + outside sin - rounding, sin = outside / rounding: from the depth below the face, smoothly at the edge
-  // of its flat part, to nothing at the side. Over the length of its gradient it is a distance of first order.
-  const double sine = outside / rounding;
+  if (over <= 0) return {back - rounding, out};
+  // g = back cos + over sin - rounding, sin = over / rounding: from the depth behind the side, smoothly at the edge
+  // of its flat part, to nothing at the next one. Over the length of its gradient it is a distance of first order.
+  // The rim's own levels grow sharper with the depth: points that carry much would snap over them.
+  const double sine = std::min(over / rounding, kUpright);
   const double cosine = std::sqrt(1 - sine * sine);
-  const double slope = 2 * sine - beyond.z() * sine / (rounding * cosine);
+  const double slope = 2 * sine - back * sine / (rounding * cosine);
   const double length_of_gradient = std::hypot(slope, cosine);
-  const Eigen::Vector3d sideways = std::copysign(aside.x(), at.x()) / outside * t +
-                                   std::copysign(aside.y(), at.y()) / outside * Eigen::Vector3d::UnitY();
-  return {(beyond.z() * cosine + outside * sine - rounding) / length_of_gradient,
-          (slope * sideways + cosine * r) / length_of_gradient};
+  return {(back * cosine + over * sine - rounding) / length_of_gradient,
+          (slope * aside + cosine * out) / length_of_gradient};
 }
 
 ProbeSide ProbeShape::entry(const Eigen::Vector3d& before, const Eigen::Vector3d& now) const {

@@ -28,8 +28,8 @@ struct ProbeShape {
   Distance distance(const Eigen::Vector3d& x) const;
 
   /// The same for a point that came in through `side`: however deep it is, the way out is the way it came, and not
-  /// through the side that is nearest. Where it is no deeper than the rims are round, and outside, distance() to the
-  /// bit. Under the rim of the face it goes over continuously from the one to the other.
+  /// through the side that is nearest. Outside distance() to the bit; inside it goes over to the way out through the
+  /// next side under the rim, with a gradient that is continuous, and exact on the surface.
   Distance distance_from(ProbeSide side, const Eigen::Vector3d& x) const;
   /// The side through which the straight way from `before` to `now` (in the head) comes in. From inside of the box
   /// the nearest one.

@@ -92,15 +92,18 @@ TEST(ProbePress, TheHandIsToldTheStiffnessThatThePressingFinds) {
   EXPECT_TRUE(press.probe().near);
   EXPECT_NEAR(press.probe().gap, 0.001, 5e-5);  // to a point of the skin beside the face's middle
   EXPECT_EQ(press.probe().stiffness, 0);
-  // Over a millimeter: the force grows in small steps, as points of the skin come under the head.
-  constexpr double kFurther = 0.001;
+  // Over a millimeter up and down: the force grows in small steps, as points of the skin come under the head.
+  constexpr double kAround = 0.001;
+  const auto force_at = [&](double depth) {
+    for (int i = 0; i < 40; ++i) press.at(depth);
+    return press.force();
+  };
   for (const double depth : {0.002, 0.005, 0.010, 0.020}) {
-    for (int i = 0; i < 80; ++i) press.at(depth);
+    const double less = force_at(depth - kAround);
+    const double here = force_at(depth);
     const double told = press.probe().stiffness;
-    const double before = press.force();
-    for (int i = 0; i < 80; ++i) press.at(depth + kFurther);
-    const double found = (press.force() - before) / kFurther;
-    std::printf("[ %2.0f mm deep ] %.2f N, told %.0f N/m, found %.0f N/m\n", 1e3 * depth, before, told, found);
+    const double found = (force_at(depth + kAround) - less) / (2 * kAround);
+    std::printf("[ %2.0f mm deep ] %.2f N, told %.0f N/m, found %.0f N/m\n", 1e3 * depth, here, told, found);
     EXPECT_NEAR(told, found, (depth < 0.015 ? 0.3 : 0.5) * found);  // W is that of the body at rest
   }
   for (int i = 0; i < 40; ++i) press.at(-0.02);
@@ -175,11 +178,44 @@ TEST(ProbeShape, APointDeepInTheHeadGoesBackTheWayItCame) {
     before = now;
   }
   EXPECT_NEAR(before, 0, 2e-5);
-  // Where it is no deeper than the rim is round nothing has changed.
-  for (double y = -0.011; y <= 0.011; y += 1e-3) {
-    for (double z = -0.0029; z <= 0.002; z += 5e-4) {
-      EXPECT_EQ(head.distance_from(ProbeSide::face, {0.01, y, z}).value, head.distance({0.01, y, z}).value);
+  // Outside nothing has changed.
+  for (double y = -0.015; y <= 0.015; y += 1e-3) {
+    for (double z = -0.02; z <= 0.002; z += 5e-4) {
+      const ProbeShape::Distance distance = head.distance({0.01, y, z});
+      if (distance.value < 0) continue;
+      EXPECT_EQ(head.distance_from(ProbeSide::face, {0.01, y, z}).value, distance.value);
+      EXPECT_EQ(head.distance_from(ProbeSide::plus_y, {0.01, y, z}).gradient, distance.gradient);
     }
+  }
+}
+
+TEST(ProbeShape, TheWayOutTurnsOverTheRimWithoutAJump) {
+  const ProbeShape head{.face_radius = 0, .half_width = 0.03, .half_height = 0.01, .length = 0.08, .rounding = 0.003};
+  constexpr double kStride = 1e-6;  // m
+  for (const ProbeSide side : {ProbeSide::face, ProbeSide::plus_y}) {
+    // To the depth that the layer on the skin allows.
+    double steepest = 0, nearest = 0, wrong = 0;
+    for (double depth = -0.001; depth < 0.005; depth += 1e-4) {
+      // A level below the rim: from the flat part of the face round the corner to that of the side.
+      Eigen::Vector3d before = Eigen::Vector3d::Zero();
+      for (double way = -0.008; way < 0.008; way += kStride) {
+        const Eigen::Vector3d x(0, 0.01 - depth + std::min(way, 0.0), -depth - std::max(way, 0.0));
+        const ProbeShape::Distance d = head.distance_from(side, x);
+        EXPECT_NEAR(d.gradient.norm(), 1, 1e-12);
+        if (!before.isZero()) steepest = std::max(steepest, (d.gradient - before).norm() / kStride);
+        before = d.gradient;
+        const ProbeShape::Distance exact = head.distance(x);
+        if (std::abs(exact.value) > 1e-5) continue;
+        nearest = std::max(nearest, std::abs(d.value - exact.value));
+        wrong = std::max(wrong, (d.gradient - exact.gradient).norm());
+      }
+    }
+    std::printf(
+        "[ side %d ] the normal turns by at most %.2f rad a mm; 0.01 mm from the surface off by %.1e m, %.1e\n",
+        static_cast<int>(side), 1e-3 * steepest, nearest, wrong);
+    EXPECT_LT(steepest, 2000);
+    EXPECT_LT(nearest, 5e-7);
+    EXPECT_LT(wrong, 2e-3);
   }
 }
 
