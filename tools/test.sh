@@ -22,13 +22,15 @@ One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder'
   alone     every file of a library compiled by itself, by gcc (all else is built by clang): the builds put several
             into one (unity), where one can use what another includes; and benchmarks, soaks and fuzzers, which run
             in --all
-  asan      every test (leaks: those without Vulkan) under AddressSanitizer and UndefinedBehaviorSanitizer
+  asan      every test but the long ones (leaks: those without Vulkan) under AddressSanitizer and
+            UndefinedBehaviorSanitizer
   tsan      the tests with threads, under ThreadSanitizer
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
---all adds tests and tools to the files compiled alone, the benchmarks, soaks of the default scenario (in lockstep for
-STYLET_SOAK_MINUTES of session time, 30; in real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), a
-hundred random users at the window, again under AddressSanitizer, each scenario changed STYLET_SCENARIO_CASES times at
-random and trained (700), coverage-guided fuzzing of every reader (STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
+--all adds tests and tools to the files compiled alone, the long tests under AddressSanitizer, the benchmarks, soaks of
+the default scenario (in lockstep for STYLET_SOAK_MINUTES of session time, 30; in real time, recorded and drawn, for
+STYLET_THREADED_SOAK_MINUTES, 5), a hundred random users at the window, again under AddressSanitizer, each scenario
+changed STYLET_SCENARIO_CASES times at random and trained (700), coverage-guided fuzzing of every reader
+(STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
 A PostgreSQL server is started for the tests of a lab's server, on a socket of its own; without one they are skipped and
 counted. STYLET_TEST_POSTGRES=postgresql:///postgres?host=... names another, whose user may make databases.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
@@ -174,9 +176,13 @@ if [ $tier = ci ] || [ $tier = all ]; then
   [ $tier = all ] && alone=()  # every file
   stage "Files alone" tools/lint.sh alone "${alone[@]}" || status=1
   stage "Build asan" build asan all_tests -DSTYLET_DRACO=ON "$data"
-  stage "Test asan" run_tests asan cpu -LE gpu || status=1
+  # What a long test does for minutes others do for seconds.
+  short=(-LE long)
+  [ $tier = all ] && short=()
+  stage "Test asan" run_tests asan cpu -LE "gpu${short:+|long}" || status=1
   # The Vulkan loader, layers and driver keep memory until the process ends and are unloaded before the leak check.
-  ASAN_OPTIONS=detect_leaks=0 STYLET_VALIDATION=0 stage "Test asan, Vulkan" run_tests asan gpu -L gpu || status=1
+  ASAN_OPTIONS=detect_leaks=0 STYLET_VALIDATION=0 stage "Test asan, Vulkan" run_tests asan gpu -L gpu "${short[@]}" ||
+    status=1
   stage "Build tsan" build tsan thread_tests
   stage "Test tsan" run_tests tsan threads -L threads || status=1
   stage "Test kernel" kernel_test_result || status=1
