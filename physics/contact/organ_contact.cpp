@@ -52,10 +52,10 @@ std::vector<Eigen::Vector3d> face_points(int n) {
   return points;
 }
 
-/// Two unit vectors across a unit vector and each other.
+/// Two unit vectors across a vector and each other.
 std::array<Eigen::Vector3d, 2> across(const Eigen::Vector3d& normal) {
   const Eigen::Vector3d first = normal.unitOrthogonal();
-  return {first, normal.cross(first)};
+  return {first, normal.cross(first).normalized()};
 }
 
 /// The nearest vector that is no longer than `limit`.

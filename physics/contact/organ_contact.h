@@ -78,7 +78,7 @@ struct SurfaceRow {
   std::array<Support, 4> supports;  ///< one node against three, or three against the probe
   int support_count = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the point, patient frame, m
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< unit: the direction in which the gap opens
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< gradient of the gap; unit but under the probe's rims
   double gap = 0;                                      ///< negative: overlap, m
   double compliance = 0;                               ///< c: of the layer between, m/N
   double area = 0;                                     ///< that the point stands for, m^2

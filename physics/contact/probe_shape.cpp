@@ -74,10 +74,17 @@ ProbeShape::Distance ProbeShape::distance_from(ProbeSide side, const Eigen::Vect
   // The rim's own levels grow sharper with the depth: points that carry much would snap over them.
   const double sine = std::min(over / rounding, kUpright);
   const double cosine = std::sqrt(1 - sine * sine);
-  const double slope = 2 * sine - back * sine / (rounding * cosine);
-  const double length_of_gradient = std::hypot(slope, cosine);
-  return {(back * cosine + over * sine - rounding) / length_of_gradient,
-          (slope * aside + cosine * out) / length_of_gradient};
+  const double tangent = sine / cosine;
+  const double g = back * cosine + over * sine - rounding;
+  const double by_over = 2 * sine - back / rounding * tangent;  // the gradient of g; by_back is the cosine
+  const double by_over_twice = (2 - back / rounding / cosine * (1 + tangent * tangent)) / rounding;
+  const double by_both = -tangent / rounding;
+  const double length_of_gradient = std::hypot(by_over, cosine);
+  const double longer_by_over = (by_over * by_over_twice + cosine * by_both) / length_of_gradient;
+  const double longer_by_back = by_over * by_both / length_of_gradient;
+  const double value = g / length_of_gradient;
+  return {value, ((by_over - value * longer_by_over) * aside + (cosine - value * longer_by_back) * out) /
+                     length_of_gradient};
 }
 
 ProbeSide ProbeShape::entry(const Eigen::Vector3d& before, const Eigen::Vector3d& now) const {

@@ -21,7 +21,7 @@ struct ProbeShape {
 
   struct Distance {
     double value = 0;                                     ///< negative inside; exact on the face, m
-    Eigen::Vector3d gradient = Eigen::Vector3d::UnitZ();  ///< unit, outward, probe frame
+    Eigen::Vector3d gradient = Eigen::Vector3d::UnitZ();  ///< outward, probe frame; unit outside and on the surface
   };
   /// Signed distance of a point of the probe frame. Exact above the face and its rims up to the arc's curvature
   /// (distance / face_radius); behind the arc's centre it is only positive.
@@ -29,7 +29,8 @@ struct ProbeShape {
 
   /// The same for a point that came in through `side`: however deep it is, the way out is the way it came, and not
   /// through the side that is nearest. Outside distance() to the bit; inside it goes over to the way out through the
-  /// next side under the rim, with a gradient that is continuous, and exact on the surface.
+  /// next side under the rim, with a gradient that is continuous and, under the rim, longer than a unit vector: up
+  /// to four times 5 mm deep.
   Distance distance_from(ProbeSide side, const Eigen::Vector3d& x) const;
   /// The side through which the straight way from `before` to `now` (in the head) comes in. From inside of the box
   /// the nearest one.

@@ -213,33 +213,56 @@ int forces_of(const QuadraticRest& rest, const LaneMatrix& f, const Lanes& j, co
   return squeezed;
 }
 
+/// Of the eight tetrahedra of an element, in order.
+using OfTets = std::array<Lanes, kTetsOfRefined / kLanes>;
+
+OfTets determinants_of_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element) {
+  OfTets ratios;
+  for (std::size_t group = 0; group < ratios.size(); ++group) {
+    LaneMatrix edges;  // [edge from the first node][axis]
+    Lanes volume;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const std::size_t t = kTetsOfRefined * element + kLanes * group + static_cast<std::size_t>(lane);
+      const auto& n = model.mesh.tets[t];
+      const double* const origin = positions.col(n[0]).data();
+      for (std::size_t edge = 0; edge < 3; ++edge) {
+        const double* const x = positions.col(n[edge + 1]).data();
+        for (std::size_t axis = 0; axis < 3; ++axis) edges[edge][axis][lane] = x[axis] - origin[axis];
+      }
+      volume[lane] = model.tets[t].volume;
+    }
+    const auto& [a, b, c] = edges;
+    ratios[group] = ((a[1] * b[2] - a[2] * b[1]) * c[0] +
+                     ((a[2] * b[0] - a[0] * b[2]) * c[1] + (a[0] * b[1] - a[1] * b[0]) * c[2])) /
+                    (6 * volume);
+  }
+  return ratios;
+}
+
 /// each(t, det F) of the eight tetrahedra of an element.
 template <typename Each>
 void for_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element, const Each& each) {
-  for (std::size_t t = kTetsOfRefined * element; t < kTetsOfRefined * (element + 1); ++t) {
-    const auto& n = model.mesh.tets[t];
-    const Eigen::Vector3d origin = positions.col(n[0]);
-    const Eigen::Vector3d a = positions.col(n[1]) - origin;
-    const Eigen::Vector3d b = positions.col(n[2]) - origin;
-    each(t, a.cross(b).dot(positions.col(n[3]) - origin) / (6 * model.tets[t].volume));
-  }
+  const OfTets j = determinants_of_tets(model, positions, element);
+  for (std::size_t k = 0; k < kTetsOfRefined; ++k)
+    each(kTetsOfRefined * element + k, j[k / kLanes][static_cast<Eigen::Index>(k % kLanes)]);
 }
 
-int inverted_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element) {
-  int inverted = 0;
-  for_tets(model, positions, element, [&](std::size_t, double j) { inverted += j > 0 ? 0 : 1; });
-  return inverted;
+int inverted_of(const OfTets& j) {
+  return static_cast<int>(kTetsOfRefined) - static_cast<int>((j[0] > 0).count() + (j[1] > 0).count());
 }
 
 /// Forces of the barriers of an element's tetrahedra, as forces_of(); returns how many are in it.
+/// @param of_tets  det F of them
 template <typename Add>
 int forces_of_flat_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element, double size,
-                        const Add& add) {
-  if (size != 1) return 0;
+                        const OfTets& of_tets, const Add& add) {
+  if (size != 1 || (of_tets[0].min(of_tets[1]) >= kSqueezed).all()) return 0;
   int squeezed = 0;
-  for_tets(model, positions, element, [&](std::size_t t, double j) {
-    if (!(j < kSqueezed) || !(j > 0)) return;
+  for (std::size_t which = 0; which < kTetsOfRefined; ++which) {
+    const double j = of_tets[which / kLanes][static_cast<Eigen::Index>(which % kLanes)];
+    if (!(j < kSqueezed) || !(j > 0)) continue;
     ++squeezed;
+    const std::size_t t = kTetsOfRefined * element + which;
     const TetRest& rest = model.tets[t];
     const Eigen::Matrix3d f = deformation_gradient(model, positions, static_cast<int>(t));
     const Eigen::Matrix<double, 3, 4> forces =
@@ -250,7 +273,7 @@ int forces_of_flat_tets(const TissueModel& model, const Eigen::Matrix3Xd& positi
         add(places[k], i, forces(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)));
       }
     }
-  });
+  }
   return squeezed;
 }
 
@@ -354,7 +377,7 @@ int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd&
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     const LaneMatrix f = deformation_gradients(model.quadratics[e], positions);
     inverted += turn(f, determinant(f), rotations.subspan(kLanes * e, kLanes));
-    inverted += inverted_tets(model, positions, e);
+    inverted += inverted_of(determinants_of_tets(model, positions, e));
   }
   return inverted;
 }
@@ -372,13 +395,14 @@ ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, con
     const LaneMatrix f = deformation_gradients(rest, positions);
     const Lanes j = determinant(f);
     count.inverted += turn(f, j, rotations.subspan(kLanes * e, kLanes));
-    count.inverted += inverted_tets(model, positions, e);
+    const OfTets of_tets = determinants_of_tets(model, positions, e);
+    count.inverted += inverted_of(of_tets);
     const auto add = [&](std::size_t a, std::size_t i, double force) {
       forces(static_cast<Eigen::Index>(i), rest.nodes[a] - run.first_node) += force;
     };
     count.squeezed +=
         forces_of(rest, f, j, rotations_of(rotations, e), size_of(rest_size, e), false, memory_of(memory, e), add);
-    count.squeezed += forces_of_flat_tets(model, positions, e, size_of(rest_size, e), add);
+    count.squeezed += forces_of_flat_tets(model, positions, e, size_of(rest_size, e), of_tets, add);
   }
   return count;
 }
@@ -472,7 +496,9 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
     };
     squeezed += forces_of(rest, f, determinant(f), rotations_of(rotations, e), size_of(rest_size, e), linearised,
                           memory_of(memory, e), add);
-    if (!linearised) squeezed += forces_of_flat_tets(model, positions, e, size_of(rest_size, e), add);
+    if (!linearised)
+      squeezed += forces_of_flat_tets(model, positions, e, size_of(rest_size, e),
+                                      determinants_of_tets(model, positions, e), add);
   }
   return squeezed;
 }
@@ -494,7 +520,8 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
       };
       squeezed[r] += forces_of(rest, f, determinant(f), rotations_of(rotations, e), size_of(rest_size, e), false,
                                memory_of(memory, e), add);
-      squeezed[r] += forces_of_flat_tets(model, positions, e, size_of(rest_size, e), add);
+      squeezed[r] += forces_of_flat_tets(model, positions, e, size_of(rest_size, e),
+                                         determinants_of_tets(model, positions, e), add);
     }
   });
   forces.setZero();

@@ -193,29 +193,41 @@ TEST(ProbeShape, TheWayOutTurnsOverTheRimWithoutAJump) {
   const ProbeShape head{.face_radius = 0, .half_width = 0.03, .half_height = 0.01, .length = 0.08, .rounding = 0.003};
   constexpr double kStride = 1e-6;  // m
   for (const ProbeSide side : {ProbeSide::face, ProbeSide::plus_y}) {
-    // To the depth that the layer on the skin allows.
-    double steepest = 0, nearest = 0, wrong = 0;
+    double steepest = 0, longest = 0, wrong = 0, nearest = 0;
     for (double depth = -0.001; depth < 0.005; depth += 1e-4) {
       // A level below the rim: from the flat part of the face round the corner to that of the side.
       Eigen::Vector3d before = Eigen::Vector3d::Zero();
       for (double way = -0.008; way < 0.008; way += kStride) {
         const Eigen::Vector3d x(0, 0.01 - depth + std::min(way, 0.0), -depth - std::max(way, 0.0));
         const ProbeShape::Distance d = head.distance_from(side, x);
-        EXPECT_NEAR(d.gradient.norm(), 1, 1e-12);
         if (!before.isZero()) steepest = std::max(steepest, (d.gradient - before).norm() / kStride);
         before = d.gradient;
-        const ProbeShape::Distance exact = head.distance(x);
-        if (std::abs(exact.value) > 1e-5) continue;
-        nearest = std::max(nearest, std::abs(d.value - exact.value));
-        wrong = std::max(wrong, (d.gradient - exact.gradient).norm());
+        // As deep as the layer on the skin allows.
+        if (d.value > -0.005) longest = std::max(longest, std::abs(d.gradient.norm() - 1));
+        if (const double exact = head.distance(x).value; std::abs(exact) < 1e-5) {
+          nearest = std::max(nearest, std::abs(d.value - exact));
+        }
+      }
+      // No work is done over a closed path: what pushes is the gradient of a potential.
+      for (double way = -0.0081; way < 0.008; way += 1e-4) {
+        const Eigen::Vector3d x(0, 0.01 - depth + std::min(way, 0.0), -depth - std::max(way, 0.0));
+        if (std::abs(head.distance(x).value) < 2 * kStride) continue;  // where (d.value)'' jumps
+        for (int axis = 1; axis < 3; ++axis) {
+          const Eigen::Vector3d step = kStride * Eigen::Vector3d::Unit(axis);
+          const double slope =
+              (head.distance_from(side, x + step).value - head.distance_from(side, x - step).value) / (2 * kStride);
+          wrong = std::max(wrong, std::abs(slope - head.distance_from(side, x).gradient[axis]));
+        }
       }
     }
     std::printf(
-        "[ side %d ] the normal turns by at most %.2f rad a mm; 0.01 mm from the surface off by %.1e m, %.1e\n",
-        static_cast<int>(side), 1e-3 * steepest, nearest, wrong);
-    EXPECT_LT(steepest, 2000);
+        "[ side %d ] the gradient turns by at most %.2f rad a mm, is off a unit by %.2f, off the slope by %.1e; "
+        "0.01 mm from the surface the distance is off by %.1e m\n",
+        static_cast<int>(side), 1e-3 * steepest, longest, wrong, nearest);
+    EXPECT_LT(steepest, 4000);
+    EXPECT_LT(longest, 4);
+    EXPECT_LT(wrong, 1e-2);
     EXPECT_LT(nearest, 5e-7);
-    EXPECT_LT(wrong, 2e-3);
   }
 }
 

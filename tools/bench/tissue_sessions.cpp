@@ -81,12 +81,16 @@ LeastVolume least_volume(const physics::TissueModel& model, std::span<const Eige
   return least;
 }
 
-/// K of the softest element of the body, across its layers, Pa.
-double least_bulk_modulus(const content::DeformableBody& body) {
+/// K of a body's softest element, across its layers, and of its stiffest, along them, Pa.
+std::pair<double, double> bulk_moduli(const content::DeformableBody& body) {
   double least = std::numeric_limits<double>::infinity();
-  for (const physics::ElasticMaterial& m : body.tet_mechanics)
-    least = std::min(least, m.young_modulus * m.layers.across / (3 * (1 - 2 * m.poisson_ratio)));
-  return least;
+  double greatest = 0;
+  for (const physics::ElasticMaterial& m : body.tet_mechanics) {
+    const double along = m.young_modulus / (3 * (1 - 2 * m.poisson_ratio));
+    least = std::min(least, m.layers.across * along);
+    greatest = std::max(greatest, along);
+  }
+  return {least, greatest};
 }
 
 /// The recorded motion in lockstep.
@@ -110,7 +114,9 @@ void run(const std::string& name, const std::string& variant, double longest, Re
   LeastVolume least;
   LeastVolume before_puncture;
   std::string where, where_point;
-  double pressure = 0;  // of the head, in the mean of its face, before the first puncture, Pa
+  double pressure = 0;      // of the head, in the mean of its face, before the first puncture, Pa
+  double tip_pressure = 0;  // Pa
+  const double section = 0.25 * M_PI * scene.needle.outer_diameter * scene.needle.outer_diameter;
   double punctured = -1;
   int inverted = 0;
   int since_request = -1;
@@ -159,7 +165,9 @@ void run(const std::string& name, const std::string& variant, double longest, Re
       const double now = step * dt + k * loops.haptic_dt();
       const haptic::StylusSample stylus =
           session::stylus_sample(readers::sample_motion(scene.motion.stylus, now), now);
-      if (loops.haptic_step(stylus, patch).puncture_count > 0 && punctured < 0) punctured = now;
+      const physics::NeedleState& needle = loops.haptic_step(stylus, patch);
+      if (punctured < 0) tip_pressure = std::max(tip_pressure, needle.wrench.force.norm() / section);
+      if (needle.puncture_count > 0 && punctured < 0) punctured = now;
     }
   }
   const std::string key = fmt::format("sessions.{}.{}.", name, variant);
@@ -179,15 +187,17 @@ void run(const std::string& name, const std::string& variant, double longest, Re
              (punctured < 0 ? "; nothing was punctured" : fmt::format("; first puncture at {:.2f} s", punctured)));
   before("least_det_f_before_puncture.at_point", before_puncture.at_point,
          "where strain is measured: " + where_point);
-  if (scene.probe.presses >= 0) {
-    const double bulk = least_bulk_modulus(scene.bodies[static_cast<std::size_t>(scene.probe.presses)]);
-    report.add({.name = key + "head.pressure", .value = 1e-3 * pressure, .unit = "kPa"});
+  // What the loads allow, whatever the mesh: det F = 1 - p/K under a pressure p.
+  const auto allows = [&](const std::string& load, double p, double bulk, const std::string& of) {
     report.add(
-        noted({.name = key + "head.least_det_f", .value = 1 - pressure / bulk, .unit = "1"},
-              fmt::format("1 - p/K, p on the face's mean, K = {:.0f} kPa of the softest element: no mesh has more "
-                          "everywhere under it",
-                          1e-3 * bulk)));
-  }
+        noted({.name = key + load + ".pressure", .value = 1e-3 * p, .unit = "kPa"}, "largest before the puncture"));
+    report.add(noted({.name = key + load + ".least_det_f", .value = 1 - p / bulk, .unit = "1"},
+                     fmt::format("1 - p/K, K = {:.0f} kPa of {}", 1e-3 * bulk, of)));
+  };
+  const auto [softest, stiffest] =
+      bulk_moduli(scene.bodies[static_cast<std::size_t>(std::max(scene.probe.presses, 0))]);
+  if (scene.probe.presses >= 0) allows("head", pressure, softest, "the softest element; p is the mean on the face");
+  allows("tip", tip_pressure, stiffest, "the stiffest element; p is the needle's push over its section");
   report.add({.name = key + "least_det_f", .value = least.of_element, .unit = "1"});
   report.add({.name = key + "least_det_f.at_point", .value = least.at_point, .unit = "1"});
   report.add(at_most(key + "inverted", inverted, "1", 0));
