@@ -82,7 +82,7 @@ struct SurfaceRow {
   double gap = 0;                                      ///< negative: overlap, m
   double compliance = 0;                               ///< c: of the layer between, m/N
   double area = 0;                                     ///< that the point stands for, m^2
-  double lambda = 0;                                   ///< normal force, N
+  double lambda = 0;                                   ///< force over the length of the normal, N
   int pair = -1;                                       ///< index of the ContactPair, -1: probe
   std::size_t slot = 0;                                ///< of its multiplier between steps
 

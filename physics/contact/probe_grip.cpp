@@ -28,6 +28,10 @@ void ProbeGrip::feel(const RigidPose& head, ProbeContact& contact) {
   const double ratio = force / force_;
   const double slope = 4 * yield_ / force_ * ratio * ratio * ratio;  // of s over F, m/N
   const double softer = slope * contact.stiffness;
+  if (!std::isfinite(softer)) {  // else the head would be nowhere for good
+    yielded_ = lost_share_ = 0;
+    return;
+  }
   yielded_ += (yield_ * ratio * ratio * ratio * ratio - yielded_) / (1 + kStifferThanTold * softer);
   lost_share_ = softer / (1 + softer);
   contact.stiffness *= 1 - lost_share_;

@@ -1,6 +1,7 @@
 // The probe pressed deep and fast: nothing turns inside out, the head keeps the body, the force grows with the depth.
 #include "physics/loops/simulation_loop.h"
 
+#include "physics/contact/probe_grip.h"
 #include "physics/contact/probe_shape.h"
 #include "tests/physics/contact_bench.h"
 
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace stylet::physics {
 namespace {
@@ -132,6 +134,32 @@ TEST(ProbePress, OnWhatHardlyGivesWayTheHandGivesWay) {
   for (int i = 0; i < 20; ++i) press.at(-0.01);
   EXPECT_EQ(press.force(), 0);
   EXPECT_EQ(press.probe().yielded, 0);
+}
+
+TEST(ProbeGrip, AForceThatIsNoNumberIsForgotten) {
+  ProbeGrip grip(ProbeContactSettings{});
+  const RigidPose held{{0, 0, 0.1}, Eigen::Quaterniond::Identity()};
+  ProbeContact pressed;
+  pressed.wrench.force = {0, 0, -50};
+  pressed.stiffness = 1000;
+  for (int i = 0; i < 100; ++i) {
+    pressed.stiffness = 1000;
+    grip.feel(grip.head(held), pressed);
+  }
+  const double law = 0.005 * std::pow(50.0 / 40, 4);
+  EXPECT_NEAR(pressed.yielded, law, 1e-9);
+  EXPECT_NEAR(grip.head(held).position.z(), 0.1 - law, 1e-9);
+  for (const double mad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    ProbeContact contact = pressed;
+    contact.stiffness = mad;
+    grip.feel(grip.head(held), contact);
+    EXPECT_EQ(grip.head(held).position, held.position);
+    contact = pressed;
+    contact.stiffness = 1000;
+    contact.wrench.force.z() = -mad;
+    grip.feel(grip.head(held), contact);
+    EXPECT_TRUE(grip.head(held).position.allFinite());
+  }
 }
 
 TEST(ProbePress, RockingAndTiltingKeepTheBody) {

@@ -381,6 +381,21 @@ TEST(Replay, RefusesAnImpossibleSchedule) {
   EXPECT_THROW(replay_file(scene, recording), files::ContentError);
 }
 
+TEST(FramePublisher, ShowsTheHeadAndNotTheHandThatHasGivenWay) {
+  const content::Scene scene = tests::cube_scene();
+  FramePublisher frames(scene);
+  CoupledLoops loops(scene, physics::Coupling::stylet, {Eigen::Vector3d::Ones(), Eigen::Quaterniond::Identity()}, {});
+  recording::SimulationStepRecord record;
+  record.time_s = 0.02;
+  record.probe = {{0.1, 0.2, 0.3}, Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()))};
+  physics::SimulationReport report;
+  report.probe.yielded = 0.01;  // along +Z of the probe, -Y of the patient
+  frames.simulation_stepped(record, report, loops.tissue(), loops.needle());
+  state::FrameState shown = frames.buffer().make_frame();
+  frames.buffer().sample(0.02, shown);
+  EXPECT_LT((shown.probe_position - Eigen::Vector3f(0.1F, 0.21F, 0.3F)).norm(), 1e-6F);
+}
+
 TEST(FrameClock, DrawsEveryFrameOnceAtItsTime) {
   const content::Scene scene = tests::cube_scene();
   haptic::RecordedDevice device = recorded_stylus(scene.motion);
