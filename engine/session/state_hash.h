@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <span>
@@ -16,16 +17,20 @@ namespace stylet::session {
 /// @realtime no allocation, a few instructions a word
 class StateHash {
 public:
-  void add(std::uint64_t word) {
-    state_ = (state_ ^ word) * 0xbf58476d1ce4e5b9ULL;
-    state_ ^= state_ >> 31;
-    state_ = (state_ + 0x9e3779b97f4a7c15ULL) * 0x94d049bb133111ebULL;
-    state_ ^= state_ >> 29;
-  }
+  void add(std::uint64_t word) { mix(state_, word); }
   void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
   void add(std::span<const double> values) {
     add(static_cast<std::uint64_t>(values.size()));
-    for (const double value : values) add(value);
+    // Four chains side by side, each waiting for itself alone, then added in their order.
+    std::array<std::uint64_t, 4> chains{state_, state_, state_, state_};
+    std::size_t i = 0;
+    for (; i + chains.size() <= values.size(); i += chains.size()) {
+      for (std::size_t c = 0; c < chains.size(); ++c) mix(chains[c], std::bit_cast<std::uint64_t>(values[i + c]));
+    }
+    if (i > 0) {
+      for (const std::uint64_t chain : chains) add(chain);
+    }
+    for (; i < values.size(); ++i) add(values[i]);
   }
   /// The used part of a dense column-major block: `columns` leading columns.
   void add_columns(const Eigen::Matrix3Xd& matrix, Eigen::Index columns) {
@@ -35,6 +40,13 @@ public:
   std::uint64_t value() const { return state_; }
 
 private:
+  static void mix(std::uint64_t& state, std::uint64_t word) {
+    state = (state ^ word) * 0xbf58476d1ce4e5b9ULL;
+    state ^= state >> 31;
+    state = (state + 0x9e3779b97f4a7c15ULL) * 0x94d049bb133111ebULL;
+    state ^= state >> 29;
+  }
+
   std::uint64_t state_ = 0x5374796c65745631ULL;  // "StyletV1"
 };
 

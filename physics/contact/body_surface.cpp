@@ -3,6 +3,7 @@
 #include "physics/tissue/tet_topology.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -45,7 +46,7 @@ Eigen::Vector3d closest_weights(const Eigen::Vector3d& x, const Eigen::Vector3d&
 }
 
 BodySurface::BodySurface(const TissueModel& model)
-    : positions_(rest_positions(model)), normals_(Eigen::Matrix3Xd::Zero(3, model.node_count())) {
+    : positions_(rest_positions(model)), around_start_(model.mesh.nodes.size() + 1, 0) {
   std::vector<char> on_surface(model.mesh.nodes.size(), 0);
   for (int t = 0; t < model.tet_count(); ++t) {
     const auto& corners = model.topology.nodes(t);
@@ -62,29 +63,34 @@ BodySurface::BodySurface(const TissueModel& model)
   for (std::size_t n = 0; n < on_surface.size(); ++n) {
     if (on_surface[n] != 0) nodes_.push_back(static_cast<int>(n));
   }
+  for (const auto& face : faces_) {
+    for (const int n : face) ++around_start_[static_cast<std::size_t>(n) + 1];
+  }
+  std::partial_sum(around_start_.begin(), around_start_.end(), around_start_.begin());
+  around_.resize(3 * faces_.size());
+  std::vector<int> next(around_start_.begin(), around_start_.end() - 1);
+  for (int f = 0; f < face_count(); ++f) {
+    for (const int n : face(f)) around_[next[n]++] = f;
+  }
   face_areas_.resize(3, static_cast<Eigen::Index>(faces_.size()));
   sort_nodes(positions_);
   build_tree(positions_);
-  const Eigen::Matrix3Xd rest = positions_;
-  update(rest);
+  update(rest_positions(model));
   for (Eigen::Index f = 0; f < face_areas_.cols(); ++f) rest_areas_.push_back(face_areas_.col(f).norm() / 2);
   find_smooth_patches();
 }
 
 void BodySurface::find_smooth_patches() {
-  std::vector<std::vector<int>> around(static_cast<std::size_t>(positions_.cols()));
-  for (int f = 0; f < face_count(); ++f) {
-    for (const int n : face(f)) around[n].push_back(f);
-  }
   smooth_start_.push_back(0);
   for (int f = 0; f < face_count(); ++f) {
     const Eigen::Vector3d normal = face_areas_.col(f).normalized();
     for (const int n : face(f)) {
-      for (const int g : around[n]) {
+      const std::span around = std::span(around_).subspan(around_start_[n], around_start_[n + 1] - around_start_[n]);
+      for (const int g : around) {
         if (normal.dot(face_areas_.col(g).normalized()) > kSmooth || g == f) smooth_faces_.push_back(g);
       }
       const std::size_t smooth = smooth_faces_.size() - static_cast<std::size_t>(smooth_start_.back());
-      creased_.push_back(smooth < around[n].size() ? 1 : 0);
+      creased_.push_back(smooth < around.size() ? 1 : 0);
       smooth_start_.push_back(static_cast<int>(smooth_faces_.size()));
     }
   }
@@ -131,32 +137,46 @@ void BodySurface::build_tree(const Eigen::Matrix3Xd& rest) {
   }
 }
 
-void BodySurface::update(const Eigen::Matrix3Xd& positions) {
-  positions_ = positions;
-  normals_.setZero();
-  for (std::size_t f = 0; f < faces_.size(); ++f) {
-    const auto& [a, b, c] = faces_[f];
-    const Eigen::Vector3d area = (positions.col(b) - positions.col(a)).cross(positions.col(c) - positions.col(a));
-    for (const int n : faces_[f]) normals_.col(n) += area;
-    face_areas_.col(static_cast<Eigen::Index>(f)) = area;
+void BodySurface::update(const Eigen::Matrix3Xd& positions, Companion* companion) {
+  double longest = 0;  // squared
+  for (const int n : nodes_) {
+    longest = std::max(longest, (positions.col(n) - positions_.col(n)).squaredNorm());
+    positions_.col(n) = positions.col(n);
   }
-  for (const int n : nodes_) normals_.col(n).normalize();
+  travel_ += std::sqrt(longest);
+  in_parts(companion, kSharedParts, [&](int part) {
+    const auto run = static_cast<std::size_t>(part);
+    for (std::size_t i = run * boxes_.size() / kSharedParts; i < (run + 1) * boxes_.size() / kSharedParts; ++i) {
+      if (boxes_[i].left < 0) follow(boxes_[i]);
+    }
+  });
   for (std::size_t i = boxes_.size(); i-- > 0;) {
     Box& node = boxes_[i];
-    node.box.setEmpty();
-    node.areas.setEmpty();
-    if (node.left >= 0) {
-      const Box& left = boxes_[node.left];
-      const Box& right = boxes_[static_cast<std::size_t>(node.left) + 1];
-      node.box = left.box.merged(right.box);
-      node.areas = left.areas.merged(right.areas);
-      continue;
-    }
-    for (int k = node.first; k < node.first + node.count; ++k) {
-      node.areas.extend(face_areas_.col(order_[k]));
-      for (const int n : face(order_[k])) node.box.extend(positions.col(n));
-    }
+    if (node.left < 0) continue;
+    const Box& left = boxes_[node.left];
+    const Box& right = boxes_[static_cast<std::size_t>(node.left) + 1];
+    node.box = left.box.merged(right.box);
+    node.areas = left.areas.merged(right.areas);
   }
+}
+
+void BodySurface::follow(Box& leaf) {
+  leaf.box.setEmpty();
+  leaf.areas.setEmpty();
+  for (int k = leaf.first; k < leaf.first + leaf.count; ++k) {
+    const auto& [a, b, c] = face(order_[k]);
+    const auto& x = positions_;
+    const Eigen::Vector3d area = (x.col(b) - x.col(a)).cross(x.col(c) - x.col(a));
+    face_areas_.col(order_[k]) = area;
+    leaf.areas.extend(area);
+    for (const int n : {a, b, c}) leaf.box.extend(x.col(n));
+  }
+}
+
+Eigen::Vector3d BodySurface::node_normal(int node) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int i = around_start_[node]; i < around_start_[node + 1]; ++i) sum += face_areas_.col(around_[i]);
+  return sum.normalized();
 }
 
 Eigen::Vector3d BodySurface::normal(const SurfacePoint& point) const {

@@ -1,6 +1,7 @@
 // The boundary of a deformable body: triangles that move with the nodes, their normals, and what is near a point.
 #pragma once
 
+#include "physics/tissue/companion.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -31,9 +32,10 @@ class BodySurface {
 public:
   explicit BodySurface(const TissueModel& model);
 
-  /// Follows the body: boxes and normals, O(faces). Call before the queries below.
+  /// Follows the body: boxes and areas, O(faces). Call before the queries below.
   /// @param positions  [3 x nodes] deformed, m
-  void update(const Eigen::Matrix3Xd& positions);
+  /// @param companion  takes a part of the faces; the bits do not know of it
+  void update(const Eigen::Matrix3Xd& positions, Companion* companion = nullptr);
 
   /// Boundary nodes, each farthest (at rest) from those before it: a prefix is an even sample of the surface.
   std::span<const int> nodes() const { return nodes_; }
@@ -42,10 +44,13 @@ public:
   const std::array<int, 3>& face(int f) const { return faces_[f]; }
   double rest_area(int f) const { return rest_areas_[f]; }
 
+  /// The longest way that a boundary node has gone in each update, summed up, m: no node has gone further.
+  double travel() const { return travel_; }
+
   // Of the last update():
   const Eigen::AlignedBox3d& bounds() const { return boxes_.front().box; }
   /// Unit, outward; area-weighted mean of the faces around.
-  Eigen::Vector3d node_normal(int node) const { return normals_.col(node); }
+  Eigen::Vector3d node_normal(int node) const;
   /// Normal at a surface point: interpolated between those of the face's corners, each the mean of the faces around
   /// that belong to the same smooth patch. So it is continuous where a point slides over an edge that is not a crease
   /// at rest. (A face's own would jump there, and a contact on the edge would never come to rest.)
@@ -65,6 +70,8 @@ private:
     int first = 0;
     int count = 0;
   };
+  /// Areas of a leaf's faces, and its boxes.
+  void follow(Box& leaf);
   /// Of a face, as closest() looks at it.
   SurfacePoint point_on(int face, const Eigen::Vector3d& x, double& squared) const;
   void build_tree(const Eigen::Matrix3Xd& rest);
@@ -76,8 +83,10 @@ private:
   std::vector<double> rest_areas_;
   std::vector<int> order_;  // faces as the leaves hold them
   std::vector<Box> boxes_;
-  Eigen::Matrix3Xd positions_;
-  Eigen::Matrix3Xd normals_;     // [3 x nodes], zero inside the body
+  double travel_ = 0;
+  Eigen::Matrix3Xd positions_;     // [3 x nodes], inside the body those at rest
+  std::vector<int> around_start_;  // faces around node n: around_[around_start_[n] .. around_start_[n + 1])
+  std::vector<int> around_;
   Eigen::Matrix3Xd face_areas_;  // [3 x faces], normal times twice the area
   // Corner k of face f, c = 3 f + k, is smooth with faces smooth_faces_[smooth_start_[c] .. smooth_start_[c + 1])
   std::vector<int> smooth_start_;

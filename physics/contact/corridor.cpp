@@ -1,6 +1,7 @@
 #include "physics/contact/corridor.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace stylet::physics {
 namespace {
@@ -96,9 +97,15 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
     }
   }
   int outside = 0;
+  std::optional<double> before;  // of s
+  bool inside = false;           // there
   while (s <= range) {
-    const TetPoint point = model.topology.locate(positions, tip + s * axis, hint);
-    if (point.tet < 0) {
+    const Eigen::Vector3d x = tip + s * axis;
+    const TetPoint point = before ? model.topology.follow(positions, tip + *before * axis, inside, x, hint)
+                                  : model.topology.locate(positions, x, hint);
+    before = s;
+    inside = point.tet >= 0;
+    if (!inside) {
       if (++outside > kMostOutside) break;
       s += kFar;
       continue;
@@ -109,6 +116,15 @@ std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd
     s += s < kNear ? kStride : kFar;
   }
   return nodes.take();
+}
+
+std::vector<int> nodes_around(const TissueModel& model, std::span<const int> nodes, std::size_t most) {
+  NodeList around(model, most);
+  for (const int node : nodes) {
+    for (int k = model.incident_start[node]; k < model.incident_start[node + 1]; ++k)
+      around.add(model.incident_tets[k]);
+  }
+  return around.take();
 }
 
 double dent(const TissueModel& model, const NeedleState& needle, int body) {

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include <span>
 #include <vector>
 
 namespace stylet::physics {
@@ -18,6 +19,9 @@ namespace stylet::physics {
 /// @param range      ahead of the tip, m
 std::vector<int> corridor_nodes(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                 const NeedleState& needle, int body, double range, std::size_t most);
+
+/// The nodes around some, of all tetrahedra that have one of them, in their order; distinct, at most `most`.
+std::vector<int> nodes_around(const TissueModel& model, std::span<const int> nodes, std::size_t most);
 
 /// How deep a tip that presses on a body has dented it, m; 0 where it does not. When the surface breaks, that much
 /// tissue comes back over the tip.

@@ -22,7 +22,11 @@ constexpr double kOnSurface = 1e-5;  // m: nearer than this the way has no direc
 constexpr double kOverRim = 1e-3;    // m: a pressed node no further beside the rim stays; else it would come and go
 constexpr int kMaxSubdivision = 6;   // of a face's edge into probe points
 constexpr double kAtLimit = 1e-9;    // relative: friction nearer to its limit than this slides
-constexpr int kParts = 8;            // of a loop that two threads share: enough that they end together
+// Of a node that is far from the other surface the distance tells how long it need not be looked at. A face that was
+// turned away from it may since have turned to it: all the same it is looked at every so many updates.
+constexpr std::size_t kLookAgain = 8;
+constexpr double kSideways = 0.4;  // of its distance: no node gets from in front of or beside a surface behind it
+constexpr std::size_t kSpareNodes = 64;  // of the gathered compliance: so many may be in vain beside half of all
 
 void check(std::span<const TissueModel> models, const OrganContactSettings& settings) {
   const auto exists = [&](int body) { return body >= 0 && body < static_cast<int>(models.size()); };
@@ -69,7 +73,13 @@ double stiffest(const Eigen::Matrix2d& m) {
   return 0.5 * (m.trace() + std::hypot(m(0, 0) - m(1, 1), 2 * m(0, 1)));
 }
 
-constexpr double kHeldWithin = 0.045;  // of the middle of the face: the head's half width and its way in, m
+constexpr double kSlidesWithin = 0.015;  // m
+constexpr double kHeldWithin = 0.045;    // of the middle of the face: the head's half width and its way in, m
+
+void keep_distinct(std::vector<int>& nodes) {
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+}
 
 double mean_edge(const BodySurface& surface, const TissueModel& model) {
   double sum = 0;
@@ -100,6 +110,7 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
     bodies_[b].compliance = std::make_unique<SurfaceCompliance>(models[b], *rest[b], bodies_[b].surface->nodes());
     bodies_[b].positions = &at_rest[b];
     bodies_[b].force = bodies_[b].motion = Eigen::Matrix3Xd::Zero(3, models[b].node_count());
+    bodies_[b].place.assign(models[b].mesh.nodes.size(), -1);
   }
 
   std::size_t capacity = 0;
@@ -108,7 +119,7 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
     const std::span<const int> nodes = bodies_[settings_.pairs[p].nodes_of].surface->nodes();
     std::vector<NodeContact>& states = nodes_.emplace_back(nodes.size());
     for (std::size_t k = 0; k < nodes.size(); ++k) {
-      const SurfaceRow row = face_to_face(static_cast<int>(p), nodes[k], true, states[k].near);
+      const SurfaceRow row = face_to_face(static_cast<int>(p), nodes[k], true, states[k].sight);
       if (row.support_count > 0) states[k].rest_overlap = std::min(0.0, row.gap);
     }
     capacity += static_cast<std::size_t>(settings_.max_points);
@@ -146,11 +157,8 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
                           SolveWorkspace& workspace) {
   report_ = {};
   rows_.clear();
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (!bodies_[b].surface) continue;
-    bodies_[b].positions = &positions[b];
-    bodies_[b].surface->update(positions[b]);
-  }
+  ++updates_;
+  follow_surfaces(positions, workspace.companion);
   for (std::size_t p = 0; p < settings_.pairs.size(); ++p) find_pair(static_cast<int>(p), workspace.companion);
   if (settings_.probe && probe != nullptr) find_probe(*probe);
   learn(settings_.learn_limit, workspace);
@@ -161,29 +169,43 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
   remember(probe);
 }
 
+void OrganContact::follow_surfaces(std::span<const Eigen::Matrix3Xd> positions, Companion* companion) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (!bodies_[b].surface) continue;
+    bodies_[b].positions = &positions[b];
+    bodies_[b].surface->update(positions[b], companion);
+  }
+}
+
 void OrganContact::remember(const RigidPose* probe) {
   if (!settings_.probe) return;
   if (probe == nullptr) {
     pose_before_.reset();
-    for (ProbePoint& point : points_) point.side = ProbeSide::none;
+    for (const std::size_t slot : inside_) points_[slot].side = ProbeSide::none;
     return;
   }
   pose_before_ = *probe;
   positions_before_ = *bodies_[settings_.probe->body].positions;
 }
 
-SurfaceRow OrganContact::face_to_face(int pair, int node, bool pressed, int& near) const {
+SurfaceRow OrganContact::face_to_face(int pair, int node, bool pressed, Sight& sight) const {
   const ContactPair& bodies = settings_.pairs[pair];
   const Body& body = bodies_[bodies.nodes_of];
   const BodySurface& surface = *bodies_[bodies.surface_of].surface;
   SurfaceRow row;
   const Eigen::Vector3d x = body.positions->col(node);
-  if (surface.bounds().squaredExteriorDistance(x) > settings_.reach * settings_.reach) return row;
-  const SurfacePoint nearest = surface.closest(x, body.surface->node_normal(node), settings_.search, near);
-  near = nearest.face;
+  const double outside = surface.bounds().exteriorDistance(x);
+  sight.clear = outside - settings_.reach;
+  if (sight.clear > 0) return row;
+  const SurfacePoint nearest = surface.closest(x, body.surface->node_normal(node), settings_.search, sight.near);
+  sight.near = nearest.face;
+  const double distance = nearest.face < 0 ? settings_.search : nearest.distance;
+  // In front of the surface by more than half its distance, or no row.
+  sight.clear = std::min(distance - settings_.reach / kInFront, kSideways * distance);
   if (nearest.face < 0) return row;
   row.normal = surface.normal(nearest);
   row.gap = (x - nearest.position).dot(row.normal);
+  if (row.gap < 0) sight.clear = 0;
   const double in_front = nearest.on_crease && !pressed ? kInFrontOfRim : kInFront;
   const double beside = std::sqrt(std::max(0.0, nearest.distance * nearest.distance - row.gap * row.gap));
   const bool stays = nearest.distance <= kOnSurface || (pressed && beside < kOverRim);
@@ -208,15 +230,20 @@ bool OrganContact::movable(const SurfaceRow& row) const {
 void OrganContact::find_pair(int pair, Companion* companion) {
   const auto p = static_cast<std::size_t>(pair);
   const std::span<const int> nodes = bodies_[settings_.pairs[p].nodes_of].surface->nodes();
-  std::array<std::vector<SurfaceRow>, kParts> of_part;
-  in_parts(companion, kParts, [&](int part) {
+  const double travel = bodies_[settings_.pairs[p].nodes_of].surface->travel() +
+                        bodies_[settings_.pairs[p].surface_of].surface->travel();
+  std::array<std::vector<SurfaceRow>, kSharedParts> of_part;
+  in_parts(companion, kSharedParts, [&](int part) {
     const auto run = static_cast<std::size_t>(part);
-    for (std::size_t k = run * nodes.size() / kParts; k < (run + 1) * nodes.size() / kParts; ++k) {
-      SurfaceRow row = face_to_face(pair, nodes[k], nodes_[p][k].lambda > 0, nodes_[p][k].near);
+    for (std::size_t k = run * nodes.size() / kSharedParts; k < (run + 1) * nodes.size() / kSharedParts; ++k) {
+      NodeContact& node = nodes_[p][k];
+      if (node.lambda == 0 && travel < node.clear_until && (updates_ + k) % kLookAgain != 0) continue;
+      SurfaceRow row = face_to_face(pair, nodes[k], node.lambda > 0, node.sight);
+      node.clear_until = travel + node.sight.clear;
       if (row.support_count == 0 || !movable(row)) continue;
-      row.gap -= nodes_[p][k].rest_overlap;
+      row.gap -= node.rest_overlap;
       if (row.gap > settings_.reach) continue;
-      row.lambda = nodes_[p][k].lambda;
+      row.lambda = node.lambda;
       row.slot = k;
       of_part[run].push_back(row);
     }
@@ -234,10 +261,13 @@ void OrganContact::find_probe(const RigidPose& pose) {
   faces_.clear();
   body.surface->faces_in({pose.position.array() - reach, pose.position.array() + reach}, faces_);
   std::vector<SurfaceRow> found;
-  for (ProbePoint& point : points_) {
-    point.side_before = point.side;
-    point.side = ProbeSide::none;
+  for (const std::size_t slot : inside_before_) points_[slot].side_before = ProbeSide::none;
+  for (const std::size_t slot : inside_) {
+    points_[slot].side_before = points_[slot].side;
+    points_[slot].side = ProbeSide::none;
   }
+  inside_before_.swap(inside_);
+  inside_.clear();
   for (const int f : faces_) {
     const auto& [a, b, c] = body.surface->face(f);
     const auto& x = *body.positions;
@@ -248,6 +278,7 @@ void OrganContact::find_probe(const RigidPose& pose) {
       SurfaceRow row;
       row.position = point.weights[0] * x.col(a) + point.weights[1] * x.col(b) + point.weights[2] * x.col(c);
       const Eigen::Vector3d in_probe = world_from_probe.transpose() * (row.position - pose.position);
+      if (std::abs(in_probe.y()) > probe.shape.half_height + settings_.reach) continue;  // the others are curved
       ProbeShape::Distance distance = probe.shape.distance_from(point.side_before, in_probe);
       if (distance.value > settings_.reach) continue;
       ProbeSide side = point.side_before;
@@ -258,7 +289,10 @@ void OrganContact::find_probe(const RigidPose& pose) {
       row.normal = world_from_probe * distance.gradient;
       // The far side of a thin body; but not where the skin has been turned over under the head.
       if (point.side_before == ProbeSide::none && outward.dot(row.normal) >= 0) continue;
-      if (distance.value < 0) point.side = side;
+      if (distance.value < 0) {
+        point.side = side;
+        inside_.push_back(slot);
+      }
       row.gap = distance.value;
       row.area = point.area;
       // The secant of (30) at the force of the step before.
@@ -307,10 +341,26 @@ void OrganContact::learn_beforehand(Companion* companion) {
   std::vector<std::vector<int>> wanted(bodies_.size());
   for (std::size_t p = 0; p < settings_.pairs.size(); ++p) {
     for (const int node : bodies_[settings_.pairs[p].nodes_of].surface->nodes()) {
-      int near = -1;
-      const SurfaceRow row = face_to_face(static_cast<int>(p), node, true, near);
+      Sight unknown;
+      const SurfaceRow row = face_to_face(static_cast<int>(p), node, true, unknown);
       for (int s = 0; s < row.support_count; ++s) wanted[row.supports[s].body].push_back(row.supports[s].node);
     }
+  }
+  // A small body slides on a large one as the patient breathes.
+  const auto slide = [&](int large, int small) {
+    if (!is_large(bodies_[large]) || is_large(bodies_[small])) return;
+    const std::span<const int> around = bodies_[small].surface->nodes();
+    for (const int node : bodies_[large].surface->nodes()) {
+      const Eigen::Vector3d& x = bodies_[large].model->mesh.nodes[node];
+      const bool near = std::any_of(around.begin(), around.end(), [&](int other) {
+        return (bodies_[small].model->mesh.nodes[other] - x).squaredNorm() < kSlidesWithin * kSlidesWithin;
+      });
+      if (near) wanted[large].push_back(node);
+    }
+  };
+  for (const ContactPair& pair : settings_.pairs) {
+    slide(pair.nodes_of, pair.surface_of);
+    slide(pair.surface_of, pair.nodes_of);
   }
   if (settings_.probe && settings_.probe->held_at) {
     const int body = settings_.probe->body;
@@ -359,48 +409,85 @@ void OrganContact::hold(SurfaceRow& row, ProbePoint& point, const Eigen::Vector3
   row.offset = along(in_probe - point.anchor);
 }
 
-Eigen::Matrix3d OrganContact::compliance_between(const SurfaceRow& row, const SurfaceRow& other) const {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (int a = 0; a < row.support_count; ++a) {
-    const SurfaceRow::Support& at = row.supports[a];
-    for (int b = 0; b < other.support_count; ++b) {
-      const SurfaceRow::Support& from = other.supports[b];
-      if (at.body != from.body) continue;
-      const SurfaceCompliance& compliance = *bodies_[at.body].compliance;
-      sum += at.weight * from.weight * compliance.block(at.node, from.node);
+void OrganContact::gather_compliance() {
+  for (Body& body : bodies_) {
+    if (!body.compliance) continue;
+    keep_distinct(body.touched);
+    keep_distinct(body.loaded);
+    if (body.gathered.size() > 3 * body.touched.size() / 2 + kSpareNodes) {  // most of them touch nothing any more
+      for (const int node : body.gathered) body.place[node] = -1;
+      body.gathered.clear();
     }
+    for (const int node : body.touched) gather(body, node);
+    for (const int node : body.loaded) gather(body, node);
   }
-  return sum;
 }
 
+void OrganContact::gather(Body& body, int node) {
+  if (body.place[node] >= 0 || body.model->free_index[node] < 0 || !body.compliance->known(node)) return;
+  const auto n = static_cast<Eigen::Index>(body.gathered.size());
+  body.place[node] = static_cast<int>(n);
+  body.gathered.push_back(node);
+  if (body.yields.rows() < 3 * (n + 1)) {
+    const Eigen::Index room = 2 * body.yields.rows() + 3 * static_cast<Eigen::Index>(kSpareNodes);
+    body.yields.conservativeResize(room, room);
+  }
+  for (Eigen::Index k = 0; k <= n; ++k) {
+    const Eigen::Matrix3f block =
+        body.compliance->block(node, body.gathered[static_cast<std::size_t>(k)]).cast<float>();
+    body.yields.block<3, 3>(3 * n, 3 * k) = block;
+    body.yields.block<3, 3>(3 * k, 3 * n) = block.transpose();
+  }
+}
+
+// W = D^T (S D), D having the directions of the unknowns on the nodes of their rows.
 void OrganContact::assemble(Companion* companion) {
   unknowns_ = 0;
   for (SurfaceRow& row : rows_) {
     row.first = static_cast<int>(unknowns_);
     unknowns_ += row.unknowns();
   }
-  const auto directions = [](const SurfaceRow& row) {
-    Eigen::Matrix3d d;
-    d << row.normal, row.across[0], row.across[1];
-    return d;
+  gather_compliance();
+  const auto direction = [](const SurfaceRow& row, int k) -> const Eigen::Vector3d& {
+    return k == 0 ? row.normal : row.across[static_cast<std::size_t>(k) - 1];
   };
-  const auto couple = [&](std::size_t i) {
-    const SurfaceRow& row = rows_[i];
-    for (std::size_t j = 0; j <= i; ++j) {
-      const SurfaceRow& other = rows_[j];
-      const Eigen::Matrix3d yields = compliance_between(row, other);
-      if (row.unknowns() == 1 && other.unknowns() == 1) {
-        w_(row.first, other.first) = w_(other.first, row.first) = row.normal.dot(yields * other.normal);
-        continue;
-      }
-      const Eigen::Matrix3d block = directions(row).transpose() * yields * directions(other);
-      const int m = row.unknowns(), n = other.unknowns();
-      w_.block(row.first, other.first, m, n) = block.topLeftCorner(m, n);
-      w_.block(other.first, row.first, n, m) = block.topLeftCorner(m, n).transpose();
+  /// each(place of the node, weight) of what the row touches of a body.
+  const auto for_supports = [&](const SurfaceRow& row, std::size_t b, const auto& each) {
+    for (int s = 0; s < row.support_count; ++s) {
+      const SurfaceRow::Support& support = row.supports[s];
+      if (support.body != static_cast<int>(b)) continue;
+      if (const int place = bodies_[b].place[support.node]; place >= 0) each(3 * Eigen::Index{place}, support.weight);
     }
   };
-  in_parts(companion, kParts, [&](int part) {
-    for (std::size_t i = static_cast<std::size_t>(part); i < rows_.size(); i += kParts) couple(i);
+  const auto couple = [&](std::size_t i, Eigen::VectorXf& moved) {
+    const SurfaceRow& row = rows_[i];
+    for (int u = row.first; u < row.first + row.unknowns(); ++u) {
+      w_.row(u).head(u + 1).setZero();
+      for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        const auto size = static_cast<Eigen::Index>(3 * bodies_[b].gathered.size());
+        bool touched = false;
+        moved.setZero(size);  // S times a force of one along the unknown
+        for_supports(row, b, [&](Eigen::Index place, double weight) {
+          const Eigen::Vector3f force = (weight * direction(row, u - row.first)).cast<float>();
+          moved.noalias() += bodies_[b].yields.block(0, place, size, 3) * force;
+          touched = true;
+        });
+        for (std::size_t j = 0; j <= i && touched; ++j) {
+          const SurfaceRow& other = rows_[j];
+          Eigen::Vector3d motion = Eigen::Vector3d::Zero();
+          for_supports(other, b, [&](Eigen::Index place, double weight) {
+            motion += weight * moved.segment<3>(place).cast<double>();
+          });
+          const int last = std::min(other.first + other.unknowns() - 1, u);
+          for (int v = other.first; v <= last; ++v) w_(u, v) += direction(other, v - other.first).dot(motion);
+        }
+      }
+      for (int v = 0; v < u; ++v) w_(v, u) = w_(u, v);
+    }
+  };
+  in_parts(companion, kSharedParts, [&](int part) {
+    Eigen::VectorXf moved;
+    for (std::size_t i = static_cast<std::size_t>(part); i < rows_.size(); i += kSharedParts) couple(i, moved);
   });
   double trace = 0;
   for (const SurfaceRow& row : rows_) trace += w_(row.first, row.first);
@@ -427,15 +514,18 @@ void OrganContact::foresee_turn() {
   }
   for (Body& body : bodies_) {
     if (!body.surface) continue;
-    std::sort(body.loaded.begin(), body.loaded.end());
-    body.loaded.erase(std::unique(body.loaded.begin(), body.loaded.end()), body.loaded.end());
-    std::sort(body.touched.begin(), body.touched.end());
-    body.touched.erase(std::unique(body.touched.begin(), body.touched.end()), body.touched.end());
+    keep_distinct(body.loaded);
+    const auto size = static_cast<Eigen::Index>(3 * body.gathered.size());
+    Eigen::VectorXf moved = Eigen::VectorXf::Zero(size);
+    for (const int from : body.loaded) {
+      const Eigen::Vector3f force = body.force.col(from).cast<float>();
+      if (body.place[from] < 0 || force.isZero(0)) continue;
+      moved.noalias() -= body.yields.block(0, 3 * Eigen::Index{body.place[from]}, size, 3) * force;
+    }
     for (const int node : body.touched) {
       auto motion = body.motion.col(node);
       motion.setZero();
-      if (!body.compliance->known(node)) continue;
-      for (const int from : body.loaded) motion -= body.compliance->block(node, from) * body.force.col(from);
+      if (body.place[node] >= 0) motion = moved.segment<3>(3 * Eigen::Index{body.place[node]}).cast<double>();
     }
     for (const int node : body.loaded) body.force.col(node).setZero();
     body.loaded.clear();
@@ -499,7 +589,8 @@ void OrganContact::keep(const RigidPose* probe) {
   for (std::vector<NodeContact>& nodes : nodes_) {
     for (NodeContact& node : nodes) node.lambda = 0;
   }
-  for (ProbePoint& point : points_) point.lambda = 0;
+  for (const std::size_t slot : pressed_points_) points_[slot].lambda = 0;
+  pressed_points_.clear();
   for (SurfaceRow& row : rows_) {
     if (!std::isfinite(row.lambda)) row.lambda = 0;
     if (!row.tangential.allFinite()) row.tangential.setZero();
@@ -509,6 +600,7 @@ void OrganContact::keep(const RigidPose* probe) {
     }
     ProbePoint& point = points_[row.slot];
     point.lambda = row.lambda;
+    pressed_points_.push_back(row.slot);
     if (row.limit > 0) {
       // Where friction is at its limit and the point would be held more still, it slides along its force: the anchor
       // follows by what the law leaves over.

@@ -163,15 +163,24 @@ private:
     std::unique_ptr<SurfaceCompliance> compliance;
     std::vector<int> touched;                     // nodes of the rows, those under force first
     std::vector<int> loaded;                      // nodes that the last update put a force on
+    std::vector<int> gathered;                    // free nodes whose compliance is side by side in `yields`
+    std::vector<int> place;                       // [nodes] in `gathered`, -1
+    Eigen::MatrixXf yields;                       // S of the gathered nodes: [3 gathered x 3 gathered], or larger
     Eigen::Matrix3Xd force;                       // [3 x nodes] that force, zero elsewhere, N
     Eigen::Matrix3Xd motion;                      // [3 x nodes] scratch: foreseen, of the touched nodes, m
     const Eigen::Matrix3Xd* positions = nullptr;  // during update()
+  };
+  /// What a node has last seen of the other surface.
+  struct Sight {
+    int near = -1;     // the nearest face
+    double clear = 0;  // how far the two bodies may go, together, before the node can have a row, m
   };
   /// A node's state between steps.
   struct NodeContact {
     double lambda = 0;
     double rest_overlap = 0;  // <= 0
-    int near = -1;            // the face that was nearest a step ago
+    Sight sight;
+    double clear_until = 0;  // of the travel of both bodies
   };
   struct ProbePoint {
     int face = -1;
@@ -185,6 +194,7 @@ private:
   };
 
   // The stages of update(), in order.
+  void follow_surfaces(std::span<const Eigen::Matrix3Xd> positions, Companion* companion);
   void find_pair(int pair, Companion* companion);
   void find_probe(const RigidPose& pose);
   /// Into rows_, those with the smallest gaps if there are more than `most`.
@@ -194,6 +204,9 @@ private:
   /// Of large bodies all that touches at rest, and what lies around where the probe will be held.
   void learn_beforehand(Companion* companion);
   void assemble(Companion* companion);
+  /// S of all that the rows touch, side by side.
+  void gather_compliance();
+  static void gather(Body& body, int node);
   void foresee_turn();
   void relax();
   void keep(const RigidPose* probe);
@@ -209,20 +222,20 @@ private:
   /// s, t and their limit, from what the point keeps in the probe's frame; where it slides its anchor follows.
   void hold(SurfaceRow& row, ProbePoint& point, const Eigen::Vector3d& in_probe,
             const Eigen::Matrix3d& world_from_probe);
-  /// Motion of one row's point per force on another's, m/N.
-  Eigen::Matrix3d compliance_between(const SurfaceRow& row, const SurfaceRow& other) const;
-
   /// The row of a node against a surface as both are now, without its overlap at rest; support_count = 0: none.
-  /// @param near  NodeContact::near of it
-  SurfaceRow face_to_face(int pair, int node, bool pressed, int& near) const;
+  SurfaceRow face_to_face(int pair, int node, bool pressed, Sight& sight) const;
   bool movable(const SurfaceRow& row) const;
 
   OrganContactSettings settings_;
   std::vector<Body> bodies_;
   std::vector<std::vector<NodeContact>> nodes_;  // [pairs] [nodes of the pair's body]
-  std::vector<ProbePoint> points_;               // face by face
-  Eigen::Matrix3Xd positions_before_;            // [3 x nodes] of the probe's body in the update before
-  std::optional<RigidPose> pose_before_;         // of the probe; nullopt: it was not there
+  std::size_t updates_ = 0;
+  std::vector<ProbePoint> points_;           // face by face
+  std::vector<std::size_t> inside_;          // of points_: those in the head
+  std::vector<std::size_t> inside_before_;   // in the update before
+  std::vector<std::size_t> pressed_points_;  // those of the last rows
+  Eigen::Matrix3Xd positions_before_;        // [3 x nodes] of the probe's body in the update before
+  std::optional<RigidPose> pose_before_;     // of the probe; nullopt: it was not there
   std::size_t points_a_face_ = 0;
   std::vector<SurfaceRow> rows_;
   std::vector<int> faces_;     // scratch

@@ -172,16 +172,19 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   const NeedleState* needle = accept(input.needle, report);
   respond_organs();
   move_held(input.held_amplitude, report);
-  correct_motion(true, report);
-  fill_cavities(input.cavity_shares, report);
-  relax();
+  for (std::size_t b = 0; b < models_.size(); ++b) {  // each as a whole: its elements are read from a cache then
+    correct_motion(b, true, report);
+    fill_cavities(b, input.cavity_shares, report);
+    relax(b);
+  }
   swap_factorisation(input, report);
   follow_probe(input.probe, report);
   touch(input.probe, report);
   free_motion(report);
-  stiffen();
   isolate(needle, report, out);
-  request_factorisation(input, needle, report);
+  const bool asks = may_request(input, report);
+  stiffen(asks);
+  if (asks) request_factorisation(input, needle, report);
   fill_patch(out);
   couple_organs(needle, out);
 
@@ -389,21 +392,29 @@ void SimulationLoop::gather_internal_force(const TissueModel& model, const Eigen
   take_free(model, body.nodal_force, body.internal_force);
 }
 
-double SimulationLoop::overshoot(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& before,
-                                 const Eigen::VectorXd& pull_before) {
-  double slope_before = 0;  // of U(p) - p . external force along the step
-  double slope_after = 0;
+SimulationLoop::StepTried SimulationLoop::step_tried(const TissueModel& model, const BodyState& body,
+                                                     const Eigen::Matrix3Xd& from) {
+  StepTried tried;
+  Eigen::Array3d longest = Eigen::Array3d::Zero();
+  Eigen::Array3d slope = Eigen::Array3d::Zero();
   for (int n = 0; n < model.node_count(); ++n) {
     const int i = model.free_index[n];
     if (i < 0) continue;
-    const Eigen::Vector3d step = body.trial.col(n) - before.col(n);
-    slope_before -= step.dot(pull_before.segment<3>(3 * i));
-    slope_after += step.dot(body.internal_force.segment<3>(3 * i) - body.needle_force.segment<3>(3 * i) -
-                            body.contact_force.segment<3>(3 * i));
+    const Eigen::Array3d step = body.trial.col(n) - from.col(n);
+    longest = longest.max(step.abs());
+    slope += step * (body.internal_force.segment<3>(3 * i) - body.needle_force.segment<3>(3 * i) -
+                     body.contact_force.segment<3>(3 * i))
+                        .array();
   }
-  const double bound = body.squeezed > 0 ? kSqueezedOvershoot : kOvershoot;
-  if (slope_before >= 0 || slope_after <= -bound * slope_before) return 1;
-  return slope_before / (slope_before - slope_after);  // the minimum of a parabola with these slopes
+  tried.longest = longest.maxCoeff();
+  tried.slope = slope.sum();
+  return tried;
+}
+
+double SimulationLoop::overshoot(const StepTried& before, const StepTried& after, bool squeezed) {
+  const double bound = squeezed ? kSqueezedOvershoot : kOvershoot;
+  if (before.slope >= 0 || after.slope <= -bound * before.slope) return 1;
+  return before.slope / (before.slope - after.slope);  // the minimum of a parabola with these slopes
 }
 
 void SimulationLoop::move_held(double amplitude, SimulationReport& report) {
@@ -453,7 +464,8 @@ void SimulationLoop::follow_probe(const RigidPose* probe, SimulationReport& repo
     if (report.probe.points == 0) continue;
     for (int correction = 0; correction < kMaxCorrections; ++correction) {
       free_motion(report);
-      correct_motion(false, report);
+      report.inverted_tets = 0;
+      for (std::size_t b = 0; b < models_.size(); ++b) correct_motion(b, false, report);
       if (std::none_of(bodies_.begin(), bodies_.end(), [](const BodyState& body) { return body.limited; })) break;
     }
   }
@@ -478,84 +490,80 @@ void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
   if (grip_ && !head) grip_->release();
 }
 
-void SimulationLoop::correct_motion(bool shown, SimulationReport& report) {
-  report.inverted_tets = 0;
-  for (std::size_t b = 0; b < models_.size(); ++b) {
-    const TissueModel& model = models_[b];
-    BodyState& body = bodies_[b];
-    Eigen::Matrix3Xd& positions = tissue_.positions[b];
+void SimulationLoop::correct_motion(std::size_t b, bool shown, SimulationReport& report) {
+  const TissueModel& model = models_[b];
+  BodyState& body = bodies_[b];
+  Eigen::Matrix3Xd& positions = tissue_.positions[b];
 
-    body.limited = false;
-    respond(b, shown);  // with the factor that made p_free
-    if (!body.trial.allFinite()) {
+  body.limited = false;
+  respond(b, shown);  // with the factor that made p_free
+  if (!body.trial.allFinite()) {
+    report.flags |= kSimulationNonFinite;
+    body.trial = positions;
+  }
+
+  // The fixed point does not depend on the length of the step, so a step may be shortened: one longer than the body
+  // (a mad force), and one that would turn tetrahedra inside out.
+  StepTried step = step_tried(model, body, positions);
+  const auto shorten = [&](double fraction) {
+    report.flags |= kSimulationStepLimited;
+    body.trial = positions + fraction * (body.trial - positions);
+    step.longest *= fraction;
+    step.slope *= fraction;
+  };
+  if (step.longest > body.extent) {
+    shorten(body.extent / step.longest);
+    step = step_tried(model, body, positions);  // the slope of a mad step may be no number
+  }
+  int inverted = 0;
+  for (int shortened = 0;; ++shortened) {
+    const ElementCount count = update_rotations_and_forces(model, body.trial, body.rotations, body.nodal_force,
+                                                           body.rest_size, body.memory, elements_);
+    inverted = count.inverted;
+    body.squeezed = count.squeezed;
+    take_free(model, body.nodal_force, body.internal_force);
+    if (shortened == kMaxShortenings) break;
+    const bool flat = shortened == 0 && (inverted > 0 || body.squeezed > 0);
+    double fraction = flat ? uninverted_fraction(model, positions, body.trial) : 1;
+    if (fraction < 1) {
+      // Where the first tetrahedron would lose nearly all of its volume; what is left is for the next steps.
+      body.limited = true;
+    } else if (step.longest > kNegligible * body.extent) {
+      fraction = overshoot(step, step_tried(model, body, positions), body.squeezed > 0);
+    }
+    if (fraction == 1) break;
+    shorten(fraction);
+  }
+  positions.swap(body.trial);
+  report.inverted_tets += inverted;
+  if (inverted > 0) report.flags |= kSimulationInverted;
+}
+
+void SimulationLoop::fill_cavities(std::size_t b, std::span<const double> shares, SimulationReport& report) {
+  BodyState& body = bodies_[b];
+  bool changed = false;
+  for (Cavity& cavity : body.cavities) {
+    const auto index = static_cast<std::size_t>(report.cavity_count++);
+    CavityState& state = report.cavities[index];
+    state = cavity.state(models_[b], tissue_.positions[b], body.rotations, body.memory);
+    const double share = index < shares.size() ? shares[index] : 1;
+    if (!std::isfinite(share)) {
       report.flags |= kSimulationNonFinite;
-      body.trial = positions;
+    } else if (cavity.fill(share, state.volume)) {
+      changed = true;
+      body.rest_size.resize(models_[b].tets.size(), 1.0);
+      for (const int t : cavity.tets()) body.rest_size[t] = cavity.size();
     }
-
-    // The fixed point does not depend on the length of the step, so a step may be shortened: one longer than the body
-    // (a mad force), and one that would turn tetrahedra inside out.
-    const double longest = (body.trial - positions).cwiseAbs().maxCoeff();
-    if (longest > body.extent) {
-      report.flags |= kSimulationStepLimited;
-      body.trial = positions + (body.extent / longest) * (body.trial - positions);
-    }
-    const Eigen::VectorXd pull_before = body.needle_force + body.contact_force - body.internal_force;
-    const Eigen::Matrix3Xd before = positions;
-    int inverted = 0;
-    for (int shortened = 0;; ++shortened) {
-      const ElementCount count = update_rotations_and_forces(model, body.trial, body.rotations, body.nodal_force,
-                                                             body.rest_size, body.memory, elements_);
-      inverted = count.inverted;
-      body.squeezed = count.squeezed;
-      take_free(model, body.nodal_force, body.internal_force);
-      if (shortened == kMaxShortenings) break;
-      const bool flat = shortened == 0 && (inverted > 0 || body.squeezed > 0);
-      double fraction = flat ? uninverted_fraction(model, before, body.trial) : 1;
-      if (fraction < 1) {
-        // Where the first tetrahedron would lose nearly all of its volume; what is left is for the next steps.
-        body.limited = true;
-      } else if ((body.trial - before).cwiseAbs().maxCoeff() > kNegligible * body.extent) {
-        fraction = overshoot(model, body, before, pull_before);
-      }
-      if (fraction == 1) break;
-      report.flags |= kSimulationStepLimited;
-      body.trial = before + fraction * (body.trial - before);
-    }
-    positions.swap(body.trial);
-    report.inverted_tets += inverted;
-    if (inverted > 0) report.flags |= kSimulationInverted;
   }
+  if (changed) gather_internal_force(models_[b], tissue_.positions[b], body);
 }
 
-void SimulationLoop::fill_cavities(std::span<const double> shares, SimulationReport& report) {
-  for (std::size_t b = 0; b < models_.size(); ++b) {
-    BodyState& body = bodies_[b];
-    bool changed = false;
-    for (Cavity& cavity : body.cavities) {
-      const auto index = static_cast<std::size_t>(report.cavity_count++);
-      CavityState& state = report.cavities[index];
-      state = cavity.state(models_[b], tissue_.positions[b], body.rotations, body.memory);
-      const double share = index < shares.size() ? shares[index] : 1;
-      if (!std::isfinite(share)) {
-        report.flags |= kSimulationNonFinite;
-      } else if (cavity.fill(share, state.volume)) {
-        changed = true;
-        body.rest_size.resize(models_[b].tets.size(), 1.0);
-        for (const int t : cavity.tets()) body.rest_size[t] = cavity.size();
-      }
-    }
-    if (changed) gather_internal_force(models_[b], tissue_.positions[b], body);
-  }
-}
-
-void SimulationLoop::relax() {
-  for (std::size_t b = 0; b < models_.size(); ++b) {
-    BodyState& body = bodies_[b];
-    if (body.memory.empty()) continue;
-    body.squeezed = relax_strain_and_forces(models_[b], tissue_.positions[b], body.rotations, body.nodal_force,
-                                            body.rest_size, settings_.dt, body.memory, elements_);
-    take_free(models_[b], body.nodal_force, body.internal_force);
-  }
+void SimulationLoop::relax(std::size_t b) {
+  BodyState& body = bodies_[b];
+  if (body.memory.empty()) return;
+  body.squeezed = relax_strain_and_forces(models_[b], tissue_.positions[b], body.rotations, body.nodal_force,
+                                          body.rest_size, settings_.dt, body.memory, elements_);
+  take_free(models_[b], body.nodal_force, body.internal_force);
 }
 
 void SimulationLoop::swap_factorisation(const SimulationInput& input, SimulationReport& report) {
@@ -589,11 +597,18 @@ void SimulationLoop::free_motion(SimulationReport& report) {
   report.force_n = force;
 }
 
-void SimulationLoop::stiffen() {
+void SimulationLoop::stiffen(bool whole) {
   for (std::size_t b = 0; b < models_.size(); ++b) {
     BodyState& body = bodies_[b];
     if (body.stiffening.empty()) continue;
-    find_stiffening(models_[b], tissue_.positions[b], body.rotations, body.rest_size, body.stiffening, &companion_);
+    const Eigen::Matrix3Xd& positions = tissue_.positions[b];
+    if (whole) {
+      find_stiffening(models_[b], positions, body.rotations, body.rest_size, body.stiffening, &companion_);
+      continue;
+    }
+    for (const std::vector<int>* nodes : {&body.nodes, &body.held}) {
+      find_stiffening_around(*nodes, models_[b], positions, body.rotations, body.rest_size, body.stiffening);
+    }
   }
 }
 
@@ -645,6 +660,7 @@ void SimulationLoop::choose_nodes(std::size_t b, const NeedleState& needle, std:
 void SimulationLoop::name_nodes(std::size_t b, const NeedleState* needle, FactorisationRequest::Body& request) const {
   request.isolated_nodes = settings_.lay_contacts ? bodies_[b].nodes : bodies_[b].wanted;
   request.foreseen_nodes.clear();
+  request.beside_nodes.clear();
   request.contact_nodes.clear();
   request.pressed_nodes = 0;
   if (needle == nullptr) return;
@@ -654,18 +670,23 @@ void SimulationLoop::name_nodes(std::size_t b, const NeedleState* needle, Factor
       settings_.lay_contacts
           ? path_.nodes_ahead(body, *needle, tissue_.positions[b], settings_.look_ahead)
           : corridor_nodes(models_[b], tissue_.positions[b], *needle, body, settings_.look_ahead, kMaxPatchNodes);
+  if (!settings_.lay_contacts)
+    request.beside_nodes = nodes_around(models_[b], request.foreseen_nodes, kMaxPatchNodes);
+}
+
+bool SimulationLoop::may_request(const SimulationInput& input, SimulationReport& report) {
+  if (!input.request_factorisation) return false;
+  if (!factorisation_outstanding_) return true;
+  // Idle without a result that could be taken: the worker met a matrix that is not positive definite.
+  if (!worker_.idle() || worker_.failures() == failures_seen_) return false;
+  failures_seen_ = worker_.failures();
+  factorisation_outstanding_ = false;
+  report.flags |= kSimulationFactorisationFailed;
+  return true;
 }
 
 void SimulationLoop::request_factorisation(const SimulationInput& input, const NeedleState* needle,
                                            SimulationReport& report) {
-  if (!input.request_factorisation) return;
-  if (factorisation_outstanding_) {
-    // Idle without a result that could be taken: the worker met a matrix that is not positive definite.
-    if (!worker_.idle() || worker_.failures() == failures_seen_) return;
-    failures_seen_ = worker_.failures();
-    factorisation_outstanding_ = false;
-    report.flags |= kSimulationFactorisationFailed;
-  }
   FactorisationRequest& request = worker_.request();
   request.epoch = tissue_.step;
   bool needed = !(input.stale_turn > 0);
@@ -723,7 +744,8 @@ void SimulationLoop::fill_patch(TissuePatch& out) {
                      .positions = tissue_.positions[b],
                      .free_positions = bodies_[b].free_positions,
                      .contacts = path_.contacts(static_cast<int>(b)),
-                     .stiffening = bodies_[b].stiffening},
+                     .stiffening = bodies_[b].stiffening,
+                     .companion = &companion_},
                     out.bodies[b], out.flags);
   }
   for (std::size_t b = 0; b < models_.size(); ++b) {

@@ -145,21 +145,24 @@ private:
   double foresight(const NeedleState& needle) const;
   void move_held(double amplitude, SimulationReport& report);
   /// @param shown  see respond()
-  void correct_motion(bool shown, SimulationReport& report);
-  void fill_cavities(std::span<const double> shares, SimulationReport& report);
+  void correct_motion(std::size_t body, bool shown, SimulationReport& report);
+  void fill_cavities(std::size_t body, std::span<const double> shares, SimulationReport& report);
   /// What fades of the stress does so for a period, where the tissue is now (eq. 46).
-  void relax();
+  void relax(std::size_t body);
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);
   /// Where the probe moves fast: contact and whole corrections (6) at poses on its way.
   void follow_probe(const RigidPose* probe, SimulationReport& report);
   void touch(const RigidPose* probe, SimulationReport& report);
   void free_motion(SimulationReport& report);
-  void stiffen();
   void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
+  /// How the law has stiffened the bodies: what the patch is of, or the whole of them.
+  void stiffen(bool whole);
   void couple_organs(const NeedleState* needle, TissuePatch& out);
   void choose_nodes(std::size_t body, const NeedleState& needle, std::uint32_t& flags);
   /// Isolated, foreseen and touched nodes of a body.
   void name_nodes(std::size_t body, const NeedleState* needle, FactorisationRequest::Body& request) const;
+  /// A factorisation is wanted, and none outstanding.
+  bool may_request(const SimulationInput& input, SimulationReport& report);
   void request_factorisation(const SimulationInput& input, const NeedleState* needle, SimulationReport& report);
   void fill_patch(TissuePatch& out);
 
@@ -210,10 +213,14 @@ private:
   Eigen::Matrix3Xd field_of(std::size_t body, const Eigen::Matrix3Xd& held);
   /// F_int at `positions` with the body's rotations, into body.internal_force.
   void gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions, BodyState& body);
-  /// 1, or the fraction of the step from `before` to body.trial after which the potential would be least.
-  /// @param pull_before  external force - F_int at `before`
-  static double overshoot(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& before,
-                          const Eigen::VectorXd& pull_before);
+  /// A step to body.trial, with the forces of the body before or after it.
+  struct StepTried {
+    double longest = 0;  // of a component of a node's step, m
+    double slope = 0;    // of U(p) - p . external force along the step, J
+  };
+  static StepTried step_tried(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& from);
+  /// 1, or the fraction of the step after which the potential would be least.
+  static double overshoot(const StepTried& before, const StepTried& after, bool squeezed);
 
   SimulationLoopSettings settings_;
   std::vector<TissueModel> models_;

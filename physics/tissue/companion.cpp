@@ -1,6 +1,7 @@
 #include "physics/tissue/companion.h"
 
 #include <immintrin.h>
+#include <sched.h>
 #include <sys/resource.h>
 
 namespace stylet::physics {
@@ -16,7 +17,9 @@ std::uint64_t place(std::uint32_t loop, std::uint32_t part) {
 }  // namespace
 
 Companion::Companion(bool thread, bool background) {
-  if (thread) thread_ = std::thread([this, background] { serve(background); });
+  if (!thread) return;
+  if (sched_getaffinity(0, sizeof allowed_, &allowed_) != 0) CPU_ZERO(&allowed_);
+  thread_ = std::thread([this, background] { serve(background); });
 }
 
 Companion::~Companion() {
@@ -31,6 +34,7 @@ void Companion::run(int parts, Function function, const void* context) {
     for (int part = 0; part < parts; ++part) function(context, part);
     return;
   }
+  stay_beside(sched_getcpu());
   const std::uint32_t loop = posted_.load(std::memory_order_relaxed) + 1;
   function_.store(function, std::memory_order_relaxed);
   context_.store(context, std::memory_order_relaxed);
@@ -46,6 +50,14 @@ void Companion::run(int parts, Function function, const void* context) {
        done = done_.load(std::memory_order_acquire)) {
     done_.wait(done, std::memory_order_acquire);
   }
+}
+
+void Companion::stay_beside(int core) {
+  if (core == callers_core_ || core < 0) return;
+  callers_core_ = core;
+  cpu_set_t others = allowed_;
+  CPU_CLR(static_cast<std::size_t>(core), &others);
+  if (CPU_COUNT(&others) > 0) pthread_setaffinity_np(thread_.native_handle(), sizeof others, &others);
 }
 
 void Companion::take(std::uint32_t loop) {

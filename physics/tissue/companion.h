@@ -1,6 +1,8 @@
 // A second thread for loops over what does not depend on each other, asleep while there is no such loop.
 #pragma once
 
+#include <sched.h>
+
 #include <atomic>
 #include <cstdint>
 #include <thread>
@@ -29,6 +31,9 @@ public:
 
 private:
   using Function = void (*)(const void* context, int part);
+  /// Keeps the helper off the caller's core. A scheduler that wakes it there, where it waits for the caller to sleep,
+  /// does so in three of ten loops beside a busy worker: then no core is shared.
+  void stay_beside(int core);
   void run(int parts, Function function, const void* context);
   /// Parts of a loop until none is left to take.
   void take(std::uint32_t loop);
@@ -44,8 +49,13 @@ private:
   std::atomic<int> done_{0};
   std::atomic<std::uint32_t> posted_{0};  // counts loops; what the helper sleeps on
   std::atomic<bool> stop_{false};
+  cpu_set_t allowed_{};    // cores of the process
+  int callers_core_ = -1;  // of the last loop
   std::thread thread_;
 };
+
+/// Parts of a loop over many small things: enough that two threads end together.
+inline constexpr int kSharedParts = 8;
 
 /// run() of a companion, or of the caller alone where there is none.
 template <typename Work>

@@ -5,12 +5,14 @@
 #include "physics/tissue/lanes.h"
 #include "physics/tissue/membrane.h"
 #include "physics/tissue/quadratic.h"
+#include "physics/tissue/refinement.h"
 
 #include <Eigen/LU>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace stylet::physics {
@@ -250,12 +252,21 @@ ElementCount sum_over_runs(const TissueModel& model, Eigen::Ref<Eigen::Matrix3Xd
     sum.setZero(3, run.end_node - run.first_node);
     counts[r] = of_run(run, sum);
   });
+  const int parts = model.runs.size() > 1 ? kSharedParts : 1;
+  in_parts(scratch.companion, parts, [&](int part) {
+    const int begin = model.node_count() * part / parts, end = model.node_count() * (part + 1) / parts;
+    forces.middleCols(begin, end - begin).setZero();
+    for (std::size_t r = 0; r < model.runs.size(); ++r) {  // in their order: the same bits whoever did which
+      const int first = std::max(begin, model.runs[r].first_node), last = std::min(end, model.runs[r].end_node);
+      if (first >= last) continue;
+      forces.middleCols(first, last - first) +=
+          scratch.sums[r].middleCols(first - model.runs[r].first_node, last - first);
+    }
+  });
   ElementCount all;
-  forces.setZero();
-  for (std::size_t r = 0; r < model.runs.size(); ++r) {  // in their order: the same bits whoever did which
-    forces.middleCols(model.runs[r].first_node, scratch.sums[r].cols()) += scratch.sums[r];
-    all.inverted += counts[r].inverted;
-    all.squeezed += counts[r].squeezed;
+  for (const ElementCount& count : counts) {
+    all.inverted += count.inverted;
+    all.squeezed += count.squeezed;
   }
   return all;
 }
@@ -276,6 +287,27 @@ void for_fours(const TissueModel& model, Companion* companion, const Each& each)
   in_parts(companion, static_cast<int>(model.runs.size()), [&](int r) {
     for (int first = model.runs[r].begin; first < model.runs[r].end; first += kLanes) each(first);
   });
+}
+
+/// What strain is measured in at a time: a quadratic element, or four tetrahedra.
+int tets_a_group(const TissueModel& model) {
+  return model.is_quadratic() ? kTetsOfRefined : kLanes;
+}
+
+void find_stiffening_of_group(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                              std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                              int group, std::span<PointStiffness> stiffness) {
+  if (model.is_quadratic()) {
+    find_quadratic_stiffening(model, positions, rotations, rest_size, static_cast<std::size_t>(group), stiffness);
+    return;
+  }
+  const int first = kLanes * group;
+  std::array<PointStiffness, kLanes> found;
+  if (const StrainLaw* const law = law_of(model, first)) {
+    const LaneStrain at = strain_at(model, positions, rotations, rest_size, first);
+    find_stiffness(*law, at.rotation, at.strain, found);
+  }
+  std::copy_n(found.begin(), std::min(kLanes, model.tet_count() - first), stiffness.begin() + first);
 }
 
 }  // namespace
@@ -319,9 +351,13 @@ int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
   if (!model.is_quadratic() || model.runs.size() == 1) {  // tetrahedra come here only when a cavity is filled
     return internal_forces(model, positions, rotations, forces, rest_size, true, memory);
   }
-  const int squeezed = quadratic_forces(model, positions, rotations, forces, rest_size, memory, scratch);
+  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Matrix3Xd& sum) {
+    ElementCount count;
+    count.squeezed = quadratic_forces(model, positions, rotations, run, sum, rest_size, memory);
+    return count;
+  });
   add_membrane_forces(model, positions, false, forces);
-  return squeezed;
+  return all.squeezed;
 }
 
 ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -353,12 +389,13 @@ int relax_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& po
                             std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                             std::span<const double> rest_size, double dt, std::span<StrainMemory> memory,
                             ElementScratch& scratch) {
-  if (model.is_quadratic()) {
-    relax_quadratic_strain(model, positions, rotations, rest_size, dt, memory, scratch.companion);
-    return internal_forces(model, positions, rotations, forces, rest_size, memory, scratch);
-  }
   const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Matrix3Xd& sum) {
     ElementCount count;
+    if (model.is_quadratic()) {
+      count.squeezed =
+          relax_quadratic_strain_and_forces(model, positions, rotations, run, sum, rest_size, dt, memory);
+      return count;
+    }
     for (int first = run.begin; first < run.end; first += kLanes) {
       const int end = std::min(first + kLanes, run.end);
       if (end == first + kLanes &&
@@ -378,19 +415,26 @@ int relax_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& po
 void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
                      std::span<PointStiffness> stiffness, Companion* companion) {
-  if (model.is_quadratic()) {
-    find_quadratic_stiffening(model, positions, rotations, rest_size, stiffness, companion);
-    return;
-  }
-  for_fours(model, companion, [&](int first) {
-    std::array<PointStiffness, kLanes> found;
-    if (const StrainLaw* const law = law_of(model, first)) {
-      const LaneStrain at = strain_at(model, positions, rotations, rest_size, first);
-      find_stiffness(*law, at.rotation, at.strain, found);
+  in_parts(companion, static_cast<int>(model.runs.size()), [&](int r) {
+    const int each = tets_a_group(model);
+    for (int t = model.runs[r].begin; t < model.runs[r].end; t += each) {
+      find_stiffening_of_group(model, positions, rotations, rest_size, t / each, stiffness);
     }
-    const int count = std::min(kLanes, model.tet_count() - first);
-    std::copy_n(found.begin(), count, stiffness.begin() + first);
   });
+}
+
+void find_stiffening_around(std::span<const int> nodes, const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                            std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                            std::span<PointStiffness> stiffness) {
+  const int each = tets_a_group(model);
+  std::vector<char> found(static_cast<std::size_t>((model.tet_count() + each - 1) / each), 0);
+  for (const int node : nodes) {
+    for (int k = model.incident_start[node]; k < model.incident_start[node + 1]; ++k) {
+      const int group = model.incident_tets[k] / each;
+      if (std::exchange(found[group], 1) != 0) continue;
+      find_stiffening_of_group(model, positions, rotations, rest_size, group, stiffness);
+    }
+  }
 }
 
 void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,

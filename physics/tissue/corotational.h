@@ -54,6 +54,10 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
 void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
                      std::span<PointStiffness> stiffness, Companion* companion = nullptr);
+/// The same next to some nodes; elsewhere `stiffness` stays as it is.
+void find_stiffening_around(std::span<const int> nodes, const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                            std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
+                            std::span<PointStiffness> stiffness);
 
 /// A step of what relaxes, at a strain that stays   (eq. 46).
 /// @param rotations       [points] of these very positions

@@ -11,9 +11,8 @@ namespace stylet::physics {
 
 /// What a loop over the elements needs beside its result. One a thread.
 struct ElementScratch {
-  Companion* companion = nullptr;                        ///< takes a part of the loop; the bits do not know of it
-  std::vector<Eigen::Matrix3Xd> sums;                    // [runs] forces of a run
-  std::vector<Eigen::Matrix<double, 3, 10>> of_nodes{};  // [quadratic elements] forces on its nodes, N
+  Companion* companion = nullptr;      ///< takes a part of the loop; the bits do not know of it
+  std::vector<Eigen::Matrix3Xd> sums;  // [runs] forces of a run
 };
 
 struct ElementCount {

@@ -89,9 +89,12 @@ public:
     }
   }
   /// Isolated, the first `foreseen` of the foreseen nodes, the first `touched` of those in contact.
-  std::vector<int> of(const FactorisationRequest::Body& request, std::size_t foreseen, std::size_t touched) && {
+  /// @param beside  the nodes around them, too
+  std::vector<int> of(const FactorisationRequest::Body& request, std::size_t foreseen, std::size_t touched,
+                      bool beside) && {
     take(request.isolated_nodes, kMaxPatchNodes);
     take(std::span(request.foreseen_nodes).first(foreseen), kMaxPatchNodes);
+    if (beside) take(request.beside_nodes, kMaxPatchNodes);
     take(std::span(request.contact_nodes).first(touched), nodes_.size() + kMaxContactNodes);
     return std::move(nodes_);
   }
@@ -120,7 +123,7 @@ bool covers(std::span<const int> trailing_nodes, const FactorisationRequest::Bod
   for (const int node : trailing_nodes) covered[node] = 1;
   const std::vector<int> wanted =
       Corridor(model).of(request, request.foreseen_nodes.size() / 2,
-                         std::min<std::size_t>(request.pressed_nodes, request.contact_nodes.size()));
+                         std::min<std::size_t>(request.pressed_nodes, request.contact_nodes.size()), false);
   return std::all_of(wanted.begin(), wanted.end(), [&](int node) { return covered[node] != 0; });
 }
 
@@ -180,7 +183,8 @@ bool FactorisationWorker::step() {
     const FactorisationRequest::Body& wanted = request.bodies[b];
     FactorisedTissue::Body& body = result.bodies[b];
     if (!covers(corridors_[b], wanted, models_[b])) {
-      corridors_[b] = Corridor(models_[b]).of(wanted, wanted.foreseen_nodes.size(), wanted.contact_nodes.size());
+      corridors_[b] =
+          Corridor(models_[b]).of(wanted, wanted.foreseen_nodes.size(), wanted.contact_nodes.size(), true);
     }
     if (body.trailing_nodes != corridors_[b]) {  // each slot has a factor of its own
       factorised = body.factor.order_last(dofs_of(corridors_[b], models_[b]), patterns_[b], workspace_);

@@ -27,6 +27,7 @@ struct FactorisationRequest {
     std::vector<MembraneGradient> membrane;     ///< [triangles of the capsule] then
     std::vector<int> isolated_nodes;            ///< now: will be among the factor's trailing nodes
     std::vector<int> foreseen_nodes;            ///< isolated soon, the likeliest first
+    std::vector<int> beside_nodes;              ///< around all of those, taken along where there is room
     std::vector<int> contact_nodes;  ///< in touch with another body or the probe, or nearly; kMaxContactNodes count
     std::size_t pressed_nodes = 0;  ///< the first of contact_nodes carry force: they must be among the trailing nodes
   };

@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <immintrin.h>
+
 #include <array>
 #include <cstddef>
 #include <span>
@@ -30,21 +32,31 @@ inline void set_lane(const Eigen::Matrix3d& m, int lane, LaneMatrix& to) {
   }
 }
 
+/// Rows for columns.
+inline std::array<Lanes, 4> transposed(const std::array<Lanes, 4>& rows) {
+  std::array<__m256d, 4> r;
+  for (std::size_t i = 0; i < 4; ++i) r[i] = _mm256_loadu_pd(rows[i].data());
+  const __m256d low01 = _mm256_unpacklo_pd(r[0], r[1]), high01 = _mm256_unpackhi_pd(r[0], r[1]);
+  const __m256d low23 = _mm256_unpacklo_pd(r[2], r[3]), high23 = _mm256_unpackhi_pd(r[2], r[3]);
+  std::array<Lanes, 4> columns;
+  _mm256_storeu_pd(columns[0].data(), _mm256_permute2f128_pd(low01, low23, 0x20));
+  _mm256_storeu_pd(columns[1].data(), _mm256_permute2f128_pd(high01, high23, 0x20));
+  _mm256_storeu_pd(columns[2].data(), _mm256_permute2f128_pd(low01, low23, 0x31));
+  _mm256_storeu_pd(columns[3].data(), _mm256_permute2f128_pd(high01, high23, 0x31));
+  return columns;
+}
+
 /// x, y, z, w of four rotations from `first` on.
 inline std::array<Lanes, 4> quaternions_of(std::span<const Eigen::Quaterniond> rotations, std::size_t first) {
-  std::array<Lanes, 4> q;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const auto& from = rotations[first + static_cast<std::size_t>(lane)].coeffs();
-    for (std::size_t i = 0; i < 4; ++i) q[i][lane] = from[static_cast<Eigen::Index>(i)];
-  }
-  return q;
+  std::array<Lanes, 4> of_lanes;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) of_lanes[lane] = rotations[first + lane].coeffs().array();
+  return transposed(of_lanes);
 }
 
 inline void set_quaternions(const std::array<Lanes, 4>& q, std::span<Eigen::Quaterniond> rotations,
                             std::size_t first) {
-  for (int lane = 0; lane < kLanes; ++lane) {
-    rotations[first + static_cast<std::size_t>(lane)].coeffs() << q[0][lane], q[1][lane], q[2][lane], q[3][lane];
-  }
+  const std::array<Lanes, 4> of_lanes = transposed(q);
+  for (std::size_t lane = 0; lane < kLanes; ++lane) rotations[first + lane].coeffs() = of_lanes[lane].matrix();
 }
 
 inline LaneMatrix matrix_of(const std::array<Lanes, 4>& q) {

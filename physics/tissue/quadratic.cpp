@@ -2,6 +2,7 @@
 
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/lanes.h"
+#include "physics/tissue/quadratic_shape.h"
 #include "physics/tissue/refinement.h"
 
 #include <Eigen/Eigenvalues>
@@ -11,17 +12,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 namespace stylet::physics {
 namespace {
-
-// Four points, exact for quadratic integrands.
-constexpr double kNear = 0.58541019662496845446;
-constexpr double kFar = 0.13819660112501051518;
 
 using Gradients = Eigen::Matrix<double, 3, 10>;
 
@@ -68,23 +64,25 @@ std::array<int, 10> nodes_of(const TetMesh& mesh, std::size_t element) {
   return nodes;
 }
 
+/// Ends of the diagonal that an element's last four tetrahedra lie around, and the ring that they go round it in.
+std::array<int, 6> inner_of(const TetMesh& mesh, std::size_t element) {
+  const auto around = std::span(mesh.tets).subspan(kTetsOfRefined * element + 4, 4);
+  std::array<int, 6> inner{around[0][0], around[0][1], -1, -1, -1, -1};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto& tet = around[i];
+    const auto& last = around[(i + 3) % 4];
+    for (const int node : {tet[2], tet[3]}) {
+      if (node == last[2] || node == last[3]) inner[2 + i] = node;
+    }
+    if (tet[0] != inner[0] || tet[1] != inner[1] || inner[2 + i] < 0) refuse(element, "is no refined tetrahedron");
+  }
+  return inner;
+}
+
 Gradients rest_of(const TetMesh& mesh, const std::array<int, 10>& nodes) {
   Gradients x;
   for (int a = 0; a < 10; ++a) x.col(a) = mesh.nodes[nodes[static_cast<std::size_t>(a)]];
   return x;
-}
-
-/// F of an element's points.
-LaneMatrix deformation_gradients(const QuadraticRest& rest, const Eigen::Matrix3Xd& positions) {
-  LaneMatrix f;
-  for (auto& row : f) row.fill(Lanes::Zero());
-  for (std::size_t a = 0; a < rest.nodes.size(); ++a) {
-    const auto& x = positions.col(rest.nodes[a]);
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) f[i][j] += x[static_cast<Eigen::Index>(i)] * rest.gradients[a][j];
-    }
-  }
-  return f;
 }
 
 LaneMatrix cofactors_of(const LaneMatrix& f) {
@@ -156,28 +154,55 @@ void for_elements(const TissueModel& model, Companion* companion, const Each& ea
   });
 }
 
-/// Brings the rotations of an element's points to F, J = det F; returns how many of them are inverted.
-int turn(const LaneMatrix& f, const Lanes& j, std::span<Eigen::Quaterniond> of_points) {
+/// det F of the eight tetrahedra.
+OfTets volume_ratios(const QuadraticRest& rest, const NodeLanes& x, const Eigen::Matrix3Xd& positions) {
+  const OfTets now = tet_determinants(rest, x, positions);
+  return {now[0] / rest.tets[0], now[1] / rest.tets[1]};
+}
+
+/// An element now.
+struct Deformed {
+  Deformed(const QuadraticRest& rest, const Eigen::Matrix3Xd& positions) {
+    const NodeLanes x = node_lanes(rest, positions);
+    f = deformation_gradients(rest, x);
+    j = determinant(f);
+    of_tets = volume_ratios(rest, x, positions);
+  }
+  int inverted_tets() const {
+    return static_cast<int>(kTetsOfRefined) - static_cast<int>((of_tets[0] > 0).count() + (of_tets[1] > 0).count());
+  }
+  LaneMatrix f;
+  Lanes j;         // det F
+  OfTets of_tets;  // det F of the eight tetrahedra
+};
+
+/// Brings the rotations of an element's points to F; returns how many of them are inverted.
+/// @param[out] r  the rotations
+int turn(const Deformed& now, std::span<Eigen::Quaterniond> of_points, LaneMatrix& r) {
   std::array<Lanes, 4> q = quaternions_of(of_points, 0);
-  if ((j > 0).all() && closest_rotations(f, q)) {
+  if ((now.j > 0).all() && closest_rotations(now.f, q)) {
     set_quaternions(q, of_points, 0);
+    r = matrix_of(q);
     return 0;
   }
   int inverted = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
     auto& rotation = of_points[static_cast<std::size_t>(lane)];
-    rotation = closest_rotation(of_lane(f, lane), rotation);
-    if (!(j[lane] > 0)) ++inverted;
+    rotation = closest_rotation(of_lane(now.f, lane), rotation);
+    if (!(now.j[lane] > 0)) ++inverted;
   }
+  r = rotations_of(of_points, 0);
   return inverted;
 }
 
 /// Forces of an element on its nodes, to add(node of the element, axis, N); returns how many points are in the
 /// barrier.
 template <typename Add>
-int forces_of(const QuadraticRest& rest, const LaneMatrix& f, const Lanes& j, const LaneMatrix& r, double size,
-              bool linearised, const StrainMemory* memory, const Add& add) {
+int forces_of_points(const QuadraticRest& rest, const Deformed& now, const LaneMatrix& r, double size,
+                     bool linearised, const StrainMemory* memory, const Add& add) {
   int squeezed = 0;
+  const auto& f = now.f;
+  const auto& j = now.j;
   const LaneMatrix s = stretch_of(r, f);
   const LaneMatrix& volume_gradient = linearised ? r : cofactors_of(f);
   const Lanes dilatation = linearised ? Lanes(trace(s) - 2) : j;
@@ -206,52 +231,20 @@ int forces_of(const QuadraticRest& rest, const LaneMatrix& f, const Lanes& j, co
                 tension * volume_gradient[i][k];
     }
   }
-  for (std::size_t a = 0; a < rest.nodes.size(); ++a) {
-    const auto& g = rest.gradients[a];
-    for (std::size_t i = 0; i < 3; ++i) add(a, i, (p[i][0] * g[0] + p[i][1] * g[1] + p[i][2] * g[2]).sum());
-  }
+  add_nodal_forces(rest, p, add);
   return squeezed;
-}
-
-/// Of the eight tetrahedra of an element, in order.
-using OfTets = std::array<Lanes, kTetsOfRefined / kLanes>;
-
-OfTets determinants_of_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element) {
-  OfTets ratios;
-  for (std::size_t group = 0; group < ratios.size(); ++group) {
-    LaneMatrix edges;  // [edge from the first node][axis]
-    Lanes volume;
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const std::size_t t = kTetsOfRefined * element + kLanes * group + static_cast<std::size_t>(lane);
-      const auto& n = model.mesh.tets[t];
-      const double* const origin = positions.col(n[0]).data();
-      for (std::size_t edge = 0; edge < 3; ++edge) {
-        const double* const x = positions.col(n[edge + 1]).data();
-        for (std::size_t axis = 0; axis < 3; ++axis) edges[edge][axis][lane] = x[axis] - origin[axis];
-      }
-      volume[lane] = model.tets[t].volume;
-    }
-    const auto& [a, b, c] = edges;
-    ratios[group] = ((a[1] * b[2] - a[2] * b[1]) * c[0] +
-                     ((a[2] * b[0] - a[0] * b[2]) * c[1] + (a[0] * b[1] - a[1] * b[0]) * c[2])) /
-                    (6 * volume);
-  }
-  return ratios;
 }
 
 /// each(t, det F) of the eight tetrahedra of an element.
 template <typename Each>
 void for_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element, const Each& each) {
-  const OfTets j = determinants_of_tets(model, positions, element);
+  const QuadraticRest& rest = model.quadratics[element];
+  const OfTets j = volume_ratios(rest, node_lanes(rest, positions), positions);
   for (std::size_t k = 0; k < kTetsOfRefined; ++k)
     each(kTetsOfRefined * element + k, j[k / kLanes][static_cast<Eigen::Index>(k % kLanes)]);
 }
 
-int inverted_of(const OfTets& j) {
-  return static_cast<int>(kTetsOfRefined) - static_cast<int>((j[0] > 0).count() + (j[1] > 0).count());
-}
-
-/// Forces of the barriers of an element's tetrahedra, as forces_of(); returns how many are in it.
+/// Forces of the barriers of an element's tetrahedra, as forces_of_points(); returns how many are in it.
 /// @param of_tets  det F of them
 template <typename Add>
 int forces_of_flat_tets(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t element, double size,
@@ -277,7 +270,60 @@ int forces_of_flat_tets(const TissueModel& model, const Eigen::Matrix3Xd& positi
   return squeezed;
 }
 
+/// Forces of element e on its nodes, to add(node of the element, axis, N); returns how many points and tetrahedra are
+/// in the barrier.
+template <typename Add>
+int forces_of(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t e, const Deformed& now,
+              const LaneMatrix& r, std::span<const double> rest_size, std::span<const StrainMemory> memory,
+              const Add& add) {
+  const double size = size_of(rest_size, e);
+  return forces_of_points(model.quadratics[e], now, r, size, false, memory_of(memory, e), add) +
+         forces_of_flat_tets(model, positions, e, size, now.of_tets, add);
+}
+
+/// add() of forces_of() for element e of a run.
+auto add_to(Eigen::Ref<Eigen::Matrix3Xd>& forces, const QuadraticRest& rest, const TetRun& run) {
+  return [&forces, &rest, &run](std::size_t a, std::size_t i, double force) {
+    forces(static_cast<Eigen::Index>(i), rest.nodes[a] - run.first_node) += force;
+  };
+}
+
+/// Forces of the elements of a run, at rotations that stay; before(element, F, R) each.
+template <typename Before>
+int forces_of_run(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                  std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
+                  Eigen::Ref<Eigen::Matrix3Xd> forces, std::span<const double> rest_size,
+                  std::span<const StrainMemory> memory, const Before& before) {
+  int squeezed = 0;
+  const auto [begin, end] = elements_of(run);
+  for (std::size_t e = begin; e < end; ++e) {
+    const Deformed now(model.quadratics[e], positions);
+    const LaneMatrix r = rotations_of(rotations, e);
+    before(e, now.f, r);
+    squeezed += forces_of(model, positions, e, now, r, rest_size, memory, add_to(forces, model.quadratics[e], run));
+  }
+  return squeezed;
+}
+
 }  // namespace
+
+std::array<std::array<Lanes, 3>, 10> gradients_of(const QuadraticRest& rest) {
+  std::array<std::array<Lanes, 3>, 10> gradients;
+  for (std::size_t a = 0; a < gradients.size(); ++a) {
+    std::array<Lanes, 3> natural;  // dN_a/dxi_k
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (int p = 0; p < kLanes; ++p) {
+        natural[k][p] = gradients_at_points()[static_cast<std::size_t>(p)](static_cast<Eigen::Index>(k),
+                                                                           static_cast<Eigen::Index>(a));
+      }
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      gradients[a][i] =
+          natural[0] * rest.natural[0][i] + natural[1] * rest.natural[1][i] + natural[2] * rest.natural[2][i];
+    }
+  }
+  return gradients;
+}
 
 std::array<std::size_t, 4> places_of(const TissueModel& model, int tet) {
   const auto t = static_cast<std::size_t>(tet);
@@ -295,10 +341,14 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
     throw std::invalid_argument("tissue model: " + std::to_string(mesh.tets.size()) +
                                 " tetrahedra are no quadratic elements: those come in eights");
   }
+  Eigen::Matrix3Xd positions(3, static_cast<Eigen::Index>(mesh.nodes.size()));
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) positions.col(static_cast<Eigen::Index>(n)) = mesh.nodes[n];
   std::vector<QuadraticRest> elements(mesh.tets.size() / kTetsOfRefined);
   for (std::size_t e = 0; e < elements.size(); ++e) {
     QuadraticRest& rest = elements[e];
     rest.nodes = nodes_of(mesh, e);
+    rest.inner = inner_of(mesh, e);
+    rest.tets = tet_determinants(rest, node_lanes(rest, positions), positions);
     const Gradients x = rest_of(mesh, rest.nodes);
     double lambda = 0;                                          // integral
     double compressibility = 0;                                 // integral of 1 / lambda
@@ -310,12 +360,7 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
       const Eigen::Matrix3d jacobian = x * local.transpose();
       const double determinant = jacobian.determinant();
       if (!(determinant > 0)) refuse(e, "is not positively oriented");
-      const Gradients gradients = jacobian.inverse().transpose() * local;
-      for (std::size_t a = 0; a < 10; ++a) {
-        for (std::size_t i = 0; i < 3; ++i) {
-          rest.gradients[a][i][p] = gradients(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a));
-        }
-      }
+      set_lane(jacobian.inverse(), p, rest.natural);
       rest.volume[p] = determinant / 24;
       double along = 0;     // mean of mu
       double softness = 0;  // mean of 1 / mu, across layers
@@ -374,10 +419,10 @@ Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element) {
 int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                std::span<Eigen::Quaterniond> rotations) {
   int inverted = 0;
+  LaneMatrix r;
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
-    const LaneMatrix f = deformation_gradients(model.quadratics[e], positions);
-    inverted += turn(f, determinant(f), rotations.subspan(kLanes * e, kLanes));
-    inverted += inverted_of(determinants_of_tets(model, positions, e));
+    const Deformed now(model.quadratics[e], positions);
+    inverted += turn(now, rotations.subspan(kLanes * e, kLanes), r) + now.inverted_tets();
   }
   return inverted;
 }
@@ -388,23 +433,34 @@ ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, con
                                                    std::span<const double> rest_size,
                                                    std::span<const StrainMemory> memory) {
   ElementCount count;
-  forces.setZero();
+  LaneMatrix r;
   const auto [begin, end] = elements_of(run);
   for (std::size_t e = begin; e < end; ++e) {
     const QuadraticRest& rest = model.quadratics[e];
-    const LaneMatrix f = deformation_gradients(rest, positions);
-    const Lanes j = determinant(f);
-    count.inverted += turn(f, j, rotations.subspan(kLanes * e, kLanes));
-    const OfTets of_tets = determinants_of_tets(model, positions, e);
-    count.inverted += inverted_of(of_tets);
-    const auto add = [&](std::size_t a, std::size_t i, double force) {
-      forces(static_cast<Eigen::Index>(i), rest.nodes[a] - run.first_node) += force;
-    };
-    count.squeezed +=
-        forces_of(rest, f, j, rotations_of(rotations, e), size_of(rest_size, e), false, memory_of(memory, e), add);
-    count.squeezed += forces_of_flat_tets(model, positions, e, size_of(rest_size, e), of_tets, add);
+    const Deformed now(rest, positions);
+    count.inverted += turn(now, rotations.subspan(kLanes * e, kLanes), r) + now.inverted_tets();
+    count.squeezed += forces_of(model, positions, e, now, r, rest_size, memory, add_to(forces, rest, run));
   }
   return count;
+}
+
+int relax_quadratic_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                                      std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
+                                      Eigen::Ref<Eigen::Matrix3Xd> forces, std::span<const double> rest_size,
+                                      double dt, std::span<StrainMemory> memory) {
+  const auto relax_strain_of = [&](std::size_t e, const LaneMatrix& f, const LaneMatrix& r) {
+    const QuadraticRest& rest = model.quadratics[e];
+    if (!rest.linear) relax(rest, strain_of(stretch_of(r, f), Lanes::Constant(size_of(rest_size, e))), dt, memory[e]);
+  };
+  return forces_of_run(model, positions, rotations, run, forces, rest_size, memory, relax_strain_of);
+}
+
+int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
+                     Eigen::Ref<Eigen::Matrix3Xd> forces, std::span<const double> rest_size,
+                     std::span<const StrainMemory> memory) {
+  return forces_of_run(model, positions, rotations, run, forces, rest_size, memory,
+                       [](std::size_t, const LaneMatrix&, const LaneMatrix&) {});
 }
 
 void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::span<Eigen::Matrix3d> cofactors,
@@ -456,20 +512,16 @@ double uninverted_fraction_of_points(const TissueModel& model, const Eigen::Matr
 
 void find_quadratic_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                               std::span<PointStiffness> stiffness, Companion* companion) {
-  for_elements(model, companion, [&](std::size_t e) {
-    const QuadraticRest& rest = model.quadratics[e];
-    const std::span<PointStiffness> of_points = stiffness.subspan(kLanes * e, kLanes);
-    if (rest.linear) {
-      std::fill(of_points.begin(), of_points.end(), PointStiffness{});
-      return;
-    }
-    const LaneMatrix r = rotations_of(rotations, e);
-    find_stiffness(
-        rest, r,
-        strain_of(stretch_of(r, deformation_gradients(rest, positions)), Lanes::Constant(size_of(rest_size, e))),
-        of_points);
-  });
+                               std::size_t element, std::span<PointStiffness> stiffness) {
+  const QuadraticRest& rest = model.quadratics[element];
+  const std::span<PointStiffness> of_points = stiffness.subspan(kLanes * element, kLanes);
+  if (rest.linear) {
+    std::fill(of_points.begin(), of_points.end(), PointStiffness{});
+    return;
+  }
+  const LaneMatrix r = rotations_of(rotations, element);
+  const LaneMatrix stretch = stretch_of(r, deformation_gradients(rest, positions));
+  find_stiffness(rest, r, strain_of(stretch, Lanes::Constant(size_of(rest_size, element))), of_points);
 }
 
 void relax_quadratic_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
@@ -490,47 +542,15 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
   forces.setZero();
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     const QuadraticRest& rest = model.quadratics[e];
-    const LaneMatrix f = deformation_gradients(rest, positions);
+    const Deformed now(rest, positions);
     const auto add = [&](std::size_t a, std::size_t i, double force) {
       forces(static_cast<Eigen::Index>(i), rest.nodes[a]) += force;
     };
-    squeezed += forces_of(rest, f, determinant(f), rotations_of(rotations, e), size_of(rest_size, e), linearised,
-                          memory_of(memory, e), add);
-    if (!linearised)
-      squeezed += forces_of_flat_tets(model, positions, e, size_of(rest_size, e),
-                                      determinants_of_tets(model, positions, e), add);
+    const LaneMatrix r = rotations_of(rotations, e);
+    squeezed += linearised ? forces_of_points(rest, now, r, size_of(rest_size, e), true, memory_of(memory, e), add)
+                           : forces_of(model, positions, e, now, r, rest_size, memory, add);
   }
   return squeezed;
-}
-
-int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size, std::span<const StrainMemory> memory,
-                     ElementScratch& scratch) {
-  scratch.of_nodes.resize(model.quadratics.size());
-  std::vector<int> squeezed(model.runs.size(), 0);
-  in_parts(scratch.companion, static_cast<int>(model.runs.size()), [&](int r) {
-    const auto [begin, end] = elements_of(model.runs[r]);
-    for (std::size_t e = begin; e < end; ++e) {
-      const QuadraticRest& rest = model.quadratics[e];
-      const LaneMatrix f = deformation_gradients(rest, positions);
-      scratch.of_nodes[e].setZero();
-      const auto add = [&](std::size_t a, std::size_t i, double force) {
-        scratch.of_nodes[e](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) += force;
-      };
-      squeezed[r] += forces_of(rest, f, determinant(f), rotations_of(rotations, e), size_of(rest_size, e), false,
-                               memory_of(memory, e), add);
-      squeezed[r] += forces_of_flat_tets(model, positions, e, size_of(rest_size, e),
-                                         determinants_of_tets(model, positions, e), add);
-    }
-  });
-  forces.setZero();
-  for (std::size_t e = 0; e < model.quadratics.size(); ++e) {  // in the order of the loop above this one
-    for (std::size_t a = 0; a < model.quadratics[e].nodes.size(); ++a) {
-      forces.col(model.quadratics[e].nodes[a]) += scratch.of_nodes[e].col(static_cast<Eigen::Index>(a));
-    }
-  }
-  return std::accumulate(squeezed.begin(), squeezed.end(), 0);
 }
 
 double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

@@ -34,6 +34,9 @@ std::vector<QuadraticRest> quadratic_elements(const TetMesh& mesh, std::span<con
 /// @throws std::invalid_argument if its tetrahedra are not as refined() makes them
 Eigen::Array4d volumes_at_points(const TetMesh& mesh, std::size_t element);
 
+/// Gradients of the shape functions at the four points, [node][axis], 1/m.
+std::array<std::array<Lanes, 3>, 10> gradients_of(const QuadraticRest& rest);
+
 /// Where the nodes of a tetrahedron of the mesh are among the ten of its element.
 std::array<std::size_t, 4> places_of(const TissueModel& model, int tet);
 
@@ -42,12 +45,22 @@ int update_quadratic_rotations(const TissueModel& model, const Eigen::Matrix3Xd&
                                std::span<Eigen::Quaterniond> rotations);
 
 /// As update_rotations_and_forces(), without the capsule, of the elements of a run alone.
-/// @param[out] forces  [3 x nodes of the run], N
+/// @param[in,out] forces  [3 x nodes of the run], added to, N
 ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                                    std::span<Eigen::Quaterniond> rotations, const TetRun& run,
                                                    Eigen::Ref<Eigen::Matrix3Xd> forces,
                                                    std::span<const double> rest_size,
                                                    std::span<const StrainMemory> memory);
+/// As relax_strain_and_forces(), of the same.
+int relax_quadratic_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                                      std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
+                                      Eigen::Ref<Eigen::Matrix3Xd> forces, std::span<const double> rest_size,
+                                      double dt, std::span<StrainMemory> memory);
+/// As internal_forces(), of the same.
+int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
+                     std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
+                     Eigen::Ref<Eigen::Matrix3Xd> forces, std::span<const double> rest_size,
+                     std::span<const StrainMemory> memory);
 
 /// cof F = dJ/dF of every point, which turn and stretch the gradient of the volume (eq. 44).
 /// @param[out] cofactors  [points]
@@ -63,10 +76,10 @@ void find_squeezed_quadratics(const TissueModel& model, const Eigen::Matrix3Xd& 
 double uninverted_fraction_of_points(const TissueModel& model, const Eigen::Matrix3Xd& before,
                                      const Eigen::Matrix3Xd& after);
 
-/// As find_stiffening().
+/// As find_stiffening(), of one element.
 void find_quadratic_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-                               std::span<PointStiffness> stiffness, Companion* companion);
+                               std::size_t element, std::span<PointStiffness> stiffness);
 /// As relax_strain().
 void relax_quadratic_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                             std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size,
@@ -77,11 +90,6 @@ void relax_quadratic_strain(const TissueModel& model, const Eigen::Matrix3Xd& po
 int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                      std::span<const double> rest_size, bool linearised, std::span<const StrainMemory> memory);
-/// The same bits, not linearised, with the companion's help.
-int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                     std::span<const double> rest_size, std::span<const StrainMemory> memory,
-                     ElementScratch& scratch);
 
 /// As elastic_energy(), without the capsule.
 double quadratic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

@@ -144,6 +144,7 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
   auto next_squeezed = squeezed.begin();
   for (std::size_t e = 0; e < model.quadratics.size(); ++e) {
     const QuadraticRest& rest = model.quadratics[e];
+    const std::array<std::array<Lanes, 3>, 10> gradients = gradients_of(rest);
     // K_ab = sum over points of V mu (g_b g_a^T + (g_a . g_b) I), g = R grad N, and of the volume lambda/V c_a c_b^T,
     // c = sum V cof F grad N   (eq. 44).
     std::array<Gradients, 4> turned;
@@ -160,7 +161,7 @@ void StiffnessPattern::assemble_quadratic(const TissueModel& model, std::span<co
       Gradients g;
       for (std::size_t a = 0; a < 10; ++a) {
         for (std::size_t i = 0; i < 3; ++i) {
-          g(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) = rest.gradients[a][i][lane];
+          g(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) = gradients[a][i][lane];
         }
       }
       turned[p] = rotations[4 * e + p].toRotationMatrix() * g;

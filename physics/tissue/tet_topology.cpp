@@ -94,16 +94,19 @@ Eigen::Vector3d TetTopology::position(const Eigen::Matrix3Xd& positions, const T
   return x;
 }
 
-TetPoint TetTopology::locate(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& x, int hint) const {
-  // Walk through the face of the most negative weight. It stops at the surface of a non-convex body, and may circle
-  // among inverted tetrahedra: then look at all of them.
-  int tet = hint;
+TetPoint TetTopology::walk(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& x, int hint) const {
+  int tet = hint;  // through the face of the most negative weight
   for (int i = 0; i < kMaxWalk && tet >= 0; ++i) {
     const Eigen::Vector4d weights = barycentric(positions, tet, x);
     int face = 0;
     if (weights.minCoeff(&face) >= kInside && weights.sum() > 0.5) return {tet, weights};
     tet = neighbour(tet, face);
   }
+  return {};
+}
+
+TetPoint TetTopology::locate(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& x, int hint) const {
+  if (const TetPoint point = walk(positions, x, hint); point.tet >= 0) return point;
   for (std::size_t t = 0; t < tets_.size(); ++t) {
     const auto& n = tets_[t];
     bool outside = false;
@@ -122,6 +125,15 @@ TetPoint TetTopology::locate(const Eigen::Matrix3Xd& positions, const Eigen::Vec
     if (weights.minCoeff() >= kInside && weights.sum() > 0.5) return {static_cast<int>(t), weights};
   }
   return {};
+}
+
+TetPoint TetTopology::follow(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& from, bool inside,
+                             const Eigen::Vector3d& x, int hint) const {
+  if (const TetPoint point = walk(positions, x, hint); point.tet >= 0) return point;
+  std::vector<SurfaceCrossing> crossed;
+  crossings(positions, from, (x - from).normalized(), (x - from).norm(), crossed);
+  if (crossed.empty() ? !inside : !crossed.back().entering) return {};
+  return locate(positions, x, crossed.empty() ? hint : crossed.back().point.tet);
 }
 
 void TetTopology::crossings(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& origin,

@@ -34,6 +34,10 @@ public:
   /// The tetrahedron that holds `x`: a walk from `hint`, all tetrahedra if it fails. tet = -1: outside.
   /// @param positions  [3 x nodes] deformed, m
   TetPoint locate(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& x, int hint) const;
+  /// The same on the way from a point near by that is in the body, or is not: that `x` is outside is learnt from the
+  /// surface that the way crosses, for a third of what all tetrahedra cost.
+  TetPoint follow(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& from, bool inside,
+                  const Eigen::Vector3d& x, int hint) const;
 
   /// Barycentric coordinates of `x` in a tetrahedron; sums to 1. Zero if the tetrahedron is flat.
   Eigen::Vector4d barycentric(const Eigen::Matrix3Xd& positions, int tet, const Eigen::Vector3d& x) const;
@@ -57,6 +61,9 @@ private:
   };
   std::vector<std::array<int, 4>> tets_;
   std::vector<std::array<int, 4>> neighbours_;
+  /// tet = -1: it led to the surface of a body that is not convex, or in a circle among inverted tetrahedra.
+  TetPoint walk(const Eigen::Matrix3Xd& positions, const Eigen::Vector3d& x, int hint) const;
+
   // The surface; what a search reads of it, and what it tells of a hit.
   std::vector<std::array<int, 3>> surface_faces_;  // nodes, counter-clockwise from outside
   std::vector<FaceOfTet> surface_tets_;

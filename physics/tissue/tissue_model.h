@@ -41,11 +41,13 @@ struct TetRun {
 
 /// Rest shape and material of a quadratic tetrahedron (eq. 42); of its four points one a lane.
 struct QuadraticRest : StrainLaw, LayerLaw {
-  std::array<int, 10> nodes{};                                ///< corners, then the middles of kTetEdges
-  std::array<std::array<Eigen::Array4d, 3>, 10> gradients{};  ///< [node][axis] of the shape functions, 1/m
-  Eigen::Array4d volume = Eigen::Array4d::Zero();             ///< of a point, m^3
-  Eigen::Array4d mu = Eigen::Array4d::Zero();                 ///< shear modulus, of layers that across them, Pa
-  double lambda = 0;                                          ///< first Lame parameter, Pa
+  std::array<int, 10> nodes{};                     ///< corners, then the middles of kTetEdges
+  std::array<int, 6> inner{};                      ///< ends of the inner diagonal, and the ring around it
+  LaneMatrix natural{};                            ///< d xi_k / dX, [k][axis], 1/m (eq. 42b)
+  std::array<Lanes, 2> tets{};                     ///< tet_determinants() at rest, m^3
+  Eigen::Array4d volume = Eigen::Array4d::Zero();  ///< of a point, m^3
+  Eigen::Array4d mu = Eigen::Array4d::Zero();      ///< shear modulus, of layers that across them, Pa
+  double lambda = 0;                               ///< first Lame parameter, Pa
 };
 
 /// A triangle of a capsule (eq. 49).

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <cstdio>
@@ -146,6 +147,40 @@ TEST(OrganContact, OverlapOfTheMeshesAtRestIsNoForce) {
   bench.shift_held(1, {0, 0, -0.001});
   bench.settle(1e-8);
   EXPECT_GT(bench.contact().report().force_n, 0.1);
+}
+
+TEST(OrganContact, WhatComesFromAfarIsFoundAsIfAllHadBeenLookedAt) {
+  // A block that flies over another, tilted, at up to 6 mm an update, and never quite touches it.
+  for (const double pace : {0.05, 0.4, 2.0}) {
+    Bench bench;
+    stack(bench, 4, 5, {kYoung, 0.3}, {kYoung, 0.3}, 0.04);
+    SolveWorkspace workspace;
+    int rows = 0, without = 0;
+    for (int k = 0; k < 60; ++k) {
+      const double phase = pace * k;
+      const Eigen::Matrix3d tilt =
+          Eigen::AngleAxisd(0.05 * std::sin(1.7 * phase), Eigen::Vector3d(1, 0.5, 0).normalized()).toRotationMatrix();
+      const Eigen::Vector3d pivot(0, 0, 0.04);
+      const Eigen::Vector3d by(0.01 * std::sin(phase), 0, 0.0085 + 0.007 * std::cos(1.3 * phase));
+      std::vector<Eigen::Matrix3Xd> moved{bench.positions(0), bench.positions(1)};
+      moved[1] = (tilt * (bench.positions(1).colwise() - pivot)).colwise() + (pivot + by);
+      bench.contact().update(moved, nullptr, workspace);
+      Bench fresh;
+      stack(fresh, 4, 5, {kYoung, 0.3}, {kYoung, 0.3}, 0.04);
+      fresh.contact().update(moved, nullptr, workspace);
+      ASSERT_EQ(fresh.contact().report().pressing, 0);
+      const auto found = bench.contact().rows(), all = fresh.contact().rows();
+      ASSERT_EQ(found.size(), all.size()) << "update " << k << " at pace " << pace;
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        EXPECT_EQ(found[i].slot, all[i].slot);
+        EXPECT_EQ(found[i].gap, all[i].gap);
+      }
+      rows += static_cast<int>(all.size());
+      without += all.empty() ? 1 : 0;
+    }
+    EXPECT_GT(rows, 50);
+    EXPECT_GT(without, 10);
+  }
 }
 
 TEST(OrganContact, RefusesABodyThatDoesNotExist) {

@@ -46,6 +46,40 @@ TEST(TetTopology, LocatesPointsOfADeformedBody) {
   EXPECT_GT(inside, 500);
 }
 
+TEST(TetTopology, OnTheWayAPointIsFoundAsAmongAllTetrahedra) {
+  // A comb: straight ways go in and out of it, and walks end in its notches.
+  TetMesh mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {10, 4, 4});
+  std::erase_if(mesh.tets, [&](const auto& tet) {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (const int n : tet) centre += 0.25 * mesh.nodes[n];
+    return centre.z() > 0.5 && static_cast<int>(centre.x() * 10) % 2 == 1;
+  });
+  const TetTopology topology(mesh);
+  const Eigen::Matrix3Xd p = positions_of(mesh);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> any(-0.1, 1.1);
+  int inside = 0, outside = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Eigen::Vector3d from(any(random), any(random), any(random)), to(any(random), any(random), any(random));
+    TetPoint last = topology.locate(p, from, -1);
+    int hint = last.tet;
+    for (int k = 1; k <= 20; ++k) {
+      const auto at = [&](int step) -> Eigen::Vector3d { return from + step / 20.0 * (to - from); };
+      const TetPoint found = topology.follow(p, at(k - 1), last.tet >= 0, at(k), hint);
+      const TetPoint searched = topology.locate(p, at(k), -1);
+      ASSERT_EQ(found.tet >= 0, searched.tet >= 0) << "way " << i << ", step " << k;
+      if (found.tet >= 0) {
+        EXPECT_LT((topology.position(p, found) - at(k)).norm(), 1e-14);
+        hint = found.tet;
+      }
+      ++(found.tet >= 0 ? inside : outside);
+      last = found;
+    }
+  }
+  EXPECT_GT(inside, 1000);
+  EXPECT_GT(outside, 1000);
+}
+
 TEST(TetTopology, EveryLineThroughAConvexBodyEntersAndLeavesOnce) {
   const TetMesh mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), {3, 3, 3});
   const TetTopology topology(mesh);

@@ -170,8 +170,9 @@ TEST(Quadratic, FlatTetrahedraPushBackAsTheEnergySays) {
     if (which < 4) {
       const QuadraticRest& rest = body.model().quadratics[element];
       volume = rest.volume[which];
+      const auto gradients = gradients_of(rest);
       for (std::size_t a = 0; a < 10; ++a) {
-        add(rest.nodes[a], {rest.gradients[a][0][which], rest.gradients[a][1][which], rest.gradients[a][2][which]});
+        add(rest.nodes[a], {gradients[a][0][which], gradients[a][1][which], gradients[a][2][which]});
       }
     } else {
       const std::size_t t = kTetsOfRefined * element + static_cast<std::size_t>(which - 4);
@@ -186,10 +187,11 @@ TEST(Quadratic, FlatTetrahedraPushBackAsTheEnergySays) {
 
 /// det F of a point of an element.
 double volume_at(const QuadraticRest& rest, const Eigen::Matrix3Xd& positions, int point) {
+  const auto gradients = gradients_of(rest);
   Eigen::Matrix3d f = Eigen::Matrix3d::Zero();
   for (std::size_t a = 0; a < 10; ++a) {
     f += positions.col(rest.nodes[a]) *
-         Eigen::RowVector3d(rest.gradients[a][0][point], rest.gradients[a][1][point], rest.gradients[a][2][point]);
+         Eigen::RowVector3d(gradients[a][0][point], gradients[a][1][point], gradients[a][2][point]);
   }
   return f.determinant();
 }
@@ -331,18 +333,19 @@ TEST(Quadratic, PressureIsStableOnIrregularMeshes) {
     for (Eigen::Index e = 0; e < elements; ++e) {
       const QuadraticRest& rest = model.quadratics[static_cast<std::size_t>(e)];
       const double root = std::sqrt(rest.volume.sum());
+      const auto gradients = gradients_of(rest);
       for (std::size_t n = 0; n < 10; ++n) {
         const int i = model.free_index[rest.nodes[n]];
         if (i < 0) continue;
         for (std::size_t c = 0; c < 3; ++c) {
-          b(e, 3 * i + static_cast<int>(c)) += (rest.volume * rest.gradients[n][c]).sum() / root;
+          b(e, 3 * i + static_cast<int>(c)) += (rest.volume * gradients[n][c]).sum() / root;
         }
         for (std::size_t m = 0; m < 10; ++m) {
           const int j = model.free_index[rest.nodes[m]];
           if (j < 0) continue;
           double product = 0;
           for (std::size_t c = 0; c < 3; ++c) {
-            product += (rest.volume * rest.gradients[n][c] * rest.gradients[m][c]).sum();
+            product += (rest.volume * gradients[n][c] * gradients[m][c]).sum();
           }
           for (int c = 0; c < 3; ++c) a(3 * i + c, 3 * j + c) += product;
         }
