@@ -12,8 +12,8 @@ namespace stylet::session {
 
 /// Chained 64-bit hash over raw bits, the same on every machine of the same endianness. Each word goes in by a
 /// bijection of the state (xor, odd multiplication, xor-shift; constants of the finaliser of SplitMix64), so a change
-/// of a single word always changes the result; it is no defence against forgery. +0 and -0 differ, and so do two NaNs
-/// with different payloads.
+/// of a single word always changes the result (a span by four chains of such); it is no defence against forgery. +0
+/// and -0 differ, and so do two NaNs with different payloads.
 /// @realtime no allocation, a few instructions a word
 class StateHash {
 public:

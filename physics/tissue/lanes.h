@@ -34,10 +34,10 @@ inline void set_lane(const Eigen::Matrix3d& m, int lane, LaneMatrix& to) {
 
 /// Rows for columns.
 inline std::array<Lanes, 4> transposed(const std::array<Lanes, 4>& rows) {
-  std::array<__m256d, 4> r;
-  for (std::size_t i = 0; i < 4; ++i) r[i] = _mm256_loadu_pd(rows[i].data());
-  const __m256d low01 = _mm256_unpacklo_pd(r[0], r[1]), high01 = _mm256_unpackhi_pd(r[0], r[1]);
-  const __m256d low23 = _mm256_unpacklo_pd(r[2], r[3]), high23 = _mm256_unpackhi_pd(r[2], r[3]);
+  const __m256d r0 = _mm256_loadu_pd(rows[0].data()), r1 = _mm256_loadu_pd(rows[1].data());
+  const __m256d r2 = _mm256_loadu_pd(rows[2].data()), r3 = _mm256_loadu_pd(rows[3].data());
+  const __m256d low01 = _mm256_unpacklo_pd(r0, r1), high01 = _mm256_unpackhi_pd(r0, r1);
+  const __m256d low23 = _mm256_unpacklo_pd(r2, r3), high23 = _mm256_unpackhi_pd(r2, r3);
   std::array<Lanes, 4> columns;
   _mm256_storeu_pd(columns[0].data(), _mm256_permute2f128_pd(low01, low23, 0x20));
   _mm256_storeu_pd(columns[1].data(), _mm256_permute2f128_pd(high01, high23, 0x20));
