@@ -144,7 +144,7 @@ void BodySurface::update(const Eigen::Matrix3Xd& positions, Companion* companion
     positions_.col(n) = positions.col(n);
   }
   travel_ += std::sqrt(longest);
-  in_parts(companion, kSharedParts, [&](int part) {
+  in_parts(boxes_.size() < kBoxesWorthSharing ? nullptr : companion, kSharedParts, [&](int part) {
     const auto run = static_cast<std::size_t>(part);
     for (std::size_t i = run * boxes_.size() / kSharedParts; i < (run + 1) * boxes_.size() / kSharedParts; ++i) {
       if (boxes_[i].left < 0) follow(boxes_[i]);

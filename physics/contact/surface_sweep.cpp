@@ -124,25 +124,19 @@ SurfaceTopology surface_topology(const TissueModel& model) {
   return surface;
 }
 
-void refit(SurfacePatch& surface, Companion* companion) {
+void refit(SurfacePatch& surface) {
   const SurfaceTopology& topology = *surface.topology;
-  const std::size_t count = topology.tree.size();
-  in_parts(companion, kSharedParts, [&](int part) {
-    const auto run = static_cast<std::size_t>(part);
-    for (std::size_t i = run * count / kSharedParts; i < (run + 1) * count / kSharedParts; ++i) {
-      const SurfaceTopology::Box& leaf = topology.tree[i];
-      if (leaf.left >= 0) continue;
-      Eigen::AlignedBox3d& box = surface.boxes[i];
-      box.setEmpty();
-      for (int f = leaf.first; f < leaf.first + leaf.count; ++f) {
-        for (const int corner : topology.faces[f].corners) box.extend(surface.positions.col(corner));
-      }
+  for (std::size_t i = topology.tree.size(); i-- > 0;) {
+    const SurfaceTopology::Box& node = topology.tree[i];
+    Eigen::AlignedBox3d& box = surface.boxes[i];
+    if (node.left >= 0) {
+      box = surface.boxes[node.left].merged(surface.boxes[static_cast<std::size_t>(node.left) + 1]);
+      continue;
     }
-  });
-  for (std::size_t i = count; i-- > 0;) {
-    const int left = topology.tree[i].left;
-    if (left < 0) continue;
-    surface.boxes[i] = surface.boxes[left].merged(surface.boxes[static_cast<std::size_t>(left) + 1]);
+    box.setEmpty();
+    for (int f = node.first; f < node.first + node.count; ++f) {
+      for (const int corner : topology.faces[f].corners) box.extend(surface.positions.col(corner));
+    }
   }
 }
 

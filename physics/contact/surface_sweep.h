@@ -3,7 +3,6 @@
 
 #include "physics/messages/messages.h"
 #include "physics/messages/surface_patch.h"
-#include "physics/tissue/companion.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -17,8 +16,7 @@ namespace stylet::physics {
 /// Faces and tree of a body's boundary.
 SurfaceTopology surface_topology(const TissueModel& model);
 /// Boxes around the faces where they are now. O(faces), no allocation.
-/// @param companion  takes a part of the faces; the bits do not know of it
-void refit(SurfacePatch& surface, Companion* companion = nullptr);
+void refit(SurfacePatch& surface);
 
 /// A point of a surface: x = sum weights[k] * x[corner k of the face].
 struct SurfaceHit {

@@ -125,6 +125,7 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
     take_free(model, bodies[b].load, bodies_.back().load);
     bodies_.back().contact_force = bodies_.back().load;
   }
+  any_large_ = std::any_of(models_.begin(), models_.end(), [](const TissueModel& m) { return m.runs.size() > 1; });
   int cavity_count = 0;
   for (std::size_t b = 0; b < models_.size(); ++b) {
     for (std::vector<int>& tets : bodies[b].cavities) bodies_[b].cavities.emplace_back(models_[b], std::move(tets));
@@ -617,13 +618,14 @@ void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report
   if (needle != nullptr && settings_.lay_contacts) {
     out.flags = path_.update(*needle, {tissue_.positions.data(), models_.size()});
   }
+  if (needle != nullptr && !settings_.lay_contacts) {
+    std::array<std::uint32_t, kMaxBodies> flags{};
+    in_parts(any_large_ ? &companion_ : nullptr, body_count(), [&](int b) { choose_nodes(b, *needle, flags[b]); });
+    for (const std::uint32_t of_body : flags) out.flags |= of_body;
+  }
   for (std::size_t b = 0; b < models_.size(); ++b) {
     BodyState& body = bodies_[b];
-    if (settings_.lay_contacts) {
-      body.nodes = path_.isolated_nodes(static_cast<int>(b));
-    } else if (needle != nullptr) {
-      choose_nodes(b, *needle, out.flags);
-    }
+    if (settings_.lay_contacts) body.nodes = path_.isolated_nodes(static_cast<int>(b));
     FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
     report.new_isolated_nodes += factorised.isolated.isolate(body.nodes, models_[b], factorised.factor, workspace_);
     report.isolated_nodes += static_cast<int>(body.nodes.size());
@@ -737,17 +739,18 @@ void SimulationLoop::fill_patch(TissuePatch& out) {
   out.needle_step = tissue_.needle_step;
   out.time_s = tissue_.time_s;
   out.body_count = body_count();
-  for (std::size_t b = 0; b < models_.size(); ++b) {
+  std::array<std::uint32_t, kMaxBodies> flags{};
+  in_parts(any_large_ ? &companion_ : nullptr, body_count(), [&](int b) {
     fill_body_patch({.model = models_[b],
                      .nodes = bodies_[b].nodes,
                      .held = bodies_[b].held,
                      .positions = tissue_.positions[b],
                      .free_positions = bodies_[b].free_positions,
-                     .contacts = path_.contacts(static_cast<int>(b)),
-                     .stiffening = bodies_[b].stiffening,
-                     .companion = &companion_},
-                    out.bodies[b], out.flags);
-  }
+                     .contacts = path_.contacts(b),
+                     .stiffening = bodies_[b].stiffening},
+                    out.bodies[b], flags[b]);
+  });
+  for (const std::uint32_t of_body : flags) out.flags |= of_body;
   for (std::size_t b = 0; b < models_.size(); ++b) {
     fill_w_bar(worker_.latest().bodies[b].isolated, out.bodies[b]);
     out.bodies[b].condense();

@@ -241,6 +241,7 @@ private:
   Eigen::Vector3d tip_ = Eigen::Vector3d::Zero();
   std::uint64_t tip_step_ = 0;  // 0: none consumed
   TissueState tissue_;
+  bool any_large_ = false;  // of the bodies: a part of work body by body is worth waking the helper for
   bool factorisation_outstanding_ = false;  // requested and not yet taken: at most one
   std::uint64_t failures_seen_ = 0;
 };

@@ -76,7 +76,7 @@ void fill_surface(const PatchSource& source, BodyPatch& out) {
     surface.positions.col(static_cast<Eigen::Index>(i)) =
         free ? source.free_positions.col(static_cast<Eigen::Index>(isolated)) : source.positions.col(ids[i]);
   }
-  refit(surface, source.companion);
+  refit(surface);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include "physics/contact/insertion_path.h"
 #include "physics/messages/messages.h"
-#include "physics/tissue/companion.h"
 #include "physics/tissue/factorisation_worker.h"
 #include "physics/tissue/quadratic.h"
 #include "physics/tissue/tissue_model.h"
@@ -24,7 +23,6 @@ struct PatchSource {
   const Eigen::Matrix3Xd& free_positions;        ///< [3 x nodes isolated], m
   std::span<const PathContact> contacts;         ///< of the simulation loop's path; none in coupling `stylet`
   std::span<const PointStiffness> stiffening{};  ///< [points] or empty: as at rest
-  Companion* companion = nullptr;                ///< takes a part of the work
 };
 
 /// Fills a body's patch but for W_bar; kPatchTetOverflow in `flags` where its tetrahedra do not fit.

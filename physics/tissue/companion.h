@@ -4,6 +4,7 @@
 #include <sched.h>
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <thread>
 
@@ -56,6 +57,8 @@ private:
 
 /// Parts of a loop over many small things: enough that two threads end together.
 inline constexpr int kSharedParts = 8;
+/// Boxes of a tree over a surface; fewer are fitted before another thread wakes.
+inline constexpr std::size_t kBoxesWorthSharing = 2000;
 
 /// run() of a companion, or of the caller alone where there is none.
 template <typename Work>
