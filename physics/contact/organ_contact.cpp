@@ -26,7 +26,6 @@ constexpr double kAtLimit = 1e-9;    // relative: friction nearer to its limit t
 // turned away from it may since have turned to it: all the same it is looked at every so many updates.
 constexpr std::size_t kLookAgain = 8;
 constexpr double kSideways = 0.4;  // of its distance: no node gets from in front of or beside a surface behind it
-constexpr std::size_t kSpareNodes = 64;  // of the gathered compliance: so many may be in vain beside half of all
 
 void check(std::span<const TissueModel> models, const OrganContactSettings& settings) {
   const auto exists = [&](int body) { return body >= 0 && body < static_cast<int>(models.size()); };
@@ -73,7 +72,7 @@ double stiffest(const Eigen::Matrix2d& m) {
   return 0.5 * (m.trace() + std::hypot(m(0, 0) - m(1, 1), 2 * m(0, 1)));
 }
 
-constexpr double kSlidesWithin = 0.015;  // m
+constexpr double kSlidesWithin = 0.015;  // of a small body at rest, m
 constexpr double kHeldWithin = 0.045;    // of the middle of the face: the head's half width and its way in, m
 
 void keep_distinct(std::vector<int>& nodes) {
@@ -110,7 +109,6 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
     bodies_[b].compliance = std::make_unique<SurfaceCompliance>(models[b], *rest[b], bodies_[b].surface->nodes());
     bodies_[b].positions = &at_rest[b];
     bodies_[b].force = bodies_[b].motion = Eigen::Matrix3Xd::Zero(3, models[b].node_count());
-    bodies_[b].place.assign(models[b].mesh.nodes.size(), -1);
   }
 
   std::size_t capacity = 0;
@@ -409,37 +407,6 @@ void OrganContact::hold(SurfaceRow& row, ProbePoint& point, const Eigen::Vector3
   row.offset = along(in_probe - point.anchor);
 }
 
-void OrganContact::gather_compliance() {
-  for (Body& body : bodies_) {
-    if (!body.compliance) continue;
-    keep_distinct(body.touched);
-    keep_distinct(body.loaded);
-    if (body.gathered.size() > 3 * body.touched.size() / 2 + kSpareNodes) {  // most of them touch nothing any more
-      for (const int node : body.gathered) body.place[node] = -1;
-      body.gathered.clear();
-    }
-    for (const int node : body.touched) gather(body, node);
-    for (const int node : body.loaded) gather(body, node);
-  }
-}
-
-void OrganContact::gather(Body& body, int node) {
-  if (body.place[node] >= 0 || body.model->free_index[node] < 0 || !body.compliance->known(node)) return;
-  const auto n = static_cast<Eigen::Index>(body.gathered.size());
-  body.place[node] = static_cast<int>(n);
-  body.gathered.push_back(node);
-  if (body.yields.rows() < 3 * (n + 1)) {
-    const Eigen::Index room = 2 * body.yields.rows() + 3 * static_cast<Eigen::Index>(kSpareNodes);
-    body.yields.conservativeResize(room, room);
-  }
-  for (Eigen::Index k = 0; k <= n; ++k) {
-    const Eigen::Matrix3f block =
-        body.compliance->block(node, body.gathered[static_cast<std::size_t>(k)]).cast<float>();
-    body.yields.block<3, 3>(3 * n, 3 * k) = block;
-    body.yields.block<3, 3>(3 * k, 3 * n) = block.transpose();
-  }
-}
-
 // W = D^T (S D), D having the directions of the unknowns on the nodes of their rows.
 void OrganContact::assemble(Companion* companion) {
   unknowns_ = 0;
@@ -447,16 +414,22 @@ void OrganContact::assemble(Companion* companion) {
     row.first = static_cast<int>(unknowns_);
     unknowns_ += row.unknowns();
   }
-  gather_compliance();
+  for (Body& body : bodies_) {
+    if (!body.compliance) continue;
+    keep_distinct(body.touched);
+    keep_distinct(body.loaded);
+    body.compliance->gather(body.touched, body.loaded);
+  }
   const auto direction = [](const SurfaceRow& row, int k) -> const Eigen::Vector3d& {
     return k == 0 ? row.normal : row.across[static_cast<std::size_t>(k) - 1];
   };
-  /// each(place of the node, weight) of what the row touches of a body.
+  /// each(first row in the gathered compliance, weight) of what the row touches of a body and can move.
   const auto for_supports = [&](const SurfaceRow& row, std::size_t b, const auto& each) {
     for (int s = 0; s < row.support_count; ++s) {
       const SurfaceRow::Support& support = row.supports[s];
       if (support.body != static_cast<int>(b)) continue;
-      if (const int place = bodies_[b].place[support.node]; place >= 0) each(3 * Eigen::Index{place}, support.weight);
+      if (const Eigen::Index at = bodies_[b].compliance->gathered_row(support.node); at >= 0)
+        each(at, support.weight);
     }
   };
   const auto couple = [&](std::size_t i, Eigen::VectorXf& moved) {
@@ -464,19 +437,19 @@ void OrganContact::assemble(Companion* companion) {
     for (int u = row.first; u < row.first + row.unknowns(); ++u) {
       w_.row(u).head(u + 1).setZero();
       for (std::size_t b = 0; b < bodies_.size(); ++b) {
-        const auto size = static_cast<Eigen::Index>(3 * bodies_[b].gathered.size());
+        if (!bodies_[b].compliance) continue;
+        const SurfaceCompliance& compliance = *bodies_[b].compliance;
         bool touched = false;
-        moved.setZero(size);  // S times a force of one along the unknown
-        for_supports(row, b, [&](Eigen::Index place, double weight) {
-          const Eigen::Vector3f force = (weight * direction(row, u - row.first)).cast<float>();
-          moved.noalias() += bodies_[b].yields.block(0, place, size, 3) * force;
+        moved.setZero(compliance.gathered_rows());
+        for_supports(row, b, [&](Eigen::Index at, double weight) {
+          compliance.add_motion(at, weight * direction(row, u - row.first), moved);
           touched = true;
         });
         for (std::size_t j = 0; j <= i && touched; ++j) {
           const SurfaceRow& other = rows_[j];
           Eigen::Vector3d motion = Eigen::Vector3d::Zero();
-          for_supports(other, b, [&](Eigen::Index place, double weight) {
-            motion += weight * moved.segment<3>(place).cast<double>();
+          for_supports(other, b, [&](Eigen::Index at, double weight) {
+            motion += weight * moved.segment<3>(at).cast<double>();
           });
           const int last = std::min(other.first + other.unknowns() - 1, u);
           for (int v = other.first; v <= last; ++v) w_(u, v) += direction(other, v - other.first).dot(motion);
@@ -515,17 +488,16 @@ void OrganContact::foresee_turn() {
   for (Body& body : bodies_) {
     if (!body.surface) continue;
     keep_distinct(body.loaded);
-    const auto size = static_cast<Eigen::Index>(3 * body.gathered.size());
-    Eigen::VectorXf moved = Eigen::VectorXf::Zero(size);
+    Eigen::VectorXf moved = Eigen::VectorXf::Zero(body.compliance->gathered_rows());
     for (const int from : body.loaded) {
-      const Eigen::Vector3f force = body.force.col(from).cast<float>();
-      if (body.place[from] < 0 || force.isZero(0)) continue;
-      moved.noalias() -= body.yields.block(0, 3 * Eigen::Index{body.place[from]}, size, 3) * force;
+      const Eigen::Index at = body.compliance->gathered_row(from);
+      if (at >= 0 && !body.force.col(from).isZero(0)) body.compliance->add_motion(at, -body.force.col(from), moved);
     }
     for (const int node : body.touched) {
+      const Eigen::Index at = body.compliance->gathered_row(node);
       auto motion = body.motion.col(node);
       motion.setZero();
-      if (body.place[node] >= 0) motion = moved.segment<3>(3 * Eigen::Index{body.place[node]}).cast<double>();
+      if (at >= 0) motion = moved.segment<3>(at).cast<double>();
     }
     for (const int node : body.loaded) body.force.col(node).setZero();
     body.loaded.clear();

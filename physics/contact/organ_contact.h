@@ -163,9 +163,6 @@ private:
     std::unique_ptr<SurfaceCompliance> compliance;
     std::vector<int> touched;                     // nodes of the rows, those under force first
     std::vector<int> loaded;                      // nodes that the last update put a force on
-    std::vector<int> gathered;                    // free nodes whose compliance is side by side in `yields`
-    std::vector<int> place;                       // [nodes] in `gathered`, -1
-    Eigen::MatrixXf yields;                       // S of the gathered nodes: [3 gathered x 3 gathered], or larger
     Eigen::Matrix3Xd force;                       // [3 x nodes] that force, zero elsewhere, N
     Eigen::Matrix3Xd motion;                      // [3 x nodes] scratch: foreseen, of the touched nodes, m
     const Eigen::Matrix3Xd* positions = nullptr;  // during update()
@@ -201,12 +198,9 @@ private:
   void take_deepest(std::vector<SurfaceRow>& found, int most);
   void learn(int limit, SolveWorkspace& workspace);
   bool is_large(const Body& body) const;
-  /// Of large bodies all that touches at rest, and what lies around where the probe will be held.
+  /// Of large bodies all that touches at rest, and what lies near small ones and around where the probe will be held.
   void learn_beforehand(Companion* companion);
   void assemble(Companion* companion);
-  /// S of all that the rows touch, side by side.
-  void gather_compliance();
-  static void gather(Body& body, int node);
   void foresee_turn();
   void relax();
   void keep(const RigidPose* probe);

@@ -6,6 +6,7 @@ namespace stylet::physics {
 namespace {
 
 constexpr std::size_t kNodesAPass = 32;  // 96 right-hand sides for one reading of L
+constexpr std::size_t kSpareNodes = 64;  // gathered ones: so many may be in vain beside half of all
 constexpr std::size_t kWorkers = 4;      // each with scratch of its own; enough that two threads end together
 
 }  // namespace
@@ -16,7 +17,8 @@ SurfaceCompliance::SurfaceCompliance(const TissueModel& model, const Factorisati
       factor_(at_rest),
       boundary_(boundary.begin(), boundary.end()),
       place_(model.mesh.nodes.size(), -1),
-      columns_(boundary.size()) {
+      columns_(boundary.size()),
+      gathered_row_(boundary.size(), -1) {
   for (std::size_t i = 0; i < boundary_.size(); ++i) {
     place_[boundary_[i]] = static_cast<int>(i);
   }
@@ -79,6 +81,31 @@ Eigen::Matrix3d SurfaceCompliance::block(int a, int b) const {
     return transposed.transpose();
   }
   return columns_[index(b)].middleRows<3>(static_cast<Eigen::Index>(3 * index(a))).cast<double>();
+}
+
+void SurfaceCompliance::gather(std::span<const int> touched, std::span<const int> loaded) {
+  if (gathered_.size() > 3 * touched.size() / 2 + kSpareNodes) {  // most of them touch nothing any more
+    for (const int node : gathered_) gathered_row_[index(node)] = -1;
+    gathered_.clear();
+  }
+  for (const int node : touched) gather(node);
+  for (const int node : loaded) gather(node);
+}
+
+void SurfaceCompliance::gather(int node) {
+  if (gathered_row(node) >= 0 || fixed(node) || !known(node)) return;
+  const Eigen::Index row = gathered_rows();
+  gathered_row_[index(node)] = row;
+  gathered_.push_back(node);
+  if (side_by_side_.rows() < row + 3) {
+    const Eigen::Index room = 2 * side_by_side_.rows() + 3 * static_cast<Eigen::Index>(kSpareNodes);
+    side_by_side_.conservativeResize(room, room);
+  }
+  for (const int other : gathered_) {
+    const Eigen::Matrix3f yields = block(node, other).cast<float>();
+    side_by_side_.block<3, 3>(row, gathered_row(other)) = yields;
+    side_by_side_.block<3, 3>(gathered_row(other), row) = yields.transpose();
+  }
 }
 
 }  // namespace stylet::physics

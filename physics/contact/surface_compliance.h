@@ -31,7 +31,23 @@ public:
   /// Motion of node a for a force on node b, m/N; both are known. Zero for fixed nodes. block(a, b) = block(b, a)^T.
   Eigen::Matrix3d block(int a, int b) const;
 
+  /// Puts S of some nodes side by side, as far as they are free and known: of what touches from step to step most
+  /// stays the same.
+  /// @param touched  distinct
+  /// @param loaded   more of them, distinct
+  void gather(std::span<const int> touched, std::span<const int> loaded);
+  // Of the last gather():
+  Eigen::Index gathered_rows() const { return static_cast<Eigen::Index>(3 * gathered_.size()); }
+  /// First row of a boundary node among them; -1: it does not yield, or is not there.
+  Eigen::Index gathered_row(int node) const { return gathered_row_[index(node)]; }
+  /// Adds the motion of all of them for a force on the node with that first row.
+  /// @param motion  [gathered_rows()] m
+  void add_motion(Eigen::Index row, const Eigen::Vector3d& force, Eigen::VectorXf& motion) const {
+    motion.noalias() += side_by_side_.block(0, row, motion.size(), 3) * force.cast<float>();
+  }
+
 private:
+  void gather(int node);
   std::size_t index(int node) const { return static_cast<std::size_t>(place_[node]); }
   /// @param fresh  unknown, distinct
   void solve(std::span<const int> fresh, SolveWorkspace& workspace);
@@ -40,8 +56,11 @@ private:
   const TissueModel& model_;
   Factorisation factor_;
   std::vector<int> boundary_;
-  std::vector<int> place_;                 // [nodes] index in boundary_, -1
-  std::vector<Eigen::MatrixX3f> columns_;  // [boundary] [3 boundary x 3], empty: not known
+  std::vector<int> place_;                  // [nodes] index in boundary_, -1
+  std::vector<Eigen::MatrixX3f> columns_;   // [boundary] [3 boundary x 3], empty: not known
+  std::vector<int> gathered_;               // nodes
+  std::vector<Eigen::Index> gathered_row_;  // [boundary] -1
+  Eigen::MatrixXf side_by_side_;            // [gathered_rows() x gathered_rows()], or larger
 };
 
 }  // namespace stylet::physics

@@ -42,8 +42,8 @@ const std::array<Gradients, kLanes>& gradients_at_points() {
   static const std::array<Gradients, kLanes> natural = [] {
     std::array<Gradients, kLanes> of_points;
     for (int p = 0; p < kLanes; ++p) {
-      Eigen::Vector4d l = Eigen::Vector4d::Constant(kFar);
-      l[p] = kNear;
+      Eigen::Vector4d l = Eigen::Vector4d::Constant(kPointFar);
+      l[p] = kPointNear;
       of_points[static_cast<std::size_t>(p)] = natural_gradients(l);
     }
     return of_points;

@@ -2,8 +2,8 @@
 //
 // With barycentric L a corner has N = L_k (2 L_k - 1), the middle of an edge N = 4 L_k L_l. The positions of the ten
 // nodes along an axis are a symmetric matrix X: X_kk is corner k, X_kl the middle of edge kl. At point p, where L_p
-// is kNear and the others kFar, the derivative of a position is
-//   dx/dL_k = 4 (kNear - kFar) X_kp + 4 kFar sum_l X_kl - X_kk                                       (eq. 42b)
+// is kPointNear and the others kPointFar, the derivative of a position is
+//   dx/dL_k = 4 (kPointNear - kPointFar) X_kp + 4 kPointFar sum_l X_kl - X_kk (eq. 42b)
 // so of an element no gradients need be kept, but how its own coordinates xi_k = L_k, k = 1 to 3, change in space.
 #pragma once
 
@@ -19,8 +19,8 @@
 namespace stylet::physics {
 
 // Four points, exact for quadratic integrands.
-inline constexpr double kNear = 0.58541019662496845446;
-inline constexpr double kFar = 0.13819660112501051518;
+inline constexpr double kPointNear = 0.58541019662496845446;
+inline constexpr double kPointFar = 0.13819660112501051518;
 
 /// X of the three axes, by rows, from corner 0 on: what is small next to the body is rounded less.
 using NodeLanes = std::array<std::array<Lanes, 4>, 3>;
@@ -48,10 +48,11 @@ inline Lanes diagonal_of(const std::array<Lanes, 4>& rows) {
 inline LaneMatrix deformation_gradients(const QuadraticRest& rest, const NodeLanes& x) {
   LaneMatrix f;
   for (std::size_t i = 0; i < 3; ++i) {
-    const Lanes same = 4 * kFar * (x[i][0] + x[i][1] + x[i][2] + x[i][3]) - diagonal_of(x[i]);  // at all points
+    const Lanes same = 4 * kPointFar * (x[i][0] + x[i][1] + x[i][2] + x[i][3]) - diagonal_of(x[i]);  // at all points
     std::array<Lanes, 3> natural;
     for (std::size_t k = 0; k < 3; ++k) {
-      natural[k] = 4 * (kNear - kFar) * (x[i][k + 1] - x[i][0]) + (same[static_cast<Eigen::Index>(k) + 1] - same[0]);
+      natural[k] =
+          4 * (kPointNear - kPointFar) * (x[i][k + 1] - x[i][0]) + (same[static_cast<Eigen::Index>(k) + 1] - same[0]);
     }
     for (std::size_t j = 0; j < 3; ++j) {
       f[i][j] = natural[0] * rest.natural[0][j] + natural[1] * rest.natural[1][j] + natural[2] * rest.natural[2][j];
@@ -76,11 +77,12 @@ void add_nodal_forces(const QuadraticRest& rest, const LaneMatrix& p, const Add&
     t[0] = -(t[1] + t[2] + t[3]);
     const std::array<Lanes, 4> of_points = transposed(t);
     const Lanes sums = of_points[0] + of_points[1] + of_points[2] + of_points[3];
-    const Lanes corners = (4 * kFar - 1) * sums + 4 * (kNear - kFar) * diagonal_of(t);
+    const Lanes corners = (4 * kPointFar - 1) * sums + 4 * (kPointNear - kPointFar) * diagonal_of(t);
     for (std::size_t k = 0; k < 4; ++k) add(k, i, corners[static_cast<Eigen::Index>(k)]);
     std::array<Lanes, 3> edges;
     for (std::size_t k = 0; k < 3; ++k) {
-      edges[k] = 4 * (kNear - kFar) * (t[k] + of_points[k]) + 4 * kFar * (sums[static_cast<Eigen::Index>(k)] + sums);
+      edges[k] = 4 * (kPointNear - kPointFar) * (t[k] + of_points[k]) +
+                 4 * kPointFar * (sums[static_cast<Eigen::Index>(k)] + sums);
     }
     for (Eigen::Index l = 1; l < 4; ++l) add(3 + static_cast<std::size_t>(l), i, edges[0][l]);
     add(7, i, edges[1][2]);
