@@ -672,7 +672,8 @@ void SimulationLoop::name_nodes(std::size_t b, const NeedleState* needle, Factor
       settings_.lay_contacts
           ? path_.nodes_ahead(body, *needle, tissue_.positions[b], settings_.look_ahead)
           : corridor_nodes(models_[b], tissue_.positions[b], *needle, body, settings_.look_ahead, kMaxPatchNodes);
-  if (!settings_.lay_contacts)
+  // Of a small body a node that the factor has not is cheap, and more trailing ones are not.
+  if (!settings_.lay_contacts && models_[b].dof_count() >= settings_.contact.large_dofs)
     request.beside_nodes = nodes_around(models_[b], request.foreseen_nodes, kMaxPatchNodes);
 }
 

@@ -3,6 +3,7 @@
 #include "engine/readers/motion.h"
 #include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
+#include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"
 #include "tools/bench/tissue_parts.h"
 #include "tools/reference/liver_block.h"
@@ -61,8 +62,15 @@ public:
   /// A simulation step of the hub at a speed.
   void step(double speed) {
     const double dt = 1 / scene_.rates.simulation_hz;
-    loops_.simulation_step(time_, loops_.needle(), session::probe_pose(scene_, 0), true, true, patch_);
-    loops_.worker().step();
+    if (since_request_ >= 0) ++since_request_;
+    const bool take = since_request_ >= session::kLockstepFactorisationSteps;
+    const physics::SimulationReport report = loops_.simulation_step(
+        time_, loops_.needle(), session::probe_pose(scene_, 0), take, since_request_ < 0 || take, patch_);
+    if (take) since_request_ = -1;
+    if (report.factorisation_requested) {
+      loops_.worker().step();
+      since_request_ = 0;
+    }
     const auto steps = std::lround(dt / loops_.haptic_dt());
     for (long i = 0; i < steps; ++i) {
       time_ += loops_.haptic_dt();
@@ -120,6 +128,7 @@ private:
   double time_ = 0;
   double depth_ = 0;
   double work_ = 0;
+  int since_request_ = -1;  // simulation steps; none waits: -1
   session::CoupledLoops loops_;
   physics::TissuePatch patch_;
 };
