@@ -16,10 +16,11 @@ namespace {
 
 constexpr int kPanelColumns = 8;  // and rows of a tile: a register of single precision
 constexpr std::size_t kHead = kPanelColumns * kPanelColumns + kPanelColumns;
-constexpr std::ptrdiff_t kAhead = 1024;  // entries between what is read and what is fetched
-constexpr std::size_t kMostParts = 6;    // enough that two threads end together
-constexpr int kMostCuts = 40;            // of the elimination tree, tried from its root
-constexpr float kLargestEntry = 32767;   // of 16 bits
+constexpr std::size_t kSpareEntries = 16;  // one part in so many: trailing DOFs make more, and fresh memory its pages
+constexpr std::ptrdiff_t kAhead = 1024;    // entries between what is read and what is fetched
+constexpr std::size_t kMostParts = 6;      // enough that two threads end together
+constexpr int kMostCuts = 40;              // of the elimination tree, tried from its root
+constexpr float kLargestEntry = 32767;     // of 16 bits
 // Fewer entries stay in the cache that the cores share, and are read before another thread wakes.
 constexpr std::size_t kEntriesWorthSharing = std::size_t{1} << 23;
 
@@ -161,12 +162,13 @@ void by_width(int width, const With& with) {
 
 void CompactFactor::clear() {
   nodes_.clear();
-  int_.clear();
-  float_.clear();
+  heads_.clear();
+  entry_count_ = 0;
 }
 
 std::size_t CompactFactor::bytes() const {
-  return int_.size() * sizeof(std::int16_t) + (float_.size() + heads_.size()) * sizeof(float);
+  const std::size_t size = precision_ == PassPrecision::sixteen_bits ? sizeof(std::int16_t) : sizeof(float);
+  return entry_count_ * size + heads_.size() * sizeof(float);
 }
 
 double CompactFactor::serial_share() const {
@@ -180,10 +182,8 @@ void CompactFactor::read(const cholmod_factor_struct& factor, int leading, PassP
   if (!same_symbols || nodes_.empty()) analyse(factor, leading);
   precision_ = precision;
   if (precision == PassPrecision::sixteen_bits) {
-    float_.clear();
     read_entries(factor, int_, companion);
   } else {
-    int_.clear();
     read_entries(factor, float_, companion);
   }
 }
@@ -321,7 +321,7 @@ void CompactFactor::read_entries(const cholmod_factor_struct& factor, std::vecto
                                  Companion* companion) {
   const auto* value_start = static_cast<const int*>(factor.px);
   const auto* l = static_cast<const double*>(factor.x);
-  entries.resize(entry_count_);
+  if (entries.size() < entry_count_) entries.resize(entry_count_ + entry_count_ / kSpareEntries);
   in_parts(companion, static_cast<int>(nodes_.size()), [&](int s) {
     const Node& node = nodes_[s];
     const int rows = node.columns + node.below;

@@ -92,7 +92,7 @@ private:
   std::vector<int> upper_;         // nodes above all parts, ascending
   std::vector<int> upper_rows_;    // their columns, and S
   std::vector<float> heads_;       // [panels] inverse of the diagonal block, by columns; scales of the columns
-  std::vector<std::int16_t> int_;  // tiles, one of the two
+  std::vector<std::int16_t> int_;  // [entry_count_] tiles, and room for more; one of the two
   std::vector<float> float_;
 };
 

@@ -19,7 +19,7 @@ namespace {
 constexpr double kConditionForSingle = 1e-4;
 // At this estimate an iteration with L in 16 bits still makes its error 20 times smaller a step.
 constexpr double kConditionForSixteenBits = 1e-3;
-constexpr std::size_t kSpareRoom = 16;  // one part in so many, for an L whose trailing DOFs make it larger
+constexpr std::size_t kSpareRoom = 4;  // one part in so many, for an L whose trailing DOFs make it larger
 constexpr std::size_t kWorthSixteenBits = std::size_t{1} << 20;  // entries of L; fewer stay in a core's cache
 
 /// CHOLMOD's view of the pattern and its values: symmetric, lower triangle stored.
@@ -77,6 +77,10 @@ void lay(cholmod_factor& factor, void* numbers) {
   factor.minor = factor.n;
 }
 
+std::size_t with_spare_room(std::size_t entries) {
+  return entries + entries / kSpareRoom;
+}
+
 /// A common block for copying and freeing factors: those need no settings.
 struct PlainCommon {
   PlainCommon() { cholmod_start(&common); }
@@ -127,6 +131,12 @@ Factorisation::Factorisation(const Factorisation& other)
   PlainCommon plain;
   factor_ = cholmod_copy_factor(other.factor_, &plain.common);
   if (factor_ == nullptr) throw std::runtime_error("tissue: no memory to copy a factor");
+  if (factor_->xtype == CHOLMOD_PATTERN || factor_->xsize < own_from_) return;
+  std::size_t room = factor_->xsize;
+  factor_->x = cholmod_realloc(with_spare_room(room), sizeof(double), factor_->x, &room, &plain.common);
+  // Pages cost their first touch, now and not while a session runs.
+  std::fill(static_cast<double*>(factor_->x) + factor_->xsize, static_cast<double*>(factor_->x) + room, 0.0);
+  room_ = room;
 }
 
 Factorisation::Factorisation(Factorisation&& other) noexcept
@@ -138,7 +148,8 @@ Factorisation::Factorisation(Factorisation&& other) noexcept
       coarsest_(other.coarsest_),
       fill_reducing_(std::move(other.fill_reducing_)),
       trailing_(std::move(other.trailing_)),
-      trailing_block_(std::move(other.trailing_block_)) {}
+      trailing_block_(std::move(other.trailing_block_)),
+      room_(std::exchange(other.room_, 0)) {}
 
 Factorisation::~Factorisation() {
   if (factor_ == nullptr) return;
@@ -196,7 +207,7 @@ bool Factorisation::make_numbers(const StiffnessPattern& pattern, std::span<cons
   cholmod_common& common = *workspace.common();
   if (factor_nonzeros() >= own_from_) {
     if (factor_->xtype == CHOLMOD_PATTERN) {
-      const std::size_t room = factor_->xsize + factor_->xsize / kSpareRoom;
+      const std::size_t room = with_spare_room(factor_->xsize);
       void* const numbers = cholmod_malloc(room, sizeof(double), &common);
       if (numbers == nullptr) return false;
       lay(*factor_, numbers);

@@ -102,7 +102,7 @@ function(stylet_test name)
   target_compile_definitions(${name} PRIVATE STYLET_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     STYLET_BINARY_DIR="${CMAKE_BINARY_DIR}")
   if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 300)
+    set(arg_TIMEOUT 900)
   endif()
   if(STYLET_SANITIZE)
     math(EXPR arg_TIMEOUT "4 * ${arg_TIMEOUT}")
