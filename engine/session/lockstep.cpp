@@ -36,9 +36,7 @@ void LockstepRun::advance(double by_s) {
 }
 
 void LockstepRun::simulation_step() {
-  if (since_request_ >= 0) ++since_request_;
-  const bool take = since_request_ >= kLockstepFactorisationSteps;
-  const bool request = since_request_ < 0 || take;
+  const auto [take, request] = factors_.next();
   const double now_s = time_s();
   const std::int64_t began_ns = clock_.now_ns();
   const physics::RigidPose probe =
@@ -46,11 +44,7 @@ void LockstepRun::simulation_step() {
   const physics::SimulationReport report =
       loops_.simulation_step(now_s, loops_.needle(), probe, take, request, patch_);
   simulation_time_.add(clock_.now_ns() - began_ns);
-  if (take) since_request_ = -1;
-  if (report.factorisation_requested) {
-    loops_.worker().step();
-    since_request_ = 0;
-  }
+  factors_.stepped(report, loops_.worker());
   run_.factorisations += report.factorisation_taken ? 1 : 0;
   run_.simulation_flags |= report.flags;
   run_.patch_flags |= patch_.flags;

@@ -15,6 +15,32 @@ namespace stylet::session {
 /// needs.
 inline constexpr int kLockstepFactorisationSteps = 5;
 
+/// When the simulation steps of a run in lockstep ask for a factor and take it: see physics::SimulationInput.
+/// One thread.
+class LockstepFactors {
+public:
+  struct Turn {
+    bool take = false;
+    bool request = false;
+  };
+  /// Of the next simulation step.
+  Turn next() {
+    if (since_request_ >= 0) ++since_request_;
+    const bool take = since_request_ >= kLockstepFactorisationSteps;
+    if (take) since_request_ = -1;
+    return {.take = take, .request = since_request_ < 0};
+  }
+  /// After it: the worker does what it was asked for.
+  void stepped(const physics::SimulationReport& report, physics::FactorisationWorker& worker) {
+    if (!report.factorisation_requested) return;
+    worker.step();
+    since_request_ = 0;
+  }
+
+private:
+  int since_request_ = -1;  // simulation steps; -1: no factorisation under way
+};
+
 struct LockstepSettings {
   double duration_s = 0;       ///< session time; infinity: until its caller stops
   HeldProbe* probe = nullptr;  ///< moves the probe; null: the scene does
@@ -53,7 +79,7 @@ private:
   std::uint64_t steps_;     // haptic, of the whole run
   std::uint64_t step_ = 0;  // the next one
   double asked_s_ = 0;      // session time advanced to
-  int since_request_ = -1;  // simulation steps; -1: no factorisation under way
+  LockstepFactors factors_;
   bool paused_ = false;
   RunStatistics run_{.mode = "lockstep"};
   haptic::LatencyHistogram haptic_time_;

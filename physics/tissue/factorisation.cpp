@@ -19,7 +19,8 @@ namespace {
 constexpr double kConditionForSingle = 1e-4;
 // At this estimate an iteration with L in 16 bits still makes its error 20 times smaller a step.
 constexpr double kConditionForSixteenBits = 1e-3;
-constexpr std::size_t kSpareRoom = 4;  // one part in so many, for an L whose trailing DOFs make it larger
+// One part in so many, for an L whose trailing DOFs make it larger: 813 of 20,691 a tenth more than 210.
+constexpr std::size_t kSpareRoom = 4;
 constexpr std::size_t kWorthSixteenBits = std::size_t{1} << 20;  // entries of L; fewer stay in a core's cache
 
 /// CHOLMOD's view of the pattern and its values: symmetric, lower triangle stored.

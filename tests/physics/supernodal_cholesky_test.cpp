@@ -5,6 +5,7 @@
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/stiffness.h"
 #include "physics/tissue/tissue_model.h"
+#include "tests/support/sanitized.h"
 #include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
@@ -134,16 +135,8 @@ TEST(SupernodalCholesky, ACopyHasRoomForMoreTrailingDofsThatWasTouchedBefore) {
   const auto pages = static_cast<long>(copy.factor_nonzeros() * sizeof(double) / 4096);
   std::printf("  %ld pages of L, %ld touched for the first time\n", pages, faults);
   EXPECT_GT(copy.factor_nonzeros(), at_rest.factor_nonzeros());
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-  constexpr bool kOwnMemory = false;  // its allocator gives memory back and takes fresh one
-#else
-  constexpr bool kOwnMemory = true;
-#endif
-#else
-  constexpr bool kOwnMemory = true;
-#endif
-  if (kOwnMemory) {
+  // A sanitizer's allocator takes fresh memory where the C library's goes on with what it has.
+  if (!support::kSanitized) {
     EXPECT_LT(faults, pages / 2);
   }
   cube.trailing = all;

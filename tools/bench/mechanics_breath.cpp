@@ -1,6 +1,7 @@
 #include "engine/readers/motion.h"
 #include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
+#include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"
 #include "tools/bench/mechanics_parts.h"
 
@@ -12,8 +13,6 @@
 
 namespace stylet::bench {
 namespace {
-
-constexpr int kFactorSteps = 5;  // simulation steps from a request to its factor, as in lockstep sessions
 
 /// The scenario's recorded motion, breathing all the while: at `amplitude`, `faster` times as fast.
 void breathe(const std::string& scenario, double amplitude, double faster, double seconds, Report& report) {
@@ -27,19 +26,13 @@ void breathe(const std::string& scenario, double amplitude, double faster, doubl
   physics::TissuePatch patch = loops.make_patch();
   const double dt = 1 / scene.rates.simulation_hz;
   const auto per_step = static_cast<int>(std::lround(scene.rates.haptic_hz / scene.rates.simulation_hz));
-  int since_request = -1;
+  session::LockstepFactors factors;
   int inverted = 0;
   double deepest = 0;
   for (int step = 0; step * dt < seconds; ++step) {
-    if (since_request >= 0) ++since_request;
-    const bool take = since_request >= kFactorSteps;
-    const physics::SimulationReport done =
-        loops.simulation_step(step * dt, loops.needle(), take, since_request < 0 || take, patch);
-    if (take) since_request = -1;
-    if (done.factorisation_requested) {
-      loops.worker().step();
-      since_request = 0;
-    }
+    const auto [take, request] = factors.next();
+    const physics::SimulationReport done = loops.simulation_step(step * dt, loops.needle(), take, request, patch);
+    factors.stepped(done, loops.worker());
     inverted += done.inverted_tets;
     deepest = std::max(deepest, done.organs.deepest);
     for (int k = 0; k < per_step; ++k) {

@@ -62,15 +62,10 @@ public:
   /// A simulation step of the hub at a speed.
   void step(double speed) {
     const double dt = 1 / scene_.rates.simulation_hz;
-    if (since_request_ >= 0) ++since_request_;
-    const bool take = since_request_ >= session::kLockstepFactorisationSteps;
-    const physics::SimulationReport report = loops_.simulation_step(
-        time_, loops_.needle(), session::probe_pose(scene_, 0), take, since_request_ < 0 || take, patch_);
-    if (take) since_request_ = -1;
-    if (report.factorisation_requested) {
-      loops_.worker().step();
-      since_request_ = 0;
-    }
+    const auto [take, request] = factors_.next();
+    factors_.stepped(
+        loops_.simulation_step(time_, loops_.needle(), session::probe_pose(scene_, 0), take, request, patch_),
+        loops_.worker());
     const auto steps = std::lround(dt / loops_.haptic_dt());
     for (long i = 0; i < steps; ++i) {
       time_ += loops_.haptic_dt();
@@ -128,7 +123,7 @@ private:
   double time_ = 0;
   double depth_ = 0;
   double work_ = 0;
-  int since_request_ = -1;  // simulation steps; none waits: -1
+  session::LockstepFactors factors_;
   session::CoupledLoops loops_;
   physics::TissuePatch patch_;
 };

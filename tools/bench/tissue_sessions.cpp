@@ -1,6 +1,7 @@
 #include "engine/readers/motion.h"
 #include "engine/readers/scenario.h"
 #include "engine/session/coupled_loops.h"
+#include "engine/session/lockstep.h"
 #include "engine/session/recorded_stylus.h"
 #include "physics/tissue/quadratic.h"
 #include "physics/tissue/refinement.h"
@@ -29,7 +30,6 @@ namespace {
 
 using physics::Element;
 
-constexpr int kFactorSteps = 5;      // simulation steps from a request to its factor, as in lockstep sessions
 constexpr double kLongest = 20;      // s
 constexpr double kLongestQuick = 3;  // s
 
@@ -119,26 +119,21 @@ void run(const std::string& name, const std::string& variant, double longest, Re
   const double section = 0.25 * M_PI * scene.needle.outer_diameter * scene.needle.outer_diameter;
   double punctured = -1;
   int inverted = 0;
-  int since_request = -1;
+  session::LockstepFactors factors;
   Samples steps(2000);
   for (int step = 0; step * dt < seconds; ++step) {
-    if (since_request >= 0) ++since_request;
-    const bool take = since_request >= kFactorSteps;
+    const session::LockstepFactors::Turn turn = factors.next();
     physics::SimulationReport done;
     steps.time([&] {
-      done = loops.simulation_step(step * dt, loops.needle(), session::probe_pose(scene, step * dt), take,
-                                   since_request < 0 || take, patch);
+      done = loops.simulation_step(step * dt, loops.needle(), session::probe_pose(scene, step * dt), turn.take,
+                                   turn.request, patch);
     });
     inverted += done.inverted_tets;
-    if (take) since_request = -1;
     const physics::RigidPose held = session::probe_pose(scene, step * dt);
     if (punctured < 0 && done.probe.area > 0)
       pressure = std::max(
           pressure, -done.probe.wrench.force.dot(held.orientation * Eigen::Vector3d::UnitZ()) / done.probe.area);
-    if (done.factorisation_requested) {
-      loops.worker().step();
-      since_request = 0;
-    }
+    factors.stepped(done, loops.worker());
     for (std::size_t b = 0; b < models.size(); ++b) {
       const LeastVolume of_body = least_volume(models[b], volumes[b], loops.tissue().positions[b]);
       least.at_point = std::min(least.at_point, of_body.at_point);
