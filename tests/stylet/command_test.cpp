@@ -504,9 +504,10 @@ TEST_F(Command, AnInterruptEndsTheSessionAndKeepsIt) {
     return std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator{});
   };
   const auto before = entries();
+  // Three seconds to film: on a busy machine the second interrupt still comes while they are drawn.
   const Outcome ended =
       run(fmt::format("train {} --view headless --expert none --device recorded:{} --out {} 2>&1 & "
-                      "session=$!; until ls {}/unfinished-*-$session.rec; do sleep 0.1; done; sleep 0.5; "
+                      "session=$!; until ls {}/unfinished-*-$session.rec; do sleep 0.1; done; sleep 3; "
                       "kill -INT $session; until [ -s {}/session.json ]; do sleep 0.1; done; "
                       "kill -INT $session; wait $session",
                       scenario_name, motion.string(), out().string(), out().string(), out().string()));
