@@ -73,6 +73,7 @@ BodySurface::BodySurface(const TissueModel& model)
     for (const int n : face(f)) around_[next[n]++] = f;
   }
   face_areas_.resize(3, static_cast<Eigen::Index>(faces_.size()));
+  in_memory_ = nodes_;
   sort_nodes(positions_);
   build_tree(positions_);
   update(rest_positions(model));
@@ -139,14 +140,14 @@ void BodySurface::build_tree(const Eigen::Matrix3Xd& rest) {
 
 void BodySurface::update(const Eigen::Matrix3Xd& positions, Companion* companion) {
   double longest = 0;  // squared
-  for (const int n : nodes_) {
+  for (const int n : in_memory_) {
     longest = std::max(longest, (positions.col(n) - positions_.col(n)).squaredNorm());
     positions_.col(n) = positions.col(n);
   }
   travel_ += std::sqrt(longest);
   in_parts(boxes_.size() < kBoxesWorthSharing ? nullptr : companion, kSharedParts, [&](int part) {
-    const auto run = static_cast<std::size_t>(part);
-    for (std::size_t i = run * boxes_.size() / kSharedParts; i < (run + 1) * boxes_.size() / kSharedParts; ++i) {
+    const auto [begin, end] = part_of(boxes_.size(), part);
+    for (std::size_t i = begin; i < end; ++i) {
       if (boxes_[i].left < 0) follow(boxes_[i]);
     }
   });

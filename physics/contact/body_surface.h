@@ -79,6 +79,7 @@ private:
   void find_smooth_patches();
 
   std::vector<int> nodes_;
+  std::vector<int> in_memory_;  // the same, ascending
   std::vector<std::array<int, 3>> faces_;
   std::vector<double> rest_areas_;
   std::vector<int> order_;  // faces as the leaves hold them

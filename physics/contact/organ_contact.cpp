@@ -158,7 +158,7 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
   ++updates_;
   follow_surfaces(positions, workspace.companion);
   for (std::size_t p = 0; p < settings_.pairs.size(); ++p) find_pair(static_cast<int>(p), workspace.companion);
-  if (settings_.probe && probe != nullptr) find_probe(*probe);
+  if (settings_.probe && probe != nullptr) find_probe(*probe, workspace.companion);
   learn(settings_.learn_limit, workspace);
   assemble(workspace.companion);
   relax();
@@ -232,8 +232,8 @@ void OrganContact::find_pair(int pair, Companion* companion) {
                         bodies_[settings_.pairs[p].surface_of].surface->travel();
   std::array<std::vector<SurfaceRow>, kSharedParts> of_part;
   in_parts(companion, kSharedParts, [&](int part) {
-    const auto run = static_cast<std::size_t>(part);
-    for (std::size_t k = run * nodes.size() / kSharedParts; k < (run + 1) * nodes.size() / kSharedParts; ++k) {
+    const auto [begin, end] = part_of(nodes.size(), part);
+    for (std::size_t k = begin; k < end; ++k) {
       NodeContact& node = nodes_[p][k];
       if (node.lambda == 0 && travel < node.clear_until && (updates_ + k) % kLookAgain != 0) continue;
       SurfaceRow row = face_to_face(pair, nodes[k], node.lambda > 0, node.sight);
@@ -243,7 +243,7 @@ void OrganContact::find_pair(int pair, Companion* companion) {
       if (row.gap > settings_.reach) continue;
       row.lambda = node.lambda;
       row.slot = k;
-      of_part[run].push_back(row);
+      of_part[static_cast<std::size_t>(part)].push_back(row);
     }
   });
   std::vector<SurfaceRow> found;
@@ -251,14 +251,13 @@ void OrganContact::find_pair(int pair, Companion* companion) {
   take_deepest(found, settings_.max_points);
 }
 
-void OrganContact::find_probe(const RigidPose& pose) {
+void OrganContact::find_probe(const RigidPose& pose, Companion* companion) {
   const ProbeContactSettings& probe = *settings_.probe;
   const Body& body = bodies_[probe.body];
   const Eigen::Matrix3d world_from_probe = pose.orientation.toRotationMatrix();
   const double reach = probe.shape.reach(settings_.search) + settings_.reach;
   faces_.clear();
   body.surface->faces_in({pose.position.array() - reach, pose.position.array() + reach}, faces_);
-  std::vector<SurfaceRow> found;
   for (const std::size_t slot : inside_before_) points_[slot].side_before = ProbeSide::none;
   for (const std::size_t slot : inside_) {
     points_[slot].side_before = points_[slot].side;
@@ -266,48 +265,63 @@ void OrganContact::find_probe(const RigidPose& pose) {
   }
   inside_before_.swap(inside_);
   inside_.clear();
-  for (const int f : faces_) {
-    const auto& [a, b, c] = body.surface->face(f);
-    const auto& x = *body.positions;
-    const Eigen::Vector3d outward = (x.col(b) - x.col(a)).cross(x.col(c) - x.col(a));
-    for (std::size_t k = 0; k < points_a_face_; ++k) {
-      const std::size_t slot = static_cast<std::size_t>(f) * points_a_face_ + k;
-      ProbePoint& point = points_[slot];
-      SurfaceRow row;
-      row.position = point.weights[0] * x.col(a) + point.weights[1] * x.col(b) + point.weights[2] * x.col(c);
-      const Eigen::Vector3d in_probe = world_from_probe.transpose() * (row.position - pose.position);
-      if (std::abs(in_probe.y()) > probe.shape.half_height + settings_.reach) continue;  // the others are curved
-      ProbeShape::Distance distance = probe.shape.distance_from(point.side_before, in_probe);
-      if (distance.value > settings_.reach) continue;
-      ProbeSide side = point.side_before;
-      if (side == ProbeSide::none && distance.value < 0) {
-        side = probe.shape.entry(before(point, in_probe), in_probe);
-        distance = probe.shape.distance_from(side, in_probe);
+  struct Found {
+    std::vector<SurfaceRow> rows;
+    std::vector<std::size_t> inside;
+  };
+  std::array<Found, kSharedParts> of_part;
+  in_parts(companion, kSharedParts, [&](int part) {
+    Found& found = of_part[static_cast<std::size_t>(part)];
+    const auto [begin, end] = part_of(faces_.size(), part);
+    for (std::size_t i = begin; i < end; ++i) {
+      const int f = faces_[i];
+      const auto& [a, b, c] = body.surface->face(f);
+      const auto& x = *body.positions;
+      const Eigen::Vector3d outward = (x.col(b) - x.col(a)).cross(x.col(c) - x.col(a));
+      for (std::size_t k = 0; k < points_a_face_; ++k) {
+        const std::size_t slot = static_cast<std::size_t>(f) * points_a_face_ + k;
+        ProbePoint& point = points_[slot];
+        SurfaceRow row;
+        row.position = point.weights[0] * x.col(a) + point.weights[1] * x.col(b) + point.weights[2] * x.col(c);
+        const Eigen::Vector3d in_probe = world_from_probe.transpose() * (row.position - pose.position);
+        if (std::abs(in_probe.y()) > probe.shape.half_height + settings_.reach) continue;  // the others are curved
+        ProbeShape::Distance distance = probe.shape.distance_from(point.side_before, in_probe);
+        if (distance.value > settings_.reach) continue;
+        ProbeSide side = point.side_before;
+        if (side == ProbeSide::none && distance.value < 0) {
+          side = probe.shape.entry(before(point, in_probe), in_probe);
+          distance = probe.shape.distance_from(side, in_probe);
+        }
+        row.normal = world_from_probe * distance.gradient;
+        // The far side of a thin body; but not where the skin has been turned over under the head.
+        if (point.side_before == ProbeSide::none && outward.dot(row.normal) >= 0) continue;
+        if (distance.value < 0) {
+          point.side = side;
+          found.inside.push_back(slot);
+        }
+        row.gap = distance.value;
+        row.area = point.area;
+        // The secant of (30) at the force of the step before.
+        row.compliance = probe.layer_compliance / point.area;
+        row.compliance /= std::hypot(1, row.compliance * point.lambda / probe.layer_thickness);
+        row.lambda = point.lambda;
+        row.slot = slot;
+        row.support_count = 3;
+        for (std::size_t n = 0; n < 3; ++n) {
+          row.supports[n] = {probe.body, body.surface->face(f)[n], point.weights[static_cast<int>(n)]};
+        }
+        if (!movable(row)) continue;
+        if (probe.friction > 0) hold(row, point, in_probe, world_from_probe);
+        found.rows.push_back(row);
       }
-      row.normal = world_from_probe * distance.gradient;
-      // The far side of a thin body; but not where the skin has been turned over under the head.
-      if (point.side_before == ProbeSide::none && outward.dot(row.normal) >= 0) continue;
-      if (distance.value < 0) {
-        point.side = side;
-        inside_.push_back(slot);
-      }
-      row.gap = distance.value;
-      row.area = point.area;
-      // The secant of (30) at the force of the step before.
-      row.compliance = probe.layer_compliance / point.area;
-      row.compliance /= std::hypot(1, row.compliance * point.lambda / probe.layer_thickness);
-      row.lambda = point.lambda;
-      row.slot = slot;
-      row.support_count = 3;
-      for (std::size_t n = 0; n < 3; ++n) {
-        row.supports[n] = {probe.body, body.surface->face(f)[n], point.weights[static_cast<int>(n)]};
-      }
-      if (!movable(row)) continue;
-      if (probe.friction > 0) hold(row, point, in_probe, world_from_probe);
-      found.push_back(row);
     }
+  });
+  std::vector<SurfaceRow> rows;
+  for (const Found& found : of_part) {
+    rows.insert(rows.end(), found.rows.begin(), found.rows.end());
+    inside_.insert(inside_.end(), found.inside.begin(), found.inside.end());
   }
-  take_deepest(found, probe.max_points);
+  take_deepest(rows, probe.max_points);
 }
 
 Eigen::Vector3d OrganContact::before(const ProbePoint& point, const Eigen::Vector3d& in_probe) const {

@@ -193,7 +193,7 @@ private:
   // The stages of update(), in order.
   void follow_surfaces(std::span<const Eigen::Matrix3Xd> positions, Companion* companion);
   void find_pair(int pair, Companion* companion);
-  void find_probe(const RigidPose& pose);
+  void find_probe(const RigidPose& pose, Companion* companion);
   /// Into rows_, those with the smallest gaps if there are more than `most`.
   void take_deepest(std::vector<SurfaceRow>& found, int most);
   void learn(int limit, SolveWorkspace& workspace);

@@ -121,7 +121,10 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
       bodies_.back().surface = std::make_shared<const SurfaceTopology>(surface_topology(model));
     }
     if (model.stiffens()) bodies_.back().stiffening.resize(model.point_count());
-    if (model.relaxes()) bodies_.back().memory.resize(model.memory_count());
+    if (model.relaxes()) {
+      bodies_.back().memory.resize(model.memory_count());
+      bodies_.back().relaxed.resize(model.memory_count());
+    }
     take_free(model, bodies[b].load, bodies_.back().load);
     bodies_.back().contact_force = bodies_.back().load;
   }
@@ -176,7 +179,6 @@ SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch&
   for (std::size_t b = 0; b < models_.size(); ++b) {  // each as a whole: its elements are read from a cache then
     correct_motion(b, true, report);
     fill_cavities(b, input.cavity_shares, report);
-    relax(b);
   }
   swap_factorisation(input, report);
   follow_probe(input.probe, report);
@@ -517,15 +519,17 @@ void SimulationLoop::correct_motion(std::size_t b, bool shown, SimulationReport&
     step = step_tried(model, body, positions);  // the slope of a mad step may be no number
   }
   int inverted = 0;
+  Relaxing relaxing;
+  if (shown) relaxing = {.dt = settings_.dt, .after = body.relaxed};
   for (int shortened = 0;; ++shortened) {
     const ElementCount count = update_rotations_and_forces(model, body.trial, body.rotations, body.nodal_force,
-                                                           body.rest_size, body.memory, elements_);
+                                                           body.rest_size, body.memory, elements_, relaxing);
     inverted = count.inverted;
     body.squeezed = count.squeezed;
     take_free(model, body.nodal_force, body.internal_force);
     if (shortened == kMaxShortenings) break;
     const bool flat = shortened == 0 && (inverted > 0 || body.squeezed > 0);
-    double fraction = flat ? uninverted_fraction(model, positions, body.trial) : 1;
+    double fraction = flat ? uninverted_fraction(model, positions, body.trial, &companion_) : 1;
     if (fraction < 1) {
       // Where the first tetrahedron would lose nearly all of its volume; what is left is for the next steps.
       body.limited = true;
@@ -536,6 +540,7 @@ void SimulationLoop::correct_motion(std::size_t b, bool shown, SimulationReport&
     shorten(fraction);
   }
   positions.swap(body.trial);
+  if (shown) body.memory.swap(body.relaxed);
   report.inverted_tets += inverted;
   if (inverted > 0) report.flags |= kSimulationInverted;
 }
@@ -557,14 +562,6 @@ void SimulationLoop::fill_cavities(std::size_t b, std::span<const double> shares
     }
   }
   if (changed) gather_internal_force(models_[b], tissue_.positions[b], body);
-}
-
-void SimulationLoop::relax(std::size_t b) {
-  BodyState& body = bodies_[b];
-  if (body.memory.empty()) return;
-  body.squeezed = relax_strain_and_forces(models_[b], tissue_.positions[b], body.rotations, body.nodal_force,
-                                          body.rest_size, settings_.dt, body.memory, elements_);
-  take_free(models_[b], body.nodal_force, body.internal_force);
 }
 
 void SimulationLoop::swap_factorisation(const SimulationInput& input, SimulationReport& report) {

@@ -144,11 +144,10 @@ private:
   /// Until when a patch made now may be all that the haptic loop has, from its last one on, s.
   double foresight(const NeedleState& needle) const;
   void move_held(double amplitude, SimulationReport& report);
-  /// @param shown  see respond()
+  /// @param shown  see respond(); what fades of the stress does so for a period, too, where the tissue then is (eq.
+  /// 46)
   void correct_motion(std::size_t body, bool shown, SimulationReport& report);
   void fill_cavities(std::size_t body, std::span<const double> shares, SimulationReport& report);
-  /// What fades of the stress does so for a period, where the tissue is now (eq. 46).
-  void relax(std::size_t body);
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);
   /// Where the probe moves fast: contact and whole corrections (6) at poses on its way.
   void follow_probe(const RigidPose* probe, SimulationReport& report);
@@ -195,6 +194,7 @@ private:
     std::vector<Cavity> cavities{};
     std::vector<double> rest_size{};           // [tets] g of eq. 34; empty until a cavity is not full
     std::vector<StrainMemory> memory{};        // [memory_count()] of eq. 46; empty where nothing relaxes
+    std::vector<StrainMemory> relaxed{};       // the same after the step in work
     std::vector<PointStiffness> stiffening{};  // [points] now; empty where nothing stiffens
   };
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <thread>
+#include <utility>
 
 namespace stylet::physics {
 
@@ -57,6 +58,11 @@ private:
 
 /// Parts of a loop over many small things: enough that two threads end together.
 inline constexpr int kSharedParts = 8;
+/// The first of `count` things in a part of kSharedParts, and the one after its last.
+inline std::pair<std::size_t, std::size_t> part_of(std::size_t count, int part) {
+  const auto run = static_cast<std::size_t>(part);
+  return {run * count / kSharedParts, (run + 1) * count / kSharedParts};
+}
 /// Boxes of a tree over a surface; fewer are fitted before another thread wakes.
 inline constexpr std::size_t kBoxesWorthSharing = 2000;
 

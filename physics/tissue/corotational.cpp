@@ -211,32 +211,32 @@ void add_forces_of_lanes(const TissueModel& model, const LaneMatrix& f, const La
   }
 }
 
-/// Rotations and forces of tetrahedra first .. first + 3; false, and nothing is done, where one is in the barrier or
-/// is not near its rotation.
+/// relax() of up to four tetrahedra from `first` on, at strain(), where they have a law.
+template <typename Strain>
+void relax_lanes(const TissueModel& model, int first, std::span<const StrainMemory> memory, const Relaxing& relaxing,
+                 const Strain& strain) {
+  const StrainLaw* const law = law_of(model, first);
+  if (law == nullptr || relaxing.after.empty()) return;
+  const auto group = static_cast<std::size_t>(first / kLanes);
+  relaxing.after[group] = memory[group];
+  relax(*law, strain(), relaxing.dt, relaxing.after[group]);
+}
+
+/// Rotations, what relaxes, and forces of tetrahedra first .. first + 3; false, and nothing is done, where one is in
+/// the barrier or is not near its rotation.
 bool add_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int first,
                std::span<Eigen::Quaterniond> rotations, std::span<const double> rest_size,
-               std::span<const StrainMemory> memory, int first_node, Eigen::Ref<Eigen::Matrix3Xd> forces) {
+               std::span<const StrainMemory> memory, const Relaxing& relaxing, int first_node,
+               Eigen::Ref<Eigen::Matrix3Xd> forces) {
   const LaneMatrix f = deformation_gradients(model, positions, first);
   std::array<Lanes, 4> q = quaternions_of(rotations, first);
   if (!(determinant(f) >= kSqueezed).all() || !closest_rotations(f, q)) return false;
   set_quaternions(q, rotations, first);
-  add_forces_of_lanes(model, f, matrix_of(q), first, rest_size, memory, first_node, forces);
-  return true;
-}
-
-/// What relaxes in tetrahedra first .. first + 3, and their forces then; false, and nothing is done, where one is in
-/// the barrier.
-bool relax_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int first,
-                 std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
-                 std::span<StrainMemory> memory, int first_node, Eigen::Ref<Eigen::Matrix3Xd> forces) {
-  const LaneMatrix f = deformation_gradients(model, positions, first);
-  if (!(determinant(f) >= kSqueezed).all()) return false;
-  const LaneMatrix r = matrix_of(quaternions_of(rotations, first));
-  if (const StrainLaw* const law = law_of(model, first)) {
-    relax(*law, strain_of(stretch_of(r, f), sizes_of(rest_size, first)), dt,
-          memory[static_cast<std::size_t>(first / kLanes)]);
-  }
-  add_forces_of_lanes(model, f, r, first, rest_size, memory, first_node, forces);
+  const LaneMatrix r = matrix_of(q);
+  relax_lanes(model, first, memory, relaxing,
+              [&] { return strain_of(stretch_of(r, f), sizes_of(rest_size, first)); });
+  add_forces_of_lanes(model, f, r, first, rest_size, relaxing.after.empty() ? memory : relaxing.after, first_node,
+                      forces);
   return true;
 }
 
@@ -363,53 +363,30 @@ int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
 ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                          std::span<Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                                          std::span<const double> rest_size, std::span<const StrainMemory> memory,
-                                         ElementScratch& scratch) {
+                                         ElementScratch& scratch, const Relaxing& relaxing) {
+  const std::span<const StrainMemory> of_forces = relaxing.after.empty() ? memory : relaxing.after;
   const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Matrix3Xd& sum) {
     if (model.is_quadratic()) {
-      return update_quadratic_rotations_and_forces(model, positions, rotations, run, sum, rest_size, memory);
+      return update_quadratic_rotations_and_forces(model, positions, rotations, run, sum, rest_size, memory,
+                                                   relaxing);
     }
     ElementCount count;
-    int first = run.begin;
-    for (; first + kLanes <= run.end; first += kLanes) {
-      if (add_lanes(model, positions, first, rotations, rest_size, memory, run.first_node, sum)) continue;
-      count.inverted += update_rotations_one_by_one(model, positions, first, first + kLanes, rotations);
-      count.squeezed += add_forces_one_by_one(model, positions, first, first + kLanes, rotations, rest_size, memory,
-                                              false, run.first_node, sum);
-    }
-    count.inverted += update_rotations_one_by_one(model, positions, first, run.end, rotations);
-    count.squeezed += add_forces_one_by_one(model, positions, first, run.end, rotations, rest_size, memory, false,
-                                            run.first_node, sum);
-    return count;
-  });
-  add_membrane_forces(model, positions, false, forces);
-  return all;
-}
-
-int relax_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                            std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                            std::span<const double> rest_size, double dt, std::span<StrainMemory> memory,
-                            ElementScratch& scratch) {
-  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Matrix3Xd& sum) {
-    ElementCount count;
-    if (model.is_quadratic()) {
-      count.squeezed =
-          relax_quadratic_strain_and_forces(model, positions, rotations, run, sum, rest_size, dt, memory);
-      return count;
-    }
     for (int first = run.begin; first < run.end; first += kLanes) {
       const int end = std::min(first + kLanes, run.end);
       if (end == first + kLanes &&
-          relax_lanes(model, positions, first, rotations, rest_size, dt, memory, run.first_node, sum)) {
+          add_lanes(model, positions, first, rotations, rest_size, memory, relaxing, run.first_node, sum)) {
         continue;
       }
-      relax_four(model, positions, rotations, rest_size, first, dt, memory);
-      count.squeezed += add_forces_one_by_one(model, positions, first, end, rotations, rest_size, memory, false,
+      count.inverted += update_rotations_one_by_one(model, positions, first, end, rotations);
+      relax_lanes(model, first, memory, relaxing,
+                  [&] { return strain_at(model, positions, rotations, rest_size, first).strain; });
+      count.squeezed += add_forces_one_by_one(model, positions, first, end, rotations, rest_size, of_forces, false,
                                               run.first_node, sum);
     }
     return count;
   });
   add_membrane_forces(model, positions, false, forces);
-  return all.squeezed;
+  return all;
 }
 
 void find_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,

@@ -40,12 +40,13 @@ int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                     std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                     std::span<const double> rest_size, std::span<const StrainMemory> memory, ElementScratch& scratch);
 
-/// update_rotations(), then internal_forces() with the barrier, run by run, in one pass where F and R
-/// are found once; of linear tetrahedra four at a time. Equal to those two to rounding.
+/// update_rotations(), relax_strain() if asked for, then internal_forces() with the barrier, run by run, in one pass
+/// where F and R are found once; of linear tetrahedra four at a time. Equal to those to rounding.
+/// @param relaxing  makes memory of later: that is what the forces are of, then
 ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                                          std::span<Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
                                          std::span<const double> rest_size, std::span<const StrainMemory> memory,
-                                         ElementScratch& scratch);
+                                         ElementScratch& scratch, const Relaxing& relaxing = {});
 
 /// How the law has stiffened each point   (eq. 47).
 /// @param rotations         [points] of these very positions
@@ -66,13 +67,6 @@ void find_stiffening_around(std::span<const int> nodes, const TissueModel& model
 void relax_strain(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                   std::span<const Eigen::Quaterniond> rotations, std::span<const double> rest_size, double dt,
                   std::span<StrainMemory> memory, Companion* companion = nullptr);
-
-/// relax_strain(), then internal_forces() with the barrier; of linear tetrahedra in one pass where F is found once.
-/// Equal to those two to rounding. Returns the number of tetrahedra in the barrier or beyond it.
-int relax_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                            std::span<const Eigen::Quaterniond> rotations, Eigen::Ref<Eigen::Matrix3Xd> forces,
-                            std::span<const double> rest_size, double dt, std::span<StrainMemory> memory,
-                            ElementScratch& scratch);
 
 /// Elastic energy U(p), J   (eq. 2, 34, 37).
 double elastic_energy(const TissueModel& model, const Eigen::Matrix3Xd& positions,

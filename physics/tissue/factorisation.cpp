@@ -336,15 +336,17 @@ void Factorisation::eliminate_in(std::vector<Scalar>& x, const Eigen::Ref<const 
   const auto* order = static_cast<const int*>(factor_->Perm);
   const int n = dof_count();
   const int start = leading();
-  if (x.size() < factor_->n) x.resize(factor_->n);
-  bool reached = false;
-  for (int i = 0; i < start; ++i) {
-    x[i] = static_cast<Scalar>(b[order[i]] / scale);
-    reached = reached || x[i] != 0;
+  Eigen::Index trailing = 0;
+  for (int i = start; i < n; ++i) trailing += b[order[i]] != 0 ? 1 : 0;
+  if ((b.array() != 0).count() == trailing) {
+    y.setZero();
+  } else {
+    if (x.size() < factor_->n) x.resize(factor_->n);
+    for (int i = 0; i < start; ++i) x[i] = static_cast<Scalar>(b[order[i]] / scale);
+    std::fill(x.begin() + start, x.begin() + n, Scalar(0));  // for what the leading part does to S
+    eliminate_leading(x, workspace);
+    for (int i = 0; i < n; ++i) y[i] = scale * static_cast<double>(x[i]);
   }
-  std::fill(x.begin() + start, x.begin() + n, Scalar(0));  // for what the leading part does to S
-  if (reached) eliminate_leading(x, workspace);
-  for (int i = 0; i < n; ++i) y[i] = scale * static_cast<double>(x[i]);
   if (start == n) return;
   for (int i = start; i < n; ++i) y[i] += b[order[i]];
   auto y_s = y.tail(n - start);

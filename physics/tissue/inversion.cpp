@@ -103,13 +103,19 @@ double uninverted_fraction(const Eigen::Matrix3d& before, const Eigen::Matrix3d&
                           limit);
 }
 
-double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after) {
-  double fraction = model.is_quadratic() ? uninverted_fraction_of_points(model, before, after) : 1;
-  for (int t = 0; t < model.tet_count(); ++t) {
-    const Eigen::Matrix3d a = edges(model, before, t);
-    fraction = uninverted_fraction(a, edges(model, after, t) - a, fraction);
-  }
-  return fraction;
+double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after,
+                           Companion* companion) {
+  std::vector<double> of_runs(model.runs.size(), 1);
+  in_parts(companion, static_cast<int>(model.runs.size()), [&](int r) {
+    const TetRun& run = model.runs[r];
+    double& fraction = of_runs[r];
+    if (model.is_quadratic()) fraction = uninverted_fraction_of_points(model, before, after, run);
+    for (int t = run.begin; t < run.end; ++t) {
+      const Eigen::Matrix3d a = edges(model, before, t);
+      fraction = uninverted_fraction(a, edges(model, after, t) - a, fraction);
+    }
+  });
+  return *std::min_element(of_runs.begin(), of_runs.end());
 }
 
 }  // namespace stylet::physics

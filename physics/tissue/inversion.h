@@ -4,6 +4,7 @@
 // Linear tetrahedra give way more and more where they are squeezed, and invert at a finite force. J = det F.
 #pragma once
 
+#include "physics/tissue/companion.h"
 #include "physics/tissue/tissue_model.h"
 
 #include <Eigen/Core>
@@ -46,7 +47,9 @@ void find_squeezed(const TissueModel& model, const Eigen::Matrix3Xd& positions, 
 /// Largest fraction <= 1 of the straight way from `before` to `after` on which every tetrahedron, and every point of
 /// a quadratic element, keeps three tenths of the volume that it has before. Exact to 1e-6: the volume is a cubic
 /// along the way. What is inverted before does not count.
-double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after);
+/// @param companion  takes a part of the elements; the bits do not know of it
+double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after,
+                           Companion* companion = nullptr);
 /// The same of one tetrahedron or point, up to `limit`.
 /// @param before  its edges, or F;  @param change  of them on the whole way
 double uninverted_fraction(const Eigen::Matrix3d& before, const Eigen::Matrix3d& change, double limit);

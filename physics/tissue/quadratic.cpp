@@ -288,23 +288,6 @@ auto add_to(Eigen::Ref<Eigen::Matrix3Xd>& forces, const QuadraticRest& rest, con
   };
 }
 
-/// Forces of the elements of a run, at rotations that stay; before(element, F, R) each.
-template <typename Before>
-int forces_of_run(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                  std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
-                  Eigen::Ref<Eigen::Matrix3Xd> forces, std::span<const double> rest_size,
-                  std::span<const StrainMemory> memory, const Before& before) {
-  int squeezed = 0;
-  const auto [begin, end] = elements_of(run);
-  for (std::size_t e = begin; e < end; ++e) {
-    const Deformed now(model.quadratics[e], positions);
-    const LaneMatrix r = rotations_of(rotations, e);
-    before(e, now.f, r);
-    squeezed += forces_of(model, positions, e, now, r, rest_size, memory, add_to(forces, model.quadratics[e], run));
-  }
-  return squeezed;
-}
-
 }  // namespace
 
 std::array<std::array<Lanes, 3>, 10> gradients_of(const QuadraticRest& rest) {
@@ -431,7 +414,8 @@ ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, con
                                                    std::span<Eigen::Quaterniond> rotations, const TetRun& run,
                                                    Eigen::Ref<Eigen::Matrix3Xd> forces,
                                                    std::span<const double> rest_size,
-                                                   std::span<const StrainMemory> memory) {
+                                                   std::span<const StrainMemory> memory, const Relaxing& relaxing) {
+  const std::span<const StrainMemory> of_forces = relaxing.after.empty() ? memory : relaxing.after;
   ElementCount count;
   LaneMatrix r;
   const auto [begin, end] = elements_of(run);
@@ -439,28 +423,28 @@ ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, con
     const QuadraticRest& rest = model.quadratics[e];
     const Deformed now(rest, positions);
     count.inverted += turn(now, rotations.subspan(kLanes * e, kLanes), r) + now.inverted_tets();
-    count.squeezed += forces_of(model, positions, e, now, r, rest_size, memory, add_to(forces, rest, run));
+    if (!rest.linear && !relaxing.after.empty()) {
+      relaxing.after[e] = memory[e];
+      relax(rest, strain_of(stretch_of(r, now.f), Lanes::Constant(size_of(rest_size, e))), relaxing.dt,
+            relaxing.after[e]);
+    }
+    count.squeezed += forces_of(model, positions, e, now, r, rest_size, of_forces, add_to(forces, rest, run));
   }
   return count;
-}
-
-int relax_quadratic_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                                      std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
-                                      Eigen::Ref<Eigen::Matrix3Xd> forces, std::span<const double> rest_size,
-                                      double dt, std::span<StrainMemory> memory) {
-  const auto relax_strain_of = [&](std::size_t e, const LaneMatrix& f, const LaneMatrix& r) {
-    const QuadraticRest& rest = model.quadratics[e];
-    if (!rest.linear) relax(rest, strain_of(stretch_of(r, f), Lanes::Constant(size_of(rest_size, e))), dt, memory[e]);
-  };
-  return forces_of_run(model, positions, rotations, run, forces, rest_size, memory, relax_strain_of);
 }
 
 int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
                      Eigen::Ref<Eigen::Matrix3Xd> forces, std::span<const double> rest_size,
                      std::span<const StrainMemory> memory) {
-  return forces_of_run(model, positions, rotations, run, forces, rest_size, memory,
-                       [](std::size_t, const LaneMatrix&, const LaneMatrix&) {});
+  int squeezed = 0;
+  const auto [begin, end] = elements_of(run);
+  for (std::size_t e = begin; e < end; ++e) {
+    const Deformed now(model.quadratics[e], positions);
+    squeezed += forces_of(model, positions, e, now, rotations_of(rotations, e), rest_size, memory,
+                          add_to(forces, model.quadratics[e], run));
+  }
+  return squeezed;
 }
 
 void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::span<Eigen::Matrix3d> cofactors,
@@ -498,9 +482,11 @@ void find_squeezed_quadratics(const TissueModel& model, const Eigen::Matrix3Xd& 
 }
 
 double uninverted_fraction_of_points(const TissueModel& model, const Eigen::Matrix3Xd& before,
-                                     const Eigen::Matrix3Xd& after) {
+                                     const Eigen::Matrix3Xd& after, const TetRun& run) {
   double fraction = 1;
-  for (const QuadraticRest& rest : model.quadratics) {
+  const auto [begin, end] = elements_of(run);
+  for (std::size_t e = begin; e < end; ++e) {
+    const QuadraticRest& rest = model.quadratics[e];
     const LaneMatrix f = deformation_gradients(rest, before);
     const LaneMatrix g = deformation_gradients(rest, after);
     for (int lane = 0; lane < kLanes; ++lane) {

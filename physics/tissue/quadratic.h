@@ -50,12 +50,7 @@ ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, con
                                                    std::span<Eigen::Quaterniond> rotations, const TetRun& run,
                                                    Eigen::Ref<Eigen::Matrix3Xd> forces,
                                                    std::span<const double> rest_size,
-                                                   std::span<const StrainMemory> memory);
-/// As relax_strain_and_forces(), of the same.
-int relax_quadratic_strain_and_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                                      std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
-                                      Eigen::Ref<Eigen::Matrix3Xd> forces, std::span<const double> rest_size,
-                                      double dt, std::span<StrainMemory> memory);
+                                                   std::span<const StrainMemory> memory, const Relaxing& relaxing);
 /// As internal_forces(), of the same.
 int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                      std::span<const Eigen::Quaterniond> rotations, const TetRun& run,
@@ -72,9 +67,9 @@ void find_cofactors(const TissueModel& model, const Eigen::Matrix3Xd& positions,
 void find_squeezed_quadratics(const TissueModel& model, const Eigen::Matrix3Xd& positions,
                               std::span<const double> rest_size, std::vector<SqueezedTet>& found);
 
-/// As uninverted_fraction(), of points.
+/// As uninverted_fraction(), of the points of a run.
 double uninverted_fraction_of_points(const TissueModel& model, const Eigen::Matrix3Xd& before,
-                                     const Eigen::Matrix3Xd& after);
+                                     const Eigen::Matrix3Xd& after, const TetRun& run);
 
 /// As find_stiffening(), of one element.
 void find_quadratic_stiffening(const TissueModel& model, const Eigen::Matrix3Xd& positions,

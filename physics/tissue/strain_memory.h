@@ -4,6 +4,7 @@
 #include "physics/tissue/closest_rotation.h"
 
 #include <array>
+#include <span>
 
 namespace stylet::physics {
 
@@ -16,6 +17,12 @@ struct StrainMemory {
     for (LaneSymmetric& term : alpha) term.fill(Lanes::Zero());
   }
   std::array<LaneSymmetric, 2> alpha;
+};
+
+/// A step of what relaxes, from what is remembered now: that stays, for the step may have to be taken again.
+struct Relaxing {
+  double dt = 0;                    ///< h of eq. 46, s
+  std::span<StrainMemory> after{};  ///< [memory_count()] written where an element has a law; empty: nothing relaxes
 };
 
 }  // namespace stylet::physics

@@ -193,51 +193,67 @@ TEST(Companion, WhatStiffensAndRelaxesHasTheSameBitsWithOneThreadAndTwo) {
   }
 }
 
-TEST(Companion, LinearTetrahedraRelaxAndAreSummedInOnePassWithTheSameBits) {
-  const TetMesh mesh = reference::kuhn_box({0, 0, 0}, {0.06, 0.06, 0.06}, {12, 12, 12});
-  std::vector<ElasticMaterial> materials(
-      mesh.tets.size(), {.young_modulus = 10e3,
-                         .poisson_ratio = 0.45,
-                         .stiffening = 8,
-                         .relaxation = {{{.share = 0.2, .time_s = 0.3}, {.share = 0.25, .time_s = 4}}}});
-  for (std::size_t t = 0; t < mesh.tets.size() / 3; ++t) materials[t] = {10e3, 0.45};
-  const TissueModel model(mesh, materials,
-                          reference::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; }), 0,
-                          Element::linear, 100);
-  ASSERT_GT(model.runs.size(), 1U);
-  Eigen::Matrix3Xd positions = rest_positions(model);
-  for (int n = 0; n < model.node_count(); ++n) positions(0, n) += 6 * positions(2, n) * positions(2, n);
-  positions.col(model.node_count() / 2) += Eigen::Vector3d(0.004, 0, 0);  // some are squeezed
-  std::vector<Eigen::Quaterniond> rotations(model.point_count(), Eigen::Quaterniond::Identity());
-  update_rotations(model, positions, rotations);
+TEST(Companion, ElementsTurnRelaxAndAreSummedInOnePassWithTheSameBits) {
+  for (const Element element : {Element::linear, Element::quadratic}) {
+    const int cells = element == Element::quadratic ? 6 : 12;
+    TetMesh mesh = reference::kuhn_box({0, 0, 0}, {0.06, 0.06, 0.06}, {cells, cells, cells});
+    if (element == Element::quadratic) mesh = refined(mesh);
+    std::vector<ElasticMaterial> materials(
+        mesh.tets.size(), {.young_modulus = 10e3,
+                           .poisson_ratio = 0.45,
+                           .stiffening = 8,
+                           .relaxation = {{{.share = 0.2, .time_s = 0.3}, {.share = 0.25, .time_s = 4}}}});
+    for (std::size_t t = 0; t < 8 * (mesh.tets.size() / 24); ++t) materials[t] = {10e3, 0.45};
+    const TissueModel model(mesh, materials,
+                            reference::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; }), 0,
+                            element, 100);
+    ASSERT_GT(model.runs.size(), 1U);
+    const Eigen::Matrix3Xd rest = rest_positions(model);
+    const auto positions_at = [&](int step) {
+      Eigen::Matrix3Xd positions = rest;
+      for (int n = 0; n < model.node_count(); ++n) positions(0, n) += 2 * step * rest(2, n) * rest(2, n);
+      positions.col(model.node_count() / 2) += Eigen::Vector3d(0.004, 0, 0);  // some are squeezed
+      return positions;
+    };
 
-  std::vector<StrainMemory> memory(model.memory_count());
-  Eigen::Matrix3Xd forces(3, model.node_count());
-  int squeezed = 0;
-  for (int step = 0; step < 3; ++step) {
-    relax_strain(model, positions, rotations, {}, 0.02, memory);
-    squeezed = internal_forces(model, positions, rotations, forces, {}, true, memory);
-  }
-  EXPECT_GT(squeezed, 0);
-  Companion companion;
-  std::array<Eigen::Matrix3Xd, 2> found;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    std::vector<StrainMemory> of(model.memory_count());
-    found[i].resize(3, model.node_count());
-    ElementScratch scratch{.companion = i == 1 ? &companion : nullptr, .sums = {}};
-    for (int step = 0; step < 3; ++step) {
-      EXPECT_EQ(relax_strain_and_forces(model, positions, rotations, found[i], {}, 0.02, of, scratch), squeezed);
+    std::vector<Eigen::Quaterniond> rotations(model.point_count(), Eigen::Quaterniond::Identity());
+    std::vector<StrainMemory> memory(model.memory_count());
+    Eigen::Matrix3Xd forces(3, model.node_count());
+    int squeezed = 0;
+    for (int step = 1; step <= 3; ++step) {
+      update_rotations(model, positions_at(step), rotations);
+      relax_strain(model, positions_at(step), rotations, {}, 0.02, memory);
+      squeezed = internal_forces(model, positions_at(step), rotations, forces, {}, true, memory);
     }
-    EXPECT_LT((found[i] - forces).norm(), 1e-12 * forces.norm());
-    for (std::size_t e = 0; e < of.size(); ++e) {
-      for (std::size_t term = 0; term < 2; ++term) {
-        for (std::size_t c = 0; c < 6; ++c) {
-          ASSERT_LT((of[e].alpha[term][c] - memory[e].alpha[term][c]).abs().maxCoeff(), 1e-15);
+    EXPECT_GT(squeezed, 0);
+    Companion companion;
+    std::array<Eigen::Matrix3Xd, 2> found;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      std::vector<Eigen::Quaterniond> turned(model.point_count(), Eigen::Quaterniond::Identity());
+      std::vector<StrainMemory> of(model.memory_count());
+      std::vector<StrainMemory> later(model.memory_count());
+      found[i].resize(3, model.node_count());
+      ElementScratch scratch{.companion = i == 1 ? &companion : nullptr, .sums = {}};
+      ElementCount count;
+      for (int step = 1; step <= 3; ++step) {
+        for (const int tried : {step + 1, step}) {  // a step that is taken again leaves nothing behind
+          count = update_rotations_and_forces(model, positions_at(tried), turned, found[i], {}, of, scratch,
+                                              {.dt = 0.02, .after = later});
+        }
+        of.swap(later);
+      }
+      EXPECT_EQ(count.squeezed, squeezed);
+      EXPECT_LT((found[i] - forces).norm(), 1e-12 * forces.norm());
+      for (std::size_t e = 0; e < of.size(); ++e) {
+        for (std::size_t term = 0; term < 2; ++term) {
+          for (std::size_t c = 0; c < 6; ++c) {
+            ASSERT_LT((of[e].alpha[term][c] - memory[e].alpha[term][c]).abs().maxCoeff(), 1e-14);
+          }
         }
       }
     }
+    EXPECT_EQ(found[0], found[1]);
   }
-  EXPECT_EQ(found[0], found[1]);
 }
 
 TEST(Companion, ComplianceHasTheSameBitsWithOneThreadAndTwo) {
