@@ -8,8 +8,7 @@ namespace stylet::physics {
 namespace {
 
 constexpr int kBackgroundNice = 10;
-constexpr int kSpins = 2000;       // some ten microseconds: the helper's last part is about to end
-constexpr int kSpinsAwake = 5000;  // a hundred: another loop is about to begin, and a core that sleeps wakes late
+constexpr int kSpins = 2000;  // some ten microseconds: the helper's last part is about to end
 
 std::uint64_t place(std::uint32_t loop, std::uint32_t part) {
   return std::uint64_t{loop} << 32 | part;
@@ -84,8 +83,6 @@ void Companion::serve(bool background) {
   const std::uint32_t own = _mm_getcsr();
   std::uint32_t seen = 0;
   for (;;) {
-    for (int spin = 0; !background && spin < kSpinsAwake && posted_.load(std::memory_order_acquire) == seen; ++spin)
-      _mm_pause();
     posted_.wait(seen, std::memory_order_acquire);
     seen = posted_.load(std::memory_order_acquire);
     if (stop_.load(std::memory_order_relaxed)) break;

@@ -1,4 +1,4 @@
-// A second thread for loops over what does not depend on each other, asleep soon after the last of them.
+// A second thread for loops over what does not depend on each other, asleep while there is no such loop.
 #pragma once
 
 #include <sched.h>

@@ -22,6 +22,8 @@ constexpr double kConditionForSixteenBits = 1e-3;
 // One part in so many, for an L whose trailing DOFs make it larger: 813 of 20,691 a tenth more than 210.
 constexpr std::size_t kSpareRoom = 4;
 constexpr std::size_t kWorthSixteenBits = std::size_t{1} << 20;  // entries of L; fewer stay in a core's cache
+constexpr std::size_t kWorthTwoThreads = std::size_t{1} << 23;   // the same, for columns of units
+constexpr Eigen::Index kColumnsWorthSharing = 6;
 
 /// CHOLMOD's view of the pattern and its values: symmetric, lower triangle stored.
 cholmod_sparse lower_triangle(const StiffnessPattern& pattern, const double* values) {
@@ -409,7 +411,6 @@ std::vector<Rows> Factorisation::eliminate_units(std::span<const int> dofs, Eige
   for (std::size_t s = 0; s < factor_->nsuper; ++s) {
     if (reached[s] == 0) continue;
     const Supernode<double> node(*factor_, l, s, dof_count());
-    eliminate_columns(node, y, workspace.below_);
     if (node.rows > node.columns) reached[supernode_of(node.row[node.columns])] = 1;  // and so on to the root
     if (!rows.empty() && rows.back().end() == node.first) {
       rows.back().count += node.columns;
@@ -417,6 +418,17 @@ std::vector<Rows> Factorisation::eliminate_units(std::span<const int> dofs, Eige
       rows.push_back({.first = node.first, .count = node.columns});
     }
   }
+  // Half of the columns each: a panel that one thread reads is in the shared cache for the other.
+  const Eigen::Index halves = y.cols() < kColumnsWorthSharing || factor_nonzeros() < kWorthTwoThreads ? 1 : 2;
+  in_parts(workspace.companion, static_cast<int>(halves), [&](int half) {
+    const Eigen::Index begin = y.cols() * half / halves;
+    auto columns = y.middleCols(begin, y.cols() * (half + 1) / halves - begin);
+    for (std::size_t s = 0; s < factor_->nsuper; ++s) {
+      if (reached[s] == 0) continue;
+      eliminate_columns(Supernode<double>(*factor_, l, s, dof_count()), columns,
+                        workspace.below_[static_cast<std::size_t>(half)]);
+    }
+  });
   return rows;
 }
 

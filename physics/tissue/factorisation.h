@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -46,7 +47,7 @@ private:
   std::vector<double> gathered_;
   Eigen::VectorXd eliminated_;
   std::vector<int> places_;  // of DOFs in the order of elimination
-  std::vector<double> below_;
+  std::array<std::vector<double>, 2> below_;
 };
 
 /// Rows that follow each other.

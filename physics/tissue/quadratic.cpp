@@ -8,6 +8,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include <immintrin.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -127,6 +129,14 @@ const LayerLaw* layers_of(const QuadraticRest& rest) {
 
 const StrainMemory* memory_of(std::span<const StrainMemory> memory, std::size_t element) {
   return memory.empty() ? nullptr : &memory[element];
+}
+
+/// `from` is not read again before all other elements have been: it need not be fetched to be overwritten.
+void store_past_caches(const StrainMemory& from, StrainMemory& to) {
+  for (std::size_t i = 0; i < from.alpha.size(); ++i) {
+    for (std::size_t c = 0; c < from.alpha[i].size(); ++c)
+      _mm256_stream_pd(to.alpha[i][c].data(), _mm256_loadu_pd(from.alpha[i][c].data()));
+  }
 }
 
 // The element holds its volume in the mean; what a part of it answers to losing its own with is its shape. A barrier
@@ -274,10 +284,9 @@ int forces_of_flat_tets(const TissueModel& model, const Eigen::Matrix3Xd& positi
 /// in the barrier.
 template <typename Add>
 int forces_of(const TissueModel& model, const Eigen::Matrix3Xd& positions, std::size_t e, const Deformed& now,
-              const LaneMatrix& r, std::span<const double> rest_size, std::span<const StrainMemory> memory,
-              const Add& add) {
+              const LaneMatrix& r, std::span<const double> rest_size, const StrainMemory* memory, const Add& add) {
   const double size = size_of(rest_size, e);
-  return forces_of_points(model.quadratics[e], now, r, size, false, memory_of(memory, e), add) +
+  return forces_of_points(model.quadratics[e], now, r, size, false, memory, add) +
          forces_of_flat_tets(model, positions, e, size, now.of_tets, add);
 }
 
@@ -415,21 +424,24 @@ ElementCount update_quadratic_rotations_and_forces(const TissueModel& model, con
                                                    Eigen::Ref<Eigen::Matrix3Xd> forces,
                                                    std::span<const double> rest_size,
                                                    std::span<const StrainMemory> memory, const Relaxing& relaxing) {
-  const std::span<const StrainMemory> of_forces = relaxing.after.empty() ? memory : relaxing.after;
   ElementCount count;
   LaneMatrix r;
+  StrainMemory relaxed;
   const auto [begin, end] = elements_of(run);
   for (std::size_t e = begin; e < end; ++e) {
     const QuadraticRest& rest = model.quadratics[e];
     const Deformed now(rest, positions);
     count.inverted += turn(now, rotations.subspan(kLanes * e, kLanes), r) + now.inverted_tets();
+    const StrainMemory* remembered = memory_of(memory, e);
     if (!rest.linear && !relaxing.after.empty()) {
-      relaxing.after[e] = memory[e];
-      relax(rest, strain_of(stretch_of(r, now.f), Lanes::Constant(size_of(rest_size, e))), relaxing.dt,
-            relaxing.after[e]);
+      relaxed = *remembered;
+      relax(rest, strain_of(stretch_of(r, now.f), Lanes::Constant(size_of(rest_size, e))), relaxing.dt, relaxed);
+      remembered = &relaxed;
+      store_past_caches(relaxed, relaxing.after[e]);
     }
-    count.squeezed += forces_of(model, positions, e, now, r, rest_size, of_forces, add_to(forces, rest, run));
+    count.squeezed += forces_of(model, positions, e, now, r, rest_size, remembered, add_to(forces, rest, run));
   }
+  _mm_sfence();
   return count;
 }
 
@@ -441,7 +453,7 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
   const auto [begin, end] = elements_of(run);
   for (std::size_t e = begin; e < end; ++e) {
     const Deformed now(model.quadratics[e], positions);
-    squeezed += forces_of(model, positions, e, now, rotations_of(rotations, e), rest_size, memory,
+    squeezed += forces_of(model, positions, e, now, rotations_of(rotations, e), rest_size, memory_of(memory, e),
                           add_to(forces, model.quadratics[e], run));
   }
   return squeezed;
@@ -534,7 +546,7 @@ int quadratic_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions
     };
     const LaneMatrix r = rotations_of(rotations, e);
     squeezed += linearised ? forces_of_points(rest, now, r, size_of(rest_size, e), true, memory_of(memory, e), add)
-                           : forces_of(model, positions, e, now, r, rest_size, memory, add);
+                           : forces_of(model, positions, e, now, r, rest_size, memory_of(memory, e), add);
   }
   return squeezed;
 }
