@@ -4,11 +4,15 @@
 #include <sched.h>
 #include <sys/resource.h>
 
+#include <chrono>
+
 namespace stylet::physics {
 namespace {
 
 constexpr int kBackgroundNice = 10;
 constexpr int kSpins = 2000;  // some ten microseconds: the helper's last part is about to end
+
+constexpr std::chrono::microseconds kNap{20};
 
 std::uint64_t place(std::uint32_t loop, std::uint32_t part) {
   return std::uint64_t{loop} << 32 | part;
@@ -46,10 +50,8 @@ void Companion::run(int parts, Function function, const void* context) {
   posted_.notify_one();
   take(loop);
   for (int spin = 0; spin < kSpins && done_.load(std::memory_order_acquire) != parts; ++spin) _mm_pause();
-  for (int done = done_.load(std::memory_order_acquire); done != parts;
-       done = done_.load(std::memory_order_acquire)) {
-    done_.wait(done, std::memory_order_acquire);
-  }
+  // No wait for a notice: one that was lost left both threads asleep, in a test, on a busy machine.
+  while (done_.load(std::memory_order_acquire) != parts) std::this_thread::sleep_for(kNap);
 }
 
 void Companion::stay_beside(int core) {
@@ -72,7 +74,7 @@ void Companion::take(std::uint32_t loop) {
     if (next >> 32 != loop || static_cast<int>(part) >= parts) return;
     if (!next_.compare_exchange_weak(next, place(loop, part + 1), std::memory_order_acq_rel)) continue;
     function(context, static_cast<int>(part));
-    if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == parts) done_.notify_one();
+    done_.fetch_add(1, std::memory_order_acq_rel);
     next = next_.load(std::memory_order_acquire);
   }
 }
