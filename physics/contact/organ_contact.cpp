@@ -274,45 +274,13 @@ void OrganContact::find_probe(const RigidPose& pose, Companion* companion) {
     Found& found = of_part[static_cast<std::size_t>(part)];
     const auto [begin, end] = part_of(faces_.size(), part);
     for (std::size_t i = begin; i < end; ++i) {
-      const int f = faces_[i];
-      const auto& [a, b, c] = body.surface->face(f);
-      const auto& x = *body.positions;
-      const Eigen::Vector3d outward = (x.col(b) - x.col(a)).cross(x.col(c) - x.col(a));
-      for (std::size_t k = 0; k < points_a_face_; ++k) {
-        const std::size_t slot = static_cast<std::size_t>(f) * points_a_face_ + k;
-        ProbePoint& point = points_[slot];
-        SurfaceRow row;
-        row.position = point.weights[0] * x.col(a) + point.weights[1] * x.col(b) + point.weights[2] * x.col(c);
-        const Eigen::Vector3d in_probe = world_from_probe.transpose() * (row.position - pose.position);
-        if (std::abs(in_probe.y()) > probe.shape.half_height + settings_.reach) continue;  // the others are curved
-        ProbeShape::Distance distance = probe.shape.distance_from(point.side_before, in_probe);
-        if (distance.value > settings_.reach) continue;
-        ProbeSide side = point.side_before;
-        if (side == ProbeSide::none && distance.value < 0) {
-          side = probe.shape.entry(before(point, in_probe), in_probe);
-          distance = probe.shape.distance_from(side, in_probe);
+      const std::size_t first = static_cast<std::size_t>(faces_[i]) * points_a_face_;
+      for (std::size_t slot = first; slot < first + points_a_face_; ++slot) {
+        if (SurfaceRow row; meets_probe(points_[slot], pose, world_from_probe, row)) {
+          row.slot = slot;
+          found.rows.push_back(row);
         }
-        row.normal = world_from_probe * distance.gradient;
-        // The far side of a thin body; but not where the skin has been turned over under the head.
-        if (point.side_before == ProbeSide::none && outward.dot(row.normal) >= 0) continue;
-        if (distance.value < 0) {
-          point.side = side;
-          found.inside.push_back(slot);
-        }
-        row.gap = distance.value;
-        row.area = point.area;
-        // The secant of (30) at the force of the step before.
-        row.compliance = probe.layer_compliance / point.area;
-        row.compliance /= std::hypot(1, row.compliance * point.lambda / probe.layer_thickness);
-        row.lambda = point.lambda;
-        row.slot = slot;
-        row.support_count = 3;
-        for (std::size_t n = 0; n < 3; ++n) {
-          row.supports[n] = {probe.body, body.surface->face(f)[n], point.weights[static_cast<int>(n)]};
-        }
-        if (!movable(row)) continue;
-        if (probe.friction > 0) hold(row, point, in_probe, world_from_probe);
-        found.rows.push_back(row);
+        if (points_[slot].side != ProbeSide::none) found.inside.push_back(slot);
       }
     }
   });
@@ -322,6 +290,42 @@ void OrganContact::find_probe(const RigidPose& pose, Companion* companion) {
     inside_.insert(inside_.end(), found.inside.begin(), found.inside.end());
   }
   take_deepest(rows, probe.max_points);
+}
+
+bool OrganContact::meets_probe(ProbePoint& point, const RigidPose& pose, const Eigen::Matrix3d& world_from_probe,
+                               SurfaceRow& row) {
+  const ProbeContactSettings& probe = *settings_.probe;
+  const Body& body = bodies_[probe.body];
+  const auto& nodes = body.surface->face(point.face);
+  const auto& x = *body.positions;
+  const Eigen::Vector3d a = x.col(nodes[0]);
+  const Eigen::Vector3d b = x.col(nodes[1]);
+  const Eigen::Vector3d c = x.col(nodes[2]);
+  row.position = point.weights[0] * a + point.weights[1] * b + point.weights[2] * c;
+  const Eigen::Vector3d in_probe = world_from_probe.transpose() * (row.position - pose.position);
+  if (std::abs(in_probe.y()) > probe.shape.half_height + settings_.reach) return false;  // the others are curved
+  ProbeShape::Distance distance = probe.shape.distance_from(point.side_before, in_probe);
+  if (distance.value > settings_.reach) return false;
+  ProbeSide side = point.side_before;
+  if (side == ProbeSide::none && distance.value < 0) {
+    side = probe.shape.entry(before(point, in_probe), in_probe);
+    distance = probe.shape.distance_from(side, in_probe);
+  }
+  row.normal = world_from_probe * distance.gradient;
+  // The far side of a thin body; but not where the skin has been turned over under the head.
+  if (point.side_before == ProbeSide::none && (b - a).cross(c - a).dot(row.normal) >= 0) return false;
+  if (distance.value < 0) point.side = side;
+  row.gap = distance.value;
+  row.area = point.area;
+  // The secant of (30) at the force of the step before.
+  row.compliance = probe.layer_compliance / point.area;
+  row.compliance /= std::hypot(1, row.compliance * point.lambda / probe.layer_thickness);
+  row.lambda = point.lambda;
+  row.support_count = 3;
+  for (std::size_t n = 0; n < 3; ++n) row.supports[n] = {probe.body, nodes[n], point.weights[static_cast<int>(n)]};
+  if (!movable(row)) return false;
+  if (probe.friction > 0) hold(row, point, in_probe, world_from_probe);
+  return true;
 }
 
 Eigen::Vector3d OrganContact::before(const ProbePoint& point, const Eigen::Vector3d& in_probe) const {

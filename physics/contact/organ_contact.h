@@ -194,6 +194,9 @@ private:
   void follow_surfaces(std::span<const Eigen::Matrix3Xd> positions, Companion* companion);
   void find_pair(int pair, Companion* companion);
   void find_probe(const RigidPose& pose, Companion* companion);
+  /// The row of a point of the skin that touches the probe, or false; what side it is inside of is kept with it.
+  bool meets_probe(ProbePoint& point, const RigidPose& pose, const Eigen::Matrix3d& world_from_probe,
+                   SurfaceRow& row);
   /// Into rows_, those with the smallest gaps if there are more than `most`.
   void take_deepest(std::vector<SurfaceRow>& found, int most);
   void learn(int limit, SolveWorkspace& workspace);

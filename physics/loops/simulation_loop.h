@@ -144,8 +144,8 @@ private:
   /// Until when a patch made now may be all that the haptic loop has, from its last one on, s.
   double foresight(const NeedleState& needle) const;
   void move_held(double amplitude, SimulationReport& report);
-  /// @param shown  see respond(); what fades of the stress does so for a period, too, where the tissue then is (eq.
-  /// 46)
+  /// @param shown  see respond(); what fades of the stress does so for a period, too, where the tissue then is
+  ///               (eq. 46)
   void correct_motion(std::size_t body, bool shown, SimulationReport& report);
   void fill_cavities(std::size_t body, std::span<const double> shares, SimulationReport& report);
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);

@@ -4,18 +4,27 @@
 #include <sched.h>
 #include <sys/resource.h>
 
-#include <chrono>
-
 namespace stylet::physics {
 namespace {
 
 constexpr int kBackgroundNice = 10;
 constexpr int kSpins = 2000;  // some ten microseconds: the helper's last part is about to end
 
-constexpr std::chrono::microseconds kNap{20};
+// The loop in work: its number, how many parts it has, and the next of them.
+constexpr int kPartBits = 20;
+constexpr int kPartsCounted = (1 << kPartBits) - 1;
 
-std::uint64_t place(std::uint32_t loop, std::uint32_t part) {
-  return std::uint64_t{loop} << 32 | part;
+std::uint64_t beginning(std::uint32_t loop, int parts) {
+  return std::uint64_t{loop} << 2 * kPartBits | static_cast<std::uint64_t>(parts) << kPartBits;
+}
+int parts_of(std::uint64_t next) {
+  return static_cast<int>(next >> kPartBits & kPartsCounted);
+}
+int part_in(std::uint64_t next) {
+  return static_cast<int>(next & kPartsCounted);
+}
+bool is_of(std::uint64_t next, std::uint32_t loop) {
+  return next >> 2 * kPartBits == beginning(loop, 0) >> 2 * kPartBits;
 }
 
 }  // namespace
@@ -34,7 +43,7 @@ Companion::~Companion() {
 }
 
 void Companion::run(int parts, Function function, const void* context) {
-  if (!thread_.joinable() || parts < 2) {
+  if (!thread_.joinable() || parts < 2 || parts > kPartsCounted) {
     for (int part = 0; part < parts; ++part) function(context, part);
     return;
   }
@@ -43,15 +52,16 @@ void Companion::run(int parts, Function function, const void* context) {
   function_.store(function, std::memory_order_relaxed);
   context_.store(context, std::memory_order_relaxed);
   floating_point_.store(_mm_getcsr(), std::memory_order_relaxed);
-  parts_.store(parts, std::memory_order_relaxed);
   done_.store(0, std::memory_order_relaxed);
-  next_.store(place(loop, 0), std::memory_order_release);
+  next_.store(beginning(loop, parts), std::memory_order_release);
   posted_.store(loop, std::memory_order_release);
   posted_.notify_one();
   take(loop);
   for (int spin = 0; spin < kSpins && done_.load(std::memory_order_acquire) != parts; ++spin) _mm_pause();
-  // No wait for a notice: one that was lost left both threads asleep, in a test, on a busy machine.
-  while (done_.load(std::memory_order_acquire) != parts) std::this_thread::sleep_for(kNap);
+  for (int done = done_.load(std::memory_order_acquire); done != parts;
+       done = done_.load(std::memory_order_acquire)) {
+    done_.wait(done, std::memory_order_acquire);
+  }
 }
 
 void Companion::stay_beside(int core) {
@@ -65,16 +75,13 @@ void Companion::stay_beside(int core) {
 void Companion::take(std::uint32_t loop) {
   std::uint64_t next = next_.load(std::memory_order_acquire);
   for (;;) {
-    // A part can only be taken while its loop is in work, and that ends when all parts are done: what is read here
-    // is of this loop if the exchange succeeds.
-    const int parts = parts_.load(std::memory_order_relaxed);
+    if (!is_of(next, loop) || part_in(next) == parts_of(next)) return;
+    // A loop ends when its last part is done, so none of the next one's can be read here if the exchange succeeds.
     const Function function = function_.load(std::memory_order_relaxed);
     const void* const context = context_.load(std::memory_order_relaxed);
-    const auto part = static_cast<std::uint32_t>(next);
-    if (next >> 32 != loop || static_cast<int>(part) >= parts) return;
-    if (!next_.compare_exchange_weak(next, place(loop, part + 1), std::memory_order_acq_rel)) continue;
-    function(context, static_cast<int>(part));
-    done_.fetch_add(1, std::memory_order_acq_rel);
+    if (!next_.compare_exchange_weak(next, next + 1, std::memory_order_acq_rel)) continue;
+    function(context, part_in(next));
+    if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == parts_of(next)) done_.notify_one();
     next = next_.load(std::memory_order_acquire);
   }
 }

@@ -24,7 +24,7 @@ public:
   Companion& operator=(const Companion&) = delete;
 
   /// work(part) for each part from 0 to parts - 1; returns when all are done. One caller at a time; `work` must not
-  /// throw. Allocates nothing.
+  /// throw. More than a million parts are the caller's. Allocates nothing.
   template <typename Work>
   void run(int parts, const Work& work) {
     run(
@@ -41,13 +41,13 @@ private:
   void take(std::uint32_t loop);
   void serve(bool background);
 
-  // The loop in work (upper half) and its next part (lower half), taken together: a helper that comes late to a loop
-  // takes nothing of the next one, whose function it may not have seen.
+  // The loop in work, how many parts it has and the next of them, taken together: a helper that comes late to a loop
+  // takes nothing of the next one, whose function it may not have seen, and no part more of its own because the next
+  // one has more.
   std::atomic<std::uint64_t> next_{0};
   std::atomic<Function> function_{nullptr};
   std::atomic<const void*> context_{nullptr};
   std::atomic<std::uint32_t> floating_point_{0};  // the caller's mode: the same bits
-  std::atomic<int> parts_{0};
   std::atomic<int> done_{0};
   std::atomic<std::uint32_t> posted_{0};  // counts loops; what the helper sleeps on
   std::atomic<bool> stop_{false};

@@ -133,6 +133,7 @@ const StrainMemory* memory_of(std::span<const StrainMemory> memory, std::size_t 
 
 /// `from` is not read again before all other elements have been: it need not be fetched to be overwritten.
 void store_past_caches(const StrainMemory& from, StrainMemory& to) {
+  static_assert(alignof(StrainMemory) >= sizeof(__m256d));
   for (std::size_t i = 0; i < from.alpha.size(); ++i) {
     for (std::size_t c = 0; c < from.alpha[i].size(); ++c)
       _mm256_stream_pd(to.alpha[i][c].data(), _mm256_loadu_pd(from.alpha[i][c].data()));
