@@ -74,6 +74,9 @@ double stiffest(const Eigen::Matrix2d& m) {
 
 constexpr double kSlidesWithin = 0.015;  // of a small body at rest, m
 constexpr double kHeldWithin = 0.045;    // of the middle of the face: the head's half width and its way in, m
+// Fewer are done before another thread wakes.
+constexpr std::size_t kNodesWorthSharing = 1000;
+constexpr std::size_t kRowsWorthSharing = 100;
 
 void keep_distinct(std::vector<int>& nodes) {
   std::sort(nodes.begin(), nodes.end());
@@ -231,7 +234,7 @@ void OrganContact::find_pair(int pair, Companion* companion) {
   const double travel = bodies_[settings_.pairs[p].nodes_of].surface->travel() +
                         bodies_[settings_.pairs[p].surface_of].surface->travel();
   std::array<std::vector<SurfaceRow>, kSharedParts> of_part;
-  in_parts(companion, kSharedParts, [&](int part) {
+  in_parts(nodes.size() < kNodesWorthSharing ? nullptr : companion, kSharedParts, [&](int part) {
     const auto [begin, end] = part_of(nodes.size(), part);
     for (std::size_t k = begin; k < end; ++k) {
       NodeContact& node = nodes_[p][k];
@@ -476,7 +479,7 @@ void OrganContact::assemble(Companion* companion) {
       for (int v = 0; v < u; ++v) w_(v, u) = w_(u, v);
     }
   };
-  in_parts(companion, kSharedParts, [&](int part) {
+  in_parts(rows_.size() < kRowsWorthSharing ? nullptr : companion, kSharedParts, [&](int part) {
     Eigen::VectorXf moved;
     for (std::size_t i = static_cast<std::size_t>(part); i < rows_.size(); i += kSharedParts) couple(i, moved);
   });

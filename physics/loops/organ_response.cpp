@@ -55,16 +55,17 @@ void OrganResponse::find_motions(std::span<const SurfaceRow> rows, std::span<con
     const IsolatedDofs& isolated = bodies[b].isolated;
     places_[b].clear();
     for (const int node : bodies[b].patch_nodes) places_[b].push_back(isolated.place(node));
-    motions_[b].setZero(3 * isolated.known_nodes(), static_cast<Eigen::Index>(rows.size()));
+    motions_[b].resize(3 * isolated.known_nodes(), static_cast<Eigen::Index>(rows.size()));
+    pushes_.clear();
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (known_[i] == 0) continue;
       for (int s = 0; s < rows[i].support_count; ++s) {
         const SurfaceRow::Support& support = rows[i].supports[s];
-        if (support.body != static_cast<int>(b) || !isolated.known(support.node)) continue;
-        isolated.add_motion_of_all(support.node, support.weight * rows[i].normal,
-                                   motions_[b].col(static_cast<Eigen::Index>(i)));
+        if (support.body != static_cast<int>(b) || support.weight == 0 || !isolated.known(support.node)) continue;
+        pushes_.push_back({static_cast<Eigen::Index>(i), support.node, support.weight * rows[i].normal});
       }
     }
+    isolated.find_motions(pushes_, motions_[b]);
   }
 }
 
@@ -94,7 +95,7 @@ void OrganResponse::choose(std::span<const SurfaceRow> rows, std::span<const Org
   count_ = static_cast<int>(chosen_.size());
   find_nodes(rows, bodies);
   for (int i = 0; i < count_; ++i) {
-    lambda_0_[i] = rows[chosen_[i]].lambda;
+    lambda_0_[i] = lambda_[i] = rows[chosen_[i]].lambda;
     states_[i] = lambda_0_[i] > 0 ? RowState::sticking : RowState::lower;
   }
   couple(rows, bodies);
@@ -137,7 +138,7 @@ void OrganResponse::couple(std::span<const SurfaceRow> rows, std::span<const Org
     const SurfaceRow& row = rows[chosen_[i]];
     for (int s = 0; s < row.support_count; ++s) {
       const SurfaceRow::Support& at = row.supports[s];
-      if (at_[i][s] < 0) continue;
+      if (at_[i][s] < 0 || at.weight == 0) continue;
       shares.push_back({.body = at.body,
                         .dof = 3 * Eigen::Index{bodies[at.body].isolated.place(at.node)},
                         .opens = at.weight * row.normal});
@@ -208,9 +209,15 @@ bool OrganResponse::respond(std::span<const OrganResponseBody> bodies, std::span
       for (int i = 0; i < count_; ++i) d_[i] += motions_[b].col(chosen_[i]).segment<3>(3 * place).dot(force);
     }
   }
-  return solve_unilateral(pivoting_, w_.topLeftCorner(count_, count_), d_, zeros_, unbounded_, states_.data(),
-                          lambda_, u_) &&
-         lambda_.head(count_).allFinite();
+  const bool found = solve_unilateral(pivoting_, w_.topLeftCorner(count_, count_), d_, zeros_, unbounded_,
+                                      states_.data(), lambda_, u_) &&
+                     lambda_.head(count_).allFinite();
+  if (!found) lambda_.head(count_) = lambda_0_.head(count_);
+  return found;
+}
+
+void OrganResponse::add_motion(int body, Eigen::Ref<Eigen::VectorXd> motion) const {
+  for (int i = 0; i < count_; ++i) motion += (lambda_[i] - lambda_0_[i]) * motions_[body].col(chosen_[i]);
 }
 
 }  // namespace stylet::physics

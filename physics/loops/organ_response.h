@@ -47,6 +47,10 @@ public:
   bool respond(std::span<const OrganResponseBody> bodies, std::span<const Eigen::VectorXd* const> forces,
                std::span<const std::vector<int>* const> loaded);
 
+  /// Adds what the last respond() moves a body by, if it has found any: of known nodes, by their place.
+  /// @param motion  [3 known nodes], m
+  void add_motion(int body, Eigen::Ref<Eigen::VectorXd> motion) const;
+
   int count() const { return count_; }
   std::span<const int> rows() const { return {chosen_.data(), static_cast<std::size_t>(count_)}; }
   auto lambda() const { return lambda_.head(count_); }  ///< of the last respond() [count]
@@ -59,6 +63,7 @@ private:
 
   int count_ = 0;
   std::vector<char> known_;                         // [rows] whether their compliance is
+  std::vector<IsolatedDofs::Push> pushes_;          // scratch
   std::vector<int> chosen_;                         // [count_] indices of rows
   std::array<std::vector<int>, kMaxBodies> nodes_;  // of the chosen rows, free
   std::array<std::array<int, 4>, kMaxOrganRows>

@@ -110,7 +110,6 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
          .loaded_nodes = {},
          .eliminated = Eigen::VectorXd::Zero(model.dof_count()),
          .eliminated_force = Eigen::VectorXd::Zero(model.dof_count()),
-         .eliminated_contact = Eigen::VectorXd::Zero(model.dof_count()),
          .displacement = Eigen::VectorXd::Zero(model.dof_count()),
          .pass = Eigen::VectorXd::Zero(model.dof_count()),
          .nodes = {},
@@ -265,33 +264,59 @@ void SimulationLoop::respond(std::size_t b, bool shown) {
   const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
-  // What the forces have changed since the first half; they act on trailing nodes, so it costs next to nothing.
-  body.displacement = body.needle_force + body.contact_force - body.eliminated_force;
-  factorised.factor.eliminate(body.displacement, body.pass, workspace_);
-  body.pass = body.eliminated - body.pass;
-  factorised.factor.substitute_back(body.pass, body.displacement, workspace_);
+  const IsolatedDofs& isolated = factorised.isolated;
+  // Where the haptic loop showed the isolated nodes: in double, with the very numbers of W_bar.
+  const auto known = [&](int node) { return isolated.known(node); };
+  const bool as_shown = shown && std::all_of(body.loaded_nodes.begin(), body.loaded_nodes.end(), known);
+  Eigen::VectorXd moved;
+  if (as_shown) {
+    moved = motion_under_needle(b);
+    organs_.add_motion(static_cast<int>(b), moved);
+  }
+  if (as_shown && on_trailing(b)) {
+    // Forces on S alone change x_S by W_SS of them, and what was eliminated before S by nothing.
+    const Eigen::Index size = body.on_trailing.size();
+    factorised.factor.substitute_back(body.pass, body.on_trailing + body.unloading.head(size) - moved.head(size),
+                                      body.displacement, workspace_);
+  } else {
+    // What the forces have changed since the first half. Most act on trailing nodes, so it costs next to nothing.
+    body.displacement = body.needle_force + body.contact_force - body.eliminated_force;
+    factorised.factor.eliminate(body.displacement, body.pass, workspace_);
+    body.pass = body.eliminated - body.pass;
+    factorised.factor.substitute_back(body.pass, body.displacement, workspace_);
+  }
   body.trial = tissue_.positions[b];
   add_free(model, body.displacement, -1, body.trial);
+  if (!as_shown) return;
+  for (std::size_t i = 0; i < body.nodes.size(); ++i) {
+    const int node = body.nodes[i];
+    if (known(node))
+      body.trial.col(node) =
+          body.free_positions.col(static_cast<Eigen::Index>(i)) + moved.segment<3>(3 * isolated.place(node));
+  }
+}
 
-  if (!shown) return;
-  // The isolated nodes in double, with the very numbers of W_bar: where the haptic loop showed them.
-  const IsolatedDofs& isolated = factorised.isolated;
-  const auto known = [&](int node) { return isolated.known(node); };
-  if (!std::all_of(body.loaded_nodes.begin(), body.loaded_nodes.end(), known)) return;
-  std::vector<int> places;
-  for (const int node : body.nodes) places.push_back(isolated.place(node));
-  Eigen::Matrix3Xd x = body.free_positions.leftCols(static_cast<Eigen::Index>(places.size()));
-  for (const int node : body.loaded_nodes) {
-    isolated.add_motion(places, node, body.needle_force.segment<3>(3 * model.free_index[node]), 1, x);
+bool SimulationLoop::on_trailing(std::size_t b) const {
+  const BodyState& body = bodies_[b];
+  const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
+  const auto trailing = [&](int node) { return factorised.isolated.trailing(node); };
+  const std::span<const int> of_organs = organs_.nodes(static_cast<int>(b));
+  return body.trailing_solved && body.unloaded_on_trailing &&
+         std::all_of(factorised.trailing_nodes.begin(), factorised.trailing_nodes.end(), trailing) &&
+         std::all_of(body.loaded_nodes.begin(), body.loaded_nodes.end(), trailing) &&
+         std::all_of(of_organs.begin(), of_organs.end(), trailing);
+}
+
+Eigen::VectorXd SimulationLoop::motion_under_needle(std::size_t b) const {
+  const IsolatedDofs& isolated = worker_.latest().bodies[b].isolated;
+  std::vector<IsolatedDofs::Push> pushes;
+  for (const int node : bodies_[b].loaded_nodes) {
+    if (!isolated.known(node)) continue;
+    pushes.push_back({0, node, bodies_[b].needle_force.segment<3>(3 * models_[b].free_index[node])});
   }
-  for (const int node : organs_.nodes(static_cast<int>(b))) {
-    const int dof = 3 * model.free_index[node];
-    const Eigen::Vector3d change = body.contact_force.segment<3>(dof) - body.eliminated_contact.segment<3>(dof);
-    if (!change.isZero(0)) isolated.add_motion(places, node, change, 1, x);
-  }
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (places[i] >= 0) body.trial.col(body.nodes[i]) = x.col(static_cast<Eigen::Index>(i));
-  }
+  Eigen::VectorXd motion(3 * isolated.known_nodes());
+  isolated.find_motions(pushes, motion);
+  return motion;
 }
 
 void SimulationLoop::solve_trailing(std::size_t b) {
@@ -315,26 +340,23 @@ void SimulationLoop::solve_trailing(std::size_t b) {
     body.pass += forgotten;
   }
   body.on_trailing = factorised.factor.substitute_back_trailing(body.pass);
+  body.unloading = motion_under_needle(b);
+  body.unloaded_on_trailing = std::all_of(body.loaded_nodes.begin(), body.loaded_nodes.end(),
+                                          [&](int node) { return factorised.isolated.trailing(node); });
   body.trailing_solved = true;
 }
 
 void SimulationLoop::free_positions(std::size_t b, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free) {
-  const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
   if (nodes.empty()) return;
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
   const IsolatedDofs& isolated = factorised.isolated;
   if (!body.trailing_solved) solve_trailing(b);
   isolated.solution_at(nodes, body.pass, body.on_trailing, free);
-  std::vector<int> places;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     auto x = free.col(static_cast<Eigen::Index>(i));
     x = tissue_.positions[b].col(nodes[i]) - x;
-    places.push_back(isolated.place(nodes[i]));
-  }
-  for (const int node : body.loaded_nodes) {
-    if (!isolated.known(node)) continue;
-    isolated.add_motion(places, node, body.needle_force.segment<3>(3 * model.free_index[node]), -1, free);
+    if (isolated.known(nodes[i])) x -= body.unloading.segment<3>(3 * isolated.place(nodes[i]));
   }
 }
 
@@ -585,7 +607,6 @@ void SimulationLoop::free_motion(SimulationReport& report) {
     worker_.latest().bodies[b].factor.eliminate(body.displacement, body.eliminated, workspace_);
     body.trailing_solved = false;
     body.eliminated_force = body.needle_force + body.contact_force;
-    body.eliminated_contact = body.contact_force;
     if (!body.eliminated.allFinite()) {
       report.flags |= kSimulationNonFinite;
       body.eliminated.setZero();

@@ -179,11 +179,12 @@ private:
     std::vector<int> loaded_nodes;              // where it is not zero, ascending
     Eigen::VectorXd eliminated;                 // [free DOFs] L^-1 P (F_int - H^T lambda): half of a solve
     Eigen::VectorXd eliminated_force;           // [free DOFs] the H^T lambda in it, of the needle and of contact
-    Eigen::VectorXd eliminated_contact;         // [free DOFs] that of contact
     Eigen::VectorXd displacement;               // [free DOFs] scratch
     Eigen::VectorXd pass;                       // [free DOFs] scratch, in the order of elimination
     Eigen::VectorXd on_trailing{};              // [S] of pass, see solve_trailing()
+    Eigen::VectorXd unloading{};                // [3 known] W_bar H^T lambda then, by place
     bool trailing_solved = false;               // since the last free motion
+    bool unloaded_on_trailing = false;          // H^T lambda acted on trailing nodes alone then
     std::vector<int> nodes;                     // isolated now, ascending
     std::vector<int> wanted;                    // of these, what the next factor has to have
     std::vector<int> held;                      // in the patch beside these, ascending: without compliance
@@ -201,8 +202,12 @@ private:
   /// p - A_f^-1 (F_int - H^T lambda) with the latest forces into body.trial: the other half of the solve (eq. 6).
   /// @param shown  the isolated nodes go where the haptic loop showed them with the last patch
   void respond(std::size_t body, bool shown);
+  /// Whether all that acts on a body since p_free was found acts on trailing nodes, and did then.
+  bool on_trailing(std::size_t body) const;
   /// A_f^-1 (F_int - H^T lambda) on the factor's trailing nodes, with what free_positions() needs of it.
   void solve_trailing(std::size_t body);
+  /// Of known nodes by their place, under the needle's forces on such [3 known], m.
+  Eigen::VectorXd motion_under_needle(std::size_t body) const;
   /// p_free of nodes whose compliance is known or that are held (eq. 7).
   /// @param[out] free  [3 x nodes], m
   void free_positions(std::size_t body, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free);

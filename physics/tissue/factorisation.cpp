@@ -292,10 +292,15 @@ void Factorisation::eliminate(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen:
 
 void Factorisation::substitute_back(const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> x,
                                     SolveWorkspace& workspace) const {
+  substitute_back(y, substitute_back_trailing(y), x, workspace);
+}
+
+void Factorisation::substitute_back(const Eigen::Ref<const Eigen::VectorXd>& y, const Eigen::VectorXd& x_s,
+                                    Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace& workspace) const {
   if (compact_.empty()) {
-    substitute_back_in(workspace.permuted_, y, x, workspace);
+    substitute_back_in(workspace.permuted_, y, x_s, x, workspace);
   } else {
-    substitute_back_in(workspace.compact_.x, y, x, workspace);
+    substitute_back_in(workspace.compact_.x, y, x_s, x, workspace);
   }
 }
 
@@ -357,10 +362,10 @@ void Factorisation::eliminate_in(std::vector<Scalar>& x, const Eigen::Ref<const 
 
 template <typename Scalar>
 void Factorisation::substitute_back_in(std::vector<Scalar>& z, const Eigen::Ref<const Eigen::VectorXd>& y,
-                                       Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace& workspace) const {
+                                       const Eigen::VectorXd& x_s, Eigen::Ref<Eigen::VectorXd> x,
+                                       SolveWorkspace& workspace) const {
   const int n = dof_count();
   const int start = leading();
-  const Eigen::VectorXd x_s = substitute_back_trailing(y);
   const auto largest = [](const auto& v) {
     return v.size() == 0 ? 0 : v.cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
   };

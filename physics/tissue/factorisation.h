@@ -113,6 +113,9 @@ public:
   /// x = P^T L^-T y. x may be y's own storage.
   void substitute_back(const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> x,
                        SolveWorkspace& workspace) const;
+  /// The same where x_S [S] is known.
+  void substitute_back(const Eigen::Ref<const Eigen::VectorXd>& y, const Eigen::VectorXd& x_s,
+                       Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace& workspace) const;
   /// The same on S alone, x_S = L_SS^-T y_S, for any number of columns.
   /// @param y  [DOFs x columns], as above
   Eigen::MatrixXd substitute_back_trailing(const Eigen::Ref<const Eigen::MatrixXd>& y) const;
@@ -153,7 +156,7 @@ private:
                     SolveWorkspace& workspace) const;
   template <typename Scalar>
   void substitute_back_in(std::vector<Scalar>& z, const Eigen::Ref<const Eigen::VectorXd>& y,
-                          Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace& workspace) const;
+                          const Eigen::VectorXd& x_s, Eigen::Ref<Eigen::VectorXd> x, SolveWorkspace& workspace) const;
 
   cholmod_factor_struct* factor_ = nullptr;
   SupernodalCholesky cholesky_;  // of a large factor; else empty

@@ -8,10 +8,12 @@
 namespace stylet::physics {
 namespace {
 
-constexpr int kNodesPerPass = 16;    // 48 right-hand sides: matrix products in the supernodes, bounded scratch
-constexpr int kLargeBody = 15000;    // rows of y: products of shorter ones are done before another thread wakes
-constexpr Eigen::Index kBlock = 32;  // rows that are left out together where they are zero
-constexpr std::size_t kParts = 8;    // enough that two threads end together
+constexpr int kNodesPerPass = 16;        // 48 right-hand sides: matrix products in the supernodes, bounded scratch
+constexpr int kLargeBody = 15000;        // rows of y: products of shorter ones are done before another thread wakes
+constexpr int kRowsOfMotion = 32;        // at once
+constexpr std::size_t kSpareNodes = 64;  // W_bar of few nodes lies close together
+constexpr Eigen::Index kBlock = 32;      // rows that are left out together where they are zero
+constexpr std::size_t kParts = 8;        // enough that two threads end together
 
 /// A node mistaken for another gives a W_bar that looks right and is not.
 void require_coverage(std::span<const int> nodes, const TissueModel& model, const Factorisation& factor) {
@@ -30,8 +32,14 @@ void require_coverage(std::span<const int> nodes, const TissueModel& model, cons
 }  // namespace
 
 IsolatedDofs::IsolatedDofs(int body_nodes, int capacity)
-    : capacity_(capacity), slot_(static_cast<std::size_t>(body_nodes), -1), w_(3 * capacity, 3 * capacity) {
+    : capacity_(capacity), slot_(static_cast<std::size_t>(body_nodes), -1) {
   known_.reserve(capacity);
+}
+
+void IsolatedDofs::make_room(std::size_t nodes) {
+  const std::size_t rounded = (nodes + kSpareNodes - 1) / kSpareNodes * kSpareNodes;
+  const auto size = static_cast<Eigen::Index>(3 * std::min(rounded, static_cast<std::size_t>(capacity_)));
+  if (w_.cols() < size) w_.conservativeResizeLike(Eigen::MatrixXd::Zero(size + kRowsOfMotion, size));
 }
 
 void IsolatedDofs::clear() {
@@ -42,6 +50,7 @@ void IsolatedDofs::clear() {
 void IsolatedDofs::reset(std::span<const int> trailing, const TissueModel& model, const Factorisation& factor) {
   require_coverage(trailing, model, factor);
   clear();
+  make_room(trailing.size() + kSpareNodes);
   const auto size = static_cast<Eigen::Index>(3 * trailing.size());
   factor.trailing_compliance(w_.topLeftCorner(size, size));
   for (const int node : trailing) {
@@ -81,6 +90,7 @@ int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, 
     if (!known(node) && model.free_index[node] >= 0) fresh.push_back(node);
   }
   if (known_.size() + fresh.size() > static_cast<std::size_t>(capacity_)) keep_only(nodes);
+  make_room(known_.size() + fresh.size());
 
   for (std::size_t begin = 0; begin < fresh.size(); begin += kNodesPerPass) {
     const std::size_t count = std::min<std::size_t>(kNodesPerPass, fresh.size() - begin);
@@ -183,18 +193,26 @@ void IsolatedDofs::gather(std::span<const int> nodes, Eigen::Ref<Eigen::MatrixXd
   }
 }
 
-void IsolatedDofs::add_motion(std::span<const int> places, int node, const Eigen::Vector3d& force, double weight,
-                              Eigen::Ref<Eigen::Matrix3Xd> motion) const {
-  const auto columns = w_.middleCols<3>(3 * slot_[node]);
-  for (std::size_t k = 0; k < places.size(); ++k) {
-    if (places[k] < 0) continue;
-    motion.col(static_cast<Eigen::Index>(k)) += weight * (columns.middleRows<3>(3 * places[k]) * force);
+void IsolatedDofs::find_motions(std::span<const Push> pushes, Eigen::Ref<Eigen::MatrixXd> motions) const {
+  // A few rows at a time: they stay in registers, and what several pushes read of W_bar in the first cache.
+  using Some = Eigen::Array<double, kRowsOfMotion, 1>;
+  for (Eigen::Index row = 0; row < motions.rows(); row += kRowsOfMotion) {  // W_bar has as many to spare
+    const Eigen::Index rows = std::min<Eigen::Index>(kRowsOfMotion, motions.rows() - row);
+    std::size_t next = 0;
+    for (Eigen::Index column = 0; column < motions.cols(); ++column) {
+      Some sum = Some::Zero();
+      for (; next < pushes.size() && pushes[next].column == column; ++next) {
+        const Push& push = pushes[next];
+        const auto from = w_.block<kRowsOfMotion, 3>(row, 3 * slot_[push.node]).array();
+        sum += push.force.x() * from.col(0) + push.force.y() * from.col(1) + push.force.z() * from.col(2);
+      }
+      if (rows == kRowsOfMotion) {
+        motions.col(column).segment<kRowsOfMotion>(row) = sum.matrix();
+      } else {
+        motions.col(column).segment(row, rows) = sum.head(rows).matrix();
+      }
+    }
   }
-}
-
-void IsolatedDofs::add_motion_of_all(int node, const Eigen::Vector3d& force,
-                                     Eigen::Ref<Eigen::VectorXd> motion) const {
-  motion.noalias() += w_.block(0, 3 * slot_[node], motion.size(), 3) * force;
 }
 
 void IsolatedDofs::solution_at(std::span<const int> nodes, const Eigen::VectorXd& eliminated,

@@ -41,16 +41,20 @@ public:
   int known_nodes() const { return static_cast<int>(known_.size()); }
   /// W_bar[row, column] of two known nodes, m/N.
   auto block(int row, int column) const { return w_.block<3, 3>(3 * slot_[row], 3 * slot_[column]); }
+  /// Whether it is one of the factor's trailing nodes. The first places are theirs, in their order, if all are known.
+  bool trailing(int node) const { return known(node) && known_[slot_[node]].trailing == slot_[node]; }
   /// Where a node is among the known ones, -1: not known. Until the next isolate() or reset().
   int place(int node) const { return slot_[node]; }
-  /// motion += weight * W_bar[nodes, node] * force.
-  /// @param places  place() of some nodes; where it is -1 nothing is added
-  /// @param motion  [3 x places], m
-  void add_motion(std::span<const int> places, int node, const Eigen::Vector3d& force, double weight,
-                  Eigen::Ref<Eigen::Matrix3Xd> motion) const;
-  /// motion += W_bar[:, node] * force, of all that are known, by place().
-  /// @param motion  [3 known nodes], m
-  void add_motion_of_all(int node, const Eigen::Vector3d& force, Eigen::Ref<Eigen::VectorXd> motion) const;
+  /// A force on a known node, N, and the column of the motions that it is a part of.
+  struct Push {
+    Eigen::Index column = 0;
+    int node = 0;
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  };
+  /// motions[:, column] = sum of W_bar[:, node] * force over its pushes, of all that are known, by place().
+  /// @param pushes        ascending by column
+  /// @param[out] motions  [3 known nodes x columns], m; zero without a push
+  void find_motions(std::span<const Push> pushes, Eigen::Ref<Eigen::MatrixXd> motions) const;
   /// x = A^-1 b at some nodes, from y = L^-1 P b: what the second half of the solve would find there.
   /// @param nodes        isolated before
   /// @param eliminated   y of Factorisation::eliminate() [free DOFs]
@@ -74,6 +78,7 @@ private:
   static void keep(const Eigen::Ref<const Eigen::MatrixX3d>& y, std::span<const Rows> reached, Known& known);
   /// y_a^T y_b
   static Eigen::Matrix3d product(const Known& a, const Known& b);
+  void make_room(std::size_t nodes);
   /// Forgets the nodes that are not in `nodes`.
   void keep_only(std::span<const int> nodes);
   /// @param reached      rows of `forward` that may be other than zero
@@ -84,7 +89,7 @@ private:
   int capacity_;
   std::vector<int> slot_;     // [body nodes] place in known_, -1
   std::vector<Known> known_;  // nodes whose compliance is in w_
-  Eigen::MatrixXd w_;         // leading [3 known x 3 known] block
+  Eigen::MatrixXd w_;         // leading [3 known x 3 known] block; there is more, and more rows than columns
 };
 
 }  // namespace stylet::physics

@@ -199,17 +199,22 @@ TEST(IsolatedDofs, NodesInsideAndOutsideTheCorridorMatchTheDenseInverse) {
       isolated.solution_at(nodes, y, cube.factor.substitute_back_trailing(y), x);
       worst_solution = std::max(worst_solution, relative(x.reshaped(), (inverse * b)(dofs)));
 
-      // Under one force, which moves no node that is not known and none that is held.
-      std::vector<int> places;
-      for (const int node : nodes) places.push_back(isolated.place(node));
-      places.insert(places.end(), {-1, isolated.place(cube.fixed[0])});
-      Eigen::Matrix3Xd motion = Eigen::Matrix3Xd::Ones(3, places.size());
+      // Under forces on three nodes, two of them together, the third by itself.
       const Eigen::Vector3d force(0.2, -0.7, 0.4);
-      isolated.add_motion(places, nodes[2], force, -1.5, motion);
-      const Eigen::VectorXd moved = inverse(dofs, dofs).middleCols(6, 3) * (-1.5 * force);
-      worst = std::max(
-          worst, relative(motion.leftCols(nodes.size()).reshaped() - Eigen::VectorXd::Ones(moved.size()), moved));
-      EXPECT_EQ(Eigen::Matrix3Xd(motion.rightCols(2)), Eigen::Matrix3Xd(Eigen::Matrix3Xd::Ones(3, 2)));
+      const Eigen::Vector3d other(-0.3, 0.1, 0.5);
+      Eigen::MatrixXd motions = Eigen::MatrixXd::Ones(3 * isolated.known_nodes(), 4);
+      isolated.find_motions(
+          std::array<IsolatedDofs::Push, 3>{{{1, nodes[2], force}, {1, nodes[4], other}, {3, nodes[3], other}}},
+          motions);
+      Eigen::MatrixXd found(dofs.size(), 4);
+      for (std::size_t k = 0; k < nodes.size(); ++k) {
+        found.middleRows<3>(static_cast<Eigen::Index>(3 * k)) = motions.middleRows<3>(3 * isolated.place(nodes[k]));
+      }
+      const Eigen::MatrixXd columns = inverse(dofs, dofs);
+      worst = std::max({worst,
+                        relative(found.col(1), columns.middleCols<3>(6) * force + columns.middleCols<3>(12) * other),
+                        relative(found.col(3), columns.middleCols<3>(9) * other)});
+      EXPECT_TRUE(motions.col(0).isZero(0) && motions.col(2).isZero(0));
     }
   }
   std::printf("  W_bar off the dense inverse by %.1e, solutions (single precision) by %.1e\n", worst, worst_solution);
