@@ -36,6 +36,11 @@ IsolatedDofs::IsolatedDofs(int body_nodes, int capacity)
   known_.reserve(capacity);
 }
 
+void IsolatedDofs::make_scratch(int dofs, SolveWorkspace& workspace) {
+  const std::size_t size = std::size_t{3 * kNodesPerPass} * static_cast<std::size_t>(dofs);
+  if (workspace.zeros.size() < size) workspace.zeros.resize(size, 0.0);
+}
+
 void IsolatedDofs::make_room(std::size_t nodes) {
   const std::size_t rounded = (nodes + kSpareNodes - 1) / kSpareNodes * kSpareNodes;
   const auto size = static_cast<Eigen::Index>(3 * std::min(rounded, static_cast<std::size_t>(capacity_)));
@@ -98,8 +103,7 @@ int IsolatedDofs::isolate(std::span<const int> nodes, const TissueModel& model, 
     for (std::size_t k = 0; k < 3 * count; ++k) {
       dofs.push_back(3 * model.free_index[fresh[begin + k / 3]] + static_cast<int>(k % 3));
     }
-    const std::size_t size = dofs.size() * static_cast<std::size_t>(factor.dof_count());
-    if (workspace.zeros.size() < size) workspace.zeros.resize(size, 0.0);
+    make_scratch(factor.dof_count(), workspace);
     Eigen::Map<Eigen::MatrixXd> columns(workspace.zeros.data(), factor.dof_count(),
                                         static_cast<Eigen::Index>(dofs.size()));
     const std::vector<Rows> reached = factor.eliminate_units(dofs, columns, workspace);

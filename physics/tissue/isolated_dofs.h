@@ -21,6 +21,8 @@ public:
   /// @param capacity  nodes that can be isolated at once
   IsolatedDofs(int body_nodes, int capacity);
 
+  /// Makes the scratch of isolate() beforehand: a first needle in a large body would wait for it.
+  static void make_scratch(int dofs, SolveWorkspace& workspace);
   /// Forgets everything: the factor has changed.
   void clear();
   /// Forgets everything but knows the trailing nodes of the new factor.
