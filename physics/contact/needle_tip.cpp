@@ -20,7 +20,7 @@ constexpr double kLetGo = 2e-4;   // m off a surface that is let go of, so that 
 constexpr double kBeside = 5e-3;  // m; a tip that was drawn back and comes so far beside the end is not pulled there
 constexpr double kEndStride = 1e-3;       // m; the end goes no further between two looks at the tissue there
 constexpr int kMostEndStrides = 8;        // of a step, where the end has to catch up
-constexpr double kFar = 3e-3;             // m cut in a step, from where on the end is taken for another one
+constexpr double kFarCut = 3e-3;          // m cut in a step, from where on the end is taken for another one
 constexpr double kEasier = 4;             // times what is eased off, at least: the length over which it fades
 constexpr double kBoneCompliance = 1e-6;  // m/N; as little as a needle of steel gives way along its whole shaft
 
@@ -471,7 +471,7 @@ bool NeedleTip::move_end(const SolvedStep& step, const Vector3d& target, const A
   const double to_go = ahead();
   if (to_go <= 0) return false;
   const double cut = std::max(lag_, to_go);
-  const bool far = lag_ > 0 || to_go > kFar;
+  const bool far = lag_ > 0 || to_go > kFarCut;
   if (far) places_.leftCols(tissue.count()) = tissue.positions();
   for (int stride = 0; stride < kMostEndStrides && barrier_ <= 0; ++stride) {
     const Vector3d way = target - tissue.position(end_.point);

@@ -84,23 +84,9 @@ void substitute_back(const Supernode<Scalar>& node, Scalar* y, Scalar* scratch) 
   Vector(y + node.first, node.columns) = w.head(node.columns);
 }
 
-/// eliminate() for all columns of `y` [DOFs x columns] at once: L is read once for all of them.
+/// eliminate() for all columns of `y` [DOFs x columns] at once: L is read once for all of them. The bits of a column
+/// do not depend on the others.
 /// @param scratch  grows
-template <typename Scalar>
-void eliminate_columns(const Supernode<Scalar>& node, Eigen::Ref<typename Supernode<Scalar>::Matrix> y,
-                       std::vector<Scalar>& scratch) {
-  auto mine = y.middleRows(node.first, node.columns);
-  const auto l = node.panel(0, node.columns);
-  l.topRows(node.columns).template triangularView<Eigen::Lower>().solveInPlace(mine);
-  const int below = node.rows - node.columns;
-  if (below == 0) return;
-  const auto size = static_cast<std::size_t>(below * y.cols());
-  if (scratch.size() < size) scratch.resize(size);
-  Eigen::Map<typename Supernode<Scalar>::Matrix> change(scratch.data(), below, y.cols());
-  change.noalias() = l.bottomRows(below) * mine;
-  for (Eigen::Index c = 0; c < y.cols(); ++c) {
-    for (int i = 0; i < below; ++i) y(node.row[node.columns + i], c) -= change(i, c);
-  }
-}
+void eliminate_columns(const Supernode<double>& node, Eigen::Ref<Eigen::MatrixXd> y, std::vector<double>& scratch);
 
 }  // namespace stylet::physics
