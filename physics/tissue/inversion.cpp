@@ -1,6 +1,7 @@
 #include "physics/tissue/inversion.h"
 
 #include "physics/tissue/corotational.h"
+#include "physics/tissue/lanes.h"
 #include "physics/tissue/quadratic.h"
 
 #include <Eigen/LU>
@@ -14,7 +15,8 @@ namespace {
 
 constexpr double kStiffness = 1;  // kappa over (lambda + 2 mu) J0^2; engineering value
 constexpr double kKept = 0.3;     // share of its volume that a tetrahedron keeps in one step
-constexpr int kBisections = 20;   // of the fraction
+constexpr double kRounding = 1e-9;
+constexpr int kBisections = 20;  // of the fraction
 
 /// Volume along a straight way, c[0] + c[1] t + c[2] t^2 + c[3] t^3.
 using Cubic = std::array<double, 4>;
@@ -53,11 +55,26 @@ double up_to_first_root(const Cubic& c, double limit) {
   return limit;
 }
 
-Eigen::Matrix3d edges(const TissueModel& model, const Eigen::Matrix3Xd& positions, int tet) {
-  const auto& n = model.mesh.tets[tet];
-  Eigen::Matrix3d result;
-  for (int a = 0; a < 3; ++a) result.col(a) = positions.col(n[a + 1]) - positions.col(n[0]);
+/// Edges of up to four tetrahedra from `first` on; of those beyond `end` the first one's.
+LaneMatrix edges(const TissueModel& model, const Eigen::Matrix3Xd& positions, int first, int end) {
+  LaneMatrix result;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const auto& n = model.mesh.tets[first + lane < end ? first + lane : first];
+    for (std::size_t a = 0; a < 3; ++a) {
+      const Eigen::Vector3d edge = positions.col(n[a + 1]) - positions.col(n[0]);
+      for (std::size_t i = 0; i < 3; ++i) result[i][a][lane] = edge[static_cast<Eigen::Index>(i)];
+    }
+  }
   return result;
+}
+
+/// a : b
+Lanes product(const LaneMatrix& a, const LaneMatrix& b) {
+  Lanes sum = Lanes::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) sum += a[i][j] * b[i][j];
+  }
+  return sum;
 }
 
 }  // namespace
@@ -103,6 +120,17 @@ double uninverted_fraction(const Eigen::Matrix3d& before, const Eigen::Matrix3d&
                           limit);
 }
 
+double uninverted_fraction(const LaneMatrix& before, const LaneMatrix& change, double limit) {
+  // Most cannot lose as much on any way as long: as in up_to_first_root().
+  const Lanes lost = product(cofactors_of(before), change).min(0) +
+                     limit * (product(cofactors_of(change), before).min(0) + limit * determinant(change).min(0));
+  const Lanes left = (1 - kKept - kRounding) * determinant(before) + limit * lost;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (!(left[lane] > 0)) limit = uninverted_fraction(of_lane(before, lane), of_lane(change, lane), limit);
+  }
+  return limit;
+}
+
 double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after,
                            Companion* companion) {
   std::vector<double> of_runs(model.runs.size(), 1);
@@ -110,9 +138,9 @@ double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& bef
     const TetRun& run = model.runs[r];
     double& fraction = of_runs[r];
     if (model.is_quadratic()) fraction = uninverted_fraction_of_points(model, before, after, run);
-    for (int t = run.begin; t < run.end; ++t) {
-      const Eigen::Matrix3d a = edges(model, before, t);
-      fraction = uninverted_fraction(a, edges(model, after, t) - a, fraction);
+    for (int t = run.begin; t < run.end; t += kLanes) {
+      const LaneMatrix a = edges(model, before, t, run.end);
+      fraction = uninverted_fraction(a, difference(edges(model, after, t, run.end), a), fraction);
     }
   });
   return *std::min_element(of_runs.begin(), of_runs.end());

@@ -4,6 +4,7 @@
 // Linear tetrahedra give way more and more where they are squeezed, and invert at a finite force. J = det F.
 #pragma once
 
+#include "physics/tissue/closest_rotation.h"
 #include "physics/tissue/companion.h"
 #include "physics/tissue/tissue_model.h"
 
@@ -53,5 +54,7 @@ double uninverted_fraction(const TissueModel& model, const Eigen::Matrix3Xd& bef
 /// The same of one tetrahedron or point, up to `limit`.
 /// @param before  its edges, or F;  @param change  of them on the whole way
 double uninverted_fraction(const Eigen::Matrix3d& before, const Eigen::Matrix3d& change, double limit);
+/// The same of four.
+double uninverted_fraction(const LaneMatrix& before, const LaneMatrix& change, double limit);
 
 }  // namespace stylet::physics

@@ -32,6 +32,28 @@ inline void set_lane(const Eigen::Matrix3d& m, int lane, LaneMatrix& to) {
   }
 }
 
+inline LaneMatrix cofactors_of(const LaneMatrix& f) {
+  LaneMatrix c;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t i1 = (i + 1) % 3;
+      const std::size_t i2 = (i + 2) % 3;
+      const std::size_t j1 = (j + 1) % 3;
+      const std::size_t j2 = (j + 2) % 3;
+      c[i][j] = f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1];
+    }
+  }
+  return c;
+}
+
+inline LaneMatrix difference(const LaneMatrix& a, const LaneMatrix& b) {
+  LaneMatrix c;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) c[i][j] = a[i][j] - b[i][j];
+  }
+  return c;
+}
+
 /// Rows for columns.
 inline std::array<Lanes, 4> transposed(const std::array<Lanes, 4>& rows) {
   const __m256d r0 = _mm256_loadu_pd(rows[0].data()), r1 = _mm256_loadu_pd(rows[1].data());

@@ -87,20 +87,6 @@ Gradients rest_of(const TetMesh& mesh, const std::array<int, 10>& nodes) {
   return x;
 }
 
-LaneMatrix cofactors_of(const LaneMatrix& f) {
-  LaneMatrix c;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      const std::size_t i1 = (i + 1) % 3;
-      const std::size_t i2 = (i + 2) % 3;
-      const std::size_t j1 = (j + 1) % 3;
-      const std::size_t j2 = (j + 2) % 3;
-      c[i][j] = f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1];
-    }
-  }
-  return c;
-}
-
 /// Rotations of an element's points, [row][column].
 LaneMatrix rotations_of(std::span<const Eigen::Quaterniond> rotations, std::size_t element) {
   return matrix_of(quaternions_of(rotations, kLanes * element));
@@ -502,9 +488,7 @@ double uninverted_fraction_of_points(const TissueModel& model, const Eigen::Matr
     const QuadraticRest& rest = model.quadratics[e];
     const LaneMatrix f = deformation_gradients(rest, before);
     const LaneMatrix g = deformation_gradients(rest, after);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      fraction = uninverted_fraction(of_lane(f, lane), of_lane(g, lane) - of_lane(f, lane), fraction);
-    }
+    fraction = uninverted_fraction(f, difference(g, f), fraction);
   }
   return fraction;
 }

@@ -1,5 +1,6 @@
 // Tetrahedra squeezed flat: the barrier's energy, forces and stiffness, and the length of steps.
 #include "physics/tissue/inversion.h"
+#include "physics/tissue/lanes.h"
 
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/stiffness.h"
@@ -9,6 +10,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <cmath>
+#include <random>
 #include <vector>
 
 namespace stylet::physics {
@@ -117,6 +119,31 @@ TEST(Inversion, AStepEndsWhereTheFirstTetrahedronHasThreeTenthsOfItsVolumeLeft) 
   Eigen::Matrix3Xd turned = before;
   turned.topRows<2>() *= -1;
   EXPECT_NEAR(uninverted_fraction(model, before, turned), (1 - std::sqrt(0.3)) / 2, 1e-5);
+}
+
+TEST(Inversion, AStepOfFourEndsWhereTheFirstOfThemDoes) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  int shortened = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    LaneMatrix before, change;
+    double wanted = i % 2 == 0 ? 1 : 0.6;
+    const double given = wanted;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const auto any = [&](double size) {
+        return Eigen::Matrix3d(Eigen::Matrix3d::NullaryExpr([&] { return size * normal(random); }));
+      };
+      const Eigen::Matrix3d f = Eigen::Matrix3d::Identity() + any(0.3);  // some are inverted
+      const Eigen::Matrix3d g = any(0.15);
+      set_lane(f, lane, before);
+      set_lane(g, lane, change);
+      wanted = uninverted_fraction(f, g, wanted);
+    }
+    EXPECT_EQ(uninverted_fraction(before, change, given), wanted);
+    shortened += wanted < given ? 1 : 0;
+  }
+  EXPECT_GT(shortened, 1000);
+  EXPECT_LT(shortened, 19'000);
 }
 
 }  // namespace
