@@ -23,13 +23,7 @@ constexpr int kMaxProbeParts = 4;       // but into no more than these
 constexpr int kMaxCorrections = 2;      // a part, where the first is cut short
 constexpr double kOvershoot = 0.9;  // slope after a step over that before it; at 1 quasi-Newton steps stop converging
 constexpr double kSqueezedOvershoot = 0.1;  // the same where the factor is older than a barrier (eq. 40)
-constexpr double kLonger = 0.6;             // of the allowed overshoot: a step may grow from one to the next
 constexpr double kNegligible = 1e-9;        // of the body: the slopes of smaller steps are rounding
-
-/// Slope after a step over that before it that is let pass.
-double allowed_overshoot(int squeezed) {
-  return squeezed > 0 ? kSqueezedOvershoot : kOvershoot;
-}
 
 /// Takes the meshes.
 std::vector<TissueModel> models_of(std::vector<SimulationBody>& bodies, const SimulationLoopSettings& settings) {
@@ -443,9 +437,10 @@ SimulationLoop::StepTried SimulationLoop::step_tried(const TissueModel& model, c
   return tried;
 }
 
-double SimulationLoop::bottom(const StepTried& before, const StepTried& after) {
-  return before.slope < 0 && after.slope > before.slope ? before.slope / (before.slope - after.slope)
-                                                        : std::numeric_limits<double>::infinity();
+double SimulationLoop::overshoot(const StepTried& before, const StepTried& after, bool squeezed) {
+  const double bound = squeezed ? kSqueezedOvershoot : kOvershoot;
+  if (before.slope >= 0 || after.slope <= -bound * before.slope) return 1;
+  return before.slope / (before.slope - after.slope);  // the minimum of a parabola with these slopes
 }
 
 void SimulationLoop::move_held(double amplitude, SimulationReport& report) {
@@ -546,11 +541,6 @@ void SimulationLoop::correct_motion(std::size_t b, bool shown, SimulationReport&
     shorten(body.extent / step.longest);
     step = step_tried(model, body, positions);  // the slope of a mad step may be no number
   }
-  // A factor softer than the tissue asks for too much in one step after the other: what the last one should have been
-  // is where this one begins.
-  double taken = std::min(1.0, (1 + kLonger * allowed_overshoot(body.squeezed)) * body.fraction);
-  if (taken < 1) shorten(taken);
-  body.fraction = 1;
   int inverted = 0;
   Relaxing relaxing;
   if (shown) relaxing = {.dt = settings_.dt, .after = body.relaxed};
@@ -567,14 +557,10 @@ void SimulationLoop::correct_motion(std::size_t b, bool shown, SimulationReport&
       // Where the first tetrahedron would lose nearly all of its volume; what is left is for the next steps.
       body.limited = true;
     } else if (step.longest > kNegligible * body.extent) {
-      const StepTried tried = step_tried(model, body, positions);
-      const double lowest = bottom(step, tried);
-      if (tried.slope > -allowed_overshoot(body.squeezed) * step.slope) fraction = std::min(1.0, lowest);
-      body.fraction = std::min(1.0, lowest * taken);
+      fraction = overshoot(step, step_tried(model, body, positions), body.squeezed > 0);
     }
     if (fraction == 1) break;
     shorten(fraction);
-    taken *= fraction;
   }
   positions.swap(body.trial);
   if (shown) body.memory.swap(body.relaxed);

@@ -191,7 +191,6 @@ private:
     std::shared_ptr<const SurfaceTopology> surface{};  // coupling `stylet`
     double extent = 0;                                 // diagonal of the rest bounding box, m
     bool limited = false;                              // the last correction was shortened lest a tetrahedron inverts
-    double fraction = 1;                               // of the last correction that would have been long enough
     int squeezed = 0;                                  // tetrahedra in the barrier at the positions of internal_force
     std::vector<Cavity> cavities{};
     std::vector<double> rest_size{};           // [tets] g of eq. 34; empty until a cavity is not full
@@ -225,8 +224,8 @@ private:
     double slope = 0;    // of U(p) - p . external force along the step, J
   };
   static StepTried step_tried(const TissueModel& model, const BodyState& body, const Eigen::Matrix3Xd& from);
-  /// The fraction of a step after which the potential would be least, a parabola with the slopes of both its ends.
-  static double bottom(const StepTried& before, const StepTried& after);
+  /// 1, or the fraction of the step after which the potential would be least.
+  static double overshoot(const StepTried& before, const StepTried& after, bool squeezed);
 
   SimulationLoopSettings settings_;
   std::vector<TissueModel> models_;
