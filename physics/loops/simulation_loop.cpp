@@ -274,7 +274,7 @@ void SimulationLoop::respond(std::size_t b, bool shown) {
     moved = motion_under_needle(b);
     organs_.add_motion(static_cast<int>(b), moved);
   }
-  if (as_shown && on_trailing(b)) {
+  if (as_shown && acts_on_trailing(b)) {
     // Forces on S alone change x_S by W_SS of them, and what was eliminated before S by nothing.
     const Eigen::Index size = body.on_trailing.size();
     factorised.factor.substitute_back(body.pass, body.on_trailing + body.unloading.head(size) - moved.head(size),
@@ -297,7 +297,7 @@ void SimulationLoop::respond(std::size_t b, bool shown) {
   }
 }
 
-bool SimulationLoop::on_trailing(std::size_t b) const {
+bool SimulationLoop::acts_on_trailing(std::size_t b) const {
   const BodyState& body = bodies_[b];
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
   const auto trailing = [&](int node) { return factorised.isolated.trailing(node); };

@@ -203,7 +203,7 @@ private:
   /// @param shown  the isolated nodes go where the haptic loop showed them with the last patch
   void respond(std::size_t body, bool shown);
   /// Whether all that acts on a body since p_free was found acts on trailing nodes, and did then.
-  bool on_trailing(std::size_t body) const;
+  bool acts_on_trailing(std::size_t body) const;
   /// A_f^-1 (F_int - H^T lambda) on the factor's trailing nodes, with what free_positions() needs of it.
   void solve_trailing(std::size_t body);
   /// Of known nodes by their place, under the needle's forces on such [3 known], m.

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kNodesPerPass = 16;        // 48 right-hand sides: matrix products in the supernodes, bounded scratch
 constexpr int kLargeBody = 15000;        // rows of y: products of shorter ones are done before another thread wakes
-constexpr int kRowsOfMotion = 32;        // at once
+constexpr int kRowsOfMotion = 32;        // summed at once
 constexpr std::size_t kSpareNodes = 64;  // W_bar of few nodes lies close together
 constexpr Eigen::Index kBlock = 32;      // rows that are left out together where they are zero
 constexpr std::size_t kParts = 8;        // enough that two threads end together
