@@ -2,6 +2,7 @@
 #include "physics/loops/simulation_loop.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/isolated_dofs.h"
+#include "physics/tissue/supernodes.h"
 #include "physics/tissue/triangular_inverse.h"
 #include "tests/support/dense_tissue.h"
 #include "tools/reference/dense_algebra.h"
@@ -11,7 +12,10 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <random>
 #include <set>
 #include <vector>
@@ -305,6 +309,47 @@ TEST(FactorisationWorker, CorridorCoversTheIsolatedNodesAndRarelyChanges) {
   EXPECT_EQ(computed, 0) << "every contact was foreseen";
   EXPECT_GE(factors, 12);
   EXPECT_LE(changes, factors / 2);
+}
+
+TEST(Supernodes, ColumnsAtOnceAreThoseOfOneByOne) {
+  // Sizes on both sides of tiles, panels and bands; above the diagonal nothing may be read.
+  double worst = 0;
+  for (const int columns : {1, 2, 7, 8, 9, 17, 40}) {
+    for (const int below : {0, 1, 3, 5, 61, 130}) {
+      const int rows = columns + below;
+      Eigen::MatrixXd l = Eigen::MatrixXd::Random(rows, columns);
+      for (int c = 0; c < columns; ++c) {
+        l(c, c) = 20;
+        l.col(c).head(c).setConstant(std::nan(""));
+      }
+      std::vector<int> order(rows);
+      std::iota(order.begin(), order.end(), 0);
+      std::array<int, 2> super{0, columns}, row_start{0, rows}, value_start{0, rows * columns};
+      cholmod_factor factor{};
+      factor.super = super.data();
+      factor.pi = row_start.data();
+      factor.px = value_start.data();
+      factor.s = order.data();
+      const Supernode<double> node(factor, l.data(), 0, columns);
+      std::vector<double> scratch;
+      for (const int sides : {1, 2, 3, 4, 5, 7, 24}) {
+        const Eigen::MatrixXd b = Eigen::MatrixXd::Random(rows, sides);
+        Eigen::MatrixXd together = b;
+        eliminate_columns(node, together, scratch);
+        for (int j = 0; j < sides; ++j) {
+          Eigen::MatrixXd alone = b.col(j);
+          eliminate_columns(node, alone, scratch);
+          EXPECT_EQ(together.col(j), alone.col(0));  // to the bit
+          Eigen::VectorXd vector = b.col(j);
+          std::vector<double> of_node(rows);
+          eliminate(node, vector.data(), of_node.data());
+          worst = std::max(worst, (alone.col(0) - vector).norm() / vector.norm());
+        }
+      }
+    }
+  }
+  std::printf("  columns at once off one by one by %.1e\n", worst);
+  EXPECT_LT(worst, 1e-15);
 }
 
 }  // namespace
