@@ -244,12 +244,14 @@ bool add_lanes(const TissueModel& model, const Eigen::Matrix3Xd& positions, int 
 template <typename OfRun>
 ElementCount sum_over_runs(const TissueModel& model, Eigen::Ref<Eigen::Matrix3Xd> forces, ElementScratch& scratch,
                            const OfRun& of_run) {
-  scratch.sums.resize(model.runs.size());
+  if (scratch.sums.size() < model.runs.size()) scratch.sums.resize(model.runs.size());
   std::vector<ElementCount> counts(model.runs.size());
   in_parts(scratch.companion, static_cast<int>(model.runs.size()), [&](int r) {
     const TetRun& run = model.runs[r];
-    Eigen::Matrix3Xd& sum = scratch.sums[r];
-    sum.setZero(3, run.end_node - run.first_node);
+    const int nodes = run.end_node - run.first_node;
+    if (scratch.sums[r].cols() < nodes) scratch.sums[r].resize(3, nodes);
+    auto sum = scratch.sums[r].leftCols(nodes);
+    sum.setZero();
     counts[r] = of_run(run, sum);
   });
   const int parts = model.runs.size() > 1 ? kSharedParts : 1;
@@ -351,7 +353,7 @@ int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
   if (!model.is_quadratic() || model.runs.size() == 1) {  // tetrahedra come here only when a cavity is filled
     return internal_forces(model, positions, rotations, forces, rest_size, true, memory);
   }
-  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Matrix3Xd& sum) {
+  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Ref<Eigen::Matrix3Xd> sum) {
     ElementCount count;
     count.squeezed = quadratic_forces(model, positions, rotations, run, sum, rest_size, memory);
     return count;
@@ -365,7 +367,7 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
                                          std::span<const double> rest_size, std::span<const StrainMemory> memory,
                                          ElementScratch& scratch, const Relaxing& relaxing) {
   const std::span<const StrainMemory> of_forces = relaxing.after.empty() ? memory : relaxing.after;
-  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Matrix3Xd& sum) {
+  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Ref<Eigen::Matrix3Xd> sum) {
     if (model.is_quadratic()) {
       return update_quadratic_rotations_and_forces(model, positions, rotations, run, sum, rest_size, memory,
                                                    relaxing);

@@ -12,7 +12,7 @@ namespace stylet::physics {
 /// What a loop over the elements needs beside its result. One a thread.
 struct ElementScratch {
   Companion* companion = nullptr;      ///< takes a part of the loop; the bits do not know of it
-  std::vector<Eigen::Matrix3Xd> sums;  // [runs] forces of a run
+  std::vector<Eigen::Matrix3Xd> sums;  // [runs] forces of a run, and room for larger bodies': no fresh memory
 };
 
 struct ElementCount {
