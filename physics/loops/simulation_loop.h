@@ -58,7 +58,7 @@ struct SimulationLoopSettings {
   double look_ahead = 0.040;     ///< how far ahead of the tip nodes are prepared with a factorisation, m
   bool two_threads = true;  ///< second ones take part in long steps and factorizations; the bits do not know of them
   /// Of what a step reads L in: not what it converges to.
-  PassPrecision coarsest = PassPrecision::sixteen_bits;
+  PassPrecision coarsest = PassPrecision::twelve_bits;
   OrganContactSettings contact{};  ///< between the bodies, and of the probe; none: no pairs, no probe
 };
 

@@ -1,5 +1,5 @@
 // L of a factorisation once more, laid out for the two passes of one right-hand side: read from one end to the other,
-// in 16 bits or in single precision, by two threads. Internal to the factorisation.
+// in 8 to 16 bits or in single precision, by two threads. Internal to the factorisation.
 #pragma once
 
 #include "physics/tissue/companion.h"
@@ -15,7 +15,8 @@ namespace stylet::physics {
 
 /// Of what L is read in. The fixed point of an iteration whose residuals are solved for does not know it.
 enum class PassPrecision {
-  sixteen_bits,  ///< an entry is off by 2^-16 of the largest of its column in the supernode, at most
+  twelve_bits,   ///< an entry is off by 2^-12 of the largest of its tile, in small tiles by 2^-8, at most
+  sixteen_bits,  ///< by 2^-16
   single,
   full,  ///< double
 };
@@ -23,9 +24,10 @@ enum class PassPrecision {
 /// The leading columns of P A P^T = L L^T   (physics/README.md eq. 8c)
 ///
 /// Columns go in panels of eight. A panel holds the inverse of its diagonal block in single precision, then the rows
-/// below in tiles of 8 x 8, entries of 16 bits times a number a column. The elimination tree is cut: its lower parts
-/// do not depend on each other; what they do to the rows of the upper one is summed in their order, so the bits do
-/// not depend on who does which part.
+/// below in tiles of 8 x 8, entries of few bits times a number a column and one a tile: the wide tiles, then the
+/// narrow ones, whose largest entry is small. The elimination tree is cut: its lower parts do not depend on each
+/// other; what they do to the rows of the upper one is summed in their order, so the bits do not depend on who does
+/// which part.
 class CompactFactor {
 public:
   /// Vectors of the passes. One a thread that solves.
@@ -35,7 +37,7 @@ public:
   };
 
   /// Reads a factor of CHOLMOD's (supernodal, double, finite), its first `leading` columns.
-  /// @param precision  sixteen_bits or single
+  /// @param precision  not full
   /// @param same_symbols  the factor has the same supernodes as the last time
   void read(const cholmod_factor_struct& factor, int leading, PassPrecision precision, bool same_symbols,
             Companion* companion = nullptr);
@@ -58,10 +60,17 @@ private:
   struct Node {
     int first = 0;
     int columns = 0;
-    int below = 0;               // rows below the columns
-    std::size_t row_start = 0;   // of those, in rows_
-    std::size_t head_start = 0;  // of its panels, in heads_
-    std::size_t tile_start = 0;  // of its tiles, in entries
+    int below = 0;                // rows below the columns
+    std::size_t row_start = 0;    // of those, in rows_
+    std::size_t panel_start = 0;  // of its panels, in wide_ and heads_
+    std::size_t tile_start = 0;   // of its tiles, in tiles_
+    std::size_t entry_start = 0;  // of their entries, if all are as wide
+    std::size_t packed = 0;       // bytes that they take
+  };
+  /// Of eight rows and a panel's columns.
+  struct Tile {
+    std::uint16_t row = 0;      // first of them, over eight, below the panel's columns
+    std::uint16_t largest = 0;  // entry; the largest of a column is kLargestEntry
   };
   struct Part {
     std::vector<int> nodes;  // ascending
@@ -69,16 +78,16 @@ private:
   };
   void analyse(const cholmod_factor_struct& factor, int leading);
   void cut(std::span<const int> parent);
-  template <typename Stored>
-  void read_entries(const cholmod_factor_struct& factor, std::vector<Stored>& entries, Companion* companion);
-  template <typename Stored>
-  void eliminate_node(const Node& node, const Stored* entries, float* x, float* w) const;
-  template <typename Stored>
-  void substitute_back_node(const Node& node, const Stored* entries, float* x, float* w) const;
-  template <typename Stored>
-  void eliminate_in(const Stored* entries, Scratch& scratch, Companion* companion) const;
-  template <typename Stored>
-  void substitute_back_in(const Stored* entries, Scratch& scratch, Companion* companion) const;
+  template <typename Entries>
+  void read_entries(const cholmod_factor_struct& factor, Companion* companion);
+  template <typename Entries>
+  void eliminate_node(const Node& node, float* x, float* w) const;
+  template <typename Entries>
+  void substitute_back_node(const Node& node, float* x, float* w) const;
+  template <typename Entries>
+  void eliminate_in(Scratch& scratch, Companion* companion) const;
+  template <typename Entries>
+  void substitute_back_in(Scratch& scratch, Companion* companion) const;
   void make_room(Scratch& scratch) const;
 
   PassPrecision precision_ = PassPrecision::single;
@@ -86,14 +95,15 @@ private:
   int leading_ = 0;
   int longest_ = 0;  // rows of the largest supernode
   std::size_t entry_count_ = 0;
-  std::vector<Node> nodes_;        // those with leading columns, in the order of elimination
-  std::vector<int> rows_;          // below their columns, as indices into Scratch::x
-  std::vector<Part> parts_;        // lower: each reads and writes its own rows, and its own copy of the upper ones
-  std::vector<int> upper_;         // nodes above all parts, ascending
-  std::vector<int> upper_rows_;    // their columns, and S
-  std::vector<float> heads_;       // [panels] inverse of the diagonal block, by columns; scales of the columns
-  std::vector<std::int16_t> int_;  // [entry_count_] tiles, and room for more; one of the two
-  std::vector<float> float_;
+  std::vector<Node> nodes_;      // those with leading columns, in the order of elimination
+  std::vector<int> rows_;        // below their columns, as indices into Scratch::x
+  std::vector<Part> parts_;      // lower: each reads and writes its own rows, and its own copy of the upper ones
+  std::vector<int> upper_;       // nodes above all parts, ascending
+  std::vector<int> upper_rows_;  // their columns, and S
+  std::vector<float> heads_;     // [panels] inverse of the diagonal block, by columns; scales of the columns
+  std::vector<int> wide_;        // [panels] tiles that are; the others are narrow
+  std::vector<Tile> tiles_;      // as their entries lie
+  std::vector<std::uint8_t> entries_;  // of tiles, by columns, and room for more
 };
 
 }  // namespace stylet::physics

@@ -17,12 +17,12 @@ namespace {
 // The estimate is an upper bound of 1/condition, often by 10-100. Above it the error of a single-precision solve is a
 // few per cent at most, in the softest modes: what an iteration forgives.
 constexpr double kConditionForSingle = 1e-4;
-// At this estimate an iteration with L in 16 bits still makes its error 20 times smaller a step.
-constexpr double kConditionForSixteenBits = 1e-3;
+// At this estimate an iteration still makes its error 20 times smaller a step with L in 16 bits, 7 times with 12.
+constexpr double kConditionForFewBits = 1e-3;
 // One part in so many, for an L whose trailing DOFs make it larger: 813 of 20,691 a tenth more than 210.
 constexpr std::size_t kSpareRoom = 4;
-constexpr std::size_t kWorthSixteenBits = std::size_t{1} << 20;  // entries of L; fewer stay in a core's cache
-constexpr std::size_t kWorthTwoThreads = std::size_t{1} << 23;   // the same, for columns of units
+constexpr std::size_t kWorthFewBits = std::size_t{1} << 20;     // entries of L; fewer stay in a core's cache
+constexpr std::size_t kWorthTwoThreads = std::size_t{1} << 23;  // the same, for columns of units
 constexpr Eigen::Index kColumnsWorthSharing = 6;
 
 /// CHOLMOD's view of the pattern and its values: symmetric, lower triangle stored.
@@ -127,6 +127,7 @@ Factorisation::Factorisation(const Factorisation& other)
       compact_(other.compact_),
       symbols_kept_(other.symbols_kept_),
       coarsest_(other.coarsest_),
+      twelve_from_(other.twelve_from_),
       fill_reducing_(other.fill_reducing_),
       trailing_(other.trailing_),
       trailing_block_(other.trailing_block_) {
@@ -149,6 +150,7 @@ Factorisation::Factorisation(Factorisation&& other) noexcept
       compact_(std::move(other.compact_)),
       symbols_kept_(other.symbols_kept_),
       coarsest_(other.coarsest_),
+      twelve_from_(other.twelve_from_),
       fill_reducing_(std::move(other.fill_reducing_)),
       trailing_(std::move(other.trailing_)),
       trailing_block_(std::move(other.trailing_block_)),
@@ -226,12 +228,12 @@ bool Factorisation::make_numbers(const StiffnessPattern& pattern, std::span<cons
 
 PassPrecision Factorisation::fitting_precision(SolveWorkspace& workspace) const {
   const double condition = reciprocal_condition(workspace);
-  if (coarsest_ == PassPrecision::full || !(condition >= kConditionForSingle)) return PassPrecision::full;
-  if (coarsest_ == PassPrecision::single || !(condition >= kConditionForSixteenBits) ||
-      factor_->xsize < kWorthSixteenBits) {
-    return PassPrecision::single;
+  if (!(condition >= kConditionForSingle)) return PassPrecision::full;
+  PassPrecision fitting = PassPrecision::single;
+  if (condition >= kConditionForFewBits && factor_->xsize >= std::min(kWorthFewBits, twelve_from_)) {
+    fitting = factor_->xsize >= twelve_from_ ? PassPrecision::twelve_bits : PassPrecision::sixteen_bits;
   }
-  return PassPrecision::sixteen_bits;
+  return std::max(fitting, coarsest_);
 }
 
 void Factorisation::copy_trailing_block() {

@@ -90,10 +90,16 @@ public:
   void solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x,
              SolveWorkspace& workspace) const;
 
+  static constexpr std::size_t kWorthTwelveBits = std::size_t{1} << 23;
   /// The coarsest that the passes may read L in, from the next factorise() on. Coarser is cheaper: bytes are what one
   /// right-hand side costs.
-  void limit_precision(PassPrecision coarsest) { coarsest_ = coarsest; }
-  /// What they read it in: finer where A is ill-conditioned, and 16 bits only where L is larger than a cache.
+  /// @param twelve_from  entries of L from which 12 bits are worth it: fewer stay in the cache that the cores share,
+  ///                     and are read in 16 as fast
+  void limit_precision(PassPrecision coarsest, std::size_t twelve_from = kWorthTwelveBits) {
+    coarsest_ = coarsest;
+    twelve_from_ = twelve_from;
+  }
+  /// What they read it in: finer where A is ill-conditioned or L small.
   PassPrecision pass_precision() const { return compact_.empty() ? PassPrecision::full : compact_.precision(); }
   const CompactFactor& compact() const { return compact_; }
 
@@ -163,7 +169,8 @@ private:
   std::size_t own_from_ = kWorthTwoThreads;
   CompactFactor compact_;      // of the leading columns; empty where A is too ill-conditioned
   bool symbols_kept_ = false;  // compact_ knows the supernodes
-  PassPrecision coarsest_ = PassPrecision::sixteen_bits;
+  PassPrecision coarsest_ = PassPrecision::twelve_bits;
+  std::size_t twelve_from_ = kWorthTwelveBits;
   std::vector<int> fill_reducing_;  // [DOFs] the order without trailing DOFs
   std::vector<int> trailing_;
   Eigen::MatrixXd trailing_block_;  // L_SS, zero above the diagonal

@@ -73,7 +73,7 @@ public:
   /// @param two_threads  a second thread takes part in large factorisations; the bits do not know of it
   /// @throws std::invalid_argument if a body is not held well enough to be positive definite
   FactorisationWorker(std::span<const TissueModel> models, double dt,
-                      PassPrecision coarsest = PassPrecision::sixteen_bits, bool two_threads = true);
+                      PassPrecision coarsest = PassPrecision::twelve_bits, bool two_threads = true);
 
   /// Worker: takes the latest request, factorises all bodies, publishes; false if there was none. A matrix that is
   /// not positive definite is counted in failures() and nothing is published.

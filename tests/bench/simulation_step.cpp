@@ -191,7 +191,7 @@ void solve(benchmark::State& state) {
 void solve_nearly(benchmark::State& state) {
   Tissue& t = tissue(int(state.range(0)));
   Companion companion(state.range(2) > 1);
-  t.factor.limit_precision(static_cast<PassPrecision>(state.range(1)));
+  t.factor.limit_precision(static_cast<PassPrecision>(state.range(1)), 0);
   t.factor.factorise(t.pattern, t.values, t.workspace);
   t.workspace.companion = &companion;
   const Eigen::VectorXd b = Eigen::VectorXd::Random(t.model.dof_count());
@@ -364,7 +364,7 @@ void register_all() {
     add("forces", forces, {n}, 50);
     for (const int threads : {1, 2}) {
       add("rotations_and_forces", rotations_and_forces, {n, threads}, 50);
-      for (const auto precision : {PassPrecision::single, PassPrecision::sixteen_bits}) {
+      for (const auto precision : {PassPrecision::single, PassPrecision::sixteen_bits, PassPrecision::twelve_bits}) {
         add("solve_nearly", solve_nearly, {n, static_cast<int>(precision), threads}, 50);
       }
     }
@@ -375,7 +375,7 @@ void register_all() {
     add("w_bar_outside", w_bar_outside, {n, 40}, few);
     add("assembly", assembly, {n}, 20);
     for (const int threads : {0, 1, 2}) add("factorisation", factorisation, {n, threads}, few);
-    for (const auto precision : {PassPrecision::single, PassPrecision::sixteen_bits}) {
+    for (const auto precision : {PassPrecision::single, PassPrecision::sixteen_bits, PassPrecision::twelve_bits}) {
       for (const int threads : {1, 2}) {
         add("step", step, {n, 1, static_cast<int>(precision), threads}, n > 20 ? 120 : 240);
       }

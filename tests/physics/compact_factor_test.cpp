@@ -1,4 +1,4 @@
-// L in 16 bits: what it does to a solve and to an iteration, and what it must not touch.
+// L in few bits: what it does to a solve and to an iteration, and what it must not touch.
 #include "physics/loops/simulation_loop.h"
 #include "physics/tissue/corotational.h"
 #include "physics/tissue/factorisation.h"
@@ -17,7 +17,7 @@
 namespace stylet::physics {
 namespace {
 
-/// A cube held at its bottom and bent by `turn` degrees, large enough for 16 bits; 60 nodes are eliminated last.
+/// A cube held at its bottom and bent by `turn` degrees, large enough for few bits; 60 nodes are eliminated last.
 struct BentCube {
   explicit BentCube(double poisson_ratio, double turn = 0, Element element = Element::linear)
       : mesh(mesh_of(element)),
@@ -49,7 +49,7 @@ struct BentCube {
     return element == Element::quadratic ? refined(mesh) : mesh;
   }
   void factorise(PassPrecision coarsest) {
-    factor.limit_precision(coarsest);
+    factor.limit_precision(coarsest, 0);  // however small it is
     ASSERT_TRUE(factor.factorise(pattern, values, workspace));
   }
   Eigen::VectorXd times(const Eigen::VectorXd& x) const {
@@ -87,24 +87,29 @@ struct BentCube {
   Factorisation factor{pattern, workspace};
 };
 
-TEST(CompactFactor, AnIterationWithSixteenBitsConvergesFastWhateverTheMaterialElementAndBend) {
-  for (const Element element : {Element::linear, Element::quadratic}) {
-    for (const double poisson_ratio : {0.45, 0.49, 0.499}) {
-      for (const double turn : {0.0, 60.0}) {
-        BentCube cube(poisson_ratio, turn, element);
-        ASSERT_EQ(cube.inverted, 0);
-        cube.factorise(PassPrecision::sixteen_bits);
-        const bool sixteen = cube.factor.pass_precision() == PassPrecision::sixteen_bits;
-        if (poisson_ratio < 0.499) {
-          EXPECT_TRUE(sixteen);
-        }
-        const double rate = cube.contraction();
-        std::printf("  %s, nu %.3f, bent by %2.0f degrees: estimate %.1e, %s, error times %.1e a step\n",
-                    element == Element::linear ? "linear" : "quadratic", poisson_ratio, turn,
-                    cube.factor.reciprocal_condition(cube.workspace), sixteen ? "16 bits" : "single", rate);
-        EXPECT_LT(rate, 0.05);
-        if (sixteen) {
-          EXPECT_GT(rate, 1e-5) << "not in 16 bits after all";
+TEST(CompactFactor, AnIterationWithFewBitsConvergesFastWhateverTheMaterialElementAndBend) {
+  for (const PassPrecision coarsest : {PassPrecision::twelve_bits, PassPrecision::sixteen_bits}) {
+    for (const Element element : {Element::linear, Element::quadratic}) {
+      for (const double poisson_ratio : {0.45, 0.49, 0.499}) {
+        for (const double turn : {0.0, 60.0}) {
+          BentCube cube(poisson_ratio, turn, element);
+          ASSERT_EQ(cube.inverted, 0);
+          cube.factorise(coarsest);
+          const PassPrecision precision = cube.factor.pass_precision();
+          if (poisson_ratio < 0.499) {
+            EXPECT_EQ(precision, coarsest);
+          }
+          const double rate = cube.contraction();
+          const double bits = 8.0 * static_cast<double>(cube.factor.compact().bytes()) /
+                              static_cast<double>(cube.factor.factor_nonzeros());
+          std::printf(
+              "  %s, nu %.3f, bent by %2.0f degrees: estimate %.1e, %.1f bits an entry, error times %.1e a step\n",
+              element == Element::linear ? "linear" : "quadratic", poisson_ratio, turn,
+              cube.factor.reciprocal_condition(cube.workspace), bits, rate);
+          EXPECT_LT(rate, precision == PassPrecision::twelve_bits ? 0.15 : 0.05);
+          if (precision != PassPrecision::single) {
+            EXPECT_GT(rate, 1e-5) << "not in few bits after all";
+          }
         }
       }
     }
@@ -125,8 +130,9 @@ TEST(CompactFactor, PassesAreThoseInDoubleButForTheRounding) {
   };
   const auto [y, x] = run(PassPrecision::full);
   // Each pass to the unit of its entries times the condition of L, about a hundred here.
-  for (const auto& [precision, bound] :
-       {std::pair(PassPrecision::single, 1e-5), {PassPrecision::sixteen_bits, 2e-3}}) {
+  for (const auto& [precision, bound] : {std::pair(PassPrecision::single, 1e-5),
+                                         {PassPrecision::sixteen_bits, 2e-3},
+                                         {PassPrecision::twelve_bits, 2e-2}}) {
     const auto [y_nearly, x_nearly] = run(precision);
     const double first = (y_nearly - y).norm() / y.norm();
     const double second = (x_nearly - x).norm() / x.norm();
@@ -135,13 +141,13 @@ TEST(CompactFactor, PassesAreThoseInDoubleButForTheRounding) {
     EXPECT_LT(first, bound);
     EXPECT_LT(second, bound);
   }
-  EXPECT_LT(static_cast<double>(cube.factor.compact().bytes()), 2.3 * double(cube.factor.factor_nonzeros()));
+  EXPECT_LT(static_cast<double>(cube.factor.compact().bytes()), 1.8 * double(cube.factor.factor_nonzeros()));
 }
 
 TEST(CompactFactor, ComplianceOfTheTrailingNodesDoesNotKnowThePrecision) {
   BentCube cube(0.45);
   std::vector<Eigen::MatrixXd> compliances;
-  for (const PassPrecision precision : {PassPrecision::full, PassPrecision::sixteen_bits}) {
+  for (const PassPrecision precision : {PassPrecision::full, PassPrecision::twelve_bits}) {
     cube.factorise(precision);
     compliances.emplace_back(180, 180);
     cube.factor.trailing_compliance(compliances.back());
@@ -160,20 +166,20 @@ TEST(CompactFactor, ComplianceOfTheTrailingNodesDoesNotKnowThePrecision) {
 TEST(CompactFactor, AnIllConditionedBodyIsReadInSingleAndThenInDouble) {
   const auto precision_at = [](double poisson_ratio) {
     BentCube cube(poisson_ratio);
-    cube.factorise(PassPrecision::sixteen_bits);
+    cube.factorise(PassPrecision::twelve_bits);
     std::printf("  nu %.6f: estimate %.1e\n", poisson_ratio, cube.factor.reciprocal_condition(cube.workspace));
     EXPECT_LT(cube.contraction(), 0.05);
     return cube.factor.pass_precision();
   };
-  EXPECT_EQ(precision_at(0.49), PassPrecision::sixteen_bits);
+  EXPECT_EQ(precision_at(0.49), PassPrecision::twelve_bits);
   EXPECT_EQ(precision_at(0.4998), PassPrecision::single);
   EXPECT_EQ(precision_at(0.49999), PassPrecision::full);
 }
 
 TEST(CompactFactor, ABadNumberStaysVisible) {
   BentCube cube(0.45);
-  cube.factorise(PassPrecision::sixteen_bits);
-  ASSERT_EQ(cube.factor.pass_precision(), PassPrecision::sixteen_bits);
+  cube.factorise(PassPrecision::twelve_bits);
+  ASSERT_EQ(cube.factor.pass_precision(), PassPrecision::twelve_bits);
   Eigen::VectorXd x(cube.model.dof_count());
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     Eigen::VectorXd b = Eigen::VectorXd::Ones(x.size());
@@ -213,7 +219,7 @@ TEST(CompactFactor, EquilibriumDoesNotKnowThePrecision) {
   const Eigen::Matrix3Xd exact = at_rest(PassPrecision::full);
   const double moved = (exact - rest_positions(BentCube(0.45).model)).colwise().norm().maxCoeff();
   const double off = (at_rest(PassPrecision::sixteen_bits) - exact).colwise().norm().maxCoeff();
-  std::printf("  moved by %.1f mm, with 16 bits by %.1e of that more or less\n", 1e3 * moved, off / moved);
+  std::printf("  moved by %.1f mm, with few bits by %.1e of that more or less\n", 1e3 * moved, off / moved);
   EXPECT_GT(moved, 0.005);
   EXPECT_LT(off, 1e-10 * moved);
 }

@@ -179,7 +179,7 @@ void time_factor(const std::string& name, const physics::TissueModel& model, boo
   pattern.assemble(model, std::vector<Eigen::Quaterniond>(model.point_count(), Eigen::Quaterniond::Identity()), 1,
                    values);
   const std::size_t own_from = quick ? 0 : 1 << 20;  // the small ones, too
-  Factor now(model, pattern, own_from, PassPrecision::sixteen_bits, true);
+  Factor now(model, pattern, own_from, PassPrecision::twelve_bits, true);
   Factor before(model, pattern, kNever, PassPrecision::full, false);
   const int count = quick ? 2 : 5;
   const Samples now_us = now.time(pattern, values, count);
@@ -221,7 +221,7 @@ void time_mesh(int nodes_per_edge, bool quick, const Target& target, double stre
   const std::string name = fmt::format("speed.{}_nodes", nodes_per_edge * nodes_per_edge * nodes_per_edge);
   const int steps = quick ? 20 : 200;
   {
-    Insertion now(nodes_per_edge, PassPrecision::sixteen_bits, true);
+    Insertion now(nodes_per_edge, PassPrecision::twelve_bits, true);
     Insertion before(nodes_per_edge, PassPrecision::full, false);
     const Eigen::Matrix3Xd rest = physics::rest_positions(before.loop().model(0));
     const Eigen::Matrix3Xd at_rest = before.rested();
