@@ -177,20 +177,18 @@ void report_turn(reference::ReferenceInsertion insertion, Report& report) {
   }
 }
 
-/// Haptic step with friction, hub led to and fro, and turned where `roll` says so.
-Samples time_steps(const reference::ReferenceInsertion& insertion, const physics::InsertionResistance& resistance,
-                   double roll, double aside, bool quick) {
+/// Haptic steps with friction, hub led to and fro, and turned where `roll` says so; to `times`.
+void time_steps(const reference::ReferenceInsertion& insertion, const physics::InsertionResistance& resistance,
+                double roll, double aside, int turns, Samples& times) {
   LedNeedle led(insertion, coupled(resistance));
   led.lead({.along = 0.08}, 1);
-  Samples times(20000);
-  for (int turn = 0; turn < (quick ? 2 : 8); ++turn) {
+  for (int turn = 0; turn < turns; ++turn) {
     const double sign = turn % 2 == 0 ? 1 : -1;
     auto begin = Clock::now();
     led.lead_timed(
         {.along = 0.08 + 0.001 * sign, .aside = sign * aside, .roll = sign * roll}, 0.5,
         [&] { begin = Clock::now(); }, [&](const NeedleState&) { times.add(Clock::now() - begin); });
   }
-  return times;
 }
 
 void report_times(reference::ReferenceInsertion insertion, bool quick, Report& report) {
@@ -199,26 +197,24 @@ void report_times(reference::ReferenceInsertion insertion, bool quick, Report& r
   physics::InsertionResistance resistance = liver_resistance();
   resistance.friction_coefficient = 0.15;
   resistance.viscous_friction = 100;
-  const double before = time_steps(insertion, resistance, 0, 0.001, quick).median();
   physics::InsertionResistance limited = resistance;
   limited.side_strength = kSideStrength;
   reference::ReferenceInsertion yielding = insertion;
   yielding.needle.yield_strength = kYield;
-  const double with = time_steps(yielding, limited, 0, 0.001, quick).median();
-  const double again = time_steps(insertion, resistance, 0, 0.001, quick).median();
-  report.add(noted(at_most("limits.time.ratio", with / std::min(before, again), "1", 1.1),
-                   "haptic step with 20 contacts, limits there but not reached, over that without"));
-  report.add({"limits.time.step", with, "us", {}, {}, {}});
-  report.add({"limits.time.turned",
-              time_steps(yielding, limited, 0.5, 0.001, quick).median(),
-              "us",
-              {},
-              {},
-              {},
-              "the same while the hub turns"});
+  Samples without(20000), with(20000), turned(20000), cutting(20000);
+  for (int round = 0; round < (quick ? 1 : 4); ++round) {  // alternated: what else the machine does meets all
+    time_steps(insertion, resistance, 0, 0.001, 2, without);
+    time_steps(yielding, limited, 0, 0.001, 2, with);
+    time_steps(yielding, limited, 0.5, 0.001, 2, turned);
+  }
   limited.side_strength = 10;
+  time_steps(yielding, limited, 0, 0.01, quick ? 2 : 8, cutting);
+  report.add(noted(at_most("limits.time.ratio", with.median() / without.median(), "1", 1.1),
+                   "haptic step with 20 contacts, limits there but not reached, over that without"));
+  report.add({"limits.time.step", with.median(), "us", {}, {}, {}});
+  report.add({"limits.time.turned", turned.median(), "us", {}, {}, {}, "the same while the hub turns"});
   report.add({"limits.time.cutting",
-              time_steps(yielding, limited, 0, 0.01, quick).median(),
+              cutting.median(),
               "us",
               {},
               {},

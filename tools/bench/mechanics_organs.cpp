@@ -65,22 +65,27 @@ Clock::duration thread_time() {
                                                      std::chrono::nanoseconds(now.tv_nsec));
 }
 
-/// Steps of both ways, alternated: haptic ones, and those with a simulation step before. The worker has its own
-/// thread in a session: it is left out.
+/// Steps of both ways, alternated every tenth of a second: haptic ones, and those with a simulation step before. The
+/// worker has its own thread in a session: it is left out.
 struct StepTimes {
   Samples haptic, simulation;
 };
 std::array<StepTimes, 2> step_times(int cycles) {
   std::array<StepTimes, 2> times;
   for (int i = 0; i < cycles; ++i) {
-    for (const bool at_haptic_rate : {false, true}) {
-      reference::TwoBlocksRun run{.frequency_hz = 4, .at_haptic_rate = at_haptic_rate};
-      reference::TwoBlocks blocks(run);
-      blocks.cycle();
-      for (int k = 0; k < static_cast<int>(run.haptic_hz); ++k) {
+    reference::TwoBlocksRun run{.frequency_hz = 4, .at_haptic_rate = false};
+    reference::TwoBlocks constant(run);
+    run.at_haptic_rate = true;
+    reference::TwoBlocks followed(run);
+    constant.cycle();
+    followed.cycle();
+    const int steps = static_cast<int>(run.haptic_hz / 10);
+    for (int turn = 0; turn < 20; ++turn) {
+      reference::TwoBlocks& blocks = turn % 2 == 0 ? constant : followed;
+      StepTimes& to = times[turn % 2];
+      for (int k = 0; k < steps; ++k) {
         const Clock::duration begin = thread_time();
         const bool both = blocks.step(false);
-        StepTimes& to = times[at_haptic_rate ? 1 : 0];
         (both ? to.simulation : to.haptic).add(thread_time() - begin);
       }
     }
