@@ -3,6 +3,7 @@
 #pragma once
 
 #include "physics/tissue/companion.h"
+#include "physics/tissue/factor_panels.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -67,11 +68,6 @@ private:
     std::size_t entry_start = 0;  // of their entries, if all are as wide
     std::size_t packed = 0;       // bytes that they take
   };
-  /// Of eight rows and a panel's columns.
-  struct Tile {
-    std::uint16_t row = 0;      // first of them, over eight, below the panel's columns
-    std::uint16_t largest = 0;  // entry; the largest of a column is kLargestEntry
-  };
   struct Part {
     std::vector<int> nodes;  // ascending
     std::size_t entries = 0;
@@ -95,14 +91,14 @@ private:
   int leading_ = 0;
   int longest_ = 0;  // rows of the largest supernode
   std::size_t entry_count_ = 0;
-  std::vector<Node> nodes_;      // those with leading columns, in the order of elimination
-  std::vector<int> rows_;        // below their columns, as indices into Scratch::x
-  std::vector<Part> parts_;      // lower: each reads and writes its own rows, and its own copy of the upper ones
-  std::vector<int> upper_;       // nodes above all parts, ascending
-  std::vector<int> upper_rows_;  // their columns, and S
-  std::vector<float> heads_;     // [panels] inverse of the diagonal block, by columns; scales of the columns
-  std::vector<int> wide_;        // [panels] tiles that are; the others are narrow
-  std::vector<Tile> tiles_;      // as their entries lie
+  std::vector<Node> nodes_;          // those with leading columns, in the order of elimination
+  std::vector<int> rows_;            // below their columns, as indices into Scratch::x
+  std::vector<Part> parts_;          // lower: each reads and writes its own rows, and its own copy of the upper ones
+  std::vector<int> upper_;           // nodes above all parts, ascending
+  std::vector<int> upper_rows_;      // their columns, and S
+  std::vector<float> heads_;         // [panels] inverse of the diagonal block, by columns; scales of the columns
+  std::vector<int> wide_;            // [panels] tiles that are; the others are narrow
+  std::vector<panels::Tile> tiles_;  // as their entries lie
   std::vector<std::uint8_t> entries_;  // of tiles, by columns, and room for more
 };
 
