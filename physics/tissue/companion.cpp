@@ -8,7 +8,7 @@ namespace stylet::physics {
 namespace {
 
 constexpr int kBackgroundNice = 19;  // a hundredth of a core that others want; at 10 it is a tenth
-constexpr int kSpins = 2000;  // some ten microseconds: the helper's last part is about to end
+constexpr int kSpins = 2000;         // some ten microseconds: the helper's last part is about to end
 
 // The loop in work: its number, how many parts it has, and the next of them.
 constexpr int kPartBits = 20;

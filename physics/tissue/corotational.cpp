@@ -353,11 +353,12 @@ int internal_forces(const TissueModel& model, const Eigen::Matrix3Xd& positions,
   if (!model.is_quadratic() || model.runs.size() == 1) {  // tetrahedra come here only when a cavity is filled
     return internal_forces(model, positions, rotations, forces, rest_size, true, memory);
   }
-  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Ref<Eigen::Matrix3Xd> sum) {
-    ElementCount count;
-    count.squeezed = quadratic_forces(model, positions, rotations, run, sum, rest_size, memory);
-    return count;
-  });
+  const ElementCount all =
+      sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Ref<Eigen::Matrix3Xd> sum) {
+        ElementCount count;
+        count.squeezed = quadratic_forces(model, positions, rotations, run, sum, rest_size, memory);
+        return count;
+      });
   add_membrane_forces(model, positions, false, forces);
   return all.squeezed;
 }
@@ -367,26 +368,27 @@ ElementCount update_rotations_and_forces(const TissueModel& model, const Eigen::
                                          std::span<const double> rest_size, std::span<const StrainMemory> memory,
                                          ElementScratch& scratch, const Relaxing& relaxing) {
   const std::span<const StrainMemory> of_forces = relaxing.after.empty() ? memory : relaxing.after;
-  const ElementCount all = sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Ref<Eigen::Matrix3Xd> sum) {
-    if (model.is_quadratic()) {
-      return update_quadratic_rotations_and_forces(model, positions, rotations, run, sum, rest_size, memory,
-                                                   relaxing);
-    }
-    ElementCount count;
-    for (int first = run.begin; first < run.end; first += kLanes) {
-      const int end = std::min(first + kLanes, run.end);
-      if (end == first + kLanes &&
-          add_lanes(model, positions, first, rotations, rest_size, memory, relaxing, run.first_node, sum)) {
-        continue;
-      }
-      count.inverted += update_rotations_one_by_one(model, positions, first, end, rotations);
-      relax_lanes(model, first, memory, relaxing,
-                  [&] { return strain_at(model, positions, rotations, rest_size, first).strain; });
-      count.squeezed += add_forces_one_by_one(model, positions, first, end, rotations, rest_size, of_forces, false,
-                                              run.first_node, sum);
-    }
-    return count;
-  });
+  const ElementCount all =
+      sum_over_runs(model, forces, scratch, [&](const TetRun& run, Eigen::Ref<Eigen::Matrix3Xd> sum) {
+        if (model.is_quadratic()) {
+          return update_quadratic_rotations_and_forces(model, positions, rotations, run, sum, rest_size, memory,
+                                                       relaxing);
+        }
+        ElementCount count;
+        for (int first = run.begin; first < run.end; first += kLanes) {
+          const int end = std::min(first + kLanes, run.end);
+          if (end == first + kLanes &&
+              add_lanes(model, positions, first, rotations, rest_size, memory, relaxing, run.first_node, sum)) {
+            continue;
+          }
+          count.inverted += update_rotations_one_by_one(model, positions, first, end, rotations);
+          relax_lanes(model, first, memory, relaxing,
+                      [&] { return strain_at(model, positions, rotations, rest_size, first).strain; });
+          count.squeezed += add_forces_one_by_one(model, positions, first, end, rotations, rest_size, of_forces,
+                                                  false, run.first_node, sum);
+        }
+        return count;
+      });
   add_membrane_forces(model, positions, false, forces);
   return all;
 }

@@ -34,47 +34,33 @@ inline void store(const Row& row, float* at) {
   std::memcpy(at, &row, sizeof row);
 }
 
-template <typename Integer>
-Row load_integers(const std::uint8_t* at) {
-  Integer __attribute__((vector_size(kPanelColumns * sizeof(Integer)))) entries;
-  std::memcpy(&entries, at, sizeof entries);
-  return __builtin_convertvector(entries, Row);
-}
-
 /// The nearest integer that has room beside `most`.
 inline int nearest(float value, int most) {
   return std::clamp(static_cast<int>(std::lrint(value)), -most - 1, most);
 }
 
-template <typename Integer>
-void pack_integers(const std::array<float, kPanelColumns>& entries, std::uint8_t* to) {
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const auto entry = static_cast<Integer>(nearest(entries[i], std::numeric_limits<Integer>::max()));
-    std::memcpy(to + i * sizeof entry, &entry, sizeof entry);
-  }
-}
-
 // How eight entries of a column lie in memory: integers up to kLargest, which are read as multiples of kUnit, or what
 // they are.
-struct EightBits {
-  static constexpr int kBytes = 8;
-  static constexpr float kLargest = 127;
-  static constexpr float kUnit = 1;
-  static Row load(const std::uint8_t* at) { return load_integers<std::int8_t>(at); }
-  static void pack(const std::array<float, kPanelColumns>& entries, std::uint8_t* to) {
-    pack_integers<std::int8_t>(entries, to);
-  }
-};
-struct SixteenBits {
-  static constexpr int kBytes = 16;
-  static constexpr float kLargest = 32767;
+template <typename Integer>
+struct Integers {
+  static constexpr int kBytes = kPanelColumns * sizeof(Integer);
+  static constexpr float kLargest = std::numeric_limits<Integer>::max();
   static constexpr float kUnit = 1;
   static constexpr int kNarrowBelow = 0;
-  static Row load(const std::uint8_t* at) { return load_integers<std::int16_t>(at); }
+  static Row load(const std::uint8_t* at) {
+    Integer __attribute__((vector_size(kBytes))) entries;
+    std::memcpy(&entries, at, sizeof entries);
+    return __builtin_convertvector(entries, Row);
+  }
   static void pack(const std::array<float, kPanelColumns>& entries, std::uint8_t* to) {
-    pack_integers<std::int16_t>(entries, to);
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      const auto entry = static_cast<Integer>(nearest(entries[i], std::numeric_limits<Integer>::max()));
+      std::memcpy(to + i * sizeof entry, &entry, sizeof entry);
+    }
   }
 };
+using EightBits = Integers<std::int8_t>;
+using SixteenBits = Integers<std::int16_t>;
 /// Two in three bytes, the first in the lower bits. They are read at the top of 32 bits; the second has the upper
 /// bits of the first behind its own there, which costs nothing: what it is rounded to knows them.
 struct TwelveBits {

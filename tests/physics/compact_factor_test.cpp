@@ -1,16 +1,22 @@
 // L in few bits: what it does to a solve and to an iteration, and what it must not touch.
 #include "physics/loops/simulation_loop.h"
 #include "physics/tissue/corotational.h"
+#include "physics/tissue/factor_panels.h"
 #include "physics/tissue/factorisation.h"
 #include "physics/tissue/refinement.h"
 #include "tools/reference/kuhn_box.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -86,6 +92,36 @@ struct BentCube {
   SolveWorkspace workspace;
   Factorisation factor{pattern, workspace};
 };
+
+/// The furthest that random entries, the largest and the smallest are off when they are read back, in units.
+template <typename Entries>
+float furthest_off() {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> any(-Entries::kLargest, Entries::kLargest);
+  std::array<std::uint8_t, 64> bytes{};
+  float furthest = 0;
+  for (int round = 0; round < 20000; ++round) {
+    std::array<float, 8> entries{};
+    for (float& entry : entries) entry = any(random);
+    entries[static_cast<std::size_t>(round % 8)] = (round / 8 % 2 == 0 ? 1 : -1) * Entries::kLargest;
+    Entries::pack(entries, bytes.data());
+    const panels::Row read = Entries::load(bytes.data());
+    for (std::size_t i = 0; i < entries.size(); ++i)
+      furthest = std::max(furthest, std::abs(read[i] / Entries::kUnit - entries[i]));
+  }
+  return furthest;
+}
+
+TEST(FactorPanels, EntriesAreReadBackToTheNearestUnit) {
+  const std::array<float, 4> off{furthest_off<panels::EightBits>(), furthest_off<panels::TwelveBits>(),
+                                 furthest_off<panels::SixteenBits>(), furthest_off<panels::Single>()};
+  std::printf("  8, 12, 16 bits and single: off by %.4f, %.4f, %.4f, %.0f units at most\n", off[0], off[1], off[2],
+              off[3]);
+  EXPECT_LE(off[0], 0.5F);
+  EXPECT_LE(off[1], 0.5F);  // what lies behind the second of two is known when it is rounded
+  EXPECT_LE(off[2], 0.5F);
+  EXPECT_EQ(off[3], 0);
+}
 
 TEST(CompactFactor, AnIterationWithFewBitsConvergesFastWhateverTheMaterialElementAndBend) {
   for (const PassPrecision coarsest : {PassPrecision::twelve_bits, PassPrecision::sixteen_bits}) {

@@ -186,7 +186,7 @@ void time_factor(const std::string& name, const physics::TissueModel& model, boo
   const Samples before_us = before.time(pattern, values, count);
   report.add(
       noted(at_most(name + ".factorisation", 1e-3 * now_us.median(), "ms", bound_ms, 1e-3 * before_us.median()),
-            "two threads, with L read into 16 bits; reference: CHOLMOD in the same run, one thread"));
+            "two threads, with L read into few bits; reference: CHOLMOD in the same run, one thread"));
   const double flops = now.factorisation.flops();
   report.add({.name = name + ".factorisation.rate", .value = 1e-3 * flops / now_us.median(), .unit = "GFlop/s"});
   report.add(
