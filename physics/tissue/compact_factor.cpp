@@ -113,7 +113,7 @@ void CompactFactor::analyse(const cholmod_factor_struct& factor, int leading) {
   rows_.clear();
   longest_ = 0;
   std::vector<int> node_of(static_cast<std::size_t>(leading), -1);
-  std::size_t panels = 0;
+  std::size_t panel_count = 0;
   std::size_t tiles = 0;
   entry_count_ = 0;
   for (std::size_t s = 0; s < factor.nsuper && super[s] < leading; ++s) {
@@ -124,17 +124,17 @@ void CompactFactor::analyse(const cholmod_factor_struct& factor, int leading) {
                       .columns = columns,
                       .below = rows - columns,
                       .row_start = rows_.size(),
-                      .panel_start = panels,
+                      .panel_start = panel_count,
                       .tile_start = tiles,
                       .entry_start = entry_count_});
     rows_.insert(rows_.end(), row + row_start[s] + columns, row + row_start[s + 1]);
-    panels += static_cast<std::size_t>(tile_rows(columns));
+    panel_count += static_cast<std::size_t>(tile_rows(columns));
     tiles += tiles_of(columns, rows - columns);
     entry_count_ += entries_of(columns, rows - columns);
     longest_ = std::max(longest_, rows);
   }
-  heads_.resize(panels::kHead * panels);
-  wide_.resize(panels);
+  heads_.resize(panels::kHead * panel_count);
+  wide_.resize(panel_count);
   tiles_.resize(tiles);
   std::vector<int> parent(nodes_.size(), -1);
   for (std::size_t s = 0; s < nodes_.size(); ++s) {
@@ -256,22 +256,19 @@ void CompactFactor::read_entries(const cholmod_factor_struct& factor, Companion*
       panels::invert_block(diagonal, rows, width, head);
       panels::Panel panel{.at = diagonal + width, .stride = rows, .width = width, .below = rows - c - width};
       panel.find_scales<Entries>(head + panels::kPanelColumns * panels::kPanelColumns);
+      const auto pack_tiles = [&]<typename As>(As, bool narrow) {
+        for (int t = 0; t < tile_rows(panel.below); ++t) {
+          const panels::Block block = panel.block(t);
+          const int largest = panels::largest_in<Entries>(block);
+          if ((largest < Entries::kNarrowBelow) != narrow) continue;
+          to = panels::pack<As>(block, width, largest, to);
+          *tile++ = {.row = static_cast<std::uint16_t>(t), .largest = static_cast<std::uint16_t>(largest)};
+        }
+      };
       const panels::Tile* const first = tile;
-      for (int t = 0; t < tile_rows(panel.below); ++t) {
-        const panels::Block block = panel.block(t);
-        const int largest = panels::largest_in<Entries>(block);
-        if (largest < Entries::kNarrowBelow) continue;
-        to = panels::pack<Entries>(block, width, largest, to);
-        *tile++ = {.row = static_cast<std::uint16_t>(t), .largest = static_cast<std::uint16_t>(largest)};
-      }
+      pack_tiles(Entries(), false);
       *wide = static_cast<int>(tile - first);
-      for (int t = 0; t < tile_rows(panel.below) && Entries::kNarrowBelow > 0; ++t) {
-        const panels::Block block = panel.block(t);
-        const int largest = panels::largest_in<Entries>(block);
-        if (largest >= Entries::kNarrowBelow) continue;
-        to = panels::pack<panels::EightBits>(block, width, largest, to);
-        *tile++ = {.row = static_cast<std::uint16_t>(t), .largest = static_cast<std::uint16_t>(largest)};
-      }
+      if constexpr (Entries::kNarrowBelow > 0) pack_tiles(panels::EightBits(), true);
     }
     node.packed = static_cast<std::size_t>(to - begin);
   });
@@ -308,12 +305,12 @@ void CompactFactor::substitute_back_node(const Node& node, float* x, float* w) c
   const int* const row = rows_.data() + node.row_start;
   for (int i = 0; i < node.below; ++i) w[node.columns + i] = x[row[i]];
   std::fill_n(w + node.columns + node.below, panels::kPanelColumns, 0.0F);
-  const int panels = tile_rows(node.columns);
-  const float* head = heads_.data() + panels::kHead * (node.panel_start + static_cast<std::size_t>(panels));
-  const int* wide = wide_.data() + node.panel_start + panels;
+  const int panel_count = tile_rows(node.columns);
+  const float* head = heads_.data() + panels::kHead * (node.panel_start + static_cast<std::size_t>(panel_count));
+  const int* wide = wide_.data() + node.panel_start + panel_count;
   std::size_t tile = node.tile_start + tiles_of(node.columns, node.below);
   const std::uint8_t* at = entries_.data() + node.entry_start / panels::kPanelColumns * Entries::kBytes + node.packed;
-  for (int c = (panels - 1) * panels::kPanelColumns; c >= 0; c -= panels::kPanelColumns) {
+  for (int c = (panel_count - 1) * panels::kPanelColumns; c >= 0; c -= panels::kPanelColumns) {
     const int width = std::min(panels::kPanelColumns, node.columns - c);
     const auto count = static_cast<std::size_t>(tile_rows(node.columns - c - width + node.below));
     head -= panels::kHead;

@@ -21,8 +21,7 @@ constexpr double kConditionForSingle = 1e-4;
 constexpr double kConditionForFewBits = 1e-3;
 // One part in so many, for an L whose trailing DOFs make it larger: 813 of 20,691 a tenth more than 210.
 constexpr std::size_t kSpareRoom = 4;
-constexpr std::size_t kWorthFewBits = std::size_t{1} << 20;     // entries of L; fewer stay in a core's cache
-constexpr std::size_t kWorthTwoThreads = std::size_t{1} << 23;  // the same, for columns of units
+constexpr std::size_t kWorthFewBits = std::size_t{1} << 20;  // entries of L; fewer stay in a core's cache
 constexpr Eigen::Index kColumnsWorthSharing = 6;
 
 /// CHOLMOD's view of the pattern and its values: symmetric, lower triangle stored.

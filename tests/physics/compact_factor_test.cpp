@@ -25,8 +25,8 @@ namespace {
 
 /// A cube held at its bottom and bent by `turn` degrees, large enough for few bits; 60 nodes are eliminated last.
 struct BentCube {
-  explicit BentCube(double poisson_ratio, double turn = 0, Element element = Element::linear)
-      : mesh(mesh_of(element)),
+  explicit BentCube(double poisson_ratio, double turn = 0, Element element = Element::linear, int cells = 6)
+      : mesh(mesh_of(element, cells)),
         model(mesh, std::vector<ElasticMaterial>(mesh.tets.size(), {10e3, poisson_ratio}),
               reference::nodes_where(mesh, [](const Eigen::Vector3d& x) { return x.z() < 1e-9; }), 0, element) {
     positions = rest_positions(model);
@@ -48,8 +48,9 @@ struct BentCube {
     for (int dof = model.dof_count() / 2; dof < model.dof_count() / 2 + 180; ++dof) trailing.push_back(dof);
     EXPECT_TRUE(factor.order_last(trailing, pattern, workspace));
   }
-  static TetMesh mesh_of(Element element) {
-    const int cells = element == Element::quadratic ? 6 : 12;
+  /// @param cells  quadratic ones along an edge; twice as many linear ones
+  static TetMesh mesh_of(Element element, int cells = 6) {
+    if (element == Element::linear) cells *= 2;
     TetMesh mesh =
         reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {cells, cells, cells});
     return element == Element::quadratic ? refined(mesh) : mesh;
@@ -149,6 +150,20 @@ TEST(CompactFactor, AnIterationWithFewBitsConvergesFastWhateverTheMaterialElemen
         }
       }
     }
+  }
+}
+
+TEST(CompactFactor, OfThemselvesLargeBodiesAreReadInTwelveBitsSmallerOnesInSixteen) {
+  for (const auto& [cells, precision] :
+       {std::pair(6, PassPrecision::sixteen_bits), {10, PassPrecision::twelve_bits}}) {
+    BentCube cube(0.49, 0, Element::quadratic, cells);
+    ASSERT_TRUE(cube.factor.factorise(cube.pattern, cube.values, cube.workspace));
+    EXPECT_EQ(cube.factor.pass_precision(), precision);
+    const double rate = cube.contraction();
+    std::printf("  %d DOFs, L of %.1f million entries: estimate %.1e, error times %.1e a step\n",
+                cube.model.dof_count(), 1e-6 * static_cast<double>(cube.factor.factor_nonzeros()),
+                cube.factor.reciprocal_condition(cube.workspace), rate);
+    EXPECT_LT(rate, 0.15);
   }
 }
 
