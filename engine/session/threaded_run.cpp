@@ -12,7 +12,7 @@ namespace stylet::session {
 
 namespace {
 
-constexpr int kWorkerNice = 19;  // as its helper: a factor that comes later costs less than a step that does
+constexpr int kWorkerNice = 15;  // as its helper: a factor that comes later costs less than a step that does
 constexpr int kMostBehind = 5;   // steps of the simulation: tissue relaxes by steps, and a lost one slows it down
 
 }  // namespace
