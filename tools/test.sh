@@ -19,14 +19,15 @@ One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder'
 --ci adds:
   long      the tests of some seven seconds and more (LONG in the rooms' CMakeLists.txt)
   format    clang-format on every file
-  alone     every file of a library compiled by itself, by gcc (all else is built by clang): the builds put several
-            into one (unity), where one can use what another includes; and benchmarks, soaks and fuzzers, which run
-            in --all
+  alone     files of the libraries, of benchmarks, soaks and fuzzers (which run in --all) compiled by themselves, by
+            gcc (all else is built by clang): the builds put several into one (unity), where one can use what another
+            includes. Those of the last 40 commits, and what includes these
   asan      every test but the long ones (leaks: those without Vulkan) under AddressSanitizer and
             UndefinedBehaviorSanitizer
   tsan      the tests with threads, under ThreadSanitizer
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
---all adds tests and tools to the files compiled alone, the long tests under AddressSanitizer, the benchmarks, soaks of
+--all compiles every file alone, runs the campaigns among the tests at full size (STYLET_STARTS, STYLET_EVERY_ORGAN) and
+the long tests under AddressSanitizer too; it adds the benchmarks, soaks of
 the default scenario (in lockstep for STYLET_SOAK_MINUTES of session time, 30; in real time, recorded and drawn, for
 STYLET_THREADED_SOAK_MINUTES, 5), a hundred random users at the window, again under AddressSanitizer, each scenario
 changed STYLET_SCENARIO_CASES times at random and trained (700), coverage-guided fuzzing of every reader
@@ -116,6 +117,8 @@ stop_postgres() {
 start_postgres
 
 [ -n "${STYLET_TEST_DATA:-}" ] || unset STYLET_TEST_DATA  # set to nothing it is not set
+# Campaigns among the tests at full size.
+[ $tier != all ] || export STYLET_STARTS=${STYLET_STARTS:-20} STYLET_EVERY_ORGAN=${STYLET_EVERY_ORGAN:-1}
 status=0
 data=-DSTYLET_TEST_DATA=${STYLET_TEST_DATA:-}
 release=(-DBUILD_TESTING=ON -DSTYLET_DRACO=ON "$data")
@@ -148,6 +151,14 @@ test_room() {
   stage "Build tests/$1" build release "tests/$1/all" "${release[@]}"
   stage "Test tests/$1" some_tests "release/tests/$1" "$1" || status=1
 }
+# Changed in the last commits, and what includes these: of the libraries, and of the tests what nothing here builds.
+recent_files() {
+  local paths=('physics/*.cpp' 'haptic/*.cpp' 'engine/*.cpp' 'tests/bench/*.cpp' 'tests/fuzz/*.cpp' 'tests/kernel/*.cpp'
+    'tests/*soak*.cpp') changed
+  changed=$(git log -40 --format= --name-only --diff-filter=d -- '*.h' '*.cpp' | sort -u)
+  { echo "$changed"; git grep -l -F -f <(sed -n 's/.*\.h$/"&"/p' <<<"$changed") -- "${paths[@]}" || true; } |
+    grep -F -x -f <(git ls-files "${paths[@]}") | sort -u
+}
 kernel_test_result() {
   local result=0
   wait "$kernel_test" || result=$?
@@ -170,11 +181,9 @@ if [ $tier = ci ] || [ $tier = all ]; then
   tools/kernel_test.sh >build/kernel_test.txt 2>&1 &
   kernel_test=$!
   stage "clang-format" tools/lint.sh format || status=1
-  # Of the tests those that nothing here builds.
-  mapfile -t alone < <(git ls-files 'physics/*.cpp' 'haptic/*.cpp' 'engine/*.cpp' 'tests/bench/*.cpp' 'tests/fuzz/*.cpp' \
-    'tests/kernel/*.cpp' 'tests/*soak*.cpp')
+  mapfile -t alone < <(recent_files)
   [ $tier = all ] && alone=()  # every file
-  stage "Files alone" tools/lint.sh alone "${alone[@]}" || status=1
+  [ $tier = ci ] && [ ${#alone[@]} -eq 0 ] || stage "Files alone" tools/lint.sh alone "${alone[@]}" || status=1
   stage "Build asan" build asan all_tests -DSTYLET_DRACO=ON "$data"
   # What a long test does for minutes others do for seconds.
   short=(-LE long)

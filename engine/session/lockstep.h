@@ -11,9 +11,9 @@
 
 namespace stylet::session {
 
-/// Simulation steps between the request of a factorisation and its swap: what the asynchronous thread typically
-/// needs.
-inline constexpr int kLockstepFactorisationSteps = 5;
+/// Simulation steps between the request of a factorisation and its swap: what the asynchronous thread needs for two
+/// bodies where cores are short. Making one is most of what a session in lockstep costs.
+inline constexpr int kLockstepFactorisationSteps = 12;
 
 /// When the simulation steps of a run in lockstep ask for a factor and take it: see physics::SimulationInput.
 /// One thread.

@@ -302,7 +302,7 @@ const files::KeyTable& table_of(const std::string& file) {
 
 int cases() {
   const char* asked = std::getenv("STYLET_SCENARIO_CASES");
-  return asked != nullptr ? std::atoi(asked) : support::kSanitized ? 10 : 30;
+  return asked != nullptr ? std::atoi(asked) : support::kSanitized ? 10 : 12;
 }
 std::uint32_t first_seed() {
   const char* asked = std::getenv("STYLET_SCENARIO_SEED");
