@@ -6,8 +6,8 @@ case "${1:-}" in
 usage: tools/test.sh              Release, every room: what to run after a clone and before a commit (12 minutes: 9 of
                                   them to compile everything for the first time; after that 2 and what has changed)
        tools/test.sh ROOM...      the tests of these rooms alone: what to run while you change one (1 minute)
-       tools/test.sh --ci         everything that guards main (18 minutes where ccache knows the code of the last time; an
-                                  hour from nothing, 35 minutes of it to compile it four ways)
+       tools/test.sh --ci         everything that guards main (70 minutes from nothing, half of them to compile it four
+                                  ways; less where ccache knows the code of the last time)
        tools/test.sh --all        that, and what takes hours
 
 Each installs the Debian 12 packages that it misses, builds into build/ what has changed, runs the tests through CTest
@@ -17,7 +17,8 @@ ROOM is one of the table in engine/README.md, or a folder of tests/: engine/link
 One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder's executables: its CMakeLists.txt).
 
 --ci adds:
-  long      the tests of some seven seconds and more (LONG in the rooms' CMakeLists.txt)
+  long      the tests of some seven seconds and more (LONG in the rooms' CMakeLists.txt; what is a CAMPAIGN is left to
+            --all)
   format    clang-format on every file
   alone     files of the libraries, of benchmarks, soaks and fuzzers (which run in --all) compiled by themselves, by
             gcc (all else is built by clang): the builds put several into one (unity), where one can use what another
@@ -26,12 +27,11 @@ One test: build/release/bin/stylet_link_tests --gtest_filter='Link.*' (a folder'
             UndefinedBehaviorSanitizer
   tsan      the tests with threads, under ThreadSanitizer
   kernel    the stylus over a real kernel in a virtual machine: tools/kernel_test.sh, beside the others
---all compiles every file alone, runs the campaigns among the tests at full size (STYLET_STARTS, STYLET_EVERY_ORGAN) and
-the long tests under AddressSanitizer too; it adds the benchmarks, soaks of
-the default scenario (in lockstep for STYLET_SOAK_MINUTES of session time, 30; in real time, recorded and drawn, for
-STYLET_THREADED_SOAK_MINUTES, 5), a hundred random users at the window, again under AddressSanitizer, each scenario
-changed STYLET_SCENARIO_CASES times at random and trained (700), coverage-guided fuzzing of every reader
-(STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
+--all compiles every file alone and runs the campaigns, at full size (STYLET_STARTS, STYLET_EVERY_ORGAN), and the long
+tests under AddressSanitizer too; it adds the benchmarks, soaks of the default scenario (in lockstep for
+STYLET_SOAK_MINUTES of session time, 30; in real time, recorded and drawn, for STYLET_THREADED_SOAK_MINUTES, 5), a
+hundred random users at the window, again under AddressSanitizer, each scenario changed STYLET_SCENARIO_CASES times at
+random and trained (700), coverage-guided fuzzing of every reader (STYLET_FUZZ_SECONDS each, 3600), and clang-tidy.
 A PostgreSQL server is started for the tests of a lab's server, on a socket of its own; without one they are skipped and
 counted. STYLET_TEST_POSTGRES=postgresql:///postgres?host=... names another, whose user may make databases.
 STYLET_TEST_DATA=DIR lets tests find data from outside the project; without it those tests are skipped and counted.
@@ -137,14 +137,19 @@ skipped() { cat build/*/ctest-*.log 2>/dev/null | grep -c '\*\*\*Skipped' || tru
 # number_of FOLDER OPTION of ctest...: tests of a build folder.
 number_of() { ctest --test-dir "build/$1" -N "${@:2}" | awk '/^Total Tests:/ { print $3 }'; }
 # some_tests FOLDER NAME: who waits for them waits for no more than what finds most. A room that has long ones alone
-# (tests/package) runs them.
+# (tests/package) runs them. main_tests: what guards main.
 left=0
+campaigns=0
 some_tests() {
   local long
   long=$(number_of "$1" -L long)
   [ "$long" -lt "$(number_of "$1")" ] || { run_tests "$1" "$2"; return; }
   left=$((left + long))
   run_tests "$1" "$2" -LE long
+}
+main_tests() {
+  campaigns=$(number_of "$1" -L campaign)
+  run_tests "$1" "$2" -LE campaign
 }
 # The executables of a folder of tests/, and the tests that they have.
 test_room() {
@@ -172,8 +177,8 @@ if [ $tier = rooms ]; then
   done
 else
   stage "Build release" build release all_tests "${release[@]}"
-  [ $tier = release ] && tests=some_tests || tests=run_tests
-  stage "Test release" $tests release all || status=1
+  declare -A tests=([release]=some_tests [ci]=main_tests [all]=run_tests)
+  stage "Test release" "${tests[$tier]}" release all || status=1
 fi
 
 if [ $tier = ci ] || [ $tier = all ]; then
@@ -214,6 +219,7 @@ if [ $tier = all ]; then
 fi
 stage_times
 [ $left -eq 0 ] || echo "Left to --ci, of some seven seconds and more each: $left tests"
+[ $campaigns -eq 0 ] || echo "Left to --all, of a minute and more each: $campaigns tests"
 printf 'Tests skipped: %d%s\n' "$(skipped)" \
   "$([ -n "${STYLET_TEST_DATA:-}" ] || echo ' (STYLET_TEST_DATA is not set)')"
 [ $status -eq 0 ] && bold "All tests passed" || bold "SOME TESTS FAILED"

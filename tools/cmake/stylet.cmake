@@ -83,14 +83,15 @@ add_custom_target(thread_tests)
 add_custom_target(all_benches)
 
 # stylet_test(NAME SOURCES files... LINK targets... [LABEL cpu|physics|threads|gpu|bench] [TIMEOUT seconds]
-# [COST seconds] [OPTIMIZED] [TOGETHER suites...] [LONG tests...]): one GoogleTest executable, not optimised except where
-# its tests compute much (it would also give its copies of a library's templates to what is tested). One CTest entry a
-# test; one for all of a suite in TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer
+# [COST seconds] [OPTIMIZED] [TOGETHER suites...] [LONG tests...] [CAMPAIGN tests...]): one GoogleTest
+# executable, not optimised except where its tests compute much (it would also give its copies of a library's templates
+# to what is tested). One CTest entry a test; one for all of a suite in TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer
 # runs those with the label threads. Those of higher COST, about what the longest takes, start first, so that nothing
 # waits for them at the end. What is LONG, some seven seconds and more (a test, or SUITE.* as in TOGETHER), has the label
-# long too: tools/test.sh leaves it to --ci.
+# long too: tools/test.sh leaves it to --ci. What takes a minute and has a shorter relative that finds most of what it
+# finds is a CAMPAIGN, labels long and campaign: that leaves it to --all.
 function(stylet_test name)
-  cmake_parse_arguments(arg "OPTIMIZED" "TIMEOUT;LABEL;COST" "SOURCES;LINK;TOGETHER;LONG" ${ARGN})
+  cmake_parse_arguments(arg "OPTIMIZED" "TIMEOUT;LABEL;COST" "SOURCES;LINK;TOGETHER;LONG;CAMPAIGN" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   if(arg_OPTIMIZED)
     target_precompile_headers(${name} REUSE_FROM stylet_headers)
@@ -123,16 +124,21 @@ function(stylet_test name)
     add_test(NAME ${suite} COMMAND ${name} --gtest_filter=${suite})
     set_tests_properties(${suite} PROPERTIES ${properties})
   endforeach()
-  foreach(test ${arg_LONG})
+  foreach(test ${arg_LONG} ${arg_CAMPAIGN})
+    set(labels ${arg_LABEL} long)
+    if(test IN_LIST arg_CAMPAIGN)
+      list(APPEND labels campaign)
+    endif()
     add_test(NAME ${test} COMMAND ${name} --gtest_filter=${test})
-    set_tests_properties(${test} PROPERTIES ${properties} LABELS "${arg_LABEL};long" COST 30
+    set_tests_properties(${test} PROPERTIES ${properties} LABELS "${labels}" COST 30
       FAIL_REGULAR_EXPRESSION "Running 0 tests")
     if(NOT test MATCHES "\\*")  # of a suite it would hide another test's failure
       set_tests_properties(${test} PROPERTIES SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
     endif()
   endforeach()
   list(JOIN arg_TOGETHER ":" together)
-  list(JOIN arg_LONG ":" long)
+  set(long ${arg_LONG} ${arg_CAMPAIGN})
+  list(JOIN long ":" long)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_FILTER "-${together}:${long}" PROPERTIES ${properties})
   add_dependencies(all_tests ${name})
   if(arg_LABEL STREQUAL threads)
