@@ -12,7 +12,7 @@
 namespace stylet::session {
 
 /// Simulation steps between the request of a factorisation and its swap: what the asynchronous thread needs for two
-/// bodies where cores are short. Making one is most of what a session in lockstep costs.
+/// bodies where cores are short. In lockstep nothing is beside it: making one takes as long as dozens of steps.
 inline constexpr int kLockstepFactorisationSteps = 12;
 
 /// When the simulation steps of a run in lockstep ask for a factor and take it: see physics::SimulationInput.

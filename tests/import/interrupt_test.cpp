@@ -38,7 +38,7 @@ using mesh::TriangleMesh;
 using mesh::test::icosphere;
 
 constexpr double kRadius = 0.05;
-constexpr int kLevels = support::kSanitized ? 5 : 6;  // 20 or 82 thousand triangles
+constexpr int kLevels = support::kSanitized ? 5 : 7;  // 20 or 328 thousand triangles
 constexpr std::size_t kTriangles = std::size_t{20} << (2 * kLevels);
 
 const TriangleMesh& ball() {

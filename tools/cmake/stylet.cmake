@@ -85,11 +85,11 @@ add_custom_target(all_benches)
 # stylet_test(NAME SOURCES files... LINK targets... [LABEL cpu|physics|threads|gpu|bench] [TIMEOUT seconds]
 # [COST seconds] [OPTIMIZED] [TOGETHER suites...] [LONG tests...] [CAMPAIGN tests...]): one GoogleTest
 # executable, not optimised except where its tests compute much (it would also give its copies of a library's templates
-# to what is tested). One CTest entry a test; one for all of a suite in TOGETHER, whose tests share what takes seconds to make and skip nothing. ThreadSanitizer
-# runs those with the label threads. Those of higher COST, about what the longest takes, start first, so that nothing
-# waits for them at the end. What is LONG, some seven seconds and more (a test, or SUITE.* as in TOGETHER), has the label
-# long too: tools/test.sh leaves it to --ci. What takes a minute and has a shorter relative that finds most of what it
-# finds is a CAMPAIGN, labels long and campaign: that leaves it to --all.
+# to what is tested). One CTest entry a test; one for all of a suite in TOGETHER, whose tests share what takes seconds to
+# make and skip nothing. ThreadSanitizer runs those with the label threads. Those of higher COST, about what the longest
+# takes, start first, so that nothing waits for them at the end. What is LONG, some seven seconds and more (a test, or
+# SUITE.* as in TOGETHER), has the label long too: tools/test.sh leaves it to --ci. What takes a minute and has a shorter
+# relative that finds most of what it finds is a CAMPAIGN, labels long and campaign: it is left to --all.
 function(stylet_test name)
   cmake_parse_arguments(arg "OPTIMIZED" "TIMEOUT;LABEL;COST" "SOURCES;LINK;TOGETHER;LONG;CAMPAIGN" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
