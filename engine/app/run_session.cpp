@@ -299,9 +299,9 @@ Attempted attempt(const SessionSettings& settings, const content::Scene& scene, 
                   observer);
   const bool stopped = observer.stop_requested();
   if (stopped) {
+    observer.stop_answered();  // before it is said: who reads it may ask again at once
     observer.note(Note::notice,
                   "session ended early; drawing its pictures (Ctrl-C again: keep what is written by then)");
-    observer.stop_answered();
   }
   if (end.window && !stopped) {
     result.waits_for_user = stylus.held() && !(settings.seconds > 0);
