@@ -10,6 +10,13 @@ namespace {
 
 constexpr float kUnits = std::numeric_limits<std::int16_t>::max();
 
+using Coordinates = Eigen::Map<const Eigen::ArrayXf>;
+using Units = Eigen::Map<Eigen::Array<std::int16_t, Eigen::Dynamic, 1>>;
+
+Eigen::Index size_of(const std::vector<Eigen::Vector3f>& nodes) {
+  return 3 * static_cast<Eigen::Index>(nodes.size());
+}
+
 std::size_t node_count(const state::FrameState& frame) {
   std::size_t count = 0;
   for (const auto& body : frame.bodies) count += body.size();
@@ -52,29 +59,37 @@ void interpolate(state::FrameState& to, const state::FrameState& later, float sh
 FrameHistory::FrameHistory(const state::FrameState& rest, std::size_t memory)
     : rest_(rest), most_frames_(std::max<std::size_t>(memory / bytes_of(rest), 4)) {}
 
-void FrameHistory::add(const state::FrameState& frame) {
-  Kept kept;
+FrameHistory::Kept FrameHistory::pack(const state::FrameState& frame) const {
+  Kept kept{.details = frame};
+  const auto displacements = [&](std::size_t b) {
+    return Coordinates(frame.bodies[b].data()->data(), size_of(rest_.bodies[b])) -
+           Coordinates(rest_.bodies[b].data()->data(), size_of(rest_.bodies[b]));
+  };
   float most = 0;
   for (std::size_t b = 0; b < rest_.bodies.size(); ++b) {
-    for (std::size_t i = 0; i < rest_.bodies[b].size(); ++i) {
-      most = std::max(most, (frame.bodies[b][i] - rest_.bodies[b][i]).cwiseAbs().maxCoeff());
-    }
+    if (!rest_.bodies[b].empty()) most = std::max(most, displacements(b).abs().maxCoeff());
   }
   kept.metres_per_unit = most / kUnits;
-  kept.nodes.reserve(3 * node_count(rest_));
+  kept.nodes.resize(3 * node_count(rest_));
   const float units_per_metre = most > 0 ? kUnits / most : 0;
+  std::int16_t* units = kept.nodes.data();
   for (std::size_t b = 0; b < rest_.bodies.size(); ++b) {
-    for (std::size_t i = 0; i < rest_.bodies[b].size(); ++i) {
-      const Eigen::Vector3f units = units_per_metre * (frame.bodies[b][i] - rest_.bodies[b][i]);
-      for (int axis = 0; axis < 3; ++axis) kept.nodes.push_back(static_cast<std::int16_t>(std::lround(units[axis])));
-    }
+    if (rest_.bodies[b].empty()) continue;
+    const Eigen::Index size = size_of(rest_.bodies[b]);
+    Units(units, size) = (units_per_metre * displacements(b)).rint().cast<std::int16_t>();
+    units += size;
   }
-  kept.rest = frame;
-  kept.rest.bodies = {};
+  return kept;
+}
 
+void FrameHistory::add(const state::FrameState& frame) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!is_next(frame.time_s) || seen_++ % every_ != 0) return;
+  }
+  Kept kept = pack(frame);
   const std::lock_guard lock(mutex_);
-  if (!frames_.empty() && frame.time_s <= frames_.back().rest.time_s) return;
-  if (seen_++ % every_ != 0) return;
+  if (!is_next(frame.time_s)) return;
   if (frames_.size() == most_frames_) {
     std::size_t left = 0;
     for (std::size_t i = 0; i < frames_.size(); i += 2, ++left) frames_[left] = std::move(frames_[i]);
@@ -85,9 +100,7 @@ void FrameHistory::add(const state::FrameState& frame) {
 }
 
 void FrameHistory::unpack(const Kept& kept, state::FrameState& out) const {
-  auto bodies = std::move(out.bodies);
-  out = kept.rest;
-  out.bodies = std::move(bodies);
+  static_cast<state::FrameDetails&>(out) = kept.details;
   const std::int16_t* unit = kept.nodes.data();
   for (std::size_t b = 0; b < rest_.bodies.size(); ++b) {
     for (std::size_t i = 0; i < rest_.bodies[b].size(); ++i, unit += 3) {
@@ -102,17 +115,17 @@ bool FrameHistory::sample(double time_s, state::FrameState& out) const {
   const std::lock_guard lock(mutex_);
   if (frames_.empty()) return false;
   const auto later = std::lower_bound(frames_.begin(), frames_.end(), time_s,
-                                      [](const Kept& kept, double t) { return kept.rest.time_s < t; });
+                                      [](const Kept& kept, double t) { return kept.details.time_s < t; });
   if (later == frames_.begin() || later == frames_.end()) {
     unpack(later == frames_.end() ? frames_.back() : frames_.front(), out);
     return true;
   }
   const Kept& earlier = *(later - 1);
-  const double span = later->rest.time_s - earlier.rest.time_s;
+  const double span = later->details.time_s - earlier.details.time_s;
   state::FrameState second = rest_;
   unpack(*later, second);
   unpack(earlier, out);
-  interpolate(out, second, static_cast<float>((time_s - earlier.rest.time_s) / span), time_s);
+  interpolate(out, second, static_cast<float>((time_s - earlier.details.time_s) / span), time_s);
   return true;
 }
 
@@ -122,11 +135,11 @@ std::size_t FrameHistory::size() const {
 }
 double FrameHistory::begin_s() const {
   const std::lock_guard lock(mutex_);
-  return frames_.empty() ? 0 : frames_.front().rest.time_s;
+  return frames_.empty() ? 0 : frames_.front().details.time_s;
 }
 double FrameHistory::end_s() const {
   const std::lock_guard lock(mutex_);
-  return frames_.empty() ? 0 : frames_.back().rest.time_s;
+  return frames_.empty() ? 0 : frames_.back().details.time_s;
 }
 
 }  // namespace stylet::debrief

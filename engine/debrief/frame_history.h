@@ -34,11 +34,14 @@ public:
 
 private:
   struct Kept {
-    state::FrameState rest;  ///< without bodies
+    state::FrameDetails details;
     float metres_per_unit = 0;
     std::vector<std::int16_t> nodes;  ///< [3 * nodes of all bodies] displacements
   };
+  Kept pack(const state::FrameState& frame) const;
   void unpack(const Kept& kept, state::FrameState& out) const;
+  /// Whether a frame of this time is later than the last one.
+  bool is_next(double time_s) const { return frames_.empty() || time_s > frames_.back().details.time_s; }
 
   state::FrameState rest_;
   std::size_t most_frames_;

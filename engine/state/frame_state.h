@@ -52,13 +52,12 @@ struct SyringeState {
   float held = 0;      ///< fluid in it, m^3
 };
 
-/// Patient frame, metres, newtons. Arrays are sized at load and never grow.
-struct FrameState {
+/// A frame without its bodies: what is small of it.
+struct FrameDetails {
   double time_s = 0;  ///< session time
   std::uint64_t simulation_step = 0;
   std::uint64_t haptic_step = 0;
-  std::vector<std::vector<Eigen::Vector3f>> bodies;  ///< [body][node] deformed positions
-  std::vector<Eigen::Vector3f> needle_positions;     ///< [needle node] hub first
+  std::vector<Eigen::Vector3f> needle_positions;  ///< [needle node] hub first
   std::vector<Eigen::Quaternionf> needle_orientations;
   Eigen::Vector3f probe_position = Eigen::Vector3f::Zero();
   Eigen::Quaternionf probe_orientation = Eigen::Quaternionf::Identity();
@@ -83,6 +82,11 @@ struct FrameState {
     const auto nearest = std::ranges::min_element(targets, {}, &TargetState::distance);
     return nearest == targets.end() ? nullptr : &*nearest;
   }
+};
+
+/// Patient frame, metres, newtons. Arrays are sized at load and never grow.
+struct FrameState : FrameDetails {
+  std::vector<std::vector<Eigen::Vector3f>> bodies;  ///< [body][node] deformed positions
 };
 
 /// How a FrameState was made.

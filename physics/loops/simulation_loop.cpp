@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -90,9 +92,11 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
       worker_(models_, settings.dt, settings.coarsest, settings.two_threads),
       companion_(settings.two_threads),
       path_(models_, {.spacing = settings.contact_spacing, .removal_hysteresis = settings.removal_hysteresis}) {
-  workspace_.companion = &companion_;
-  for (const TissueModel& model : models_) IsolatedDofs::make_scratch(model.dof_count(), workspace_);
-  elements_.companion = &companion_;
+  for (int i = 0; i < Companion::kSides; ++i) {
+    Side& side = sides_[static_cast<std::size_t>(i)];
+    side.workspace.companion = side.elements.companion = &companion_.of(i);
+    for (const TissueModel& model : models_) IsolatedDofs::make_scratch(model.dof_count(), side.workspace);
+  }
   tissue_.body_count = body_count();
   bodies_.reserve(models_.size());
   for (std::size_t b = 0; b < models_.size(); ++b) {
@@ -129,10 +133,14 @@ SimulationLoop::SimulationLoop(std::vector<SimulationBody> bodies, const Simulat
     bodies_.back().contact_force = bodies_.back().load;
   }
   any_large_ = std::any_of(models_.begin(), models_.end(), [](const TissueModel& m) { return m.runs.size() > 1; });
-  int cavity_count = 0;
+  order_.resize(models_.size());
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  std::ranges::stable_sort(order_, std::greater(), [this](std::size_t b) { return models_[b].dof_count(); });
+  std::size_t cavity_count = 0;
   for (std::size_t b = 0; b < models_.size(); ++b) {
+    bodies_[b].first_cavity = cavity_count;
     for (std::vector<int>& tets : bodies[b].cavities) bodies_[b].cavities.emplace_back(models_[b], std::move(tets));
-    cavity_count += static_cast<int>(bodies_[b].cavities.size());
+    cavity_count += bodies_[b].cavities.size();
   }
   if (cavity_count > kMaxCavities) {
     throw std::invalid_argument("simulation: " + std::to_string(cavity_count) + " cavities; at most " +
@@ -160,7 +168,7 @@ Eigen::Matrix3Xd SimulationLoop::field_of(std::size_t b, const Eigen::Matrix3Xd&
   body.trial = tissue_.positions[b] + held;  // at the rotations of rest, forces are linear in it
   internal_forces(model, body.trial, body.rotations, body.nodal_force, {}, false);
   take_free(model, body.nodal_force, body.internal_force);
-  worker_.latest().bodies[b].factor.solve(body.internal_force, body.displacement, workspace_);
+  worker_.latest().bodies[b].factor.solve(body.internal_force, body.displacement, sides_[0].workspace);
   Eigen::Matrix3Xd field = held;
   add_free(model, body.displacement, -(1 + model.damping_time_s / settings_.dt), field);
   body.internal_force.setZero();
@@ -168,31 +176,46 @@ Eigen::Matrix3Xd SimulationLoop::field_of(std::size_t b, const Eigen::Matrix3Xd&
   return field;
 }
 
+template <typename Work>
+void SimulationLoop::for_bodies(const Work& work) {
+  const auto task = [&](int k, int side) {
+    work(order_[static_cast<std::size_t>(k)], sides_[static_cast<std::size_t>(side)]);
+  };
+  if (any_large_) return companion_.run_tasks(body_count(), task);
+  for (int k = 0; k < body_count(); ++k) task(k, 0);
+}
+
 SimulationReport SimulationLoop::step(const SimulationInput& input, TissuePatch& out) {
   SimulationReport report;
   report.step = ++tissue_.step;
   tissue_.time_s = input.time_s;
+  for (BodyState& body : bodies_) body.report = {};
 
   const NeedleState* needle = accept(input.needle, report);
   respond_organs();
   move_held(input.held_amplitude, report);
-  for (std::size_t b = 0; b < models_.size(); ++b) {  // each as a whole: its elements are read from a cache then
-    correct_motion(b, true, report);
-    fill_cavities(b, input.cavity_shares, report);
-  }
+  for_bodies([&](std::size_t b, Side& side) {
+    correct_motion(b, true, side);
+    fill_cavities(b, input.cavity_shares, side, report);
+  });
   swap_factorisation(input, report);
   follow_probe(input.probe, report);
   touch(input.probe, report);
-  free_motion(report);
-  isolate(needle, report, out);
+  out.flags = 0;
+  if (needle != nullptr && settings_.lay_contacts) {
+    out.flags = path_.update(*needle, {tissue_.positions.data(), models_.size()});
+  }
   const bool asks = may_request(input, report);
-  stiffen(asks);
-  if (asks) request_factorisation(input, needle, report);
-  fill_patch(out);
+  for_bodies([&](std::size_t b, Side& side) {
+    free_motion(b, side);
+    isolate(b, needle, side);
+    stiffen(b, asks, side);
+    if (asks) fill_request(b, needle, input.stale_turn, side);
+    fill_patch(b, out);
+  });
+  if (asks) request_factorisation(report);
+  sum_up(needle, report, out);
   couple_organs(needle, out);
-
-  report.factor_epoch = worker_.latest().epoch;
-  report.needle_step = tissue_.needle_step;
   return report;
 }
 
@@ -261,7 +284,7 @@ double SimulationLoop::foresight(const NeedleState& needle) const {
   return patches * settings_.dt;
 }
 
-void SimulationLoop::respond(std::size_t b, bool shown) {
+void SimulationLoop::respond(std::size_t b, bool shown, Side& side) {
   const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
@@ -278,13 +301,13 @@ void SimulationLoop::respond(std::size_t b, bool shown) {
     // Forces on S alone change x_S by W_SS of them, and what was eliminated before S by nothing.
     const Eigen::Index size = body.on_trailing.size();
     factorised.factor.substitute_back(body.pass, body.on_trailing + body.unloading.head(size) - moved.head(size),
-                                      body.displacement, workspace_);
+                                      body.displacement, side.workspace);
   } else {
     // What the forces have changed since the first half. Most act on trailing nodes, so it costs next to nothing.
     body.displacement = body.needle_force + body.contact_force - body.eliminated_force;
-    factorised.factor.eliminate(body.displacement, body.pass, workspace_);
+    factorised.factor.eliminate(body.displacement, body.pass, side.workspace);
     body.pass = body.eliminated - body.pass;
-    factorised.factor.substitute_back(body.pass, body.displacement, workspace_);
+    factorised.factor.substitute_back(body.pass, body.displacement, side.workspace);
   }
   body.trial = tissue_.positions[b];
   add_free(model, body.displacement, -1, body.trial);
@@ -320,7 +343,7 @@ Eigen::VectorXd SimulationLoop::motion_under_needle(std::size_t b) const {
   return motion;
 }
 
-void SimulationLoop::solve_trailing(std::size_t b) {
+void SimulationLoop::solve_trailing(std::size_t b, Side& side) {
   const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
@@ -337,7 +360,7 @@ void SimulationLoop::solve_trailing(std::size_t b) {
   body.pass = body.eliminated;
   if (!all_known) {
     Eigen::VectorXd forgotten(body.pass.size());
-    factorised.factor.eliminate(body.displacement, forgotten, workspace_);
+    factorised.factor.eliminate(body.displacement, forgotten, side.workspace);
     body.pass += forgotten;
   }
   body.on_trailing = factorised.factor.substitute_back_trailing(body.pass);
@@ -347,12 +370,13 @@ void SimulationLoop::solve_trailing(std::size_t b) {
   body.trailing_solved = true;
 }
 
-void SimulationLoop::free_positions(std::size_t b, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free) {
+void SimulationLoop::free_positions(std::size_t b, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free,
+                                    Side& side) {
   BodyState& body = bodies_[b];
   if (nodes.empty()) return;
   const FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
   const IsolatedDofs& isolated = factorised.isolated;
-  if (!body.trailing_solved) solve_trailing(b);
+  if (!body.trailing_solved) solve_trailing(b, side);
   isolated.solution_at(nodes, body.pass, body.on_trailing, free);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     auto x = free.col(static_cast<Eigen::Index>(i));
@@ -402,7 +426,7 @@ void SimulationLoop::couple_organs(const NeedleState* needle, TissuePatch& out) 
   for (std::size_t b = 0; b < models_.size(); ++b) {
     const std::span<const int> nodes = organs_.nodes(static_cast<int>(b));
     moved[b].resize(3, static_cast<Eigen::Index>(nodes.size()));
-    free_positions(b, nodes, moved[b]);
+    free_positions(b, nodes, moved[b], sides_[0]);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       moved[b].col(static_cast<Eigen::Index>(i)) -= tissue_.positions[b].col(nodes[i]);
     }
@@ -412,9 +436,9 @@ void SimulationLoop::couple_organs(const NeedleState* needle, TissuePatch& out) 
 }
 
 void SimulationLoop::gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions,
-                                           BodyState& body) {
+                                           BodyState& body, Side& side) {
   body.squeezed =
-      internal_forces(model, positions, body.rotations, body.nodal_force, body.rest_size, body.memory, elements_);
+      internal_forces(model, positions, body.rotations, body.nodal_force, body.rest_size, body.memory, side.elements);
   take_free(model, body.nodal_force, body.internal_force);
 }
 
@@ -489,9 +513,10 @@ void SimulationLoop::follow_probe(const RigidPose* probe, SimulationReport& repo
     touch(&between, report);
     if (report.probe.points == 0) continue;
     for (int correction = 0; correction < kMaxCorrections; ++correction) {
-      free_motion(report);
-      report.inverted_tets = 0;
-      for (std::size_t b = 0; b < models_.size(); ++b) correct_motion(b, false, report);
+      for_bodies([&](std::size_t b, Side& side) {
+        free_motion(b, side);
+        correct_motion(b, false, side);
+      });
       if (std::none_of(bodies_.begin(), bodies_.end(), [](const BodyState& body) { return body.limited; })) break;
     }
   }
@@ -505,7 +530,7 @@ void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
   }
   std::optional<RigidPose> head;
   if (grip_ && probe != nullptr) head = grip_->head(*probe);
-  contact_->update({tissue_.positions.data(), models_.size()}, head ? &*head : nullptr, workspace_);
+  contact_->update({tissue_.positions.data(), models_.size()}, head ? &*head : nullptr, sides_[0].workspace);
   for (std::size_t b = 0; b < models_.size(); ++b) {
     bodies_[b].contact_force = bodies_[b].load;
     contact_->add_forces(static_cast<int>(b), bodies_[b].contact_force);
@@ -516,15 +541,15 @@ void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
   if (grip_ && !head) grip_->release();
 }
 
-void SimulationLoop::correct_motion(std::size_t b, bool shown, SimulationReport& report) {
+void SimulationLoop::correct_motion(std::size_t b, bool shown, Side& side) {
   const TissueModel& model = models_[b];
   BodyState& body = bodies_[b];
   Eigen::Matrix3Xd& positions = tissue_.positions[b];
 
   body.limited = false;
-  respond(b, shown);  // with the factor that made p_free
+  respond(b, shown, side);  // with the factor that made p_free
   if (!body.trial.allFinite()) {
-    report.flags |= kSimulationNonFinite;
+    body.report.flags |= kSimulationNonFinite;
     body.trial = positions;
   }
 
@@ -532,7 +557,7 @@ void SimulationLoop::correct_motion(std::size_t b, bool shown, SimulationReport&
   // (a mad force), and one that would turn tetrahedra inside out.
   StepTried step = step_tried(model, body, positions);
   const auto shorten = [&](double fraction) {
-    report.flags |= kSimulationStepLimited;
+    body.report.flags |= kSimulationStepLimited;
     body.trial = positions + fraction * (body.trial - positions);
     step.longest *= fraction;
     step.slope *= fraction;
@@ -546,13 +571,13 @@ void SimulationLoop::correct_motion(std::size_t b, bool shown, SimulationReport&
   if (shown) relaxing = {.dt = settings_.dt, .after = body.relaxed};
   for (int shortened = 0;; ++shortened) {
     const ElementCount count = update_rotations_and_forces(model, body.trial, body.rotations, body.nodal_force,
-                                                           body.rest_size, body.memory, elements_, relaxing);
+                                                           body.rest_size, body.memory, side.elements, relaxing);
     inverted = count.inverted;
     body.squeezed = count.squeezed;
     take_free(model, body.nodal_force, body.internal_force);
     if (shortened == kMaxShortenings) break;
     const bool flat = shortened == 0 && (inverted > 0 || body.squeezed > 0);
-    double fraction = flat ? uninverted_fraction(model, positions, body.trial, &companion_) : 1;
+    double fraction = flat ? uninverted_fraction(model, positions, body.trial, side.elements.companion) : 1;
     if (fraction < 1) {
       // Where the first tetrahedron would lose nearly all of its volume; what is left is for the next steps.
       body.limited = true;
@@ -564,27 +589,29 @@ void SimulationLoop::correct_motion(std::size_t b, bool shown, SimulationReport&
   }
   positions.swap(body.trial);
   if (shown) body.memory.swap(body.relaxed);
-  report.inverted_tets += inverted;
-  if (inverted > 0) report.flags |= kSimulationInverted;
+  body.report.inverted_tets = inverted;
+  if (inverted > 0) body.report.flags |= kSimulationInverted;
 }
 
-void SimulationLoop::fill_cavities(std::size_t b, std::span<const double> shares, SimulationReport& report) {
+void SimulationLoop::fill_cavities(std::size_t b, std::span<const double> shares, Side& side,
+                                   SimulationReport& report) {
   BodyState& body = bodies_[b];
   bool changed = false;
+  std::size_t index = body.first_cavity;
   for (Cavity& cavity : body.cavities) {
-    const auto index = static_cast<std::size_t>(report.cavity_count++);
     CavityState& state = report.cavities[index];
     state = cavity.state(models_[b], tissue_.positions[b], body.rotations, body.memory);
     const double share = index < shares.size() ? shares[index] : 1;
+    ++index;
     if (!std::isfinite(share)) {
-      report.flags |= kSimulationNonFinite;
+      body.report.flags |= kSimulationNonFinite;
     } else if (cavity.fill(share, state.volume)) {
       changed = true;
       body.rest_size.resize(models_[b].tets.size(), 1.0);
       for (const int t : cavity.tets()) body.rest_size[t] = cavity.size();
     }
   }
-  if (changed) gather_internal_force(models_[b], tissue_.positions[b], body);
+  if (changed) gather_internal_force(models_[b], tissue_.positions[b], body, side);
 }
 
 void SimulationLoop::swap_factorisation(const SimulationInput& input, SimulationReport& report) {
@@ -593,76 +620,58 @@ void SimulationLoop::swap_factorisation(const SimulationInput& input, Simulation
   factorisation_outstanding_ = false;
 }
 
-void SimulationLoop::free_motion(SimulationReport& report) {
-  double residual = 0;
-  double force = 0;
-  for (std::size_t b = 0; b < models_.size(); ++b) {
-    BodyState& body = bodies_[b];
-    body.displacement = body.internal_force - body.needle_force - body.contact_force;
-    residual = std::hypot(residual, body.displacement.stableNorm());
-    force = std::hypot(force, body.needle_force.stableNorm());
+void SimulationLoop::free_motion(std::size_t b, Side& side) {
+  BodyState& body = bodies_[b];
+  body.displacement = body.internal_force - body.needle_force - body.contact_force;
+  body.report.residual_n = body.displacement.stableNorm();
+  body.report.force_n = body.needle_force.stableNorm();
 
-    // A_f^-1 (F_int - contact - H^T lambda) goes to zero, so the precision of its solve does not move the fixed
-    // point. Half of the solve is left to respond(), when the forces of this step are known: L is read once here,
-    // once there.
-    worker_.latest().bodies[b].factor.eliminate(body.displacement, body.eliminated, workspace_);
-    body.trailing_solved = false;
-    body.eliminated_force = body.needle_force + body.contact_force;
-    if (!body.eliminated.allFinite()) {
-      report.flags |= kSimulationNonFinite;
-      body.eliminated.setZero();
-    }
-  }
-  report.residual_n = residual;
-  report.force_n = force;
-}
-
-void SimulationLoop::stiffen(bool whole) {
-  for (std::size_t b = 0; b < models_.size(); ++b) {
-    BodyState& body = bodies_[b];
-    if (body.stiffening.empty()) continue;
-    const Eigen::Matrix3Xd& positions = tissue_.positions[b];
-    if (whole) {
-      find_stiffening(models_[b], positions, body.rotations, body.rest_size, body.stiffening, &companion_);
-      continue;
-    }
-    for (const std::vector<int>* nodes : {&body.nodes, &body.held}) {
-      find_stiffening_around(*nodes, models_[b], positions, body.rotations, body.rest_size, body.stiffening);
-    }
+  // A_f^-1 (F_int - contact - H^T lambda) goes to zero, so the precision of its solve does not move the fixed
+  // point. Half of the solve is left to respond(), when the forces of this step are known: L is read once here,
+  // once there.
+  worker_.latest().bodies[b].factor.eliminate(body.displacement, body.eliminated, side.workspace);
+  body.trailing_solved = false;
+  body.eliminated_force = body.needle_force + body.contact_force;
+  if (!body.eliminated.allFinite()) {
+    body.report.flags |= kSimulationNonFinite;
+    body.eliminated.setZero();
   }
 }
 
-void SimulationLoop::isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out) {
-  out.flags = 0;
-  if (needle != nullptr && settings_.lay_contacts) {
-    out.flags = path_.update(*needle, {tissue_.positions.data(), models_.size()});
+void SimulationLoop::stiffen(std::size_t b, bool whole, Side& side) {
+  BodyState& body = bodies_[b];
+  if (body.stiffening.empty()) return;
+  const Eigen::Matrix3Xd& positions = tissue_.positions[b];
+  if (whole) {
+    find_stiffening(models_[b], positions, body.rotations, body.rest_size, body.stiffening, side.elements.companion);
+    return;
   }
-  if (needle != nullptr && !settings_.lay_contacts) {
-    std::array<std::uint32_t, kMaxBodies> flags{};
-    in_parts(any_large_ ? &companion_ : nullptr, body_count(), [&](int b) { choose_nodes(b, *needle, flags[b]); });
-    for (const std::uint32_t of_body : flags) out.flags |= of_body;
+  for (const std::vector<int>* nodes : {&body.nodes, &body.held}) {
+    find_stiffening_around(*nodes, models_[b], positions, body.rotations, body.rest_size, body.stiffening);
   }
-  for (std::size_t b = 0; b < models_.size(); ++b) {
-    BodyState& body = bodies_[b];
-    if (settings_.lay_contacts) body.nodes = path_.isolated_nodes(static_cast<int>(b));
-    FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
-    report.new_isolated_nodes += factorised.isolated.isolate(body.nodes, models_[b], factorised.factor, workspace_);
-    report.isolated_nodes += static_cast<int>(body.nodes.size());
-    free_positions(b, body.nodes, body.free_positions.leftCols(static_cast<Eigen::Index>(body.nodes.size())));
-  }
-  report.contact_count = settings_.lay_contacts ? path_.contact_count()
-                         : needle != nullptr    ? needle->contact_count
-                                                : 0;
 }
 
-void SimulationLoop::choose_nodes(std::size_t b, const NeedleState& needle, std::uint32_t& flags) {
+void SimulationLoop::isolate(std::size_t b, const NeedleState* needle, Side& side) {
+  BodyState& body = bodies_[b];
+  if (settings_.lay_contacts) {
+    body.nodes = path_.isolated_nodes(static_cast<int>(b));
+  } else if (needle != nullptr) {
+    choose_nodes(b, *needle);
+  }
+  FactorisedTissue::Body& factorised = worker_.latest().bodies[b];
+  body.report.new_isolated_nodes =
+      factorised.isolated.isolate(body.nodes, models_[b], factorised.factor, side.workspace);
+  free_positions(b, body.nodes, body.free_positions.leftCols(static_cast<Eigen::Index>(body.nodes.size())), side);
+}
+
+void SimulationLoop::choose_nodes(std::size_t b, const NeedleState& needle) {
   BodyState& body = bodies_[b];
   const double ahead = foresight(needle);
   const double wanted = settings_.patch_range + tip_speed_ * ahead + dent(models_[b], needle, static_cast<int>(b));
   const double range = std::min(wanted, settings_.look_ahead);
   const double reach = settings_.patch_range + settings_.fastest_tip * (ahead + settings_.longest_stall);
   body.wanted = corridor_nodes(models_[b], tissue_.positions[b], needle, static_cast<int>(b), range, kMaxPatchNodes);
-  if (body.wanted.size() == kMaxPatchNodes) flags |= kPatchNodeOverflow;
+  if (body.wanted.size() == kMaxPatchNodes) body.report.patch_flags |= kPatchNodeOverflow;
   std::sort(body.wanted.begin(), body.wanted.end());
   // Beyond, a patch has what costs nothing: the compliance of nodes that the factor has last, of others their place.
   body.nodes = body.wanted;
@@ -707,28 +716,28 @@ bool SimulationLoop::may_request(const SimulationInput& input, SimulationReport&
   return true;
 }
 
-void SimulationLoop::request_factorisation(const SimulationInput& input, const NeedleState* needle,
-                                           SimulationReport& report) {
+void SimulationLoop::fill_request(std::size_t b, const NeedleState* needle, double stale_turn, Side& side) {
+  const TissueModel& model = models_[b];
+  BodyState& body = bodies_[b];
+  FactorisationRequest::Body& request = worker_.request().bodies[b];
+  request.squeezed.clear();
+  if (body.squeezed > 0) find_squeezed(model, tissue_.positions[b], body.rest_size, request.squeezed);
+  if (model.is_quadratic()) find_cofactors(model, tissue_.positions[b], request.cofactors, side.elements.companion);
+  request.stiffening = body.stiffening;
+  for (std::size_t t = 0; t < request.membrane.size(); ++t) {
+    request.membrane[t] = membrane_gradient(model.membrane[t], tissue_.positions[b]);
+  }
+  name_nodes(b, needle, request);
+  const FactorisedTissue::Body& in_use = worker_.latest().bodies[b];
+  body.report.factor_is_stale = !(stale_turn > 0) || !covers(in_use.trailing_nodes, request, model) ||
+                                !nearly_of(in_use, body.rotations, request, stale_turn);
+}
+
+void SimulationLoop::request_factorisation(SimulationReport& report) {
+  const auto stale = [](const BodyState& body) { return body.report.factor_is_stale; };
+  if (std::ranges::none_of(bodies_, stale)) return;
   FactorisationRequest& request = worker_.request();
   request.epoch = tissue_.step;
-  bool needed = !(input.stale_turn > 0);
-  for (std::size_t b = 0; b < models_.size(); ++b) {
-    FactorisationRequest::Body& body = request.bodies[b];
-    body.squeezed.clear();
-    if (bodies_[b].squeezed > 0) {
-      find_squeezed(models_[b], tissue_.positions[b], bodies_[b].rest_size, body.squeezed);
-    }
-    if (models_[b].is_quadratic()) find_cofactors(models_[b], tissue_.positions[b], body.cofactors, &companion_);
-    body.stiffening = bodies_[b].stiffening;
-    for (std::size_t t = 0; t < body.membrane.size(); ++t) {
-      body.membrane[t] = membrane_gradient(models_[b].membrane[t], tissue_.positions[b]);
-    }
-    name_nodes(b, needle, body);
-    const FactorisedTissue::Body& in_use = worker_.latest().bodies[b];
-    needed = needed || !covers(in_use.trailing_nodes, body, models_[b]) ||
-             !nearly_of(in_use, bodies_[b].rotations, body, input.stale_turn);
-  }
-  if (!needed) return;
   for (std::size_t b = 0; b < models_.size(); ++b) request.bodies[b].rotations = bodies_[b].rotations;
   worker_.submit();
   factorisation_outstanding_ = true;
@@ -752,29 +761,39 @@ TissuePatch SimulationLoop::make_patch() const {
   return patch;
 }
 
-void SimulationLoop::fill_patch(TissuePatch& out) {
-  out.step = tissue_.step;
-  out.epoch = tissue_.step;  // one patch a step
-  out.factor_epoch = worker_.latest().epoch;
-  out.needle_step = tissue_.needle_step;
+void SimulationLoop::fill_patch(std::size_t b, TissuePatch& out) {
+  BodyState& body = bodies_[b];
+  fill_body_patch({.model = models_[b],
+                   .nodes = body.nodes,
+                   .held = body.held,
+                   .positions = tissue_.positions[b],
+                   .free_positions = body.free_positions,
+                   .contacts = path_.contacts(static_cast<int>(b)),
+                   .stiffening = body.stiffening},
+                  out.bodies[b], body.report.patch_flags);
+  fill_w_bar(worker_.latest().bodies[b].isolated, out.bodies[b]);
+  out.bodies[b].condense();
+}
+
+void SimulationLoop::sum_up(const NeedleState* needle, SimulationReport& report, TissuePatch& out) const {
+  for (const BodyState& body : bodies_) {
+    report.flags |= body.report.flags;
+    report.inverted_tets += body.report.inverted_tets;
+    report.isolated_nodes += static_cast<int>(body.nodes.size());
+    report.new_isolated_nodes += body.report.new_isolated_nodes;
+    report.residual_n = std::hypot(report.residual_n, body.report.residual_n);
+    report.force_n = std::hypot(report.force_n, body.report.force_n);
+    report.cavity_count += static_cast<int>(body.cavities.size());
+    out.flags |= body.report.patch_flags;
+  }
+  report.contact_count = settings_.lay_contacts ? path_.contact_count()
+                         : needle != nullptr    ? needle->contact_count
+                                                : 0;
+  report.factor_epoch = out.factor_epoch = worker_.latest().epoch;
+  report.needle_step = out.needle_step = tissue_.needle_step;
+  out.step = out.epoch = tissue_.step;  // one patch a step
   out.time_s = tissue_.time_s;
   out.body_count = body_count();
-  std::array<std::uint32_t, kMaxBodies> flags{};
-  in_parts(any_large_ ? &companion_ : nullptr, body_count(), [&](int b) {
-    fill_body_patch({.model = models_[b],
-                     .nodes = bodies_[b].nodes,
-                     .held = bodies_[b].held,
-                     .positions = tissue_.positions[b],
-                     .free_positions = bodies_[b].free_positions,
-                     .contacts = path_.contacts(b),
-                     .stiffening = bodies_[b].stiffening},
-                    out.bodies[b], flags[b]);
-  });
-  for (const std::uint32_t of_body : flags) out.flags |= of_body;
-  for (std::size_t b = 0; b < models_.size(); ++b) {
-    fill_w_bar(worker_.latest().bodies[b].isolated, out.bodies[b]);
-    out.bodies[b].condense();
-  }
 }
 
 }  // namespace stylet::physics

@@ -137,6 +137,15 @@ public:
   }
 
 private:
+  /// What a thread needs that has a body in work.
+  struct Side {
+    SolveWorkspace workspace;
+    ElementScratch elements;
+  };
+  /// work(body, side) for each body, apart from each other: which thread has which must not matter.
+  template <typename Work>
+  void for_bodies(const Work& work);
+
   // The stages of step(), in order.
   const NeedleState* accept(const NeedleState* needle, SimulationReport& report);
   void respond_organs();
@@ -146,24 +155,37 @@ private:
   void move_held(double amplitude, SimulationReport& report);
   /// @param shown  see respond(); what fades of the stress does so for a period, too, where the tissue then is
   ///               (eq. 46)
-  void correct_motion(std::size_t body, bool shown, SimulationReport& report);
-  void fill_cavities(std::size_t body, std::span<const double> shares, SimulationReport& report);
+  void correct_motion(std::size_t body, bool shown, Side& side);
+  void fill_cavities(std::size_t body, std::span<const double> shares, Side& side, SimulationReport& report);
   void swap_factorisation(const SimulationInput& input, SimulationReport& report);
   /// Where the probe moves fast: contact and whole corrections (6) at poses on its way.
   void follow_probe(const RigidPose* probe, SimulationReport& report);
   void touch(const RigidPose* probe, SimulationReport& report);
-  void free_motion(SimulationReport& report);
-  void isolate(const NeedleState* needle, SimulationReport& report, TissuePatch& out);
-  /// How the law has stiffened the bodies: what the patch is of, or the whole of them.
-  void stiffen(bool whole);
-  void couple_organs(const NeedleState* needle, TissuePatch& out);
-  void choose_nodes(std::size_t body, const NeedleState& needle, std::uint32_t& flags);
-  /// Isolated, foreseen and touched nodes of a body.
-  void name_nodes(std::size_t body, const NeedleState* needle, FactorisationRequest::Body& request) const;
   /// A factorisation is wanted, and none outstanding.
   bool may_request(const SimulationInput& input, SimulationReport& report);
-  void request_factorisation(const SimulationInput& input, const NeedleState* needle, SimulationReport& report);
-  void fill_patch(TissuePatch& out);
+  void free_motion(std::size_t body, Side& side);
+  void isolate(std::size_t body, const NeedleState* needle, Side& side);
+  void choose_nodes(std::size_t body, const NeedleState& needle);
+  /// How the law has stiffened a body: what the patch is of, or the whole of it.
+  void stiffen(std::size_t body, bool whole, Side& side);
+  void fill_request(std::size_t body, const NeedleState* needle, double stale_turn, Side& side);
+  /// Isolated, foreseen and touched nodes of a body.
+  void name_nodes(std::size_t body, const NeedleState* needle, FactorisationRequest::Body& request) const;
+  void fill_patch(std::size_t body, TissuePatch& out);
+  void request_factorisation(SimulationReport& report);
+  void couple_organs(const NeedleState* needle, TissuePatch& out);
+  void sum_up(const NeedleState* needle, SimulationReport& report, TissuePatch& out) const;
+
+  /// What the stages of a step say of a body.
+  struct BodyReport {
+    std::uint32_t flags = 0;        // SimulationFlag bits
+    std::uint32_t patch_flags = 0;  // PatchFlag bits
+    int inverted_tets = 0;
+    int new_isolated_nodes = 0;
+    double residual_n = 0;
+    double force_n = 0;
+    bool factor_is_stale = false;
+  };
 
   /// Mutable data of a body.
   struct BodyState {
@@ -193,6 +215,8 @@ private:
     bool limited = false;                              // the last correction was shortened lest a tetrahedron inverts
     int squeezed = 0;                                  // tetrahedra in the barrier at the positions of internal_force
     std::vector<Cavity> cavities{};
+    std::size_t first_cavity = 0;              // of all cavities
+    BodyReport report{};                       // of the step in work
     std::vector<double> rest_size{};           // [tets] g of eq. 34; empty until a cavity is not full
     std::vector<StrainMemory> memory{};        // [memory_count()] of eq. 46; empty where nothing relaxes
     std::vector<StrainMemory> relaxed{};       // the same after the step in work
@@ -201,23 +225,24 @@ private:
 
   /// p - A_f^-1 (F_int - H^T lambda) with the latest forces into body.trial: the other half of the solve (eq. 6).
   /// @param shown  the isolated nodes go where the haptic loop showed them with the last patch
-  void respond(std::size_t body, bool shown);
+  void respond(std::size_t body, bool shown, Side& side);
   /// Whether all that acts on a body since p_free was found acts on trailing nodes, and did then.
   bool acts_on_trailing(std::size_t body) const;
   /// A_f^-1 (F_int - H^T lambda) on the factor's trailing nodes, with what free_positions() needs of it.
-  void solve_trailing(std::size_t body);
+  void solve_trailing(std::size_t body, Side& side);
   /// Of known nodes by their place, under the needle's forces on such [3 known], m.
   Eigen::VectorXd motion_under_needle(std::size_t body) const;
   /// p_free of nodes whose compliance is known or that are held (eq. 7).
   /// @param[out] free  [3 x nodes], m
-  void free_positions(std::size_t body, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free);
+  void free_positions(std::size_t body, std::span<const int> nodes, Eigen::Ref<Eigen::Matrix3Xd> free, Side& side);
   /// The bodies as the contact rows are linearised, with the nodes of a patch or none.
   std::vector<OrganResponseBody> organ_bodies(const TissuePatch* patch) const;
   /// Where all nodes go when those that are held move, to first order at rest.
   /// @param held  [3 x nodes] motion of the held nodes, zero elsewhere, m
   Eigen::Matrix3Xd field_of(std::size_t body, const Eigen::Matrix3Xd& held);
   /// F_int at `positions` with the body's rotations, into body.internal_force.
-  void gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions, BodyState& body);
+  void gather_internal_force(const TissueModel& model, const Eigen::Matrix3Xd& positions, BodyState& body,
+                             Side& side);
   /// A step to body.trial, with the forces of the body before or after it.
   struct StepTried {
     double longest = 0;  // of a component of a node's step, m
@@ -231,8 +256,8 @@ private:
   std::vector<TissueModel> models_;
   FactorisationWorker worker_;
   Companion companion_;
-  SolveWorkspace workspace_;
-  ElementScratch elements_;
+  std::array<Side, Companion::kSides> sides_;
+  std::vector<std::size_t> order_;  // of the bodies in for_bodies(), the largest first
   std::vector<BodyState> bodies_;
   InsertionPath path_;
   std::optional<OrganContact> contact_;
@@ -246,7 +271,7 @@ private:
   Eigen::Vector3d tip_ = Eigen::Vector3d::Zero();
   std::uint64_t tip_step_ = 0;  // 0: none consumed
   TissueState tissue_;
-  bool any_large_ = false;  // of the bodies: a part of work body by body is worth waking the helper for
+  bool any_large_ = false;                  // of the bodies: work body by body is worth waking the helper for
   bool factorisation_outstanding_ = false;  // requested and not yet taken: at most one
   std::uint64_t failures_seen_ = 0;
 };

@@ -12,7 +12,8 @@ namespace {
 constexpr int kBackgroundNice = 15;
 constexpr int kSpins = 2000;  // some ten microseconds: the helper's last part is about to end
 
-// The loop in work: its number, how many parts it has, and the next of them.
+// The loop in work: its number, how many parts it has, and the next of them. Of tasks: the end of those left, and the
+// first of them.
 constexpr int kPartBits = 20;
 constexpr int kPartsCounted = (1 << kPartBits) - 1;
 
@@ -34,6 +35,9 @@ bool is_of(std::uint64_t next, std::uint32_t loop) {
 Companion::Companion(bool thread, bool background) {
   if (!thread) return;
   if (sched_getaffinity(0, sizeof allowed_, &allowed_) != 0) CPU_ZERO(&allowed_);
+  served_ = true;
+  helpers_ = std::make_unique<Companion>(false);
+  helpers_->served_ = true;
   thread_ = std::thread([this, background] { serve(background); });
 }
 
@@ -45,11 +49,11 @@ Companion::~Companion() {
 }
 
 void Companion::run(int parts, Function function, const void* context) {
-  if (!thread_.joinable() || parts < 2 || parts > kPartsCounted) {
+  if (!served_ || parts < 2 || parts > kPartsCounted) {
     for (int part = 0; part < parts; ++part) function(context, part);
     return;
   }
-  stay_beside(sched_getcpu());
+  if (thread_.joinable()) stay_beside(sched_getcpu());
   const std::uint32_t loop = posted_.load(std::memory_order_relaxed) + 1;
   function_.store(function, std::memory_order_relaxed);
   context_.store(context, std::memory_order_relaxed);
@@ -63,6 +67,59 @@ void Companion::run(int parts, Function function, const void* context) {
   for (int done = done_.load(std::memory_order_acquire); done != parts;
        done = done_.load(std::memory_order_acquire)) {
     done_.wait(done, std::memory_order_acquire);
+  }
+}
+
+void Companion::run_tasks(int tasks, TaskFunction function, const void* context) {
+  if (!thread_.joinable() || tasks < 2 || tasks > kPartsCounted) {
+    for (int task = 0; task < tasks; ++task) function(context, task, 0);
+    return;
+  }
+  stay_beside(sched_getcpu());
+  const std::uint32_t posted = posted_.load(std::memory_order_relaxed) + 1;
+  task_function_.store(function, std::memory_order_relaxed);
+  task_context_.store(context, std::memory_order_relaxed);
+  floating_point_.store(_mm_getcsr(), std::memory_order_relaxed);
+  tasks_done_.store(0, std::memory_order_relaxed);
+  tasks_.store(beginning(posted, tasks), std::memory_order_release);
+  posted_.store(posted, std::memory_order_release);
+  posted_.notify_one();
+  for (int task = take_task(true); task >= 0; task = take_task(true)) {
+    function(context, task, 0);
+    tasks_done_.fetch_add(1, std::memory_order_acq_rel);
+  }
+  help_helper(tasks);
+}
+
+int Companion::take_task(bool first) {
+  std::uint64_t left = tasks_.load(std::memory_order_acquire);
+  for (;;) {
+    const int begin = part_in(left), end = parts_of(left);
+    if (begin == end) return -1;
+    const std::uint64_t then = first ? left + 1 : left - (std::uint64_t{1} << kPartBits);
+    if (tasks_.compare_exchange_weak(left, then, std::memory_order_acq_rel)) return first ? begin : end - 1;
+  }
+}
+
+void Companion::help_with_tasks() {
+  for (int task = take_task(false); task >= 0; task = take_task(false)) {
+    // All three are of this task's run: none of the next one's begins before it is done.
+    _mm_setcsr(floating_point_.load(std::memory_order_relaxed));
+    task_function_.load(std::memory_order_relaxed)(task_context_.load(std::memory_order_relaxed), task, 1);
+    tasks_done_.fetch_add(1, std::memory_order_acq_rel);
+    helpers_->posted_.fetch_add(1, std::memory_order_release);  // that the caller looks
+    helpers_->posted_.notify_one();
+  }
+}
+
+void Companion::help_helper(int tasks) {
+  for (;;) {
+    const std::uint32_t seen = helpers_->posted_.load(std::memory_order_acquire);
+    helpers_->take(seen);
+    if (tasks_done_.load(std::memory_order_acquire) == tasks) return;
+    for (int spin = 0; spin < kSpins && helpers_->posted_.load(std::memory_order_acquire) == seen; ++spin)
+      _mm_pause();
+    helpers_->posted_.wait(seen, std::memory_order_acquire);
   }
 }
 
@@ -98,6 +155,7 @@ void Companion::serve(bool background) {
     seen = posted_.load(std::memory_order_acquire);
     if (stop_.load(std::memory_order_relaxed)) break;
     _mm_setcsr(floating_point_.load(std::memory_order_relaxed));
+    help_with_tasks();
     take(seen);
     _mm_setcsr(own);
   }

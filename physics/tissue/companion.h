@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <thread>
 #include <utility>
 
@@ -31,12 +32,33 @@ public:
         parts, [](const void* context, int part) { (*static_cast<const Work*>(context))(part); }, &work);
   }
 
+  /// work(task, side) for each task from 0 to tasks - 1, each as a whole by one thread; returns when all are done.
+  /// The caller (side 0) takes them from the first on, so that should be the longest; the helper (side 1) from the
+  /// last on. Who finds none left takes part in the loops of the other's, which run by of(side).
+  template <typename Work>
+  void run_tasks(int tasks, const Work& work) {
+    run_tasks(
+        tasks, [](const void* context, int task, int side) { (*static_cast<const Work*>(context))(task, side); },
+        &work);
+  }
+  /// Who shares the loops of a task.
+  Companion& of(int side) { return side == 1 && helpers_ ? *helpers_ : *this; }
+  static constexpr int kSides = 2;
+
 private:
   using Function = void (*)(const void* context, int part);
+  using TaskFunction = void (*)(const void* context, int task, int side);
   /// Keeps the helper off the caller's core. A scheduler that wakes it there, where it waits for the caller to sleep,
   /// does so in three of ten loops beside a busy worker: then no core is shared.
   void stay_beside(int core);
   void run(int parts, Function function, const void* context);
+  void run_tasks(int tasks, TaskFunction function, const void* context);
+  /// The first task that is left, or the last; -1: none.
+  int take_task(bool first);
+  /// Tasks until none is left to take.
+  void help_with_tasks();
+  /// Loops of the helper's tasks, until so many tasks are done.
+  void help_helper(int tasks);
   /// Parts of a loop until none is left to take.
   void take(std::uint32_t loop);
   void serve(bool background);
@@ -50,6 +72,13 @@ private:
   std::atomic<std::uint32_t> floating_point_{0};  // the caller's mode: the same bits
   std::atomic<int> done_{0};
   std::atomic<std::uint32_t> posted_{0};  // counts loops; what the helper sleeps on
+  // The tasks in work: their number, and the first and the end of those that are left.
+  std::atomic<std::uint64_t> tasks_{0};
+  std::atomic<TaskFunction> task_function_{nullptr};
+  std::atomic<const void*> task_context_{nullptr};
+  std::atomic<int> tasks_done_{0};
+  std::unique_ptr<Companion> helpers_;  // of the helper's tasks: without a thread, the caller serves it
+  bool served_ = false;
   std::atomic<bool> stop_{false};
   cpu_set_t allowed_{};    // cores of the process
   int callers_core_ = -1;  // of the last loop

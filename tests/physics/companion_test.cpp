@@ -81,6 +81,59 @@ TEST(Companion, TakesPartsWhereTheCallerIsBusy) {
   EXPECT_GE(others.load(), 1);
 }
 
+TEST(Companion, EachTaskIsDoneOnceWithAllOfItsLoops) {
+  for (const bool thread : {false, true}) {
+    Companion companion(thread);
+    std::array<int, 4> done{};
+    std::array<std::array<int, 8>, 4> parts{};
+    std::atomic<int> strangers{0};
+    for (int run = 0; run < 3000; ++run) {
+      companion.run_tasks(run % 5, [&](int task, int side) {
+        ++done[static_cast<std::size_t>(task)];
+        if (side != 0 && !thread) ++strangers;
+        for (int loop = 0; loop < 5; ++loop) {
+          companion.of(side).run(8, [&](int part) { ++parts[static_cast<std::size_t>(task)][part]; });
+        }
+      });
+      companion.run(8, [&](int part) { ++parts[0][part]; });  // a late helper takes nothing of what is over
+      if (run % 500 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    EXPECT_EQ(strangers, 0);
+    for (int task = 0; task < 4; ++task) {
+      EXPECT_EQ(done[task], 600 * (4 - task));
+      for (const int of_part : parts[task]) EXPECT_EQ(of_part, 5 * 600 * (4 - task) + (task == 0 ? 3000 : 0));
+    }
+  }
+}
+
+TEST(Companion, WhoIsDoneWithItsTaskTakesPartInTheOthers) {
+  // Part 0 of the loop ends when the other thread has done part 1: one that stays away would be waited for for ever.
+  const auto with_both = [](Companion& companion) {
+    std::atomic<int> others{0};
+    const std::thread::id own = std::this_thread::get_id();
+    companion.run(2, [&](int part) {
+      if (std::this_thread::get_id() != own) {
+        ++others;
+        return;
+      }
+      if (part == 0) {
+        while (others.load() == 0) std::this_thread::yield();
+      }
+    });
+    EXPECT_GE(others.load(), 1);
+  };
+  for (const int longer : {0, 1}) {
+    Companion companion;
+    std::atomic<bool> both_taken{false};
+    companion.run_tasks(2, [&](int task, int side) {
+      EXPECT_EQ(task, side);
+      if (task == 1) both_taken = true;
+      while (!both_taken.load()) std::this_thread::yield();  // else the caller has both
+      if (task == longer) with_both(companion.of(side));
+    });
+  }
+}
+
 SimulationBody cube(int cells) {
   SimulationBody body;
   body.mesh = reference::kuhn_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1), {cells, cells, cells});
@@ -117,6 +170,63 @@ TEST(Companion, StepsHaveTheSameBitsWithOneThreadAndTwo) {
   const auto together = run(true);
   EXPECT_GT((alone.back() - alone.front()).cwiseAbs().maxCoeff(), 1e-4);
   for (std::size_t i = 0; i < alone.size(); ++i) ASSERT_EQ(alone[i], together[i]) << "step " << i;
+}
+
+TEST(Companion, StepsOfSeveralBodiesHaveTheSameBitsWithOneThreadAndTwo) {
+  struct Found {
+    std::vector<Eigen::Matrix3Xd> positions;
+    std::vector<Eigen::MatrixXd> w_bar;
+    std::vector<std::array<double, 3>> sums;  // of all bodies: residual, force, new isolated nodes
+    std::uint32_t flags = 0;
+  };
+  const auto run = [](bool two_threads) {
+    std::vector<SimulationBody> bodies;
+    for (const int cells : {4, 13, 15}) {  // the largest comes last
+      bodies.push_back(cube(cells));
+      for (ElasticMaterial& material : bodies.back().tet_materials) {
+        material.stiffening = 8;
+        material.relaxation = {{{.share = 0.2, .time_s = 0.3}, {.share = 0.25, .time_s = 4}}};
+      }
+    }
+    SimulationLoop loop(std::move(bodies), {.lay_contacts = false, .two_threads = two_threads});
+    EXPECT_GT(loop.model(1).runs.size(), 1U);
+    TissuePatch patch = loop.make_patch();
+    Found found;
+    for (int step = 0; step < 4; ++step) {
+      NeedleState needle;
+      needle.node_count = 3;
+      for (int i = 0; i < 3; ++i)
+        needle.positions.col(i) = Eigen::Vector3d(-0.18 + 0.006 * step + 0.1 * i, 0.047, 0.053);
+      for (int b = 0; b < 3; ++b) {
+        for (int i = 0; i < patch.bodies[b].node_count && i < 8; ++i) {
+          needle.forces[needle.force_count++] = {
+              .body = b, .node = patch.bodies[b].node_ids[i], .force = {0.01, 0.05 * step, 0.03}};
+        }
+      }
+      const SimulationReport report = loop.step({.needle = &needle}, patch);
+      if (step % 2 == 1) loop.worker().step();
+      for (int b = 0; b < 3; ++b) {
+        found.positions.push_back(loop.tissue().positions[b]);
+        found.w_bar.push_back(patch.bodies[b].w_bar());
+      }
+      found.sums.push_back({report.residual_n, report.force_n, static_cast<double>(report.new_isolated_nodes)});
+      found.flags |= report.flags;
+    }
+    return found;
+  };
+  const Found alone = run(false);
+  const Found together = run(true);
+  EXPECT_EQ(alone.flags, together.flags);
+  EXPECT_EQ(alone.sums, together.sums);
+  EXPECT_GT(alone.sums.back()[1], 0);
+  for (std::size_t i = 0; i < alone.positions.size(); ++i) {
+    ASSERT_EQ(alone.positions[i], together.positions[i]) << "body " << i % 3 << " of step " << i / 3;
+    ASSERT_EQ(alone.w_bar[i], together.w_bar[i]) << "body " << i % 3 << " of step " << i / 3;
+  }
+  for (std::size_t b = 0; b < 3; ++b) {
+    const std::size_t last = alone.positions.size() - 3 + b;
+    EXPECT_GT((alone.positions[last] - alone.positions[b]).cwiseAbs().maxCoeff(), 1e-6) << "body " << b;
+  }
 }
 
 TEST(Companion, QuadraticElementsAreSharedToo) {
