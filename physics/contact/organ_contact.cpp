@@ -154,12 +154,10 @@ OrganContact::OrganContact(std::span<const TissueModel> models, std::span<const 
   learn_beforehand(companion);
 }
 
-void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const RigidPose* probe,
-                          SolveWorkspace& workspace) {
+void OrganContact::update(const RigidPose* probe, SolveWorkspace& workspace) {
   report_ = {};
   rows_.clear();
   ++updates_;
-  follow_surfaces(positions, workspace.companion);
   for (std::size_t p = 0; p < settings_.pairs.size(); ++p) find_pair(static_cast<int>(p), workspace.companion);
   if (settings_.probe && probe != nullptr) find_probe(*probe, workspace.companion);
   learn(settings_.learn_limit, workspace);
@@ -170,12 +168,11 @@ void OrganContact::update(std::span<const Eigen::Matrix3Xd> positions, const Rig
   remember(probe);
 }
 
-void OrganContact::follow_surfaces(std::span<const Eigen::Matrix3Xd> positions, Companion* companion) {
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (!bodies_[b].surface) continue;
-    bodies_[b].positions = &positions[b];
-    bodies_[b].surface->update(positions[b], companion);
-  }
+void OrganContact::follow(int body, const Eigen::Matrix3Xd& positions, Companion* companion) {
+  Body& of = bodies_[body];
+  if (!of.surface) return;
+  of.positions = &positions;
+  of.surface->update(positions, companion);
 }
 
 void OrganContact::remember(const RigidPose* probe) {

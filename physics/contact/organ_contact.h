@@ -135,10 +135,12 @@ public:
   OrganContact(std::span<const TissueModel> models, std::span<const Factorisation* const> rest,
                OrganContactSettings settings, Companion* companion = nullptr);
 
+  /// Where a body is now: all of them, before each update(). Threads may do so for different bodies.
+  /// @param positions  [3 x nodes] after the motion correction, m; they stay there until the next call
+  void follow(int body, const Eigen::Matrix3Xd& positions, Companion* companion = nullptr);
   /// New rows and multipliers for these positions. Never throws.
-  /// @param positions  [bodies] [3 x nodes] after the motion correction, m
-  /// @param probe      null: none
-  void update(std::span<const Eigen::Matrix3Xd> positions, const RigidPose* probe, SolveWorkspace& workspace);
+  /// @param probe  null: none
+  void update(const RigidPose* probe, SolveWorkspace& workspace);
 
   /// Other multipliers for some rows of the last update: what the bodies answered to the needle since.
   /// @param rows    indices into rows()
@@ -165,7 +167,7 @@ private:
     std::vector<int> loaded;                      // nodes that the last update put a force on
     Eigen::Matrix3Xd force;                       // [3 x nodes] that force, zero elsewhere, N
     Eigen::Matrix3Xd motion;                      // [3 x nodes] scratch: foreseen, of the touched nodes, m
-    const Eigen::Matrix3Xd* positions = nullptr;  // during update()
+    const Eigen::Matrix3Xd* positions = nullptr;  // of the last follow()
   };
   /// What a node has last seen of the other surface.
   struct Sight {
@@ -191,7 +193,6 @@ private:
   };
 
   // The stages of update(), in order.
-  void follow_surfaces(std::span<const Eigen::Matrix3Xd> positions, Companion* companion);
   void find_pair(int pair, Companion* companion);
   void find_probe(const RigidPose& pose, Companion* companion);
   /// The row of a point of the skin that touches the probe, or false; what side it is inside of is kept with it.

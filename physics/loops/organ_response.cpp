@@ -48,14 +48,18 @@ OrganResponse::OrganResponse()
       unbounded_(kMaxOrganRows, std::numeric_limits<double>::infinity()),
       pivoting_(kMaxOrganRows) {}
 
-void OrganResponse::find_motions(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
+void OrganResponse::find_motions(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies,
+                                 Companion* companion) {
   known_.clear();
   for (const SurfaceRow& row : rows) known_.push_back(known(row, bodies) ? 1 : 0);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const IsolatedDofs& isolated = bodies[b].isolated;
     places_[b].clear();
     for (const int node : bodies[b].patch_nodes) places_[b].push_back(isolated.place(node));
-    motions_[b].resize(3 * isolated.known_nodes(), static_cast<Eigen::Index>(rows.size()));
+    const Eigen::Index dofs = 3 * isolated.known_nodes(), columns = static_cast<Eigen::Index>(rows.size());
+    Eigen::MatrixXd& motions = motions_[b];
+    if (motions.rows() < dofs || motions.cols() < columns)  // no fresh memory a step
+      motions.resize(std::max(dofs, motions.rows()), std::max(columns, motions.cols()));
     pushes_.clear();
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (known_[i] == 0) continue;
@@ -65,14 +69,15 @@ void OrganResponse::find_motions(std::span<const SurfaceRow> rows, std::span<con
         pushes_.push_back({static_cast<Eigen::Index>(i), support.node, support.weight * rows[i].normal});
       }
     }
-    isolated.find_motions(pushes_, motions_[b]);
+    isolated.find_motions(pushes_, motions.topLeftCorner(dofs, columns), companion);
   }
 }
 
-void OrganResponse::choose(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies) {
+void OrganResponse::choose(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies,
+                           Companion* companion) {
   count_ = 0;
   chosen_.clear();
-  find_motions(rows, bodies);
+  find_motions(rows, bodies, companion);
   std::vector<std::pair<double, int>> ranked;  // by what the needle does to the row, the most first
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (known_[i] == 0) continue;
@@ -217,7 +222,9 @@ bool OrganResponse::respond(std::span<const OrganResponseBody> bodies, std::span
 }
 
 void OrganResponse::add_motion(int body, Eigen::Ref<Eigen::VectorXd> motion) const {
-  for (int i = 0; i < count_; ++i) motion += (lambda_[i] - lambda_0_[i]) * motions_[body].col(chosen_[i]);
+  for (int i = 0; i < count_; ++i) {
+    motion += (lambda_[i] - lambda_0_[i]) * motions_[body].col(chosen_[i]).head(motion.size());
+  }
 }
 
 }  // namespace stylet::physics

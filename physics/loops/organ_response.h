@@ -31,7 +31,8 @@ public:
 
   void clear() { count_ = 0; }
   /// Chooses rows of the last update of OrganContact and makes their W.
-  void choose(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
+  /// @param companion  takes a part of it, or null
+  void choose(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies, Companion* companion);
   /// Nodes of the chosen rows whose p_free is asked for, of a body.
   std::span<const int> nodes(int body) const { return nodes_[body]; }
   /// How p_free opens the gaps against the positions that the rows were found at.
@@ -57,7 +58,8 @@ public:
 
 private:
   // The stages of choose(), in order.
-  void find_motions(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
+  void find_motions(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies,
+                    Companion* companion);
   void find_nodes(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
   void couple(std::span<const SurfaceRow> rows, std::span<const OrganResponseBody> bodies);
 
@@ -69,7 +71,7 @@ private:
   std::array<std::array<int, 4>, kMaxOrganRows>
       at_{};                                         // [count_] [supports] in nodes_ of the support's body; -1: held
   std::array<std::vector<int>, kMaxBodies> places_;  // of the patch nodes among the known ones, -1
-  std::array<Eigen::MatrixXd, kMaxBodies> motions_;  // [3 known nodes x rows] per force on a row, m/N
+  std::array<Eigen::MatrixXd, kMaxBodies> motions_;  // [3 known nodes x rows, or more] per force on a row, m/N
   Eigen::MatrixXd w_;
   Eigen::VectorXd gap_, lambda_0_, lambda_, u_, d_;
   std::vector<RowState> states_;

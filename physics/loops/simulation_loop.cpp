@@ -420,7 +420,7 @@ void SimulationLoop::couple_organs(const NeedleState* needle, TissuePatch& out) 
   out.organs.count = 0;
   if (!follow_organs_ || needle == nullptr) return;
   const std::vector<OrganResponseBody> bodies = organ_bodies(&out);
-  organs_.choose(contact_->rows(), bodies);
+  organs_.choose(contact_->rows(), bodies, any_large_ ? &companion_ : nullptr);
   if (organs_.count() == 0) return;
   std::vector<Eigen::Matrix3Xd> moved(models_.size());
   for (std::size_t b = 0; b < models_.size(); ++b) {
@@ -530,7 +530,7 @@ void SimulationLoop::touch(const RigidPose* probe, SimulationReport& report) {
   }
   std::optional<RigidPose> head;
   if (grip_ && probe != nullptr) head = grip_->head(*probe);
-  contact_->update({tissue_.positions.data(), models_.size()}, head ? &*head : nullptr, sides_[0].workspace);
+  contact_->update(head ? &*head : nullptr, sides_[0].workspace);
   for (std::size_t b = 0; b < models_.size(); ++b) {
     bodies_[b].contact_force = bodies_[b].load;
     contact_->add_forces(static_cast<int>(b), bodies_[b].contact_force);
@@ -588,6 +588,7 @@ void SimulationLoop::correct_motion(std::size_t b, bool shown, Side& side) {
     shorten(fraction);
   }
   positions.swap(body.trial);
+  if (contact_) contact_->follow(static_cast<int>(b), positions, side.elements.companion);
   if (shown) body.memory.swap(body.relaxed);
   body.report.inverted_tets = inverted;
   if (inverted > 0) body.report.flags |= kSimulationInverted;

@@ -197,10 +197,13 @@ void IsolatedDofs::gather(std::span<const int> nodes, Eigen::Ref<Eigen::MatrixXd
   }
 }
 
-void IsolatedDofs::find_motions(std::span<const Push> pushes, Eigen::Ref<Eigen::MatrixXd> motions) const {
+void IsolatedDofs::find_motions(std::span<const Push> pushes, Eigen::Ref<Eigen::MatrixXd> motions,
+                                Companion* companion) const {
   // A few rows at a time: they stay in registers, and what several pushes read of W_bar in the first cache.
   using Some = Eigen::Array<double, kRowsOfMotion, 1>;
-  for (Eigen::Index row = 0; row < motions.rows(); row += kRowsOfMotion) {  // W_bar has as many to spare
+  const Eigen::Index blocks = (motions.rows() + kRowsOfMotion - 1) / kRowsOfMotion;
+  const auto find_block = [&](Eigen::Index block) {  // W_bar has as many rows to spare
+    const Eigen::Index row = block * kRowsOfMotion;
     const Eigen::Index rows = std::min<Eigen::Index>(kRowsOfMotion, motions.rows() - row);
     std::size_t next = 0;
     for (Eigen::Index column = 0; column < motions.cols(); ++column) {
@@ -216,7 +219,11 @@ void IsolatedDofs::find_motions(std::span<const Push> pushes, Eigen::Ref<Eigen::
         motions.col(column).segment(row, rows) = sum.head(rows).matrix();
       }
     }
-  }
+  };
+  in_parts(companion, kSharedParts, [&](int part) {
+    const auto [begin, end] = part_of(static_cast<std::size_t>(blocks), part);
+    for (std::size_t block = begin; block < end; ++block) find_block(static_cast<Eigen::Index>(block));
+  });
 }
 
 void IsolatedDofs::solution_at(std::span<const int> nodes, const Eigen::VectorXd& eliminated,

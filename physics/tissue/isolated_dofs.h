@@ -56,7 +56,9 @@ public:
   /// motions[:, column] = sum of W_bar[:, node] * force over its pushes, of all that are known, by place().
   /// @param pushes        ascending by column
   /// @param[out] motions  [3 known nodes x columns], m; zero without a push
-  void find_motions(std::span<const Push> pushes, Eigen::Ref<Eigen::MatrixXd> motions) const;
+  /// @param companion     takes a part of the rows; the bits do not know of it
+  void find_motions(std::span<const Push> pushes, Eigen::Ref<Eigen::MatrixXd> motions,
+                    Companion* companion = nullptr) const;
   /// x = A^-1 b at some nodes, from y = L^-1 P b: what the second half of the solve would find there.
   /// @param nodes        isolated before
   /// @param eliminated   y of Factorisation::eliminate() [free DOFs]

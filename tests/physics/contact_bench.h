@@ -11,6 +11,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -44,13 +45,19 @@ public:
     for (const int n : held_[body]) positions_[body].col(n) += by;
   }
 
+  /// New rows and multipliers with the bodies where they are told to be.
+  void update(std::span<const Eigen::Matrix3Xd> positions, const RigidPose* probe = nullptr) {
+    for (std::size_t b = 0; b < positions.size(); ++b) contact_->follow(static_cast<int>(b), positions[b]);
+    contact_->update(probe, workspace_);
+  }
+
   /// Of each step: as if the factor were of a body 1/pace times as stiff.
   double pace = 1;
 
   /// @return steps until nothing moves by more than `tolerance`, m
   int settle(double tolerance, const RigidPose* probe = nullptr, int limit = 400) {
     for (int step = 1; step <= limit; ++step) {
-      contact_->update(positions_, probe, workspace_);
+      update(positions_, probe);
       double moved = contact_->report().violation;
       for (std::size_t b = 0; b < models_.size(); ++b) {
         Eigen::VectorXd pull = -free_part(b, internal(b));

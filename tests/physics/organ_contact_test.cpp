@@ -77,8 +77,7 @@ TEST(OrganContact, RowsAreTheGradientOfTheGap) {
   Bench bench;
   stack(bench, 4, 5, {kYoung, 0.3}, {kYoung, 0.3}, 0.04);
   std::vector<Eigen::Matrix3Xd> moved{bench.positions(0), bench.positions(1)};
-  SolveWorkspace workspace;
-  bench.contact().update(moved, nullptr, workspace);
+  bench.update(moved);
   const std::vector<SurfaceRow> before(bench.contact().rows().begin(), bench.contact().rows().end());
   ASSERT_GT(before.size(), 20u);
   // Affine motions: faces stay flat, so that their normals are exact.
@@ -87,7 +86,7 @@ TEST(OrganContact, RowsAreTheGradientOfTheGap) {
   tilt << 0, 0, 0.5, 0, 0, -0.3, 0.2, -0.4, 0.1;
   const std::vector<Eigen::Matrix3Xd> change{small * tilt * bench.positions(0), small * bench.positions(1)};
   for (std::size_t b = 0; b < 2; ++b) moved[b] += change[b];
-  bench.contact().update(moved, nullptr, workspace);
+  bench.update(moved);
   int compared = 0;
   for (const SurfaceRow& after : bench.contact().rows()) {
     for (const SurfaceRow& row : before) {
@@ -154,7 +153,6 @@ TEST(OrganContact, WhatComesFromAfarIsFoundAsIfAllHadBeenLookedAt) {
   for (const double pace : {0.05, 0.4, 2.0}) {
     Bench bench;
     stack(bench, 4, 5, {kYoung, 0.3}, {kYoung, 0.3}, 0.04);
-    SolveWorkspace workspace;
     int rows = 0, without = 0;
     for (int k = 0; k < 60; ++k) {
       const double phase = pace * k;
@@ -164,10 +162,10 @@ TEST(OrganContact, WhatComesFromAfarIsFoundAsIfAllHadBeenLookedAt) {
       const Eigen::Vector3d by(0.01 * std::sin(phase), 0, 0.0085 + 0.007 * std::cos(1.3 * phase));
       std::vector<Eigen::Matrix3Xd> moved{bench.positions(0), bench.positions(1)};
       moved[1] = (tilt * (bench.positions(1).colwise() - pivot)).colwise() + (pivot + by);
-      bench.contact().update(moved, nullptr, workspace);
+      bench.update(moved);
       Bench fresh;
       stack(fresh, 4, 5, {kYoung, 0.3}, {kYoung, 0.3}, 0.04);
-      fresh.contact().update(moved, nullptr, workspace);
+      fresh.update(moved);
       ASSERT_EQ(fresh.contact().report().pressing, 0);
       const auto found = bench.contact().rows(), all = fresh.contact().rows();
       ASSERT_EQ(found.size(), all.size()) << "update " << k << " at pace " << pace;
