@@ -210,4 +210,18 @@ Eigen::Matrix3Xd rest_positions(const TissueModel& model) {
   return positions;
 }
 
+void take_free(const TissueModel& model, const Eigen::Matrix3Xd& all, Eigen::VectorXd& free) {
+  for (Eigen::Index n = 0; n < all.cols(); ++n) {
+    const int i = model.free_index[n];
+    if (i >= 0) free.segment<3>(3 * i) = all.col(n);
+  }
+}
+
+void add_free(const TissueModel& model, const Eigen::VectorXd& x, double scale, Eigen::Matrix3Xd& target) {
+  for (int n = 0; n < model.node_count(); ++n) {
+    const int i = model.free_index[n];
+    if (i >= 0) target.col(n) += scale * x.segment<3>(3 * i);
+  }
+}
+
 }  // namespace stylet::physics

@@ -110,4 +110,9 @@ private:
 /// Rest positions as the loops carry them [3 x nodes], m.
 Eigen::Matrix3Xd rest_positions(const TissueModel& model);
 
+/// The free DOFs of `all` [3 x nodes]; where that is empty `free` [free DOFs] stays as it is.
+void take_free(const TissueModel& model, const Eigen::Matrix3Xd& all, Eigen::VectorXd& free);
+/// target += scale * x, x over the free DOFs, target over all nodes.
+void add_free(const TissueModel& model, const Eigen::VectorXd& x, double scale, Eigen::Matrix3Xd& target);
+
 }  // namespace stylet::physics
