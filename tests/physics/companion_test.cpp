@@ -64,11 +64,10 @@ TEST(Companion, MorePartsThanItCountsAreTheCallers) {
   EXPECT_EQ(done, parts);
 }
 
-TEST(Companion, TakesPartsWhereTheCallerIsBusy) {
-  Companion companion;
+/// A loop whose part 0 ends when the other thread has done part 1: one that stays away would be waited for for ever.
+void run_with_both_threads(Companion& companion) {
   std::atomic<int> others{0};
   const std::thread::id caller = std::this_thread::get_id();
-  // Part 0 ends when the other thread has done part 1: a companion that never wakes would wait here for ever.
   companion.run(2, [&](int part) {
     if (std::this_thread::get_id() != caller) {
       ++others;
@@ -79,6 +78,11 @@ TEST(Companion, TakesPartsWhereTheCallerIsBusy) {
     }
   });
   EXPECT_GE(others.load(), 1);
+}
+
+TEST(Companion, TakesPartsWhereTheCallerIsBusy) {
+  Companion companion;
+  run_with_both_threads(companion);
 }
 
 TEST(Companion, EachTaskIsDoneOnceWithAllOfItsLoops) {
@@ -107,21 +111,6 @@ TEST(Companion, EachTaskIsDoneOnceWithAllOfItsLoops) {
 }
 
 TEST(Companion, WhoIsDoneWithItsTaskTakesPartInTheOthers) {
-  // Part 0 of the loop ends when the other thread has done part 1: one that stays away would be waited for for ever.
-  const auto with_both = [](Companion& companion) {
-    std::atomic<int> others{0};
-    const std::thread::id own = std::this_thread::get_id();
-    companion.run(2, [&](int part) {
-      if (std::this_thread::get_id() != own) {
-        ++others;
-        return;
-      }
-      if (part == 0) {
-        while (others.load() == 0) std::this_thread::yield();
-      }
-    });
-    EXPECT_GE(others.load(), 1);
-  };
   for (const int longer : {0, 1}) {
     Companion companion;
     std::atomic<bool> both_taken{false};
@@ -129,7 +118,7 @@ TEST(Companion, WhoIsDoneWithItsTaskTakesPartInTheOthers) {
       EXPECT_EQ(task, side);
       if (task == 1) both_taken = true;
       while (!both_taken.load()) std::this_thread::yield();  // else the caller has both
-      if (task == longer) with_both(companion.of(side));
+      if (task == longer) run_with_both_threads(companion.of(side));
     });
   }
 }
