@@ -12,8 +12,8 @@ namespace {
 constexpr int kBackgroundNice = 15;
 constexpr int kSpins = 2000;  // some ten microseconds: the helper's last part is about to end
 
-// The loop in work: its number, how many parts it has, and the next of them. Of tasks: the end of those left, and the
-// first of them.
+// The loop in work: its number, how many parts it has, and the next of them. Of tasks: the number of their run, the
+// end of those left, and the first of them.
 constexpr int kPartBits = 20;
 constexpr int kPartsCounted = (1 << kPartBits) - 1;
 

@@ -72,7 +72,7 @@ private:
   std::atomic<std::uint32_t> floating_point_{0};  // the caller's mode: the same bits
   std::atomic<int> done_{0};
   std::atomic<std::uint32_t> posted_{0};  // counts loops; what the helper sleeps on
-  // The tasks in work: their number, and the first and the end of those that are left.
+  // The tasks in work: which run of them, and the first and the end of those that are left; one word, as above.
   std::atomic<std::uint64_t> tasks_{0};
   std::atomic<TaskFunction> task_function_{nullptr};
   std::atomic<const void*> task_context_{nullptr};
